@@ -1,0 +1,180 @@
+//! The one error type of the crate.
+
+/// What can be wrong with a model, a pose or a request.
+///
+/// An answer that is expected at run time, such as "this pose is out of reach", is not an
+/// error: see [`Reach`](crate::Reach).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum KinematicsError {
+    /// A number is NaN or infinite.
+    #[error("{what}[{index}] is {value}, not a finite number")]
+    NonFinite {
+        /// The argument that holds it.
+        what: &'static str,
+        /// Its place in the argument (column-major for matrices).
+        index: usize,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A joint array has the wrong length.
+    #[error("{what} has {got} values, the arm has {expected} joints")]
+    WrongJointCount {
+        /// The argument.
+        what: &'static str,
+        /// Joints of the arm.
+        expected: usize,
+        /// Length given.
+        got: usize,
+    },
+    /// A matrix or quaternion is no rotation.
+    #[error("not a rotation: {deviation} away from orthonormal and right-handed")]
+    NotARotation {
+        /// Largest entry of `|RᵀR − 1|`, or 2 for a left-handed frame.
+        deviation: f64,
+    },
+    /// The lower limit of a joint lies above the upper one.
+    #[error("joint {index}: limits reversed, {min_rad} > {max_rad} rad")]
+    LimitsReversed {
+        /// Joint, from 0.
+        index: usize,
+        /// Lower limit given, rad.
+        min_rad: f64,
+        /// Upper limit given, rad.
+        max_rad: f64,
+    },
+    /// A limit of joint 2, 4 or 6 of an S-R-S arm reaches half a turn, where the arm folds onto itself.
+    #[error("joint {index}: limits [{min_rad}, {max_rad}] rad must stay strictly within half a turn")]
+    LimitTooWide {
+        /// Joint, from 0.
+        index: usize,
+        /// Lower limit given, rad.
+        min_rad: f64,
+        /// Upper limit given, rad.
+        max_rad: f64,
+    },
+    /// A configuration violates a joint limit.
+    #[error("joint {index}: {value_rad} rad outside [{min_rad}, {max_rad}]")]
+    JointLimit {
+        /// Joint, from 0.
+        index: usize,
+        /// Angle given, rad (metres for a prismatic joint).
+        value_rad: f64,
+        /// Lower limit, rad.
+        min_rad: f64,
+        /// Upper limit, rad.
+        max_rad: f64,
+    },
+    /// A link length is zero or negative where the arm needs it.
+    #[error("link length {link} is {value_m} m, it must be positive")]
+    LinkLength {
+        /// Symbol of the length.
+        link: &'static str,
+        /// Length given, m.
+        value_m: f64,
+    },
+    /// A parameter of a solver is outside its range.
+    #[error("{what} is {value}, it must be {wanted}")]
+    Parameter {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Value given.
+        value: f64,
+        /// The range it must lie in.
+        wanted: &'static str,
+    },
+    /// The numeric inverse found no solution within its budget.
+    #[error("not converged after {iterations} steps: {residual_m} m, {residual_rad} rad left")]
+    NotConverged {
+        /// Steps spent over all restarts.
+        iterations: usize,
+        /// Position error of the best attempt, m.
+        residual_m: f64,
+        /// Orientation error of the best attempt, rad.
+        residual_rad: f64,
+    },
+    /// A chain has no movable joint.
+    #[error("the chain has no movable joint")]
+    NoJoints,
+    /// A joint axis has no direction.
+    #[error("joint {joint}: axis {axis:?} has no direction")]
+    ZeroAxis {
+        /// Joint name.
+        joint: String,
+        /// Axis given.
+        axis: [f64; 3],
+    },
+    /// The URDF text cannot be read at all.
+    #[error("malformed URDF: {message}")]
+    UrdfMalformed {
+        /// What the parser said.
+        message: String,
+    },
+    /// A URDF names a link it does not hold.
+    #[error("URDF has no link {link:?}")]
+    UrdfUnknownLink {
+        /// The missing link.
+        link: String,
+    },
+    /// A URDF link is defined twice or has two parents.
+    #[error("URDF link {link:?} is defined twice or has two parents")]
+    UrdfDuplicateLink {
+        /// The link.
+        link: String,
+    },
+    /// The joints of a URDF form a loop.
+    #[error("URDF joints form a loop through link {link:?}")]
+    UrdfLoop {
+        /// A link on the loop.
+        link: String,
+    },
+    /// There is no way from base to tip.
+    #[error("URDF link {tip:?} does not hang on {base:?}")]
+    UrdfDisconnected {
+        /// First link.
+        base: String,
+        /// Last link.
+        tip: String,
+    },
+    /// Several links end the tree, so the tip must be named.
+    #[error("URDF has {count} possible ends, name the base and tip link")]
+    UrdfAmbiguous {
+        /// Number of roots or leaves found.
+        count: usize,
+    },
+    /// A joint kind that a serial chain cannot hold.
+    #[error("URDF joint {joint:?} of kind {kind} is not supported")]
+    UrdfJointKind {
+        /// Joint name.
+        joint: String,
+        /// Kind given.
+        kind: String,
+    },
+    /// A link has no or impossible inertia, and dynamics was asked for.
+    #[error("link {link:?}: mass {mass_kg} kg or its inertia is not physical")]
+    Inertia {
+        /// Link name.
+        link: String,
+        /// Mass given, kg.
+        mass_kg: f64,
+    },
+    /// The chain carries no inertials at all.
+    #[error("the model holds no link inertials")]
+    NoInertials,
+    /// A file cannot be read.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file.
+        path: String,
+        /// What the system said.
+        message: String,
+    },
+}
+
+/// Rejects NaN and infinities, naming the argument and the place.
+pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), KinematicsError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(KinematicsError::NonFinite { what, index, value: values[index] }),
+    }
+}

@@ -1,0 +1,136 @@
+//! Joint arrays of a seven-joint arm, one type a quantity, and joint limits.
+
+use crate::KinematicsError;
+use crate::error::finite;
+
+macro_rules! joint_array {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        pub struct $name(pub [f64; 7]);
+
+        impl $name {
+            /// From a slice, which must hold seven finite numbers.
+            ///
+            /// # Errors
+            /// Another length, NaN or infinity.
+            pub fn from_slice(values: &[f64]) -> Result<Self, KinematicsError> {
+                let array: [f64; 7] = values.try_into().map_err(|_| KinematicsError::WrongJointCount {
+                    what: stringify!($name),
+                    expected: 7,
+                    got: values.len(),
+                })?;
+                finite(stringify!($name), values)?;
+                Ok(Self(array))
+            }
+        }
+
+        impl From<[f64; 7]> for $name {
+            fn from(values: [f64; 7]) -> Self {
+                Self(values)
+            }
+        }
+
+        impl AsRef<[f64]> for $name {
+            fn as_ref(&self) -> &[f64] {
+                &self.0
+            }
+        }
+
+        impl std::ops::Index<usize> for $name {
+            type Output = f64;
+            fn index(&self, joint: usize) -> &f64 {
+                &self.0[joint]
+            }
+        }
+
+        impl std::ops::IndexMut<usize> for $name {
+            fn index_mut(&mut self, joint: usize) -> &mut f64 {
+                &mut self.0[joint]
+            }
+        }
+    };
+}
+
+joint_array!(
+    /// Joint angles, rad, joint 1 at the base first.
+    JointPositions
+);
+joint_array!(
+    /// Joint velocities, rad/s.
+    JointVelocities
+);
+joint_array!(
+    /// Joint torques, N m.
+    JointTorques
+);
+
+impl JointPositions {
+    /// From angles in degrees.
+    #[must_use]
+    pub fn from_deg(degrees: [f64; 7]) -> Self {
+        Self(degrees.map(f64::to_radians))
+    }
+
+    /// Largest difference of a joint to another configuration, rad.
+    #[must_use]
+    pub fn max_abs_difference(&self, other: &Self) -> f64 {
+        self.0.iter().zip(other.0).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+    }
+}
+
+/// Closed interval of a joint, rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct JointLimit {
+    /// Lower end, rad.
+    pub min_rad: f64,
+    /// Upper end, rad.
+    pub max_rad: f64,
+}
+
+impl JointLimit {
+    /// No limit at all.
+    pub const FREE: Self = Self { min_rad: f64::NEG_INFINITY, max_rad: f64::INFINITY };
+
+    /// `[-half_range, +half_range]`, given in degrees.
+    #[must_use]
+    pub fn symmetric_deg(half_range: f64) -> Self {
+        let h = half_range.to_radians();
+        Self { min_rad: -h, max_rad: h }
+    }
+
+    /// Is the angle inside, both ends included? NaN is not.
+    #[must_use]
+    pub fn contains(&self, angle_rad: f64) -> bool {
+        self.min_rad <= angle_rad && angle_rad <= self.max_rad
+    }
+
+    /// Distance to the nearer end, rad; negative outside.
+    #[must_use]
+    pub fn distance_rad(&self, angle_rad: f64) -> f64 {
+        (angle_rad - self.min_rad).min(self.max_rad - angle_rad)
+    }
+
+    /// Both ends moved inwards (outwards for a negative amount), rad.
+    #[must_use]
+    pub fn shrunk(&self, by_rad: f64) -> Self {
+        Self { min_rad: self.min_rad + by_rad, max_rad: self.max_rad - by_rad }
+    }
+
+    /// Rejects NaN and reversed ends; infinite ends mean "no limit".
+    pub(crate) fn validate(&self, index: usize) -> Result<(), KinematicsError> {
+        if self.min_rad.is_nan() || self.max_rad.is_nan() {
+            return Err(KinematicsError::NonFinite { what: "joint limits", index, value: f64::NAN });
+        }
+        if self.min_rad > self.max_rad {
+            return Err(KinematicsError::LimitsReversed {
+                index,
+                min_rad: self.min_rad,
+                max_rad: self.max_rad,
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,1 @@
+//! A simulated KUKA iiwa and a simulated person for encountered-type haptics: servo-level arm, reaches, seeded.

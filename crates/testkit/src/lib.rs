@@ -1,0 +1,1 @@
+//! Error statistics, tolerances, seeded samplers, timing and report tables for the H-Wall tests and reports.
