@@ -1,1 +1,17 @@
-//! Error statistics, tolerances, seeded samplers, timing and report tables for the H-Wall tests and reports.
+#![doc = include_str!("../README.md")]
+
+mod difference;
+mod machine;
+mod sampler;
+mod stats;
+mod table;
+mod timing;
+mod tolerance;
+
+pub use difference::{central_difference, central_jacobian};
+pub use machine::Machine;
+pub use sampler::Sampler;
+pub use stats::{ErrorStats, quantile};
+pub use table::{MarkdownTable, SpeedErrorRow, SpeedErrorTable, format_error, format_ns};
+pub use timing::{Timing, time_batches, time_each};
+pub use tolerance::{Components, Tol, mismatch};
