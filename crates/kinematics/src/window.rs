@@ -1,0 +1,176 @@
+//! Joint limits as tests on direction vectors, so that a verdict needs no angle.
+//!
+//! A joint angle is held as the direction `(x, y) = ρ (cos q, sin q)`, `ρ ≥ 0`. Whether it lies
+//! within a limit is then the sign of two cross products. Each test carries the absolute
+//! tolerance [`CROSS_TOLERANCE`]: near a singularity `ρ → 0` and the angle itself means
+//! nothing, while what the tolerance does to the pose stays below it.
+
+use crate::srs::SrsGeometry;
+use crate::JointLimit;
+use std::f64::consts::{PI, TAU};
+
+/// Slack of the cross products: what it moves the tool by, rad (times the arm's length, m).
+///
+/// A few hundred times the rounding of the products, ten times below the promised 1e-12.
+pub(crate) const CROSS_TOLERANCE: f64 = 1e-13;
+
+/// One closed limit of a joint that turns about its link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Window {
+    /// `cos, sin` of the lower and upper end.
+    pub(crate) min: [f64; 2],
+    pub(crate) max: [f64; 2],
+    /// `cos, sin` of the middle.
+    middle: [f64; 2],
+    pub(crate) shape: Shape,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// A full turn or more: nothing to test.
+    Free,
+    /// More than half a turn: outside only if beyond both ends.
+    Wide,
+    /// At most half a turn: inside only if within both ends.
+    Narrow,
+}
+
+impl Window {
+    pub(crate) fn new(limit: JointLimit) -> Self {
+        let width = limit.max_rad - limit.min_rad;
+        let shape = if width >= TAU {
+            Shape::Free
+        } else if width > PI {
+            Shape::Wide
+        } else {
+            Shape::Narrow
+        };
+        let direction = |angle: f64| if angle.is_finite() { [angle.cos(), angle.sin()] } else { [1.0, 0.0] };
+        Self {
+            min: direction(limit.min_rad),
+            max: direction(limit.max_rad),
+            middle: direction(0.5 * (limit.min_rad + limit.max_rad)),
+            shape,
+        }
+    }
+
+    /// Whether the direction, and whether its opposite, lies in the window.
+    #[inline(always)]
+    pub(crate) fn holds(&self, x: f64, y: f64) -> (bool, bool) {
+        const T: f64 = CROSS_TOLERANCE;
+        let past_min = self.min[0] * y - self.min[1] * x;
+        let before_max = self.max[1] * x - self.max[0] * y;
+        match self.shape {
+            Shape::Free => (true, true),
+            Shape::Wide => {
+                (past_min >= -T || before_max >= -T, past_min <= T || before_max <= T)
+            }
+            Shape::Narrow => {
+                // Without the middle, a window of no width would hold its opposite too.
+                let towards = self.middle[0] * x + self.middle[1] * y;
+                (
+                    past_min >= -T && before_max >= -T && towards >= -T,
+                    past_min <= T && before_max <= T && towards <= T,
+                )
+            }
+        }
+    }
+}
+
+/// The limit of joint 2 or 6, split by the sign of the joint: `|q|` between two ends, each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SignedCone {
+    /// For `q ≥ 0` and for `q ≤ 0`: the ends of `|q|`, or `None` where that sign is not allowed.
+    pub(crate) sides: [Option<Cone>; 2],
+}
+
+/// `|q|` in `[inner, outer]`, as `cos, sin`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cone {
+    pub(crate) inner: [f64; 2],
+    pub(crate) outer: [f64; 2],
+}
+
+impl SignedCone {
+    pub(crate) fn new(limit: JointLimit) -> Self {
+        Self { sides: magnitude_ranges(limit).map(|range| range.map(Cone::new)) }
+    }
+
+    /// Whether `+q` and `-q` are allowed, for `q = atan2(sin, cos)`, `sin ≥ 0`.
+    #[inline(always)]
+    pub(crate) fn holds(&self, cos: f64, sin: f64) -> (bool, bool) {
+        let [plus, minus] = self.sides;
+        (plus.is_some_and(|c| c.holds(cos, sin)), minus.is_some_and(|c| c.holds(cos, sin)))
+    }
+}
+
+impl Cone {
+    fn new([inner, outer]: [f64; 2]) -> Self {
+        Self { inner: [inner.cos(), inner.sin()], outer: [outer.cos(), outer.sin()] }
+    }
+
+    #[inline(always)]
+    fn holds(&self, cos: f64, sin: f64) -> bool {
+        // Both angles lie in [0, π), so each cross product is the sine of a difference below π.
+        self.inner[0] * sin - self.inner[1] * cos >= -CROSS_TOLERANCE
+            && self.outer[1] * cos - self.outer[0] * sin >= -CROSS_TOLERANCE
+    }
+}
+
+/// The part of a limit with `q ≥ 0` and the part with `q ≤ 0`, as ranges of `|q|`.
+pub(crate) fn magnitude_ranges(limit: JointLimit) -> [Option<[f64; 2]>; 2] {
+    let (lo, hi) = (limit.min_rad, limit.max_rad);
+    [(hi >= 0.0).then(|| [lo.max(0.0), hi]), (lo <= 0.0).then(|| [(-hi).max(0.0), -lo])]
+}
+
+/// Shoulder-wrist distances that the elbow allows: joint 4's limit, seen as lengths.
+///
+/// The distance falls as `|q4|` grows. Testing lengths instead of angles keeps the tolerance
+/// in metres: near a straight elbow 1e-16 m is 1e-8 rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Distances {
+    /// Upper arm and forearm, m.
+    pub(crate) upper: f64,
+    pub(crate) fore: f64,
+    /// `[shortest, longest]` for `q4 ≤ 0` and for `q4 ≥ 0`; `[∞, -∞]` where not allowed.
+    pub(crate) sides: [[f64; 2]; 2],
+    /// Rounding of a shoulder-wrist distance near the base, m.
+    pub(crate) tolerance: f64,
+}
+
+impl Distances {
+    pub(crate) fn new(geometry: SrsGeometry, elbow: JointLimit) -> Self {
+        let (a, b) = (geometry.d_se_m, geometry.d_ew_m);
+        // |w|² = a² + b² + 2ab cos q4, written so that a straight elbow keeps all digits.
+        let length = |q: f64| {
+            let half = (0.5 * q).sin();
+            ((a + b) * (a + b) - 4.0 * a * b * half * half).max(0.0).sqrt()
+        };
+        let [plus, minus] = magnitude_ranges(elbow);
+        let sides = [minus, plus].map(|range| match range {
+            Some([inner, outer]) => [length(outer), length(inner)],
+            None => [f64::INFINITY, f64::NEG_INFINITY],
+        });
+        let reach = geometry.d_bs_m.abs() + a + b + geometry.d_wf_m.abs();
+        Self { upper: a, fore: b, sides, tolerance: 32.0 * f64::EPSILON * reach }
+    }
+
+    /// Longest shoulder-wrist distance the geometry gives, m.
+    pub(crate) fn longest(&self) -> f64 {
+        self.upper + self.fore
+    }
+
+    /// Shortest one, m.
+    pub(crate) fn shortest(&self) -> f64 {
+        (self.upper - self.fore).abs()
+    }
+
+    /// Allowed with `q4 ≤ 0`, allowed with `q4 ≥ 0`?
+    #[inline(always)]
+    pub(crate) fn allow(&self, length: f64) -> (bool, bool) {
+        let within = |side: [f64; 2]| {
+            side[0] - self.tolerance <= length && length <= side[1] + self.tolerance
+        };
+        (within(self.sides[0]), within(self.sides[1]))
+    }
+}
