@@ -96,6 +96,18 @@ pub enum KinematicsError {
     /// A chain has no movable joint.
     #[error("the chain has no movable joint")]
     NoJoints,
+    /// Two joints of a chain have the same name.
+    #[error("two joints are called {joint:?}")]
+    DuplicateJoint {
+        /// Joint name.
+        joint: String,
+    },
+    /// A revolute or prismatic joint comes without limits.
+    #[error("URDF joint {joint:?} has no limits")]
+    UrdfNoLimits {
+        /// Joint name.
+        joint: String,
+    },
     /// A joint axis has no direction.
     #[error("joint {joint}: axis {axis:?} has no direction")]
     ZeroAxis {

@@ -1,14 +1,32 @@
 #![doc = include_str!("../README.md")]
 
+mod arm_angles;
+mod branch;
+mod chain;
+mod chain_motion;
+mod chain_presets;
+mod circle;
 mod error;
 mod forward;
+mod inertia;
+mod inverse;
 mod joints;
+mod numeric;
+mod margin;
 mod pose;
+mod reach;
 mod srs;
 mod window;
 
+pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
+pub use branch::Branch;
+pub use chain::{Chain, ChainJoint, JointKind};
+pub use chain_motion::{ChainJacobian, ChainScratch};
 pub use error::KinematicsError;
 pub use forward::Jacobian;
+pub use inertia::Inertial;
 pub use joints::{JointLimit, JointPositions, JointTorques, JointVelocities};
+pub use numeric::{NumericConfig, NumericReport, NumericScratch, NumericSolution};
 pub use pose::{Pose, ROTATION_TOLERANCE, Twist, Wrench, rotation_vector};
+pub use reach::{Reach, Unreachable, Witness};
 pub use srs::{SrsArm, SrsGeometry, SrsParameters};
