@@ -1,0 +1,235 @@
+//! The exact reachability verdict: a witness, or the reason why there is none.
+
+use crate::circle::{Direction, ElbowCircle, Triangle, wrist_from_shoulder};
+use crate::inverse::BaseSolution;
+use crate::window::CROSS_TOLERANCE;
+use crate::{Branch, JointPositions, Pose, SrsArm};
+
+/// Whether a pose can be held, with proof either way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// The witness holds the pose within all limits.
+    Reachable(Witness),
+    /// No configuration within the limits holds the pose.
+    Unreachable(Unreachable),
+}
+
+impl Reach {
+    /// Is there a witness?
+    #[must_use]
+    pub const fn is_reachable(&self) -> bool {
+        matches!(self, Self::Reachable(_))
+    }
+
+    /// The witness, if there is one.
+    #[must_use]
+    pub const fn witness(&self) -> Option<&Witness> {
+        match self {
+            Self::Reachable(witness) => Some(witness),
+            Self::Unreachable(_) => None,
+        }
+    }
+}
+
+/// A configuration that holds the pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Witness {
+    /// Joint angles within all limits, rad.
+    pub q: JointPositions,
+    /// Its branch.
+    pub branch: Branch,
+    /// Its arm angle, rad.
+    pub arm_angle_rad: f64,
+}
+
+/// Why a pose cannot be held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Unreachable {
+    /// The wrist centre lies beyond the stretched arm.
+    TooFar {
+        /// Missing length, m.
+        gap_m: f64,
+    },
+    /// The wrist centre lies nearer to the shoulder than upper arm and forearm can fold.
+    TooNear {
+        /// Missing distance, m.
+        gap_m: f64,
+    },
+    /// The arm is long enough, but joint 4 would have to pass its limit.
+    ElbowLimit {
+        /// By how much the shoulder-wrist distance misses what the elbow allows, m.
+        gap_m: f64,
+    },
+    /// At no arm angle do joints 1 to 3 stay within their limits.
+    ShoulderLimit,
+    /// At no arm angle do joints 5 to 7 stay within their limits.
+    WristLimit,
+    /// The shoulder's limits and the wrist's can each be met, but never at the same arm angle.
+    ArmAngleConflict,
+}
+
+impl Unreachable {
+    /// A short name for tables and files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::TooFar { .. } => "too_far",
+            Self::TooNear { .. } => "too_near",
+            Self::ElbowLimit { .. } => "elbow_limit",
+            Self::ShoulderLimit => "shoulder_limit",
+            Self::WristLimit => "wrist_limit",
+            Self::ArmAngleConflict => "arm_angle_conflict",
+        }
+    }
+}
+
+impl std::fmt::Display for Unreachable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::TooFar { gap_m } => write!(f, "too far by {gap_m} m"),
+            Self::TooNear { gap_m } => write!(f, "too near by {gap_m} m"),
+            Self::ElbowLimit { gap_m } => write!(f, "elbow limit, {gap_m} m missing"),
+            Self::ShoulderLimit => write!(f, "shoulder limit at every arm angle"),
+            Self::WristLimit => write!(f, "wrist limit at every arm angle"),
+            Self::ArmAngleConflict => write!(f, "shoulder and wrist limits need different arm angles"),
+        }
+    }
+}
+
+/// Where the search found a feasible place.
+pub(crate) struct Place {
+    pub(crate) circle: ElbowCircle,
+    psi: Direction,
+    mask: u8,
+}
+
+impl SrsArm {
+    /// Can the arm hold the tool at `base_from_tool` within its closed limits?
+    ///
+    /// Exact: a nonempty feasible set of arm angles holds a limit's root or is the whole circle,
+    /// so testing every root decides it; the singular places, which no sample of the arm angle
+    /// hits, are tested by themselves. A pose beyond a limit by less than about 1e-13 counts as
+    /// reachable, and its witness is moved onto the limit (pose error below 1e-12 m and rad).
+    ///
+    /// Method: [Shimizu 2008], [Faria 2018]; notes in docs/NOTATION.md.
+    #[must_use]
+    pub fn reach(&self, base_from_tool: &Pose) -> Reach {
+        let flange_pose = self.flange_pose(base_from_tool);
+        match self.find_place(&flange_pose) {
+            Ok(place) => {
+                let base = BaseSolution::new(&place.circle, place.psi);
+                let found = Branch::in_mask(place.mask).find_map(|branch| {
+                    let q = base.on_branch(self, branch, &JointPositions::default())?;
+                    Some(Witness { q, branch, arm_angle_rad: place.psi.angle() })
+                });
+                match found {
+                    Some(witness) => Reach::Reachable(witness),
+                    // The direction test passed within its tolerance, the angles do not.
+                    None => Reach::Unreachable(Unreachable::ArmAngleConflict),
+                }
+            }
+            Err(reason) => Reach::Unreachable(reason),
+        }
+    }
+
+    /// The verdict of [`reach`](Self::reach) alone, without the joint angles of a witness.
+    #[must_use]
+    pub fn is_reachable(&self, base_from_tool: &Pose) -> bool {
+        self.find_place(&self.flange_pose(base_from_tool)).is_ok()
+    }
+
+    #[inline]
+    pub(crate) fn find_place(&self, flange_pose: &Pose) -> Result<Place, Unreachable> {
+        let circle = self.elbow_circle(flange_pose).map_err(|length| self.length_reason(length))?;
+        let mut search = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 };
+        let mut found = circle.extremes().into_iter().find_map(|psi| search.test(psi));
+        if found.is_none() {
+            let mut visit = |psi| {
+                if found.is_none() {
+                    found = search.test(psi);
+                }
+            };
+            circle.limit_roots(self, CROSS_TOLERANCE, &mut visit);
+            circle.coupled_roots(self, &mut visit);
+        }
+        let reason = search.reason();
+        match found {
+            Some((psi, mask)) => Ok(Place { circle, psi, mask }),
+            None => self.singular_place(flange_pose, circle.elbow_mask).ok_or(reason),
+        }
+    }
+
+    /// The two places that only exist at a single arm angle, built from their exact elbow: on the
+    /// base axis (q2 = 0) and on the tool axis (q6 = 0).
+    ///
+    /// Near a straight elbow the triangle's angles are known to 1e-8 only, too coarse to notice
+    /// that the elbow meets an axis; the elbow's position is known to 1e-16.
+    #[cold]
+    fn singular_place(&self, flange_pose: &Pose, elbow_mask: u8) -> Option<Place> {
+        let (a, b) = (self.distances.upper, self.distances.fore);
+        let w = wrist_from_shoulder(self, flange_pose);
+        let length = w.length();
+        let n = flange_pose.rotation().z_axis;
+        let on_base_axis = glam::DVec3::Z * a;
+        let on_tool_axis = w - n * b;
+        [(on_base_axis, (w - on_base_axis).length() - b), (on_tool_axis, on_tool_axis.length() - a)]
+            .into_iter()
+            .filter(|(_, misfit)| misfit.abs() <= self.distances.tolerance)
+            .find_map(|(elbow, _)| {
+                let beta = w.cross(elbow).length().atan2(w.dot(elbow));
+                let forearm = w - elbow;
+                let eta = w.cross(forearm).length().atan2(w.dot(forearm));
+                let triangle = Triangle::from_angles(length, beta, eta);
+                let circle = ElbowCircle::new(w, triangle, elbow_mask, &flange_pose.rotation());
+                let mut search = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 };
+                let (psi, mask) = circle.extremes().into_iter().find_map(|psi| search.test(psi))?;
+                Some(Place { circle, psi, mask })
+            })
+    }
+
+    fn length_reason(&self, length: f64) -> Unreachable {
+        let d = &self.distances;
+        if length > d.longest() + d.tolerance {
+            Unreachable::TooFar { gap_m: length - d.longest() }
+        } else if length < d.shortest() - d.tolerance || length <= d.tolerance {
+            Unreachable::TooNear { gap_m: (d.shortest() - length).max(0.0) }
+        } else {
+            let gap = |side: [f64; 2]| (side[0] - length).max(length - side[1]);
+            Unreachable::ElbowLimit { gap_m: d.sides.map(gap).into_iter().fold(f64::INFINITY, f64::min) }
+        }
+    }
+}
+
+/// Tests arm angles one by one and remembers what was ever possible.
+struct Search<'a> {
+    arm: &'a SrsArm,
+    circle: &'a ElbowCircle,
+    shoulder: u8,
+    wrist: u8,
+}
+
+impl Search<'_> {
+    #[inline(always)]
+    fn test(&mut self, psi: Direction) -> Option<(Direction, u8)> {
+        let v = self.circle.verdicts(self.arm, psi);
+        self.shoulder |= v.shoulder;
+        self.wrist |= v.wrist;
+        let mask = v.shoulder & v.wrist;
+        if mask == 0 {
+            return None;
+        }
+        let mask = if v.near_singular { self.circle.confirmed(self.arm, psi, mask) } else { mask };
+        (mask != 0).then_some((psi, mask))
+    }
+
+    fn reason(&self) -> Unreachable {
+        if self.shoulder == 0 {
+            Unreachable::ShoulderLimit
+        } else if self.wrist == 0 {
+            Unreachable::WristLimit
+        } else {
+            Unreachable::ArmAngleConflict
+        }
+    }
+}
