@@ -60,7 +60,7 @@ impl SrsArm {
 }
 
 impl FeasibleArmAngles {
-    fn new(arm: &SrsArm, circle: ElbowCircle) -> Self {
+    pub(crate) fn new(arm: &SrsArm, circle: ElbowCircle) -> Self {
         let mut breaks = [0.0; CAPACITY];
         let mut len = 0;
         let mut add = |psi: Direction| {

@@ -120,35 +120,37 @@ pub(crate) struct AxisFrame {
     pub(crate) axis_from_link: Pose,
 }
 
+/// Position of a joint as the frames use it: `(sin q, cos q)`, or `(q, 0)` for a slide.
+pub(crate) type Setting = (f64, f64);
+
 impl AxisFrame {
-    /// Pose of this frame in the previous one with the joint at `q`.
-    #[inline]
-    pub(crate) fn at(&self, q: f64) -> (DMat3, DVec3) {
-        if self.prismatic {
-            (self.rotation, self.translation + self.rotation.z_axis * q)
-        } else {
-            (turned_about_z(self.rotation, q), self.translation)
-        }
+    #[inline(always)]
+    pub(crate) fn setting(&self, q: f64) -> Setting {
+        if self.prismatic { (q, 0.0) } else { q.sin_cos() }
     }
 
-    /// Pose in the base frame, given that of the previous frame and the joint position.
-    #[inline]
-    pub(crate) fn after(&self, rotation: DMat3, position_m: DVec3, q: f64) -> (DMat3, DVec3) {
-        let position_m = position_m + rotation * self.translation;
-        let rotation = rotation * self.rotation;
+    /// Pose of this frame in the previous one.
+    #[inline(always)]
+    pub(crate) fn at(&self, setting: Setting) -> (DMat3, DVec3) {
+        self.moved(self.rotation, self.translation, setting)
+    }
+
+    /// Pose in the base frame, given that of the previous frame.
+    // Inlined by hand, as LLVM else passes the matrix through memory: 2.5 times the time.
+    #[inline(always)]
+    pub(crate) fn after(&self, rotation: DMat3, position_m: DVec3, setting: Setting) -> (DMat3, DVec3) {
+        self.moved(rotation * self.rotation, position_m + rotation * self.translation, setting)
+    }
+
+    #[inline(always)]
+    fn moved(&self, r: DMat3, p: DVec3, setting: Setting) -> (DMat3, DVec3) {
         if self.prismatic {
-            (rotation, position_m + rotation.z_axis * q)
+            (r, p + r.z_axis * setting.0)
         } else {
-            (turned_about_z(rotation, q), position_m)
+            let (s, c) = setting;
+            (DMat3::from_cols(r.x_axis * c + r.y_axis * s, r.y_axis * c - r.x_axis * s, r.z_axis), p)
         }
     }
-}
-
-/// `R Rz(q)`.
-#[inline]
-fn turned_about_z(r: DMat3, q: f64) -> DMat3 {
-    let (s, c) = q.sin_cos();
-    DMat3::from_cols(r.x_axis * c + r.y_axis * s, r.y_axis * c - r.x_axis * s, r.z_axis)
 }
 
 impl Chain {

@@ -175,16 +175,26 @@ impl Chain {
     }
 
     /// Walks the axis frames from base to tip.
-    #[inline]
+    #[inline(always)]
     fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
-        for (frame, &q) in self.frames.iter().zip(q) {
-            (r, p) = frame.after(r, p, q);
-            visit(frame, r, p);
+        // Sines first: a call in the middle would push the running pose out of the registers.
+        let mut settings = [(0.0, 1.0); CHUNK];
+        for (frames, q) in self.frames.chunks(CHUNK).zip(q.chunks(CHUNK)) {
+            for ((setting, frame), &q) in settings.iter_mut().zip(frames).zip(q) {
+                *setting = frame.setting(q);
+            }
+            for (frame, &setting) in frames.iter().zip(&settings) {
+                (r, p) = frame.after(r, p, setting);
+                visit(frame, r, p);
+            }
         }
         Pose::from_parts(r, p) * self.last_from_tip
     }
 }
+
+/// Joints whose sines are computed together.
+const CHUNK: usize = 8;
 
 /// Jacobian column of one joint for a point at `tip_m`.
 #[inline]

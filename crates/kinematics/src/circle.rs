@@ -332,6 +332,29 @@ impl ElbowCircle {
         }
     }
 
+    /// `dq/dψ` at a held pose; infinite where a branch meets its singularity.
+    pub(crate) fn joint_slopes(&self, psi: Direction, branch: Branch) -> [f64; 7] {
+        // (x, y) = ρ (cos q, sin q) gives q' = (x y' - y x') / ρ², the same for every half turn.
+        let turning = self.turning.each_ref().map(|[x, y]| {
+            let (xv, yv) = (x.at(psi), y.at(psi));
+            ((xv * y.slope(psi) - yv * x.slope(psi)) / (xv * xv + yv * yv), xv.hypot(yv))
+        });
+        // cos q = c gives q' = -c' / sin q; ρ of the neighbouring joint is |sin q|.
+        let tilt = |i: usize, negative: bool| {
+            let slope = -self.tilting[i].slope(psi) / turning[2 * i].1;
+            if negative { -slope } else { slope }
+        };
+        [
+            turning[0].0,
+            tilt(0, branch.shoulder_negative),
+            turning[1].0,
+            0.0,
+            turning[2].0,
+            tilt(1, branch.wrist_negative),
+            turning[3].0,
+        ]
+    }
+
     /// `R03` and `R47` at an arm angle, for the branch with `q4 ≤ 0`.
     pub(crate) fn rotations(&self, psi: Direction) -> (DMat3, DMat3) {
         let (v, y, u) = (self.frame.x_axis, self.frame.y_axis, self.frame.z_axis);

@@ -93,6 +93,9 @@ pub enum KinematicsError {
         /// Orientation error of the best attempt, rad.
         residual_rad: f64,
     },
+    /// A solution was asked for where there is none.
+    #[error("unreachable: {0}")]
+    Unreachable(#[from] crate::Unreachable),
     /// A chain has no movable joint.
     #[error("the chain has no movable joint")]
     NoJoints,

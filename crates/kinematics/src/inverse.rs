@@ -15,7 +15,8 @@ impl SrsArm {
     ///
     /// The arm angle ψ (rad) turns the elbow about the line from shoulder to wrist; at 0 it is
     /// highest. Pose error: below 1e-12 m and rad. At a singularity (q2 or q6 zero) the pair of
-    /// joints beside it shares one sum; the first of them keeps the angle nearest zero.
+    /// joints beside it shares one sum; the first of them keeps the angle nearest zero. An arm
+    /// angle that is NaN or infinite gives no solution.
     #[must_use]
     pub fn solutions(&self, base_from_tool: &Pose, arm_angle_rad: f64) -> [Option<JointPositions>; 8] {
         let mut solutions = [None; 8];
@@ -39,7 +40,7 @@ impl SrsArm {
     ///
     /// With a straight elbow, where the circle is a point, it is the turn of the elbow's axis
     /// instead, which continues the same angle. On the base axis (wrist above the shoulder) the
-    /// reference is the base's x axis.
+    /// reference is the base's x axis. NaN in gives NaN out.
     #[must_use]
     pub fn arm_angle(&self, q: &JointPositions) -> f64 {
         let frames = Frames::new(q);
@@ -134,6 +135,8 @@ impl SphericalJoint {
         let sign = if negative { -1.0 } else { 1.0 };
         let (x, y) = (sign * m[0][2], sign * m[1][2]);
         let clamp = |angle: f64, limit: &JointLimit| angle.clamp(limit.min_rad, limit.max_rad);
+        // False for NaN too.
+        let within = |error: f64| error.abs() <= CLAMP_RAD;
         // On the singularity the first angle is free: keep the reference.
         let on_singularity = x.abs().max(y.abs()) <= 4.0 * f64::EPSILON;
         let free = if on_singularity { reference[0] } else { y.atan2(x) };
@@ -148,19 +151,19 @@ impl SphericalJoint {
             first = clamp(first + upright * (third - end), limits[0]);
             let (again, rest) = self.after(first);
             second = again;
-            if near(rest - end, 0.0).abs() > CLAMP_RAD {
+            if !within(near(rest - end, 0.0)) {
                 return None;
             }
             third = end;
         }
         // What is left of the direction across the first joint's plane turns the tool.
         let (sin, cos) = first.sin_cos();
-        if (cos * y - sin * x).abs() > CLAMP_RAD {
+        if !within(cos * y - sin * x) {
             return None;
         }
         let inside = clamp(second, limits[1]);
         let right_side = if negative { inside <= CLAMP_RAD } else { inside >= -CLAMP_RAD };
-        ((second - inside).abs() <= CLAMP_RAD && right_side).then_some([first, inside, third])
+        (within(second - inside) && right_side).then_some([first, inside, third])
     }
 
     /// Second and third angle once the first is taken off, so that near the singularity their

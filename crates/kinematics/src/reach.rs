@@ -43,30 +43,39 @@ pub struct Witness {
 }
 
 /// Why a pose cannot be held.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unreachable {
     /// The wrist centre lies beyond the stretched arm.
+    #[error("too far by {gap_m} m")]
     TooFar {
         /// Missing length, m.
         gap_m: f64,
     },
     /// The wrist centre lies nearer to the shoulder than upper arm and forearm can fold.
+    #[error("too near by {gap_m} m")]
     TooNear {
         /// Missing distance, m.
         gap_m: f64,
     },
     /// The arm is long enough, but joint 4 would have to pass its limit.
+    #[error("elbow limit, {gap_m} m missing")]
     ElbowLimit {
         /// By how much the shoulder-wrist distance misses what the elbow allows, m.
         gap_m: f64,
     },
     /// At no arm angle do joints 1 to 3 stay within their limits.
+    #[error("shoulder limit at every arm angle")]
     ShoulderLimit,
     /// At no arm angle do joints 5 to 7 stay within their limits.
+    #[error("wrist limit at every arm angle")]
     WristLimit,
     /// The shoulder's limits and the wrist's can each be met, but never at the same arm angle.
+    #[error("shoulder and wrist limits need different arm angles")]
     ArmAngleConflict,
+    /// Only branches that the request excludes hold the pose.
+    #[error("reachable on another branch only")]
+    OtherBranch,
 }
 
 impl Unreachable {
@@ -80,19 +89,7 @@ impl Unreachable {
             Self::ShoulderLimit => "shoulder_limit",
             Self::WristLimit => "wrist_limit",
             Self::ArmAngleConflict => "arm_angle_conflict",
-        }
-    }
-}
-
-impl std::fmt::Display for Unreachable {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::TooFar { gap_m } => write!(f, "too far by {gap_m} m"),
-            Self::TooNear { gap_m } => write!(f, "too near by {gap_m} m"),
-            Self::ElbowLimit { gap_m } => write!(f, "elbow limit, {gap_m} m missing"),
-            Self::ShoulderLimit => write!(f, "shoulder limit at every arm angle"),
-            Self::WristLimit => write!(f, "wrist limit at every arm angle"),
-            Self::ArmAngleConflict => write!(f, "shoulder and wrist limits need different arm angles"),
+            Self::OtherBranch => "other_branch",
         }
     }
 }

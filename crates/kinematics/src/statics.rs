@@ -1,0 +1,80 @@
+//! Between forces at the tool and torques at the joints.
+
+use crate::linalg::{gram, roots, symmetric_eigen};
+use crate::{JointPositions, JointTorques, KinematicsError, SrsArm, Wrench};
+
+/// An external wrench seen through the joint torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchEstimate {
+    /// Wrench on the tool, about the tool origin, base axes.
+    pub wrench: Wrench,
+    /// Largest over smallest singular value of the Jacobian, rotations counted by
+    /// the moment length asked for. Torque noise grows by up to this in the wrench.
+    pub condition: f64,
+    /// Norm of the torque that no wrench explains, N m: sensor noise, or a touch elsewhere on
+    /// the arm.
+    pub residual_n_m: f64,
+}
+
+impl SrsArm {
+    /// Joint torques that a wrench on the tool (base axes, about the tool origin) exerts,
+    /// `τ = Jᵀ f`.
+    #[must_use]
+    pub fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
+        self.jacobian(q).torques(wrench)
+    }
+
+    /// The wrench on the tool that explains external joint torques, by damped least squares:
+    /// `min |Jᵀ f - τ|² + λ² |f|²`, moments counted in units of `moment_length_m`.
+    ///
+    /// `damping_m` is λ: singular values of the Jacobian below it are held back instead of
+    /// amplified. With 0 the estimate is the plain least squares one, and directions that the
+    /// arm cannot feel at all (singular values below 1e-9) are left at zero.
+    ///
+    /// # Errors
+    /// NaN or infinity, a negative damping, or a moment length that is not positive.
+    pub fn wrench_from_torques(
+        &self,
+        q: &JointPositions,
+        torques: &JointTorques,
+        damping_m: f64,
+        moment_length_m: f64,
+    ) -> Result<WrenchEstimate, KinematicsError> {
+        crate::error::finite("q", &q.0)?;
+        crate::error::finite("torques", &torques.0)?;
+        if !(damping_m >= 0.0 && damping_m.is_finite()) {
+            return Err(KinematicsError::Parameter { what: "damping_m", value: damping_m, wanted: "at least 0" });
+        }
+        if !(moment_length_m > 0.0 && moment_length_m.is_finite()) {
+            let (what, value) = ("moment_length_m", moment_length_m);
+            return Err(KinematicsError::Parameter { what, value, wanted: "positive" });
+        }
+        let jacobian = self.jacobian(q);
+        let mut rows = jacobian.to_rows();
+        for row in &mut rows[3..] {
+            *row = row.map(|x| x * moment_length_m);
+        }
+        let (eigenvalues, vectors) = symmetric_eigen(gram(&rows));
+        let rhs: [f64; 6] = rows.map(|row| row.iter().zip(torques.0).map(|(a, b)| a * b).sum());
+        let mut scaled = [0.0; 6];
+        for (eigenvalue, vector) in eigenvalues.into_iter().zip(vectors) {
+            let damped = eigenvalue.max(0.0) + damping_m * damping_m;
+            if damped > 1e-18 {
+                let along: f64 = vector.iter().zip(rhs).map(|(a, b)| a * b).sum::<f64>() / damped;
+                for (s, v) in scaled.iter_mut().zip(vector) {
+                    *s += along * v;
+                }
+            }
+        }
+        // The last three are moments in units of the length.
+        for s in &mut scaled[3..] {
+            *s *= moment_length_m;
+        }
+        let wrench = Wrench::from_array(scaled);
+        let explained = jacobian.torques(&wrench);
+        let residual_n_m = (0..7).map(|i| (torques[i] - explained[i]).powi(2)).sum::<f64>().sqrt();
+        let singular_values = roots(eigenvalues);
+        let condition = singular_values[0] / singular_values[5];
+        Ok(WrenchEstimate { wrench, condition, residual_n_m })
+    }
+}
