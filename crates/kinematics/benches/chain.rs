@@ -3,7 +3,9 @@
 //! `cargo bench -p hwall-kinematics --bench chain`
 
 use hwall_kinematics::{Chain, KinematicsError, NumericConfig, NumericScratch, Pose};
-use hwall_testkit::{ErrorStats, Machine, MarkdownTable, Sampler, format_error, format_ns, time_batches, time_each};
+use hwall_testkit::{
+    ErrorStats, Machine, MarkdownTable, Sampler, format_error, format_ns, time_batches, time_each,
+};
 use std::error::Error;
 
 const SEED: u64 = 20_260_101;
@@ -38,7 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     ]);
     let mut scratch = NumericScratch::default();
     for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
-        let config = NumericConfig { tolerance_m: tolerance, tolerance_rad: tolerance, ..NumericConfig::default() };
+        let config =
+            NumericConfig { tolerance_m: tolerance, tolerance_rad: tolerance, ..NumericConfig::default() };
         let mut errors = Vec::new();
         let mut restarts = Vec::new();
         let timing = time_each(TARGETS, |i| {
@@ -64,18 +67,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     let config = NumericConfig::default();
     let mut unsolved = 0;
     let unreachable: Vec<Pose> = (0..200)
-        .map(|_| Pose::new(sampler.rotation(), sampler.unit_vector() * sampler.uniform(1.0, 1.05) + glam::DVec3::Z * 0.34))
+        .map(|_| {
+            Pose::new(
+                sampler.rotation(),
+                sampler.unit_vector() * sampler.uniform(1.0, 1.05) + glam::DVec3::Z * 0.34,
+            )
+        })
         .collect::<Result<_, _>>()?;
     let timing = time_each(unreachable.len(), |i| {
         let answer = chain.inverse_numeric_into(&unreachable[i], &starts[i], &config, &mut scratch);
         unsolved += usize::from(matches!(answer, Err(KinematicsError::NotConverged { .. })));
     });
-    table.row([
-        "beyond the arm".to_owned(),
-        format!("{} of 200", 200 - unsolved),
-        format_ns(timing.median_ns),
-        format_ns(timing.p99_ns),
-    ].into_iter().chain(std::iter::repeat_n(String::new(), 3)));
+    table.row(
+        [
+            "beyond the arm".to_owned(),
+            format!("{} of 200", 200 - unsolved),
+            format_ns(timing.median_ns),
+            format_ns(timing.p99_ns),
+        ]
+        .into_iter()
+        .chain(std::iter::repeat_n(String::new(), 3)),
+    );
     let tight: Vec<Pose> = (0..200)
         .map(|_| {
             // Pointing back at the base from its outer rim: inside the sphere, never reachable.
@@ -89,12 +101,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         let answer = chain.inverse_numeric_into(&tight[i], &starts[i], &config, &mut scratch);
         unsolved += usize::from(matches!(answer, Err(KinematicsError::NotConverged { .. })));
     });
-    table.row([
-        "orientation impossible".to_owned(),
-        format!("{} of 200", 200 - unsolved),
-        format_ns(timing.median_ns),
-        format_ns(timing.p99_ns),
-    ].into_iter().chain(std::iter::repeat_n(String::new(), 3)));
+    table.row(
+        [
+            "orientation impossible".to_owned(),
+            format!("{} of 200", 200 - unsolved),
+            format_ns(timing.median_ns),
+            format_ns(timing.p99_ns),
+        ]
+        .into_iter()
+        .chain(std::iter::repeat_n(String::new(), 3)),
+    );
     println!("{table}");
     Ok(())
 }

@@ -130,6 +130,7 @@ impl AxisFrame {
     }
 
     /// Pose of this frame in the previous one.
+    #[cfg(feature = "dynamics")]
     #[inline(always)]
     pub(crate) fn at(&self, setting: Setting) -> (DMat3, DVec3) {
         self.moved(self.rotation, self.translation, setting)

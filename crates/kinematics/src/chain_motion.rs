@@ -134,9 +134,9 @@ impl Chain {
         self.check("joint positions", q)?;
         let tip = self.axes_into(q, &mut scratch.axes);
         scratch.columns.clear();
-        scratch.columns.extend(
-            self.frames.iter().zip(&scratch.axes).map(|(f, axis)| column(f, axis, tip.position_m())),
-        );
+        scratch
+            .columns
+            .extend(self.frames.iter().zip(&scratch.axes).map(|(f, axis)| column(f, axis, tip.position_m())));
         Ok(tip)
     }
 

@@ -176,6 +176,12 @@ pub enum KinematicsError {
     /// The chain carries no inertials at all.
     #[error("the model holds no link inertials")]
     NoInertials,
+    /// The mass matrix is singular: some motion up to this joint moves no mass.
+    #[error("joint {joint} can move without moving any mass")]
+    SingularMass {
+        /// Joint, from 0.
+        joint: usize,
+    },
     /// A file cannot be read.
     #[error("{path}: {message}")]
     Io {

@@ -6,6 +6,8 @@ mod chain;
 mod chain_motion;
 mod chain_presets;
 mod circle;
+#[cfg(feature = "dynamics")]
+mod dynamics;
 mod error;
 mod forward;
 mod inertia;
@@ -20,12 +22,16 @@ mod reach;
 mod redundancy;
 mod srs;
 mod statics;
+#[cfg(feature = "urdf")]
+mod urdf;
 mod window;
 
 pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
 pub use branch::Branch;
 pub use chain::{Chain, ChainJoint, JointKind};
 pub use chain_motion::{ChainJacobian, ChainScratch};
+#[cfg(feature = "dynamics")]
+pub use dynamics::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
 pub use error::KinematicsError;
 pub use forward::Jacobian;
 pub use inertia::Inertial;
