@@ -1,1 +1,21 @@
-//! Where, when and which surface a tracked hand is about to touch: hand tracking filter, recordings, contact prediction.
+#![doc = include_str!("../README.md")]
+
+mod axes;
+mod error;
+mod frame;
+mod freeze;
+mod predict;
+mod recording;
+mod recording_csv;
+mod segment;
+mod tracking;
+
+pub use axes::{RIGID_TOLERANCE, RigidMap};
+pub use error::ContactError;
+pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
+pub use freeze::{FreezeConfig, FreezeKind};
+pub use predict::{ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig};
+pub use recording::{Quantity, Recording, Sample};
+pub use recording_csv::{read_recordings, write_recordings};
+pub use segment::{Reach, ReachEnd, SegmentConfig, reaches};
+pub use tracking::{HandFilter, HandFilterConfig, HandState, LostReason, Tracking};

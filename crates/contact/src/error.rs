@@ -1,0 +1,140 @@
+//! The one error type of the crate.
+
+/// What can be wrong with a recording, a calibration or a configuration.
+///
+/// A hand that is lost, or a hand that is about to touch nothing, is no error: see
+/// [`Tracking`](crate::Tracking) and [`Predictor`](crate::Predictor).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ContactError {
+    /// A file cannot be read or written.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file, or `(stream)`.
+        path: String,
+        /// What the system said.
+        message: String,
+    },
+    /// The CSV holds no header line.
+    #[error("empty: no header line")]
+    Empty,
+    /// The CSV holds a header and nothing below it.
+    #[error("no samples below the header line")]
+    NoSamples,
+    /// A column that must be there is missing: `t`, or one coordinate of a point of which another is given.
+    #[error("no column {column:?}")]
+    MissingColumn {
+        /// Name of the missing column.
+        column: String,
+    },
+    /// Two columns carry the same name.
+    #[error("column {column:?} appears twice")]
+    DuplicateColumn {
+        /// The name.
+        column: String,
+    },
+    /// The header names no point of the hand at all.
+    #[error("no point of the hand among the columns")]
+    NoHandColumns,
+    /// A row is longer or shorter than the header.
+    #[error("line {line}: {got} cells, the header has {expected}")]
+    CellCount {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// Cells of the header.
+        expected: u64,
+        /// Cells of the row.
+        got: u64,
+    },
+    /// The text is no UTF-8.
+    #[error("line {line}: not UTF-8")]
+    NotUtf8 {
+        /// Line of the file, the header being line 1.
+        line: u64,
+    },
+    /// A cell is no number.
+    #[error("line {line}, column {column:?}: {text:?} is not a number")]
+    NotANumber {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// The cell, cut to 40 characters.
+        text: String,
+    },
+    /// A cell says NaN or infinity; a missing value is an empty cell.
+    #[error("line {line}, column {column:?}: {value} is not a finite number")]
+    NonFiniteCell {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A point has one coordinate but lacks another, or a row lacks its time.
+    #[error("line {line}, column {column:?}: empty")]
+    MissingCell {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// Name of the empty column.
+        column: String,
+    },
+    /// A gaze direction has no direction.
+    #[error("line {line}: gaze of length {length}")]
+    ZeroGaze {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// Its length.
+        length: f64,
+    },
+    /// Time stands still or runs backwards inside one trial.
+    #[error("line {line}: time {t_s} s does not follow {previous_s} s")]
+    TimeNotIncreasing {
+        /// Line of the file, the header being line 1; for recordings made in memory, the sample from 1.
+        line: u64,
+        /// Time of the sample, s.
+        t_s: f64,
+        /// Time of the sample before, s.
+        previous_s: f64,
+    },
+    /// A file holds several trials where one was asked for.
+    #[error("{count} trials in a file of which one was expected")]
+    SeveralTrials {
+        /// Trials found.
+        count: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("{what} is {value}, not a finite number")]
+    NonFinite {
+        /// The argument that holds it.
+        what: &'static str,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A map between frames does not keep lengths and handedness.
+    #[error("not rigid: {deviation} away from a rotation")]
+    NotRigid {
+        /// Largest entry of `|RᵀR − 1|`, or 2 for a mirror.
+        deviation: f64,
+    },
+    /// A parameter is outside its range.
+    #[error("{what} is {value}, it must be {wanted}")]
+    Parameter {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Value given.
+        value: f64,
+        /// The range it must lie in.
+        wanted: &'static str,
+    },
+}
+
+/// Rejects a parameter that is not a finite number above a bound.
+pub(crate) fn above(what: &'static str, value: f64, bound: f64) -> Result<(), ContactError> {
+    if value.is_finite() && value > bound {
+        return Ok(());
+    }
+    let wanted = if bound < 0.0 { "finite and not negative" } else { "finite and positive" };
+    Err(ContactError::Parameter { what, value, wanted })
+}

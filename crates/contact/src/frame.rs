@@ -1,0 +1,150 @@
+//! One sample of a tracked hand.
+
+use glam::DVec3;
+
+/// Largest coordinate that is taken for a measurement, m: anything beyond is treated as missing.
+///
+/// A tracker sees a room. The bound keeps every later product finite.
+pub const MAX_COORDINATE_M: f64 = 1e6;
+
+/// A tracked point of the hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum HandPoint {
+    /// Centre of the palm.
+    Palm,
+    /// Tip of the thumb.
+    Thumb,
+    /// Tip of the index finger.
+    Index,
+    /// Tip of the middle finger.
+    Middle,
+    /// Tip of the ring finger.
+    Ring,
+    /// Tip of the little finger.
+    Little,
+}
+
+impl HandPoint {
+    /// All six, palm first, then the tips from the thumb to the little finger.
+    pub const ALL: [Self; 6] = [Self::Palm, Self::Thumb, Self::Index, Self::Middle, Self::Ring, Self::Little];
+
+    /// Who stands for the contact when those before it are not tracked.
+    ///
+    /// The index tip first: it leads a pointing or pushing hand, and it is the point that the
+    /// recordings of reaches track. Then the palm, which trackers lose last and which a flat
+    /// hand touches with; then the other tips, by how far they usually stand out.
+    pub const BY_CONTACT: [Self; 6] =
+        [Self::Index, Self::Palm, Self::Middle, Self::Ring, Self::Thumb, Self::Little];
+
+    /// Name in column headers: `palm`, `thumb`, `index`, `middle`, `ring`, `little`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Palm => "palm",
+            Self::Thumb => "thumb",
+            Self::Index => "index",
+            Self::Middle => "middle",
+            Self::Ring => "ring",
+            Self::Little => "little",
+        }
+    }
+}
+
+/// A line of sight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GazeRay {
+    /// The head or the eye, m.
+    pub origin_m: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+}
+
+/// One sample of the tracker: the hand, the head and the gaze at one time, in one frame.
+///
+/// A point that the tracker did not see is `None`. A coordinate that is NaN, infinite or
+/// beyond [`MAX_COORDINATE_M`] counts as not seen: [`HandFrame::point`] and everything built
+/// on it skip it, so a NaN of a driver ends here.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HandFrame {
+    /// Time, s, on the tracker's clock.
+    pub t_s: f64,
+    /// Centre of the palm, m.
+    pub palm_m: Option<DVec3>,
+    /// Tips of thumb, index, middle, ring and little finger, m.
+    pub tips_m: [Option<DVec3>; 5],
+    /// Head (midway between the eyes), m.
+    pub head_m: Option<DVec3>,
+    /// Unit direction of gaze.
+    pub gaze: Option<DVec3>,
+}
+
+impl HandFrame {
+    /// Nothing tracked at this time, s.
+    #[must_use]
+    pub fn empty(t_s: f64) -> Self {
+        Self { t_s, ..Self::default() }
+    }
+
+    /// A point of the hand, m; `None` where it is missing or no usable number.
+    #[must_use]
+    pub fn point(&self, which: HandPoint) -> Option<DVec3> {
+        usable(match which {
+            HandPoint::Palm => self.palm_m,
+            tip => self.tips_m[tip as usize - 1],
+        })
+    }
+
+    /// Sets or clears a point of the hand, m.
+    pub fn set_point(&mut self, which: HandPoint, value_m: Option<DVec3>) {
+        match which {
+            HandPoint::Palm => self.palm_m = value_m,
+            tip => self.tips_m[tip as usize - 1] = value_m,
+        }
+    }
+
+    /// All six points in the order of [`HandPoint::ALL`], m.
+    #[must_use]
+    pub fn points(&self) -> [Option<DVec3>; 6] {
+        HandPoint::ALL.map(|p| self.point(p))
+    }
+
+    /// Mean of the tracked points, m.
+    #[must_use]
+    pub fn centroid_m(&self) -> Option<DVec3> {
+        let (sum, count) =
+            self.points().into_iter().flatten().fold((DVec3::ZERO, 0.0), |(s, n), p| (s + p, n + 1.0));
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// The tracked point that lies furthest along a direction (of any length but zero), and
+    /// where it is, m: the one that touches first when the hand moves that way.
+    #[must_use]
+    pub fn foremost(&self, direction: DVec3) -> Option<(HandPoint, DVec3)> {
+        let direction = direction.try_normalize()?;
+        HandPoint::ALL
+            .into_iter()
+            .filter_map(|which| self.point(which).map(|p| (which, p)))
+            .max_by(|a, b| a.1.dot(direction).total_cmp(&b.1.dot(direction)))
+    }
+
+    /// The point that stands for the contact, and where it is, m: the first of
+    /// [`HandPoint::BY_CONTACT`] that is tracked.
+    #[must_use]
+    pub fn contact_point(&self) -> Option<(HandPoint, DVec3)> {
+        HandPoint::BY_CONTACT.into_iter().find_map(|which| self.point(which).map(|p| (which, p)))
+    }
+
+    /// The line of sight, when both head and gaze are tracked.
+    #[must_use]
+    pub fn gaze_ray(&self) -> Option<GazeRay> {
+        let origin_m = usable(self.head_m)?;
+        let direction = usable(self.gaze)?.try_normalize()?;
+        Some(GazeRay { origin_m, direction })
+    }
+}
+
+/// Keeps a vector only if every coordinate is a usable number.
+fn usable(v: Option<DVec3>) -> Option<DVec3> {
+    // A NaN fails the comparison, so it is dropped as well.
+    v.filter(|v| v.to_array().iter().all(|c| c.abs() <= MAX_COORDINATE_M))
+}

@@ -1,0 +1,166 @@
+//! Recordings of hands in memory.
+
+use crate::{ContactError, HandFrame, HandPoint};
+use glam::DVec3;
+
+/// A vector quantity of a recording: three columns `NAME_x, NAME_y, NAME_z`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// A point of the hand, m.
+    Hand(HandPoint),
+    /// Head (midway between the eyes), m.
+    Head,
+    /// Unit direction of gaze.
+    Gaze,
+    /// An object that was tracked along, m.
+    Object,
+    /// The place that the hand was to touch, m.
+    Target,
+}
+
+impl Quantity {
+    /// All ten, in the order of the columns.
+    pub const ALL: [Self; 10] = [
+        Self::Hand(HandPoint::Palm),
+        Self::Hand(HandPoint::Thumb),
+        Self::Hand(HandPoint::Index),
+        Self::Hand(HandPoint::Middle),
+        Self::Hand(HandPoint::Ring),
+        Self::Hand(HandPoint::Little),
+        Self::Head,
+        Self::Gaze,
+        Self::Object,
+        Self::Target,
+    ];
+
+    /// Name in column headers.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hand(point) => point.name(),
+            Self::Head => "head",
+            Self::Gaze => "gaze",
+            Self::Object => "object",
+            Self::Target => "target",
+        }
+    }
+}
+
+/// One row of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// Time, hand, head and gaze.
+    pub frame: HandFrame,
+    /// An object that was tracked along, m.
+    pub object_m: Option<DVec3>,
+    /// The place that the hand was to touch, m.
+    pub target_m: Option<DVec3>,
+    /// Whether the hand touched at this time, where the study says so.
+    pub contact: Option<bool>,
+}
+
+impl Sample {
+    /// One quantity as stored, unchecked; `None` where it is missing.
+    #[must_use]
+    pub fn get(&self, quantity: Quantity) -> Option<DVec3> {
+        match quantity {
+            Quantity::Hand(HandPoint::Palm) => self.frame.palm_m,
+            Quantity::Hand(tip) => self.frame.tips_m[tip as usize - 1],
+            Quantity::Head => self.frame.head_m,
+            Quantity::Gaze => self.frame.gaze,
+            Quantity::Object => self.object_m,
+            Quantity::Target => self.target_m,
+        }
+    }
+
+    /// Sets or clears one quantity.
+    pub fn set(&mut self, quantity: Quantity, value: Option<DVec3>) {
+        match quantity {
+            Quantity::Hand(point) => self.frame.set_point(point, value),
+            Quantity::Head => self.frame.head_m = value,
+            Quantity::Gaze => self.frame.gaze = value,
+            Quantity::Object => self.object_m = value,
+            Quantity::Target => self.target_m = value,
+        }
+    }
+}
+
+/// One trial of one person, samples in order of time; all in the frame it was recorded in.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Recording {
+    /// Who moved, where the study says so.
+    pub person: Option<String>,
+    /// Which trial, where the study says so.
+    pub trial: Option<String>,
+    /// The samples; their times increase strictly.
+    pub samples: Vec<Sample>,
+    /// Columns of the file that mean nothing here and were left out.
+    pub ignored_columns: Vec<String>,
+}
+
+impl Recording {
+    /// From samples of a hand alone.
+    ///
+    /// # Errors
+    /// See [`Recording::validate`].
+    pub fn from_frames(frames: impl IntoIterator<Item = HandFrame>) -> Result<Self, ContactError> {
+        let samples = frames.into_iter().map(|frame| Sample { frame, ..Sample::default() }).collect();
+        let recording = Self { samples, ..Self::default() };
+        recording.validate()?;
+        Ok(recording)
+    }
+
+    /// The samples of the hand, in order of time.
+    pub fn frames(&self) -> impl ExactSizeIterator<Item = &HandFrame> {
+        self.samples.iter().map(|s| &s.frame)
+    }
+
+    /// Time from the first to the last sample, s; 0 for fewer than two.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match (self.samples.first(), self.samples.last()) {
+            (Some(first), Some(last)) => last.frame.t_s - first.frame.t_s,
+            _ => 0.0,
+        }
+    }
+
+    /// The point of the hand that is tracked in the most samples, palm first among equals;
+    /// `None` when nothing ever is.
+    #[must_use]
+    pub fn steadiest_point(&self) -> Option<HandPoint> {
+        let seen = |p: HandPoint| self.frames().filter(|f| f.point(p).is_some()).count();
+        // `max_by_key` keeps the last of equals, so the palm comes last.
+        let best = HandPoint::ALL.into_iter().rev().max_by_key(|&p| seen(p))?;
+        (seen(best) > 0).then_some(best)
+    }
+
+    /// Checks what the reader promises: at least one sample, strictly increasing times, no
+    /// NaN and no infinity.
+    ///
+    /// # Errors
+    /// The first sample that breaks the promise; `line` counts samples from 1.
+    pub fn validate(&self) -> Result<(), ContactError> {
+        if self.samples.is_empty() {
+            return Err(ContactError::NoSamples);
+        }
+        let mut previous_s = f64::NEG_INFINITY;
+        for (line, sample) in (1..).zip(&self.samples) {
+            let t_s = sample.frame.t_s;
+            if !t_s.is_finite() {
+                return Err(ContactError::NonFiniteCell { line, column: "t".into(), value: t_s });
+            }
+            if t_s <= previous_s {
+                return Err(ContactError::TimeNotIncreasing { line, t_s, previous_s });
+            }
+            previous_s = t_s;
+            for quantity in Quantity::ALL {
+                let cells = sample.get(quantity).map_or([0.0; 3], |v| v.to_array());
+                if let Some(axis) = cells.iter().position(|c| !c.is_finite()) {
+                    let column = format!("{}_{}", quantity.name(), ["x", "y", "z"][axis]);
+                    return Err(ContactError::NonFiniteCell { line, column, value: cells[axis] });
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,258 @@
+//! Recordings as CSV.
+//!
+//! One header line, then one row a sample, metres and seconds:
+//! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`.
+//! Columns are found by name, in any order. Only `t` and one point of the hand must be there;
+//! an empty cell is a missing value; other columns are left out and listed. Rows of several
+//! trials may share a file and may even alternate: `person` and `trial` tell them apart.
+
+use crate::{ContactError, Quantity, Recording, Sample};
+use glam::DVec3;
+use std::collections::HashMap;
+use std::io::{Read, Write};
+use std::path::Path;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A gaze that is shorter than this has no direction.
+const MIN_GAZE_LENGTH: f64 = 1e-6;
+
+/// A gaze whose length is off by more than this is made a unit vector; one that is nearer
+/// stays as it is, so that a file that was written here reads back bit for bit.
+const GAZE_LENGTH_TOLERANCE: f64 = 1e-9;
+
+impl Recording {
+    /// Reads a CSV that holds one trial.
+    ///
+    /// # Errors
+    /// Everything wrong with the text, by line and column; several trials.
+    pub fn from_csv(reader: impl Read) -> Result<Self, ContactError> {
+        let mut all = read_recordings(reader)?;
+        match (all.pop(), all.len()) {
+            (Some(only), 0) => Ok(only),
+            (_, others) => Err(ContactError::SeveralTrials { count: others + 1 }),
+        }
+    }
+
+    /// Reads a CSV file that holds one trial.
+    ///
+    /// # Errors
+    /// As [`Recording::from_csv`], and a file that cannot be opened.
+    pub fn from_csv_path(path: impl AsRef<Path>) -> Result<Self, ContactError> {
+        let path = path.as_ref();
+        let file = std::fs::File::open(path)
+            .map_err(|e| ContactError::Io { path: path.display().to_string(), message: e.to_string() })?;
+        Self::from_csv(file)
+    }
+
+    /// Writes this trial as CSV; see [`write_recordings`].
+    ///
+    /// # Errors
+    /// As [`write_recordings`].
+    pub fn to_csv(&self, writer: impl Write) -> Result<(), ContactError> {
+        write_recordings(writer, std::slice::from_ref(self))
+    }
+}
+
+/// Reads all trials of a CSV, in the order in which they first appear.
+///
+/// # Errors
+/// Everything wrong with the text, by line and column: see [`ContactError`].
+pub fn read_recordings(reader: impl Read) -> Result<Vec<Recording>, ContactError> {
+    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(reader);
+    let header = csv.headers().map_err(|e| from_csv_error(&e))?.clone();
+    let columns = Columns::from_header(&header)?;
+
+    let mut recordings: Vec<Recording> = Vec::new();
+    let mut by_name: HashMap<(String, String), usize> = HashMap::new();
+    let mut row = csv::StringRecord::new();
+    while csv.read_record(&mut row).map_err(|e| from_csv_error(&e))? {
+        let line = row.position().map_or(0, csv::Position::line);
+        let name = |column: Option<usize>| column.map_or("", |i| &row[i]).to_owned();
+        let key = (name(columns.person), name(columns.trial));
+        let index = *by_name.entry(key).or_insert_with_key(|(person, trial)| {
+            let some = |s: &String| (!s.is_empty()).then(|| s.clone());
+            recordings.push(Recording {
+                person: some(person),
+                trial: some(trial),
+                samples: Vec::new(),
+                ignored_columns: columns.ignored.clone(),
+            });
+            recordings.len() - 1
+        });
+        let samples = &mut recordings[index].samples;
+        let sample = columns.sample(&row, line)?;
+        if let Some(previous_s) = samples.last().map(|s| s.frame.t_s)
+            && sample.frame.t_s <= previous_s
+        {
+            return Err(ContactError::TimeNotIncreasing { line, t_s: sample.frame.t_s, previous_s });
+        }
+        samples.push(sample);
+    }
+    if recordings.is_empty() { Err(ContactError::NoSamples) } else { Ok(recordings) }
+}
+
+/// Writes trials as one CSV: the columns of every quantity that any sample holds.
+///
+/// Numbers are written with as many digits as it takes to read the same number back.
+///
+/// # Errors
+/// A recording that [`Recording::validate`] rejects or that holds no point of the hand;
+/// a stream that cannot be written.
+pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<(), ContactError> {
+    for recording in recordings {
+        recording.validate()?;
+    }
+    let samples = || recordings.iter().flat_map(|r| &r.samples);
+    let held: Vec<Quantity> =
+        Quantity::ALL.into_iter().filter(|&q| samples().any(|s| s.get(q).is_some())).collect();
+    if !held.iter().any(|q| matches!(q, Quantity::Hand(_))) {
+        return Err(ContactError::NoHandColumns);
+    }
+    let person = recordings.iter().any(|r| r.person.is_some());
+    let trial = recordings.iter().any(|r| r.trial.is_some());
+    let contact = samples().any(|s| s.contact.is_some());
+
+    let mut csv = csv::Writer::from_writer(writer);
+    let mut row: Vec<String> = Vec::new();
+    row.extend(person.then(|| "person".into()));
+    row.extend(trial.then(|| "trial".into()));
+    row.push("t".into());
+    row.extend(held.iter().flat_map(|q| AXES.map(|axis| column_name(*q, axis))));
+    row.extend(contact.then(|| "contact".into()));
+    csv.write_record(&row).map_err(|e| from_csv_error(&e))?;
+
+    for recording in recordings {
+        for sample in &recording.samples {
+            row.clear();
+            row.extend(person.then(|| recording.person.clone().unwrap_or_default()));
+            row.extend(trial.then(|| recording.trial.clone().unwrap_or_default()));
+            row.push(sample.frame.t_s.to_string());
+            for &quantity in &held {
+                match sample.get(quantity) {
+                    Some(v) => row.extend(v.to_array().map(|c| c.to_string())),
+                    None => row.extend([const { String::new() }; 3]),
+                }
+            }
+            row.extend(contact.then(|| sample.contact.map_or("", |c| if c { "1" } else { "0" }).into()));
+            csv.write_record(&row).map_err(|e| from_csv_error(&e))?;
+        }
+    }
+    csv.flush().map_err(|e| ContactError::Io { path: "(stream)".into(), message: e.to_string() })
+}
+
+/// Where each quantity stands in a row.
+struct Columns {
+    t: usize,
+    person: Option<usize>,
+    trial: Option<usize>,
+    contact: Option<usize>,
+    vectors: Vec<(Quantity, [usize; 3])>,
+    ignored: Vec<String>,
+}
+
+impl Columns {
+    fn from_header(header: &csv::StringRecord) -> Result<Self, ContactError> {
+        if header.iter().all(str::is_empty) {
+            return Err(ContactError::Empty);
+        }
+        let mut place: HashMap<&str, usize> = HashMap::new();
+        for (i, name) in header.iter().enumerate() {
+            if place.insert(name, i).is_some() {
+                return Err(ContactError::DuplicateColumn { column: name.into() });
+            }
+        }
+        let missing = |column: &str| ContactError::MissingColumn { column: column.into() };
+        let t = place.remove("t").ok_or_else(|| missing("t"))?;
+        let [person, trial, contact] = ["person", "trial", "contact"].map(|name| place.remove(name));
+        let mut vectors = Vec::new();
+        for quantity in Quantity::ALL {
+            let names = AXES.map(|axis| column_name(quantity, axis));
+            let found = [0, 1, 2].map(|i| place.remove(names[i].as_str()));
+            match found {
+                [Some(x), Some(y), Some(z)] => vectors.push((quantity, [x, y, z])),
+                [None, None, None] => {}
+                _ => {
+                    let absent = found.iter().position(Option::is_none).unwrap_or(0);
+                    return Err(missing(&names[absent]));
+                }
+            }
+        }
+        if !vectors.iter().any(|(q, _)| matches!(q, Quantity::Hand(_))) {
+            return Err(ContactError::NoHandColumns);
+        }
+        let ignored = header.iter().filter(|name| place.contains_key(name)).map(str::to_owned).collect();
+        Ok(Self { t, person, trial, contact, vectors, ignored })
+    }
+
+    fn sample(&self, row: &csv::StringRecord, line: u64) -> Result<Sample, ContactError> {
+        let mut sample = Sample::default();
+        sample.frame.t_s = number(row, self.t, line, || "t".into())?
+            .ok_or_else(|| ContactError::MissingCell { line, column: "t".into() })?;
+        for &(quantity, places) in &self.vectors {
+            let mut cells = [None; 3];
+            for (axis, cell) in cells.iter_mut().enumerate() {
+                *cell = number(row, places[axis], line, || column_name(quantity, AXES[axis]))?;
+            }
+            let value = match cells {
+                [Some(x), Some(y), Some(z)] => DVec3::new(x, y, z),
+                [None, None, None] => continue,
+                _ => {
+                    let axis = cells.iter().position(Option::is_none).unwrap_or(0);
+                    let column = column_name(quantity, AXES[axis]);
+                    return Err(ContactError::MissingCell { line, column });
+                }
+            };
+            let value = if quantity == Quantity::Gaze { unit_gaze(value, line)? } else { value };
+            sample.set(quantity, Some(value));
+        }
+        if let Some(place) = self.contact {
+            sample.contact = number(row, place, line, || "contact".into())?.map(|c| c != 0.0);
+        }
+        Ok(sample)
+    }
+}
+
+fn column_name(quantity: Quantity, axis: &str) -> String {
+    format!("{}_{axis}", quantity.name())
+}
+
+/// A cell as a finite number; `None` where it is empty. The name is made for the error only.
+fn number(
+    row: &csv::StringRecord,
+    place: usize,
+    line: u64,
+    column: impl Fn() -> String,
+) -> Result<Option<f64>, ContactError> {
+    let text = &row[place];
+    if text.is_empty() {
+        return Ok(None);
+    }
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(Some(value)),
+        Ok(value) => Err(ContactError::NonFiniteCell { line, column: column(), value }),
+        Err(_) => {
+            let text = text.chars().take(40).collect();
+            Err(ContactError::NotANumber { line, column: column(), text })
+        }
+    }
+}
+
+fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, ContactError> {
+    let length = gaze.length();
+    if length < MIN_GAZE_LENGTH || !length.is_finite() {
+        return Err(ContactError::ZeroGaze { line, length });
+    }
+    Ok(if (length - 1.0).abs() > GAZE_LENGTH_TOLERANCE { gaze / length } else { gaze })
+}
+
+fn from_csv_error(error: &csv::Error) -> ContactError {
+    let line = error.position().map_or(1, csv::Position::line);
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            ContactError::CellCount { line, expected: *expected_len, got: *len }
+        }
+        csv::ErrorKind::Utf8 { .. } => ContactError::NotUtf8 { line },
+        _ => ContactError::Io { path: "(stream)".into(), message: error.to_string() },
+    }
+}

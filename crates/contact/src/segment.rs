@@ -1,0 +1,236 @@
+//! Cuts a recording into reaches by the speed of the hand.
+
+use crate::{
+    ContactError, FreezeConfig, HandPoint, Recording, error::above, freeze::FreezeKind, freeze::FreezeWatch,
+};
+use glam::DVec3;
+
+/// What counts as a reach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SegmentConfig {
+    /// The point whose motion is cut; `None` (default) takes [`Recording::steadiest_point`].
+    pub point: Option<HandPoint>,
+    /// A reach needs at least this speed somewhere, m/s. Default 0.3.
+    pub onset_m_per_s: f64,
+    /// A reach lasts as long as the speed stays above this, m/s; at most the onset. Default 0.1.
+    /// The gap between the two keeps a slow end from being cut into pieces.
+    pub offset_m_per_s: f64,
+    /// Shortest straight distance from start to end, m. Default 0.3.
+    pub min_length_m: f64,
+    /// Speed is measured over a window of this width around each sample, s. Default 0.06.
+    pub speed_window_s: f64,
+    /// Longest time without the point that is bridged, s. Default 0.1.
+    pub max_gap_s: f64,
+    /// Fastest plausible hand, m/s. Default 6. A faster step ends a reach.
+    pub max_speed_m_per_s: f64,
+    /// Distance that a step may exceed the fastest plausible one by, m. Default 0.02.
+    pub jump_slack_m: f64,
+    /// Leaves out stretches in which the tracker repeats one shape of the hand; `None` keeps
+    /// them, which simulated hands with a fixed shape need. Only the rigid test is used: a
+    /// hand that does not move at all makes no reach anyway.
+    pub freeze: Option<FreezeConfig>,
+}
+
+impl Default for SegmentConfig {
+    fn default() -> Self {
+        Self {
+            point: None,
+            onset_m_per_s: 0.3,
+            offset_m_per_s: 0.1,
+            min_length_m: 0.3,
+            speed_window_s: 0.06,
+            max_gap_s: 0.1,
+            max_speed_m_per_s: 6.0,
+            jump_slack_m: 0.02,
+            freeze: Some(FreezeConfig::default()),
+        }
+    }
+}
+
+/// How a reach ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReachEnd {
+    /// The hand slowed down.
+    Stopped,
+    /// The recording ends while the hand moves, as trials that end at their contact do.
+    RecordingEnded,
+    /// The tracker lost the hand: a jump, a gap or a frozen pose. The end is not where the hand went.
+    TrackingLost,
+}
+
+/// One movement from rest to rest, or what the tracker saw of it: after a loss it starts where the
+/// hand was found again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// First sample, an index into [`Recording::samples`].
+    pub first: usize,
+    /// Last sample, included.
+    pub last: usize,
+    /// Time of the first sample, s.
+    pub start_s: f64,
+    /// Time of the last sample, s.
+    pub end_s: f64,
+    /// The point that was followed.
+    pub point: HandPoint,
+    /// Where it starts, m.
+    pub start_m: DVec3,
+    /// Where it ends, m.
+    pub end_m: DVec3,
+    /// Unit vector from start to end.
+    pub direction: DVec3,
+    /// Straight distance from start to end, m.
+    pub length_m: f64,
+    /// Largest speed in the window, m/s.
+    pub peak_speed_m_per_s: f64,
+    /// How it ends.
+    pub end: ReachEnd,
+}
+
+/// The reaches of a recording, in order of time; they do not overlap.
+///
+/// # Errors
+/// A configuration that is no positive number where it must be, or an offset above the onset.
+/// A recording in which nothing is tracked has no reaches and is no error.
+pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reach>, ContactError> {
+    config.validate()?;
+    let Some(point) = config.point.or_else(|| recording.steadiest_point()) else {
+        return Ok(Vec::new());
+    };
+    let frozen = frozen_samples(recording, config);
+    let mut found = Vec::new();
+    let mut stretch: Vec<Knot> = Vec::new();
+    for (index, frame) in recording.frames().enumerate() {
+        if frozen[index] {
+            cut(&mut stretch, ReachEnd::TrackingLost, point, config, &mut found);
+            continue;
+        }
+        let Some(position_m) = frame.point(point) else { continue };
+        let knot = Knot { index, t_s: frame.t_s, position_m };
+        if stretch.last().is_some_and(|before| knot.breaks_from(before, config)) {
+            cut(&mut stretch, ReachEnd::TrackingLost, point, config, &mut found);
+        }
+        stretch.push(knot);
+    }
+    let lost_before_end = match (stretch.last(), recording.samples.last()) {
+        (Some(knot), Some(sample)) => sample.frame.t_s - knot.t_s > config.max_gap_s,
+        _ => false,
+    };
+    let end = if lost_before_end { ReachEnd::TrackingLost } else { ReachEnd::RecordingEnded };
+    cut(&mut stretch, end, point, config, &mut found);
+    Ok(found)
+}
+
+impl SegmentConfig {
+    fn validate(&self) -> Result<(), ContactError> {
+        above("onset_m_per_s", self.onset_m_per_s, 0.0)?;
+        above("offset_m_per_s", self.offset_m_per_s, 0.0)?;
+        above("min_length_m", self.min_length_m, 0.0)?;
+        above("speed_window_s", self.speed_window_s, 0.0)?;
+        above("max_gap_s", self.max_gap_s, 0.0)?;
+        above("max_speed_m_per_s", self.max_speed_m_per_s, 0.0)?;
+        above("jump_slack_m", self.jump_slack_m, -f64::MIN_POSITIVE)?;
+        if self.offset_m_per_s > self.onset_m_per_s {
+            return Err(ContactError::Parameter {
+                what: "offset_m_per_s",
+                value: self.offset_m_per_s,
+                wanted: "at most onset_m_per_s",
+            });
+        }
+        self.freeze.as_ref().map_or(Ok(()), FreezeConfig::validate)
+    }
+}
+
+/// A tracked sample of the followed point.
+#[derive(Clone, Copy)]
+struct Knot {
+    index: usize,
+    t_s: f64,
+    position_m: DVec3,
+}
+
+impl Knot {
+    fn breaks_from(&self, before: &Self, config: &SegmentConfig) -> bool {
+        let step_s = self.t_s - before.t_s;
+        let reach_m = config.max_speed_m_per_s * step_s + config.jump_slack_m;
+        step_s > config.max_gap_s || self.position_m.distance(before.position_m) > reach_m
+    }
+}
+
+/// Marks every sample of a frozen stretch, also those before it was found out.
+fn frozen_samples(recording: &Recording, config: &SegmentConfig) -> Vec<bool> {
+    let mut frozen = vec![false; recording.samples.len()];
+    let Some(freeze) = config.freeze else { return frozen };
+    let mut watch = FreezeWatch::new(FreezeConfig { still_after_s: f64::INFINITY, ..freeze });
+    for (index, frame) in recording.frames().enumerate() {
+        if let Some((FreezeKind::Rigid, since_s)) = watch.update(frame) {
+            for k in (0..=index).rev().take_while(|&k| recording.samples[k].frame.t_s >= since_s) {
+                // Everything before was marked when its own end was marked.
+                if std::mem::replace(&mut frozen[k], true) {
+                    break;
+                }
+            }
+        }
+    }
+    frozen
+}
+
+/// Finds the reaches of one uninterrupted stretch, which it empties.
+fn cut(
+    stretch: &mut Vec<Knot>,
+    end_of_stretch: ReachEnd,
+    point: HandPoint,
+    config: &SegmentConfig,
+    found: &mut Vec<Reach>,
+) {
+    let speeds = speeds(stretch, config.speed_window_s);
+    let mut next = 0;
+    while let Some(run) = speeds[next..].iter().position(|&v| v > config.offset_m_per_s) {
+        let first = next + run;
+        let length = speeds[first..].iter().take_while(|&&v| v > config.offset_m_per_s).count();
+        let last = first + length - 1;
+        next = last + 1;
+        let peak_speed_m_per_s = speeds[first..=last].iter().fold(0.0, |m: f64, &v| m.max(v));
+        let (a, b) = (stretch[first], stretch[last]);
+        let length_m = a.position_m.distance(b.position_m);
+        if peak_speed_m_per_s < config.onset_m_per_s || length_m < config.min_length_m {
+            continue;
+        }
+        found.push(Reach {
+            first: a.index,
+            last: b.index,
+            start_s: a.t_s,
+            end_s: b.t_s,
+            point,
+            start_m: a.position_m,
+            end_m: b.position_m,
+            direction: (b.position_m - a.position_m) / length_m,
+            length_m,
+            peak_speed_m_per_s,
+            end: if next == speeds.len() { end_of_stretch } else { ReachEnd::Stopped },
+        });
+    }
+    stretch.clear();
+}
+
+/// Speed at each sample, m/s: the straight step across a window around it.
+///
+/// A window holds the sample itself and at least one neighbour, so that a slow tracker still
+/// has a speed; a lone sample has none and gets 0.
+fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
+    let n = stretch.len();
+    let (mut from, mut to) = (0, 0);
+    (0..n)
+        .map(|i| {
+            let t = stretch[i].t_s;
+            while stretch[from].t_s < t - window_s / 2.0 {
+                from += 1;
+            }
+            while to + 1 < n && stretch[to + 1].t_s <= t + window_s / 2.0 {
+                to += 1;
+            }
+            let (a, b) = if from == to { (i.saturating_sub(1), (i + 1).min(n - 1)) } else { (from, to) };
+            let step_s = stretch[b].t_s - stretch[a].t_s;
+            if step_s > 0.0 { stretch[a].position_m.distance(stretch[b].position_m) / step_s } else { 0.0 }
+        })
+        .collect()
+}

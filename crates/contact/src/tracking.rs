@@ -1,0 +1,397 @@
+//! The hand tracking filter: smooth position, velocity and direction, or an honest "lost".
+
+use crate::{
+    ContactError, FreezeConfig, FreezeKind, HandFrame, HandPoint, error::above, freeze::FreezeWatch,
+};
+use glam::DVec3;
+
+/// Times beyond this are no time of a tracker, s: sums of a few of them must stay exact to microseconds.
+const MAX_TIME_S: f64 = 1e9;
+
+/// When the hand counts as tracked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HandFilterConfig {
+    /// Longest time without a measured point that is bridged at constant velocity, s. Default 0.1:
+    /// seven steps of a 72 Hz tracker. Longer, and the board follows a guess.
+    pub max_gap_s: f64,
+    /// Fastest plausible hand, m/s. Default 6: reaches peak at 1.5 to 3 m/s, and a stream that is
+    /// polled faster than it is measured doubles some steps; lost hands jump at 10 to 30 m/s.
+    pub max_speed_m_per_s: f64,
+    /// Distance that a step may exceed the fastest plausible one by, m. Default 0.02: tracker noise.
+    pub jump_slack_m: f64,
+    /// Steps closer together than this do not enter the smoothing window, s. Default 0.005, so that
+    /// a 1 kHz tracker still gives a velocity over some 15 ms. At least 1e-4.
+    pub min_step_s: f64,
+    /// Below this speed the hand has no direction, m/s. Default 0.05.
+    pub min_direction_speed_m_per_s: f64,
+    /// Time that the hand must be good before it is tracked (again) after a gap, s. Default 0.06.
+    pub recover_after_s: f64,
+    /// The same after a jump or a frozen pose, s. Default 0.3: longer than it takes to see that
+    /// the pose after the jump is frozen.
+    pub recover_after_fault_s: f64,
+    /// What a frozen pose is; `None` watches for none.
+    pub freeze: Option<FreezeConfig>,
+}
+
+impl Default for HandFilterConfig {
+    fn default() -> Self {
+        Self {
+            max_gap_s: 0.1,
+            max_speed_m_per_s: 6.0,
+            jump_slack_m: 0.02,
+            min_step_s: 0.005,
+            min_direction_speed_m_per_s: 0.05,
+            recover_after_s: 0.06,
+            recover_after_fault_s: 0.3,
+            freeze: Some(FreezeConfig::default()),
+        }
+    }
+}
+
+impl HandFilterConfig {
+    /// For simulated hands, which may rest without tremor and keep one shape of the hand: no
+    /// pose counts as frozen.
+    #[must_use]
+    pub fn simulated() -> Self {
+        Self { freeze: None, ..Self::default() }
+    }
+
+    fn validate(&self) -> Result<(), ContactError> {
+        above("max_gap_s", self.max_gap_s, 0.0)?;
+        above("max_speed_m_per_s", self.max_speed_m_per_s, 0.0)?;
+        above("jump_slack_m", self.jump_slack_m, -f64::MIN_POSITIVE)?;
+        above("min_direction_speed_m_per_s", self.min_direction_speed_m_per_s, 0.0)?;
+        above("recover_after_s", self.recover_after_s, -f64::MIN_POSITIVE)?;
+        above("recover_after_fault_s", self.recover_after_fault_s, -f64::MIN_POSITIVE)?;
+        if !(1e-4..=1.0).contains(&self.min_step_s) {
+            let value = self.min_step_s;
+            return Err(ContactError::Parameter { what: "min_step_s", value, wanted: "in [1e-4, 1] s" });
+        }
+        self.freeze.as_ref().map_or(Ok(()), FreezeConfig::validate)
+    }
+}
+
+/// A tracked hand. Every number is finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HandState {
+    /// Time of the sample, s.
+    pub t_s: f64,
+    /// The point that stands for the contact.
+    pub point: HandPoint,
+    /// Where that point is at `t_s`, m: the newer smoothed point, carried over its delay at
+    /// `velocity_m_per_s`. Exact for a hand at constant velocity at any sampling; noise of
+    /// standard deviation s in a coordinate leaves 0.94 s at even steps.
+    pub point_m: DVec3,
+    /// Velocity, m/s, from the two smoothed points. Exact for a hand at constant velocity; noise
+    /// s leaves 0.5 s / step at even steps. It is the velocity 1.5 steps ago.
+    pub velocity_m_per_s: DVec3,
+    /// Unit direction of the velocity (the scan direction); `None` for a hand at rest.
+    pub direction: Option<DVec3>,
+    /// The two smoothed points, older first, m; noise s leaves 0.61 s.
+    pub smoothed_m: [DVec3; 2],
+    /// Age of the newer smoothed point at `t_s`, s: one step at even steps.
+    pub delay_s: f64,
+    /// Time since a point of the hand was measured, s: 0 unless a gap is being bridged.
+    pub unseen_s: f64,
+    /// The palm as measured in this sample, m.
+    pub palm_m: Option<DVec3>,
+}
+
+/// Why the hand is lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum LostReason {
+    /// The stream starts or came back, and the hand has not been good for long enough yet.
+    Starting,
+    /// No point of the hand is seen.
+    NoPoints,
+    /// No sample arrived at all for this long, s.
+    Gap {
+        /// Time between the two samples, s.
+        gap_s: f64,
+    },
+    /// The hand moved faster than hands do.
+    Jump {
+        /// Speed of the step, m/s.
+        speed_m_per_s: f64,
+    },
+    /// The tracker repeats a pose.
+    Frozen {
+        /// The sign that gave it away.
+        kind: FreezeKind,
+    },
+    /// The sample has no usable time, or time ran backwards and the filter started anew.
+    InvalidTime,
+}
+
+/// The answer of the filter to one sample.
+// The common answer is the large one, and boxing it would allocate in the control loop.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tracking {
+    /// The hand is where this says.
+    Tracked(HandState),
+    /// The hand is lost.
+    Lost {
+        /// Why; the latest reason when there were several.
+        reason: LostReason,
+        /// Since when, s: for a frozen pose the time at which it froze, before it was found out.
+        since_s: f64,
+    },
+}
+
+impl Tracking {
+    /// The state of a tracked hand.
+    #[must_use]
+    pub fn state(&self) -> Option<&HandState> {
+        match self {
+            Self::Tracked(state) => Some(state),
+            Self::Lost { .. } => None,
+        }
+    }
+}
+
+/// Midpoint smoothing of the dissertation (section III.C) with dropout, jump and freeze detection.
+///
+/// Of the last four positions `p0..p3` two rounds of midpoints leave two points,
+/// `a = (p0 + 2 p1 + p2) / 4` and `b = (p1 + 2 p2 + p3) / 4`, and their direction. The same
+/// weights on the times give the times of `a` and `b`, so uneven steps do no harm to a hand
+/// at constant velocity. `b` is old by one step; [`HandState::point_m`] makes up for it.
+///
+/// The index tip is followed. While it is missing, another tracked point stands in, shifted by
+/// the last known offset between the two: the hand does not leap by a finger's length.
+///
+/// No allocation in [`HandFilter::step`], and never a NaN out of it.
+#[derive(Debug, Clone)]
+pub struct HandFilter {
+    config: HandFilterConfig,
+    freeze: Option<FreezeWatch>,
+    /// Times and positions in the window, oldest first; `filled` of them.
+    window: [(f64, DVec3); 4],
+    filled: usize,
+    /// The followed point, and by how much it lies off each point of the hand.
+    anchor: Option<HandPoint>,
+    offsets_m: [Option<DVec3>; 6],
+    /// Last measurement of the followed point.
+    measured: Option<(f64, DVec3)>,
+    lost: Option<Loss>,
+    last: Option<(f64, Tracking)>,
+}
+
+/// A loss, and since when the hand has been good again.
+#[derive(Debug, Clone, Copy)]
+struct Loss {
+    reason: LostReason,
+    since_s: f64,
+    good_since_s: Option<f64>,
+}
+
+impl HandFilter {
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// A parameter that is NaN, infinite or not positive where it must be.
+    pub fn new(config: HandFilterConfig) -> Result<Self, ContactError> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            freeze: config.freeze.map(FreezeWatch::new),
+            window: [(0.0, DVec3::ZERO); 4],
+            filled: 0,
+            anchor: None,
+            offsets_m: [None; 6],
+            measured: None,
+            lost: None,
+            last: None,
+        })
+    }
+
+    /// Takes the next sample and answers for its time.
+    ///
+    /// Samples come in order of time. One that repeats the time of the last is ignored and gets
+    /// the same answer; an earlier one restarts the filter (the tracker was restarted); one
+    /// without a usable time is reported as lost and otherwise ignored.
+    pub fn step(&mut self, frame: &HandFrame) -> Tracking {
+        let t_s = frame.t_s;
+        // NaN fails the comparison.
+        if t_s.abs() <= MAX_TIME_S {
+            let answer = match self.last {
+                Some((last_s, answer)) if t_s == last_s => answer,
+                last => self.advance(frame, last.map(|(last_s, _)| last_s)),
+            };
+            self.last = Some((t_s, answer));
+            return answer;
+        }
+        let since_s = self.lost.map(|l| l.since_s).or(self.last.map(|(last_s, _)| last_s)).unwrap_or(0.0);
+        Tracking::Lost { reason: LostReason::InvalidTime, since_s }
+    }
+
+    /// Forgets everything but the configuration.
+    pub fn reset(&mut self) {
+        self.forget();
+        self.freeze.iter_mut().for_each(FreezeWatch::reset);
+        self.lost = None;
+        self.last = None;
+    }
+
+    fn advance(&mut self, frame: &HandFrame, last_s: Option<f64>) -> Tracking {
+        let t_s = frame.t_s;
+        match last_s {
+            None => self.lose(LostReason::Starting, t_s),
+            Some(last_s) if t_s < last_s => {
+                self.reset();
+                self.lose(LostReason::InvalidTime, t_s);
+            }
+            Some(last_s) if t_s - last_s > self.config.max_gap_s => {
+                self.freeze.iter_mut().for_each(FreezeWatch::reset);
+                self.lose(LostReason::Gap { gap_s: t_s - last_s }, last_s);
+            }
+            Some(_) => {}
+        }
+        match self.follow(frame) {
+            Some(position_m) => self.measure(frame, position_m),
+            None => self.miss(frame, last_s),
+        }
+        self.answer(frame)
+    }
+
+    /// A sample with a position of the followed point.
+    fn measure(&mut self, frame: &HandFrame, position_m: DVec3) {
+        let t_s = frame.t_s;
+        let mut position_m = position_m;
+        if let Some((before_s, before_m)) = self.measured {
+            let step_s = t_s - before_s;
+            let moved_m = position_m.distance(before_m);
+            if moved_m > self.config.max_speed_m_per_s * step_s + self.config.jump_slack_m {
+                self.lose(LostReason::Jump { speed_m_per_s: moved_m / step_s.max(1e-6) }, t_s);
+                // Offsets of the pose before the jump mean nothing after it.
+                position_m = self.follow(frame).unwrap_or(position_m);
+            }
+        }
+        if let Some((kind, since_s)) = self.freeze.as_mut().and_then(|watch| watch.update(frame)) {
+            self.lose(LostReason::Frozen { kind }, since_s);
+            position_m = self.follow(frame).unwrap_or(position_m);
+        }
+        self.measured = Some((t_s, position_m));
+        if self.filled == 0 || t_s - self.window[self.filled - 1].0 >= self.config.min_step_s {
+            if self.filled == 4 {
+                self.window.rotate_left(1);
+            } else {
+                self.filled += 1;
+            }
+            self.window[self.filled - 1] = (t_s, position_m);
+        }
+        if let Some(loss) = &mut self.lost {
+            let good_since_s = *loss.good_since_s.get_or_insert(t_s);
+            let needed_s = match loss.reason {
+                LostReason::Jump { .. } | LostReason::Frozen { .. } => self.config.recover_after_fault_s,
+                _ => self.config.recover_after_s,
+            };
+            if self.filled == 4 && t_s - good_since_s >= needed_s {
+                self.lost = None;
+            }
+        }
+    }
+
+    /// A sample without any usable point.
+    fn miss(&mut self, frame: &HandFrame, last_s: Option<f64>) {
+        self.freeze.iter_mut().for_each(FreezeWatch::reset);
+        match self.measured {
+            Some((seen_s, _)) if frame.t_s - seen_s <= self.config.max_gap_s => {}
+            seen => {
+                let since_s = seen.map(|(seen_s, _)| seen_s).or(last_s).unwrap_or(frame.t_s);
+                self.lose(LostReason::NoPoints, since_s);
+            }
+        }
+    }
+
+    /// Declares the hand lost and forgets what is no longer to be trusted. A loss that goes on
+    /// keeps its beginning; an older one may be brought in.
+    fn lose(&mut self, reason: LostReason, since_s: f64) {
+        let since_s = self.lost.map_or(since_s, |l| l.since_s.min(since_s));
+        self.lost = Some(Loss { reason, since_s, good_since_s: None });
+        self.forget();
+    }
+
+    fn forget(&mut self) {
+        self.filled = 0;
+        self.anchor = None;
+        self.offsets_m = [None; 6];
+        self.measured = None;
+    }
+
+    /// Position of the followed point, measured or by the offset of another one.
+    fn follow(&mut self, frame: &HandFrame) -> Option<DVec3> {
+        let seen = frame.points();
+        let rank = |p: HandPoint| HandPoint::BY_CONTACT.iter().position(|&q| q == p);
+        let best = frame.contact_point();
+        match (self.anchor, best) {
+            (None, Some((point, _))) => self.anchor = Some(point),
+            // A better point than the followed one comes into sight: carry the window over to it.
+            (Some(anchor), Some((point, position_m))) if rank(point) < rank(anchor) => {
+                let old_m = seen[anchor as usize].or_else(|| self.shifted(&seen));
+                match old_m {
+                    Some(old_m) => self.shift_window(position_m - old_m),
+                    None => self.forget(),
+                }
+                self.anchor = Some(point);
+                self.offsets_m = [None; 6];
+            }
+            _ => {}
+        }
+        let anchor = self.anchor?;
+        let Some(position_m) = seen[anchor as usize] else { return self.shifted(&seen) };
+        for (offset_m, point_m) in self.offsets_m.iter_mut().zip(seen) {
+            if let Some(point_m) = point_m {
+                *offset_m = Some(position_m - point_m);
+            }
+        }
+        Some(position_m)
+    }
+
+    /// The followed point from another one that is seen, m.
+    fn shifted(&self, seen: &[Option<DVec3>; 6]) -> Option<DVec3> {
+        HandPoint::BY_CONTACT.into_iter().find_map(|p| Some(seen[p as usize]? + self.offsets_m[p as usize]?))
+    }
+
+    fn shift_window(&mut self, by_m: DVec3) {
+        self.window.iter_mut().for_each(|(_, p)| *p += by_m);
+        self.measured.iter_mut().for_each(|(_, p)| *p += by_m);
+    }
+
+    fn answer(&self, frame: &HandFrame) -> Tracking {
+        if let Some(Loss { reason, since_s, .. }) = self.lost {
+            return Tracking::Lost { reason, since_s };
+        }
+        match (self.anchor, self.measured) {
+            (Some(point), Some((seen_s, _))) if self.filled == 4 => {
+                Tracking::Tracked(self.state(frame, point, seen_s))
+            }
+            // Only reached when the followed point changed without any overlap: four samples to go.
+            _ => Tracking::Lost { reason: LostReason::Starting, since_s: frame.t_s },
+        }
+    }
+
+    fn state(&self, frame: &HandFrame, point: HandPoint, seen_s: f64) -> HandState {
+        let [(t0, p0), (t1, p1), (t2, p2), (t3, p3)] = self.window;
+        let (a_m, b_m) = (0.25 * (p0 + 2.0 * p1 + p2), 0.25 * (p1 + 2.0 * p2 + p3));
+        // Relative to the newest time, so that a large clock costs no digits.
+        let (a_s, b_s) =
+            (0.25 * ((t0 - t3) + 2.0 * (t1 - t3) + (t2 - t3)), 0.25 * ((t1 - t3) + 2.0 * (t2 - t3)));
+        // At least min_step_s: every step in the window is.
+        let velocity = (b_m - a_m) / (b_s - a_s);
+        let delay_s = (frame.t_s - t3) - b_s;
+        let speed = velocity.length();
+        HandState {
+            t_s: frame.t_s,
+            point,
+            point_m: b_m + velocity * delay_s,
+            velocity_m_per_s: velocity,
+            direction: (speed >= self.config.min_direction_speed_m_per_s).then(|| velocity / speed),
+            smoothed_m: [a_m, b_m],
+            delay_s,
+            unseen_s: frame.t_s - seen_s,
+            palm_m: frame.point(HandPoint::Palm),
+        }
+    }
+}
