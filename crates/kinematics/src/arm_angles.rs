@@ -136,6 +136,7 @@ impl FeasibleArmAngles {
         arm_angle_rad: f64,
         reference: &JointPositions,
     ) -> Option<JointPositions> {
-        BaseSolution::new(&self.circle, Direction::from_angle(arm_angle_rad)).on_branch(arm, branch, reference)
+        BaseSolution::new(&self.circle, Direction::from_angle(arm_angle_rad))
+            .on_branch(arm, branch, reference)
     }
 }

@@ -44,7 +44,9 @@ impl Branch {
     /// 0..8.
     #[must_use]
     pub const fn index(self) -> usize {
-        self.shoulder_negative as usize | (self.elbow_positive as usize) << 1 | (self.wrist_negative as usize) << 2
+        self.shoulder_negative as usize
+            | (self.elbow_positive as usize) << 1
+            | (self.wrist_negative as usize) << 2
     }
 
     const fn from_index(index: usize) -> Self {

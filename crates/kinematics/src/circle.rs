@@ -175,8 +175,7 @@ pub(crate) fn wrist_from_shoulder(arm: &SrsArm, flange_pose: &Pose) -> DVec3 {
 pub(crate) fn reference_frame(w: DVec3, length: f64) -> DMat3 {
     let u = w / length;
     let sin_theta = (u.x * u.x + u.y * u.y).sqrt();
-    let (cos_phi, sin_phi) =
-        if sin_theta > 0.0 { (u.x / sin_theta, u.y / sin_theta) } else { (1.0, 0.0) };
+    let (cos_phi, sin_phi) = if sin_theta > 0.0 { (u.x / sin_theta, u.y / sin_theta) } else { (1.0, 0.0) };
     DMat3::from_cols(
         DVec3::new(cos_phi * u.z, sin_phi * u.z, -sin_theta),
         DVec3::new(-sin_phi, cos_phi, 0.0),
@@ -219,11 +218,8 @@ impl ElbowCircle {
             Sinusoid { s: sin_e * gy.y, c: sin_e * gy.x, k: cos_e * gy.z },
         ];
         let across = (gn.x * gn.x + gn.y * gn.y).sqrt();
-        let straightest_wrist = if across > 0.0 {
-            Direction { sin: gn.y / across, cos: gn.x / across }
-        } else {
-            Direction::ZERO
-        };
+        let straightest_wrist =
+            if across > 0.0 { Direction { sin: gn.y / across, cos: gn.x / across } } else { Direction::ZERO };
         Self {
             triangle,
             turning: [joint1, joint3, joint5, joint7],
@@ -322,7 +318,8 @@ impl ElbowCircle {
         }
         for (cosine, cone) in self.tilting.iter().zip(&arm.tilting) {
             let mut seen = [f64::NAN; 4];
-            for (slot, end) in cone.sides.iter().flatten().flat_map(|c| [c.inner[0], c.outer[0]]).enumerate() {
+            for (slot, end) in cone.sides.iter().flatten().flat_map(|c| [c.inner[0], c.outer[0]]).enumerate()
+            {
                 // Symmetric limits share their ends; `|q| >= 0` is no limit.
                 if end < 1.0 && !seen.contains(&end) {
                     seen[slot] = end;

@@ -29,10 +29,29 @@ impl SrsArm {
             return solutions;
         }
         let base = BaseSolution::new(&circle, psi);
+        let angles = (!v.near_singular).then(|| base.angles());
         for branch in Branch::in_mask(mask) {
-            solutions[branch.index()] = base.on_branch(self, branch, &JointPositions::default());
+            solutions[branch.index()] = angles
+                .and_then(|angles| self.half_turned(angles, branch))
+                .or_else(|| base.on_branch(self, branch, &JointPositions::default()));
         }
         solutions
+    }
+
+    /// A branch's angles from those of the first branch: away from singularities it differs by
+    /// signs and half turns. `None` where an angle then lies outside its limit by rounding.
+    fn half_turned(&self, angles: [f64; 7], branch: Branch) -> Option<JointPositions> {
+        let Branch { shoulder_negative: s, elbow_positive: e, wrist_negative: w } = branch;
+        let mut q = angles;
+        for (joint, turned) in [(0, s), (2, s != e), (4, e != w), (6, w)] {
+            let angle = angles[joint] + if turned { PI } else { 0.0 };
+            q[joint] = nearest_turn(angle, &self.limits()[joint], 0.0);
+        }
+        for (joint, mirrored) in [(1, s), (3, e), (5, w)] {
+            q[joint] = if mirrored { -angles[joint] } else { angles[joint] };
+        }
+        let inside = q.iter().zip(self.limits()).all(|(q, limit)| limit.contains(*q));
+        inside.then_some(JointPositions(q))
     }
 
     /// Arm angle of a configuration, rad in `(-π, π]`: how far its elbow is turned about the line
@@ -81,6 +100,13 @@ impl BaseSolution {
         Self { shoulder, wrist, elbow: sin.atan2(cos) }
     }
 
+    /// The angles of the branch `q2 ≥ 0, q4 ≤ 0, q6 ≥ 0`, limits not applied.
+    fn angles(&self) -> [f64; 7] {
+        let [q1, q2, q3] = SphericalJoint::new(self.shoulder, 1.0, 1.0).free_angles();
+        let [q5, q6, q7] = SphericalJoint::new(self.wrist, 1.0, 1.0).free_angles();
+        [q1, q2, q3, -self.elbow, q5, q6, q7]
+    }
+
     /// The configuration of a branch, each angle turned by full turns to the place within its
     /// limit that is nearest to `reference`.
     pub(crate) fn on_branch(
@@ -125,12 +151,15 @@ impl SphericalJoint {
         Self { m: std::array::from_fn(|row| std::array::from_fn(|col| entry(row, col))) }
     }
 
-    fn angles(
-        &self,
-        negative: bool,
-        limits: [&JointLimit; 3],
-        reference: [f64; 2],
-    ) -> Option<[f64; 3]> {
+    fn free_angles(&self) -> [f64; 3] {
+        let first = self.m[1][2].atan2(self.m[0][2]);
+        let (second, third) = self.after(first);
+        [first, second, third]
+    }
+
+    /// The angles with the asked sign of the second, moved onto the limits where that turns the
+    /// tool by less than `CLAMP_RAD`.
+    fn angles(&self, negative: bool, limits: [&JointLimit; 3], reference: [f64; 2]) -> Option<[f64; 3]> {
         let m = &self.m;
         let sign = if negative { -1.0 } else { 1.0 };
         let (x, y) = (sign * m[0][2], sign * m[1][2]);

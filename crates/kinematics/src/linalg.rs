@@ -103,7 +103,5 @@ pub(crate) fn roots(eigenvalues: [f64; 6]) -> [f64; 6] {
 
 /// `J Jᵀ` of rows.
 pub(crate) fn gram(rows: &[[f64; 7]; 6]) -> [[f64; 6]; 6] {
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| rows[i].iter().zip(rows[j]).map(|(a, b)| a * b).sum())
-    })
+    std::array::from_fn(|i| std::array::from_fn(|j| rows[i].iter().zip(rows[j]).map(|(a, b)| a * b).sum()))
 }

@@ -15,8 +15,7 @@ impl SrsArm {
     /// within 1e-7 of a straight elbow, where the pose itself fixes joint 4 to 1e-8 rad only.
     #[must_use]
     pub fn joint_margin_rad(&self, base_from_tool: &Pose) -> Option<f64> {
-        let narrowest =
-            self.limits().iter().fold(f64::INFINITY, |m, l| m.min(0.5 * (l.max_rad - l.min_rad)));
+        let narrowest = self.limits().iter().fold(f64::INFINITY, |m, l| m.min(0.5 * (l.max_rad - l.min_rad)));
         let holds = |by_rad: f64| {
             self.with_limits(self.limits().map(|l| moved(l, by_rad)))
                 .is_ok_and(|arm| arm.is_reachable(base_from_tool))

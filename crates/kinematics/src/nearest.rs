@@ -1,9 +1,9 @@
 //! The solution nearest to a reference configuration: servoing without jumps.
 
-use crate::arm_angles::FeasibleArmAngles;
+use crate::arm_angles::{ArmAngleArc, FeasibleArmAngles};
 use crate::circle::{Direction, ElbowCircle};
-use crate::inverse::BaseSolution;
 use crate::error::finite;
+use crate::inverse::BaseSolution;
 use crate::{Branch, JointPositions, KinematicsError, Pose, SrsArm, Unreachable};
 
 /// Which branches [`SrsArm::nearest_solution`] may use.
@@ -56,7 +56,7 @@ pub struct NearestSolution {
 const LOCAL_RAD: f64 = 0.1;
 
 /// Spacing of the starting points on an arc, rad.
-const START_SPACING_RAD: f64 = 0.35;
+const START_SPACING_RAD: f64 = 0.25;
 
 /// The refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18
 /// of its minimum, and the pose is exact at every step anyway.
@@ -68,8 +68,9 @@ impl SrsArm {
     ///
     /// The arm angle is found by Gauss-Newton with the exact derivative, started at the
     /// reference's own arm angle; unless that ends within 0.1 rad of the reference on its own
-    /// branch, every feasible arc is searched from starting points 0.35 rad apart. The pose is
-    /// exact (1e-12) whatever the search does.
+    /// branch, every feasible arc is searched from starting points 0.25 rad apart (a
+    /// valley narrower than that, beside a singularity, can be missed). The pose is exact (1e-12)
+    /// whatever the search does.
     ///
     /// The reference may lie outside the limits (a sensor's reading at a limit does).
     ///
@@ -155,16 +156,34 @@ impl Problem<'_> {
         allowed: u8,
         near: u8,
     ) -> Option<NearestSolution> {
-        let arcs = Branch::in_mask(allowed).flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
-        let found = self.best(arcs.filter_map(|(branch, arc)| {
-            let count = (arc.width_rad() / START_SPACING_RAD).ceil();
-            let spaced = (0..=count as usize)
-                .map(|i| arc.start_rad + arc.width_rad() * (i as f64 / count.max(1.0)));
-            let starts = spaced.chain([arc.nearest_rad(psi_reference)]);
-            let start = self.best(starts.filter_map(|psi| self.evaluate(psi, branch)))?;
-            Some(self.refine(start, arc.start_rad, arc.end_rad))
-        }))?;
+        let arcs =
+            Branch::in_mask(allowed).flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
+        let found = self.best(arcs.filter_map(|(branch, arc)| self.on_arc(branch, arc, psi_reference)))?;
         Some(self.solution(found, near))
+    }
+
+    /// The best of an arc: every starting point that beats its neighbours is refined.
+    fn on_arc(&self, branch: Branch, arc: ArmAngleArc, psi_reference: f64) -> Option<Candidate> {
+        let count = (arc.width_rad() / START_SPACING_RAD).ceil();
+        let spaced = |i: usize| arc.start_rad + arc.width_rad() * (i as f64 / count.max(1.0));
+        let mut best =
+            self.evaluate(arc.nearest_rad(psi_reference), branch).map(|start| self.refined(start, arc));
+        let (mut before, mut here) = (f64::INFINITY, self.evaluate(spaced(0), branch));
+        for i in 0..=count as usize {
+            let next = if i < count as usize { self.evaluate(spaced(i + 1), branch) } else { None };
+            if let Some(start) = here {
+                if start.cost <= before && next.is_none_or(|n| start.cost <= n.cost) {
+                    best = self.best([Some(self.refined(start, arc)), best].into_iter().flatten());
+                }
+                before = start.cost;
+            }
+            here = next;
+        }
+        best
+    }
+
+    fn refined(&self, start: Candidate, arc: ArmAngleArc) -> Candidate {
+        self.refine(start, arc.start_rad, arc.end_rad)
     }
 
     fn best(&self, candidates: impl Iterator<Item = Candidate>) -> Option<Candidate> {
@@ -172,8 +191,11 @@ impl Problem<'_> {
     }
 
     fn evaluate(&self, psi: f64, branch: Branch) -> Option<Candidate> {
-        let q = BaseSolution::new(self.circle, Direction::from_angle(psi))
-            .on_branch(self.arm, branch, self.reference)?;
+        let q = BaseSolution::new(self.circle, Direction::from_angle(psi)).on_branch(
+            self.arm,
+            branch,
+            self.reference,
+        )?;
         let cost = (0..7).map(|i| self.config.weights[i] * (q[i] - self.reference[i]).powi(2)).sum();
         Some(Candidate { q, branch, psi, cost })
     }

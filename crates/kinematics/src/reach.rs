@@ -108,6 +108,9 @@ impl SrsArm {
     /// so testing every root decides it; the singular places, which no sample of the arm angle
     /// hits, are tested by themselves. A pose beyond a limit by less than about 1e-13 counts as
     /// reachable, and its witness is moved onto the limit (pose error below 1e-12 m and rad).
+    /// Within about 1e-7 rad of a straight elbow a pose in doubles no longer says where the elbow
+    /// is (1e-16 m of distance is 1e-8 rad of bend); with shoulder or wrist nearly singular too, a
+    /// solution that limits confine to a small box there can be missed.
     ///
     /// Method: [Shimizu 2008], [Faria 2018]; notes in docs/NOTATION.md.
     #[must_use]
@@ -140,20 +143,12 @@ impl SrsArm {
     pub(crate) fn find_place(&self, flange_pose: &Pose) -> Result<Place, Unreachable> {
         let circle = self.elbow_circle(flange_pose).map_err(|length| self.length_reason(length))?;
         let mut search = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 };
-        let mut found = circle.extremes().into_iter().find_map(|psi| search.test(psi));
-        if found.is_none() {
-            let mut visit = |psi| {
-                if found.is_none() {
-                    found = search.test(psi);
-                }
-            };
-            circle.limit_roots(self, CROSS_TOLERANCE, &mut visit);
-            circle.coupled_roots(self, &mut visit);
-        }
-        let reason = search.reason();
-        match found {
+        match search.run() {
             Some((psi, mask)) => Ok(Place { circle, psi, mask }),
-            None => self.singular_place(flange_pose, circle.elbow_mask).ok_or(reason),
+            None => {
+                let reason = search.reason();
+                self.singular_place(flange_pose, circle.elbow_mask).ok_or(reason)
+            }
         }
     }
 
@@ -179,21 +174,21 @@ impl SrsArm {
                 let eta = w.cross(forearm).length().atan2(w.dot(forearm));
                 let triangle = Triangle::from_angles(length, beta, eta);
                 let circle = ElbowCircle::new(w, triangle, elbow_mask, &flange_pose.rotation());
-                let mut search = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 };
-                let (psi, mask) = circle.extremes().into_iter().find_map(|psi| search.test(psi))?;
-                Some(Place { circle, psi, mask })
+                let found = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 }.run();
+                found.map(|(psi, mask)| Place { circle, psi, mask })
             })
     }
 
     fn length_reason(&self, length: f64) -> Unreachable {
         let d = &self.distances;
+        let gap = |side: [f64; 2]| (side[0] - length).max(length - side[1]);
+        let elbow_gap_m = d.sides.map(gap).into_iter().fold(f64::INFINITY, f64::min);
         if length > d.longest() + d.tolerance {
             Unreachable::TooFar { gap_m: length - d.longest() }
-        } else if length < d.shortest() - d.tolerance || length <= d.tolerance {
-            Unreachable::TooNear { gap_m: (d.shortest() - length).max(0.0) }
+        } else if length >= d.shortest() - d.tolerance && elbow_gap_m > d.tolerance {
+            Unreachable::ElbowLimit { gap_m: elbow_gap_m }
         } else {
-            let gap = |side: [f64; 2]| (side[0] - length).max(length - side[1]);
-            Unreachable::ElbowLimit { gap_m: d.sides.map(gap).into_iter().fold(f64::INFINITY, f64::min) }
+            Unreachable::TooNear { gap_m: (d.shortest() - length).max(0.0) }
         }
     }
 }
@@ -207,6 +202,23 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// The extremes first: they decide most poses, without a root.
+    #[inline(always)]
+    fn run(&mut self) -> Option<(Direction, u8)> {
+        let (arm, circle) = (self.arm, self.circle);
+        let mut found = circle.extremes().into_iter().find_map(|psi| self.test(psi));
+        if found.is_none() {
+            let mut visit = |psi| {
+                if found.is_none() {
+                    found = self.test(psi);
+                }
+            };
+            circle.limit_roots(arm, CROSS_TOLERANCE, &mut visit);
+            circle.coupled_roots(arm, &mut visit);
+        }
+        found
+    }
+
     #[inline(always)]
     fn test(&mut self, psi: Direction) -> Option<(Direction, u8)> {
         let v = self.circle.verdicts(self.arm, psi);

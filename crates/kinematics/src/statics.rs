@@ -43,7 +43,11 @@ impl SrsArm {
         crate::error::finite("q", &q.0)?;
         crate::error::finite("torques", &torques.0)?;
         if !(damping_m >= 0.0 && damping_m.is_finite()) {
-            return Err(KinematicsError::Parameter { what: "damping_m", value: damping_m, wanted: "at least 0" });
+            return Err(KinematicsError::Parameter {
+                what: "damping_m",
+                value: damping_m,
+                wanted: "at least 0",
+            });
         }
         if !(moment_length_m > 0.0 && moment_length_m.is_finite()) {
             let (what, value) = ("moment_length_m", moment_length_m);

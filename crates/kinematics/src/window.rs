@@ -5,8 +5,8 @@
 //! tolerance [`CROSS_TOLERANCE`]: near a singularity `ρ → 0` and the angle itself means
 //! nothing, while what the tolerance does to the pose stays below it.
 
-use crate::srs::SrsGeometry;
 use crate::JointLimit;
+use crate::srs::SrsGeometry;
 use std::f64::consts::{PI, TAU};
 
 /// Slack of the cross products: what it moves the tool by, rad (times the arm's length, m).
@@ -62,9 +62,7 @@ impl Window {
         let before_max = self.max[1] * x - self.max[0] * y;
         match self.shape {
             Shape::Free => (true, true),
-            Shape::Wide => {
-                (past_min >= -T || before_max >= -T, past_min <= T || before_max <= T)
-            }
+            Shape::Wide => (past_min >= -T || before_max >= -T, past_min <= T || before_max <= T),
             Shape::Narrow => {
                 // Without the middle, a window of no width would hold its opposite too.
                 let towards = self.middle[0] * x + self.middle[1] * y;
@@ -168,9 +166,8 @@ impl Distances {
     /// Allowed with `q4 ≤ 0`, allowed with `q4 ≥ 0`?
     #[inline(always)]
     pub(crate) fn allow(&self, length: f64) -> (bool, bool) {
-        let within = |side: [f64; 2]| {
-            side[0] - self.tolerance <= length && length <= side[1] + self.tolerance
-        };
+        let within =
+            |side: [f64; 2]| side[0] - self.tolerance <= length && length <= side[1] + self.tolerance;
         (within(self.sides[0]), within(self.sides[1]))
     }
 }

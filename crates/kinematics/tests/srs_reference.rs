@@ -56,10 +56,17 @@ fn check_reach(data: &Value) -> usize {
     let arm = SrsArm::iiwa7();
     let poses = data["poses"].as_array().expect("poses");
     for (i, case) in poses.iter().enumerate() {
-        let pose = Pose::new(rows(&numbers(&case["R"])), DVec3::from_slice(&numbers(&case["p"]))).expect("a pose");
+        let pose =
+            Pose::new(rows(&numbers(&case["R"])), DVec3::from_slice(&numbers(&case["p"]))).expect("a pose");
         let reachable = case["reachable"].as_bool().expect("bool");
         let verdict = arm.reach(&pose);
-        assert_eq!(verdict.is_reachable(), reachable, "pose {i} {}: {verdict:?}, margin {}", case["cls"], case["margin"]);
+        assert_eq!(
+            verdict.is_reachable(),
+            reachable,
+            "pose {i} {}: {verdict:?}, margin {}",
+            case["cls"],
+            case["margin"]
+        );
         assert_eq!(arm.is_reachable(&pose), reachable, "pose {i}");
         if let Reach::Reachable(witness) = verdict {
             for (q, limit) in witness.q.0.iter().zip(arm.limits()) {
@@ -93,12 +100,15 @@ fn reasons_fit_the_wrist_distance() {
     let arm = SrsArm::iiwa7();
     let data = load("reach_poses.json");
     for case in data["poses"].as_array().expect("poses") {
-        let pose = Pose::new(rows(&numbers(&case["R"])), DVec3::from_slice(&numbers(&case["p"]))).expect("a pose");
+        let pose =
+            Pose::new(rows(&numbers(&case["R"])), DVec3::from_slice(&numbers(&case["p"]))).expect("a pose");
         let wrist = pose.position_m() - pose.rotation().z_axis * 0.126 - DVec3::new(0.0, 0.0, 0.34);
         if let Reach::Unreachable(reason) = arm.reach(&pose) {
             match reason {
                 Unreachable::TooFar { gap_m } => assert_close!(wrist.length() - 0.8, gap_m, Tol::abs(1e-12)),
-                Unreachable::ElbowLimit { gap_m } => assert_close!(0.4 - wrist.length(), gap_m, Tol::abs(1e-12)),
+                Unreachable::ElbowLimit { gap_m } => {
+                    assert_close!(0.4 - wrist.length(), gap_m, Tol::abs(1e-12))
+                }
                 Unreachable::TooNear { .. } => panic!("the iiwa folds no further than its elbow limit"),
                 _ => assert!((0.4..=0.8).contains(&wrist.length())),
             }

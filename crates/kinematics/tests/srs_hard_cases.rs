@@ -1,0 +1,382 @@
+//! The places where closed forms break: singularities, limits, full stretch, isolated solutions.
+//!
+//! Each pose is made from a configuration, so that it is reachable by construction; the limits
+//! are closed around that configuration, down to no width at all.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{
+    Branch, JointLimit, JointPositions, KinematicsError, NearestConfig, Pose, Reach, SrsArm, SrsGeometry,
+    SrsParameters, Unreachable,
+};
+use hwall_testkit::Sampler;
+use std::f64::consts::PI;
+
+const SEED: u64 = 20_261;
+
+fn assert_holds(arm: &SrsArm, pose: &Pose, tolerance: f64, what: &str) {
+    match arm.reach(pose) {
+        Reach::Reachable(witness) => {
+            for (joint, (q, limit)) in witness.q.0.iter().zip(arm.limits()).enumerate() {
+                assert!(limit.contains(*q), "{what}: joint {joint} at {q} outside {limit:?}");
+            }
+            let (position, angle) = arm.forward(&witness.q).distance(pose);
+            assert!(position <= tolerance && angle <= tolerance, "{what}: {position} m, {angle} rad");
+        }
+        Reach::Unreachable(reason) => panic!("{what}: {reason}, {pose:?}"),
+    }
+    assert!(arm.is_reachable(pose), "{what}");
+}
+
+/// A configuration with some joints set, the others random and clear of their own singularity.
+fn configuration(sampler: &mut Sampler, set: &[(usize, f64)]) -> JointPositions {
+    let arm = SrsArm::iiwa7();
+    let mut q = sampler.array_within(arm.limits().map(|l| (0.95 * l.min_rad, 0.95 * l.max_rad)));
+    for joint in [1, 3, 5] {
+        q[joint] = q[joint].abs().max(0.2).copysign(q[joint]);
+    }
+    for &(joint, value) in set {
+        q[joint] = value;
+    }
+    JointPositions(q)
+}
+
+/// Many configurations: reachable with the iiwa's own limits, and with limits closed to boxes of
+/// the given half width around the configuration.
+fn check_family(name: &str, set: impl Fn(&mut Sampler) -> Vec<(usize, f64)>) {
+    check_boxes(name, &[0.1, 1e-3, 1e-6], set);
+}
+
+fn check_boxes(name: &str, half_widths: &[f64], set: impl Fn(&mut Sampler) -> Vec<(usize, f64)>) {
+    let mut sampler = Sampler::new(SEED);
+    let arm = SrsArm::iiwa7();
+    for i in 0..2_000 {
+        let values = set(&mut sampler);
+        let q = configuration(&mut sampler, &values);
+        let pose = arm.forward(&q);
+        assert_holds(&arm, &pose, 1e-12, &format!("{name} {i} {q:?}"));
+        for &half_width in half_widths {
+            let limits = q.0.map(|x| JointLimit { min_rad: x - half_width, max_rad: x + half_width });
+            let tight = arm.with_limits(limits).expect("limits around a configuration");
+            assert_holds(&tight, &pose, 1e-12, &format!("{name} {i}, limits {half_width} around {q:?}"));
+        }
+    }
+}
+
+#[test]
+fn regular_configurations_in_boxes() {
+    check_family("regular", |_| vec![]);
+}
+
+#[test]
+fn elbow_straight() {
+    check_family("q4 = 0", |_| vec![(3, 0.0)]);
+}
+
+#[test]
+fn wrist_singular() {
+    check_family("q6 = 0", |_| vec![(5, 0.0)]);
+}
+
+#[test]
+fn shoulder_singular() {
+    check_family("q2 = 0", |_| vec![(1, 0.0)]);
+}
+
+#[test]
+fn two_singularities_at_once() {
+    for (a, b) in [(1, 3), (1, 5), (3, 5)] {
+        check_family(&format!("q{} = q{} = 0", a + 1, b + 1), |_| vec![(a, 0.0), (b, 0.0)]);
+    }
+}
+
+#[test]
+fn three_singularities_at_once() {
+    check_family("q2 = q4 = q6 = 0", |_| vec![(1, 0.0), (3, 0.0), (5, 0.0)]);
+}
+
+#[test]
+fn near_singular_by_1e_6_1e_9_1e_12() {
+    for near in [1e-6, 1e-9, 1e-12] {
+        for joint in [1, 3, 5] {
+            check_boxes(&format!("q{} = ±{near}", joint + 1), &[0.1, 1e-3], |s| {
+                vec![(joint, if s.bool() { near } else { -near })]
+            });
+        }
+        // Doubles fix the elbow of such a pose too coarsely for boxes (docs of `reach`).
+        check_boxes(&format!("q2, q4, q6 = ±{near}"), &[], |s| {
+            [1, 3, 5].map(|joint| (joint, if s.bool() { near } else { -near })).to_vec()
+        });
+    }
+}
+
+#[test]
+fn wrist_centre_on_the_base_axis() {
+    // Wrist above the shoulder: q2 is half the elbow's bend, any q1 and q3 = 0.
+    check_family("wrist on the base axis", |s| {
+        let q4 = s.uniform(0.2, 2.0);
+        vec![(1, 0.5 * q4), (2, 0.0), (3, q4)]
+    });
+}
+
+#[test]
+fn locked_joints_leave_the_pose_reachable() {
+    let mut sampler = Sampler::new(SEED);
+    let arm = SrsArm::iiwa7();
+    for i in 0..5_000 {
+        let q = configuration(&mut sampler, &[]);
+        let pose = arm.forward(&q);
+        let mut limits = *arm.limits();
+        // One to three joints locked exactly at their angle.
+        for _ in 0..=sampler.index(3) {
+            let joint = sampler.index(7);
+            limits[joint] = JointLimit { min_rad: q[joint], max_rad: q[joint] };
+        }
+        assert_holds(&arm.with_limits(limits).expect("valid"), &pose, 1e-12, &format!("locked {i} {q:?}"));
+    }
+}
+
+#[test]
+fn each_joint_exactly_at_its_limit() {
+    for joint in 0..7 {
+        let limit = SrsArm::iiwa7().limits()[joint];
+        for end in [limit.min_rad, limit.max_rad] {
+            let mut sampler = Sampler::new(SEED);
+            let arm = SrsArm::iiwa7();
+            for i in 0..2_000 {
+                let q = configuration(&mut sampler, &[(joint, end)]);
+                assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("joint {joint} at {end}, {i}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn all_joints_within_a_thousandth_of_their_limits() {
+    let mut sampler = Sampler::new(SEED);
+    let arm = SrsArm::iiwa7();
+    for i in 0..5_000 {
+        let q = JointPositions(arm.limits().map(|l| {
+            let inset = sampler.uniform(0.0, 1e-3);
+            if sampler.bool() { l.min_rad + inset } else { l.max_rad - inset }
+        }));
+        assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("corner {i} {q:?}"));
+        let corner = JointPositions(std::array::from_fn(|j| {
+            let l = arm.limits()[j];
+            if q[j] < 0.0 { l.min_rad } else { l.max_rad }
+        }));
+        assert_holds(&arm, &arm.forward(&corner), 1e-12, &format!("exact corner {i}"));
+    }
+}
+
+#[test]
+fn solutions_at_a_single_arm_angle_are_found() {
+    // Elbow on the base axis with q1 and q3 such that half a turn of both leaves the limits: the
+    // neighbouring arm angles swing q1 by a quarter turn and lose the pose.
+    let mut sampler = Sampler::new(SEED);
+    let arm = SrsArm::iiwa7();
+    for (singular, first, third) in [(1, 0, 2), (5, 4, 6)] {
+        for i in 0..2_000 {
+            let q = configuration(&mut sampler, &[(singular, 0.0)]);
+            let mut limits = *arm.limits();
+            for joint in [first, third] {
+                limits[joint] = JointLimit { min_rad: q[joint] - 1e-3, max_rad: q[joint] + 1e-3 };
+            }
+            let tight = arm.with_limits(limits).expect("valid");
+            let pose = arm.forward(&q);
+            assert_holds(&tight, &pose, 1e-12, &format!("single angle {i} {q:?}"));
+            let angles = tight.feasible_arm_angles(&pose).expect("reachable");
+            let found = angles.branches().flat_map(|b| angles.arcs(b).map(move |arc| (b, arc)));
+            for (branch, arc) in found.collect::<Vec<_>>() {
+                let middle = 0.5 * (arc.start_rad + arc.end_rad);
+                let q = angles.configuration(&tight, branch, middle, &q).expect("the arc holds it");
+                let (position, angle) = tight.forward(&q).distance(&pose);
+                assert!(position < 1e-12 && angle < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn full_stretch_inside_and_outside() {
+    let arm = SrsArm::iiwa7();
+    let shoulder = DVec3::new(0.0, 0.0, 0.34);
+    let mut sampler = Sampler::new(SEED);
+    for _ in 0..1_000 {
+        let direction = sampler.unit_vector();
+        // The tool along the stretched arm, so that the wrist is straight too.
+        let x = direction.any_orthonormal_vector();
+        let rotation = DMat3::from_cols(x, direction.cross(x), direction);
+        let at = |extra: f64| {
+            let wrist = shoulder + direction * (0.8 + extra);
+            Pose::new(rotation, wrist + direction * 0.126).expect("a pose")
+        };
+        let upright = direction.z > -0.45; // q2 within 120 degrees
+        for extra in [0.0, 1e-16, -1e-16, -1e-12, -1e-9] {
+            if upright {
+                assert_holds(&arm, &at(extra), 1e-12, &format!("stretch {extra}"));
+            }
+        }
+        for extra in [1e-12, 1e-9] {
+            match arm.reach(&at(extra)) {
+                Reach::Unreachable(Unreachable::TooFar { gap_m }) => {
+                    assert!((gap_m - extra).abs() < 1e-14, "{gap_m}");
+                }
+                other => panic!("{extra}: {other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn wrist_centre_on_the_shoulder() {
+    let pose = Pose::from_translation(DVec3::new(0.0, 0.0, 0.34 + 0.126)).expect("a pose");
+    // The iiwa's elbow stops at 120 degrees, 0.4 m away.
+    match SrsArm::iiwa7().reach(&pose) {
+        Reach::Unreachable(Unreachable::ElbowLimit { gap_m }) => assert!((gap_m - 0.4).abs() < 1e-12),
+        other => panic!("{other:?}"),
+    }
+    // An arm that folds almost flat stays short of it too.
+    let mut limits = *SrsArm::iiwa7().limits();
+    limits[3] = JointLimit::symmetric_deg(179.9);
+    let folding = SrsArm::iiwa7().with_limits(limits).expect("valid");
+    assert!(!folding.is_reachable(&pose));
+    // With unequal links the geometry itself keeps away.
+    match SrsArm::iiwa14().reach(&Pose::from_translation(DVec3::new(0.0, 0.0, 0.36 + 0.126)).expect("a pose"))
+    {
+        Reach::Unreachable(Unreachable::TooNear { gap_m }) => assert!((gap_m - 0.02).abs() < 1e-12),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn folded_almost_flat() {
+    let mut limits = *SrsArm::iiwa7().limits();
+    limits[3] = JointLimit::symmetric_deg(179.9);
+    let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
+    let mut sampler = Sampler::new(SEED);
+    for i in 0..2_000 {
+        let bend = sampler.uniform(2.9, limits[3].max_rad);
+        let q = configuration(&mut sampler, &[(3, bend)]);
+        assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("folded {i} {q:?}"));
+    }
+}
+
+#[test]
+fn asymmetric_limits_and_free_joints() {
+    let mut sampler = Sampler::new(SEED);
+    let arm = SrsArm::iiwa7();
+    for i in 0..10_000 {
+        let limits = std::array::from_fn(|joint| {
+            let widest = if joint % 2 == 1 { 3.1 } else { 3.0 * PI };
+            let (a, b) = (sampler.uniform(-widest, widest), sampler.uniform(-widest, widest));
+            if joint % 2 == 0 && sampler.index(4) == 0 {
+                JointLimit::FREE
+            } else {
+                JointLimit { min_rad: a.min(b), max_rad: a.max(b) }
+            }
+        });
+        let tight = arm.with_limits(limits).expect("valid");
+        let q = JointPositions(limits.map(|l: JointLimit| {
+            if l.min_rad.is_finite() {
+                sampler.uniform(l.min_rad, l.max_rad)
+            } else {
+                sampler.uniform(-9.0, 9.0)
+            }
+        }));
+        assert_holds(&tight, &arm.forward(&q), 1e-12, &format!("limits {i} {limits:?} {q:?}"));
+    }
+}
+
+#[test]
+fn small_and_large_arms() {
+    for scale in [1e-3, 10.0, 1e3] {
+        let p = SrsParameters::iiwa7();
+        let g = p.geometry;
+        let geometry = SrsGeometry {
+            d_bs_m: g.d_bs_m * scale,
+            d_se_m: g.d_se_m * scale,
+            d_ew_m: g.d_ew_m * scale,
+            d_wf_m: g.d_wf_m * scale,
+        };
+        let arm = SrsArm::new(SrsParameters { geometry, ..p }).expect("valid");
+        let mut sampler = Sampler::new(SEED);
+        for i in 0..2_000 {
+            let set: &[(usize, f64)] = if i % 2 == 0 { &[] } else { &[(3, 0.0)] };
+            let q = configuration(&mut sampler, set);
+            assert_holds(&arm, &arm.forward(&q), 1e-12 * f64::max(scale, 1.0), &format!("scale {scale} {i}"));
+        }
+    }
+}
+
+#[test]
+fn unequal_links_and_no_wrist_offset() {
+    let p = SrsParameters::iiwa7();
+    let mut sampler = Sampler::new(SEED);
+    for (d_se_m, d_ew_m, d_wf_m) in [(0.5, 0.2, 0.1), (0.2, 0.5, 0.0), (0.3, 0.31, -0.05)] {
+        let geometry = SrsGeometry { d_bs_m: 0.0, d_se_m, d_ew_m, d_wf_m };
+        let arm = SrsArm::new(SrsParameters { geometry, ..p }).expect("valid");
+        for i in 0..2_000 {
+            let q = configuration(&mut sampler, &[]);
+            assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("links {i}"));
+        }
+    }
+}
+
+#[test]
+fn a_tilting_tool_far_from_the_flange() {
+    let mut sampler = Sampler::new(SEED);
+    for i in 0..2_000 {
+        let tool = Pose::new(sampler.rotation(), sampler.unit_vector() * 0.3).expect("a pose");
+        let arm = SrsArm::iiwa7().with_tool(tool);
+        let q = configuration(&mut sampler, &[]);
+        assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("tool {i}"));
+    }
+}
+
+#[test]
+fn bad_models_are_named() {
+    let p = SrsParameters::iiwa7();
+    let with_limit = |joint: usize, min_rad: f64, max_rad: f64| {
+        let mut limits = p.limits;
+        limits[joint] = JointLimit { min_rad, max_rad };
+        SrsArm::new(SrsParameters { limits, ..p })
+    };
+    assert!(matches!(with_limit(2, 1.0, -1.0), Err(KinematicsError::LimitsReversed { index: 2, .. })));
+    assert!(matches!(with_limit(0, f64::NAN, 1.0), Err(KinematicsError::NonFinite { index: 0, .. })));
+    assert!(matches!(with_limit(3, -1.0, PI), Err(KinematicsError::LimitTooWide { index: 3, .. })));
+    for bad in [0.0, -0.4, f64::NAN, f64::INFINITY] {
+        let geometry = SrsGeometry { d_ew_m: bad, ..p.geometry };
+        let error = SrsArm::new(SrsParameters { geometry, ..p }).expect_err("no forearm");
+        assert!(matches!(error, KinematicsError::LinkLength { link: "d_ew", .. }), "{error}");
+    }
+    let nan = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, f64::NAN, 0.0));
+    assert!(matches!(nan, Err(KinematicsError::NonFinite { what: "position", index: 1, .. })));
+    assert!(matches!(
+        Pose::new(DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)), DVec3::ZERO),
+        Err(KinematicsError::NotARotation { .. })
+    ));
+    assert!(Pose::from_quat(glam::DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), DVec3::ZERO).is_err());
+    assert!(matches!(
+        JointPositions::from_slice(&[0.0; 6]),
+        Err(KinematicsError::WrongJointCount { expected: 7, got: 6, .. })
+    ));
+}
+
+#[test]
+fn nan_never_passes_silently() {
+    let arm = SrsArm::iiwa7();
+    let pose = arm.forward(&JointPositions([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.1]));
+    assert_eq!(arm.solutions(&pose, f64::NAN), [None; 8]);
+    assert_eq!(arm.solutions(&pose, f64::INFINITY), [None; 8]);
+    let bad = JointPositions([0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let error = arm.nearest_solution(&pose, &bad, &NearestConfig::default()).expect_err("NaN reference");
+    assert!(matches!(error, KinematicsError::NonFinite { what: "reference", index: 1, .. }));
+    assert!(arm.arm_angle(&bad).is_nan());
+    assert!(arm.self_motion(&bad).0.iter().all(|x| x.is_nan()));
+    assert!(arm.dexterity(&bad, 0.1).manipulability.is_nan());
+    assert!(arm.forward(&bad).position_m().is_nan());
+    let angles = arm.feasible_arm_angles(&pose).expect("reachable");
+    for branch in Branch::ALL {
+        assert_eq!(angles.configuration(&arm, branch, f64::NAN, &JointPositions::default()), None);
+    }
+}
