@@ -1,0 +1,171 @@
+//! The one error type of the crate.
+
+use glam::DVec3;
+
+/// What can be wrong with a scene file, its sidecar or a query.
+///
+/// "The ray hits nothing" is an answer, not an error: queries return `Option` inside.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// A file cannot be read.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file.
+        path: String,
+        /// What the system said.
+        message: String,
+    },
+    /// The scene exceeds a limit of [`LoadLimits`](crate::LoadLimits).
+    #[error("{got} {what} exceed the limit of {limit}")]
+    TooLarge {
+        /// What is counted.
+        what: &'static str,
+        /// The count, or the first count known to exceed the limit.
+        got: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The file is not UTF-8 text, so it is no OBJ.
+    #[error("not a text file: byte {offset} is not UTF-8")]
+    NotText {
+        /// First byte that is not text.
+        offset: usize,
+    },
+    /// A line of the OBJ does not hold the numbers its keyword asks for.
+    #[error("OBJ line {line}: malformed {keyword:?}")]
+    ObjLine {
+        /// Line, from 1.
+        line: usize,
+        /// Keyword of the line.
+        keyword: &'static str,
+    },
+    /// A vertex coordinate is NaN, infinite or beyond [`COORDINATE_LIMIT_M`](crate::COORDINATE_LIMIT_M).
+    #[error("OBJ line {line}: vertex coordinate {value} is not usable")]
+    ObjVertex {
+        /// Line, from 1.
+        line: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A face names a vertex that the lines above it do not define.
+    #[error("OBJ line {line}: face index {index}, but {vertices} vertices are defined so far")]
+    ObjIndex {
+        /// Line, from 1.
+        line: usize,
+        /// The index as written (from 1, negative counts backwards).
+        index: i64,
+        /// Vertices defined above the line.
+        vertices: usize,
+    },
+    /// The OBJ parser refused a text that passed the checks above.
+    #[error("OBJ: {message}")]
+    Obj {
+        /// What the parser said.
+        message: String,
+    },
+    /// No usable face is left.
+    #[error("the scene holds no face with an area")]
+    NoFaces,
+    /// The sidecar is not TOML or holds a key that is not known.
+    #[error("sidecar: {message}")]
+    SidecarMalformed {
+        /// What the parser said, with line and key.
+        message: String,
+    },
+    /// The sidecar describes a surface that the OBJ does not hold.
+    #[error("sidecar: the OBJ has no surface {name:?}")]
+    SidecarUnknownSurface {
+        /// The name in the sidecar.
+        name: String,
+    },
+    /// A surface entry lacks a key that its kind needs.
+    #[error("sidecar: surface {surface:?} of kind {kind} needs {key}")]
+    SidecarMissingKey {
+        /// Surface.
+        surface: String,
+        /// Its kind.
+        kind: &'static str,
+        /// The missing key.
+        key: &'static str,
+    },
+    /// A surface entry has a key that its kind does not use.
+    #[error("sidecar: surface {surface:?} of kind {kind} has no use for {key}")]
+    SidecarStrayKey {
+        /// Surface.
+        surface: String,
+        /// Its kind.
+        kind: &'static str,
+        /// The key.
+        key: &'static str,
+    },
+    /// A property of a surface is outside its range.
+    #[error("surface {surface:?}: {what} is {value}, it must be {wanted}")]
+    Parameter {
+        /// Surface.
+        surface: String,
+        /// Property.
+        what: &'static str,
+        /// Value given.
+        value: f64,
+        /// The range it must lie in.
+        wanted: &'static str,
+    },
+    /// Two surfaces carry one name.
+    #[error("surface {name:?} is defined twice")]
+    DuplicateSurface {
+        /// The name.
+        name: String,
+    },
+    /// A placement that is no rigid motion.
+    #[error("not a rigid motion: {deviation} away from orthonormal and right-handed")]
+    NotRigid {
+        /// Largest entry of `|RᵀR − 1|`, or 2 for a mirrored frame.
+        deviation: f64,
+    },
+    /// A number of a query or placement is NaN or infinite.
+    #[error("{what} is {value}, not a finite number")]
+    NonFinite {
+        /// The argument.
+        what: &'static str,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A ray without direction.
+    #[error("the ray has no direction")]
+    ZeroDirection,
+    /// A surface id of another scene.
+    #[error("surface {index}, but the scene has {count}")]
+    UnknownSurface {
+        /// The id given.
+        index: usize,
+        /// Surfaces of the scene.
+        count: usize,
+    },
+    /// An opening was asked of a surface that does not move.
+    #[error("surface {surface:?} does not move")]
+    NotMovable {
+        /// Surface.
+        surface: String,
+    },
+    /// An opening outside the range of its door or panel.
+    #[error("surface {surface:?}: opening {value} outside [{min}, {max}]")]
+    OpeningOutOfRange {
+        /// Surface.
+        surface: String,
+        /// Opening given, rad or m.
+        value: f64,
+        /// Lower end, rad or m.
+        min: f64,
+        /// Upper end, rad or m.
+        max: f64,
+    },
+}
+
+/// Rejects NaN and infinity in a vector, naming the argument.
+pub(crate) fn finite(what: &'static str, v: DVec3) -> Result<DVec3, SceneError> {
+    match v.to_array().into_iter().find(|x| !x.is_finite()) {
+        None => Ok(v),
+        Some(value) => Err(SceneError::NonFinite { what, value }),
+    }
+}

@@ -1,0 +1,171 @@
+//! What a scene is made of: named surfaces and how they may move.
+
+use crate::SceneError;
+use crate::error::finite;
+use crate::rigid::Rigid;
+use glam::DVec3;
+
+/// Index into [`Scene::surfaces`](crate::Scene::surfaces); valid for that scene and its re-placed copies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SurfaceId(pub usize);
+
+/// How a surface may move, and whether a hand is meant to touch it.
+///
+/// Points and directions are in the frame of the scene that holds the surface, as placed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum SurfaceKind {
+    /// Fixed and touchable.
+    #[default]
+    Static,
+    /// Turns about a hinge; the opening is an angle, zero as modelled in the file, positive right-handed.
+    RevolvingDoor {
+        /// A point of the hinge line, m.
+        hinge_point_m: DVec3,
+        /// Unit direction of the hinge line.
+        hinge_axis: DVec3,
+        /// Smallest opening, rad; not positive.
+        min_rad: f64,
+        /// Largest opening, rad; not negative.
+        max_rad: f64,
+        /// Spring towards opening zero, N m/rad, if the sidecar says so.
+        stiffness_n_m_per_rad: Option<f64>,
+        /// Resistance to turning, N m s/rad, if the sidecar says so.
+        damping_n_m_s_per_rad: Option<f64>,
+    },
+    /// Slides along a line; the opening is a distance, zero as modelled in the file.
+    SlidingPanel {
+        /// Unit direction of a positive opening.
+        direction: DVec3,
+        /// Smallest opening, m; not positive.
+        min_m: f64,
+        /// Largest opening, m; not negative.
+        max_m: f64,
+        /// Spring towards opening zero, N/m, if the sidecar says so.
+        stiffness_n_per_m: Option<f64>,
+        /// Resistance to sliding, N s/m, if the sidecar says so.
+        damping_n_s_per_m: Option<f64>,
+    },
+    /// Fixed; seen and blocking rays, but never offered to a hand (floor, pedestal).
+    Untouchable,
+}
+
+/// A named surface: one group (`o` or `g`) of the OBJ.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surface {
+    /// Name of the group.
+    pub name: String,
+    /// How it moves.
+    pub kind: SurfaceKind,
+    /// Roughness level, not negative, on whatever scale the sidecar uses.
+    pub roughness: Option<f64>,
+    /// Stiffness a hand should feel when it presses the surface, N/m.
+    pub contact_stiffness_n_per_m: Option<f64>,
+    /// Diffuse colour of its first material, red green blue in 0..1.
+    pub color_rgb: Option<[f64; 3]>,
+}
+
+impl Surface {
+    /// Is a hand meant to touch it?
+    #[must_use]
+    pub fn touchable(&self) -> bool {
+        self.kind != SurfaceKind::Untouchable
+    }
+}
+
+impl SurfaceKind {
+    /// The word for the kind in a sidecar.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Static => "static",
+            Self::RevolvingDoor { .. } => "revolving_door",
+            Self::SlidingPanel { .. } => "sliding_panel",
+            Self::Untouchable => "untouchable",
+        }
+    }
+
+    /// Range of the opening, rad or m; `None` for what does not move.
+    #[must_use]
+    pub const fn range(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::RevolvingDoor { min_rad, max_rad, .. } => Some((min_rad, max_rad)),
+            Self::SlidingPanel { min_m, max_m, .. } => Some((min_m, max_m)),
+            Self::Static | Self::Untouchable => None,
+        }
+    }
+
+    /// The rigid motion that an opening is: where the surface goes, in the frame of the kind.
+    pub(crate) fn motion(&self, opening: f64) -> Rigid {
+        match *self {
+            Self::RevolvingDoor { hinge_point_m, hinge_axis, .. } => {
+                Rigid::rotation_about(hinge_point_m, hinge_axis, opening)
+            }
+            Self::SlidingPanel { direction, .. } => Rigid::translation(direction * opening),
+            Self::Static | Self::Untouchable => Rigid::IDENTITY,
+        }
+    }
+
+    /// The same kind seen from another frame.
+    pub(crate) fn transformed(&self, outer_from_inner: &Rigid) -> Self {
+        let mut kind = self.clone();
+        match &mut kind {
+            Self::RevolvingDoor { hinge_point_m, hinge_axis, .. } => {
+                *hinge_point_m = outer_from_inner.point(*hinge_point_m);
+                *hinge_axis = outer_from_inner.vector(*hinge_axis);
+            }
+            Self::SlidingPanel { direction, .. } => *direction = outer_from_inner.vector(*direction),
+            Self::Static | Self::Untouchable => {}
+        }
+        kind
+    }
+}
+
+/// Rejects a surface with impossible numbers and makes its axes unit vectors.
+pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
+    let Surface { name, kind, roughness, contact_stiffness_n_per_m, .. } = &mut surface;
+    let fail = |what, value, wanted| SceneError::Parameter { surface: name.clone(), what, value, wanted };
+    let not_negative = |what, value: Option<f64>| match value {
+        Some(v) if !(v.is_finite() && v >= 0.0) => Err(fail(what, v, "finite and not negative")),
+        _ => Ok(()),
+    };
+    let unit = |what, axis: DVec3| {
+        finite(what, axis)?;
+        axis.try_normalize().ok_or_else(|| fail(what, axis.length(), "a direction of non-zero length"))
+    };
+    let range = |what, min: f64, max: f64, limit: f64, wanted| {
+        let usable = -limit <= min && min <= 0.0 && 0.0 <= max && max <= limit;
+        if usable {
+            Ok(())
+        } else {
+            Err(fail(what, if min <= 0.0 && min >= -limit { max } else { min }, wanted))
+        }
+    };
+    not_negative("roughness", *roughness)?;
+    not_negative("contact_stiffness_n_per_m", *contact_stiffness_n_per_m)?;
+    match kind {
+        SurfaceKind::RevolvingDoor {
+            hinge_point_m,
+            hinge_axis,
+            min_rad,
+            max_rad,
+            stiffness_n_m_per_rad,
+            damping_n_m_s_per_rad,
+        } => {
+            finite("hinge_point_m", *hinge_point_m)?;
+            *hinge_axis = unit("hinge_axis", *hinge_axis)?;
+            let turn = std::f64::consts::TAU;
+            range("opening range", *min_rad, *max_rad, turn, "an interval around zero, within one turn")?;
+            not_negative("stiffness_n_m_per_rad", *stiffness_n_m_per_rad)?;
+            not_negative("damping_n_m_s_per_rad", *damping_n_m_s_per_rad)?;
+        }
+        SurfaceKind::SlidingPanel { direction, min_m, max_m, stiffness_n_per_m, damping_n_s_per_m } => {
+            *direction = unit("direction", *direction)?;
+            let limit = crate::COORDINATE_LIMIT_M;
+            range("opening range", *min_m, *max_m, limit, "a finite interval around zero")?;
+            not_negative("stiffness_n_per_m", *stiffness_n_per_m)?;
+            not_negative("damping_n_s_per_m", *damping_n_s_per_m)?;
+        }
+        SurfaceKind::Static | SurfaceKind::Untouchable => {}
+    }
+    Ok(surface)
+}
