@@ -19,7 +19,8 @@ where
 
 /// Derivatives of a function of several variables: `result[j][i] = ∂f_i / ∂x_j`.
 ///
-/// One entry per variable (a column of the Jacobian); `i` runs over the [`Components`] of the value. Error as in [`central_difference`].
+/// One entry per variable (a column of the Jacobian); `i` runs over the [`Components`] of the value. Error
+/// as in [`central_difference`].
 ///
 /// # Panics
 /// When `f` returns different numbers of components on the two sides.

@@ -11,7 +11,8 @@ pub struct Machine {
     pub cores: usize,
     /// Output of `rustc --version` when this crate was compiled.
     pub rustc: String,
-    /// Short commit of the working directory, `+changes` when tracked files differ from it, "unknown" without git.
+    /// Short commit of the working directory, `+changes` when tracked files differ from it, "unknown"
+    /// without git.
     pub commit: String,
     /// Seed of the inputs.
     pub seed: u64,

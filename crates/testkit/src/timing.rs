@@ -41,10 +41,12 @@ impl Timing {
     }
 }
 
-/// Times each of the calls `f(0) … f(n - 1)` by itself: for calls above about 1 µs, and where the tail matters.
+/// Times each of the calls `f(0) … f(n - 1)` by itself: for calls above about 1 µs, and where the tail
+/// matters.
 ///
-/// The cost of reading the clock (some 20–50 ns) is subtracted, but its jitter stays; below 1 µs use [`time_batches`].
-/// There is no warm-up: the first call counts.
+/// The cost of reading the clock (some 20–50 ns) is subtracted, but its jitter stays; below 1 µs use
+/// [`time_batches`].
+/// There is no warm-up: the first call counts. Dropping the result is part of the call.
 pub fn time_each<T>(n: usize, mut f: impl FnMut(usize) -> T) -> Timing {
     let sample = |i| per_call_ns(1, || drop(black_box(f(i))));
     Timing::from_samples_ns((0..n).map(sample).collect())
@@ -53,7 +55,8 @@ pub fn time_each<T>(n: usize, mut f: impl FnMut(usize) -> T) -> Timing {
 /// Times whole batches of calls and divides: for calls below about 1 µs.
 ///
 /// Calls `f(i)` with `i` counting through all batches, from 0 to `batches · per_batch - 1`, after
-/// one batch of warm-up (again from 0). Median and p99 are over batches, so the tail of single calls is averaged away.
+/// one batch of warm-up (again from 0). Median and p99 are over batches, so the tail of single calls is
+/// averaged away.
 /// Choose `per_batch` for at least 10 µs a batch.
 pub fn time_batches<T>(batches: usize, per_batch: usize, mut f: impl FnMut(usize) -> T) -> Timing {
     if per_batch == 0 {

@@ -37,7 +37,8 @@ impl Tol {
         self.abs + self.rel * a.abs().max(b.abs())
     }
 
-    /// Whether `a` and `b` agree. NaN (in a value or in the tolerance) never does, an infinity only with itself.
+    /// Whether `a` and `b` agree. NaN (in a value or in the tolerance) never does, an infinity only with
+    /// itself.
     #[must_use]
     pub fn accepts(self, a: f64, b: f64) -> bool {
         let difference = (a - b).abs();
@@ -107,7 +108,8 @@ glam_components!(DVec2: to_array, DVec3: to_array, DVec4: to_array, DQuat: to_ar
 
 /// What [`assert_close!`](crate::assert_close) prints: `None` when `a` and `b` agree.
 ///
-/// Names the count and the first eight components that disagree, with both values, the real and the allowed difference.
+/// Names the count and the first eight components that disagree, with both values, the real and the allowed
+/// difference.
 #[must_use]
 pub fn mismatch(a: &(impl Components + ?Sized), b: &(impl Components + ?Sized), tol: Tol) -> Option<String> {
     let (a, b) = (a.components(), b.components());
