@@ -1,1 +1,29 @@
-//! What the example binaries share.
+//! What the example binaries share: command lines, tables of numbers, figures, the closed loop.
+//!
+//! Nothing here is published. The libraries under `crates/` do the work; this composes them.
+
+pub mod arms;
+pub mod numbers;
+
+use std::process::ExitCode;
+
+/// Ends a binary: one clear line on standard error and status 2 for an error.
+#[must_use]
+pub fn exit(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // A reader that closes the pipe early (`| head`) has all it wanted.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        let io = cause.downcast_ref::<std::io::Error>();
+        io.is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+    })
+}
