@@ -130,11 +130,14 @@ pub enum ContactError {
     },
 }
 
-/// Rejects a parameter that is not a finite number above a bound.
-pub(crate) fn above(what: &'static str, value: f64, bound: f64) -> Result<(), ContactError> {
-    if value.is_finite() && value > bound {
-        return Ok(());
-    }
-    let wanted = if bound < 0.0 { "finite and not negative" } else { "finite and positive" };
-    Err(ContactError::Parameter { what, value, wanted })
+/// Rejects a parameter that is not finite and above zero.
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), ContactError> {
+    let ok = value.is_finite() && value > 0.0;
+    if ok { Ok(()) } else { Err(ContactError::Parameter { what, value, wanted: "finite and positive" }) }
+}
+
+/// Rejects a parameter that is not finite or below zero.
+pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<(), ContactError> {
+    let ok = value.is_finite() && value >= 0.0;
+    if ok { Ok(()) } else { Err(ContactError::Parameter { what, value, wanted: "finite and not negative" }) }
 }

@@ -1,6 +1,9 @@
 //! Finds poses that a tracker repeats instead of measuring.
 
-use crate::{ContactError, HandFrame, error::above};
+use crate::{
+    ContactError, HandFrame,
+    error::{not_negative, positive},
+};
 use glam::DVec3;
 
 /// When a pose counts as frozen.
@@ -37,10 +40,10 @@ impl Default for FreezeConfig {
 
 impl FreezeConfig {
     pub(crate) fn validate(&self) -> Result<(), ContactError> {
-        above("still_after_s", self.still_after_s, 0.0)?;
-        above("still_tolerance_m", self.still_tolerance_m, -f64::MIN_POSITIVE)?;
-        above("rigid_after_s", self.rigid_after_s, 0.0)?;
-        above("rigid_tolerance_m", self.rigid_tolerance_m, -f64::MIN_POSITIVE)
+        positive("still_after_s", self.still_after_s)?;
+        not_negative("still_tolerance_m", self.still_tolerance_m)?;
+        positive("rigid_after_s", self.rigid_after_s)?;
+        not_negative("rigid_tolerance_m", self.rigid_tolerance_m)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Deterministic contact prediction.
 
-use crate::{ContactError, GazeRay, HandState, error::above};
+use crate::{ContactError, GazeRay, HandState, error::positive};
 use glam::DVec3;
 use hwall_scene::{Scene, SurfaceId};
 
@@ -75,7 +75,7 @@ impl Default for PredictorConfig {
 /// front object; near a corner the prediction changes wall as soon as the gaze does; a hand that
 /// approaches at a slant touches beside its projection, the less the nearer it is; without a
 /// gaze, a hand that has passed through a wall is taken for one that stands behind it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct DeterministicPredictor {
     config: PredictorConfig,
 }
@@ -86,9 +86,9 @@ impl DeterministicPredictor {
     /// # Errors
     /// A limit that is no positive number.
     pub fn new(config: PredictorConfig) -> Result<Self, ContactError> {
-        above("max_distance_m", config.max_distance_m, 0.0)?;
-        above("nearest_radius_m", config.nearest_radius_m, 0.0)?;
-        above("min_closing_speed_m_per_s", config.min_closing_speed_m_per_s, 0.0)?;
+        positive("max_distance_m", config.max_distance_m)?;
+        positive("nearest_radius_m", config.nearest_radius_m)?;
+        positive("min_closing_speed_m_per_s", config.min_closing_speed_m_per_s)?;
         Ok(Self { config })
     }
 
@@ -132,12 +132,6 @@ impl DeterministicPredictor {
             (closing >= self.config.min_closing_speed_m_per_s).then(|| distance_m / closing)
         };
         Some(ContactPrediction { surface, point_m, normal, distance_m, time_to_contact_s, source })
-    }
-}
-
-impl Default for DeterministicPredictor {
-    fn default() -> Self {
-        Self { config: PredictorConfig::default() }
     }
 }
 

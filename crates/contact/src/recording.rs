@@ -124,13 +124,15 @@ impl Recording {
         }
     }
 
-    /// The point of the hand that is tracked in the most samples, palm first among equals;
-    /// `None` when nothing ever is.
+    /// The point of the hand that is tracked in the most samples; among equals the palm, which
+    /// fingers that wave do not move, then the first of [`HandPoint::BY_CONTACT`]. `None` when
+    /// nothing ever is.
     #[must_use]
     pub fn steadiest_point(&self) -> Option<HandPoint> {
         let seen = |p: HandPoint| self.frames().filter(|f| f.point(p).is_some()).count();
-        // `max_by_key` keeps the last of equals, so the palm comes last.
-        let best = HandPoint::ALL.into_iter().rev().max_by_key(|&p| seen(p))?;
+        // `max_by_key` keeps the last of equals.
+        let order = HandPoint::BY_CONTACT.into_iter().rev().chain([HandPoint::Palm]);
+        let best = order.max_by_key(|&p| seen(p))?;
         (seen(best) > 0).then_some(best)
     }
 

@@ -58,16 +58,20 @@ impl Recording {
 ///
 /// # Errors
 /// Everything wrong with the text, by line and column: see [`ContactError`].
-pub fn read_recordings(reader: impl Read) -> Result<Vec<Recording>, ContactError> {
-    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(reader);
-    let header = csv.headers().map_err(|e| from_csv_error(&e))?.clone();
+pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactError> {
+    let mut bytes = Vec::new();
+    reader.read_to_end(&mut bytes).map_err(|e| stream_error(&e))?;
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let mut lines = Lines { text, byte: 0, line: 1 };
+    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
+    let header = csv.headers().map_err(|e| lines.locate(&e))?.clone();
     let columns = Columns::from_header(&header)?;
 
     let mut recordings: Vec<Recording> = Vec::new();
     let mut by_name: HashMap<(String, String), usize> = HashMap::new();
     let mut row = csv::StringRecord::new();
-    while csv.read_record(&mut row).map_err(|e| from_csv_error(&e))? {
-        let line = row.position().map_or(0, csv::Position::line);
+    while csv.read_record(&mut row).map_err(|e| lines.locate(&e))? {
+        let line = lines.at(row.position());
         let name = |column: Option<usize>| column.map_or("", |i| &row[i]).to_owned();
         let key = (name(columns.person), name(columns.trial));
         let index = *by_name.entry(key).or_insert_with_key(|(person, trial)| {
@@ -120,7 +124,7 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
     row.push("t".into());
     row.extend(held.iter().flat_map(|q| AXES.map(|axis| column_name(*q, axis))));
     row.extend(contact.then(|| "contact".into()));
-    csv.write_record(&row).map_err(|e| from_csv_error(&e))?;
+    csv.write_record(&row).map_err(|e| stream_error(&e))?;
 
     for recording in recordings {
         for sample in &recording.samples {
@@ -135,10 +139,10 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
                 }
             }
             row.extend(contact.then(|| sample.contact.map_or("", |c| if c { "1" } else { "0" }).into()));
-            csv.write_record(&row).map_err(|e| from_csv_error(&e))?;
+            csv.write_record(&row).map_err(|e| stream_error(&e))?;
         }
     }
-    csv.flush().map_err(|e| ContactError::Io { path: "(stream)".into(), message: e.to_string() })
+    csv.flush().map_err(|e| stream_error(&e))
 }
 
 /// Where each quantity stands in a row.
@@ -246,13 +250,38 @@ fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, ContactError> {
     Ok(if (length - 1.0).abs() > GAZE_LENGTH_TOLERANCE { gaze / length } else { gaze })
 }
 
-fn from_csv_error(error: &csv::Error) -> ContactError {
-    let line = error.position().map_or(1, csv::Position::line);
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            ContactError::CellCount { line, expected: *expected_len, got: *len }
+fn stream_error(error: &impl ToString) -> ContactError {
+    ContactError::Io { path: "(stream)".into(), message: error.to_string() }
+}
+
+/// Counts the lines of a text up to its records, which come in order.
+///
+/// The reader's own count stops before blank lines and inside Windows line ends.
+struct Lines<'a> {
+    text: &'a [u8],
+    byte: usize,
+    line: u64,
+}
+
+impl Lines<'_> {
+    /// Line of the record at a position.
+    fn at(&mut self, position: Option<&csv::Position>) -> u64 {
+        let start = position.map_or(self.byte, |p| (p.byte() as usize).clamp(self.byte, self.text.len()));
+        let blank = self.text[start..].iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
+        let newlines = self.text[self.byte..start + blank].iter().filter(|&&b| b == b'\n').count();
+        self.byte = start + blank;
+        self.line += newlines as u64;
+        self.line
+    }
+
+    fn locate(&mut self, error: &csv::Error) -> ContactError {
+        let line = self.at(error.position());
+        match error.kind() {
+            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                ContactError::CellCount { line, expected: *expected_len, got: *len }
+            }
+            csv::ErrorKind::Utf8 { .. } => ContactError::NotUtf8 { line },
+            _ => stream_error(error),
         }
-        csv::ErrorKind::Utf8 { .. } => ContactError::NotUtf8 { line },
-        _ => ContactError::Io { path: "(stream)".into(), message: error.to_string() },
     }
 }

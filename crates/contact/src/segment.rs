@@ -1,7 +1,10 @@
 //! Cuts a recording into reaches by the speed of the hand.
 
 use crate::{
-    ContactError, FreezeConfig, HandPoint, Recording, error::above, freeze::FreezeKind, freeze::FreezeWatch,
+    ContactError, FreezeConfig, HandPoint, Recording,
+    error::{not_negative, positive},
+    freeze::FreezeKind,
+    freeze::FreezeWatch,
 };
 use glam::DVec3;
 
@@ -122,13 +125,13 @@ pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reac
 
 impl SegmentConfig {
     fn validate(&self) -> Result<(), ContactError> {
-        above("onset_m_per_s", self.onset_m_per_s, 0.0)?;
-        above("offset_m_per_s", self.offset_m_per_s, 0.0)?;
-        above("min_length_m", self.min_length_m, 0.0)?;
-        above("speed_window_s", self.speed_window_s, 0.0)?;
-        above("max_gap_s", self.max_gap_s, 0.0)?;
-        above("max_speed_m_per_s", self.max_speed_m_per_s, 0.0)?;
-        above("jump_slack_m", self.jump_slack_m, -f64::MIN_POSITIVE)?;
+        positive("onset_m_per_s", self.onset_m_per_s)?;
+        positive("offset_m_per_s", self.offset_m_per_s)?;
+        positive("min_length_m", self.min_length_m)?;
+        positive("speed_window_s", self.speed_window_s)?;
+        positive("max_gap_s", self.max_gap_s)?;
+        positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
+        not_negative("jump_slack_m", self.jump_slack_m)?;
         if self.offset_m_per_s > self.onset_m_per_s {
             return Err(ContactError::Parameter {
                 what: "offset_m_per_s",

@@ -1,12 +1,15 @@
 //! The hand tracking filter: smooth position, velocity and direction, or an honest "lost".
 
 use crate::{
-    ContactError, FreezeConfig, FreezeKind, HandFrame, HandPoint, error::above, freeze::FreezeWatch,
+    ContactError, FreezeConfig, FreezeKind, HandFrame, HandPoint,
+    error::{not_negative, positive},
+    freeze::FreezeWatch,
 };
 use glam::DVec3;
 
-/// Times beyond this are no time of a tracker, s: sums of a few of them must stay exact to microseconds.
-const MAX_TIME_S: f64 = 1e9;
+/// Times beyond this are no time of a tracker, s. The Unix time passes, exact to 0.2 microseconds;
+/// above, f64 would soon blur the steps.
+const MAX_TIME_S: f64 = 1e11;
 
 /// When the hand counts as tracked.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,12 +60,12 @@ impl HandFilterConfig {
     }
 
     fn validate(&self) -> Result<(), ContactError> {
-        above("max_gap_s", self.max_gap_s, 0.0)?;
-        above("max_speed_m_per_s", self.max_speed_m_per_s, 0.0)?;
-        above("jump_slack_m", self.jump_slack_m, -f64::MIN_POSITIVE)?;
-        above("min_direction_speed_m_per_s", self.min_direction_speed_m_per_s, 0.0)?;
-        above("recover_after_s", self.recover_after_s, -f64::MIN_POSITIVE)?;
-        above("recover_after_fault_s", self.recover_after_fault_s, -f64::MIN_POSITIVE)?;
+        positive("max_gap_s", self.max_gap_s)?;
+        positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
+        not_negative("jump_slack_m", self.jump_slack_m)?;
+        positive("min_direction_speed_m_per_s", self.min_direction_speed_m_per_s)?;
+        not_negative("recover_after_s", self.recover_after_s)?;
+        not_negative("recover_after_fault_s", self.recover_after_fault_s)?;
         if !(1e-4..=1.0).contains(&self.min_step_s) {
             let value = self.min_step_s;
             return Err(ContactError::Parameter { what: "min_step_s", value, wanted: "in [1e-4, 1] s" });
@@ -79,8 +82,8 @@ pub struct HandState {
     /// The point that stands for the contact.
     pub point: HandPoint,
     /// Where that point is at `t_s`, m: the newer smoothed point, carried over its delay at
-    /// `velocity_m_per_s`. Exact for a hand at constant velocity at any sampling; noise of
-    /// standard deviation s in a coordinate leaves 0.94 s at even steps.
+    /// `velocity_m_per_s`. Exact for a hand at constant velocity at any sampling; at even steps,
+    /// acceleration a leaves 0.75 a step² and noise of standard deviation s in a coordinate 0.94 s.
     pub point_m: DVec3,
     /// Velocity, m/s, from the two smoothed points. Exact for a hand at constant velocity; noise
     /// s leaves 0.5 s / step at even steps. It is the velocity 1.5 steps ago.
