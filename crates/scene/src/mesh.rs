@@ -24,7 +24,7 @@ pub struct SurfaceMesh {
 pub struct LoadReport {
     /// Faces without area, left out.
     pub degenerate_faces: usize,
-    /// Faces with the corners of another one (in any order), left out.
+    /// Faces with the corners of an earlier one (in any order, of whatever surface that moves with it), left out.
     pub duplicate_faces: usize,
     /// Polygons that are not convex; cut as a fan all the same, so parts may overlap.
     pub concave_polygons: usize,

@@ -159,11 +159,13 @@ impl Part {
         }
         // Far away the slab bounds are rounded by more than the slack.
         let rounding_m = 4.0 * f64::EPSILON * (ray.origin_m.abs().max_element() + enter);
-        if enter > leave + rounding_m {
+        if enter > leave + rounding_m || !enter.is_finite() {
             return None;
         }
-        let skipped_m = (enter - slack_m - rounding_m).max(0.0);
-        let start_m = ray.origin_m + ray.direction * skipped_m;
+        let skipped_m = (enter - slack_m).max(0.0);
+        // Where the ray enters is on the box; what leads off it is rounding of a far origin.
+        let reach = half + DVec3::splat(slack_m);
+        let start_m = (ray.origin_m + ray.direction * skipped_m).clamp(-reach, reach);
         let start = (start_m / self.unit_m).as_vec3();
         let direction = ray.direction.as_vec3();
         let single = RayF32::new(start, direction);

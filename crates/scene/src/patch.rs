@@ -15,7 +15,7 @@ pub const VERTICAL_TOLERANCE_RAD: f64 = 0.0175;
 pub struct Patch {
     /// The surface it belongs to.
     pub surface: SurfaceId,
-    /// A point of the patch near its centre of area, m.
+    /// The centre of area, m, or the middle of the face next to it where the centre is a hole.
     pub point_m: DVec3,
     /// Unit normal, outward by the winding of the file.
     pub normal: DVec3,
@@ -97,12 +97,16 @@ fn patch(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Patch {
     let area_m2: f64 = faces.iter().map(triangle::area_m2).sum();
     let moment = |t: &Triangle| (t[0] + t[1] + t[2]) / 3.0 * triangle::area_m2(t);
     let centroid = faces.iter().map(moment).sum::<DVec3>() / area_m2;
-    // The centre of a wall with a window lies in the window.
-    let point_m = faces
-        .iter()
-        .map(|t| triangle::closest_point(centroid, t))
-        .min_by(|a, b| a.distance_squared(centroid).total_cmp(&b.distance_squared(centroid)))
-        .unwrap_or(centroid);
+    // The centre of a wall with a window lies in the window; then the middle of a face does.
+    let on_face = |t: &Triangle| triangle::closest_point(centroid, t).distance_squared(centroid);
+    let size_squared = area_m2 * 1e-18;
+    let point_m = if faces.iter().any(|t| on_face(t) <= size_squared) {
+        centroid
+    } else {
+        let middles = faces.iter().map(|t| (t[0] + t[1] + t[2]) / 3.0);
+        let distance = |p: &DVec3| p.distance_squared(centroid);
+        middles.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(centroid)
+    };
 
     let right = DVec3::Z.cross(normal).normalize();
     let up = normal.cross(right);

@@ -1,0 +1,113 @@
+//! Speed of the queries beside the error of the single-precision ones: `cargo bench -p hwall-scene`.
+
+use glam::DVec3;
+use hwall_scene::{Scene, Surface, SurfaceMesh};
+use hwall_testkit::{ErrorStats, Machine, Sampler, time_batches, time_each};
+use std::path::Path;
+
+const RAYS: usize = 20_000;
+
+/// A bumpy sphere of about `2 n²` triangles around the origin, radius 1 m.
+fn bumpy_sphere(n: usize) -> Scene {
+    let mut sampler = Sampler::new(1);
+    let radii: Vec<f64> = (0..n * (n + 1)).map(|_| sampler.uniform(0.98, 1.0)).collect();
+    let vertex = |i: usize, j: usize| {
+        let (polar, turn) = (
+            i as f64 / n as f64 * std::f64::consts::PI * 0.999,
+            (j % n) as f64 / n as f64 * std::f64::consts::TAU,
+        );
+        let direction = DVec3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos());
+        direction * radii[i * n + j % n]
+    };
+    let cells = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let triangles_m = cells
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let surface = Surface { name: "sphere".to_owned(), ..Surface::default() };
+    Scene::from_meshes(vec![SurfaceMesh { surface, triangles_m }]).expect("triangles").0
+}
+
+/// Rays between random points of the box (incoherent), or a camera that sweeps it (coherent).
+fn rays(scene: &Scene, coherent: bool) -> Vec<(DVec3, DVec3)> {
+    let mut sampler = Sampler::new(2);
+    let (min, max) = scene.bounds();
+    let side = (RAYS as f64).sqrt().ceil() as usize;
+    (0..RAYS)
+        .map(|i| {
+            if coherent {
+                let eye = min + (max - min) * DVec3::new(0.5, 0.5, 0.6);
+                let (u, v) = ((i % side) as f64 / side as f64 - 0.5, (i / side) as f64 / side as f64 - 0.5);
+                (eye, DVec3::new(1.0, u, v))
+            } else {
+                let from = sampler.point_in_box(min, max);
+                (from, sampler.point_in_box(min, max) - from)
+            }
+        })
+        .collect()
+}
+
+fn report(name: &str, scene: &Scene) {
+    for coherent in [true, false] {
+        let rays = rays(scene, coherent);
+        let kind = if coherent { "coherent" } else { "incoherent" };
+        let rate = |method: &str, cast: &dyn Fn(DVec3, DVec3) -> bool| {
+            let hits = rays.iter().filter(|(o, d)| cast(*o, *d)).count();
+            let total = time_batches(20, RAYS / 20, |i| cast(rays[i % RAYS].0, rays[i % RAYS].1));
+            let tail = time_each(RAYS, |i| cast(rays[i].0, rays[i].1));
+            println!(
+                "| {name} | {method}, {kind} | {:.2} | {:.3} | {:.3} | {:.0} % |",
+                1e3 / total.median_ns,
+                tail.median_ns / 1e3,
+                tail.p99_ns / 1e3,
+                100.0 * hits as f64 / RAYS as f64
+            );
+        };
+        rate("ray, f32 test", &|o, d| scene.ray_cast(o, d).is_ok_and(|h| h.is_some()));
+        rate("ray, f64 test", &|o, d| scene.ray_cast_f64(o, d).is_ok_and(|h| h.is_some()));
+        rate("any hit", &|o, d| scene.any_hit(o, d, f64::INFINITY).unwrap_or(false));
+        let pairs = rays
+            .iter()
+            .map(|&(o, d)| (scene.ray_cast(o, d).ok().flatten(), scene.ray_cast_f64(o, d).ok().flatten()));
+        let (mut errors, mut differ) = (Vec::new(), 0);
+        for pair in pairs {
+            match pair {
+                (Some(a), Some(b)) => errors.push(a.point_m.distance(b.point_m)),
+                (a, b) => differ += usize::from(a.is_some() != b.is_some()),
+            }
+        }
+        println!(
+            "{kind}: f32 against f64: {differ} differ in hit or miss; distance of the points, m: {:?}",
+            ErrorStats::from_errors(errors)
+        );
+    }
+    let points: Vec<DVec3> = rays(scene, false).into_iter().map(|(o, _)| o).collect();
+    let closest = time_each(RAYS, |i| scene.closest_point(points[i], f64::INFINITY));
+    println!("| {name} | closest point | | {:.3} | {:.3} | |", closest.median_ns / 1e3, closest.p99_ns / 1e3);
+}
+
+fn main() {
+    println!("{}", Machine::detect(1));
+    println!(
+        "n = {RAYS}, rays from seed 2\n\n| scene | method | Mrays/s | median µs | p99 µs | hits |\n| --- | --- | --- | --- | --- | --- |"
+    );
+    report("bumpy sphere, 100k", &bumpy_sphere(224));
+    // Real scenes, where the data lie beside the project.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/scene");
+    for name in ["small_house_collision.obj", "small_house_visual.obj"] {
+        let started = std::time::Instant::now();
+        match Scene::from_obj_file(&folder.join(name), None) {
+            Ok((scene, _)) => {
+                println!(
+                    "{name}: {} triangles, loaded in {:.2} s",
+                    scene.triangle_count(),
+                    started.elapsed().as_secs_f64()
+                );
+                report(name, &scene);
+            }
+            Err(e) => println!("skipped {name}: {e}"),
+        }
+    }
+}
