@@ -12,17 +12,20 @@ use std::error::Error;
 const SEED: u64 = 20_260_102;
 const STATES: usize = 1000;
 
+/// Positions, velocities and accelerations (or torques) of the seven joints.
+type State = [[f64; 7]; 3];
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!("{}\n", Machine::detect(SEED));
     let arm = ChainDynamics::new(&Chain::iiwa7())?;
     let mut sampler = Sampler::new(SEED);
-    let states: Vec<[[f64; 7]; 3]> =
+    let states: Vec<State> =
         (0..STATES).map(|_| [2.0, 2.0, 6.0].map(|size| sampler.array_within([(-size, size); 7]))).collect();
     let mut scratch = arm.scratch();
     let (mut out, mut matrix) = ([0.0; 7], [0.0; 49]);
     let mut table = SpeedErrorTable::new("Dynamics of the iiwa 7, N m or rad/s²", "bodies");
 
-    let worst = |error: &dyn Fn(&[[f64; 7]; 3]) -> Result<f64, KinematicsError>| {
+    let worst = |error: &dyn Fn(&State) -> Result<f64, KinematicsError>| {
         states.iter().map(error).collect::<Result<Vec<f64>, _>>().map(ErrorStats::from_errors)
     };
     let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));

@@ -20,7 +20,7 @@ pub struct NumericConfig {
     pub tolerance_rad: f64,
     /// Steps of one attempt. Default 60; attempts that stall end earlier.
     pub max_iterations: usize,
-    /// Attempts after the first one, from other configurations. Default 150; zero for servoing,
+    /// Attempts after the first one, from other configurations. Default 200; zero for servoing,
     /// where a jump to another branch is worse than no answer.
     pub max_restarts: usize,
     /// Seed of the restarts: same input and seed, same answer. Default 1.
@@ -29,7 +29,7 @@ pub struct NumericConfig {
 
 impl Default for NumericConfig {
     fn default() -> Self {
-        Self { tolerance_m: 1e-9, tolerance_rad: 1e-9, max_iterations: 60, max_restarts: 150, seed: 1 }
+        Self { tolerance_m: 1e-9, tolerance_rad: 1e-9, max_iterations: 60, max_restarts: 200, seed: 1 }
     }
 }
 
@@ -43,7 +43,7 @@ impl NumericConfig {
     /// For planning: more restarts, about ten times the time before giving up.
     #[must_use]
     pub fn thorough() -> Self {
-        Self { max_restarts: 1500, max_iterations: 100, ..Self::default() }
+        Self { max_restarts: 2000, max_iterations: 100, ..Self::default() }
     }
 
     fn validate(&self) -> Result<(), KinematicsError> {
@@ -232,7 +232,7 @@ impl Descent<'_> {
         let mut tip = self.chain.axes_into(&s.q, &mut s.axes);
         let mut error = PoseError::between(&tip, self.target);
         let mut cost = error.cost(self.arm_m);
-        let mut damping = INITIAL_DAMPING;
+        let mut damping = DAMPING;
         let mut slow_steps = 0;
         for _ in 0..self.config.max_iterations {
             if self.solved(&error) {
@@ -240,7 +240,10 @@ impl Descent<'_> {
             }
             self.iterations += 1;
             self.weighted_columns(&tip, s);
-            self.step(&error, damping * cost + DAMPING_FLOOR * self.arm_m * self.arm_m, s);
+            // A far target (a rail, a bad start) shall not shorten the steps below the arm's own scale.
+            let scale = self.arm_m * self.arm_m;
+            let lambda = damping * cost.min(16.0 * scale) + DAMPING_FLOOR * scale;
+            self.step(&error, lambda, s);
             let trial_tip = self.chain.axes_into(&s.trial, &mut s.trial_axes);
             let trial_error = PoseError::between(&trial_tip, self.target);
             let trial_cost = trial_error.cost(self.arm_m);
@@ -249,7 +252,7 @@ impl Descent<'_> {
                 (tip, error, cost) = (trial_tip, trial_error, trial_cost);
                 std::mem::swap(&mut s.q, &mut s.trial);
                 std::mem::swap(&mut s.axes, &mut s.trial_axes);
-                damping = (damping * 0.25).max(LEAST_DAMPING);
+                damping = (damping * 0.25).max(DAMPING);
             } else {
                 slow_steps += 1;
                 damping *= 8.0;
@@ -325,17 +328,19 @@ impl Descent<'_> {
     }
 }
 
-/// `λ = INITIAL_DAMPING · |e|²` at the start of an attempt.
-const INITIAL_DAMPING: f64 = 0.3;
-const LEAST_DAMPING: f64 = 1e-3;
+// These were found by sweeps over planted targets of the iiwa, Franka, UR and random
+// seven-joint chains; halving or doubling any of them changes the mean time by less than a fifth.
+
+/// `λ = DAMPING · |e|²`, raised only after steps that did not help.
+const DAMPING: f64 = 0.1;
 /// Keeps the 6 × 6 matrix definite at a singular solution, relative to the squared arm length.
 const DAMPING_FLOOR: f64 = 1e-14;
 /// A step that leaves more than this share of the squared error is slow.
-const SLOW: f64 = 0.9;
+const SLOW: f64 = 0.8;
 /// Slow steps in a row that end an attempt.
-const PATIENCE: usize = 5;
+const PATIENCE: usize = 3;
 /// Random configurations per restart, of which the nearest is tried.
-const DRAWS: usize = 4;
+const DRAWS: usize = 2;
 
 #[inline]
 fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
@@ -343,6 +348,7 @@ fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 }
 
 /// `(Σ c cᵀ + λ)⁻¹ b` over the free columns, by Cholesky.
+#[expect(clippy::needless_range_loop, reason = "the indices of the textbook")]
 #[inline]
 fn solve_damped(columns: &[[f64; 6]], fixed: &[bool], lambda: f64, b: &[f64; 6]) -> [f64; 6] {
     let mut a = [[0.0; 6]; 6];

@@ -128,25 +128,21 @@ fn gravity_torque_is_the_gradient_of_the_potential() {
     }
 }
 
-/// One step of the classical Runge-Kutta method; returns the work of the torques (Simpson).
+/// One step of the classical Runge-Kutta method under constant torques.
 fn step(arm: &ChainDynamics, q: &mut [f64], qd: &mut [f64], torques: &[f64], h: f64) {
-    let n = q.len();
-    let mut slopes: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    for share in [0.0, 0.5, 0.5, 1.0] {
-        let at = |x: &[f64], slope: Option<&Vec<f64>>| -> Vec<f64> {
-            slope.map_or(x.to_vec(), |s| x.iter().zip(s).map(|(x, s)| x + share * h * s).collect())
+    let (q0, qd0) = (q.to_vec(), qd.to_vec());
+    let (mut slope_q, mut slope_qd) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+    for (reach, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+        let along = |from: &[f64], slope: &[f64]| -> Vec<f64> {
+            from.iter().zip(slope).map(|(x, s)| x + reach * h * s).collect()
         };
-        let last = slopes.last();
-        let (qs, qds) = (at(q, last.map(|s| &s.0)), at(qd, last.map(|s| &s.1)));
-        let qdd = arm.forward(&qs, &qds, torques).unwrap();
-        slopes.push((qds, qdd));
-    }
-    for i in 0..n {
-        let mean = |pick: &dyn Fn(&(Vec<f64>, Vec<f64>)) -> f64| {
-            (pick(&slopes[0]) + 2.0 * pick(&slopes[1]) + 2.0 * pick(&slopes[2]) + pick(&slopes[3])) / 6.0
-        };
-        q[i] += h * mean(&|s| s.0[i]);
-        qd[i] += h * mean(&|s| s.1[i]);
+        let (at_q, at_qd) = (along(&q0, &slope_q), along(&qd0, &slope_qd));
+        slope_qd = arm.forward(&at_q, &at_qd, torques).unwrap();
+        slope_q = at_qd;
+        for i in 0..q.len() {
+            q[i] += h * weight / 6.0 * slope_q[i];
+            qd[i] += h * weight / 6.0 * slope_qd[i];
+        }
     }
 }
 

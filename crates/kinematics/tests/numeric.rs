@@ -271,3 +271,29 @@ fn same_seed_same_answer_and_scratch_does_not_matter() {
         assert_eq!(first.q_rad, scratch.q_rad());
     }
 }
+
+#[test]
+fn agrees_with_the_exact_verdicts() {
+    // Poses down to 1e-7 rad and m from the edge of reach, with verdicts of a closed-form reference.
+    let text = include_str!("data/reach_poses.json");
+    let data: serde_json::Value = serde_json::from_str(text).unwrap();
+    let (chain, config) = (Chain::iiwa7(), NumericConfig::default());
+    let (mut reachable, mut unreachable, mut missed) = (0, 0, 0);
+    for case in data["poses"].as_array().unwrap() {
+        let numbers = |key: &str| -> Vec<f64> {
+            case[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+        };
+        let rotation = DMat3::from_cols_slice(&numbers("R")).transpose();
+        let target = Pose::new(rotation, DVec3::from_slice(&numbers("p"))).unwrap();
+        let found = chain.inverse_numeric(&target, &[0.0, 0.3, 0.0, 0.9, 0.0, 0.5, 0.0], &config).is_ok();
+        if case["reachable"].as_bool().unwrap() {
+            reachable += 1;
+            missed += usize::from(!found);
+        } else {
+            unreachable += 1;
+            assert!(!found, "{} is out of reach by {}", case["cls"], case["margin"]);
+        }
+    }
+    assert!(reachable > 400 && unreachable > 100);
+    assert!(missed <= reachable / 1000, "{missed} of {reachable} missed");
+}
