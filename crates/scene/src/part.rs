@@ -308,7 +308,8 @@ fn jitter(i: usize) -> Vec3A {
         )
 }
 
-/// The steps of obvhs' medium build, without the recursive self-check it adds in debug builds.
+/// The steps of obvhs' medium build, without the recursive self-check it adds in debug builds,
+/// and with smaller leaves: the watertight test costs more than the one its leaves are sized for.
 fn build_bvh(boxes: &[Aabb]) -> Bvh2 {
     let indices = (0..boxes.len() as u32).collect();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
@@ -320,7 +321,7 @@ fn build_bvh(boxes: &[Aabb]) -> Bvh2 {
     );
     let mut reinsertion = ReinsertionOptimizer::default();
     reinsertion.run(&mut bvh, 0.05, None);
-    collapse(&mut bvh, 8, 3.0);
+    collapse(&mut bvh, 4, 1.0);
     reinsertion.run(&mut bvh, 0.1, None);
     // Its traversal stack is sized by this and overwrites silently when it is too small,
     // and reinsertion may have deepened the tree.

@@ -72,7 +72,8 @@ macro_rules! watertight_ray {
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct $name {
             origin: $vector,
-            axes: [usize; 3],
+            /// Largest component of the direction; the other two follow cyclically.
+            z: usize,
             shear: [$float; 3],
         }
 
@@ -82,18 +83,30 @@ macro_rules! watertight_ray {
                 let d = direction.to_array();
                 let z = direction.abs().max_position();
                 let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-                Self { origin, axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]] }
+                Self { origin, z, shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]] }
             }
 
             /// The three edge functions (weights of the corners, not normalised) and the
             /// distances of the corners along the ray, in lengths of the direction.
             #[inline(always)]
             pub(crate) fn edges(&self, corners: &[$vector; 3]) -> ([$float; 3], [$float; 3]) {
-                let [x, y, z] = self.axes;
+                // Constant axes: an index known only at run time would go through memory.
+                match self.z {
+                    0 => self.edges_along::<1, 2, 0>(corners),
+                    1 => self.edges_along::<2, 0, 1>(corners),
+                    _ => self.edges_along::<0, 1, 2>(corners),
+                }
+            }
+
+            #[inline(always)]
+            fn edges_along<const X: usize, const Y: usize, const Z: usize>(
+                &self,
+                corners: &[$vector; 3],
+            ) -> ([$float; 3], [$float; 3]) {
                 let [sx, sy, sz] = self.shear;
                 let sheared = |corner: $vector| {
                     let p = corner - self.origin;
-                    (p[x] - sx * p[z], p[y] - sy * p[z], sz * p[z])
+                    (p[X] - sx * p[Z], p[Y] - sy * p[Z], sz * p[Z])
                 };
                 let (ax, ay, az) = sheared(corners[0]);
                 let (bx, by, bz) = sheared(corners[1]);
