@@ -92,6 +92,18 @@ impl ChainJoint {
 /// Built from joints ([`Chain::new`]), from URDF (feature `urdf`) or as a preset
 /// ([`Chain::iiwa7`], [`Chain::iiwa14`]). All results are in base axes. For an S-R-S arm such
 /// as the iiwa, [`SrsArm`](crate::SrsArm) is faster and finds every solution.
+///
+/// ```
+/// use hwall_kinematics::{Chain, NumericConfig};
+///
+/// let arm = Chain::iiwa7();
+/// let start = [0.0, 0.6, 0.0, 1.2, 0.0, -0.4, 0.0];
+/// let target = arm.forward(&[0.3, 0.8, -0.2, 1.0, 0.1, -0.6, 0.2])?;
+/// let solution = arm.inverse_numeric(&target, &start, &NumericConfig::default())?;
+/// let (error_m, error_rad) = arm.forward(&solution.q_rad)?.distance(&target);
+/// assert!(error_m < 1e-9 && error_rad < 1e-9);
+/// # Ok::<(), hwall_kinematics::KinematicsError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "RawChain", into = "RawChain"))]

@@ -1,6 +1,7 @@
 //! Forward kinematics, Jacobian and drift acceleration of a [`Chain`].
 
 use crate::chain::AxisFrame;
+use crate::error::finite;
 use crate::{Chain, KinematicsError, Pose, Twist, Wrench};
 use glam::{DMat3, DVec3};
 
@@ -84,10 +85,10 @@ impl Chain {
     /// Error: below 1e-14 m and 1e-14 rad a metre of arm (tests/chain.rs).
     ///
     /// # Errors
-    /// A wrong number of values, NaN or infinity.
+    /// A wrong number of values, NaN or infinity, also in the result (endless slides).
     pub fn forward(&self, q: &[f64]) -> Result<Pose, KinematicsError> {
         self.check("joint positions", q)?;
-        Ok(self.tip_pose(q, |_, _, _| ()))
+        finite_pose(self.tip_pose(q, |_, _, _| ()))
     }
 
     /// Poses of all links, in the frames that the description gave them, and of the tip last.
@@ -109,7 +110,7 @@ impl Chain {
         self.check("joint positions", q)?;
         let links = &mut scratch.links;
         links.clear();
-        Ok(self.tip_pose(q, |frame, r, p| links.push(Pose::from_parts(r, p) * frame.axis_from_link)))
+        finite_pose(self.tip_pose(q, |frame, r, p| links.push(Pose::from_parts(r, p) * frame.axis_from_link)))
     }
 
     /// Geometric Jacobian of the tip in base axes.
@@ -132,7 +133,7 @@ impl Chain {
         scratch: &mut ChainScratch,
     ) -> Result<Pose, KinematicsError> {
         self.check("joint positions", q)?;
-        let tip = self.axes_into(q, &mut scratch.axes);
+        let tip = finite_pose(self.axes_into(q, &mut scratch.axes))?;
         scratch.columns.clear();
         scratch
             .columns
@@ -164,7 +165,9 @@ impl Chain {
         });
         let arm = tip.position_m() - previous;
         acceleration += alpha.cross(arm) + omega.cross(omega.cross(arm));
-        Ok([acceleration.x, acceleration.y, acceleration.z, alpha.x, alpha.y, alpha.z])
+        let drift = [acceleration.x, acceleration.y, acceleration.z, alpha.x, alpha.y, alpha.z];
+        finite("acceleration", &drift)?;
+        Ok(drift)
     }
 
     /// Axis directions and points in the base frame; returns the tip's pose. Inputs are checked by the caller.
@@ -191,6 +194,13 @@ impl Chain {
         }
         Pose::from_parts(r, p) * self.last_from_tip
     }
+}
+
+/// Slides of 1e308 m are finite numbers, their sum is not.
+#[inline]
+fn finite_pose(pose: Pose) -> Result<Pose, KinematicsError> {
+    finite("tip position", &pose.position_m().to_array())?;
+    Ok(pose)
 }
 
 /// Joints whose sines are computed together.

@@ -6,6 +6,7 @@
 //! where `h = m c` and the inertia about the origin make centres of mass disappear.
 
 use crate::chain::Setting;
+use crate::error::finite;
 use crate::{Chain, Inertial, KinematicsError};
 use glam::{DMat3, DVec3};
 
@@ -56,7 +57,23 @@ fn point_inertia(a: DVec3, b: DVec3) -> DMat3 {
 /// Dynamics of a chain: an immutable model, cheap to call at 1 kHz.
 ///
 /// All joint torques are N m (N for a prismatic joint), in the order of the chain's joints.
-/// Every query has an `_into` form that does not allocate.
+/// Every vector or matrix query has an `_into` form that does not allocate. Numbers so large
+/// that the result overflows are an error like NaN.
+///
+/// ```
+/// use glam::DVec3;
+/// use hwall_kinematics::{Chain, ChainDynamics, Inertial};
+///
+/// let board = Inertial::solid_box("board", 1.5, DVec3::new(0.0, 0.0, 0.05), DVec3::new(0.3, 0.4, 0.02));
+/// let arm = ChainDynamics::new(&Chain::iiwa7())?.with_payload(&board)?;
+/// let (q, qd) = ([0.0, 0.6, 0.0, 1.2, 0.0, -0.4, 0.0], [0.1; 7]);
+/// let hold = arm.gravity_torque(&q)?;
+/// let acceleration = arm.forward(&q, &[0.0; 7], &hold)?;
+/// assert!(acceleration.iter().all(|a| a.abs() < 1e-10));
+/// let torques = arm.inverse(&q, &qd, &[0.5; 7])?;
+/// # assert_eq!(torques.len(), 7);
+/// # Ok::<(), hwall_kinematics::KinematicsError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainDynamics {
     chain: Chain,
@@ -74,7 +91,8 @@ pub struct DynamicsScratch {
     forces: Vec<DVec3>,
     moments: Vec<DVec3>,
     bodies: Vec<Body>,
-    axes: Vec<(DVec3, DVec3)>,
+    /// Angular and linear velocity that a unit joint velocity gives, base axes.
+    screws: Vec<(DVec3, DVec3)>,
     matrix: Vec<f64>,
     vector: Vec<f64>,
 }
@@ -106,7 +124,7 @@ impl ChainDynamics {
     /// # Errors
     /// NaN or infinity.
     pub fn with_gravity(mut self, gravity_m_per_s2: DVec3) -> Result<Self, KinematicsError> {
-        crate::error::finite("gravity", &gravity_m_per_s2.to_array())?;
+        finite("gravity", &gravity_m_per_s2.to_array())?;
         self.gravity = gravity_m_per_s2;
         Ok(self)
     }
@@ -146,7 +164,7 @@ impl ChainDynamics {
             forces: vec![DVec3::ZERO; n],
             moments: vec![DVec3::ZERO; n],
             bodies: vec![Body::EMPTY; n],
-            axes: vec![(DVec3::ZERO, DVec3::ZERO); n],
+            screws: vec![(DVec3::ZERO, DVec3::ZERO); n],
             matrix: vec![0.0; n * n],
             vector: vec![0.0; n],
         }
@@ -181,7 +199,7 @@ impl ChainDynamics {
             scratch.moments[i] = body.moment.cross(a);
         }
         self.gather(scratch, out);
-        Ok(())
+        finite("gravity torque", out)
     }
 
     /// Torques for a motion, `τ = M q̈ + C q̇ + g` (recursive Newton-Euler).
@@ -211,7 +229,7 @@ impl ChainDynamics {
         self.chain.check("joint accelerations", qdd)?;
         self.place(q, scratch)?;
         self.newton_euler(qd, |i| qdd[i], scratch, out);
-        Ok(())
+        finite("joint torques", out)
     }
 
     /// Torques at zero joint acceleration, `C(q, q̇) q̇ + g(q)`.
@@ -239,7 +257,7 @@ impl ChainDynamics {
         self.chain.check("joint velocities", qd)?;
         self.place(q, scratch)?;
         self.newton_euler(qd, |_| 0.0, scratch, out);
-        Ok(())
+        finite("joint torques", out)
     }
 
     /// Mass matrix `M(q)`, n × n, row-major (symmetric to the last bit), kg m².
@@ -273,7 +291,7 @@ impl ChainDynamics {
         }
         self.place(q, scratch)?;
         self.composite_bodies(scratch, out);
-        Ok(())
+        finite("mass matrix", out)
     }
 
     /// Joint accelerations under torques, `q̈ = M⁻¹ (τ − C q̇ − g)`, by Cholesky of the mass matrix.
@@ -312,7 +330,8 @@ impl ChainDynamics {
         }
         let solved = solve_symmetric(&mut matrix, out);
         (scratch.vector, scratch.matrix) = (bias, matrix);
-        solved.map_err(|joint| KinematicsError::SingularMass { joint })
+        solved.map_err(|joint| KinematicsError::SingularMass { joint })?;
+        finite("joint accelerations", out)
     }
 
     /// Kinetic energy `½ q̇ᵀ M q̇`, J.
@@ -333,6 +352,7 @@ impl ChainDynamics {
                 + v.dot(omega.cross(body.moment))
                 + 0.5 * omega.dot(body.inertia * omega);
         }
+        finite("kinetic energy", &[energy])?;
         Ok(energy)
     }
 
@@ -349,6 +369,7 @@ impl ChainDynamics {
             r *= scratch.rotations[i];
             energy -= self.gravity.dot(body.mass * p + r * body.moment);
         }
+        finite("potential energy", &[energy])?;
         Ok(energy)
     }
 
@@ -409,39 +430,35 @@ impl ChainDynamics {
         }
     }
 
-    /// Mass matrix, row-major. Composite bodies in base axes about their own joint's origin,
-    /// which spares the transforms between frames and keeps small entries accurate.
+    /// Mass matrix, row-major: composite bodies and joint screws in base axes about the last joint's
+    /// origin, where the entries of the wrist, the smallest ones, lose nothing to cancellation.
     fn composite_bodies(&self, s: &mut DynamicsScratch, out: &mut [f64]) {
         let n = self.bodies.len();
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
         for i in 0..n {
             p += r * s.translations[i];
             r *= s.rotations[i];
-            s.axes[i] = (r.z_axis, p);
+            s.screws[i] = (r.z_axis, p);
             s.bodies[i] = self.bodies[i].rotated(r);
         }
+        let center = p;
+        for i in 0..n {
+            let (z, origin) = s.screws[i];
+            let arm = origin - center;
+            s.bodies[i] = s.bodies[i].about(arm);
+            s.screws[i] = if self.chain.frames[i].prismatic { (DVec3::ZERO, z) } else { (z, arm.cross(z)) };
+        }
         let mut composite = Body::EMPTY;
-        let mut origin = p;
         for i in (0..n).rev() {
-            let (z, o) = s.axes[i];
-            composite = composite.about(origin - o);
             composite.mass += s.bodies[i].mass;
             composite.moment += s.bodies[i].moment;
             composite.inertia += s.bodies[i].inertia;
-            origin = o;
-            // Force and moment about `o` for a unit acceleration of joint i alone.
-            let (force, moment) = if self.chain.frames[i].prismatic {
-                (composite.mass * z, composite.moment.cross(z))
-            } else {
-                (z.cross(composite.moment), composite.inertia * z)
-            };
-            for j in (0..=i).rev() {
-                let (axis, at) = s.axes[j];
-                let entry = if self.chain.frames[j].prismatic {
-                    axis.dot(force)
-                } else {
-                    axis.dot(moment + (o - at).cross(force))
-                };
+            // Force and moment that a unit acceleration of joint i alone takes.
+            let (w, v) = s.screws[i];
+            let force = composite.mass * v + w.cross(composite.moment);
+            let moment = composite.inertia * w + composite.moment.cross(v);
+            for (j, (w, v)) in s.screws[..=i].iter().enumerate() {
+                let entry = w.dot(moment) + v.dot(force);
                 out[i * n + j] = entry;
                 out[j * n + i] = entry;
             }

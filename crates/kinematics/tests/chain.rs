@@ -188,6 +188,9 @@ fn bad_input_is_an_error() {
         assert!(chain.check_limits(&q).is_err());
     }
     assert!(chain.jacobian(&[0.0; 7]).unwrap().twist(&[0.0; 3]).is_err());
+    let rail = |name| ChainJoint::prismatic(name, Pose::IDENTITY, DVec3::X, JointLimit::FREE);
+    let rails = Chain::new(vec![rail("a"), rail("b")], Pose::IDENTITY).unwrap();
+    assert!(matches!(rails.forward(&[1.7e308; 2]), Err(KinematicsError::NonFinite { .. })));
 
     let joint = |axis| ChainJoint::revolute("a", Pose::IDENTITY, axis, JointLimit::FREE);
     let chain = |joints| Chain::new(joints, Pose::IDENTITY);

@@ -171,6 +171,43 @@ fn at_the_rim_of_the_workspace() {
 }
 
 #[test]
+fn quick_refusal_knows_the_length_of_every_link() {
+    // Three parallel hinges and a slide, all links in one line when stretched: 0.7 + 0.5 + 0.2 + 0.3 m.
+    let limit = JointLimit { min_rad: -1.5, max_rad: 1.5 };
+    let link = |name: &str, x: f64| ChainJoint::revolute(name, shift(x, 0.0, 0.0), DVec3::Z, limit);
+    let slide_limit = JointLimit { min_rad: 0.1, max_rad: 0.3 };
+    let slide = ChainJoint::prismatic("slide", shift(0.2, 0.0, 0.0), DVec3::X, slide_limit);
+    let joints = vec![link("a", 0.0), link("b", 0.7), link("c", 0.5), slide];
+    let chain = Chain::new(joints, Pose::IDENTITY).unwrap();
+    let start = [0.3, -0.4, 0.2, 0.2];
+    let config = NumericConfig::default();
+    let solution = chain.inverse_numeric(&shift(1.7, 0.0, 0.0), &start, &config).unwrap();
+    check(&chain, &shift(1.7, 0.0, 0.0), &config, &solution);
+    let beyond = chain.inverse_numeric(&shift(1.7001, 0.0, 0.0), &start, &config);
+    assert!(matches!(beyond, Err(KinematicsError::NotConverged { iterations: 0, .. })), "{beyond:?}");
+}
+
+#[test]
+fn ranges_away_from_zero() {
+    // Restarts must draw inside ranges that hold neither zero nor half a turn.
+    let mut joints = ur5e().joints().to_vec();
+    for (i, joint) in joints.iter_mut().enumerate() {
+        let low = if i % 2 == 0 { 4.0 } else { -9.0 };
+        joint.limit = JointLimit { min_rad: low, max_rad: low + 2.0 };
+    }
+    let chain = Chain::new(joints, ur5e().link_from_tip()).unwrap();
+    let mut sampler = Sampler::new(30);
+    let mut draw =
+        || chain.joints().iter().map(|j| sampler.uniform(j.limit.min_rad, j.limit.max_rad)).collect();
+    let config = NumericConfig::default();
+    for _ in 0..200 {
+        let (planted, start): (Vec<f64>, Vec<f64>) = (draw(), draw());
+        let target = chain.forward(&planted).unwrap();
+        check(&chain, &target, &config, &chain.inverse_numeric(&target, &start, &config).unwrap());
+    }
+}
+
+#[test]
 fn unreachable_targets_are_not_found_in_a_bounded_number_of_steps() {
     let chain = Chain::iiwa7();
     let config = NumericConfig::default();

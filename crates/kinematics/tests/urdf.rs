@@ -299,6 +299,26 @@ fn malformed_text_is_an_error() {
     }
 }
 
+const DAMAGE: &[u8] = b" <>/\"=0-9.eEnN&;";
+
+#[test]
+fn damaged_text_never_panics() {
+    let mut sampler = Sampler::new(42);
+    let mut broken = 0;
+    for _ in 0..400 {
+        let mut bytes = IIWA7.as_bytes().to_vec();
+        for _ in 0..1 + sampler.index(4) {
+            let place = sampler.index(bytes.len());
+            bytes[place] = DAMAGE[sampler.index(DAMAGE.len())];
+        }
+        match Chain::from_urdf_str(&String::from_utf8_lossy(&bytes), None, None) {
+            Ok(chain) => assert!(chain.forward(&vec![0.1; chain.joint_count()]).is_ok()),
+            Err(_) => broken += 1,
+        }
+    }
+    assert!(broken > 100, "{broken}");
+}
+
 #[test]
 fn zero_lengths_and_two_hundred_joints() {
     let mut text = links("l0");
