@@ -1,1 +1,7 @@
-//! Rendering of encountered-type haptics: the arm interface, the contact state machine, speed limits and watchdogs.
+#![doc = include_str!("../README.md")]
+
+mod arm;
+mod error;
+
+pub use arm::{Arm, ArmCommand, ArmState};
+pub use error::HapticsError;
