@@ -3,7 +3,9 @@
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
 pub mod arms;
+pub mod figures;
 pub mod numbers;
+pub mod speed;
 
 use std::process::ExitCode;
 

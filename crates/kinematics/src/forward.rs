@@ -1,5 +1,6 @@
 //! Forward kinematics and geometric Jacobian of the S-R-S arm.
 
+use crate::trig::sin_cos;
 use crate::{JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Twist, Wrench};
 use glam::{DMat3, DVec3};
 
@@ -61,7 +62,7 @@ pub(crate) struct Frames {
 
 impl Frames {
     pub(crate) fn new(q: &JointPositions) -> Self {
-        let [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6), (s7, c7)] = q.0.map(f64::sin_cos);
+        let [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6), (s7, c7)] = sin_cos(&q.0);
         // Rz(q1) Ry(q2) Rz(q3)
         let y1 = DVec3::new(-s1, c1, 0.0);
         let x2 = DVec3::new(c1 * c2, s1 * c2, -s2);

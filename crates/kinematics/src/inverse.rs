@@ -226,7 +226,7 @@ pub(crate) fn nearest_turn(angle: f64, limit: &JointLimit, reference: f64) -> f6
 /// The angle plus full turns that is nearest to `to`.
 fn near(angle: f64, to: f64) -> f64 {
     let d = angle - to;
-    if d > PI || d < -PI { angle - TAU * (d / TAU).round() } else { angle }
+    if d.abs() > PI { angle - TAU * (d / TAU).round() } else { angle }
 }
 
 /// The angle moved to the limit's end if it is outside by at most `slack`.

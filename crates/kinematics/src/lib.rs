@@ -22,6 +22,7 @@ mod reach;
 mod redundancy;
 mod srs;
 mod statics;
+mod trig;
 #[cfg(feature = "urdf")]
 mod urdf;
 mod window;

@@ -206,10 +206,10 @@ impl Problem<'_> {
         for _ in 0..20 {
             let slope = self.circle.joint_slopes(Direction::from_angle(best.psi), best.branch);
             let (mut gradient, mut curvature) = (0.0, 0.0);
-            for i in 0..7 {
-                let weighted = self.config.weights[i] * slope[i];
+            for (i, slope) in slope.into_iter().enumerate() {
+                let weighted = self.config.weights[i] * slope;
                 gradient += weighted * (best.q[i] - self.reference[i]);
-                curvature += weighted * slope[i];
+                curvature += weighted * slope;
             }
             // Infinite on a singularity: stay there.
             let mut step = -gradient / curvature;

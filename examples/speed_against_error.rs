@@ -1,0 +1,64 @@
+//! Every algorithm with a speed/accuracy knob: one table and one picture each.
+//!
+//! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
+
+use clap::Parser;
+use hwall_examples::{exit, speed};
+use hwall_testkit::Machine;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Measures speed beside error and writes SPEED-AGAINST-ERROR.md with its figures.
+///
+/// Times are single calls or batches on one core, errors against exact answers or an oracle;
+/// every number in the file comes from this run.
+#[derive(Parser)]
+struct Args {
+    /// Folder for SPEED-AGAINST-ERROR.md and figures/
+    #[arg(long, default_value = "docs")]
+    out: PathBuf,
+    /// Seed of every target
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Targets per row
+    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(100..=1_000_000))]
+    targets: u64,
+    /// OBJ file for the ray casts; default: a bumpy surface of 100,000 triangles, made here
+    #[arg(long)]
+    scene: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    let figures = args.out.join("figures");
+    std::fs::create_dir_all(&figures)?;
+    let machine = Machine::detect(args.seed);
+    let mut text = format!(
+        "# Speed against error\n\nWritten by `cargo run --release --example speed_against_error`; not edited \
+         by hand.\n\n{machine}\n\nMedian and p99 are per call; calls below a microsecond are timed in batches, \
+         so their p99 is over batches. Errors are against the exact answer named with each table.\n"
+    );
+    let n = args.targets as usize;
+    for section in [
+        speed::forward(args.seed, n)?,
+        speed::inverse(args.seed, n)?,
+        speed::verdict(args.seed, n)?,
+        speed::rays(args.seed, n, args.scene.as_deref())?,
+        speed::dynamics(args.seed, n)?,
+    ] {
+        println!("{}", section.text);
+        text.push('\n');
+        text.push_str(&section.text);
+        if let Some(figure) = &section.figure {
+            figure.draw(&figures)?;
+            text.push_str(&figure.markdown());
+        }
+    }
+    let path = args.out.join("SPEED-AGAINST-ERROR.md");
+    std::fs::write(&path, text)?;
+    println!("wrote {} and {}", path.display(), figures.display());
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! The look that all figures share, and the figure of speed against error.
+
+use anyhow::anyhow;
+use hwall_testkit::{SpeedErrorRow, format_ns};
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Colours that stay apart for colour-blind readers (Okabe and Ito 2008).
+pub const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(60, 60, 60),
+];
+
+/// Text of titles and labels, in pixels.
+pub const TITLE: (&str, u32) = ("sans-serif", 20);
+/// Text of axes and legends.
+pub const TEXT: (&str, u32) = ("sans-serif", 15);
+
+/// Plotting errors carry types of the backend; only their words matter here.
+pub fn plot_error(error: impl std::fmt::Display) -> anyhow::Error {
+    anyhow!("figure: {error}")
+}
+
+/// Errors at or below this are drawn at it: a logarithmic axis has no zero.
+const SMALLEST_ERROR: f64 = 1e-17;
+
+/// Median time (dot) up to p99 (bar) over the largest error, both logarithmic; one colour a method.
+///
+/// # Errors
+/// A file that cannot be written, or no rows.
+pub fn speed_error(path: &Path, title: &str, unit: &str, rows: &[SpeedErrorRow]) -> anyhow::Result<()> {
+    let error = |row: &SpeedErrorRow| row.errors.max.max(SMALLEST_ERROR);
+    let decade = |x: f64, up: bool| {
+        let exponent = if up { (x.log10() + 0.3).ceil() } else { (x.log10() - 0.3).floor() };
+        10f64.powf(exponent)
+    };
+    let largest = |f: &dyn Fn(&SpeedErrorRow) -> f64| rows.iter().map(f).fold(f64::MIN, f64::max);
+    let smallest = |f: &dyn Fn(&SpeedErrorRow) -> f64| rows.iter().map(f).fold(f64::MAX, f64::min);
+    let x = decade(smallest(&error), false)..decade(largest(&error), true);
+    let y = decade(smallest(&|r| r.median_ns), false)..decade(largest(&|r| r.p99_ns), true);
+
+    let root = SVGBackend::new(path, (860, 520)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption(title, TITLE)
+        .margin(14)
+        .x_label_area_size(52)
+        .y_label_area_size(78)
+        .build_cartesian_2d(x.log_scale(), y.log_scale())
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc(format!("largest error, {unit}"))
+        .y_desc("time per call: median (dot) to p99 (bar)")
+        .x_label_formatter(&|x| format!("{x:.0e}"))
+        .y_label_formatter(&|y| short_time(*y))
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    let mut methods: Vec<&str> = Vec::new();
+    for row in rows {
+        if !methods.contains(&row.method.as_str()) {
+            methods.push(&row.method);
+        }
+    }
+    for (method, colour) in methods.into_iter().zip(COLOURS.into_iter().cycle()) {
+        let own: Vec<&SpeedErrorRow> = rows.iter().filter(|r| r.method == method).collect();
+        let line = LineSeries::new(own.iter().map(|r| (error(r), r.median_ns)), colour.stroke_width(1));
+        chart.draw_series(line).map_err(plot_error)?;
+        let bars = own.iter().map(|r| {
+            PathElement::new(vec![(error(r), r.median_ns), (error(r), r.p99_ns)], colour.stroke_width(3))
+        });
+        chart.draw_series(bars).map_err(plot_error)?;
+        let dots = own.iter().map(|r| Circle::new((error(r), r.median_ns), 5, colour.filled()));
+        chart
+            .draw_series(dots)
+            .map_err(plot_error)?
+            .label(method)
+            .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.85))
+        .border_style(BLACK.mix(0.3))
+        .label_font(TEXT)
+        .draw()
+        .map_err(plot_error)?;
+    root.present().map_err(plot_error)
+}
+
+/// `10 ns`, `1 us`: a tick's time without decimals.
+fn short_time(ns: f64) -> String {
+    format_ns(ns).replace(".00", "").replace(".0", "")
+}

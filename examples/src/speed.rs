@@ -1,0 +1,386 @@
+//! The measurements behind docs/SPEED-AGAINST-ERROR.md, one function a table.
+
+use crate::figures;
+use anyhow::Context;
+use glam::{DVec3, dvec3};
+use hwall_kinematics::{
+    Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose, SrsArm,
+};
+use hwall_scene::Scene;
+use hwall_testkit::{
+    ErrorStats, MarkdownTable, Sampler, SpeedErrorRow, SpeedErrorTable, Timing, format_ns, time_batches,
+    time_each,
+};
+use std::f64::consts::TAU;
+use std::path::Path;
+
+/// One table, and the figure drawn from it.
+pub struct Section {
+    /// Markdown, from a third-level heading on.
+    pub text: String,
+    /// Drawn where the errors span a range.
+    pub figure: Option<Figure>,
+}
+
+/// Rows to draw, and where.
+pub struct Figure {
+    name: &'static str,
+    title: &'static str,
+    unit: &'static str,
+    rows: Vec<SpeedErrorRow>,
+}
+
+impl Figure {
+    /// Writes the SVG into a folder.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn draw(&self, folder: &Path) -> anyhow::Result<()> {
+        figures::speed_error(&folder.join(self.name), self.title, self.unit, &self.rows)
+    }
+
+    /// The Markdown that shows it.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        format!("\n![{}](figures/{})\n", self.title, self.name)
+    }
+}
+
+fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
+    time_batches(1_000, 100, f)
+}
+
+fn configurations(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<JointPositions> {
+    let ranges = arm.limits().map(|l| (l.min_rad, l.max_rad));
+    (0..n).map(|_| JointPositions(sampler.array_within(ranges))).collect()
+}
+
+/// Poses whose wrist the arm is long enough for, but whose limits forbid them.
+fn forbidden(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<Pose> {
+    std::iter::from_fn(|| {
+        let rotation = sampler.rotation();
+        let wrist = dvec3(0.0, 0.0, 0.34) + sampler.unit_vector() * sampler.uniform(0.4, 0.8);
+        Some(Pose::new(rotation, wrist + rotation.z_axis * 0.126).expect("a rotation"))
+    })
+    .filter(|pose| !arm.is_reachable(pose))
+    .take(n)
+    .collect()
+}
+
+/// The larger of the position error (m) and the orientation error (rad).
+fn pose_error(a: &Pose, b: &Pose) -> f64 {
+    let (position, angle) = a.distance(b);
+    position.max(angle)
+}
+
+/// Forward kinematics and Jacobian, S-R-S against a general chain.
+///
+/// # Errors
+/// None in practice: the configurations are finite.
+pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
+    let arm = SrsArm::iiwa7();
+    let chain = Chain::iiwa7();
+    let mut scratch = chain.scratch();
+    let qs = configurations(&arm, &mut Sampler::new(seed), n);
+    let mut table = MarkdownTable::new(["what", "median", "p99", "largest difference between the two"]);
+    let difference = qs.iter().map(|q| Ok(pose_error(&arm.forward(q), &chain.forward(&q.0)?)));
+    let difference = ErrorStats::from_errors(difference.collect::<anyhow::Result<Vec<_>>>()?);
+    let mut row = |what: &str, t: Timing, error: String| {
+        table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), error]);
+    };
+    let shown = format!("{:.1e} m, rad", difference.max);
+    row("S-R-S arm, pose", batches(|i| arm.forward(&qs[i % n])), shown);
+    row("S-R-S arm, pose and Jacobian", batches(|i| arm.forward_and_jacobian(&qs[i % n])), String::new());
+    row("general chain, pose", batches(|i| chain.forward(&qs[i % n].0)), String::new());
+    let t = batches(|i| chain.forward_jacobian_into(&qs[i % n].0, &mut scratch));
+    row("general chain, pose and Jacobian", t, String::new());
+    let text = format!(
+        "### Forward kinematics of the iiwa 7\n\n{n} configurations uniform within the limits.\n\n{table}"
+    );
+    Ok(Section { text, figure: None })
+}
+
+/// Closed form against the numeric inverse at several tolerances.
+///
+/// # Errors
+/// A numeric target that is not reached is counted, not an error.
+pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
+    let arm = SrsArm::iiwa7();
+    let mut sampler = Sampler::new(seed);
+    let poses: Vec<Pose> = configurations(&arm, &mut sampler, n).iter().map(|q| arm.forward(q)).collect();
+    let starts = configurations(&arm, &mut sampler, n);
+    let error = |q: &JointPositions, i: usize| pose_error(&arm.forward(q), &poses[i]);
+    let mut table = SpeedErrorTable::new("Inverse kinematics of the iiwa 7, reachable poses", "tolerance");
+
+    let found: Vec<f64> =
+        (0..n).filter_map(|i| arm.reach(&poses[i]).witness().map(|w| error(&w.q, i))).collect();
+    let share = format!("solved {:.2} %", 100.0 * found.len() as f64 / n as f64);
+    let timing = batches(|i| arm.reach(&poses[i % n]));
+    table.row("closed form, one witness", "exact", timing, (ErrorStats::from_errors(found), "m, rad"), share);
+
+    let eight = |i: usize| arm.solutions(&poses[i], 0.3).into_iter().flatten();
+    let errors = ErrorStats::from_errors(
+        (0..n).flat_map(|i| eight(i).map(move |q| (i, q))).map(|(i, q)| error(&q, i)),
+    );
+    let timing = batches(|i| arm.solutions(&poses[i % n], 0.3));
+    table.row("closed form, 8 branches at one arm angle", "exact", timing, (errors, "m, rad"), "");
+
+    let config = NearestConfig::default();
+    let nearest = |i: usize| arm.nearest_solution(&poses[i], &starts[i], &config);
+    let errors = (0..n).filter_map(|i| nearest(i).ok().map(|found| error(&found.q, i)));
+    let errors = ErrorStats::from_errors(errors);
+    let note = "any reference: the arcs are searched";
+    table.row("closed form, nearest", "exact", time_each(n, nearest), (errors, "m, rad"), note);
+
+    let chain = Chain::iiwa7();
+    let mut scratch = NumericScratch::default();
+    for tolerance in [1e-2, 1e-4, 1e-6, 1e-9, 1e-12] {
+        let config =
+            NumericConfig { tolerance_m: tolerance, tolerance_rad: tolerance, ..NumericConfig::default() };
+        let mut errors = Vec::new();
+        let timing = time_each(n, |i| {
+            if chain.inverse_numeric_into(&poses[i], &starts[i].0, &config, &mut scratch).is_ok() {
+                let pose = chain.forward(scratch.q_rad()).expect("finite angles");
+                errors.push(pose_error(&pose, &poses[i]));
+            }
+        });
+        let share = format!("solved {:.2} %", 100.0 * errors.len() as f64 / n as f64);
+        let setting = format!("{tolerance:.0e}");
+        table.row(
+            "numeric, general chain",
+            setting,
+            timing,
+            (ErrorStats::from_errors(errors), "m, rad"),
+            share,
+        );
+    }
+    let unreachable = forbidden(&arm, &mut sampler, (n / 20).max(50));
+    let m = unreachable.len();
+    let numeric = time_each(m, |i| {
+        chain.inverse_numeric_into(&unreachable[i], &starts[i].0, &NumericConfig::default(), &mut scratch)
+    });
+    let note = format!(
+        "\nTargets: {n} random configurations; numeric starts are independent of the target. On {m} poses that \
+         the limits forbid the numeric inverse gives up after {} (median), {} (p99); the closed form's proof is \
+         in the next table.\n",
+        format_ns(numeric.median_ns),
+        format_ns(numeric.p99_ns)
+    );
+    let rows = table.rows().to_vec();
+    let title = "Inverse kinematics: time against error";
+    let figure = Figure { name: "inverse.svg", title, unit: "m and rad", rows };
+    Ok(Section { text: table.to_markdown() + &note, figure: Some(figure) })
+}
+
+/// A pose, and the arm that shall hold it.
+struct Case {
+    arm: SrsArm,
+    pose: Pose,
+}
+
+/// The exact verdict against sampling the arm angle.
+///
+/// # Errors
+/// None in practice.
+pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
+    let arm = SrsArm::iiwa7();
+    let mut sampler = Sampler::new(seed);
+    let of_iiwa = |pose: Pose| Case { arm: arm.clone(), pose };
+    let free: Vec<Case> =
+        configurations(&arm, &mut sampler, n).iter().map(|q| of_iiwa(arm.forward(q))).collect();
+    let m = (n / 5).max(50);
+    let no: Vec<Case> = forbidden(&arm, &mut sampler, m).into_iter().map(of_iiwa).collect();
+    let hard = narrow(&arm, &mut sampler, m)?;
+    let mut table = MarkdownTable::new(["verdict", "poses", "median", "p99", "wrong"]);
+    let mut drawn = Vec::new();
+    for (kind, cases, want) in [("random", &free, true), ("narrow", &hard, true), ("forbidden", &no, false)] {
+        let mut row = |method: &str, setting: &str, f: &dyn Fn(&Case) -> bool| {
+            let wrong = cases.iter().filter(|case| f(case) != want).count() as f64 / cases.len() as f64;
+            let t = batches(|i| f(&cases[i % cases.len()]));
+            let name = format!("{method} {setting}");
+            let share = format!("{:.2} %", 100.0 * wrong);
+            table.row([name, kind.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), share]);
+            if kind == "narrow" {
+                let shown = wrong.max(1e-4);
+                drawn.push(SpeedErrorRow {
+                    method: method.to_owned(),
+                    setting: setting.to_owned(),
+                    median_ns: t.median_ns,
+                    p99_ns: t.p99_ns,
+                    errors: ErrorStats { count: cases.len(), median: shown, q99: shown, max: shown },
+                    unit: "share",
+                    note: String::new(),
+                });
+            }
+        };
+        row("exact", "", &|case| case.arm.is_reachable(&case.pose));
+        for samples in [8, 32, 128, 512] {
+            let any = |case: &Case| {
+                (0..samples).any(|i| {
+                    let psi = TAU * f64::from(i) / f64::from(samples);
+                    case.arm.solutions(&case.pose, psi).iter().any(Option::is_some)
+                })
+            };
+            row("arm angle sampled at", &samples.to_string(), &any);
+        }
+    }
+    let arcs = batches(|i| arm.feasible_arm_angles(&free[i % n].pose).map(|a| a.branches().count()));
+    let text = format!(
+        "### Reachability verdict of the iiwa 7: exact intervals against sampling the arm angle\n\n\
+         Random: {n} poses of random configurations. Narrow: {} such poses, each with limits shrunk to within \
+         0.005 rad of losing it. Forbidden by limits: {} poses within the arm's length. Wrong is the share of poses judged wrongly; the \
+         exact verdict defines the truth for the forbidden ones, the configuration that made the pose for the \
+         others.\n\n{table}\nAll feasible arcs of all 8 branches: median {}, p99 {}.\n",
+        hard.len(),
+        no.len(),
+        format_ns(arcs.median_ns),
+        format_ns(arcs.p99_ns)
+    );
+    let title = "Verdict on narrow poses: time against share judged wrongly (none is drawn at 1e-4)";
+    Ok(Section {
+        text,
+        figure: Some(Figure { name: "verdict.svg", title, unit: "share of poses", rows: drawn }),
+    })
+}
+
+/// Random reachable poses, each with an arm whose limits are shrunk until 0.005 rad before the
+/// pose is lost: the feasible arm angles are narrow.
+fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<Case>> {
+    configurations(arm, sampler, n)
+        .iter()
+        .map(|q| {
+            let pose = arm.forward(q);
+            let margin = arm.joint_margin_rad(&pose).context("a pose of a configuration is reachable")?;
+            let by_rad = (margin - 0.005).max(0.0);
+            Ok(Case { arm: arm.with_limits(arm.limits().map(|l| l.shrunk(by_rad)))?, pose })
+        })
+        .collect()
+}
+
+/// Ray casts in single precision (points recomputed in double) against double precision.
+///
+/// # Errors
+/// A scene that cannot be read.
+pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section> {
+    let (scene, what) = match scene {
+        Some(path) => {
+            let (scene, _) = Scene::from_obj_file(path, None).with_context(|| path.display().to_string())?;
+            (scene, path.file_name().unwrap_or_default().to_string_lossy().into_owned())
+        }
+        None => (bumpy_surface()?, "a bumpy surface made for this".to_owned()),
+    };
+    let (min, max) = scene.bounds();
+    let size = (max - min).length();
+    let mut sampler = Sampler::new(seed);
+    let rays: Vec<(DVec3, DVec3)> = (0..n)
+        .map(|_| {
+            let origin = 0.5 * (min + max) + sampler.unit_vector() * size;
+            (origin, sampler.point_in_box(min, max) - origin)
+        })
+        .collect();
+    let single = |i: usize| scene.ray_cast(rays[i % n].0, rays[i % n].1);
+    let double = |i: usize| scene.ray_cast_f64(rays[i % n].0, rays[i % n].1);
+    let (mut errors, mut disagree) = (Vec::new(), 0);
+    for i in 0..n {
+        match (single(i)?, double(i)?) {
+            (Some(a), Some(b)) => errors.push(a.point_m.distance(b.point_m)),
+            (None, None) => {}
+            _ => disagree += 1,
+        }
+    }
+    let mut table = SpeedErrorTable::new(
+        format!("Ray casts into {} triangles ({what}, {size:.1} m across)", scene.triangle_count()),
+        "precision",
+    );
+    let note = format!("hit or miss differs for {disagree} of {n} rays");
+    table.row(
+        "bounding volume hierarchy",
+        "f32, point in f64",
+        batches(single),
+        (ErrorStats::from_errors(errors), "m"),
+        note,
+    );
+    let none = ErrorStats::from_errors([0.0]);
+    table.row("bounding volume hierarchy", "f64", batches(double), (none, "m"), "the reference");
+    let text = table.to_markdown()
+        + "\nErrors: distance between the two hit points where both hit. Incoherent rays from a sphere around the scene.\n";
+    Ok(Section {
+        text,
+        figure: Some(Figure {
+            name: "rays.svg",
+            title: "Ray casts: time against error",
+            unit: "m",
+            rows: table.rows().to_vec(),
+        }),
+    })
+}
+
+/// A height field of 100,000 triangles.
+fn bumpy_surface() -> anyhow::Result<Scene> {
+    const CELLS: usize = 224;
+    let mut obj = String::from("o bumps\n");
+    let at = |i: usize| i as f64 / CELLS as f64;
+    for (i, j) in (0..=CELLS).flat_map(|i| (0..=CELLS).map(move |j| (i, j))) {
+        let z = 0.05 * (TAU * 3.0 * at(i)).sin() * (TAU * 4.0 * at(j)).cos();
+        obj.push_str(&format!("v {} {} {z}\n", at(i), at(j)));
+    }
+    for (i, j) in (0..CELLS).flat_map(|i| (0..CELLS).map(move |j| (i, j))) {
+        let v = |i: usize, j: usize| i * (CELLS + 1) + j + 1;
+        let (a, b, c, d) = (v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1));
+        obj.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
+    }
+    Ok(Scene::from_obj_str(&obj, None)?.0)
+}
+
+/// Dynamics of the iiwa 7 as a general chain.
+///
+/// # Errors
+/// None in practice.
+pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
+    let chain = Chain::iiwa7();
+    let dynamics = ChainDynamics::new(&chain)?;
+    let mut scratch = dynamics.scratch();
+    let mut sampler = Sampler::new(seed);
+    let qs = configurations(&SrsArm::iiwa7(), &mut sampler, n);
+    let rates: Vec<[f64; 7]> = (0..n).map(|_| sampler.array_within([(-2.0, 2.0); 7])).collect();
+    let mut out = vec![0.0; 7];
+    let mut matrix = vec![0.0; 49];
+    let mut errors = Vec::new();
+    for i in 0..n {
+        let torque = dynamics.inverse(&qs[i].0, &rates[i], &rates[(i + 1) % n])?;
+        let back = dynamics.forward(&qs[i].0, &rates[i], &torque)?;
+        errors.extend(back.iter().zip(rates[(i + 1) % n]).map(|(a, b)| a - b));
+    }
+    let errors = ErrorStats::from_errors(errors);
+    let mut table = MarkdownTable::new(["what", "median", "p99"]);
+    let mut row = |what: &str, t: Timing| {
+        table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns)]);
+    };
+    row(
+        "gravity torque",
+        batches(|i| dynamics.gravity_torque_into(&qs[i % n].0, &mut scratch, &mut out).is_ok()),
+    );
+    let t = batches(|i| {
+        dynamics
+            .inverse_into(&qs[i % n].0, &rates[i % n], &rates[(i + 1) % n], &mut scratch, &mut out)
+            .is_ok()
+    });
+    row("inverse dynamics", t);
+    row(
+        "mass matrix",
+        batches(|i| dynamics.mass_matrix_into(&qs[i % n].0, &mut scratch, &mut matrix).is_ok()),
+    );
+    let t = batches(|i| {
+        dynamics
+            .forward_into(&qs[i % n].0, &rates[i % n], &rates[(i + 1) % n], &mut scratch, &mut out)
+            .is_ok()
+    });
+    row("forward dynamics", t);
+    let text = format!(
+        "### Dynamics of the iiwa 7\n\n{table}\nForward dynamics of inverse dynamics returns the acceleration \
+         within {:.1e} rad/s² (largest of {}, accelerations up to 2 rad/s²). Against Pinocchio: tests/dynamics.rs of the crate, 1e-9 \
+         relative.\n",
+        errors.max, errors.count
+    );
+    Ok(Section { text, figure: None })
+}
