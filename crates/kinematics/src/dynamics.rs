@@ -28,7 +28,7 @@ impl Body {
         let (m, c) = (part.mass_kg, part.com_m);
         self.mass += m;
         self.moment += m * c;
-        self.inertia += part.inertia_kg_m2 + point_inertia(c, c) * m;
+        self.inertia += part.inertia_kg_m2 + shifted(c, m * c);
     }
 
     /// Turned into outer axes.
@@ -40,18 +40,23 @@ impl Body {
     /// About a point that lies at `-shift` from the present one.
     #[inline(always)]
     fn about(&self, shift: DVec3) -> Self {
-        let moment = self.moment + self.mass * shift;
-        // (c + s)(c + s)' m = c c' m + s h' + h s' + s s' m, and s (h + m s)' holds half of each mixed term.
-        let cross = point_inertia(shift, self.moment);
-        let square = point_inertia(shift, shift) * self.mass;
-        Self { mass: self.mass, moment, inertia: self.inertia + cross + cross.transpose() + square }
+        let weight = self.mass * shift;
+        Self {
+            mass: self.mass,
+            moment: self.moment + weight,
+            inertia: self.inertia + shifted(shift, 2.0 * self.moment + weight),
+        }
     }
 }
 
-/// `(a·b) 1 − b aᵀ`.
+/// What a shift `s` adds to an inertia: `(s·g) 1 − ½ (s gᵀ + g sᵀ)` with `g = 2 h + m s` (Steiner).
 #[inline(always)]
-fn point_inertia(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_diagonal(DVec3::splat(a.dot(b))) - DMat3::from_cols(b * a.x, b * a.y, b * a.z)
+fn shifted(s: DVec3, g: DVec3) -> DMat3 {
+    let (x, y, z) = (s.x * g.x, s.y * g.y, s.z * g.z);
+    let xy = -0.5 * (s.x * g.y + s.y * g.x);
+    let yz = -0.5 * (s.y * g.z + s.z * g.y);
+    let zx = -0.5 * (s.z * g.x + s.x * g.z);
+    DMat3::from_cols(DVec3::new(y + z, xy, zx), DVec3::new(xy, z + x, yz), DVec3::new(zx, yz, x + y))
 }
 
 /// Dynamics of a chain: an immutable model, cheap to call at 1 kHz.
