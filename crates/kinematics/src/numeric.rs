@@ -85,7 +85,6 @@ pub struct NumericReport {
 pub struct NumericScratch {
     q: Vec<f64>,
     trial: Vec<f64>,
-    step: Vec<f64>,
     fixed: Vec<bool>,
     columns: Vec<[f64; 6]>,
     axes: Vec<(DVec3, DVec3)>,
@@ -131,8 +130,8 @@ impl Chain {
     /// the result may then lie on another branch.
     ///
     /// Error: the residuals in the report, at most the tolerances. A failure is no proof that the
-    /// target is out of reach, except when `iterations` is 0: then it lies further away than the
-    /// outstretched arm.
+    /// target is out of reach, except when `iterations` is 0 although the configuration allows some:
+    /// then it lies further away than the outstretched arm.
     ///
     /// # Errors
     /// [`KinematicsError::JointLimit`] for a start outside the limits, a wrong number of values,
@@ -167,7 +166,6 @@ impl Chain {
         scratch.q.clear();
         scratch.q.extend_from_slice(q_start);
         scratch.trial.resize(n, 0.0);
-        scratch.step.resize(n, 0.0);
         scratch.fixed.resize(n, false);
 
         let (center, reach_m) = self.reach;
@@ -177,7 +175,7 @@ impl Chain {
         let mut descent = Descent { chain: self, target, config, arm_m, iterations: 0 };
 
         let mut random = SplitMix(config.seed);
-        let mut best: Option<(f64, PoseError)> = None;
+        let (mut least_cost, mut best) = (f64::INFINITY, (f64::INFINITY, f64::INFINITY));
         for restart in 0..=config.max_restarts {
             if restart > 0 {
                 descent.draw_start(&mut random, q_start, scratch);
@@ -193,15 +191,14 @@ impl Chain {
                 });
             }
             let cost = error.cost(arm_m);
-            if best.is_none_or(|(least, _)| cost < least) {
-                best = Some((cost, error));
+            if cost < least_cost {
+                (least_cost, best) = (cost, (residual_m, residual_rad));
             }
             if out_of_reach {
                 break;
             }
         }
-        let (residual_m, residual_rad) =
-            best.map_or((f64::NAN, f64::NAN), |(_, e)| (e.position.length(), e.rotation.length()));
+        let (residual_m, residual_rad) = best;
         Err(KinematicsError::NotConverged { iterations: descent.iterations, residual_m, residual_rad })
     }
 }
@@ -290,8 +287,7 @@ impl Descent<'_> {
                 if s.fixed[i] {
                     continue;
                 }
-                s.step[i] = dot(&s.columns[i], &y);
-                let wanted = s.q[i] + s.step[i];
+                let wanted = s.q[i] + dot(&s.columns[i], &y);
                 s.trial[i] = wanted.clamp(joint.limit.min_rad, joint.limit.max_rad);
                 if s.trial[i] != wanted {
                     (s.fixed[i], hit) = (true, true);
