@@ -2,6 +2,7 @@
 
 use crate::error::finite;
 use crate::inertia::Inertial;
+use crate::trig::sin_cos;
 use crate::{JointLimit, KinematicsError, Pose};
 use glam::{DMat3, DVec3};
 
@@ -135,12 +136,26 @@ pub(crate) struct AxisFrame {
 /// Position of a joint as the frames use it: `(sin q, cos q)`, or `(q, 0)` for a slide.
 pub(crate) type Setting = (f64, f64);
 
-impl AxisFrame {
-    #[inline(always)]
-    pub(crate) fn setting(&self, q: f64) -> Setting {
-        if self.prismatic { (q, 0.0) } else { q.sin_cos() }
-    }
+/// Joints whose sines are computed together.
+pub(crate) const GROUP: usize = 7;
 
+/// Settings of the first joints of a chain or of a part of it, at most [`GROUP`].
+#[inline]
+pub(crate) fn settings(frames: &[AxisFrame], q: &[f64]) -> [Setting; GROUP] {
+    let mut angles = [0.0; GROUP];
+    for ((angle, frame), &q) in angles.iter_mut().zip(frames).zip(q) {
+        *angle = if frame.prismatic { 0.0 } else { q };
+    }
+    let mut settings = sin_cos(&angles);
+    for ((setting, frame), &q) in settings.iter_mut().zip(frames).zip(q) {
+        if frame.prismatic {
+            *setting = (q, 0.0);
+        }
+    }
+    settings
+}
+
+impl AxisFrame {
     /// Pose of this frame in the previous one.
     #[cfg(feature = "dynamics")]
     #[inline(always)]

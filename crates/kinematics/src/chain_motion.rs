@@ -1,6 +1,6 @@
 //! Forward kinematics, Jacobian and drift acceleration of a [`Chain`].
 
-use crate::chain::AxisFrame;
+use crate::chain::{AxisFrame, GROUP, settings};
 use crate::error::finite;
 use crate::{Chain, KinematicsError, Pose, Twist, Wrench};
 use glam::{DMat3, DVec3};
@@ -181,13 +181,8 @@ impl Chain {
     #[inline(always)]
     fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
-        // Sines first: a call in the middle would push the running pose out of the registers.
-        let mut settings = [(0.0, 1.0); CHUNK];
-        for (frames, q) in self.frames.chunks(CHUNK).zip(q.chunks(CHUNK)) {
-            for ((setting, frame), &q) in settings.iter_mut().zip(frames).zip(q) {
-                *setting = frame.setting(q);
-            }
-            for (frame, &setting) in frames.iter().zip(&settings) {
+        for (frames, q) in self.frames.chunks(GROUP).zip(q.chunks(GROUP)) {
+            for (frame, setting) in frames.iter().zip(settings(frames, q)) {
                 (r, p) = frame.after(r, p, setting);
                 visit(frame, r, p);
             }
@@ -202,9 +197,6 @@ fn finite_pose(pose: Pose) -> Result<Pose, KinematicsError> {
     finite("tip position", &pose.position_m().to_array())?;
     Ok(pose)
 }
-
-/// Joints whose sines are computed together.
-const CHUNK: usize = 8;
 
 /// Jacobian column of one joint for a point at `tip_m`.
 #[inline]

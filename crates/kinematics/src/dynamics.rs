@@ -5,7 +5,7 @@
 //! composite rigid bodies (ch. 6); written with plain three-vectors about the joint origins,
 //! where `h = m c` and the inertia about the origin make centres of mass disappear.
 
-use crate::chain::Setting;
+use crate::chain::{GROUP, settings};
 use crate::error::finite;
 use crate::{Chain, Inertial, KinematicsError};
 use glam::{DMat3, DVec3};
@@ -89,7 +89,6 @@ pub struct ChainDynamics {
 /// Memory for the `_into` forms, from [`ChainDynamics::scratch`].
 #[derive(Debug, Clone)]
 pub struct DynamicsScratch {
-    settings: Vec<Setting>,
     /// This frame in the previous one.
     rotations: Vec<DMat3>,
     translations: Vec<DVec3>,
@@ -163,7 +162,6 @@ impl ChainDynamics {
     pub fn scratch(&self) -> DynamicsScratch {
         let n = self.bodies.len();
         DynamicsScratch {
-            settings: vec![(0.0, 1.0); n],
             rotations: vec![DMat3::IDENTITY; n],
             translations: vec![DVec3::ZERO; n],
             forces: vec![DVec3::ZERO; n],
@@ -388,14 +386,15 @@ impl ChainDynamics {
     /// Checks `q` and puts each frame's pose in the previous one into the scratch.
     fn place(&self, q: &[f64], s: &mut DynamicsScratch) -> Result<(), KinematicsError> {
         self.chain.check("joint positions", q)?;
-        if s.settings.len() != q.len() {
+        if s.rotations.len() != q.len() {
             *s = self.scratch();
         }
-        for ((setting, frame), &q) in s.settings.iter_mut().zip(&self.chain.frames).zip(q) {
-            *setting = frame.setting(q);
-        }
-        for (i, frame) in self.chain.frames.iter().enumerate() {
-            (s.rotations[i], s.translations[i]) = frame.at(s.settings[i]);
+        let mut i = 0;
+        for (frames, q) in self.chain.frames.chunks(GROUP).zip(q.chunks(GROUP)) {
+            for (frame, setting) in frames.iter().zip(settings(frames, q)) {
+                (s.rotations[i], s.translations[i]) = frame.at(setting);
+                i += 1;
+            }
         }
         Ok(())
     }
