@@ -5,6 +5,8 @@
 pub mod arms;
 pub mod figures;
 pub mod numbers;
+pub mod place;
+pub mod run_figures;
 pub mod speed;
 
 use std::process::ExitCode;

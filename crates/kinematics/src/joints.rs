@@ -83,6 +83,7 @@ impl JointPositions {
 /// Closed interval of a joint, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "RawLimit", into = "RawLimit"))]
 pub struct JointLimit {
     /// Lower end, rad.
     pub min_rad: f64,
@@ -132,5 +133,32 @@ impl JointLimit {
             });
         }
         Ok(())
+    }
+}
+
+/// In files an end without a limit is absent: JSON has no infinity.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct RawLimit {
+    min_rad: Option<f64>,
+    max_rad: Option<f64>,
+}
+
+#[cfg(feature = "serde")]
+impl From<RawLimit> for JointLimit {
+    fn from(raw: RawLimit) -> Self {
+        Self {
+            min_rad: raw.min_rad.unwrap_or(f64::NEG_INFINITY),
+            max_rad: raw.max_rad.unwrap_or(f64::INFINITY),
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<JointLimit> for RawLimit {
+    fn from(limit: JointLimit) -> Self {
+        // NaN is kept: the model that reads it must see and name it.
+        let end = |value: f64| (!value.is_infinite()).then_some(value);
+        Self { min_rad: end(limit.min_rad), max_rad: end(limit.max_rad) }
     }
 }

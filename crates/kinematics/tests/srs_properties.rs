@@ -339,6 +339,11 @@ fn models_and_poses_survive_a_file_and_bad_ones_do_not() {
     let text = serde_json::to_string(&arm).expect("serializable");
     let back: SrsArm = serde_json::from_str(&text).expect("the same arm");
     assert_eq!(back, arm);
+    let mut limits = *arm.limits();
+    limits[6] = JointLimit::FREE;
+    let free = arm.with_limits(limits).expect("valid");
+    let text_free = serde_json::to_string(&free).expect("serializable");
+    assert_eq!(serde_json::from_str::<SrsArm>(&text_free).expect("the same arm"), free);
     let broken = text.replace("\"d_se_m\":0.4", "\"d_se_m\":-0.4");
     assert!(serde_json::from_str::<SrsArm>(&broken).is_err());
 }

@@ -1,0 +1,172 @@
+//! Where the arm and a recording stand in a scene.
+//!
+//! A recording made before a virtual wall does not say where that wall stood. Placing it means
+//! choosing a wall of the scene, the arm behind it, and the recording so that its reaches end on it.
+
+use anyhow::{Context, bail};
+use glam::{DAffine3, DMat3, DVec3, dvec3};
+use hwall_contact::{Reach, ReachEnd, Recording, SegmentConfig, reaches};
+use hwall_scene::{Patch, Scene};
+
+/// The arm stands this far behind the wall and its base this far below the touched points, m:
+/// well inside the reach of both iiwa arms.
+const BEHIND_M: f64 = 0.62;
+const BELOW_M: f64 = 0.55;
+
+/// A wall must be at least this wide and high, m.
+const WALL_M: f64 = 0.6;
+
+/// Nearer to the wall than this, m, the wall itself may be in the way.
+const TOUCHING_M: f64 = 0.01;
+
+/// Position and heading on the floor plan: yaw about z, then translation.
+#[derive(Debug, Clone, Copy)]
+pub struct Stand {
+    /// Origin, m.
+    pub origin_m: DVec3,
+    /// Heading, rad.
+    pub yaw_rad: f64,
+}
+
+impl Stand {
+    /// From `x,y,z,yaw` in metres and degrees.
+    ///
+    /// # Errors
+    /// Anything but four finite numbers.
+    pub fn parse(text: &str) -> anyhow::Result<Self> {
+        let [x, y, z, yaw] = crate::arms::parse_list::<4>(text)?;
+        Ok(Self { origin_m: dvec3(x, y, z), yaw_rad: yaw.to_radians() })
+    }
+
+    /// `outer_from_here`.
+    #[must_use]
+    pub fn outer_from_here(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(DMat3::from_rotation_z(self.yaw_rad), self.origin_m)
+    }
+}
+
+/// A wall touched by a recording, with where arm and recording stand in the scene.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    /// The arm's base in the scene.
+    pub base: Stand,
+    /// The recording's (z-up) origin in the scene.
+    pub hand: Stand,
+    /// For people: what was chosen and why.
+    pub remark: String,
+}
+
+/// The reaches that end on something: of the two directions in which hands go to and fro, the one
+/// whose ends lie closer together. A wall stops the hand at one place; at rest it hangs anywhere.
+///
+/// # Errors
+/// A recording without a complete reach.
+pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
+    let complete: Vec<Reach> = reaches(recording, &SegmentConfig::default())?
+        .into_iter()
+        .filter(|r| r.end != ReachEnd::TrackingLost)
+        .collect();
+    let first = complete.first().context("the recording holds no complete reach of 0.3 m or more")?.direction;
+    let (to, fro): (Vec<Reach>, Vec<Reach>) = complete.into_iter().partition(|r| r.direction.dot(first) > 0.0);
+    let scatter = |group: &[Reach]| {
+        let mean = mean(group.iter().map(|r| r.end_m));
+        group.iter().map(|r| r.end_m.distance_squared(mean)).sum::<f64>() / group.len() as f64
+    };
+    // A single end has no scatter to compare.
+    let swap = fro.len() > 1 && (to.len() < 2 || scatter(&fro) < scatter(&to));
+    Ok(if swap { fro } else { to })
+}
+
+/// Chooses a wall and places arm and recording before it.
+///
+/// Of the walls that are large enough and free before the hand, the one nearest to `near_m` (the
+/// arm's base when it is given, else the middle of the scene). The wall's plane lies at the
+/// shortest of the reaches, so every reach crosses it.
+///
+/// # Errors
+/// No reach in the recording, no suitable wall in the scene.
+pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) -> anyhow::Result<Placement> {
+    let contacts = reaches_to_contact(recording)?;
+    let toward = mean(contacts.iter().map(|r| r.direction));
+    let toward = dvec3(toward.x, toward.y, 0.0);
+    if toward.length() < 0.1 {
+        bail!("the reaches of the recording are vertical: give --hand-origin and --base");
+    }
+    let toward = toward.normalize();
+    let middle = mean(contacts.iter().map(|r| r.end_m));
+    let shortest = contacts.iter().map(|r| (r.end_m - middle).dot(toward)).fold(f64::INFINITY, f64::min);
+    // A contact point in the recording, and the reaches' paths, that a wall must leave free.
+    let touched_m = middle + toward * (shortest - 0.002);
+    let (min, max) = scene.bounds();
+    let near_m = base.map_or(0.5 * (min + max), |b| b.origin_m);
+    let mut candidates: Vec<(f64, DVec3, Patch)> = Vec::new();
+    for patch in scene.vertical_patches() {
+        let (low, high) = patch.height_range_m;
+        if patch.width_m < WALL_M || high - low < WALL_M {
+            continue;
+        }
+        // Where to touch: the patch's middle, at a height a standing person reaches.
+        let height = (low + 1.2).min(0.5 * (low + high).max(low + 2.0 * BELOW_M)).min(high - 0.25);
+        let point = dvec3(patch.point_m.x, patch.point_m.y, height.max(low + 0.25));
+        candidates.push((point.distance(near_m), point, patch));
+    }
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let count = candidates.len();
+    for (_, point, patch) in candidates {
+        let normal = dvec3(patch.normal.x, patch.normal.y, 0.0).normalize();
+        let yaw_rad = heading(-normal) - heading(toward);
+        let turn = DMat3::from_rotation_z(yaw_rad);
+        let hand = Stand { origin_m: point - turn * touched_m, yaw_rad };
+        if !free(scene, recording, &contacts, &hand, (point, normal))? {
+            continue;
+        }
+        let own = Stand {
+            origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M,
+            yaw_rad: heading(normal),
+        };
+        let remark = format!(
+            "{} reaches placed on {:?} at ({:.2}, {:.2}, {:.2}) of the scene; their ends scatter by {:.0} mm",
+            contacts.len(),
+            scene.surface(patch.surface).name,
+            point.x,
+            point.y,
+            point.z,
+            1e3 * contacts.iter().map(|r| r.end_m.distance(middle)).fold(0.0, f64::max)
+        );
+        return Ok(Placement { base: base.unwrap_or(own), hand, remark });
+    }
+    bail!("none of {count} walls of the scene is free before the recorded hand: give --hand-origin and --base")
+}
+
+/// Does nothing stand in the way of the recorded reaches, on their way to the wall?
+fn free(
+    scene: &Scene,
+    recording: &Recording,
+    contacts: &[Reach],
+    hand: &Stand,
+    (wall_m, normal): (DVec3, DVec3),
+) -> anyhow::Result<bool> {
+    let scene_from_hand = hand.outer_from_here();
+    for reach in contacts {
+        let path: Vec<DVec3> = (reach.first..=reach.last)
+            .filter_map(|i| recording.samples[i].frame.point(reach.point))
+            .map(|p| scene_from_hand.transform_point3(p))
+            .filter(|p| (*p - wall_m).dot(normal) > TOUCHING_M)
+            .collect();
+        for pair in path.windows(2) {
+            if pair[0] != pair[1] && !scene.visible(pair[0], pair[1])? {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
+fn heading(v: DVec3) -> f64 {
+    v.y.atan2(v.x)
+}
+
+fn mean(points: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
+    let count = points.len() as f64;
+    points.sum::<DVec3>() / count
+}
