@@ -1,0 +1,61 @@
+//! A right hand as a palm and five fingertips.
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// How the hand is held; the index finger leads in both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Gesture {
+    /// Index finger stretched, the others curled.
+    #[default]
+    Pointing,
+    /// All fingers stretched.
+    Flat,
+}
+
+/// Hand length (wrist to the tip of the middle finger) that the tables below are for, m.
+const REFERENCE_LENGTH_M: f64 = 0.19;
+
+/// Fingertips from the centre of the palm, thumb first, m: x along the stretched fingers, y
+/// towards the thumb, z out of the back of the hand. Rough proportions of an adult hand, an
+/// assumption; the middle finger is bent a little so that the index finger touches first.
+const POINTING_M: [DVec3; 5] = [
+    DVec3::new(0.040, 0.042, -0.030),
+    DVec3::new(0.100, 0.025, 0.000),
+    DVec3::new(0.035, 0.004, -0.038),
+    DVec3::new(0.030, -0.016, -0.036),
+    DVec3::new(0.025, -0.034, -0.030),
+];
+const FLAT_M: [DVec3; 5] = [
+    DVec3::new(0.045, 0.078, -0.012),
+    DVec3::new(0.100, 0.028, 0.000),
+    DVec3::new(0.099, 0.005, -0.010),
+    DVec3::new(0.091, -0.018, -0.006),
+    DVec3::new(0.070, -0.042, -0.004),
+];
+
+/// Palm and fingertips, thumb first, that put the index fingertip at `index_tip_m`.
+pub(crate) fn place(
+    gesture: Gesture,
+    length_m: f64,
+    base_from_hand: DQuat,
+    index_tip_m: DVec3,
+) -> (DVec3, [DVec3; 5]) {
+    let table = match gesture {
+        Gesture::Pointing => POINTING_M,
+        Gesture::Flat => FLAT_M,
+    };
+    let from_palm = table.map(|tip| base_from_hand * (tip * (length_m / REFERENCE_LENGTH_M)));
+    let palm_m = index_tip_m - from_palm[1];
+    // The index tip itself is not computed back and forth.
+    let mut tips_m = from_palm.map(|tip| palm_m + tip);
+    tips_m[1] = index_tip_m;
+    (palm_m, tips_m)
+}
+
+/// Orientation of a hand whose fingers point along a unit vector, its back as far up as that allows.
+pub(crate) fn orientation(fingers: DVec3) -> DQuat {
+    // Fingers straight up or down: the back of the hand away from x, which is as good as any.
+    let up = if fingers.z.abs() < 0.999 { DVec3::Z } else { DVec3::X };
+    let y = up.cross(fingers).normalize();
+    DQuat::from_mat3(&DMat3::from_cols(fingers, y, fingers.cross(y)))
+}
