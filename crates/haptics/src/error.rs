@@ -14,6 +14,22 @@ pub enum HapticsError {
         /// NaN or an infinity.
         value: f64,
     },
+    /// An argument is NaN or infinite.
+    #[error("{what}[{index}] is {value}, not a finite number")]
+    NonFinite {
+        /// The argument.
+        what: &'static str,
+        /// Its place in the argument.
+        index: usize,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A normal is too short to point anywhere.
+    #[error("a normal of length {length} has no direction")]
+    NoDirection {
+        /// Its length.
+        length: f64,
+    },
     /// A setting is outside its range.
     #[error("{what} is {value}, it must be {wanted}")]
     Parameter {
@@ -27,4 +43,25 @@ pub enum HapticsError {
     /// A pose or an arm model is not valid.
     #[error(transparent)]
     Kinematics(#[from] hwall_kinematics::KinematicsError),
+}
+
+pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), HapticsError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(HapticsError::NonFinite { what, index, value: values[index] }),
+    }
+}
+
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), HapticsError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(HapticsError::Parameter { what, value, wanted: "positive" })
+}
+
+pub(crate) fn non_negative(what: &'static str, value: f64) -> Result<(), HapticsError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(HapticsError::Parameter { what, value, wanted: "at least 0" })
 }

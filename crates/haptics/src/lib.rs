@@ -1,7 +1,16 @@
 #![doc = include_str!("../README.md")]
 
 mod arm;
+mod board;
+mod contact;
 mod error;
+mod follower;
+mod profile;
+mod renderer;
 
 pub use arm::{Arm, ArmCommand, ArmState};
+pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose};
+pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use error::HapticsError;
+pub use follower::{Follower, FollowerConfig};
+pub use renderer::{ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig};

@@ -1,0 +1,324 @@
+//! One control step: watch the inputs, feel for a touch, move or hold.
+
+use crate::board::{Board, BoardTarget};
+use crate::contact::{ContactConfig, ContactDetector, ContactState};
+use crate::error::{non_negative, positive};
+use crate::follower::{Follower, FollowerConfig};
+use crate::{ArmCommand, ArmState, HapticsError};
+use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+
+/// Settings of [`Renderer`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RendererConfig {
+    /// When a force is a touch.
+    pub contact: ContactConfig,
+    /// How the arm moves.
+    pub follower: FollowerConfig,
+    /// How the normal force is estimated.
+    pub force: ForceConfig,
+    /// When inputs are too old.
+    pub watchdog: WatchdogConfig,
+}
+
+/// Settings of the force estimate, see
+/// [`SrsArm::wrench_from_torques`](hwall_kinematics::SrsArm::wrench_from_torques).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceConfig {
+    /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.
+    pub damping_m: f64,
+    /// Length that moments are counted in, m; default 0.1, half of the board.
+    pub moment_length_m: f64,
+}
+
+impl Default for ForceConfig {
+    fn default() -> Self {
+        Self { damping_m: 0.005, moment_length_m: 0.1 }
+    }
+}
+
+/// When inputs no longer count. Stamps ahead of the clock by as much are no better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WatchdogConfig {
+    /// Largest age of a target, s; default 0.25.
+    pub max_target_age_s: f64,
+    /// Largest age of an arm state, s; default 0.1.
+    pub max_state_age_s: f64,
+    /// Longest time a single step moves the command on, s; default 0.05. After a stall the
+    /// command goes on from where it was instead of leaping to where it would be.
+    pub max_step_s: f64,
+    /// An arm that a hold left further than this from the command (largest joint) makes the
+    /// motion start anew from the measured state, rad; default 0.05.
+    pub resync_rad: f64,
+}
+
+impl Default for WatchdogConfig {
+    fn default() -> Self {
+        Self { max_target_age_s: 0.25, max_state_age_s: 0.1, max_step_s: 0.05, resync_rad: 0.05 }
+    }
+}
+
+/// Why the renderer holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum HoldReason {
+    /// The time given is NaN or infinite.
+    NonFiniteTime,
+    /// The time given lies before that of the last step.
+    TimeReversed {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// The arm state holds NaN or an infinity.
+    NonFiniteState {
+        /// The quantity.
+        what: &'static str,
+        /// Joint, from 0.
+        joint: usize,
+    },
+    /// The arm state is too old.
+    StaleState {
+        /// Its age, s; negative if its stamp lies ahead.
+        age_s: f64,
+    },
+    /// There is no target.
+    NoTarget,
+    /// The target holds NaN, an infinity, or a normal without a direction.
+    InvalidTarget,
+    /// The target is too old.
+    StaleTarget {
+        /// Its age, s; negative if its stamp lies ahead.
+        age_s: f64,
+    },
+}
+
+impl HoldReason {
+    /// A short name for tables and files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::NonFiniteTime => "non_finite_time",
+            Self::TimeReversed { .. } => "time_reversed",
+            Self::NonFiniteState { .. } => "non_finite_state",
+            Self::StaleState { .. } => "stale_state",
+            Self::NoTarget => "no_target",
+            Self::InvalidTarget => "invalid_target",
+            Self::StaleTarget { .. } => "stale_target",
+        }
+    }
+}
+
+/// What the renderer is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Phase {
+    /// Following the target.
+    NonContact,
+    /// Touched: standing still as a wall does.
+    Contact {
+        /// Onset of the touch, s.
+        since_s: f64,
+    },
+    /// Standing still because an input is missing or wrong.
+    Hold(HoldReason),
+}
+
+/// The outcome of one control step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderStep {
+    /// What the arm is told.
+    pub command: ArmCommand,
+    /// What the renderer is doing, and why.
+    pub phase: Phase,
+    /// Force pressing the board against its outward normal, N. `None` without torque sensors
+    /// or while the state is unusable.
+    pub normal_force_n: Option<f64>,
+    /// Why the target cannot be reached, if it cannot; the board then keeps its last goal.
+    pub unreachable: Option<Unreachable>,
+    /// The configuration that the board is on its way to, rad.
+    pub goal: Option<JointPositions>,
+}
+
+/// Turns board targets and arm states into arm commands.
+///
+/// Time, targets and states come in as arguments, all on one clock; nothing is allocated after
+/// construction.
+#[derive(Debug, Clone)]
+pub struct Renderer {
+    force: ForceConfig,
+    watchdog: WatchdogConfig,
+    detector: ContactDetector,
+    follower: Follower,
+    /// Does the command no longer (or not yet) belong to the arm?
+    detached: Detached,
+    last_s: Option<f64>,
+}
+
+/// How far the command may be from the arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Detached {
+    /// No state was ever seen.
+    Always,
+    /// The arm braked by itself.
+    Held,
+    /// The arm follows the command.
+    No,
+}
+
+impl Renderer {
+    /// For an arm that carries the board; the arm's own tool is replaced by the board's face.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(arm: &SrsArm, board: &Board, config: RendererConfig) -> Result<Self, HapticsError> {
+        let RendererConfig { contact, follower, force, watchdog } = config;
+        non_negative("damping_m", force.damping_m)?;
+        positive("moment_length_m", force.moment_length_m)?;
+        positive("max_target_age_s", watchdog.max_target_age_s)?;
+        positive("max_state_age_s", watchdog.max_state_age_s)?;
+        positive("max_step_s", watchdog.max_step_s)?;
+        non_negative("resync_rad", watchdog.resync_rad)?;
+        let arm = arm.with_tool(board.flange_from_board_face()?);
+        Ok(Self {
+            force,
+            watchdog,
+            detector: ContactDetector::new(contact)?,
+            follower: Follower::new(arm, follower, &JointPositions::default())?,
+            detached: Detached::Always,
+            last_s: None,
+        })
+    }
+
+    /// The arm with the board's face as its tool.
+    #[must_use]
+    pub const fn arm(&self) -> &SrsArm {
+        self.follower.arm()
+    }
+
+    /// One control step. Never fails: whatever is wrong with an input ends in
+    /// [`Phase::Hold`] with its reason, and following resumes once the inputs are good again.
+    ///
+    /// A missing or bad target lets the command come to rest; during a touch it has no say. A
+    /// bad or stale state, or a bad clock, leaves the braking to the arm
+    /// ([`ArmCommand::Hold`]). An arm without torque sensors never reports a touch; one
+    /// that loses them during a touch stays in it.
+    pub fn step(&mut self, now_s: f64, state: &ArmState, target: Option<&BoardTarget>) -> RenderStep {
+        let dt_s = match self.tick(now_s) {
+            Ok(dt_s) => dt_s,
+            Err(reason) => return self.hand_over(reason, 0.0),
+        };
+        if let Err(reason) = self.check_state(now_s, state) {
+            return self.hand_over(reason, dt_s);
+        }
+        if let Err(reason) = self.attach(state) {
+            return self.hand_over(reason, dt_s);
+        }
+        let normal_force_n = match self.normal_force_n(state) {
+            Ok(force) => force,
+            Err(reason) => return self.hand_over(reason, dt_s),
+        };
+        let contact = match normal_force_n {
+            Some(force_n) => self.detector.step(now_s, force_n).unwrap_or(self.detector.state()),
+            None => self.detector.state(),
+        };
+        let mut unreachable = None;
+        let phase = match contact {
+            ContactState::Contact { since_s } => Phase::Contact { since_s },
+            ContactState::NonContact => match self.aim(now_s, target) {
+                Ok(verdict) => {
+                    unreachable = verdict;
+                    Phase::NonContact
+                }
+                Err(reason) => Phase::Hold(reason),
+            },
+        };
+        let moved = match phase {
+            Phase::NonContact => self.follower.step(dt_s),
+            Phase::Contact { .. } | Phase::Hold(_) => self.follower.brake(dt_s),
+        };
+        let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
+        RenderStep { command, phase, normal_force_n, unreachable, goal: self.follower.goal() }
+    }
+
+    /// The time since the last step, at most `max_step_s`.
+    fn tick(&mut self, now_s: f64) -> Result<f64, HoldReason> {
+        if !now_s.is_finite() {
+            return Err(HoldReason::NonFiniteTime);
+        }
+        // A clock that was set back counts from its new time on.
+        let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
+        if elapsed_s < 0.0 {
+            return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
+        }
+        Ok(elapsed_s.min(self.watchdog.max_step_s))
+    }
+
+    fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
+        state.validate().map_err(|error| match error {
+            HapticsError::NonFiniteState { what, joint, .. } => HoldReason::NonFiniteState { what, joint },
+            _ => HoldReason::NonFiniteState { what: "state", joint: 0 },
+        })?;
+        let age_s = now_s - state.t_s;
+        if age_s.abs() > self.watchdog.max_state_age_s {
+            return Err(HoldReason::StaleState { age_s });
+        }
+        Ok(())
+    }
+
+    /// Makes the command start from the arm where the two have parted.
+    fn attach(&mut self, state: &ArmState) -> Result<(), HoldReason> {
+        let apart = match self.detached {
+            Detached::No => false,
+            Detached::Always => true,
+            Detached::Held => {
+                self.follower.commanded().max_abs_difference(&state.q) > self.watchdog.resync_rad
+            }
+        };
+        if apart {
+            let bad = |_| HoldReason::NonFiniteState { what: "q", joint: 0 };
+            self.follower.restart(&state.q, &state.qd).map_err(bad)?;
+        }
+        self.detached = Detached::No;
+        Ok(())
+    }
+
+    /// Force against the outward normal of the board where it is measured to be, N.
+    fn normal_force_n(&self, state: &ArmState) -> Result<Option<f64>, HoldReason> {
+        let Some(torque) = state.external_torque else { return Ok(None) };
+        let ForceConfig { damping_m, moment_length_m } = self.force;
+        let outward = self.arm().forward(&state.q).rotation().z_axis;
+        let force_n = self
+            .arm()
+            .wrench_from_torques(&state.q, &torque, damping_m, moment_length_m)
+            .map_or(f64::NAN, |estimate| -estimate.wrench.normal_force_n(outward));
+        // Finite torques can still be too large to square.
+        let overflow = HoldReason::NonFiniteState { what: "normal force", joint: 0 };
+        if force_n.is_finite() { Ok(Some(force_n)) } else { Err(overflow) }
+    }
+
+    fn aim(&mut self, now_s: f64, target: Option<&BoardTarget>) -> Result<Option<Unreachable>, HoldReason> {
+        let target = target.ok_or(HoldReason::NoTarget)?;
+        let age_s = now_s - target.stamp_s;
+        if !age_s.is_finite() {
+            return Err(HoldReason::InvalidTarget);
+        }
+        if age_s.abs() > self.watchdog.max_target_age_s {
+            return Err(HoldReason::StaleTarget { age_s });
+        }
+        self.follower.set_target(target).map_err(|_| HoldReason::InvalidTarget)
+    }
+
+    /// The arm brakes by itself; the command comes to rest beside it.
+    fn hand_over(&mut self, reason: HoldReason, dt_s: f64) -> RenderStep {
+        if self.detached == Detached::No {
+            self.detached = Detached::Held;
+        }
+        // The step is finite and not negative, so braking cannot fail.
+        let _ = self.follower.brake(dt_s);
+        RenderStep {
+            command: ArmCommand::Hold,
+            phase: Phase::Hold(reason),
+            normal_force_n: None,
+            unreachable: None,
+            goal: self.follower.goal(),
+        }
+    }
+}
