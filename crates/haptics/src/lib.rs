@@ -5,12 +5,13 @@ mod board;
 mod contact;
 mod error;
 mod follower;
-mod profile;
+mod motion;
 mod renderer;
 
 pub use arm::{Arm, ArmCommand, ArmState};
-pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose};
-pub use contact::{ContactConfig, ContactDetector, ContactState};
+pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose, reachable_roll};
+pub use contact::{ContactConfig, ContactDetector};
 pub use error::HapticsError;
 pub use follower::{Follower, FollowerConfig};
-pub use renderer::{ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig};
+pub use motion::JointMotion;
+pub use renderer::{HoldReason, Phase, RenderStep, Renderer, RendererConfig};
