@@ -1,91 +1,97 @@
-//! The board and the pose that presents it.
+//! The board at the end of the arm, and the pose that puts it on a surface.
 
 use crate::HapticsError;
+use crate::error::{finite, non_negative, positive};
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointPositions, Pose, SrsArm};
-use std::f64::consts::FRAC_PI_2;
+use hwall_kinematics::Pose;
+use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A flat rectangular board fixed to the flange.
+/// The rolls at which a square board covers the same area, rad.
+pub const QUARTER_TURNS_RAD: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
+
+/// Below this sine of the slope a surface counts as lying, and its roll is measured from world x.
+const LYING_SINE: f64 = 0.1;
+
+/// A flat rectangular board mounted square and centred on the flange.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board {
-    /// Half of its width and height, m. Default 0.1: the dissertation's board is 200 mm square.
-    pub half_extent_m: [f64; 2],
-    /// From the flange to the board's outer face, m. Default 0.03: mounting plate and board.
+    /// Half of the extent along the flange's x axis, m; default 0.1.
+    pub half_width_m: f64,
+    /// Half of the extent along the flange's y axis, m; default 0.1.
+    pub half_height_m: f64,
+    /// From the flange to the face that is touched, mount included, m; default 0.02.
     pub thickness_m: f64,
 }
 
 impl Default for Board {
+    /// 200 x 200 mm, as in the dissertation; the thickness is an assumption.
     fn default() -> Self {
-        Self { half_extent_m: [0.1, 0.1], thickness_m: 0.03 }
+        Self { half_width_m: 0.1, half_height_m: 0.1, thickness_m: 0.02 }
     }
 }
 
 impl Board {
-    /// The tool frame: origin in the middle of the outer face, z its outward normal.
+    /// Rejects extents that are not positive and a negative thickness.
     ///
     /// # Errors
-    /// A thickness that is NaN or infinite.
-    pub fn flange_from_face(&self) -> Result<Pose, HapticsError> {
-        Ok(Pose::from_translation(DVec3::Z * self.thickness_m)?)
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("half_width_m", self.half_width_m)?;
+        positive("half_height_m", self.half_height_m)?;
+        non_negative("thickness_m", self.thickness_m)
     }
 
-    /// Is a point of the face's plane (board frame, m) on the board, at least `inset_m` from its edge?
-    #[must_use]
-    pub fn holds(&self, x_m: f64, y_m: f64, inset_m: f64) -> bool {
-        x_m.abs() <= self.half_extent_m[0] - inset_m && y_m.abs() <= self.half_extent_m[1] - inset_m
+    /// The tool frame of the board: origin in the middle of the touched face, z along the face's
+    /// outward normal (towards the hand), x and y those of the flange.
+    ///
+    /// # Errors
+    /// As for [`Board::validate`].
+    pub fn flange_from_board_face(&self) -> Result<Pose, HapticsError> {
+        self.validate()?;
+        Ok(Pose::from_translation(DVec3::Z * self.thickness_m)?)
     }
 }
 
-/// Where the board is wanted.
+/// Where the board is wanted: a point of a virtual surface, in the robot base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardTarget {
-    /// Point of the virtual surface to be touched, base frame, m.
+    /// Point that the middle of the face shall meet, m.
     pub point_m: DVec3,
-    /// Unit normal of the surface there, towards the hand.
+    /// Outward normal of the surface, towards the hand; any length but zero.
     pub normal: DVec3,
-    /// When this was predicted, s.
+    /// When the prediction behind it was made, s, on the renderer's clock.
     pub stamp_s: f64,
 }
 
-/// The turns about its normal that leave a square board the same to the hand, rad.
-pub const QUARTER_TURNS_RAD: [f64; 4] = [0.0, FRAC_PI_2, -FRAC_PI_2, 2.0 * FRAC_PI_2];
-
-/// `base_from_face` of a board that presents a surface point: z along the surface's normal, and
-/// at roll 0 the board's y axis as near to upright as the normal allows (towards +x on a floor
-/// or a ceiling).
+/// `base_from_board` for a board whose face meets `point_m` (m) on a surface with the given
+/// outward normal (towards the hand; any length but zero).
+///
+/// The board's z axis is the normal. At roll 0 its y axis points as far up (world z) as the
+/// surface allows; on a surface within 5.7 degrees (sine 0.1) of lying, where "up" says little,
+/// it points along world x instead. `roll_rad` then turns the board about its z axis.
 ///
 /// # Errors
-/// NaN, infinity, or a normal without direction.
-pub fn board_pose(point_m: DVec3, normal: DVec3, roll_rad: f64) -> Result<Pose, HapticsError> {
-    let length = normal.length();
-    if !(length > 1e-9 && length.is_finite()) {
-        return Err(HapticsError::Parameter { what: "normal length", value: length, wanted: "positive" });
-    }
-    if !roll_rad.is_finite() {
-        return Err(HapticsError::Parameter { what: "roll_rad", value: roll_rad, wanted: "finite" });
-    }
-    let z = normal / length;
-    // Within 1e-6 of vertical "upright" is rounding noise.
-    let up = if z.truncate().length() > 1e-6 { DVec3::Z } else { DVec3::X };
-    let x = up.cross(z).normalize();
-    let upright = DMat3::from_cols(x, z.cross(x), z);
-    Ok(Pose::new(upright * DMat3::from_rotation_z(roll_rad), point_m)?)
+/// NaN or infinity, or a normal without a direction (length below 1e-12).
+pub fn board_pose(point_m: DVec3, outward_normal: DVec3, roll_rad: f64) -> Result<Pose, HapticsError> {
+    finite("point_m", &point_m.to_array())?;
+    finite("roll_rad", &[roll_rad])?;
+    let z = direction(outward_normal)?;
+    let slope_sine = z.x.hypot(z.y);
+    let up = if slope_sine < LYING_SINE { DVec3::X } else { DVec3::Z };
+    let y0 = (up - z * z.dot(up)).normalize();
+    let x0 = y0.cross(z);
+    let (sin, cos) = roll_rad.sin_cos();
+    let rotation = DMat3::from_cols(x0 * cos + y0 * sin, y0 * cos - x0 * sin, z);
+    Ok(Pose::new(rotation, point_m)?)
 }
 
-/// Whether, and with which roll, an arm (its tool the board's face) can present a surface point.
-///
-/// # Errors
-/// As for [`board_pose`].
-pub fn reachable_roll(arm: &SrsArm, point_m: DVec3, normal: DVec3) -> Result<Option<f64>, HapticsError> {
-    for roll in QUARTER_TURNS_RAD {
-        if arm.is_reachable(&board_pose(point_m, normal, roll)?) {
-            return Ok(Some(roll));
-        }
+/// The unit vector along a finite vector that has a direction.
+pub(crate) fn direction(normal: DVec3) -> Result<DVec3, HapticsError> {
+    finite("normal", &normal.to_array())?;
+    // Scaled first, so that neither tiny nor huge components are lost when squared.
+    let largest = normal.abs().max_element();
+    if largest < 1e-12 {
+        return Err(HapticsError::NoDirection { length: normal.length() });
     }
-    Ok(None)
-}
-
-/// Time that the slowest joint needs at full speed between two configurations, s.
-pub(crate) fn travel_s(from: &JointPositions, to: &JointPositions, max_velocity: &[f64; 7]) -> f64 {
-    (0..7).map(|i| (to[i] - from[i]).abs() / max_velocity[i]).fold(0.0, f64::max)
+    Ok((normal / largest).normalize())
 }

@@ -1,15 +1,16 @@
-//! Is the board being touched? A state machine on the normal force.
+//! When does a force on the board count as a touch?
 
 use crate::HapticsError;
+use crate::error::{finite, non_negative, positive};
 
-/// Thresholds of [`ContactDetector`].
+/// Settings of [`ContactDetector`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactConfig {
-    /// A press above this begins a contact, N. Default 3 (dissertation, III.E).
+    /// A normal force above this begins a contact, N; default 3, as in the dissertation.
     pub on_n: f64,
-    /// A press below this may end it, N. Default 1.5; at most `on_n`.
+    /// A normal force below this may end it, N; default 1.5. Below `on_n`.
     pub off_n: f64,
-    /// It ends after staying below for this long, s. Default 0.05: a trembling finger is one touch.
+    /// For how long the force must stay below `off_n` to end the contact, s; default 0.05.
     pub dwell_s: f64,
 }
 
@@ -20,54 +21,81 @@ impl Default for ContactConfig {
 }
 
 impl ContactConfig {
-    fn validate(&self) -> Result<(), HapticsError> {
-        let check = |what: &'static str, value: f64, good: bool, wanted: &'static str| {
-            if good { Ok(()) } else { Err(HapticsError::Parameter { what, value, wanted }) }
-        };
-        check("on_n", self.on_n, self.on_n > 0.0 && self.on_n.is_finite(), "positive")?;
-        check("off_n", self.off_n, self.off_n >= 0.0 && self.off_n <= self.on_n, "in [0, on_n]")?;
-        check("dwell_s", self.dwell_s, self.dwell_s >= 0.0 && self.dwell_s.is_finite(), "at least 0")
+    /// Rejects thresholds that are not positive or in the wrong order, and a negative dwell.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("on_n", self.on_n)?;
+        positive("off_n", self.off_n)?;
+        non_negative("dwell_s", self.dwell_s)?;
+        if self.off_n > self.on_n {
+            return Err(HapticsError::Parameter { what: "off_n", value: self.off_n, wanted: "at most on_n" });
+        }
+        Ok(())
     }
 }
 
-/// Hysteresis and dwell between free and touched.
-#[derive(Debug, Clone, Copy)]
+/// Touched or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactState {
+    /// Nobody presses the board.
+    NonContact,
+    /// The board is pressed.
+    Contact {
+        /// When the force first exceeded the threshold, s.
+        since_s: f64,
+    },
+}
+
+/// Two thresholds and a dwell: a force that trembles around either threshold is one contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactDetector {
     config: ContactConfig,
-    since_s: Option<f64>,
+    state: ContactState,
+    /// Since when the force has stayed below `off_n`, s.
     below_since_s: Option<f64>,
 }
 
 impl ContactDetector {
-    /// Starts untouched.
+    /// Starts without contact.
     ///
     /// # Errors
-    /// Thresholds that are NaN, negative or in the wrong order.
+    /// As for [`ContactConfig::validate`].
     pub fn new(config: ContactConfig) -> Result<Self, HapticsError> {
         config.validate()?;
-        Ok(Self { config, since_s: None, below_since_s: None })
+        Ok(Self { config, state: ContactState::NonContact, below_since_s: None })
     }
 
-    /// Takes the force that presses the board (N, positive into it) and says since when it is
-    /// touched, s. A force that is NaN changes nothing.
-    pub fn step(&mut self, now_s: f64, normal_force_n: f64) -> Option<f64> {
-        if normal_force_n > self.config.on_n {
-            self.since_s.get_or_insert(now_s);
-        }
-        if normal_force_n < self.config.off_n {
-            let below_since = *self.below_since_s.get_or_insert(now_s);
-            if now_s - below_since >= self.config.dwell_s {
-                self.since_s = None;
-            }
-        } else if normal_force_n >= self.config.off_n {
-            self.below_since_s = None;
-        }
-        self.since_s
-    }
-
-    /// Since when the board is touched, s.
+    /// The state after the last step.
     #[must_use]
-    pub const fn since_s(&self) -> Option<f64> {
-        self.since_s
+    pub const fn state(&self) -> ContactState {
+        self.state
+    }
+
+    /// Takes the next sample: time in s, force pressing the board in N.
+    ///
+    /// A clock that runs backwards restarts the dwell and changes nothing else.
+    ///
+    /// # Errors
+    /// NaN or infinity; the state then stays what it was.
+    pub fn step(&mut self, t_s: f64, normal_force_n: f64) -> Result<ContactState, HapticsError> {
+        finite("t_s", &[t_s])?;
+        finite("normal_force_n", &[normal_force_n])?;
+        match self.state {
+            ContactState::NonContact if normal_force_n > self.config.on_n => {
+                self.state = ContactState::Contact { since_s: t_s };
+                self.below_since_s = None;
+            }
+            ContactState::Contact { .. } if normal_force_n < self.config.off_n => {
+                let since_s = self.below_since_s.filter(|since_s| *since_s <= t_s).unwrap_or(t_s);
+                self.below_since_s = Some(since_s);
+                if t_s - since_s >= self.config.dwell_s {
+                    self.state = ContactState::NonContact;
+                }
+            }
+            _ => self.below_since_s = None,
+        }
+        Ok(self.state)
     }
 }

@@ -1,79 +1,192 @@
-//! From a wanted board pose to a joint motion within limits.
+//! From a moving board target to joint commands within the arm's limits.
 
-use crate::board::{QUARTER_TURNS_RAD, board_pose, travel_s};
-use crate::motion::JointMotion;
-use crate::{BoardTarget, HapticsError};
+use crate::HapticsError;
+use crate::board::{BoardTarget, QUARTER_TURNS_RAD, board_pose, direction};
+use crate::error::{finite, non_negative, positive};
+use crate::profile::{JointBounds, JointMotion};
 use glam::DVec3;
 use hwall_kinematics::{
-    JointPositions, JointVelocities, KinematicsError, NearestConfig, SrsArm, Unreachable,
+    BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution, SrsArm,
+    Unreachable,
 };
 
-/// How fast the board may be moved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Settings of [`Follower`].
+#[derive(Debug, Clone, PartialEq)]
 pub struct FollowerConfig {
-    /// Share of the arm's joint speeds that is used. Default 0.9: a margin for the arm's own servo.
+    /// Share of the arm's joint speeds that is used, in (0, 1]; default 0.9, which leaves the
+    /// arm's own servo room to catch up.
     pub speed_share: f64,
-    /// Joint accelerations, rad/s². Default 10 for each joint: an assumption, since the data sheet
-    /// of the iiwa gives none; lower it for an arm that cannot follow.
-    pub max_acceleration_rad_per_s2: [f64; 7],
-    /// How the configuration is chosen.
-    pub nearest: NearestConfig,
+    /// Largest joint acceleration, rad/s²; default 10 for every joint. An assumption: the data
+    /// sheet states none.
+    pub acceleration_rad_per_s2: [f64; 7],
+    /// Rolls of the board about the normal that may be used, rad, see
+    /// [`board_pose`](crate::board_pose); default the quarter turns of a square board.
+    pub rolls_rad: Vec<f64>,
+    /// A target that moved further than this is a new one, m; default 0.05.
+    pub far_m: f64,
+    /// A target that turned further than this is a new one, rad; default 0.2.
+    pub far_rad: f64,
 }
 
 impl Default for FollowerConfig {
     fn default() -> Self {
-        Self { speed_share: 0.9, max_acceleration_rad_per_s2: [10.0; 7], nearest: NearestConfig::default() }
+        Self {
+            speed_share: 0.9,
+            acceleration_rad_per_s2: [10.0; 7],
+            rolls_rad: QUARTER_TURNS_RAD.to_vec(),
+            far_m: 0.05,
+            far_rad: 0.2,
+        }
     }
 }
 
-/// A goal that moved by less than this from the last one keeps its roll, rad.
-///
-/// Below it a drifting prediction is followed continuously; above it every quarter turn competes.
-const CONTINUOUS_RAD: f64 = 0.3;
+impl FollowerConfig {
+    /// Rejects settings outside their ranges and an empty list of rolls.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("speed_share", self.speed_share)?;
+        if self.speed_share > 1.0 {
+            let (what, value) = ("speed_share", self.speed_share);
+            return Err(HapticsError::Parameter { what, value, wanted: "at most 1" });
+        }
+        for acceleration in self.acceleration_rad_per_s2 {
+            positive("acceleration_rad_per_s2", acceleration)?;
+        }
+        if self.rolls_rad.is_empty() {
+            return Err(HapticsError::Parameter {
+                what: "number of rolls",
+                value: 0.0,
+                wanted: "at least 1",
+            });
+        }
+        finite("rolls_rad", &self.rolls_rad)?;
+        non_negative("far_m", self.far_m)?;
+        non_negative("far_rad", self.far_rad)
+    }
+}
 
-/// Follows board targets in joint space: the goal is a closed-form configuration, the way there
-/// is limited in velocity and acceleration, and the goal may move every step.
+/// What the follower last worked out for a target.
+#[derive(Debug, Clone, Copy)]
+struct Aim {
+    point_m: DVec3,
+    normal: DVec3,
+    unreachable: Option<Unreachable>,
+}
+
+/// A configuration that puts the board on a target.
+#[derive(Debug, Clone, Copy)]
+struct Goal {
+    q: JointPositions,
+    roll_rad: f64,
+    point_m: DVec3,
+    normal: DVec3,
+}
+
+/// Follows a board target with the arm's joints.
+///
+/// The goal configuration comes from the closed-form inverse. A target that drifts keeps the
+/// branch, the roll and the neighbourhood of the goal it had; a new or far one takes the roll and
+/// the branch that the commanded joints reach soonest. The joints then move there each for
+/// itself, time-optimally within velocity and acceleration limits, without overshoot.
 #[derive(Debug, Clone)]
 pub struct Follower {
     arm: SrsArm,
     config: FollowerConfig,
-    max_velocity: [f64; 7],
+    bounds: [JointBounds; 7],
+    nearest: NearestConfig,
     motion: [JointMotion; 7],
+    aim: Option<Aim>,
     goal: Option<Goal>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Goal {
-    point_m: DVec3,
-    normal: DVec3,
-    roll_rad: f64,
-    q: JointPositions,
-}
-
 impl Follower {
-    /// At rest in a configuration; the arm's tool must be the board's face.
+    /// A follower at rest at `start`, for an arm whose tool frame is the board's face
+    /// ([`Board::flange_from_board_face`](crate::Board::flange_from_board_face)).
     ///
     /// # Errors
-    /// A start outside the arm's limits, a speed share outside (0, 1], accelerations that are not positive.
-    pub fn new(arm: SrsArm, start: &JointPositions, config: FollowerConfig) -> Result<Self, HapticsError> {
-        for (index, (&value_rad, limit)) in start.0.iter().zip(arm.limits()).enumerate() {
-            if !limit.contains(value_rad) {
-                let (min_rad, max_rad) = (limit.min_rad, limit.max_rad);
-                return Err(KinematicsError::JointLimit { index, value_rad, min_rad, max_rad }.into());
+    /// As for [`FollowerConfig::validate`]; an arm with a joint speed that is not positive; a
+    /// start that is not finite.
+    pub fn new(arm: SrsArm, config: FollowerConfig, start: &JointPositions) -> Result<Self, HapticsError> {
+        config.validate()?;
+        for speed in *arm.max_velocity_rad_per_s() {
+            positive("max_velocity_rad_per_s", speed)?;
+        }
+        let bounds = std::array::from_fn(|joint| JointBounds {
+            velocity: config.speed_share * arm.max_velocity_rad_per_s()[joint],
+            acceleration: config.acceleration_rad_per_s2[joint],
+        });
+        let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
+        let nearest = NearestConfig { weights, ..NearestConfig::default() };
+        let motion = [JointMotion { q: 0.0, qd: 0.0 }; 7];
+        let mut follower = Self { arm, config, bounds, nearest, motion, aim: None, goal: None };
+        follower.restart(start, &JointVelocities::default())?;
+        Ok(follower)
+    }
+
+    /// Forgets target and goal and goes on from a measured state. Velocities above the limits
+    /// are taken as the limits.
+    ///
+    /// # Errors
+    /// NaN or infinity; nothing is then changed.
+    pub fn restart(&mut self, q: &JointPositions, qd: &JointVelocities) -> Result<(), HapticsError> {
+        finite("q", &q.0)?;
+        finite("qd", &qd.0)?;
+        for (joint, motion) in self.motion.iter_mut().enumerate() {
+            let most = self.bounds[joint].velocity;
+            *motion = JointMotion { q: q[joint], qd: qd[joint].clamp(-most, most) };
+        }
+        (self.aim, self.goal) = (None, None);
+        Ok(())
+    }
+
+    /// Sets where the board shall go. A target equal to the last one costs nothing.
+    ///
+    /// Returns why the board cannot be there, if it cannot; the last goal is then kept.
+    ///
+    /// # Errors
+    /// NaN, infinity or a normal without a direction; the last goal is then kept too.
+    pub fn set_target(&mut self, target: &BoardTarget) -> Result<Option<Unreachable>, HapticsError> {
+        let BoardTarget { point_m, normal, .. } = *target;
+        if let Some(aim) = self.aim.filter(|aim| aim.point_m == point_m && aim.normal == normal) {
+            return Ok(aim.unreachable);
+        }
+        finite("point_m", &point_m.to_array())?;
+        let unit_normal = direction(normal)?;
+        let drifted = match self.goal {
+            Some(goal) if self.is_near(&goal, point_m, unit_normal) => {
+                self.solve(point_m, unit_normal, goal.roll_rad, &goal.q, BranchPolicy::Keep)?.ok()
             }
+            _ => None,
+        };
+        let (found, unreachable) = match drifted {
+            Some(found) => (Some((found, self.goal.map_or(0.0, |goal| goal.roll_rad))), None),
+            None => self.soonest(point_m, unit_normal)?,
+        };
+        if let Some((solution, roll_rad)) = found {
+            self.goal = Some(Goal { q: solution.q, roll_rad, point_m, normal: unit_normal });
         }
-        let share = config.speed_share;
-        if !(share > 0.0 && share <= 1.0) {
-            return Err(HapticsError::Parameter { what: "speed_share", value: share, wanted: "in (0, 1]" });
-        }
-        if let Some(&value) =
-            config.max_acceleration_rad_per_s2.iter().find(|a| !(**a > 0.0 && a.is_finite()))
-        {
-            return Err(HapticsError::Parameter { what: "max_acceleration", value, wanted: "positive" });
-        }
-        let max_velocity = arm.max_velocity_rad_per_s().map(|v| v * share);
-        let motion = start.0.map(|q| JointMotion { q, v: 0.0 });
-        Ok(Self { arm, config, max_velocity, motion, goal: None })
+        self.aim = Some(Aim { point_m, normal, unreachable });
+        Ok(unreachable)
+    }
+
+    /// The goal configuration, rad, if a reachable target was ever set.
+    #[must_use]
+    pub fn goal(&self) -> Option<JointPositions> {
+        self.goal.map(|goal| goal.q)
+    }
+
+    /// The configuration commanded last, rad.
+    #[must_use]
+    pub fn commanded(&self) -> JointPositions {
+        JointPositions(self.motion.map(|motion| motion.q))
+    }
+
+    /// The velocity at the configuration commanded last, rad/s.
+    #[must_use]
+    pub fn commanded_velocity(&self) -> JointVelocities {
+        JointVelocities(self.motion.map(|motion| motion.qd))
     }
 
     /// The arm with the board as its tool.
@@ -82,108 +195,89 @@ impl Follower {
         &self.arm
     }
 
-    /// The configuration that is commanded now, rad.
-    #[must_use]
-    pub fn commanded(&self) -> JointPositions {
-        JointPositions(self.motion.map(|m| m.q))
-    }
-
-    /// Its velocity, rad/s.
-    #[must_use]
-    pub fn commanded_velocity(&self) -> JointVelocities {
-        JointVelocities(self.motion.map(|m| m.v))
-    }
-
-    /// The configuration it is under way to, rad.
-    #[must_use]
-    pub fn goal(&self) -> Option<JointPositions> {
-        self.goal.map(|g| g.q)
-    }
-
-    /// Takes over where the arm really is, at rest, after commands were not followed.
-    pub fn resume_from(&mut self, q: &JointPositions) {
-        self.motion = std::array::from_fn(|i| {
-            let limit = self.arm.limits()[i];
-            JointMotion { q: q[i].clamp(limit.min_rad, limit.max_rad), v: 0.0 }
-        });
-        self.goal = None;
-    }
-
-    /// Sets the goal: the configuration nearest to the last goal while the target drifts, else
-    /// the one of all branches and quarter turns that is reached soonest.
-    ///
-    /// The same target again costs nothing. When it is out of reach the goal stays as it was.
+    /// The next configuration on the way to the goal, `dt_s` later. Without a goal it brakes.
     ///
     /// # Errors
-    /// [`KinematicsError::Unreachable`] with the reason; a target that is NaN or has no normal.
-    pub fn aim(&mut self, target: &BoardTarget) -> Result<(), HapticsError> {
-        let (point_m, normal) = (target.point_m, target.normal);
-        if let Some(goal) = &self.goal {
-            if goal.point_m == point_m && goal.normal == normal {
-                return Ok(());
-            }
-            let pose = board_pose(point_m, normal, goal.roll_rad)?;
-            if let Ok(found) = self.arm.nearest_solution(&pose, &goal.q, &self.config.nearest) {
-                if found.largest_move_rad <= CONTINUOUS_RAD {
-                    self.goal = Some(Goal { point_m, normal, q: found.q, ..*goal });
-                    return Ok(());
-                }
-            }
+    /// A step that is negative, NaN or infinite; nothing then moves.
+    pub fn step(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
+        let goal = self.goal;
+        self.advance(dt_s, |joint, motion, bounds| match goal {
+            Some(goal) => motion.towards(goal.q[joint], bounds, dt_s),
+            None => motion.braked(bounds, dt_s),
+        })
+    }
+
+    /// The next configuration while coming to rest as fast as the limits allow; the goal is kept.
+    ///
+    /// # Errors
+    /// As for [`Follower::step`].
+    pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
+        self.advance(dt_s, |_, motion, bounds| motion.braked(bounds, dt_s))
+    }
+
+    fn advance(
+        &mut self,
+        dt_s: f64,
+        next: impl Fn(usize, JointMotion, JointBounds) -> JointMotion,
+    ) -> Result<JointPositions, HapticsError> {
+        non_negative("dt_s", dt_s)?;
+        for (joint, motion) in self.motion.iter_mut().enumerate() {
+            let before = motion.q;
+            *motion = next(joint, *motion, self.bounds[joint]);
+            // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
+            let limit = self.arm.limits()[joint];
+            motion.q = motion.q.clamp(limit.min_rad.min(before), limit.max_rad.max(before));
         }
-        let now = self.commanded();
-        let mut best: Option<(f64, Goal)> = None;
+        Ok(self.commanded())
+    }
+
+    fn is_near(&self, goal: &Goal, point_m: DVec3, unit_normal: DVec3) -> bool {
+        goal.point_m.distance(point_m) <= self.config.far_m
+            && goal.normal.angle_between(unit_normal) <= self.config.far_rad
+    }
+
+    /// The roll and branch with the least travel time, or the reason of the first roll.
+    fn soonest(&self, point_m: DVec3, unit_normal: DVec3) -> Result<Found, HapticsError> {
+        let here = self.commanded();
+        let mut best: Option<(NearestSolution, f64)> = None;
+        let mut best_s = f64::INFINITY;
         let mut reason = None;
-        for roll_rad in QUARTER_TURNS_RAD {
-            let pose = board_pose(point_m, normal, roll_rad)?;
-            match self.arm.nearest_solution(&pose, &now, &self.config.nearest) {
-                Ok(found) => {
-                    let time_s = travel_s(&now, &found.q, &self.max_velocity);
-                    if best.is_none_or(|(t, _)| time_s < t) {
-                        best = Some((time_s, Goal { point_m, normal, roll_rad, q: found.q }));
+        for &roll_rad in &self.config.rolls_rad {
+            match self.solve(point_m, unit_normal, roll_rad, &here, BranchPolicy::Any)? {
+                Ok(solution) => {
+                    let time_s = self.travel_time_s(&here, &solution.q);
+                    if time_s < best_s {
+                        (best, best_s) = (Some((solution, roll_rad)), time_s);
                     }
                 }
-                Err(KinematicsError::Unreachable(why)) => {
-                    reason.get_or_insert(why);
-                }
-                Err(other) => return Err(other.into()),
+                Err(unreachable) => reason = reason.or(Some(unreachable)),
             }
         }
-        match (best, reason) {
-            (Some((_, goal)), _) => {
-                self.goal = Some(goal);
-                Ok(())
-            }
-            (None, reason) => {
-                let reason = reason.unwrap_or(Unreachable::ArmAngleConflict);
-                Err(KinematicsError::Unreachable(reason).into())
-            }
-        }
+        Ok((best, if best.is_some() { None } else { reason }))
     }
 
-    /// Moves the commanded configuration towards the goal for `dt_s`; without a goal it brakes.
-    pub fn advance(&mut self, dt_s: f64) -> JointPositions {
-        match self.goal {
-            Some(goal) => {
-                for i in 0..7 {
-                    let (v_max, a_max) = (self.max_velocity[i], self.config.max_acceleration_rad_per_s2[i]);
-                    self.motion[i] = self.motion[i].towards(goal.q[i], v_max, a_max, dt_s);
-                }
-            }
-            None => self.brake(dt_s),
-        }
-        self.commanded()
+    /// The time at full speed that the slowest joint needs, s.
+    fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
+        (0..7).fold(0.0, |most: f64, i| most.max((to[i] - from[i]).abs() / self.bounds[i].velocity))
     }
 
-    /// Brakes to rest and forgets the goal.
-    pub fn stop(&mut self, dt_s: f64) -> JointPositions {
-        self.goal = None;
-        self.brake(dt_s);
-        self.commanded()
-    }
-
-    fn brake(&mut self, dt_s: f64) {
-        for (motion, a_max) in self.motion.iter_mut().zip(self.config.max_acceleration_rad_per_s2) {
-            *motion = motion.braking(a_max, dt_s);
+    fn solve(
+        &self,
+        point_m: DVec3,
+        unit_normal: DVec3,
+        roll_rad: f64,
+        reference: &JointPositions,
+        policy: BranchPolicy,
+    ) -> Result<Result<NearestSolution, Unreachable>, HapticsError> {
+        let pose = board_pose(point_m, unit_normal, roll_rad)?;
+        let config = NearestConfig { policy, ..self.nearest };
+        match self.arm.nearest_solution(&pose, reference, &config) {
+            Ok(solution) => Ok(Ok(solution)),
+            Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
+            Err(other) => Err(other.into()),
         }
     }
 }
+
+/// A solution with its roll, or the reason why there is none.
+type Found = (Option<(NearestSolution, f64)>, Option<Unreachable>);

@@ -5,13 +5,12 @@ mod board;
 mod contact;
 mod error;
 mod follower;
-mod motion;
+mod profile;
 mod renderer;
 
 pub use arm::{Arm, ArmCommand, ArmState};
-pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose, reachable_roll};
-pub use contact::{ContactConfig, ContactDetector};
+pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose};
+pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use error::HapticsError;
 pub use follower::{Follower, FollowerConfig};
-pub use motion::JointMotion;
-pub use renderer::{HoldReason, Phase, RenderStep, Renderer, RendererConfig};
+pub use renderer::{ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig};

@@ -1,194 +1,324 @@
-//! One control step: state and wanted board in, command and status out.
+//! One control step: watch the inputs, feel for a touch, move or hold.
 
-use crate::{
-    ArmCommand, ArmState, BoardTarget, ContactConfig, ContactDetector, Follower, FollowerConfig, HapticsError,
-};
-use hwall_kinematics::{JointPositions, KinematicsError, SrsArm, Unreachable};
+use crate::board::{Board, BoardTarget};
+use crate::contact::{ContactConfig, ContactDetector, ContactState};
+use crate::error::{non_negative, positive};
+use crate::follower::{Follower, FollowerConfig};
+use crate::{ArmCommand, ArmState, HapticsError};
+use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
 
 /// Settings of [`Renderer`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct RendererConfig {
-    /// When the board counts as touched.
+    /// When a force is a touch.
     pub contact: ContactConfig,
-    /// How fast it moves.
+    /// How the arm moves.
     pub follower: FollowerConfig,
-    /// A target older than this is not followed, s. Default 0.25: some twenty tracker frames.
-    pub stale_target_s: f64,
-    /// A robot state older than this stops the arm, s. Default 0.1.
-    pub stale_state_s: f64,
-    /// Damping of the force estimate, m; see
-    /// [`SrsArm::wrench_from_torques`]. Default 0.02: forces lose 0.5 % at a lever of 0.3 m.
-    pub wrench_damping_m: f64,
+    /// How the normal force is estimated.
+    pub force: ForceConfig,
+    /// When inputs are too old.
+    pub watchdog: WatchdogConfig,
 }
 
-impl Default for RendererConfig {
+/// Settings of the force estimate, see
+/// [`SrsArm::wrench_from_torques`](hwall_kinematics::SrsArm::wrench_from_torques).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceConfig {
+    /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.
+    pub damping_m: f64,
+    /// Length that moments are counted in, m; default 0.1, half of the board.
+    pub moment_length_m: f64,
+}
+
+impl Default for ForceConfig {
     fn default() -> Self {
-        Self {
-            contact: ContactConfig::default(),
-            follower: FollowerConfig::default(),
-            stale_target_s: 0.25,
-            stale_state_s: 0.1,
-            wrench_damping_m: 0.02,
-        }
+        Self { damping_m: 0.005, moment_length_m: 0.1 }
     }
 }
 
-/// Moments count as forces at this lever, m: the board's half width.
-const MOMENT_LENGTH_M: f64 = 0.1;
+/// When inputs no longer count. Stamps ahead of the clock by as much are no better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WatchdogConfig {
+    /// Largest age of a target, s; default 0.25.
+    pub max_target_age_s: f64,
+    /// Largest age of an arm state, s; default 0.1.
+    pub max_state_age_s: f64,
+    /// Longest time a single step moves the command on, s; default 0.05. After a stall the
+    /// command goes on from where it was instead of leaping to where it would be.
+    pub max_step_s: f64,
+    /// An arm that a hold left further than this from the command (largest joint) makes the
+    /// motion start anew from the measured state, rad; default 0.05.
+    pub resync_rad: f64,
+}
 
-/// The longest step that is carried out, s: after a pause of the loop the board does not leap.
-const LONGEST_STEP_S: f64 = 0.02;
+impl Default for WatchdogConfig {
+    fn default() -> Self {
+        Self { max_target_age_s: 0.25, max_state_age_s: 0.1, max_step_s: 0.05, resync_rad: 0.05 }
+    }
+}
 
-/// Why the board does not follow.
+/// Why the renderer holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum HoldReason {
-    /// There is no target: the hand is lost, or nothing is in sight.
+    /// The time given is NaN or infinite.
+    NonFiniteTime,
+    /// The time given lies before that of the last step.
+    TimeReversed {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// The arm state holds NaN or an infinity.
+    NonFiniteState {
+        /// The quantity.
+        what: &'static str,
+        /// Joint, from 0.
+        joint: usize,
+    },
+    /// The arm state is too old.
+    StaleState {
+        /// Its age, s; negative if its stamp lies ahead.
+        age_s: f64,
+    },
+    /// There is no target.
     NoTarget,
+    /// The target holds NaN, an infinity, or a normal without a direction.
+    InvalidTarget,
     /// The target is too old.
     StaleTarget {
-        /// Its age, s.
+        /// Its age, s; negative if its stamp lies ahead.
         age_s: f64,
     },
-    /// The target holds NaN or a normal without direction.
-    BadTarget,
-    /// The arm cannot present the board there.
-    Unreachable(Unreachable),
-    /// The robot's state is too old.
-    StaleState {
-        /// Its age, s.
-        age_s: f64,
-    },
-    /// The robot's state, or the clock, holds NaN or infinity.
-    BadState,
+}
+
+impl HoldReason {
+    /// A short name for tables and files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::NonFiniteTime => "non_finite_time",
+            Self::TimeReversed { .. } => "time_reversed",
+            Self::NonFiniteState { .. } => "non_finite_state",
+            Self::StaleState { .. } => "stale_state",
+            Self::NoTarget => "no_target",
+            Self::InvalidTarget => "invalid_target",
+            Self::StaleTarget { .. } => "stale_target",
+        }
+    }
 }
 
 /// What the renderer is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Phase {
-    /// The board is under way to the target or waits there.
+    /// Following the target.
     NonContact,
-    /// The hand presses the board, which stands still.
+    /// Touched: standing still as a wall does.
     Contact {
-        /// Since when, s.
+        /// Onset of the touch, s.
         since_s: f64,
     },
-    /// The board comes to rest and stays.
+    /// Standing still because an input is missing or wrong.
     Hold(HoldReason),
 }
 
-/// Result of one step.
+/// The outcome of one control step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderStep {
-    /// For the arm.
+    /// What the arm is told.
     pub command: ArmCommand,
-    /// What this step did.
+    /// What the renderer is doing, and why.
     pub phase: Phase,
-    /// Force that presses the board, N, positive into it; `None` without torque sensors or with
-    /// a bad state.
+    /// Force pressing the board against its outward normal, N. `None` without torque sensors
+    /// or while the state is unusable.
     pub normal_force_n: Option<f64>,
+    /// Why the target cannot be reached, if it cannot; the board then keeps its last goal.
+    pub unreachable: Option<Unreachable>,
+    /// The configuration that the board is on its way to, rad.
+    pub goal: Option<JointPositions>,
 }
 
-/// The contact state machine around the follower. No allocation after construction.
+/// Turns board targets and arm states into arm commands.
+///
+/// Time, targets and states come in as arguments, all on one clock; nothing is allocated after
+/// construction.
 #[derive(Debug, Clone)]
 pub struct Renderer {
-    config: RendererConfig,
+    force: ForceConfig,
+    watchdog: WatchdogConfig,
+    detector: ContactDetector,
     follower: Follower,
-    contact: ContactDetector,
+    /// Does the command no longer (or not yet) belong to the arm?
+    detached: Detached,
     last_s: Option<f64>,
-    /// The arm was told to hold by itself, so it may not be where the follower thinks.
-    lost_touch: bool,
+}
+
+/// How far the command may be from the arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Detached {
+    /// No state was ever seen.
+    Always,
+    /// The arm braked by itself.
+    Held,
+    /// The arm follows the command.
+    No,
 }
 
 impl Renderer {
-    /// For an arm whose tool is the board's face, at rest in `start`.
+    /// For an arm that carries the board; the arm's own tool is replaced by the board's face.
     ///
     /// # Errors
-    /// A start outside the limits, or a setting outside its range.
-    pub fn new(arm: SrsArm, start: &JointPositions, config: RendererConfig) -> Result<Self, HapticsError> {
-        for (what, value) in
-            [("stale_target_s", config.stale_target_s), ("stale_state_s", config.stale_state_s)]
-        {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(HapticsError::Parameter { what, value, wanted: "positive" });
-            }
-        }
-        let damping = config.wrench_damping_m;
-        if !(damping >= 0.0 && damping.is_finite()) {
-            let what = "wrench_damping_m";
-            return Err(HapticsError::Parameter { what, value: damping, wanted: "at least 0" });
-        }
+    /// A setting outside its range.
+    pub fn new(arm: &SrsArm, board: &Board, config: RendererConfig) -> Result<Self, HapticsError> {
+        let RendererConfig { contact, follower, force, watchdog } = config;
+        non_negative("damping_m", force.damping_m)?;
+        positive("moment_length_m", force.moment_length_m)?;
+        positive("max_target_age_s", watchdog.max_target_age_s)?;
+        positive("max_state_age_s", watchdog.max_state_age_s)?;
+        positive("max_step_s", watchdog.max_step_s)?;
+        non_negative("resync_rad", watchdog.resync_rad)?;
+        let arm = arm.with_tool(board.flange_from_board_face()?);
         Ok(Self {
-            config,
-            follower: Follower::new(arm, start, config.follower)?,
-            contact: ContactDetector::new(config.contact)?,
+            force,
+            watchdog,
+            detector: ContactDetector::new(contact)?,
+            follower: Follower::new(arm, follower, &JointPositions::default())?,
+            detached: Detached::Always,
             last_s: None,
-            lost_touch: false,
         })
     }
 
-    /// The follower, for what it is under way to.
+    /// The arm with the board's face as its tool.
     #[must_use]
-    pub const fn follower(&self) -> &Follower {
-        &self.follower
+    pub const fn arm(&self) -> &SrsArm {
+        self.follower.arm()
     }
 
-    /// One control step at time `now_s` (same clock as the state and the target).
+    /// One control step. Never fails: whatever is wrong with an input ends in
+    /// [`Phase::Hold`] with its reason, and following resumes once the inputs are good again.
     ///
-    /// Faults of the robot's state make the arm hold by itself; everything else that is missing
-    /// brings the board to rest within its limits. All of it recovers when the input is good again.
+    /// A missing or bad target lets the command come to rest; during a touch it has no say. A
+    /// bad or stale state, or a bad clock, leaves the braking to the arm
+    /// ([`ArmCommand::Hold`]). An arm without torque sensors never reports a touch; one
+    /// that loses them during a touch stays in it.
     pub fn step(&mut self, now_s: f64, state: &ArmState, target: Option<&BoardTarget>) -> RenderStep {
-        let dt_s = self.last_s.map_or(0.0, |last| (now_s - last).clamp(0.0, LONGEST_STEP_S));
-        if !now_s.is_finite() || state.validate().is_err() {
-            return self.fault(HoldReason::BadState);
+        let dt_s = match self.tick(now_s) {
+            Ok(dt_s) => dt_s,
+            Err(reason) => return self.hand_over(reason, 0.0),
+        };
+        if let Err(reason) = self.check_state(now_s, state) {
+            return self.hand_over(reason, dt_s);
         }
-        self.last_s = Some(now_s);
-        let age_s = now_s - state.t_s;
-        if age_s > self.config.stale_state_s {
-            return self.fault(HoldReason::StaleState { age_s });
+        if let Err(reason) = self.attach(state) {
+            return self.hand_over(reason, dt_s);
         }
-        if std::mem::take(&mut self.lost_touch) {
-            self.follower.resume_from(&state.q);
-        }
-        let normal_force_n = self.normal_force_n(state);
-        let contact = normal_force_n.and_then(|force| self.contact.step(now_s, force));
-        let (phase, q) = match contact {
-            Some(since_s) => (Phase::Contact { since_s }, self.follower.stop(dt_s)),
-            None => match self.aim(now_s, target) {
-                Ok(()) => (Phase::NonContact, self.follower.advance(dt_s)),
-                Err(reason) => (Phase::Hold(reason), self.follower.stop(dt_s)),
+        let normal_force_n = match self.normal_force_n(state) {
+            Ok(force) => force,
+            Err(reason) => return self.hand_over(reason, dt_s),
+        };
+        let contact = match normal_force_n {
+            Some(force_n) => self.detector.step(now_s, force_n).unwrap_or(self.detector.state()),
+            None => self.detector.state(),
+        };
+        let mut unreachable = None;
+        let phase = match contact {
+            ContactState::Contact { since_s } => Phase::Contact { since_s },
+            ContactState::NonContact => match self.aim(now_s, target) {
+                Ok(verdict) => {
+                    unreachable = verdict;
+                    Phase::NonContact
+                }
+                Err(reason) => Phase::Hold(reason),
             },
         };
-        RenderStep { command: ArmCommand::Position(q), phase, normal_force_n }
+        let moved = match phase {
+            Phase::NonContact => self.follower.step(dt_s),
+            Phase::Contact { .. } | Phase::Hold(_) => self.follower.brake(dt_s),
+        };
+        let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
+        RenderStep { command, phase, normal_force_n, unreachable, goal: self.follower.goal() }
     }
 
-    fn aim(&mut self, now_s: f64, target: Option<&BoardTarget>) -> Result<(), HoldReason> {
+    /// The time since the last step, at most `max_step_s`.
+    fn tick(&mut self, now_s: f64) -> Result<f64, HoldReason> {
+        if !now_s.is_finite() {
+            return Err(HoldReason::NonFiniteTime);
+        }
+        // A clock that was set back counts from its new time on.
+        let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
+        if elapsed_s < 0.0 {
+            return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
+        }
+        Ok(elapsed_s.min(self.watchdog.max_step_s))
+    }
+
+    fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
+        state.validate().map_err(|error| match error {
+            HapticsError::NonFiniteState { what, joint, .. } => HoldReason::NonFiniteState { what, joint },
+            _ => HoldReason::NonFiniteState { what: "state", joint: 0 },
+        })?;
+        let age_s = now_s - state.t_s;
+        if age_s.abs() > self.watchdog.max_state_age_s {
+            return Err(HoldReason::StaleState { age_s });
+        }
+        Ok(())
+    }
+
+    /// Makes the command start from the arm where the two have parted.
+    fn attach(&mut self, state: &ArmState) -> Result<(), HoldReason> {
+        let apart = match self.detached {
+            Detached::No => false,
+            Detached::Always => true,
+            Detached::Held => {
+                self.follower.commanded().max_abs_difference(&state.q) > self.watchdog.resync_rad
+            }
+        };
+        if apart {
+            let bad = |_| HoldReason::NonFiniteState { what: "q", joint: 0 };
+            self.follower.restart(&state.q, &state.qd).map_err(bad)?;
+        }
+        self.detached = Detached::No;
+        Ok(())
+    }
+
+    /// Force against the outward normal of the board where it is measured to be, N.
+    fn normal_force_n(&self, state: &ArmState) -> Result<Option<f64>, HoldReason> {
+        let Some(torque) = state.external_torque else { return Ok(None) };
+        let ForceConfig { damping_m, moment_length_m } = self.force;
+        let outward = self.arm().forward(&state.q).rotation().z_axis;
+        let force_n = self
+            .arm()
+            .wrench_from_torques(&state.q, &torque, damping_m, moment_length_m)
+            .map_or(f64::NAN, |estimate| -estimate.wrench.normal_force_n(outward));
+        // Finite torques can still be too large to square.
+        let overflow = HoldReason::NonFiniteState { what: "normal force", joint: 0 };
+        if force_n.is_finite() { Ok(Some(force_n)) } else { Err(overflow) }
+    }
+
+    fn aim(&mut self, now_s: f64, target: Option<&BoardTarget>) -> Result<Option<Unreachable>, HoldReason> {
         let target = target.ok_or(HoldReason::NoTarget)?;
         let age_s = now_s - target.stamp_s;
-        if age_s.is_nan() {
-            return Err(HoldReason::BadTarget);
+        if !age_s.is_finite() {
+            return Err(HoldReason::InvalidTarget);
         }
-        if age_s > self.config.stale_target_s {
+        if age_s.abs() > self.watchdog.max_target_age_s {
             return Err(HoldReason::StaleTarget { age_s });
         }
-        self.follower.aim(target).map_err(|error| match error {
-            HapticsError::Kinematics(KinematicsError::Unreachable(why)) => HoldReason::Unreachable(why),
-            _ => HoldReason::BadTarget,
-        })
+        self.follower.set_target(target).map_err(|_| HoldReason::InvalidTarget)
     }
 
-    fn fault(&mut self, reason: HoldReason) -> RenderStep {
-        self.lost_touch = true;
-        RenderStep { command: ArmCommand::Hold, phase: Phase::Hold(reason), normal_force_n: None }
-    }
-
-    /// The press on the board's face, from the external joint torques.
-    fn normal_force_n(&self, state: &ArmState) -> Option<f64> {
-        let torques = state.external_torque?;
-        let arm = self.follower.arm();
-        let estimate =
-            arm.wrench_from_torques(&state.q, &torques, self.config.wrench_damping_m, MOMENT_LENGTH_M);
-        let outward = arm.forward(&state.q).rotation().z_axis;
-        estimate.ok().map(|e| -e.wrench.normal_force_n(outward))
+    /// The arm brakes by itself; the command comes to rest beside it.
+    fn hand_over(&mut self, reason: HoldReason, dt_s: f64) -> RenderStep {
+        if self.detached == Detached::No {
+            self.detached = Detached::Held;
+        }
+        // The step is finite and not negative, so braking cannot fail.
+        let _ = self.follower.brake(dt_s);
+        RenderStep {
+            command: ArmCommand::Hold,
+            phase: Phase::Hold(reason),
+            normal_force_n: None,
+            unreachable: None,
+            goal: self.follower.goal(),
+        }
     }
 }
