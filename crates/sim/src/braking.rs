@@ -56,6 +56,26 @@ impl JointMotion {
 #[cfg(test)]
 mod tests {
     use super::JointMotion;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The invariant behind every limit: where the joint would come to rest moves only
+        /// towards the target, never past it and never away from it.
+        #[test]
+        fn the_stopping_point_never_leaves_the_way_to_the_target(
+            q in -3.0..3.0, v in -2.0..2.0, target in -3.0..3.0,
+            a_max in 0.1..100.0, h in (-20.0..0.0).prop_map(f64::exp),
+        ) {
+            let stop = |joint: JointMotion| joint.q + 0.5 * joint.v * joint.v.abs() / a_max;
+            let before = JointMotion { q, v };
+            let after = before.towards(target, 2.0, a_max, h);
+            let (lo, hi) = (stop(before).min(target), stop(before).max(target));
+            let slack = 1e-12 + 2e-9 * (hi - lo);
+            prop_assert!((lo - slack..=hi + slack).contains(&stop(after)), "{} {}", stop(before), stop(after));
+            prop_assert!(after.v.abs() <= 2.0);
+            prop_assert!((after.v - v).abs() <= a_max * h * (1.0 + 1e-8) + 1e-15);
+        }
+    }
 
     /// Steps to the target with irregular steps; returns the time at rest there.
     fn run(mut joint: JointMotion, target: f64, v_max: f64, a_max: f64) -> f64 {

@@ -22,7 +22,8 @@ pub struct PersonConfig {
     pub head_m: DVec3,
     /// Where the person faces, horizontal part used. Default -x, towards the arm.
     pub facing: DVec3,
-    /// Tip of the index finger at rest, m. Default (0.95, -0.15, 0.72), a half raised hand.
+    /// Tip of the index finger at rest, m. Default (0.95, 0.15, 0.72): half raised, on the
+    /// right.
     pub hand_rest_m: DVec3,
     /// How the hand is held.
     pub gesture: Gesture,
@@ -58,7 +59,7 @@ impl Default for PersonConfig {
         Self {
             head_m: DVec3::new(1.3, 0.0, 1.0),
             facing: DVec3::NEG_X,
-            hand_rest_m: DVec3::new(0.95, -0.15, 0.72),
+            hand_rest_m: DVec3::new(0.95, 0.15, 0.72),
             gesture: Gesture::Pointing,
             hand_length_m: [0.17, 0.205],
             mean_reach_s: [0.6, 1.2],

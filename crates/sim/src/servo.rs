@@ -23,10 +23,10 @@ pub struct ServoConfig {
     /// Time from a command to its first effect, s, `0..=1`. Default 0.022, the figure measured
     /// on the iiwa of the reference set-up.
     pub reaction_delay_s: f64,
-    /// Largest joint speeds, rad/s. `None`, the default: those of the arm.
+    /// Largest joint speeds, rad/s, `1e-3..=1e6`. `None`, the default: those of the arm.
     pub max_velocity_rad_per_s: Option<[f64; 7]>,
-    /// Largest joint accelerations, rad/s². Default 10 for every joint: an assumption, since the
-    /// manufacturer publishes none; full speed after about 0.2 s.
+    /// Largest joint accelerations, rad/s², `1e-3..=1e6`. Default 10 for every joint: an
+    /// assumption, since the manufacturer publishes none; full speed after 0.17 to 0.31 s.
     pub max_acceleration_rad_per_s2: [f64; 7],
     /// Standard deviation of the noise on every external torque, N m. Default 0.05: an
     /// assumption; 3 N on the board give some N m at the first joints.
@@ -64,7 +64,7 @@ struct Pending {
 /// the external torque carries noise, drawn anew by every [`advance`](Self::advance).
 ///
 /// Nothing is allocated after construction.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct ServoArm {
     arm: SrsArm,
     delay_s: f64,
@@ -95,8 +95,8 @@ impl ServoArm {
         }
         let max_velocity = config.max_velocity_rad_per_s.unwrap_or(*arm.max_velocity_rad_per_s());
         for (velocity, acceleration) in max_velocity.into_iter().zip(config.max_acceleration_rad_per_s2) {
-            positive("max_velocity_rad_per_s", velocity)?;
-            positive("max_acceleration_rad_per_s2", acceleration)?;
+            mobile("max_velocity_rad_per_s", velocity)?;
+            mobile("max_acceleration_rad_per_s2", acceleration)?;
         }
         not_negative("torque_noise_n_m", config.torque_noise_n_m)?;
         let capacity = (delay_s * COMMANDS_PER_S).ceil() as usize + 16;
@@ -258,4 +258,12 @@ fn within_limits(arm: &SrsArm, what: &'static str, q: &JointPositions) -> Result
         }
     }
     Ok(JointPositions(std::array::from_fn(|i| q[i].clamp(arm.limits()[i].min_rad, arm.limits()[i].max_rad))))
+}
+
+/// Rejects limits outside `1e-3..=1e6`: with less a joint hardly moves within hours.
+fn mobile(what: &'static str, value: f64) -> Result<(), SimError> {
+    if (1e-3..=1e6).contains(&value) {
+        return Ok(());
+    }
+    Err(SimError::Parameter { what, value, wanted: "between 1e-3 and 1e6" })
 }
