@@ -6,8 +6,12 @@ pub mod arms;
 pub mod figures;
 pub mod numbers;
 pub mod place;
+pub mod report;
 pub mod run_figures;
+pub mod session;
 pub mod speed;
+pub mod stage;
+pub mod touches;
 
 use std::process::ExitCode;
 

@@ -28,7 +28,17 @@ pub struct Stand {
     pub yaw_rad: f64,
 }
 
+impl std::fmt::Display for Stand {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let DVec3 { x, y, z } = self.origin_m;
+        write!(f, "{x:.3},{y:.3},{z:.3},{:.1}", self.yaw_rad.to_degrees())
+    }
+}
+
 impl Stand {
+    /// At the origin of the scene, along its x axis.
+    pub const ORIGIN: Self = Self { origin_m: DVec3::ZERO, yaw_rad: 0.0 };
+
     /// From `x,y,z,yaw` in metres and degrees.
     ///
     /// # Errors
@@ -67,7 +77,8 @@ pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
         .filter(|r| r.end != ReachEnd::TrackingLost)
         .collect();
     let first = complete.first().context("the recording holds no complete reach of 0.3 m or more")?.direction;
-    let (to, fro): (Vec<Reach>, Vec<Reach>) = complete.into_iter().partition(|r| r.direction.dot(first) > 0.0);
+    let (to, fro): (Vec<Reach>, Vec<Reach>) =
+        complete.into_iter().partition(|r| r.direction.dot(first) > 0.0);
     let scatter = |group: &[Reach]| {
         let mean = mean(group.iter().map(|r| r.end_m));
         group.iter().map(|r| r.end_m.distance_squared(mean)).sum::<f64>() / group.len() as f64
@@ -120,10 +131,8 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
         if !free(scene, recording, &contacts, &hand, (point, normal))? {
             continue;
         }
-        let own = Stand {
-            origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M,
-            yaw_rad: heading(normal),
-        };
+        let own =
+            Stand { origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M, yaw_rad: heading(normal) };
         let remark = format!(
             "{} reaches placed on {:?} at ({:.2}, {:.2}, {:.2}) of the scene; their ends scatter by {:.0} mm",
             contacts.len(),
@@ -135,7 +144,9 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
         );
         return Ok(Placement { base: base.unwrap_or(own), hand, remark });
     }
-    bail!("none of {count} walls of the scene is free before the recorded hand: give --hand-origin and --base")
+    bail!(
+        "none of {count} walls of the scene is free before the recorded hand: give --hand-origin and --base"
+    )
 }
 
 /// Does nothing stand in the way of the recorded reaches, on their way to the wall?

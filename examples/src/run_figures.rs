@@ -126,7 +126,7 @@ pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn over_time(path: &Path, trace: &Trace, end_s: f64) -> anyhow::Result<()> {
+pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> anyhow::Result<()> {
     let root = SVGBackend::new(path, (980, 560)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let (upper, lower) = root.split_vertically(290);
@@ -145,7 +145,7 @@ pub fn over_time(path: &Path, trace: &Trace, end_s: f64) -> anyhow::Result<()> {
             .margin(10)
             .x_label_area_size(40)
             .y_label_area_size(62)
-            .build_cartesian_2d(0.0..end_s, 0.0..top)
+            .build_cartesian_2d(start_s..end_s, 0.0..top)
             .map_err(plot_error)?;
         chart
             .configure_mesh()
@@ -159,7 +159,8 @@ pub fn over_time(path: &Path, trace: &Trace, end_s: f64) -> anyhow::Result<()> {
             if spans.is_empty() {
                 return Ok(());
             }
-            let boxes = spans.iter().map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
+            let boxes =
+                spans.iter().map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
             chart.draw_series(boxes).map_err(plot_error)?.label(name).legend(move |(x, y)| {
                 Rectangle::new([(x + 2, y - 5), (x + 16, y + 5)], colour.mix(0.3).filled())
             });

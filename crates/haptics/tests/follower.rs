@@ -1,0 +1,206 @@
+//! The follower: limits at every step, exact arrival, branches kept, unreachable targets.
+
+use glam::DVec3;
+use hwall_haptics::{Board, BoardTarget, Follower, FollowerConfig, HapticsError};
+use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_testkit::Sampler;
+
+const DT_S: f64 = 1e-3;
+
+fn start() -> JointPositions {
+    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
+}
+
+fn arm() -> SrsArm {
+    SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap())
+}
+
+fn follower(config: FollowerConfig) -> Follower {
+    Follower::new(arm(), config, &start()).unwrap()
+}
+
+fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
+    BoardTarget { point_m, normal, stamp_s: 0.0 }
+}
+
+/// Where a random configuration puts the board: reachable, at any place within the limits.
+fn reachable(s: &mut Sampler, arm: &SrsArm) -> BoardTarget {
+    let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
+    let pose = arm.forward(&JointPositions(s.array_within(ranges)));
+    target(pose.position_m(), pose.rotation().z_axis)
+}
+
+#[test]
+fn limits_hold_at_each_of_100_000_steps_while_the_goal_moves() {
+    let mut s = Sampler::new(21);
+    let mut f = follower(FollowerConfig::default());
+    let arm = arm();
+    let most_speed = arm.max_velocity_rad_per_s().map(|speed| 0.9 * speed);
+    let mut aim = reachable(&mut s, &arm);
+    let (mut before, mut speed_before, mut fastest) = (start(), [0.0; 7], 0.0_f64);
+    for i in 0..100_000 {
+        if s.uniform(0.0, 1.0) < 0.01 {
+            aim = reachable(&mut s, &arm);
+        } else if i % 8 == 0 {
+            aim.point_m += s.unit_vector() * 0.01;
+        }
+        f.set_target(&aim).unwrap();
+        let q = f.step(DT_S).unwrap();
+        for j in 0..7 {
+            let speed = (q[j] - before[j]) / DT_S;
+            assert!(speed.abs() <= most_speed[j] + 1e-9, "step {i} joint {j}: {speed} rad/s");
+            let acceleration = (speed - speed_before[j]) / DT_S;
+            assert!(acceleration.abs() <= 10.0 + 1e-6, "step {i} joint {j}: {acceleration} rad/s²");
+            assert!(arm.limits()[j].contains(q[j]), "step {i} joint {j}: {} rad", q[j]);
+            fastest = fastest.max(speed.abs() / most_speed[j]);
+            speed_before[j] = speed;
+        }
+        before = q;
+    }
+    assert!(fastest > 0.99, "the test must reach the limits");
+}
+
+#[test]
+fn arrives_exactly_and_stays() {
+    let mut s = Sampler::new(22);
+    let arm = arm();
+    let mut f = follower(FollowerConfig::default());
+    for _ in 0..50 {
+        let aim = reachable(&mut s, &arm);
+        assert_eq!(f.set_target(&aim).unwrap(), None);
+        let goal = f.goal().unwrap();
+        let from = f.commanded();
+        for _ in 0..600 {
+            assert_eq!(f.set_target(&aim).unwrap(), None);
+            let q = f.step(0.01).unwrap();
+            for j in 0..7 {
+                let (lo, hi) = (from[j].min(goal[j]), from[j].max(goal[j]));
+                assert!((lo - 1e-14..=hi + 1e-14).contains(&q[j]), "overshoot of joint {j}");
+            }
+        }
+        assert_eq!((f.commanded(), f.goal().unwrap()), (goal, goal));
+        assert_eq!(f.commanded_velocity().0, [0.0; 7]);
+        let pose = arm.forward(&goal);
+        assert!(pose.position_m().distance(aim.point_m) < 1e-11);
+        assert!(pose.rotation().z_axis.distance(aim.normal) < 1e-11);
+    }
+}
+
+#[test]
+fn a_drifting_target_never_jumps() {
+    let mut s = Sampler::new(23);
+    let normal = DVec3::new(1.0, 0.2, 0.1);
+    let mut f = follower(FollowerConfig::default());
+    let mut point_m = DVec3::new(0.55, 0.0, 0.6);
+    f.set_target(&target(point_m, normal)).unwrap();
+    let (mut before, mut largest) = (f.goal().unwrap(), 0.0_f64);
+    for _ in 0..20_000 {
+        let step = s.unit_vector() * 0.002;
+        let next = point_m + step;
+        // A patch of wall in front of the arm.
+        point_m = next.clamp(DVec3::new(0.45, -0.3, 0.4), DVec3::new(0.65, 0.3, 0.8));
+        assert_eq!(f.set_target(&target(point_m, normal)).unwrap(), None);
+        f.step(DT_S).unwrap();
+        let goal = f.goal().unwrap();
+        largest = largest.max(goal.max_abs_difference(&before));
+        before = goal;
+    }
+    println!("2 mm moved a joint by at most {largest} rad");
+    assert!(largest < 0.15);
+}
+
+#[test]
+fn quarter_turns_reduce_the_travel() {
+    let mut s = Sampler::new(24);
+    let arm = arm();
+    let speeds = *arm.max_velocity_rad_per_s();
+    let mut fixed = follower(FollowerConfig { rolls_rad: vec![0.0], ..FollowerConfig::default() });
+    let mut turning = follower(FollowerConfig::default());
+    let time = |f: &mut Follower, from: &JointPositions, aim: &BoardTarget| {
+        f.restart(from, &Default::default()).unwrap();
+        let verdict = f.set_target(aim).unwrap();
+        f.goal()
+            .map(|goal| (0..7).fold(0.0, |m: f64, j| m.max((goal[j] - from[j]).abs() / speeds[j])))
+            .ok_or(verdict)
+    };
+    let (mut sum_fixed, mut sum_turning, mut compared, mut rescued) = (0.0, 0.0, 0, 0);
+    for _ in 0..500 {
+        let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
+        let from = JointPositions(s.array_within(ranges));
+        let aim = reachable(&mut s, &arm);
+        match (time(&mut fixed, &from, &aim), time(&mut turning, &from, &aim)) {
+            (Ok(one), Ok(four)) => {
+                assert!(four <= one + 1e-12, "{four} s against {one} s");
+                (sum_fixed, sum_turning, compared) = (sum_fixed + one, sum_turning + four, compared + 1);
+            }
+            (Err(_), Ok(_)) => rescued += 1,
+            // A pose reached at some roll need not be reached at the four tried.
+            (_, Err(reason)) => assert!(reason.is_some()),
+        }
+    }
+    println!(
+        "{compared} targets: {sum_fixed:.1} s at roll 0, {sum_turning:.1} s with quarter turns; {rescued} only so"
+    );
+    assert!(compared > 300 && sum_turning < 0.95 * sum_fixed);
+}
+
+#[test]
+fn an_unreachable_target_keeps_the_goal_and_says_why() {
+    let mut f = follower(FollowerConfig::default());
+    let wall = DVec3::X;
+    let far = target(DVec3::new(2.0, 0.0, 0.6), wall);
+    assert!(matches!(f.set_target(&far).unwrap(), Some(Unreachable::TooFar { .. })));
+    assert_eq!(f.goal(), None);
+    assert_eq!(f.step(0.1).unwrap(), start(), "without a goal nothing moves");
+
+    assert_eq!(f.set_target(&target(DVec3::new(0.55, 0.1, 0.6), wall)).unwrap(), None);
+    let goal = f.goal().unwrap();
+    for _ in 0..2 {
+        assert!(matches!(f.set_target(&far).unwrap(), Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5));
+    }
+    assert_eq!(f.goal(), Some(goal));
+    let inside = target(DVec3::new(0.0, 0.0, 0.34), DVec3::X);
+    assert!(f.set_target(&inside).unwrap().is_some());
+    for _ in 0..600 {
+        f.step(0.01).unwrap();
+    }
+    assert_eq!(f.commanded(), goal);
+
+    assert_eq!(f.set_target(&target(DVec3::new(0.55, 0.0, 0.6), wall)).unwrap(), None);
+    assert_ne!(f.goal(), Some(goal));
+}
+
+#[test]
+fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
+    let mut f = follower(FollowerConfig::default());
+    f.set_target(&target(DVec3::new(0.55, 0.1, 0.6), DVec3::X)).unwrap();
+    f.step(0.1).unwrap();
+    let (goal, commanded) = (f.goal(), f.commanded());
+    let nan_point = f.set_target(&target(DVec3::splat(f64::NAN), DVec3::X));
+    assert!(matches!(nan_point, Err(HapticsError::NonFinite { what: "point_m", .. })));
+    let nan_normal = f.set_target(&target(DVec3::X, DVec3::splat(f64::NAN)));
+    assert!(matches!(nan_normal, Err(HapticsError::NonFinite { what: "normal", .. })));
+    let no_normal = f.set_target(&target(DVec3::X, DVec3::ZERO));
+    assert!(matches!(no_normal, Err(HapticsError::NoDirection { .. })));
+    for dt_s in [-1e-3, f64::NAN, f64::INFINITY] {
+        assert!(f.step(dt_s).is_err() && f.brake(dt_s).is_err());
+    }
+    assert!(f.restart(&JointPositions([f64::NAN; 7]), &Default::default()).is_err());
+    assert_eq!((f.goal(), f.commanded()), (goal, commanded));
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let named = |config: FollowerConfig| match Follower::new(arm(), config, &start()) {
+        Err(HapticsError::Parameter { what, .. } | HapticsError::NonFinite { what, .. }) => what,
+        other => panic!("{other:?}"),
+    };
+    let d = FollowerConfig::default;
+    assert_eq!(named(FollowerConfig { speed_share: 1.1, ..d() }), "speed_share");
+    assert_eq!(named(FollowerConfig { speed_share: f64::NAN, ..d() }), "speed_share");
+    assert_eq!(named(FollowerConfig { acceleration_rad_per_s2: [0.0; 7], ..d() }), "acceleration_rad_per_s2");
+    assert_eq!(named(FollowerConfig { rolls_rad: vec![], ..d() }), "number of rolls");
+    assert_eq!(named(FollowerConfig { rolls_rad: vec![f64::NAN], ..d() }), "rolls_rad");
+    assert_eq!(named(FollowerConfig { far_m: -1.0, ..d() }), "far_m");
+    assert_eq!(named(FollowerConfig { far_rad: f64::NAN, ..d() }), "far_rad");
+}

@@ -1,0 +1,108 @@
+//! The main job: a simulated iiwa 7 carries a board to the wall that a hand is about to touch.
+//!
+//! `cargo run --release --example hwall`
+
+use anyhow::Context;
+use clap::{Parser, ValueEnum};
+use hwall_examples::place::Stand;
+use hwall_examples::stage::{Options, Stage};
+use hwall_examples::{arms, exit, report, run_figures, session, touches};
+use hwall_haptics::Board;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// A simulated arm presents a board where a hand is about to touch a virtual wall.
+///
+/// Without options: a room made for this, a simulated person and twelve touches. Prints one
+/// table; writes plan.svg, time.svg and touches.csv to the output folder.
+#[derive(Parser)]
+struct Args {
+    /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
+    #[arg(long)]
+    scene: Option<PathBuf>,
+    /// CSV recording of a hand: t, palm_x.. little_z, optionally head_* and gaze_* [default: a simulated person]
+    #[arg(long)]
+    hand: Option<PathBuf>,
+    /// Axes of the recording: y-up as headsets have it, or z-up
+    #[arg(long, value_enum, default_value = "y-up")]
+    axes: Axes,
+    /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
+    #[arg(long, value_enum)]
+    place: Option<Place>,
+    /// The arm's base in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
+    #[arg(long, value_parser = Stand::parse, allow_hyphen_values = true)]
+    base: Option<Stand>,
+    /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees
+    #[arg(long, value_parser = Stand::parse, allow_hyphen_values = true)]
+    hand_origin: Option<Stand>,
+    /// iiwa7 or iiwa14
+    #[arg(long, default_value = "iiwa7")]
+    arm: String,
+    /// Touches of the simulated person
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    touches: u64,
+    /// Seed of the simulated person and the sensors' noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Control period in milliseconds
+    #[arg(long, default_value_t = 1.0)]
+    period_ms: f64,
+    /// Output folder
+    #[arg(long, default_value = "out/hwall")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Axes {
+    YUp,
+    ZUp,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Place {
+    Auto,
+    None,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    anyhow::ensure!((0.1..=20.0).contains(&args.period_ms), "--period-ms must lie in 0.1..=20");
+    let board = Board::default();
+    let arm = arms::closed_form(&args.arm)?.with_tool(board.flange_from_board_face()?);
+    let stage = Stage::set(
+        &arm,
+        &Options {
+            scene: args.scene.as_deref(),
+            hand: args.hand.as_deref(),
+            y_up: args.axes == Axes::YUp,
+            auto: args.place.map_or(args.hand.is_some(), |p| p == Place::Auto),
+            base: args.base,
+            hand_origin: args.hand_origin,
+            touches: args.touches as usize,
+            seed: args.seed,
+        },
+    )?;
+    for remark in &stage.remarks {
+        eprintln!("{remark}");
+    }
+    let bar = ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
+    let clock = (1e-3 * args.period_ms, args.seed);
+    let mut run = session::run(&arm, &board, &stage.scene, &stage.hand, clock, |share| {
+        bar.set_position((1000.0 * share) as u64);
+    })?;
+    bar.finish_and_clear();
+    let outcomes = touches::judge(&arm, &board, &stage.touches, &run.ticks)?;
+    println!("{}", report::table(&run, &outcomes));
+
+    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
+    session::mark_touches(&mut run.trace, &outcomes);
+    run_figures::plan(&args.out.join("plan.svg"), &stage.scene, &run.trace)?;
+    run_figures::over_time(&args.out.join("time.svg"), &run.trace, stage.hand.span_s())?;
+    report::touches_csv(&args.out.join("touches.csv"), &outcomes)?;
+    println!("wrote plan.svg, time.svg and touches.csv to {}", args.out.display());
+    Ok(())
+}

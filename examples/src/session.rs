@@ -1,0 +1,295 @@
+//! The closed loop of the main job: hand in, board out, on one clock.
+
+use crate::run_figures::Trace;
+use crate::touches::Outcome;
+use anyhow::Context;
+use glam::DVec3;
+use hwall_contact::{
+    ContactPrediction, DeterministicPredictor, HandFilter, HandFilterConfig, HandFrame, LostReason,
+    PredictionSource, Predictor, Tracking,
+};
+use hwall_haptics::{Arm, Board, BoardTarget, Phase, Renderer, RendererConfig};
+use hwall_kinematics::{JointPositions, Pose, SrsArm};
+use hwall_scene::Scene;
+use hwall_sim::{HandContact, PersonSample, ServoArm, ServoConfig, TouchSequence};
+use std::time::Instant;
+
+/// Where the dissertation's arm starts, degrees: board upright, facing the person.
+pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
+
+/// A hand to follow.
+pub enum Hand {
+    /// A simulated person, sampled by a tracker at this period, s.
+    Simulated(TouchSequence, f64),
+    /// Recorded frames in the base frame, in order of time.
+    Recorded(Vec<HandFrame>),
+}
+
+impl Hand {
+    /// First and last instant, s.
+    #[must_use]
+    pub fn span_s(&self) -> (f64, f64) {
+        match self {
+            Self::Simulated(sequence, _) => (0.0, sequence.duration_s()),
+            Self::Recorded(frames) => {
+                (frames.first().map_or(0.0, |f| f.t_s), frames.last().map_or(0.0, |f| f.t_s))
+            }
+        }
+    }
+
+    /// The next frame not later than `t_s`; `next` counts frames.
+    fn frame(&self, next: &mut usize, t_s: f64) -> Option<HandFrame> {
+        let frame = match self {
+            Self::Simulated(sequence, period_s) => {
+                let due_s = *next as f64 * period_s;
+                (due_s <= t_s).then(|| measured(&sequence.sample(due_s)))
+            }
+            Self::Recorded(frames) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
+        };
+        *next += usize::from(frame.is_some());
+        frame
+    }
+}
+
+fn measured(sample: &PersonSample) -> HandFrame {
+    HandFrame {
+        t_s: sample.t_s,
+        palm_m: Some(sample.palm_m),
+        tips_m: sample.tips_m.map(Some),
+        head_m: Some(sample.head_m),
+        gaze: Some(sample.gaze),
+    }
+}
+
+/// What one control step left behind.
+#[derive(Debug, Clone, Copy)]
+pub struct Tick {
+    /// Time, s.
+    pub t_s: f64,
+    /// Where the board is.
+    pub base_from_board: Pose,
+    /// Does the renderer feel a touch?
+    pub in_contact: bool,
+}
+
+/// A finished run.
+pub struct Run {
+    /// One entry a control step.
+    pub ticks: Vec<Tick>,
+    /// Time of each control step, ns, in rising order: filter, prediction, renderer.
+    pub step_ns: Vec<f64>,
+    /// For the figures.
+    pub trace: Trace,
+    /// Frames by what pointed to the surface: gaze, hand direction, nearest, none.
+    pub sources: [usize; 4],
+    /// Frames in which the target was out of reach.
+    pub unreachable_frames: usize,
+    /// Each loss of the hand: when, and why.
+    pub losses: Vec<(f64, LostReason)>,
+}
+
+/// Runs the loop to the end of the hand, calling `progress` with the share done.
+///
+/// # Errors
+/// A configuration that a crate refuses, or a state that the simulated arm does.
+pub fn run(
+    arm: &SrsArm,
+    board: &Board,
+    scene: &Scene,
+    hand: &Hand,
+    (period_s, seed): (f64, u64),
+    mut progress: impl FnMut(f64),
+) -> anyhow::Result<Run> {
+    let mut renderer = Renderer::new(arm, board, RendererConfig::default())?;
+    let servo = ServoConfig { seed, ..ServoConfig::default() };
+    let mut servo = ServoArm::new(renderer.arm().clone(), JointPositions::from_deg(START_DEG), servo)?;
+    let filter = match hand {
+        Hand::Simulated(..) => HandFilterConfig::simulated(),
+        Hand::Recorded(_) => HandFilterConfig::default(),
+    };
+    let mut filter = HandFilter::new(filter)?;
+    let mut predictor = DeterministicPredictor::default();
+    let finger = HandContact { half_extent_m: board.half_width_m, ..HandContact::default() };
+    let (start_s, end_s) = hand.span_s();
+    let steps = ((end_s - start_s) / period_s).floor().max(0.0) as usize;
+    let mut log = Log::new(steps, arm);
+    let mut tip = Tip::default();
+    let (mut next_frame, mut target) = (0, None);
+    for step in 0..=steps {
+        let elapsed_s = step as f64 * period_s;
+        let t_s = start_s + elapsed_s;
+        let state = servo.state()?;
+        let began = Instant::now();
+        while let Some(frame) = hand.frame(&mut next_frame, t_s) {
+            let tracking = filter.step(&frame);
+            let gaze = frame.gaze_ray();
+            let found = tracking.state().and_then(|hand| predictor.predict(scene, hand, gaze.as_ref()));
+            target = found.as_ref().map(|p| BoardTarget {
+                point_m: p.point_m,
+                normal: p.normal,
+                stamp_s: elapsed_s,
+            });
+            tip.measured(&frame, &tracking);
+            log.frame(t_s, &tracking, found.as_ref());
+        }
+        let rendered = renderer.step(elapsed_s, &state, target.as_ref());
+        log.step_ns.push(began.elapsed().as_secs_f64() * 1e9);
+        servo.command(rendered.command)?;
+        servo.advance(period_s)?;
+        let (tip_m, velocity) = tip.at(hand, t_s);
+        let wrench = match tip_m {
+            Some(tip_m) => {
+                let relative = velocity - servo.twist().linear_m_per_s;
+                finger.wrench(&servo.pose(), tip_m, relative).with_context(|| format!("at {t_s} s"))?
+            }
+            None => None,
+        };
+        servo.apply_wrench(wrench.unwrap_or_default())?;
+        let in_contact = matches!(rendered.phase, Phase::Contact { .. });
+        log.tick(Tick { t_s, base_from_board: servo.pose(), in_contact }, target.as_ref());
+        log.unreachable_frames +=
+            usize::from(rendered.unreachable.is_some() && target.is_some_and(|t| t.stamp_s == elapsed_s));
+        progress(step as f64 / steps.max(1) as f64);
+    }
+    Ok(log.finish())
+}
+
+/// The fingertip that meets the board: the true one of a simulated person, the measured one of a
+/// recording while the hand is tracked.
+#[derive(Default)]
+struct Tip {
+    last: Option<(f64, DVec3)>,
+    velocity: DVec3,
+}
+
+impl Tip {
+    fn measured(&mut self, frame: &HandFrame, tracking: &Tracking) {
+        self.last = tracking.state().and(frame.contact_point()).map(|(_, p)| (frame.t_s, p));
+        self.velocity = tracking.state().map_or(DVec3::ZERO, |s| s.velocity_m_per_s);
+    }
+
+    fn at(&self, hand: &Hand, t_s: f64) -> (Option<DVec3>, DVec3) {
+        match hand {
+            Hand::Simulated(sequence, _) => {
+                (Some(sequence.true_index_tip(t_s)), sequence.true_index_velocity_m_per_s(t_s))
+            }
+            Hand::Recorded(_) => (self.last.map(|(_, p)| p), self.velocity),
+        }
+    }
+}
+
+struct Log {
+    ticks: Vec<Tick>,
+    step_ns: Vec<f64>,
+    trace: Trace,
+    sources: [usize; 4],
+    unreachable_frames: usize,
+    losses: Vec<(f64, LostReason)>,
+    lost: bool,
+}
+
+impl Log {
+    fn new(steps: usize, arm: &SrsArm) -> Self {
+        let g = arm.geometry();
+        let trace = Trace {
+            hand_m: Vec::new(),
+            board_m: Vec::new(),
+            predicted_m: Vec::new(),
+            touched_m: Vec::new(),
+            missed_m: Vec::new(),
+            hand_distance_m: Vec::new(),
+            board_distance_m: Vec::new(),
+            contacts_s: Vec::new(),
+            lost_s: Vec::new(),
+            reach_m: g.d_se_m + g.d_ew_m + g.d_wf_m,
+        };
+        Self {
+            ticks: Vec::with_capacity(steps + 1),
+            step_ns: Vec::with_capacity(steps + 1),
+            trace,
+            sources: [0; 4],
+            unreachable_frames: 0,
+            losses: Vec::new(),
+            lost: false,
+        }
+    }
+
+    fn frame(&mut self, t_s: f64, tracking: &Tracking, found: Option<&ContactPrediction>) {
+        match tracking {
+            Tracking::Tracked(state) => {
+                self.trace.hand_m.push((t_s, state.point_m));
+                if std::mem::take(&mut self.lost) {
+                    if let Some(span) = self.trace.lost_s.last_mut() {
+                        span.1 = t_s;
+                    }
+                }
+            }
+            Tracking::Lost { reason, .. } => {
+                // The filter's first frames are no loss.
+                let starting = matches!(reason, LostReason::Starting) && self.trace.hand_m.is_empty();
+                if !self.lost && !starting {
+                    self.lost = true;
+                    self.losses.push((t_s, *reason));
+                    self.trace.lost_s.push((t_s, f64::INFINITY));
+                }
+            }
+        }
+        let source = match found.map(|p| p.source) {
+            Some(PredictionSource::Gaze) => 0,
+            Some(PredictionSource::HandDirection) => 1,
+            Some(PredictionSource::Nearest) => 2,
+            None => 3,
+        };
+        self.sources[source] += 1;
+        if let Some(prediction) = found {
+            self.trace.predicted_m.push(prediction.point_m);
+            self.trace.hand_distance_m.push((t_s, prediction.distance_m.max(0.0)));
+        }
+    }
+
+    fn tick(&mut self, tick: Tick, target: Option<&BoardTarget>) {
+        let was_in_contact = self.ticks.last().is_some_and(|t| t.in_contact);
+        match (was_in_contact, tick.in_contact) {
+            (false, true) => self.trace.contacts_s.push((tick.t_s, f64::INFINITY)),
+            (true, false) => {
+                if let Some(span) = self.trace.contacts_s.last_mut() {
+                    span.1 = tick.t_s;
+                }
+            }
+            _ => {}
+        }
+        // A hundred points a second are enough for a figure.
+        if self.ticks.len() % 10 == 0 {
+            let face_m = tick.base_from_board.position_m();
+            self.trace.board_m.push((tick.t_s, face_m));
+            if let Some(target) = target {
+                self.trace.board_distance_m.push((tick.t_s, face_m.distance(target.point_m)));
+            }
+        }
+        self.ticks.push(tick);
+    }
+
+    fn finish(mut self) -> Run {
+        let end_s = self.ticks.last().map_or(0.0, |t| t.t_s);
+        for span in self.trace.contacts_s.iter_mut().chain(&mut self.trace.lost_s) {
+            span.1 = span.1.min(end_s);
+        }
+        self.step_ns.sort_by(f64::total_cmp);
+        Run {
+            ticks: self.ticks,
+            step_ns: self.step_ns,
+            trace: self.trace,
+            sources: self.sources,
+            unreachable_frames: self.unreachable_frames,
+            losses: self.losses,
+        }
+    }
+}
+
+/// Sorts touches into those within reach and those not, for the figures.
+pub fn mark_touches(trace: &mut Trace, outcomes: &[Outcome]) {
+    for outcome in outcomes {
+        let marks = if outcome.unreachable.is_none() { &mut trace.touched_m } else { &mut trace.missed_m };
+        marks.push(outcome.touch.point_m);
+    }
+}

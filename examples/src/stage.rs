@@ -1,0 +1,130 @@
+//! Sets the stage of the main job: scene, hand and touches in the arm's base frame.
+
+use crate::place::{self, Stand};
+use crate::session::Hand;
+use crate::touches::{self, Touch};
+use anyhow::{Context, bail};
+use hwall_contact::{Recording, RigidMap};
+use hwall_kinematics::SrsArm;
+use hwall_scene::{LoadReport, Scene};
+use hwall_sim::{Person, PersonConfig};
+use std::path::Path;
+
+/// The room made for this project, so that the binary runs from anywhere.
+const ROOM: (&str, &str) = (include_str!("../assets/room.obj"), include_str!("../assets/room.toml"));
+
+/// Period of the simulated tracker, s: a headset's 90 Hz.
+const TRACKER_S: f64 = 1.0 / 90.0;
+
+/// What the command line asks for.
+pub struct Options<'a> {
+    /// OBJ file; the built-in room without one.
+    pub scene: Option<&'a Path>,
+    /// Recording; a simulated person without one.
+    pub hand: Option<&'a Path>,
+    /// Is the recording y up?
+    pub y_up: bool,
+    /// Place arm and recording before a wall.
+    pub auto: bool,
+    /// The arm's base in the scene.
+    pub base: Option<Stand>,
+    /// The recording's origin in the scene.
+    pub hand_origin: Option<Stand>,
+    /// Touches of the simulated person.
+    pub touches: usize,
+    /// Seed of the simulated person.
+    pub seed: u64,
+}
+
+/// Everything the loop needs, in the arm's base frame.
+pub struct Stage {
+    /// The scene.
+    pub scene: Scene,
+    /// The hand.
+    pub hand: Hand,
+    /// The touches that the hand makes.
+    pub touches: Vec<Touch>,
+    /// What was chosen or repaired, for people.
+    pub remarks: Vec<String>,
+}
+
+impl Stage {
+    /// Loads, places and plans. `arm`: its tool is the board's face.
+    ///
+    /// # Errors
+    /// A file that is missing or malformed, a recording without a reach, no suitable wall.
+    pub fn set(arm: &SrsArm, options: &Options) -> anyhow::Result<Self> {
+        let mut remarks = Vec::new();
+        let (scene, report) = match options.scene {
+            Some(path) => Scene::from_obj_file(path, None).with_context(|| path.display().to_string())?,
+            None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
+        };
+        remarks.extend(repairs(&report));
+        match options.hand {
+            Some(path) => Self::recorded(scene, path, options, remarks),
+            None => Self::simulated(arm, scene, options, remarks),
+        }
+    }
+
+    fn simulated(
+        arm: &SrsArm,
+        scene: Scene,
+        options: &Options,
+        remarks: Vec<String>,
+    ) -> anyhow::Result<Self> {
+        if options.hand_origin.is_some() || options.auto {
+            bail!("--hand-origin and --place auto place a recording: they need --hand");
+        }
+        let scene = in_base(&scene, options.base.unwrap_or(Stand::ORIGIN))?;
+        let config = PersonConfig::default();
+        let person = Person::new(config, options.seed)?;
+        let places = (config.head_m, config.hand_rest_m);
+        let plans = touches::plan(&scene, arm, places, options.touches, options.seed)?;
+        let sequence = person.plan(&plans)?;
+        let touches = touches::of_person(&scene, sequence.touches());
+        Ok(Self { scene, hand: Hand::Simulated(sequence, TRACKER_S), touches, remarks })
+    }
+
+    fn recorded(
+        scene: Scene,
+        path: &Path,
+        options: &Options,
+        mut remarks: Vec<String>,
+    ) -> anyhow::Result<Self> {
+        let mut recording = Recording::from_csv_path(path).with_context(|| path.display().to_string())?;
+        if options.y_up {
+            for sample in &mut recording.samples {
+                sample.frame = RigidMap::Z_UP_FROM_Y_UP.frame(&sample.frame);
+            }
+        }
+        let (base, hand) = if options.auto {
+            let found = place::before_a_wall(&scene, &recording, options.base)?;
+            remarks.push(found.remark);
+            let hand = options.hand_origin.unwrap_or(found.hand);
+            remarks
+                .push(format!("the arm's base stands at {}, the recording's origin at {hand}", found.base));
+            (found.base, hand)
+        } else {
+            (options.base.unwrap_or(Stand::ORIGIN), options.hand_origin.unwrap_or(Stand::ORIGIN))
+        };
+        let base_from_hand = base.outer_from_here().inverse() * hand.outer_from_here();
+        let scene = in_base(&scene, base)?;
+        let contacts = place::reaches_to_contact(&recording)?;
+        let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts)?;
+        let map = RigidMap::from_affine(base_from_hand)?;
+        let frames = recording.frames().map(|frame| map.frame(frame)).collect();
+        Ok(Self { scene, hand: Hand::Recorded(frames), touches, remarks })
+    }
+}
+
+fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
+    Ok(scene.placed(base.outer_from_here().inverse())?)
+}
+
+/// What the loader had to drop or mend, one line a kind.
+fn repairs(report: &LoadReport) -> Vec<String> {
+    if report.is_clean() {
+        return Vec::new();
+    }
+    vec![format!("scene repaired: {report:?}")]
+}
