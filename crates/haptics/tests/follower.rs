@@ -91,14 +91,14 @@ fn a_drifting_target_never_jumps() {
     let mut s = Sampler::new(23);
     let normal = DVec3::new(1.0, 0.2, 0.1);
     let mut f = follower(FollowerConfig::default());
-    let mut point_m = DVec3::new(0.55, 0.0, 0.6);
+    let mut point_m = DVec3::new(0.55, 0.0, 0.5);
     f.set_target(&target(point_m, normal)).unwrap();
     let (mut before, mut largest) = (f.goal().unwrap(), 0.0_f64);
     for _ in 0..20_000 {
         let step = s.unit_vector() * 0.002;
         let next = point_m + step;
-        // A patch of wall in front of the arm.
-        point_m = next.clamp(DVec3::new(0.45, -0.3, 0.4), DVec3::new(0.65, 0.3, 0.8));
+        // A patch below the height at which shoulder and wrist are singular together.
+        point_m = next.clamp(DVec3::new(0.5, -0.2, 0.35), DVec3::new(0.6, 0.2, 0.6));
         assert_eq!(f.set_target(&target(point_m, normal)).unwrap(), None);
         f.step(DT_S).unwrap();
         let goal = f.goal().unwrap();
@@ -106,7 +106,7 @@ fn a_drifting_target_never_jumps() {
         before = goal;
     }
     println!("2 mm moved a joint by at most {largest} rad");
-    assert!(largest < 0.15);
+    assert!(largest < 0.05);
 }
 
 #[test]

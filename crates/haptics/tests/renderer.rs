@@ -198,7 +198,8 @@ fn a_stale_state_holds_with_its_age_and_recovers() {
 fn a_nan_in_the_state_holds_and_names_it() {
     let mut rig = Rig::new();
     rig.run(100);
-    let spoils: [(&str, usize, fn(&mut ArmState)); 4] = [
+    type Spoil = fn(&mut ArmState);
+    let spoils: [(&str, usize, Spoil); 4] = [
         ("t_s", 0, |state| state.t_s = f64::NAN),
         ("q", 3, |state| state.q[3] = f64::NAN),
         ("qd", 6, |state| state.qd[6] = f64::INFINITY),
