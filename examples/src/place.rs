@@ -13,6 +13,10 @@ use hwall_scene::{Patch, Scene};
 const BEHIND_M: f64 = 0.62;
 const BELOW_M: f64 = 0.55;
 
+/// Places on a wall are tried this far apart, m, and this far from its border.
+const STEP_M: f64 = 0.25;
+const BORDER_M: f64 = 0.25;
+
 /// A wall must be at least this wide and high, m.
 const WALL_M: f64 = 0.6;
 
@@ -116,10 +120,17 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
         if patch.width_m < WALL_M || high - low < WALL_M {
             continue;
         }
-        // Where to touch: the patch's middle, at a height a standing person reaches.
-        let height = (low + 1.2).min(0.5 * (low + high).max(low + 2.0 * BELOW_M)).min(high - 0.25);
-        let point = dvec3(patch.point_m.x, patch.point_m.y, height.max(low + 0.25));
-        candidates.push((point.distance(near_m), point, patch));
+        // Places to touch, at a height a standing person reaches, a hand's breadth inside.
+        let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
+        let height = (low + 1.2).min(high - BORDER_M).max(low + BORDER_M);
+        let count = ((patch.width_m - 2.0 * BORDER_M) / STEP_M).floor().max(0.0) as i32;
+        for i in 0..=count {
+            let offset = along * (STEP_M * (f64::from(i) - 0.5 * f64::from(count)));
+            let point = DVec3 { z: height, ..patch.point_m + offset };
+            if solid(scene, &patch, point, along)? {
+                candidates.push((point.distance(near_m), point, patch.clone()));
+            }
+        }
     }
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
     let count = candidates.len();
@@ -147,6 +158,18 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
     bail!(
         "none of {count} walls of the scene is free before the recorded hand: give --hand-origin and --base"
     )
+}
+
+/// Is there wall all around the point, and no door or window?
+fn solid(scene: &Scene, patch: &Patch, point: DVec3, along: DVec3) -> anyhow::Result<bool> {
+    for (x, z) in [(0.0, 0.0), (-0.2, -0.2), (0.2, -0.2), (-0.2, 0.2), (0.2, 0.2)] {
+        let beside = point + along * x + DVec3::Z * z;
+        let closest = scene.closest_touchable(beside, 0.01)?;
+        if closest.is_none_or(|c| c.surface != patch.surface) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// Does nothing stand in the way of the recorded reaches, on their way to the wall?

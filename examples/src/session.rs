@@ -5,8 +5,8 @@ use crate::touches::Outcome;
 use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, HandFilter, HandFilterConfig, HandFrame, LostReason,
-    PredictionSource, Predictor, Tracking,
+    ContactPrediction, DeterministicPredictor, GazeFilter, HandFilter, HandFilterConfig, HandFrame,
+    LostReason, PredictionSource, Predictor, PredictorConfig, SteadyPoint, Tracking,
 };
 use hwall_haptics::{Arm, Board, BoardTarget, Phase, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
@@ -16,6 +16,9 @@ use std::time::Instant;
 
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
+
+/// The board stands still while the prediction stays within this, m: half its half width.
+const STEADY_M: f64 = 0.05;
 
 /// A hand to follow.
 pub enum Hand {
@@ -108,7 +111,9 @@ pub fn run(
         Hand::Recorded(_) => HandFilterConfig::default(),
     };
     let mut filter = HandFilter::new(filter)?;
-    let mut predictor = DeterministicPredictor::default();
+    let mut predictor = DeterministicPredictor::new(PredictorConfig::ray_led())?;
+    let mut gaze_filter = GazeFilter::default();
+    let mut steady = SteadyPoint::new(STEADY_M)?;
     let finger = HandContact { half_extent_m: board.half_width_m, ..HandContact::default() };
     let (start_s, end_s) = hand.span_s();
     let steps = ((end_s - start_s) / period_s).floor().max(0.0) as usize;
@@ -122,8 +127,9 @@ pub fn run(
         let began = Instant::now();
         while let Some(frame) = hand.frame(&mut next_frame, t_s) {
             let tracking = filter.step(&frame);
-            let gaze = frame.gaze_ray();
+            let gaze = frame.gaze_ray().and_then(|ray| gaze_filter.step(frame.t_s, &ray));
             let found = tracking.state().and_then(|hand| predictor.predict(scene, hand, gaze.as_ref()));
+            let found = found.map(|p| steady.step(p));
             target = found.as_ref().map(|p| BoardTarget {
                 point_m: p.point_m,
                 normal: p.normal,

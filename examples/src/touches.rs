@@ -54,6 +54,10 @@ const TILT_RAD: f64 = 0.035;
 /// A contact may be felt a little before the noise-free crossing, s.
 const FELT_EARLY_S: f64 = 0.05;
 
+/// People touch between the hip and a little above the eyes, m from the eyes.
+const BELOW_EYES_M: f64 = 0.85;
+const ABOVE_EYES_M: f64 = 0.3;
+
 /// Chooses points for a simulated person: surfaces in turn, five of six touches within reach.
 ///
 /// # Errors
@@ -79,6 +83,7 @@ pub fn plan(
             let point_m = inside(patch, &mut sampler)?;
             let normal = facing(patch.normal, head_m - point_m);
             let suits = point_m.distance(hand_m) < 1.1
+                && (head_m.z - BELOW_EYES_M..head_m.z + ABOVE_EYES_M).contains(&point_m.z)
                 && reason(arm, point_m, normal).ok()?.is_none() == want_reachable
                 && scene.visible(head_m, point_m + normal * 0.01).ok()?
                 && scene.visible(hand_m, point_m + normal * 0.05).ok()?;

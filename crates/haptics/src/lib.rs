@@ -13,4 +13,6 @@ pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use error::HapticsError;
 pub use follower::{Follower, FollowerConfig};
-pub use renderer::{ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig};
+pub use renderer::{
+    ApproachConfig, ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+};
