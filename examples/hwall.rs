@@ -9,13 +9,14 @@ use hwall_examples::stage::{Options, Stage};
 use hwall_examples::{arms, exit, report, run_figures, session, touches};
 use hwall_haptics::Board;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
 /// Without options: a room made for this, a simulated person and twelve touches. Prints one
-/// table; writes plan.svg, time.svg and touches.csv to the output folder.
+/// table; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
 #[derive(Parser)]
 struct Args {
     /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
@@ -96,13 +97,15 @@ fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     let outcomes = touches::judge(&arm, &board, &stage.touches, &run.ticks)?;
-    println!("{}", report::table(&run, &outcomes));
+    let table = report::table(&run, &outcomes).to_string();
+    writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     session::mark_touches(&mut run.trace, &outcomes);
     run_figures::plan(&args.out.join("plan.svg"), &stage.scene, &run.trace)?;
     run_figures::over_time(&args.out.join("time.svg"), &run.trace, stage.hand.span_s())?;
     report::touches_csv(&args.out.join("touches.csv"), &outcomes)?;
-    println!("wrote plan.svg, time.svg and touches.csv to {}", args.out.display());
+    std::fs::write(args.out.join("table.md"), table)?;
+    writeln!(io::stdout(), "wrote plan.svg, time.svg, table.md and touches.csv to {}", args.out.display())?;
     Ok(())
 }

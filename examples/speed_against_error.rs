@@ -5,6 +5,7 @@
 use clap::Parser;
 use hwall_examples::{exit, speed};
 use hwall_testkit::Machine;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -26,6 +27,9 @@ struct Args {
     /// OBJ file for the ray casts; default: a bumpy surface of 100,000 triangles, made here
     #[arg(long)]
     scene: Option<PathBuf>,
+    /// Also renew the summary between the markers of this README
+    #[arg(long)]
+    readme: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -42,14 +46,15 @@ fn run(args: &Args) -> anyhow::Result<()> {
          so their p99 is over batches. Errors are against the exact answer named with each table.\n"
     );
     let n = args.targets as usize;
-    for section in [
+    let sections = [
         speed::forward(args.seed, n)?,
         speed::inverse(args.seed, n)?,
         speed::verdict(args.seed, n)?,
         speed::rays(args.seed, n, args.scene.as_deref())?,
         speed::dynamics(args.seed, n)?,
-    ] {
-        println!("{}", section.text);
+    ];
+    for section in &sections {
+        writeln!(io::stdout(), "{}", section.text)?;
         text.push('\n');
         text.push_str(&section.text);
         if let Some(figure) = &section.figure {
@@ -59,6 +64,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
     }
     let path = args.out.join("SPEED-AGAINST-ERROR.md");
     std::fs::write(&path, text)?;
-    println!("wrote {} and {}", path.display(), figures.display());
+    if let Some(readme) = &args.readme {
+        speed::update_readme(readme, &machine, &sections)?;
+    }
+    writeln!(io::stdout(), "wrote {} and {}", path.display(), figures.display())?;
     Ok(())
 }

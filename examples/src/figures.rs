@@ -95,6 +95,59 @@ pub fn speed_error(path: &Path, title: &str, unit: &str, rows: &[SpeedErrorRow])
     root.present().map_err(plot_error)
 }
 
+/// A named line of (size, time in ns).
+pub type Line = (String, Vec<(f64, f64)>);
+
+/// Median time over a size, both logarithmic; one line a method.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::Result<()> {
+    let points = || lines.iter().flat_map(|(_, points)| points.iter().copied());
+    let range = |values: &dyn Fn((f64, f64)) -> f64, spread: f64| {
+        let low = points().map(values).fold(f64::MAX, f64::min);
+        let high = points().map(values).fold(f64::MIN, f64::max);
+        low / spread..high * spread
+    };
+    let (x, y) = (range(&|p| p.0, 1.3), range(&|p| p.1, 2.0));
+    let root = SVGBackend::new(path, (860, 420)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption(title, TITLE)
+        .margin(14)
+        .x_label_area_size(52)
+        .y_label_area_size(78)
+        .build_cartesian_2d(x.log_scale(), y.log_scale())
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc(size)
+        .y_desc("median time per call")
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| short_time(*y))
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    for ((name, points), colour) in lines.iter().zip(COLOURS) {
+        let line = LineSeries::new(points.iter().copied(), colour.stroke_width(2)).point_size(4);
+        chart
+            .draw_series(line)
+            .map_err(plot_error)?
+            .label(name)
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
+        .background_style(WHITE.mix(0.85))
+        .border_style(BLACK.mix(0.3))
+        .label_font(TEXT)
+        .draw()
+        .map_err(plot_error)?;
+    root.present().map_err(plot_error)
+}
+
 /// `10 ns`, `1 us`: a tick's time without decimals.
 fn short_time(ns: f64) -> String {
     format_ns(ns).replace(".00", "").replace(".0", "")

@@ -15,6 +15,11 @@ pub mod touches;
 
 use std::process::ExitCode;
 
+/// Runs the code of the workspace's README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
+
 /// Ends a binary: one clear line on standard error and status 2 for an error.
 #[must_use]
 pub fn exit(result: anyhow::Result<()>) -> ExitCode {

@@ -13,6 +13,10 @@ use hwall_scene::{Patch, Scene};
 const BEHIND_M: f64 = 0.62;
 const BELOW_M: f64 = 0.55;
 
+/// A reach is at least this long, m; in a recording without any, the shorter length counts.
+const LONG_M: f64 = 0.3;
+const SHORT_M: f64 = 0.15;
+
 /// Places on a wall are tried this far apart, m, and this far from its border.
 const STEP_M: f64 = 0.25;
 const BORDER_M: f64 = 0.25;
@@ -76,11 +80,16 @@ pub struct Placement {
 /// # Errors
 /// A recording without a complete reach.
 pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
-    let complete: Vec<Reach> = reaches(recording, &SegmentConfig::default())?
-        .into_iter()
-        .filter(|r| r.end != ReachEnd::TrackingLost)
-        .collect();
-    let first = complete.first().context("the recording holds no complete reach of 0.3 m or more")?.direction;
+    let of_length = |min_length_m: f64| -> anyhow::Result<Vec<Reach>> {
+        let found = reaches(recording, &SegmentConfig { min_length_m, ..SegmentConfig::default() })?;
+        Ok(found.into_iter().filter(|r| r.end != ReachEnd::TrackingLost).collect())
+    };
+    let mut complete = of_length(LONG_M)?;
+    if complete.is_empty() {
+        complete = of_length(SHORT_M)?;
+    }
+    let first =
+        complete.first().context("the recording holds no complete reach of 0.15 m or more")?.direction;
     let (to, fro): (Vec<Reach>, Vec<Reach>) =
         complete.into_iter().partition(|r| r.direction.dot(first) > 0.0);
     let scatter = |group: &[Reach]| {

@@ -6,28 +6,59 @@ use glam::{DVec3, dvec3};
 use hwall_kinematics::{
     Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose, SrsArm,
 };
-use hwall_scene::Scene;
+use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::{
-    ErrorStats, MarkdownTable, Sampler, SpeedErrorRow, SpeedErrorTable, Timing, format_ns, time_batches,
-    time_each,
+    ErrorStats, Machine, MarkdownTable, Sampler, SpeedErrorRow, SpeedErrorTable, Timing, format_ns,
+    time_batches, time_each,
 };
 use std::f64::consts::TAU;
 use std::path::Path;
 
 /// One table, and the figure drawn from it.
 pub struct Section {
+    /// What the README quotes: crate, what, median, p99, error.
+    pub summary: Vec<[String; 5]>,
     /// Markdown, from a third-level heading on.
     pub text: String,
     /// Drawn where the errors span a range.
     pub figure: Option<Figure>,
 }
 
+/// Replaces the summary between the markers of a README by rows of this run.
+///
+/// # Errors
+/// A file that cannot be read or written, or one without the markers.
+pub fn update_readme(path: &Path, machine: &Machine, sections: &[Section]) -> anyhow::Result<()> {
+    const BEGIN: &str = "<!-- speed:begin -->";
+    const END: &str = "<!-- speed:end -->";
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let marked = || format!("{} has no {BEGIN} and {END}", path.display());
+    let (before, rest) = text.split_once(BEGIN).with_context(marked)?;
+    let (_, after) = rest.split_once(END).with_context(marked)?;
+    let mut table = MarkdownTable::new(["crate", "what", "median", "p99", "largest error"]);
+    for row in sections.iter().flat_map(|s| &s.summary) {
+        table.row(row.clone());
+    }
+    std::fs::write(path, format!("{before}{BEGIN}\n{machine}\n\n{table}{END}{after}"))?;
+    Ok(())
+}
+
+fn summary(part: &str, what: &str, timing: &Timing, error: impl Into<String>) -> [String; 5] {
+    [part.to_owned(), what.to_owned(), format_ns(timing.median_ns), format_ns(timing.p99_ns), error.into()]
+}
+
 /// Rows to draw, and where.
 pub struct Figure {
     name: &'static str,
     title: &'static str,
-    unit: &'static str,
-    rows: Vec<SpeedErrorRow>,
+    drawing: Drawing,
+}
+
+enum Drawing {
+    /// Time over error, in a unit.
+    SpeedError(&'static str, Vec<SpeedErrorRow>),
+    /// Time over a size, one line a method.
+    Scaling(&'static str, Vec<figures::Line>),
 }
 
 impl Figure {
@@ -36,7 +67,11 @@ impl Figure {
     /// # Errors
     /// A file that cannot be written.
     pub fn draw(&self, folder: &Path) -> anyhow::Result<()> {
-        figures::speed_error(&folder.join(self.name), self.title, self.unit, &self.rows)
+        let path = folder.join(self.name);
+        match &self.drawing {
+            Drawing::SpeedError(unit, rows) => figures::speed_error(&path, self.title, unit, rows),
+            Drawing::Scaling(size, lines) => figures::scaling(&path, self.title, size, lines),
+        }
     }
 
     /// The Markdown that shows it.
@@ -85,8 +120,13 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
     let mut table = MarkdownTable::new(["what", "median", "p99", "largest difference between the two"]);
     let difference = qs.iter().map(|q| Ok(pose_error(&arm.forward(q), &chain.forward(&q.0)?)));
     let difference = ErrorStats::from_errors(difference.collect::<anyhow::Result<Vec<_>>>()?);
+    let mut quoted = Vec::new();
     let mut row = |what: &str, t: Timing, error: String| {
-        table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), error]);
+        table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), error.clone()]);
+        if what.starts_with("S-R-S arm, pose and") {
+            let error = format!("{:.1e} m, rad against the general chain", difference.max);
+            quoted = vec![summary("kinematics", "forward and Jacobian", &t, error)];
+        }
     };
     let shown = format!("{:.1e} m, rad", difference.max);
     row("S-R-S arm, pose", batches(|i| arm.forward(&qs[i % n])), shown);
@@ -97,7 +137,7 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
     let text = format!(
         "### Forward kinematics of the iiwa 7\n\n{n} configurations uniform within the limits.\n\n{table}"
     );
-    Ok(Section { text, figure: None })
+    Ok(Section { summary: quoted, text, figure: None })
 }
 
 /// Closed form against the numeric inverse at several tolerances.
@@ -116,6 +156,13 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         (0..n).filter_map(|i| arm.reach(&poses[i]).witness().map(|w| error(&w.q, i))).collect();
     let share = format!("solved {:.2} %", 100.0 * found.len() as f64 / n as f64);
     let timing = batches(|i| arm.reach(&poses[i % n]));
+    let largest = |errors: ErrorStats| format!("{:.1e} m, rad", errors.max);
+    let mut quoted = vec![summary(
+        "kinematics",
+        "closed-form inverse with witness",
+        &timing,
+        largest(ErrorStats::from_errors(found.iter().copied())),
+    )];
     table.row("closed form, one witness", "exact", timing, (ErrorStats::from_errors(found), "m, rad"), share);
 
     let eight = |i: usize| arm.solutions(&poses[i], 0.3).into_iter().flatten();
@@ -146,6 +193,10 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         });
         let share = format!("solved {:.2} %", 100.0 * errors.len() as f64 / n as f64);
         let setting = format!("{tolerance:.0e}");
+        if tolerance == 1e-9 {
+            let errors = ErrorStats::from_errors(errors.iter().copied());
+            quoted.push(summary("kinematics", "numeric inverse, any chain", &timing, largest(errors)));
+        }
         table.row(
             "numeric, general chain",
             setting,
@@ -168,8 +219,8 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     let rows = table.rows().to_vec();
     let title = "Inverse kinematics: time against error";
-    let figure = Figure { name: "inverse.svg", title, unit: "m and rad", rows };
-    Ok(Section { text: table.to_markdown() + &note, figure: Some(figure) })
+    let figure = Figure { name: "inverse.svg", title, drawing: Drawing::SpeedError("m and rad", rows) };
+    Ok(Section { summary: quoted, text: table.to_markdown() + &note, figure: Some(figure) })
 }
 
 /// A pose, and the arm that shall hold it.
@@ -192,12 +243,16 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     let no: Vec<Case> = forbidden(&arm, &mut sampler, m).into_iter().map(of_iiwa).collect();
     let hard = narrow(&arm, &mut sampler, m)?;
     let mut table = MarkdownTable::new(["verdict", "poses", "median", "p99", "wrong"]);
-    let mut drawn = Vec::new();
+    let (mut drawn, mut quoted) = (Vec::new(), Vec::new());
     for (kind, cases, want) in [("random", &free, true), ("narrow", &hard, true), ("forbidden", &no, false)] {
         let mut row = |method: &str, setting: &str, f: &dyn Fn(&Case) -> bool| {
             let wrong = cases.iter().filter(|case| f(case) != want).count() as f64 / cases.len() as f64;
             let t = batches(|i| f(&cases[i % cases.len()]));
             let name = format!("{method} {setting}");
+            if method == "exact" && kind != "narrow" {
+                let what = format!("reachability verdict, {kind} poses");
+                quoted.push(summary("kinematics", &what, &t, format!("{:.2} % wrong", 100.0 * wrong)));
+            }
             let share = format!("{:.2} %", 100.0 * wrong);
             table.row([name, kind.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), share]);
             if kind == "narrow" {
@@ -237,10 +292,8 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
         format_ns(arcs.p99_ns)
     );
     let title = "Verdict on narrow poses: time against share judged wrongly (none is drawn at 1e-4)";
-    Ok(Section {
-        text,
-        figure: Some(Figure { name: "verdict.svg", title, unit: "share of poses", rows: drawn }),
-    })
+    let drawing = Drawing::SpeedError("share of poses", drawn);
+    Ok(Section { summary: quoted, text, figure: Some(Figure { name: "verdict.svg", title, drawing }) })
 }
 
 /// Random reachable poses, each with an arm whose limits are shrunk until 0.005 rad before the
@@ -257,75 +310,88 @@ fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<C
         .collect()
 }
 
-/// Ray casts in single precision (points recomputed in double) against double precision.
+/// Ray casts in single precision (points recomputed in double) against double precision, over
+/// surfaces of rising size or one given scene.
 ///
 /// # Errors
 /// A scene that cannot be read.
 pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section> {
-    let (scene, what) = match scene {
-        Some(path) => {
-            let (scene, _) = Scene::from_obj_file(path, None).with_context(|| path.display().to_string())?;
-            (scene, path.file_name().unwrap_or_default().to_string_lossy().into_owned())
-        }
-        None => (bumpy_surface()?, "a bumpy surface made for this".to_owned()),
+    let scenes = match scene {
+        Some(path) => vec![Scene::from_obj_file(path, None)?.0],
+        None => [16, 50, 158, 316].into_iter().map(bumpy_surface).collect::<anyhow::Result<Vec<_>>>()?,
     };
-    let (min, max) = scene.bounds();
-    let size = (max - min).length();
-    let mut sampler = Sampler::new(seed);
-    let rays: Vec<(DVec3, DVec3)> = (0..n)
-        .map(|_| {
-            let origin = 0.5 * (min + max) + sampler.unit_vector() * size;
-            (origin, sampler.point_in_box(min, max) - origin)
-        })
-        .collect();
-    let single = |i: usize| scene.ray_cast(rays[i % n].0, rays[i % n].1);
-    let double = |i: usize| scene.ray_cast_f64(rays[i % n].0, rays[i % n].1);
-    let (mut errors, mut disagree) = (Vec::new(), 0);
-    for i in 0..n {
-        match (single(i)?, double(i)?) {
-            (Some(a), Some(b)) => errors.push(a.point_m.distance(b.point_m)),
-            (None, None) => {}
-            _ => disagree += 1,
+    let mut table = SpeedErrorTable::new("Ray casts, single against double precision", "triangles");
+    let mut lines = [Vec::new(), Vec::new()];
+    let mut quoted = Vec::new();
+    for scene in &scenes {
+        let rays = rays_at(scene, &mut Sampler::new(seed), n);
+        let single = |i: usize| scene.ray_cast(rays[i % n].0, rays[i % n].1);
+        let double = |i: usize| scene.ray_cast_f64(rays[i % n].0, rays[i % n].1);
+        let (mut errors, mut disagree) = (Vec::new(), 0);
+        for i in 0..n {
+            match (single(i)?, double(i)?) {
+                (Some(a), Some(b)) => errors.push(a.point_m.distance(b.point_m)),
+                (None, None) => {}
+                _ => disagree += 1,
+            }
         }
+        let triangles = scene.triangle_count();
+        let errors = ErrorStats::from_errors(errors);
+        let (fast, exact) = (batches(single), batches(double));
+        let note = format!("hit or miss differs for {disagree} of {n} rays");
+        table.row("f32, point in f64", triangles.to_string(), fast, (errors, "m"), note);
+        table.row(
+            "f64",
+            triangles.to_string(),
+            exact,
+            (ErrorStats::from_errors([0.0]), "m"),
+            "the reference",
+        );
+        lines[0].push((triangles as f64, fast.median_ns));
+        lines[1].push((triangles as f64, exact.median_ns));
+        let what = format!("ray cast into {triangles} triangles");
+        quoted = vec![summary("scene", &what, &fast, format!("{:.1e} m against f64", errors.max))];
     }
-    let mut table = SpeedErrorTable::new(
-        format!("Ray casts into {} triangles ({what}, {size:.1} m across)", scene.triangle_count()),
-        "precision",
-    );
-    let note = format!("hit or miss differs for {disagree} of {n} rays");
-    table.row(
-        "bounding volume hierarchy",
-        "f32, point in f64",
-        batches(single),
-        (ErrorStats::from_errors(errors), "m"),
-        note,
-    );
-    let none = ErrorStats::from_errors([0.0]);
-    table.row("bounding volume hierarchy", "f64", batches(double), (none, "m"), "the reference");
     let text = table.to_markdown()
-        + "\nErrors: distance between the two hit points where both hit. Incoherent rays from a sphere around the scene.\n";
-    Ok(Section {
-        text,
-        figure: Some(Figure {
-            name: "rays.svg",
-            title: "Ray casts: time against error",
-            unit: "m",
-            rows: table.rows().to_vec(),
-        }),
-    })
+        + "\nA bumpy surface 1.4 m across, or the scene given. Errors: distance between the two hit points where both \
+           hit. Rays come from a sphere around the scene, half of them aimed at random points, half at corners \
+           that triangles share.\n";
+    let [single, double] = lines;
+    let lines = vec![("f32, point in f64".to_owned(), single), ("f64".to_owned(), double)];
+    let title = "Ray casts: median time against size";
+    let figure = Figure { name: "rays.svg", title, drawing: Drawing::Scaling("triangles", lines) };
+    Ok(Section { summary: quoted, text, figure: Some(figure) })
 }
 
-/// A height field of 100,000 triangles.
-fn bumpy_surface() -> anyhow::Result<Scene> {
-    const CELLS: usize = 224;
+/// Origins on a sphere around a scene, with directions to points and corners of its triangles.
+fn rays_at(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<(DVec3, DVec3)> {
+    let (min, max) = scene.bounds();
+    let radius = (max - min).length();
+    let corners: Vec<DVec3> = (0..scene.surfaces().len())
+        .filter_map(|id| scene.triangles_m(SurfaceId(id)).ok())
+        .flat_map(|triangles| triangles.map(|t| t[0]))
+        .collect();
+    let ray = |i: usize| {
+        let origin = 0.5 * (min + max) + sampler.unit_vector() * radius;
+        let aim = match i % 2 {
+            0 => sampler.point_in_box(min, max),
+            _ => corners[sampler.index(corners.len())],
+        };
+        (origin, aim - origin)
+    };
+    (0..n).map(ray).collect()
+}
+
+/// A height field of 2 cells² triangles, one metre square.
+fn bumpy_surface(cells: usize) -> anyhow::Result<Scene> {
     let mut obj = String::from("o bumps\n");
-    let at = |i: usize| i as f64 / CELLS as f64;
-    for (i, j) in (0..=CELLS).flat_map(|i| (0..=CELLS).map(move |j| (i, j))) {
+    let at = |i: usize| i as f64 / cells as f64;
+    for (i, j) in (0..=cells).flat_map(|i| (0..=cells).map(move |j| (i, j))) {
         let z = 0.05 * (TAU * 3.0 * at(i)).sin() * (TAU * 4.0 * at(j)).cos();
         obj.push_str(&format!("v {} {} {z}\n", at(i), at(j)));
     }
-    for (i, j) in (0..CELLS).flat_map(|i| (0..CELLS).map(move |j| (i, j))) {
-        let v = |i: usize, j: usize| i * (CELLS + 1) + j + 1;
+    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+        let v = |i: usize, j: usize| i * (cells + 1) + j + 1;
         let (a, b, c, d) = (v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1));
         obj.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
     }
@@ -353,8 +419,13 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     }
     let errors = ErrorStats::from_errors(errors);
     let mut table = MarkdownTable::new(["what", "median", "p99"]);
+    let mut quoted = Vec::new();
     let mut row = |what: &str, t: Timing| {
         table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns)]);
+        if what == "forward dynamics" {
+            let error = format!("{:.1e} rad/s² through the inverse and back", errors.max);
+            quoted = vec![summary("kinematics", what, &t, error)];
+        }
     };
     row(
         "gravity torque",
@@ -382,5 +453,5 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
          relative.\n",
         errors.max, errors.count
     );
-    Ok(Section { text, figure: None })
+    Ok(Section { summary: quoted, text, figure: None })
 }

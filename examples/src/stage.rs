@@ -3,7 +3,7 @@
 use crate::place::{self, Stand};
 use crate::session::Hand;
 use crate::touches::{self, Touch};
-use anyhow::{Context, bail};
+use anyhow::bail;
 use hwall_contact::{Recording, RigidMap};
 use hwall_kinematics::SrsArm;
 use hwall_scene::{LoadReport, Scene};
@@ -56,7 +56,7 @@ impl Stage {
     pub fn set(arm: &SrsArm, options: &Options) -> anyhow::Result<Self> {
         let mut remarks = Vec::new();
         let (scene, report) = match options.scene {
-            Some(path) => Scene::from_obj_file(path, None).with_context(|| path.display().to_string())?,
+            Some(path) => Scene::from_obj_file(path, None)?,
             None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
         };
         remarks.extend(repairs(&report));
@@ -91,7 +91,7 @@ impl Stage {
         options: &Options,
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
-        let mut recording = Recording::from_csv_path(path).with_context(|| path.display().to_string())?;
+        let mut recording = Recording::from_csv_path(path)?;
         if options.y_up {
             for sample in &mut recording.samples {
                 sample.frame = RigidMap::Z_UP_FROM_Y_UP.frame(&sample.frame);
@@ -126,5 +126,16 @@ fn repairs(report: &LoadReport) -> Vec<String> {
     if report.is_clean() {
         return Vec::new();
     }
-    vec![format!("scene repaired: {report:?}")]
+    let counts = [
+        ("degenerate faces dropped", report.degenerate_faces),
+        ("duplicate faces dropped", report.duplicate_faces),
+        ("concave polygons cut as fans", report.concave_polygons),
+        ("points and lines ignored", report.points_and_lines),
+        ("lines ignored", report.ignored_lines),
+        ("empty surfaces", report.empty_surfaces.len()),
+        ("material libraries missing", report.missing_material_libraries.len()),
+        ("materials missing", report.missing_materials.len()),
+    ];
+    let found = counts.into_iter().filter(|(_, n)| *n > 0).map(|(what, n)| format!("{n} {what}"));
+    vec![format!("scene: {}", found.collect::<Vec<_>>().join(", "))]
 }

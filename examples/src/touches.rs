@@ -3,10 +3,10 @@
 use crate::session::Tick;
 use anyhow::{Context, bail};
 use glam::{DAffine3, DVec3};
-use hwall_contact::{HandFrame, Reach as HandReach, Recording};
+use hwall_contact::{Reach as HandReach, Recording};
 use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{Reach, SrsArm, Unreachable};
-use hwall_scene::{Patch, Scene};
+use hwall_scene::{Patch, Scene, SurfaceId};
 use hwall_sim::{TouchPlan, TouchTruth};
 use hwall_testkit::Sampler;
 
@@ -117,7 +117,8 @@ pub fn of_person(scene: &Scene, truths: &[TouchTruth]) -> Vec<Touch> {
     truths.iter().map(touch).collect()
 }
 
-/// The touches in a recording: each reach that crosses a surface, or ends beside one.
+/// The touches in a recording: where each reach first goes through a touchable surface, or the
+/// surface beside its end.
 ///
 /// # Errors
 /// Geometry that the scene refuses.
@@ -129,22 +130,39 @@ pub fn of_recording(
 ) -> anyhow::Result<Vec<Touch>> {
     let mut touches = Vec::new();
     for reach in contacts {
-        let end_m = base_from_hand.transform_point3(reach.end_m);
-        let Some(wall) = scene.closest_touchable(end_m, 0.15)? else { continue };
-        let start_m = base_from_hand.transform_point3(reach.start_m);
-        let normal = facing(wall.normal, start_m - wall.point_m);
-        let frames: Vec<&HandFrame> = recording.frames().collect();
-        let crossing = (reach.first..=reach.last).find_map(|i| {
-            let tip = base_from_hand.transform_point3(frames[i].point(reach.point)?);
-            ((tip - wall.point_m).dot(normal) <= 0.0).then_some((frames[i].t_s, tip))
-        });
-        let (contact_s, at_m) = crossing.unwrap_or((reach.end_s, end_m));
-        let point_m = scene.project_on(wall.surface, at_m)?.point_m;
-        let surface = scene.surface(wall.surface).name.clone();
+        let path: Vec<(f64, DVec3)> = recording.samples[reach.first..=reach.last]
+            .iter()
+            .filter_map(|s| Some((s.frame.t_s, base_from_hand.transform_point3(s.frame.point(reach.point)?))))
+            .collect();
+        let Some((contact_s, point_m, normal, id)) = first_contact(scene, &path)? else { continue };
+        let surface = scene.surface(id).name.clone();
         let (start_s, end_s) = (reach.start_s, reach.end_s + 0.3);
         touches.push(Touch { surface, point_m, normal, start_s, contact_s, end_s });
     }
     Ok(touches)
+}
+
+/// A path that ends within this of a surface has touched it, m: a tracked tip is a point inside
+/// the finger.
+const BESIDE_M: f64 = 0.03;
+
+type Contact = (f64, DVec3, DVec3, SurfaceId);
+
+fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<Contact>> {
+    for pair in path.windows(2) {
+        let [(_, from), (t_s, to)] = [pair[0], pair[1]];
+        let step = to - from;
+        if step.length() < 1e-9 {
+            continue;
+        }
+        let hit = scene.ray_cast(from, step)?.filter(|h| h.distance_m <= step.length());
+        if let Some(hit) = hit.filter(|h| scene.surface(h.surface).touchable()) {
+            return Ok(Some((t_s, hit.point_m, hit.normal, hit.surface)));
+        }
+    }
+    let Some(&(t_s, end)) = path.last() else { return Ok(None) };
+    let beside = scene.closest_touchable(end, BESIDE_M)?;
+    Ok(beside.map(|c| (t_s, c.point_m, c.normal, c.surface)))
 }
 
 /// Judges every touch from the log of the run.
