@@ -184,6 +184,9 @@ impl Tip {
     }
 }
 
+/// Predicted points nearer to the last one than this are not drawn, m.
+const DRAWN_M: f64 = 0.01;
+
 struct Log {
     ticks: Vec<Tick>,
     step_ns: Vec<f64>,
@@ -248,7 +251,10 @@ impl Log {
         };
         self.sources[source] += 1;
         if let Some(prediction) = found {
-            self.trace.predicted_m.push(prediction.point_m);
+            let last = self.trace.predicted_m.last();
+            if last.is_none_or(|last| last.distance(prediction.point_m) > DRAWN_M) {
+                self.trace.predicted_m.push(prediction.point_m);
+            }
             self.trace.hand_distance_m.push((t_s, prediction.distance_m.max(0.0)));
         }
     }
@@ -264,8 +270,8 @@ impl Log {
             }
             _ => {}
         }
-        // A hundred points a second are enough for a figure.
-        if self.ticks.len() % 10 == 0 {
+        // Fifty points a second are enough for a figure.
+        if self.ticks.len() % 20 == 0 {
             let face_m = tick.base_from_board.position_m();
             self.trace.board_m.push((tick.t_s, face_m));
             if let Some(target) = target {
