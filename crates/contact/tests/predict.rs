@@ -245,3 +245,48 @@ fn a_simulated_reach_is_predicted_before_it_arrives() {
     // The projection is off by the part of the way along the wall that is still to go.
     assert!(at(0.5).1 < 0.20 && at(0.9).1 < 0.01);
 }
+
+fn predict_led(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> ContactPrediction {
+    let mut predictor = DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap();
+    predictor.predict(scene, hand, gaze.as_ref()).unwrap()
+}
+
+#[test]
+fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
+    let scene = scene(&[("wall", wall(1.0))], None);
+    let seen = DVec3::new(1.0, -0.4, 1.0);
+    let far = predict_led(&scene, &hand(DVec3::new(0.4, 0.1, 1.2), DVec3::X), Some(gaze_at(seen)));
+    assert_close!(far.point_m, seen, Tol::abs(1e-9));
+    assert_close!(far.normal, DVec3::NEG_X, Tol::abs(1e-12));
+    // Distance and time stay those of the hand.
+    assert_close!(far.distance_m, 0.6, Tol::abs(1e-12));
+    assert_close!(far.time_to_contact_s.unwrap(), 0.6, Tol::abs(1e-12));
+    // Within 0.02 m the hand decides, half way to 0.06 m both.
+    let resting = |distance: f64| hand(DVec3::new(1.0 - distance, 0.1, 1.2), DVec3::ZERO);
+    let near = predict_led(&scene, &resting(0.015), Some(gaze_at(seen)));
+    assert_close!(near.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
+    let between = predict_led(&scene, &resting(0.04), Some(gaze_at(seen)));
+    assert_close!(between.point_m, DVec3::new(1.0, -0.15, 1.1), Tol::abs(1e-9));
+}
+
+#[test]
+fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
+    let scene = scene(&[("wall", wall(1.0))], None);
+    let slanted = hand(DVec3::new(0.9, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
+    // Without a gaze the ray is the hand's own direction.
+    let led = predict_led(&scene, &slanted, None);
+    assert_eq!(led.source, PredictionSource::HandDirection);
+    assert_close!(led.point_m, DVec3::new(1.0, 0.2, 1.2), Tol::abs(1e-9));
+    // Near the wall, too, whatever the gaze says.
+    let close = hand(DVec3::new(0.985, 0.1, 1.2), DVec3::new(0.5, 0.5, 0.0));
+    let led = predict_led(&scene, &close, Some(gaze_at(DVec3::new(1.0, -0.4, 1.0))));
+    assert_close!(led.point_m, DVec3::new(1.0, 0.115, 1.2), Tol::abs(1e-9));
+}
+
+#[test]
+fn leading_distances_must_rise_from_a_positive_one() {
+    for bad in [[0.0, 0.1], [0.1, 0.1], [0.2, 0.1], [f64::NAN, 0.1], [0.1, f64::NAN]] {
+        let config = PredictorConfig { ray_leads_m: Some(bad), ..PredictorConfig::default() };
+        assert!(DeterministicPredictor::new(config).is_err(), "{bad:?}");
+    }
+}
