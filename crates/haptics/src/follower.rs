@@ -118,13 +118,14 @@ impl Follower {
         for speed in *arm.max_velocity_rad_per_s() {
             positive("max_velocity_rad_per_s", speed)?;
         }
-        let bounds = std::array::from_fn(|joint| JointBounds {
-            velocity: config.speed_share * arm.max_velocity_rad_per_s()[joint],
-            acceleration: config.acceleration_rad_per_s2[joint],
-        });
+        let mut bounds = [JointBounds::new(1.0, 1.0)?; 7];
+        for (joint, bounds) in bounds.iter_mut().enumerate() {
+            let velocity_rad_per_s = config.speed_share * arm.max_velocity_rad_per_s()[joint];
+            *bounds = JointBounds::new(velocity_rad_per_s, config.acceleration_rad_per_s2[joint])?;
+        }
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
         let nearest = NearestConfig { weights, ..NearestConfig::default() };
-        let motion = [JointMotion { q: 0.0, qd: 0.0 }; 7];
+        let motion = [JointMotion::at_rest(0.0); 7];
         let mut follower = Self { arm, config, bounds, nearest, motion, aim: None, goal: None };
         follower.restart(start, &JointVelocities::default())?;
         Ok(follower)
@@ -139,8 +140,8 @@ impl Follower {
         finite("q", &q.0)?;
         finite("qd", &qd.0)?;
         for (joint, motion) in self.motion.iter_mut().enumerate() {
-            let most = self.bounds[joint].velocity;
-            *motion = JointMotion { q: q[joint], qd: qd[joint].clamp(-most, most) };
+            let most = self.bounds[joint].velocity_rad_per_s();
+            *motion = JointMotion { q_rad: q[joint], qd_rad_per_s: qd[joint].clamp(-most, most) };
         }
         (self.aim, self.goal) = (None, None);
         Ok(())
@@ -189,13 +190,13 @@ impl Follower {
     /// The configuration commanded last, rad.
     #[must_use]
     pub fn commanded(&self) -> JointPositions {
-        JointPositions(self.motion.map(|motion| motion.q))
+        JointPositions(self.motion.map(|motion| motion.q_rad))
     }
 
     /// The velocity at the configuration commanded last, rad/s.
     #[must_use]
     pub fn commanded_velocity(&self) -> JointVelocities {
-        JointVelocities(self.motion.map(|motion| motion.qd))
+        JointVelocities(self.motion.map(|motion| motion.qd_rad_per_s))
     }
 
     /// The arm with the board as its tool.
@@ -227,15 +228,15 @@ impl Follower {
     fn advance(
         &mut self,
         dt_s: f64,
-        next: impl Fn(usize, JointMotion, JointBounds) -> JointMotion,
+        next: impl Fn(usize, JointMotion, &JointBounds) -> JointMotion,
     ) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
         for (joint, motion) in self.motion.iter_mut().enumerate() {
-            let before = motion.q;
-            *motion = next(joint, *motion, self.bounds[joint]);
+            let before = motion.q_rad;
+            *motion = next(joint, *motion, &self.bounds[joint]);
             // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
             let limit = self.arm.limits()[joint];
-            motion.q = motion.q.clamp(limit.min_rad.min(before), limit.max_rad.max(before));
+            motion.q_rad = motion.q_rad.clamp(limit.min_rad.min(before), limit.max_rad.max(before));
         }
         Ok(self.commanded())
     }
@@ -271,7 +272,8 @@ impl Follower {
 
     /// The time at full speed that the slowest joint needs, s.
     fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
-        (0..7).fold(0.0, |most: f64, i| most.max((to[i] - from[i]).abs() / self.bounds[i].velocity))
+        (0..7)
+            .fold(0.0, |most: f64, i| most.max((to[i] - from[i]).abs() / self.bounds[i].velocity_rad_per_s()))
     }
 
     fn solve(

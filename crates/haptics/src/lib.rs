@@ -13,6 +13,7 @@ pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use error::HapticsError;
 pub use follower::{Follower, FollowerConfig};
+pub use profile::{JointBounds, JointMotion};
 pub use renderer::{
     ApproachConfig, ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };

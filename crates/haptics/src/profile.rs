@@ -1,58 +1,111 @@
-//! Motion of one joint towards a goal that may change at any time.
+//! Time-optimal motion of one joint under velocity and acceleration limits.
 
-/// Position and velocity of a commanded joint, rad and rad/s.
+use crate::HapticsError;
+use crate::error::positive;
+
+/// Limits of the motion of one joint, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct JointMotion {
-    pub(crate) q: f64,
-    pub(crate) qd: f64,
+pub struct JointBounds {
+    velocity: f64,
+    acceleration: f64,
 }
 
-/// Bounds of one joint.
+impl JointBounds {
+    /// Largest speed, rad/s, and largest acceleration, rad/s².
+    ///
+    /// # Errors
+    /// A bound that is not positive and finite.
+    pub fn new(velocity_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Result<Self, HapticsError> {
+        positive("velocity_rad_per_s", velocity_rad_per_s)?;
+        positive("acceleration_rad_per_s2", acceleration_rad_per_s2)?;
+        Ok(Self { velocity: velocity_rad_per_s, acceleration: acceleration_rad_per_s2 })
+    }
+
+    /// Largest speed, rad/s.
+    #[must_use]
+    pub const fn velocity_rad_per_s(&self) -> f64 {
+        self.velocity
+    }
+
+    /// Largest acceleration and deceleration, rad/s².
+    #[must_use]
+    pub const fn acceleration_rad_per_s2(&self) -> f64 {
+        self.acceleration
+    }
+}
+
+/// Position and velocity of one joint on its way to a goal that may change at any time.
+///
+/// NaN in any number gives NaN in both.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct JointBounds {
-    pub(crate) velocity: f64,
-    pub(crate) acceleration: f64,
+pub struct JointMotion {
+    /// Angle, rad.
+    pub q_rad: f64,
+    /// Velocity, rad/s.
+    pub qd_rad_per_s: f64,
 }
 
 impl JointMotion {
-    /// Where full braking would come to rest.
-    pub(crate) fn stop(&self, bounds: JointBounds) -> f64 {
-        self.q + self.qd * self.qd.abs() / (2.0 * bounds.acceleration)
+    /// Standing still.
+    #[must_use]
+    pub const fn at_rest(q_rad: f64) -> Self {
+        Self { q_rad, qd_rad_per_s: 0.0 }
     }
 
-    /// The motion `dt` later on the time-optimal way to rest at `goal`.
+    /// Where full braking comes to rest, rad: `q + v |v| / 2a`.
+    #[must_use]
+    pub fn stopping_point_rad(self, bounds: &JointBounds) -> f64 {
+        self.q_rad + self.qd_rad_per_s * self.qd_rad_per_s.abs() / (2.0 * bounds.acceleration)
+    }
+
+    /// The motion `dt_s` later on the time-optimal way to rest at `goal_rad`.
     ///
     /// Accelerate, cruise, brake, in closed form and not per step, so the result does not depend
-    /// on how time is cut into steps. The point of rest of full braking only ever moves towards
-    /// the goal: no overshoot for a goal that rests, and never past the outermost goal for one
-    /// that moves.
-    pub(crate) fn towards(self, goal: f64, bounds: JointBounds, dt: f64) -> Self {
-        let a = bounds.acceleration;
-        // In units where the first acceleration is positive.
-        let sign = if self.stop(bounds) <= goal { 1.0 } else { -1.0 };
-        let (d, v) = (sign * (goal - self.q), sign * self.qd);
-        let peak = (0.5 * v * v + a * d).max(0.0).sqrt().min(bounds.velocity).max(v);
-        let t_accelerate = (peak - v) / a;
-        let t_brake = peak / a;
-        let cruise = d - (peak * peak - 0.5 * v * v) / a;
-        let t_cruise = if peak > 0.0 { (cruise / peak).max(0.0) } else { 0.0 };
-        let left = t_accelerate + t_cruise + t_brake - dt;
-        if left <= 0.0 {
-            return Self { q: goal, qd: 0.0 };
+    /// on how time is cut into steps. The goal is reached exactly. The stopping point only ever
+    /// moves towards the goal: no overshoot of a goal that rests, unless it jumped so near that
+    /// the joint cannot stop before it, and never past the outermost goal of one that moves. A
+    /// joint above its velocity limit first brakes down to it.
+    ///
+    /// A step of zero or less changes nothing. Error: some 1e-16 of the angles, and in the last
+    /// moment before rest, where the speed is the root of a distance, 1e-8 rad/s.
+    #[must_use]
+    pub fn towards(self, goal_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
+        if dt_s <= 0.0 {
+            return self;
         }
-        let (moved, speed) = if dt < t_accelerate {
-            (dt * (v + 0.5 * a * dt), v + a * dt)
+        let a = bounds.acceleration;
+        // In units where the joint, braking at once, would stop before the goal.
+        let sign = if self.stopping_point_rad(bounds) <= goal_rad { 1.0 } else { -1.0 };
+        let (d, v) = (sign * (goal_rad - self.q_rad), sign * self.qd_rad_per_s);
+        if d.is_nan() || v.is_nan() || dt_s.is_nan() {
+            // The minima and maxima below would drop it.
+            return Self { q_rad: f64::NAN, qd_rad_per_s: f64::NAN };
+        }
+        let peak = (0.5 * v * v + a * d).max(0.0).sqrt().max(v).min(bounds.velocity);
+        let t_change = (peak - v).abs() / a;
+        let t_brake = peak / a;
+        let cruise = d - 0.5 * (v + peak) * t_change - 0.5 * peak * t_brake;
+        let t_cruise = if peak > 0.0 { (cruise / peak).max(0.0) } else { 0.0 };
+        let left = t_change + t_cruise + t_brake - dt_s;
+        if left <= 0.0 {
+            return Self::at_rest(goal_rad);
+        }
+        let (moved, speed) = if dt_s < t_change {
+            let change = (peak - v).signum() * a * dt_s;
+            (dt_s * (v + 0.5 * change), v + change)
         } else if left > t_brake {
-            (0.5 * t_accelerate * (v + peak) + (dt - t_accelerate) * peak, peak)
+            (0.5 * t_change * (v + peak) + (dt_s - t_change) * peak, peak)
         } else {
-            (d - 0.5 * a * left * left, a * left)
+            // Counted back from the end, so that the goal is met exactly.
+            (d - 0.5 * a * left * left, (a * left).min(peak))
         };
-        Self { q: self.q + sign * moved, qd: sign * speed }
+        Self { q_rad: self.q_rad + sign * moved, qd_rad_per_s: sign * speed }
     }
 
-    /// The motion `dt` later when braking at full deceleration.
-    pub(crate) fn braked(self, bounds: JointBounds, dt: f64) -> Self {
-        self.towards(self.stop(bounds), bounds, dt)
+    /// The motion `dt_s` later when braking at full deceleration; at rest it stays.
+    #[must_use]
+    pub fn braked(self, bounds: &JointBounds, dt_s: f64) -> Self {
+        self.towards(self.stopping_point_rad(bounds), bounds, dt_s)
     }
 }
 
@@ -60,6 +113,7 @@ impl JointMotion {
 mod tests {
     use super::*;
     use hwall_testkit::Sampler;
+    use proptest::prelude::*;
 
     const BOUNDS: JointBounds = JointBounds { velocity: 1.5, acceleration: 10.0 };
 
@@ -67,15 +121,15 @@ mod tests {
     fn a_resting_goal_is_met_exactly_without_overshoot() {
         let mut s = Sampler::new(11);
         for _ in 0..2000 {
-            let start = JointMotion { q: s.uniform(-2.0, 2.0), qd: 0.0 };
+            let start = JointMotion::at_rest(s.uniform(-2.0, 2.0));
             let goal = s.uniform(-2.0, 2.0);
-            let (lo, hi) = (start.q.min(goal), start.q.max(goal));
+            let (lo, hi) = (start.q_rad.min(goal), start.q_rad.max(goal));
             let mut motion = start;
             for _ in 0..5000 {
-                motion = motion.towards(goal, BOUNDS, s.uniform(0.0, 0.01));
-                assert!((lo - 1e-15..=hi + 1e-15).contains(&motion.q), "{motion:?} to {goal}");
+                motion = motion.towards(goal, &BOUNDS, s.uniform(0.0, 0.01));
+                assert!((lo - 1e-15..=hi + 1e-15).contains(&motion.q_rad), "{motion:?} to {goal}");
             }
-            assert_eq!(motion, JointMotion { q: goal, qd: 0.0 });
+            assert_eq!(motion, JointMotion::at_rest(goal));
         }
     }
 
@@ -83,43 +137,168 @@ mod tests {
     fn the_way_does_not_depend_on_the_steps() {
         let mut s = Sampler::new(12);
         for _ in 0..2000 {
-            let start = JointMotion { q: s.uniform(-2.0, 2.0), qd: s.uniform(-1.5, 1.5) };
+            let start = JointMotion { q_rad: s.uniform(-2.0, 2.0), qd_rad_per_s: s.uniform(-1.5, 1.5) };
             let (goal, dt) = (s.uniform(-2.0, 2.0), s.uniform(0.0, 2.0));
-            let once = start.towards(goal, BOUNDS, dt);
+            let once = start.towards(goal, &BOUNDS, dt);
             let mut many = start;
             for _ in 0..64 {
-                many = many.towards(goal, BOUNDS, dt / 64.0);
+                many = many.towards(goal, &BOUNDS, dt / 64.0);
             }
-            assert!((once.q - many.q).abs() < 1e-13, "{once:?} {many:?}");
+            assert!((once.q_rad - many.q_rad).abs() < 1e-13, "{once:?} {many:?}");
             // Near rest the speed is the root of a distance known to 1e-16.
-            assert!((once.qd - many.qd).abs() < 1e-6, "{once:?} {many:?}");
+            assert!((once.qd_rad_per_s - many.qd_rad_per_s).abs() < 1e-6, "{once:?} {many:?}");
         }
     }
 
     #[test]
     fn goals_that_jump_every_step_are_never_passed_at_the_outside() {
         let mut s = Sampler::new(13);
-        let mut motion = JointMotion { q: 0.0, qd: 0.0 };
+        let mut motion = JointMotion::at_rest(0.0);
         for _ in 0..100_000 {
             let goal = if s.bool() { s.uniform(-0.3, 0.3) } else { [-0.3, 0.3][s.index(2)] };
             let (before, dt) = (motion, s.uniform(1e-4, 0.02));
-            motion = motion.towards(goal, BOUNDS, dt);
-            assert!(motion.q.abs() <= 0.3 + 1e-15);
-            assert!(motion.qd.abs() <= BOUNDS.velocity + 1e-12);
-            assert!((motion.qd - before.qd).abs() <= BOUNDS.acceleration * dt + 1e-9);
-            assert!((motion.q - before.q).abs() <= BOUNDS.velocity * dt + 1e-12);
+            motion = motion.towards(goal, &BOUNDS, dt);
+            assert!(motion.q_rad.abs() <= 0.3 + 1e-15);
+            assert!(motion.qd_rad_per_s.abs() <= BOUNDS.velocity + 1e-12);
+            assert!((motion.qd_rad_per_s - before.qd_rad_per_s).abs() <= BOUNDS.acceleration * dt + 1e-9);
+            assert!((motion.q_rad - before.q_rad).abs() <= BOUNDS.velocity * dt + 1e-12);
         }
     }
 
     #[test]
     fn braking_takes_the_stopping_distance() {
         for qd in [-1.5, -0.2, 0.0, 0.7, 1.5] {
-            let mut motion = JointMotion { q: 0.4, qd };
-            let rest = motion.stop(BOUNDS);
+            let mut motion = JointMotion { q_rad: 0.4, qd_rad_per_s: qd };
+            let rest = motion.stopping_point_rad(&BOUNDS);
             for _ in 0..200 {
-                motion = motion.braked(BOUNDS, 1e-3);
+                motion = motion.braked(&BOUNDS, 1e-3);
             }
-            assert!((motion.q - rest).abs() < 1e-15 && motion.qd == 0.0, "{motion:?}");
+            assert!((motion.q_rad - rest).abs() < 1e-15 && motion.qd_rad_per_s == 0.0, "{motion:?}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// The invariant behind every limit: where the joint would come to rest moves only
+        /// towards the goal, never past it and never away from it.
+        #[test]
+        fn the_stopping_point_never_leaves_the_way_to_the_goal(
+            q_rad in -3.0..3.0, qd_rad_per_s in -2.0..2.0, goal in -3.0..3.0,
+            acceleration in 0.1..100.0, dt in (-20.0..0.0).prop_map(f64::exp),
+        ) {
+            let bounds = JointBounds { velocity: 2.0, acceleration };
+            let before = JointMotion { q_rad, qd_rad_per_s };
+            let after = before.towards(goal, &bounds, dt);
+            let stop = before.stopping_point_rad(&bounds);
+            let (lo, hi) = (stop.min(goal), stop.max(goal));
+            let slack = 1e-12 + 2e-9 * (hi - lo);
+            let stop = after.stopping_point_rad(&bounds);
+            prop_assert!((lo - slack..=hi + slack).contains(&stop), "{before:?} {after:?}");
+            prop_assert!(after.qd_rad_per_s.abs() <= 2.0);
+            let change = (after.qd_rad_per_s - qd_rad_per_s).abs();
+            prop_assert!(change <= acceleration * dt * (1.0 + 1e-8) + 1e-15, "{before:?} {after:?}");
+        }
+    }
+
+    /// Steps to the goal with irregular steps; returns the time at rest there.
+    fn run(mut joint: JointMotion, goal: f64, bounds: &JointBounds) -> f64 {
+        let ahead = (goal - joint.q_rad).signum();
+        let (mut t, mut i) = (0.0, 0);
+        while joint != JointMotion::at_rest(goal) {
+            let dt = [1e-3, 3e-4, 1e-9, 7e-4, 9e-6][i % 5];
+            let next = joint.towards(goal, bounds, dt);
+            let change = (next.qd_rad_per_s - joint.qd_rad_per_s).abs();
+            assert!(change <= bounds.acceleration * dt * (1.0 + 1e-8) + 1e-15, "{joint:?} {next:?} {dt}");
+            assert!(next.qd_rad_per_s.abs() <= bounds.velocity);
+            let over = (next.q_rad - goal) * ahead;
+            assert!(over <= 1e-14, "overshot by {over}");
+            (joint, t, i) = (next, t + dt, i + 1);
+            assert!(i < 1_000_000, "never arrives: {joint:?}");
+        }
+        t
+    }
+
+    #[test]
+    fn arrives_exactly_in_the_shortest_time_with_irregular_steps() {
+        for (distance, velocity, acceleration) in
+            [(1.0, 1.5, 10.0), (0.01, 1.5, 10.0), (1e-7, 1.5, 10.0), (3.0, 0.2, 50.0), (1e-14, 2.0, 10.0)]
+        {
+            for sign in [-1.0, 1.0] {
+                let bounds = JointBounds { velocity, acceleration };
+                let t = run(JointMotion::at_rest(0.3), 0.3 + sign * distance, &bounds);
+                // Bang-bang, with a cruise where the peak would pass the limit.
+                let best = if distance * acceleration <= velocity * velocity {
+                    2.0 * f64::sqrt(distance / acceleration)
+                } else {
+                    distance / velocity + velocity / acceleration
+                };
+                assert!(t <= best + 4e-3, "{distance} rad: {t} s, best {best} s");
+            }
+        }
+    }
+
+    /// Positions over two seconds in steps of a millisecond.
+    fn positions(mut joint: JointMotion, goal: f64) -> (JointMotion, Vec<f64>) {
+        let mut passed = Vec::new();
+        for _ in 0..2000 {
+            joint = joint.towards(goal, &BOUNDS, 1e-3);
+            passed.push(joint.q_rad);
+        }
+        (joint, passed)
+    }
+
+    #[test]
+    fn brakes_and_returns_when_the_goal_jumps_too_near() {
+        let (joint, passed) = positions(JointMotion { q_rad: 0.0, qd_rad_per_s: 1.0 }, 0.01);
+        assert_eq!(joint, JointMotion::at_rest(0.01));
+        // The stopping distance v² / 2a, and no more.
+        let furthest = passed.into_iter().fold(0.0, f64::max);
+        assert!((furthest - 0.05).abs() < 1e-12, "{furthest}");
+    }
+
+    #[test]
+    fn turns_round_when_moving_away() {
+        let (joint, passed) = positions(JointMotion { q_rad: 0.0, qd_rad_per_s: -1.0 }, 0.2);
+        assert_eq!(joint, JointMotion::at_rest(0.2));
+        assert!(passed.into_iter().fold(0.0, f64::min) >= -0.05 - 1e-6);
+    }
+
+    #[test]
+    fn above_the_velocity_limit_it_brakes_down_to_it() {
+        for sign in [-1.0, 1.0] {
+            let fast = JointMotion { q_rad: 0.0, qd_rad_per_s: 3.0 * sign };
+            let next = fast.towards(100.0 * sign, &BOUNDS, 0.01);
+            assert!((next.qd_rad_per_s - 2.9 * sign).abs() < 1e-15);
+            assert!((next.q_rad - 0.0295 * sign).abs() < 1e-15);
+            assert_eq!(fast.towards(100.0 * sign, &BOUNDS, 1.0).qd_rad_per_s, 1.5 * sign);
+        }
+    }
+
+    #[test]
+    fn nan_comes_out_where_nan_goes_in_and_no_step_changes_nothing() {
+        let joint = JointMotion { q_rad: 0.1, qd_rad_per_s: -0.4 };
+        assert_eq!(joint.towards(1.0, &BOUNDS, 0.0), joint);
+        assert_eq!(joint.towards(1.0, &BOUNDS, -1.0), joint);
+        for nan in [
+            joint.towards(f64::NAN, &BOUNDS, 1e-3),
+            joint.towards(1.0, &BOUNDS, f64::NAN),
+            JointMotion { q_rad: f64::NAN, ..joint }.towards(1.0, &BOUNDS, 1e-3),
+            JointMotion { qd_rad_per_s: f64::NAN, ..joint }.towards(1.0, &BOUNDS, 1e-3),
+        ] {
+            assert!(nan.q_rad.is_nan() && nan.qd_rad_per_s.is_nan(), "{nan:?}");
+        }
+    }
+
+    #[test]
+    fn bounds_that_are_not_positive_are_named() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let what = |bounds| match bounds {
+                Err(HapticsError::Parameter { what, .. }) => what,
+                other => panic!("{other:?}"),
+            };
+            assert_eq!(what(JointBounds::new(bad, 1.0)), "velocity_rad_per_s");
+            assert_eq!(what(JointBounds::new(1.0, bad)), "acceleration_rad_per_s2");
         }
     }
 }

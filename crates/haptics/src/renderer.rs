@@ -167,7 +167,7 @@ pub struct Renderer {
     watchdog: WatchdogConfig,
     approach: ApproachConfig,
     /// Filtered normal force, N.
-    felt_n: Option<f64>,
+    felt_n: f64,
     detector: ContactDetector,
     follower: Follower,
     /// Does the command no longer (or not yet) belong to the arm?
@@ -207,7 +207,7 @@ impl Renderer {
             force,
             watchdog,
             approach,
-            felt_n: None,
+            felt_n: 0.0,
             detector: ContactDetector::new(contact)?,
             follower: Follower::new(arm, follower, &JointPositions::default())?,
             detached: Detached::Always,
@@ -331,11 +331,11 @@ impl Renderer {
         if age_s.abs() > self.watchdog.max_target_age_s {
             return Err(HoldReason::StaleTarget { age_s });
         }
-        self.follower.set_target(&self.from_behind(target)).map_err(|_| HoldReason::InvalidTarget)
+        self.follower.set_target(&self.led_behind(target)).map_err(|_| HoldReason::InvalidTarget)
     }
 
     /// The target, moved behind its surface by how far the board still has to go along it.
-    fn from_behind(&self, target: &BoardTarget) -> BoardTarget {
+    fn led_behind(&self, target: &BoardTarget) -> BoardTarget {
         let to_go_m = target.point_m - self.arm().forward(&self.follower.commanded()).position_m();
         let along_m = to_go_m.reject_from(target.normal).length();
         let behind_m = (self.approach.slope * along_m).min(self.approach.behind_m);
@@ -346,18 +346,16 @@ impl Renderer {
         BoardTarget { point_m: target.point_m - target.normal.normalize_or_zero() * behind_m, ..*target }
     }
 
-    /// First-order low pass; the first value after a fault counts as it is.
+    /// First-order low pass, from nothing after a fault: a single raw value may be all noise.
     fn filtered(&mut self, force_n: f64, dt_s: f64) -> f64 {
-        let before_n = self.felt_n.unwrap_or(force_n);
-        let share = if self.force.filter_s > 0.0 { 1.0 - (-dt_s / self.force.filter_s).exp() } else { 1.0 };
-        let felt_n = before_n + share * (force_n - before_n);
-        self.felt_n = Some(felt_n);
-        felt_n
+        let share = if self.force.filter_s > 0.0 { -(-dt_s / self.force.filter_s).exp_m1() } else { 1.0 };
+        self.felt_n += share * (force_n - self.felt_n);
+        self.felt_n
     }
 
     /// The arm brakes by itself; the command comes to rest beside it.
     fn hand_over(&mut self, reason: HoldReason, dt_s: f64) -> RenderStep {
-        self.felt_n = None;
+        self.felt_n = 0.0;
         if self.detached == Detached::No {
             self.detached = Detached::Held;
         }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, HapticsError, HoldReason, Phase, RenderStep, Renderer,
-    RendererConfig, WatchdogConfig,
+    ApproachConfig, ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HapticsError, HoldReason, Phase,
+    RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench};
 use hwall_testkit::{ErrorStats, Sampler};
@@ -19,13 +19,18 @@ struct Rig {
     press_n: f64,
 }
 
+/// Thresholds are tested to the sample here; the filter has tests of its own (force.rs).
+fn unfiltered() -> RendererConfig {
+    RendererConfig { force: ForceConfig { filter_s: 0.0, ..Default::default() }, ..Default::default() }
+}
+
 impl Rig {
     fn new() -> Self {
         let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let qd = JointVelocities::default();
         let external_torque = Some(JointTorques::default());
         Self {
-            renderer: Renderer::new(&SrsArm::iiwa7(), &Board::default(), RendererConfig::default()).unwrap(),
+            renderer: Renderer::new(&SrsArm::iiwa7(), &Board::default(), unfiltered()).unwrap(),
             now_s: 0.0,
             state: ArmState { t_s: 0.0, q, qd, external_torque },
             target: Some(BoardTarget { point_m: DVec3::new(0.55, 0.1, 0.6), normal: DVec3::X, stamp_s: 0.0 }),
@@ -320,6 +325,21 @@ fn settings_out_of_range_are_named() {
     };
     assert_eq!(named(|c| c.force.damping_m = f64::NAN), "damping_m");
     assert_eq!(named(|c| c.force.moment_length_m = 0.0), "moment_length_m");
+    for bad in [f64::NAN, -1e-9, f64::INFINITY] {
+        let force = ForceConfig { filter_s: bad, ..Default::default() };
+        let straight = ApproachConfig { behind_m: bad, ..Default::default() };
+        let flat = ApproachConfig { slope: bad, ..Default::default() };
+        for (wanted, config) in [
+            ("filter_s", RendererConfig { force, ..Default::default() }),
+            ("behind_m", RendererConfig { approach: straight, ..Default::default() }),
+            ("slope", RendererConfig { approach: flat, ..Default::default() }),
+        ] {
+            match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
+                Err(HapticsError::Parameter { what, .. }) => assert_eq!(what, wanted),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
     assert_eq!(named(|c| c.watchdog.max_target_age_s = -1.0), "max_target_age_s");
     assert_eq!(named(|c| c.watchdog.max_state_age_s = 0.0), "max_state_age_s");
     assert_eq!(named(|c| c.watchdog.max_step_s = f64::NAN), "max_step_s");

@@ -39,6 +39,9 @@ pub enum SimError {
     /// The arm has no such kind of command.
     #[error("the simulated arm does not know this kind of command")]
     UnsupportedCommand,
+    /// Bounds of a joint that its motion profile refuses.
+    #[error(transparent)]
+    Haptics(#[from] hwall_haptics::HapticsError),
     /// More commands wait for the reaction delay to pass than the queue holds.
     #[error("{capacity} commands are waiting already")]
     QueueFull {

@@ -1,6 +1,5 @@
 #![doc = include_str!("../README.md")]
 
-mod braking;
 mod error;
 mod hand;
 mod person;

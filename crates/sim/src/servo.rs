@@ -1,9 +1,8 @@
 //! An arm at servo level: delayed joint targets, tracked within velocity and acceleration limits.
 
 use crate::SimError;
-use crate::braking::JointMotion;
 use crate::error::{finite, not_negative, positive};
-use hwall_haptics::{Arm, ArmCommand, ArmState};
+use hwall_haptics::{Arm, ArmCommand, ArmState, JointBounds, JointMotion};
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Twist, Wrench};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -55,12 +54,74 @@ struct Pending {
     target: Option<JointPositions>,
 }
 
+/// Commands that follow each other within this are a stream, s: a position interface at 8 ms, with
+/// room for a late one.
+const STREAM_S: f64 = 0.02;
+
+/// The motion that streamed commands describe: a real servo is told positions every cycle and
+/// follows their slope; stopping at each of them would add `v / 2a` of lag.
+#[derive(Debug, Clone, Copy)]
+struct Stream {
+    /// When the newest command took effect, and until when its slope counts, s.
+    effect_s: f64,
+    until_s: f64,
+    slope_rad_per_s: [f64; 7],
+}
+
+impl Stream {
+    const NONE: Self =
+        Self { effect_s: f64::NEG_INFINITY, until_s: f64::NEG_INFINITY, slope_rad_per_s: [0.0; 7] };
+
+    /// The slope from the command in force to the next one. One that no joint could move at is a
+    /// leap and not a stream.
+    fn followed_by(&self, next: &Pending, target: Option<JointPositions>, bounds: &[JointBounds; 7]) -> Self {
+        let period_s = next.effect_s - self.effect_s;
+        let still = Self { effect_s: next.effect_s, until_s: next.effect_s, slope_rad_per_s: [0.0; 7] };
+        let (Some(from), Some(to)) = (target, next.target) else { return still };
+        if !(period_s > 0.0 && period_s <= STREAM_S) {
+            return still;
+        }
+        let slope: [f64; 7] = std::array::from_fn(|i| (to[i] - from[i]) / period_s);
+        if (0..7).any(|i| slope[i].abs() > bounds[i].velocity_rad_per_s()) {
+            return still;
+        }
+        Self { effect_s: next.effect_s, until_s: next.effect_s + period_s, slope_rad_per_s: slope }
+    }
+
+    fn slope_at(&self, t_s: f64) -> [f64; 7] {
+        if t_s < self.until_s { self.slope_rad_per_s } else { [0.0; 7] }
+    }
+}
+
+/// The motion `h` later towards a target that moves at `slope`: the way to rest beside it, seen
+/// from the target, with what the speed limit leaves for catching up.
+fn towards_moving(joint: JointMotion, target: f64, slope: f64, bounds: &JointBounds, h: f64) -> JointMotion {
+    if slope == 0.0 {
+        return joint.towards(target, bounds, h);
+    }
+    let spare = (bounds.velocity_rad_per_s() - slope.abs()).max(LEAST_SPARE_RAD_PER_S);
+    let Ok(relative_bounds) = JointBounds::new(spare, bounds.acceleration_rad_per_s2()) else {
+        return joint.towards(target, bounds, h);
+    };
+    let relative = JointMotion { q_rad: joint.q_rad - target, qd_rad_per_s: joint.qd_rad_per_s - slope };
+    let next = relative.towards(0.0, &relative_bounds, h);
+    let most = bounds.velocity_rad_per_s();
+    JointMotion {
+        q_rad: target + slope * h + next.q_rad,
+        qd_rad_per_s: (slope + next.qd_rad_per_s).clamp(-most, most),
+    }
+}
+
+/// Speed kept for catching up with a target that itself moves at the limit, rad/s.
+const LEAST_SPARE_RAD_PER_S: f64 = 1e-6;
+
 /// A simulated arm with a clock of its own.
 ///
 /// A command takes effect exactly `reaction_delay_s` after it was given, in the order given, and
 /// stays in force until the next one; at first the arm holds. Every joint then moves by itself
 /// towards its target, as fast as its velocity and acceleration limits allow and without
-/// overshoot; joints are not synchronised. Angles are the true ones, without sensor noise; only
+/// overshoot; joints are not synchronised. Commands that come within 20 ms of each other are a
+/// stream, whose slope the joints follow without further lag. Angles are the true ones, without sensor noise; only
 /// the external torque carries noise, drawn anew by every [`advance`](Self::advance).
 ///
 /// Nothing is allocated after construction.
@@ -68,12 +129,12 @@ struct Pending {
 pub struct ServoArm {
     arm: SrsArm,
     delay_s: f64,
-    max_velocity: [f64; 7],
-    max_acceleration: [f64; 7],
+    bounds: [JointBounds; 7],
     torque_noise_n_m: f64,
     t_s: f64,
     joints: [JointMotion; 7],
     target: Option<JointPositions>,
+    stream: Stream,
     pending: VecDeque<Pending>,
     capacity: usize,
     wrench: Wrench,
@@ -94,21 +155,21 @@ impl ServoArm {
             return Err(SimError::Parameter { what, value, wanted: "between 0 and 1" });
         }
         let max_velocity = config.max_velocity_rad_per_s.unwrap_or(*arm.max_velocity_rad_per_s());
-        for (velocity, acceleration) in max_velocity.into_iter().zip(config.max_acceleration_rad_per_s2) {
-            mobile("max_velocity_rad_per_s", velocity)?;
-            mobile("max_acceleration_rad_per_s2", acceleration)?;
+        let mut bounds = [mobile(1.0, 1.0)?; 7];
+        for (joint, bounds) in bounds.iter_mut().enumerate() {
+            *bounds = mobile(max_velocity[joint], config.max_acceleration_rad_per_s2[joint])?;
         }
         not_negative("torque_noise_n_m", config.torque_noise_n_m)?;
         let capacity = (delay_s * COMMANDS_PER_S).ceil() as usize + 16;
         let mut servo = Self {
             arm,
             delay_s,
-            max_velocity,
-            max_acceleration: config.max_acceleration_rad_per_s2,
+            bounds,
             torque_noise_n_m: config.torque_noise_n_m,
             t_s: 0.0,
-            joints: start.0.map(|q| JointMotion { q, v: 0.0 }),
+            joints: start.0.map(JointMotion::at_rest),
             target: None,
+            stream: Stream::NONE,
             pending: VecDeque::with_capacity(capacity),
             capacity,
             wrench: Wrench::default(),
@@ -130,7 +191,10 @@ impl ServoArm {
         positive("t_s", end_s)?;
         while self.t_s < end_s {
             while self.pending.front().is_some_and(|p| p.effect_s <= self.t_s) {
-                self.target = self.pending.pop_front().and_then(|p| p.target);
+                if let Some(command) = self.pending.pop_front() {
+                    self.stream = self.stream.followed_by(&command, self.target, &self.bounds);
+                    self.target = command.target;
+                }
             }
             let event_s = self.pending.front().map_or(end_s, |p| p.effect_s.min(end_s));
             // At rest nothing happens until the next command, however long that is.
@@ -166,13 +230,13 @@ impl ServoArm {
     /// True joint angles, rad.
     #[must_use]
     pub fn q(&self) -> JointPositions {
-        JointPositions(self.joints.map(|joint| joint.q))
+        JointPositions(self.joints.map(|joint| joint.q_rad))
     }
 
     /// True joint velocities, rad/s.
     #[must_use]
     pub fn qd(&self) -> JointVelocities {
-        JointVelocities(self.joints.map(|joint| joint.v))
+        JointVelocities(self.joints.map(|joint| joint.qd_rad_per_s))
     }
 
     /// True pose of the tool, `base_from_tool`.
@@ -195,22 +259,24 @@ impl ServoArm {
 
     /// Is every joint at rest, at its target if it has one?
     fn is_settled(&self) -> bool {
-        self.joints
-            .iter()
-            .enumerate()
-            .all(|(i, joint)| joint.v == 0.0 && self.target.is_none_or(|t| t[i] == joint.q))
+        self.stream.slope_at(self.t_s) == [0.0; 7]
+            && self.joints.iter().enumerate().all(|(i, joint)| {
+                joint.qd_rad_per_s == 0.0 && self.target.is_none_or(|t| t[i] == joint.q_rad)
+            })
     }
 
     fn step(&mut self, h: f64) {
+        let slope = self.stream.slope_at(self.t_s);
+        let since_s = self.t_s - self.stream.effect_s;
         for (i, joint) in self.joints.iter_mut().enumerate() {
-            let a_max = self.max_acceleration[i];
+            let bounds = &self.bounds[i];
             *joint = match self.target {
-                Some(target) => joint.towards(target[i], self.max_velocity[i], a_max, h),
-                None => joint.braking(a_max, h),
+                Some(target) => towards_moving(*joint, target[i] + slope[i] * since_s, slope[i], bounds, h),
+                None => joint.braked(bounds, h),
             };
             // The braking profile ends within the limits; this removes the last rounding.
             let limit = self.arm.limits()[i];
-            joint.q = joint.q.clamp(limit.min_rad, limit.max_rad);
+            joint.q_rad = joint.q_rad.clamp(limit.min_rad, limit.max_rad);
         }
     }
 
@@ -260,10 +326,16 @@ fn within_limits(arm: &SrsArm, what: &'static str, q: &JointPositions) -> Result
     Ok(JointPositions(std::array::from_fn(|i| q[i].clamp(arm.limits()[i].min_rad, arm.limits()[i].max_rad))))
 }
 
-/// Rejects limits outside `1e-3..=1e6`: with less a joint hardly moves within hours.
-fn mobile(what: &'static str, value: f64) -> Result<(), SimError> {
-    if (1e-3..=1e6).contains(&value) {
-        return Ok(());
+/// The bounds of one joint. Limits outside `1e-3..=1e6` are rejected: with less a joint hardly
+/// moves within hours.
+fn mobile(velocity_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Result<JointBounds, SimError> {
+    for (what, value) in [
+        ("max_velocity_rad_per_s", velocity_rad_per_s),
+        ("max_acceleration_rad_per_s2", acceleration_rad_per_s2),
+    ] {
+        if !(1e-3..=1e6).contains(&value) {
+            return Err(SimError::Parameter { what, value, wanted: "between 1e-3 and 1e6" });
+        }
     }
-    Err(SimError::Parameter { what, value, wanted: "between 1e-3 and 1e6" })
+    Ok(JointBounds::new(velocity_rad_per_s, acceleration_rad_per_s2)?)
 }

@@ -309,3 +309,37 @@ fn free_joints_and_other_speeds_are_respected() {
     let twist = arm.twist();
     assert_close!(twist.angular_rad_per_s, DVec3::Z * 0.1, Tol::abs(1e-12));
 }
+
+#[test]
+fn a_stream_of_commands_is_followed_with_the_reaction_delay_alone() {
+    for period_s in [0.001, 0.008] {
+        let mut arm = default_servo();
+        // Smooth to and fro at 1.2 rad/s and 4.8 rad/s² at most, within every joint's limits.
+        let path = |t: f64| moved(0.3 * (1.0 - (4.0 * t).cos()));
+        let mut worst = 0.0_f64;
+        for cycle in 0..(4.0 / period_s) as usize {
+            let t_s = cycle as f64 * period_s;
+            arm.command(ArmCommand::Position(path(t_s))).unwrap();
+            arm.advance(period_s).unwrap();
+            if t_s > 1.0 {
+                // The command in force plus its slope is one period behind the smooth path at most.
+                let late = path(t_s + period_s - 0.022);
+                worst = worst.max(arm.q().max_abs_difference(&late));
+            }
+        }
+        // Half the acceleration times the square of a period, and the change of slope.
+        assert!(worst < 10.0 * period_s * period_s, "{worst} rad at {period_s} s");
+    }
+}
+
+#[test]
+fn a_stream_that_breaks_off_ends_at_its_last_command() {
+    let mut arm = default_servo();
+    for cycle in 0..200 {
+        arm.command(ArmCommand::Position(moved(1e-3 * f64::from(cycle)))).unwrap();
+        arm.advance(1e-3).unwrap();
+    }
+    arm.advance(2.0).unwrap();
+    assert_close!(arm.q().0, moved(0.199).0, Tol::abs(1e-12));
+    assert_eq!(arm.qd().0, [0.0; 7]);
+}
