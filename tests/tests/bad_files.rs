@@ -1,0 +1,87 @@
+//! Files that are missing or malformed end in one clear line, never in a panic.
+
+use hwall_examples::stage::{Options, Stage};
+use hwall_haptics::Board;
+use hwall_kinematics::SrsArm;
+use std::path::{Path, PathBuf};
+
+const WALL: &str = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 2 3 4\n";
+
+/// A file in the folder that cargo gives to integration tests.
+fn file(name: &str, content: &[u8]) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+/// The line that `error: ...` would show, checked to be one line and not too long.
+fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
+    let arm = SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap());
+    let options =
+        Options { scene, hand, y_up: false, auto, base: None, hand_origin: None, touches: 1, seed: 1 };
+    let error = Stage::set(&arm, &options).map(|_| ()).expect_err("must be refused");
+    let line = format!("{error:#}");
+    println!("{line}");
+    assert!(!line.contains('\n') && line.len() < 300, "{line}");
+    line
+}
+
+#[test]
+fn a_missing_scene_or_recording_is_named() {
+    let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("nowhere.obj");
+    assert!(refusal(Some(&nowhere), None, false).contains("nowhere.obj"));
+    let scene = file("missing_hand.obj", WALL.as_bytes());
+    let nobody = Path::new(env!("CARGO_TARGET_TMPDIR")).join("nobody.csv");
+    assert!(refusal(Some(&scene), Some(&nobody), true).contains("nobody.csv"));
+    // A folder is no file.
+    assert!(!refusal(Some(Path::new(env!("CARGO_TARGET_TMPDIR"))), None, false).is_empty());
+}
+
+#[test]
+fn a_malformed_scene_names_the_line_and_what_is_wrong() {
+    for (name, content, wanted) in [
+        ("short.obj", &b"o wall\nv 1 2\nf 1 1 1\n"[..], "line 2"),
+        ("words.obj", b"o wall\nv 1 2 here\n", "line 2"),
+        ("nan.obj", b"v 0 0 0\nv nan 1 0\nv 0 1 1\nf 1 2 3\n", "line 2"),
+        ("index.obj", b"v 0 0 0\nv 0 1 0\nv 0 1 1\nf 1 2 9\n", "9"),
+        ("empty.obj", b"", "no face"),
+        ("image.obj", b"\x89PNG\r\n\x1a\n\xff\xfe", "not"),
+    ] {
+        let path = file(name, content);
+        let line = refusal(Some(&path), None, false);
+        assert!(line.contains(wanted), "{name}: {line}");
+    }
+    let path = file("sidecar.obj", WALL.as_bytes());
+    file("sidecar.toml", b"[surface.door]\nkind = \"static\"\n");
+    assert!(refusal(Some(&path), None, false).contains("door"));
+}
+
+#[test]
+fn a_malformed_recording_names_the_line_and_what_is_wrong() {
+    let scene = file("hand_wall.obj", WALL.as_bytes());
+    for (name, content, wanted) in [
+        ("empty.csv", &b""[..], "header"),
+        ("header.csv", b"t,palm_x,palm_y,palm_z\n", "no samples"),
+        ("columns.csv", b"t,a,b\n0,1,2\n", "hand"),
+        ("half_point.csv", b"t,palm_x,palm_y\n0,1,2\n", "palm_z"),
+        ("words.csv", b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,here,2,3\n", "line 3"),
+        ("nan.csv", b"t,palm_x,palm_y,palm_z\n0,NaN,2,3\n", "line 2"),
+        ("cells.csv", b"t,palm_x,palm_y,palm_z\n0,1,2\n", "line 2"),
+        ("back.csv", b"t,palm_x,palm_y,palm_z\n1,1,2,3\n0,1,2,3\n", "line 3"),
+        ("image.csv", b"\x89PNG\r\n\x1a\n\xff\xfe", "UTF-8"),
+        ("still.csv", b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,1,2,3\n", "reach"),
+    ] {
+        let path = file(name, content);
+        let line = refusal(Some(&scene), Some(&path), true);
+        assert!(line.contains(wanted), "{name}: {line}");
+    }
+}
+
+#[test]
+fn placing_without_a_recording_and_a_scene_out_of_reach_are_told() {
+    assert!(refusal(None, None, true).contains("--hand"));
+    let far = file("far.obj", WALL.replace("v 1 ", "v 9 ").as_bytes());
+    assert!(refusal(Some(&far), None, false).contains("reach"));
+    let floor = file("floor.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    assert!(refusal(Some(&floor), None, false).contains("vertical"));
+}
