@@ -84,6 +84,10 @@ fn no_command_leaves_the_limits_in_20_random_rooms() {
             before = Some((q, speed));
             servo.command(step.command).unwrap();
             servo.advance(DT_S).unwrap();
+            for j in 0..7 {
+                assert!(arm.limits()[j].contains(servo.q()[j]), "{seed} {i} {j}: {}", servo.q()[j]);
+                assert!(servo.qd()[j].abs() <= arm.max_velocity_rad_per_s()[j] + 1e-12);
+            }
             let arrived = step.goal.is_some_and(|goal| servo.q().max_abs_difference(&goal) < 0.05);
             reached += usize::from(arrived && step.unreachable.is_none() && aim.is_some());
             touched += usize::from(matches!(step.phase, Phase::Contact { .. }));

@@ -139,6 +139,11 @@ impl Loop {
         self.check(&step);
         self.servo.command(step.command).unwrap();
         self.servo.advance(DT_S).unwrap();
+        let arm = self.servo.model();
+        for j in 0..7 {
+            assert!(arm.limits()[j].contains(self.servo.q()[j]));
+            assert!(self.servo.qd()[j].abs() <= arm.max_velocity_rad_per_s()[j] + 1e-12);
+        }
         let (tip_m, tip) = (self.hand.true_index_tip(t_s), self.hand.true_index_velocity_m_per_s(t_s));
         let relative = tip - self.servo.twist().linear_m_per_s;
         let wrench = self.finger.wrench(&self.servo.pose(), tip_m, relative).unwrap();
