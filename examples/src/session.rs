@@ -23,7 +23,7 @@ const STEADY_M: f64 = 0.05;
 /// A hand to follow.
 pub enum Hand {
     /// A simulated person, sampled by a tracker at this period, s.
-    Simulated(TouchSequence, f64),
+    Simulated(Box<TouchSequence>, f64),
     /// Recorded frames in the base frame, in order of time.
     Recorded(Vec<HandFrame>),
 }
@@ -227,10 +227,9 @@ impl Log {
         match tracking {
             Tracking::Tracked(state) => {
                 self.trace.hand_m.push((t_s, state.point_m));
-                if std::mem::take(&mut self.lost) {
-                    if let Some(span) = self.trace.lost_s.last_mut() {
-                        span.1 = t_s;
-                    }
+                let found_again = std::mem::take(&mut self.lost);
+                if let Some(span) = self.trace.lost_s.last_mut().filter(|_| found_again) {
+                    span.1 = t_s;
                 }
             }
             Tracking::Lost { reason, .. } => {
@@ -271,7 +270,7 @@ impl Log {
             _ => {}
         }
         // Fifty points a second are enough for a figure.
-        if self.ticks.len() % 20 == 0 {
+        if self.ticks.len().is_multiple_of(20) {
             let face_m = tick.base_from_board.position_m();
             self.trace.board_m.push((tick.t_s, face_m));
             if let Some(target) = target {

@@ -3,7 +3,7 @@
 use crate::place::{self, Stand};
 use crate::session::Hand;
 use crate::touches::{self, Touch};
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use hwall_contact::{Recording, RigidMap};
 use hwall_kinematics::SrsArm;
 use hwall_scene::{LoadReport, Scene};
@@ -56,7 +56,7 @@ impl Stage {
     pub fn set(arm: &SrsArm, options: &Options) -> anyhow::Result<Self> {
         let mut remarks = Vec::new();
         let (scene, report) = match options.scene {
-            Some(path) => Scene::from_obj_file(path, None)?,
+            Some(path) => Scene::from_obj_file(path, None).map_err(|e| named(path, &e))?,
             None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
         };
         remarks.extend(repairs(&report));
@@ -82,7 +82,7 @@ impl Stage {
         let plans = touches::plan(&scene, arm, places, options.touches, options.seed)?;
         let sequence = person.plan(&plans)?;
         let touches = touches::of_person(&scene, sequence.touches());
-        Ok(Self { scene, hand: Hand::Simulated(sequence, TRACKER_S), touches, remarks })
+        Ok(Self { scene, hand: Hand::Simulated(Box::new(sequence), TRACKER_S), touches, remarks })
     }
 
     fn recorded(
@@ -91,7 +91,7 @@ impl Stage {
         options: &Options,
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
-        let mut recording = Recording::from_csv_path(path)?;
+        let mut recording = Recording::from_csv_path(path).map_err(|e| named(path, &e))?;
         if options.y_up {
             for sample in &mut recording.samples {
                 sample.frame = RigidMap::Z_UP_FROM_Y_UP.frame(&sample.frame);
@@ -119,6 +119,12 @@ impl Stage {
 
 fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
     Ok(scene.placed(base.outer_from_here().inverse())?)
+}
+
+/// The error with the file's name in front, unless it says it already.
+fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
+    let (name, text) = (path.display().to_string(), error.to_string());
+    if text.contains(&name) { anyhow!(text) } else { anyhow!("{name}: {text}") }
 }
 
 /// What the loader had to drop or mend, one line a kind.

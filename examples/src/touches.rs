@@ -185,8 +185,13 @@ fn judge_one(arm: &SrsArm, board: &Board, touch: &Touch, ticks: &[Tick]) -> anyh
     };
     let steady = ticks[..=last].iter().rev().take_while(|tick| in_place(tick)).last();
     let p = ticks[last].base_from_board.inverse().transform_point(touch.point_m);
+    // A press that is felt elsewhere is not this touch.
+    let board_holds = |tick: &Tick| {
+        let p = tick.base_from_board.inverse().transform_point(touch.point_m);
+        p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
+    };
     let from = ticks.partition_point(|tick| tick.t_s < touch.contact_s - FELT_EARLY_S);
-    let felt = ticks[from..].iter().take_while(|tick| tick.t_s <= touch.end_s).find(|tick| tick.in_contact);
+    let felt = ticks[from..].iter().take_while(|tick| tick.t_s <= touch.end_s).find(|tick| tick.in_contact && board_holds(tick));
     Ok(Outcome {
         touch: touch.clone(),
         unreachable: reason(arm, touch.point_m, touch.normal)?,
