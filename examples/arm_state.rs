@@ -40,12 +40,18 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<()> {
     let chain = arms::chain(&args.arm)?;
     let n = chain.joint_count();
-    let dynamics = args.dynamics.then(|| ChainDynamics::new(&chain)).transpose()?;
+    let dynamics = args
+        .dynamics
+        .then(|| ChainDynamics::new(&chain))
+        .transpose()?;
     let mut input = NumberReader::open(args.input.as_deref())?;
     let q_places = input.columns(&numbered("q", n))?;
     let optional = |prefix: &str| {
         let names = numbered(prefix, n);
-        input.has(&names[0]).then(|| input.columns(&names)).transpose()
+        input
+            .has(&names[0])
+            .then(|| input.columns(&names))
+            .transpose()
     };
     let (qd_places, qdd_places) = (optional("qd")?, optional("qdd")?);
 

@@ -71,7 +71,10 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    anyhow::ensure!((0.1..=20.0).contains(&args.period_ms), "--period-ms must lie in 0.1..=20");
+    anyhow::ensure!(
+        (0.1..=20.0).contains(&args.period_ms),
+        "--period-ms must lie in 0.1..=20"
+    );
     let board = Board::default();
     let arm = arms::closed_form(&args.arm)?.with_tool(board.flange_from_board_face()?);
     let stage = Stage::set(
@@ -90,7 +93,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
     for remark in &stage.remarks {
         eprintln!("{remark}");
     }
-    let bar = ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
+    let bar =
+        ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let clock = (1e-3 * args.period_ms, args.seed);
     let mut run = session::run(&arm, &board, &stage.scene, &stage.hand, clock, |share| {
         bar.set_position((1000.0 * share) as u64);
@@ -106,6 +110,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
     run_figures::over_time(&args.out.join("time.svg"), &run.trace, stage.hand.span_s())?;
     report::touches_csv(&args.out.join("touches.csv"), &outcomes)?;
     std::fs::write(args.out.join("table.md"), table)?;
-    writeln!(io::stdout(), "wrote plan.svg, time.svg, table.md and touches.csv to {}", args.out.display())?;
+    writeln!(
+        io::stdout(),
+        "wrote plan.svg, time.svg, table.md and touches.csv to {}",
+        args.out.display()
+    )?;
     Ok(())
 }

@@ -56,7 +56,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
     while let Some(row) = input.next_row()? {
         let v = input.values(&row, &places)?;
         let quat = DQuat::from_xyzw(v[4], v[5], v[6], v[3]);
-        let pose = Pose::from_quat(quat, DVec3::new(v[0], v[1], v[2])).with_context(|| input.place(&row))?;
+        let pose = Pose::from_quat(quat, DVec3::new(v[0], v[1], v[2]))
+            .with_context(|| input.place(&row))?;
         let mut cells = match arm.reach(&pose) {
             Reach::Reachable(witness) => {
                 reachable.push(pose);
@@ -71,7 +72,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
                 cells
             }
         };
-        cells.push(arm.joint_margin_rad(&pose).map_or(String::new(), |m| m.to_string()));
+        cells.push(
+            arm.joint_margin_rad(&pose)
+                .map_or(String::new(), |m| m.to_string()),
+        );
         output.write_record(&cells)?;
     }
     output.flush()?;
@@ -87,7 +91,9 @@ fn report(what: &str, arm: &SrsArm, poses: &[Pose]) {
         eprintln!("{what}: no poses");
         return;
     }
-    let timing = time_batches(500, poses.len().clamp(1, 200), |i| arm.is_reachable(&poses[i % poses.len()]));
+    let timing = time_batches(500, poses.len().clamp(1, 200), |i| {
+        arm.is_reachable(&poses[i % poses.len()])
+    });
     eprintln!(
         "{what}: {} poses, median {:.0} ns, p99 {:.0} ns per verdict",
         poses.len(),

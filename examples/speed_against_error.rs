@@ -67,6 +67,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(readme) = &args.readme {
         speed::update_readme(readme, &machine, &sections)?;
     }
-    writeln!(io::stdout(), "wrote {} and {}", path.display(), figures.display())?;
+    writeln!(
+        io::stdout(),
+        "wrote {} and {}",
+        path.display(),
+        figures.display()
+    )?;
     Ok(())
 }

@@ -39,11 +39,16 @@ pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
     let values: Vec<f64> = text
         .split(',')
         .map(|part| {
-            let value: f64 = part.trim().parse().with_context(|| format!("{part:?} is no number"))?;
+            let value: f64 = part
+                .trim()
+                .parse()
+                .with_context(|| format!("{part:?} is no number"))?;
             anyhow::ensure!(value.is_finite(), "{part:?} is not finite");
             Ok(value)
         })
         .collect::<anyhow::Result<_>>()?;
     let count = values.len();
-    values.try_into().map_err(|_| anyhow::anyhow!("expected {N} numbers, got {count}"))
+    values
+        .try_into()
+        .map_err(|_| anyhow::anyhow!("expected {N} numbers, got {count}"))
 }

@@ -33,10 +33,19 @@ const SMALLEST_ERROR: f64 = 1e-17;
 ///
 /// # Errors
 /// A file that cannot be written, or no rows.
-pub fn speed_error(path: &Path, title: &str, unit: &str, rows: &[SpeedErrorRow]) -> anyhow::Result<()> {
+pub fn speed_error(
+    path: &Path,
+    title: &str,
+    unit: &str,
+    rows: &[SpeedErrorRow],
+) -> anyhow::Result<()> {
     let error = |row: &SpeedErrorRow| row.errors.max.max(SMALLEST_ERROR);
     let decade = |x: f64, up: bool| {
-        let exponent = if up { (x.log10() + 0.3).ceil() } else { (x.log10() - 0.3).floor() };
+        let exponent = if up {
+            (x.log10() + 0.3).ceil()
+        } else {
+            (x.log10() - 0.3).floor()
+        };
         10f64.powf(exponent)
     };
     let largest = |f: &dyn Fn(&SpeedErrorRow) -> f64| rows.iter().map(f).fold(f64::MIN, f64::max);
@@ -71,13 +80,21 @@ pub fn speed_error(path: &Path, title: &str, unit: &str, rows: &[SpeedErrorRow])
     }
     for (method, colour) in methods.into_iter().zip(COLOURS.into_iter().cycle()) {
         let own: Vec<&SpeedErrorRow> = rows.iter().filter(|r| r.method == method).collect();
-        let line = LineSeries::new(own.iter().map(|r| (error(r), r.median_ns)), colour.stroke_width(1));
+        let line = LineSeries::new(
+            own.iter().map(|r| (error(r), r.median_ns)),
+            colour.stroke_width(1),
+        );
         chart.draw_series(line).map_err(plot_error)?;
         let bars = own.iter().map(|r| {
-            PathElement::new(vec![(error(r), r.median_ns), (error(r), r.p99_ns)], colour.stroke_width(3))
+            PathElement::new(
+                vec![(error(r), r.median_ns), (error(r), r.p99_ns)],
+                colour.stroke_width(3),
+            )
         });
         chart.draw_series(bars).map_err(plot_error)?;
-        let dots = own.iter().map(|r| Circle::new((error(r), r.median_ns), 5, colour.filled()));
+        let dots = own
+            .iter()
+            .map(|r| Circle::new((error(r), r.median_ns), 5, colour.filled()));
         chart
             .draw_series(dots)
             .map_err(plot_error)?
@@ -135,7 +152,9 @@ pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::
             .draw_series(line)
             .map_err(plot_error)?
             .label(name)
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
+            .legend(move |(x, y)| {
+                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+            });
     }
     chart
         .configure_series_labels()

@@ -29,9 +29,14 @@ impl NumberReader {
                 let file = File::open(path).with_context(|| path.display().to_string())?;
                 (path.display().to_string(), Box::new(BufReader::new(file)))
             }
-            None => ("standard input".to_owned(), Box::new(std::io::stdin().lock())),
+            None => (
+                "standard input".to_owned(),
+                Box::new(std::io::stdin().lock()),
+            ),
         };
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(source);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(source);
         let header: Vec<String> = reader
             .headers()
             .with_context(|| name.clone())?
@@ -41,7 +46,11 @@ impl NumberReader {
         if header.iter().all(String::is_empty) {
             bail!("{name}: no header line");
         }
-        Ok(Self { name, header, records: reader.into_records() })
+        Ok(Self {
+            name,
+            header,
+            records: reader.into_records(),
+        })
     }
 
     /// Does the header hold this column?
@@ -59,7 +68,9 @@ impl NumberReader {
             .iter()
             .map(|name| {
                 let mut places = (0..self.header.len()).filter(|&i| self.header[i] == *name);
-                let first = places.next().with_context(|| format!("{}: no column {name:?}", self.name))?;
+                let first = places
+                    .next()
+                    .with_context(|| format!("{}: no column {name:?}", self.name))?;
                 if places.next().is_some() {
                     bail!("{}: column {name:?} stands twice", self.name);
                 }
@@ -95,7 +106,10 @@ impl NumberReader {
                 let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
                 value.with_context(|| {
                     let column = &self.header[place];
-                    format!("{} line {}, column {column}: {text:?} is no finite number", self.name, row.line)
+                    format!(
+                        "{} line {}, column {column}: {text:?} is no finite number",
+                        self.name, row.line
+                    )
                 })
             })
             .collect()
@@ -117,7 +131,9 @@ pub fn numbered(prefix: &str, count: usize) -> Vec<String> {
 /// `prefix11..prefixRC`, row by row.
 #[must_use]
 pub fn matrix_names(prefix: &str, rows: usize, columns: usize) -> Vec<String> {
-    (1..=rows).flat_map(|r| (1..=columns).map(move |c| format!("{prefix}{r}{c}"))).collect()
+    (1..=rows)
+        .flat_map(|r| (1..=columns).map(move |c| format!("{prefix}{r}{c}")))
+        .collect()
 }
 
 /// A CSV writer to a file, or to standard output for `None`.

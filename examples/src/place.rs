@@ -45,7 +45,10 @@ impl std::fmt::Display for Stand {
 
 impl Stand {
     /// At the origin of the scene, along its x axis.
-    pub const ORIGIN: Self = Self { origin_m: DVec3::ZERO, yaw_rad: 0.0 };
+    pub const ORIGIN: Self = Self {
+        origin_m: DVec3::ZERO,
+        yaw_rad: 0.0,
+    };
 
     /// From `x,y,z,yaw` in metres and degrees.
     ///
@@ -53,7 +56,10 @@ impl Stand {
     /// Anything but four finite numbers.
     pub fn parse(text: &str) -> anyhow::Result<Self> {
         let [x, y, z, yaw] = crate::arms::parse_list::<4>(text)?;
-        Ok(Self { origin_m: dvec3(x, y, z), yaw_rad: yaw.to_radians() })
+        Ok(Self {
+            origin_m: dvec3(x, y, z),
+            yaw_rad: yaw.to_radians(),
+        })
     }
 
     /// `outer_from_here`.
@@ -81,20 +87,36 @@ pub struct Placement {
 /// A recording without a complete reach.
 pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
     let of_length = |min_length_m: f64| -> anyhow::Result<Vec<Reach>> {
-        let found = reaches(recording, &SegmentConfig { min_length_m, ..SegmentConfig::default() })?;
-        Ok(found.into_iter().filter(|r| r.end != ReachEnd::TrackingLost).collect())
+        let found = reaches(
+            recording,
+            &SegmentConfig {
+                min_length_m,
+                ..SegmentConfig::default()
+            },
+        )?;
+        Ok(found
+            .into_iter()
+            .filter(|r| r.end != ReachEnd::TrackingLost)
+            .collect())
     };
     let mut complete = of_length(LONG_M)?;
     if complete.is_empty() {
         complete = of_length(SHORT_M)?;
     }
-    let first =
-        complete.first().context("the recording holds no complete reach of 0.15 m or more")?.direction;
-    let (to, fro): (Vec<Reach>, Vec<Reach>) =
-        complete.into_iter().partition(|r| r.direction.dot(first) > 0.0);
+    let first = complete
+        .first()
+        .context("the recording holds no complete reach of 0.15 m or more")?
+        .direction;
+    let (to, fro): (Vec<Reach>, Vec<Reach>) = complete
+        .into_iter()
+        .partition(|r| r.direction.dot(first) > 0.0);
     let scatter = |group: &[Reach]| {
         let mean = mean(group.iter().map(|r| r.end_m));
-        group.iter().map(|r| r.end_m.distance_squared(mean)).sum::<f64>() / group.len() as f64
+        group
+            .iter()
+            .map(|r| r.end_m.distance_squared(mean))
+            .sum::<f64>()
+            / group.len() as f64
     };
     // A single end has no scatter to compare.
     let swap = fro.len() > 1 && (to.len() < 2 || scatter(&fro) < scatter(&to));
@@ -109,7 +131,11 @@ pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
 ///
 /// # Errors
 /// No reach in the recording, no suitable wall in the scene.
-pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) -> anyhow::Result<Placement> {
+pub fn before_a_wall(
+    scene: &Scene,
+    recording: &Recording,
+    base: Option<Stand>,
+) -> anyhow::Result<Placement> {
     let contacts = reaches_to_contact(recording)?;
     let toward = mean(contacts.iter().map(|r| r.direction));
     let toward = dvec3(toward.x, toward.y, 0.0);
@@ -118,7 +144,10 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
     }
     let toward = toward.normalize();
     let middle = mean(contacts.iter().map(|r| r.end_m));
-    let shortest = contacts.iter().map(|r| (r.end_m - middle).dot(toward)).fold(f64::INFINITY, f64::min);
+    let shortest = contacts
+        .iter()
+        .map(|r| (r.end_m - middle).dot(toward))
+        .fold(f64::INFINITY, f64::min);
     // A contact point in the recording, and the reaches' paths, that a wall must leave free.
     let touched_m = middle + toward * (shortest - 0.002);
     let (min, max) = scene.bounds();
@@ -135,7 +164,10 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
         let count = ((patch.width_m - 2.0 * BORDER_M) / STEP_M).floor().max(0.0) as i32;
         for i in 0..=count {
             let offset = along * (STEP_M * (f64::from(i) - 0.5 * f64::from(count)));
-            let point = DVec3 { z: height, ..patch.point_m + offset };
+            let point = DVec3 {
+                z: height,
+                ..patch.point_m + offset
+            };
             if solid(scene, &patch, point, along)? {
                 candidates.push((point.distance(near_m), point, patch.clone()));
             }
@@ -147,12 +179,17 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
         let normal = dvec3(patch.normal.x, patch.normal.y, 0.0).normalize();
         let yaw_rad = heading(-normal) - heading(toward);
         let turn = DMat3::from_rotation_z(yaw_rad);
-        let hand = Stand { origin_m: point - turn * touched_m, yaw_rad };
+        let hand = Stand {
+            origin_m: point - turn * touched_m,
+            yaw_rad,
+        };
         if !free(scene, recording, &contacts, &hand, (point, normal))? {
             continue;
         }
-        let own =
-            Stand { origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M, yaw_rad: heading(normal) };
+        let own = Stand {
+            origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M,
+            yaw_rad: heading(normal),
+        };
         let remark = format!(
             "{} reaches placed on {:?} at ({:.2}, {:.2}, {:.2}) of the scene; their ends scatter by {:.0} mm",
             contacts.len(),
@@ -160,9 +197,16 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
             point.x,
             point.y,
             point.z,
-            1e3 * contacts.iter().map(|r| r.end_m.distance(middle)).fold(0.0, f64::max)
+            1e3 * contacts
+                .iter()
+                .map(|r| r.end_m.distance(middle))
+                .fold(0.0, f64::max)
         );
-        return Ok(Placement { base: base.unwrap_or(own), hand, remark });
+        return Ok(Placement {
+            base: base.unwrap_or(own),
+            hand,
+            remark,
+        });
     }
     bail!(
         "none of {count} walls of the scene is free before the recorded hand: give --hand-origin and --base"
@@ -171,7 +215,13 @@ pub fn before_a_wall(scene: &Scene, recording: &Recording, base: Option<Stand>) 
 
 /// Is there wall all around the point, and no door or window?
 fn solid(scene: &Scene, patch: &Patch, point: DVec3, along: DVec3) -> anyhow::Result<bool> {
-    for (x, z) in [(0.0, 0.0), (-0.2, -0.2), (0.2, -0.2), (-0.2, 0.2), (0.2, 0.2)] {
+    for (x, z) in [
+        (0.0, 0.0),
+        (-0.2, -0.2),
+        (0.2, -0.2),
+        (-0.2, 0.2),
+        (0.2, 0.2),
+    ] {
         let beside = point + along * x + DVec3::Z * z;
         let closest = scene.closest_touchable(beside, 0.01)?;
         if closest.is_none_or(|c| c.surface != patch.surface) {

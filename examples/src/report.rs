@@ -15,30 +15,55 @@ pub fn table(run: &Run, outcomes: &[Outcome]) -> MarkdownTable {
     let mut row = |what: &str, value: String| {
         table.row([what.to_owned(), value]);
     };
-    let within: Vec<&Outcome> = outcomes.iter().filter(|o| o.unreachable.is_none()).collect();
+    let within: Vec<&Outcome> = outcomes
+        .iter()
+        .filter(|o| o.unreachable.is_none())
+        .collect();
     let in_time: Vec<&&Outcome> = within.iter().filter(|o| o.lead_s.is_some()).collect();
     row("touches", outcomes.len().to_string());
     row("touches within the arm's reach", within.len().to_string());
     row("out of reach, with the reason", reasons(outcomes));
-    let share = if within.is_empty() { f64::NAN } else { 100.0 * in_time.len() as f64 / within.len() as f64 };
-    row("board in place before the hand", format!("{} of {} ({share:.0} %)", in_time.len(), within.len()));
+    let share = if within.is_empty() {
+        f64::NAN
+    } else {
+        100.0 * in_time.len() as f64 / within.len() as f64
+    };
+    row(
+        "board in place before the hand",
+        format!("{} of {} ({share:.0} %)", in_time.len(), within.len()),
+    );
     let mut leads: Vec<f64> = in_time.iter().filter_map(|o| o.lead_s).collect();
     leads.sort_by(f64::total_cmp);
     row(
         "lead time, least / median",
-        format!("{:.0} / {:.0} ms", 1e3 * quantile(&leads, 0.0), 1e3 * quantile(&leads, 0.5)),
+        format!(
+            "{:.0} / {:.0} ms",
+            1e3 * quantile(&leads, 0.0),
+            1e3 * quantile(&leads, 0.5)
+        ),
     );
     let error = |f: &dyn Fn(&Outcome) -> f64| {
         let stats = ErrorStats::from_errors(within.iter().map(|o| f(o)));
         format!("{:.1} / {:.1} mm", 1e3 * stats.median, 1e3 * stats.max)
     };
-    row("position error at contact, median / max", error(&|o| o.offset_m.hypot(o.gap_m)));
-    row("of it along the normal (gap), median / max", error(&|o| o.gap_m));
+    row(
+        "position error at contact, median / max",
+        error(&|o| o.offset_m.hypot(o.gap_m)),
+    );
+    row(
+        "of it along the normal (gap), median / max",
+        error(&|o| o.gap_m),
+    );
     let mut felt: Vec<f64> = within.iter().filter_map(|o| o.felt_after_s).collect();
     felt.sort_by(f64::total_cmp);
     row(
         "contact felt (above 3 N) after arrival",
-        format!("{} of {}, median {:.0} ms", felt.len(), within.len(), 1e3 * quantile(&felt, 0.5)),
+        format!(
+            "{} of {}, median {:.0} ms",
+            felt.len(),
+            within.len(),
+            1e3 * quantile(&felt, 0.5)
+        ),
     );
     row("hand lost", losses(&run.losses));
     let [gaze, direction, nearest, none] = run.sources;
@@ -46,10 +71,17 @@ pub fn table(run: &Run, outcomes: &[Outcome]) -> MarkdownTable {
         "frames led by gaze / hand direction / nearest / none",
         format!("{gaze} / {direction} / {nearest} / {none}"),
     );
-    row("frames with the target out of reach", run.unreachable_frames.to_string());
+    row(
+        "frames with the target out of reach",
+        run.unreachable_frames.to_string(),
+    );
     row(
         "time per control step, median / p99",
-        format!("{} / {}", format_ns(quantile(&run.step_ns, 0.5)), format_ns(quantile(&run.step_ns, 0.99))),
+        format!(
+            "{} / {}",
+            format_ns(quantile(&run.step_ns, 0.5)),
+            format_ns(quantile(&run.step_ns, 0.99))
+        ),
     );
     row("control steps", run.step_ns.len().to_string());
     table
@@ -60,7 +92,11 @@ fn reasons(outcomes: &[Outcome]) -> String {
     for reason in outcomes.iter().filter_map(|o| o.unreachable.as_ref()) {
         *counts.entry(reason.name()).or_default() += 1;
     }
-    join(counts.into_iter().map(|(name, count)| format!("{count} {name}")))
+    join(
+        counts
+            .into_iter()
+            .map(|(name, count)| format!("{count} {name}")),
+    )
 }
 
 fn losses(losses: &[(f64, LostReason)]) -> String {
@@ -73,12 +109,20 @@ fn losses(losses: &[(f64, LostReason)]) -> String {
         LostReason::InvalidTime => "invalid time".to_owned(),
         other => format!("{other:?}"),
     };
-    join(losses.iter().map(|(t_s, reason)| format!("{} at {t_s:.2} s", name(reason))))
+    join(
+        losses
+            .iter()
+            .map(|(t_s, reason)| format!("{} at {t_s:.2} s", name(reason))),
+    )
 }
 
 fn join(parts: impl Iterator<Item = String>) -> String {
     let parts: Vec<String> = parts.collect();
-    if parts.is_empty() { "none".to_owned() } else { parts.join(", ") }
+    if parts.is_empty() {
+        "none".to_owned()
+    } else {
+        parts.join(", ")
+    }
 }
 
 /// Every touch as one row of CSV.
@@ -106,7 +150,10 @@ pub fn touches_csv(path: &Path, outcomes: &[Outcome]) -> anyhow::Result<()> {
         let mut cells = vec![t.surface.clone()];
         cells.extend(t.point_m.to_array().map(|v| format!("{v:.4}")));
         cells.extend([t.start_s, t.contact_s].map(|v| format!("{v:.3}")));
-        cells.push(o.unreachable.map_or(String::new(), |why| why.name().to_owned()));
+        cells.push(
+            o.unreachable
+                .map_or(String::new(), |why| why.name().to_owned()),
+        );
         cells.extend([
             optional(o.lead_s),
             optional(Some(o.offset_m)),

@@ -40,7 +40,8 @@ const GAP_S: f64 = 0.1;
 pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
     let points = || {
         let hand = trace.hand_m.iter().map(|p| p.1);
-        hand.chain(trace.board_m.iter().map(|p| p.1)).chain(trace.touched_m.iter().copied())
+        hand.chain(trace.board_m.iter().map(|p| p.1))
+            .chain(trace.touched_m.iter().copied())
     };
     let reach = trace.reach_m;
     let low = points().fold(DVec3::splat(-reach), DVec3::min) - 0.15;
@@ -79,30 +80,45 @@ pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
     let circle = (0..=90).map(|i| f64::from(i) * std::f64::consts::TAU / 90.0);
     let circle: Vec<_> = circle.map(|a| (reach * a.cos(), reach * a.sin())).collect();
     for pair in circle.chunks(2).filter(|p| p.len() == 2) {
-        chart.draw_series([PathElement::new(pair.to_vec(), grey.mix(0.5))]).map_err(plot_error)?;
-    }
-    chart.draw_series([Cross::new((0.0, 0.0), 7, BLACK.stroke_width(3))]).map_err(plot_error)?;
-    let mut paths = |samples: &[(f64, DVec3)], colour: RGBColor, name: &str| -> anyhow::Result<()> {
-        let lines = runs(samples).into_iter().map(|run| {
-            PathElement::new(run.iter().map(|p| (p.1.x, p.1.y)).collect::<Vec<_>>(), colour.stroke_width(1))
-        });
         chart
-            .draw_series(lines)
-            .map_err(plot_error)?
-            .label(name)
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
-        Ok(())
-    };
+            .draw_series([PathElement::new(pair.to_vec(), grey.mix(0.5))])
+            .map_err(plot_error)?;
+    }
+    chart
+        .draw_series([Cross::new((0.0, 0.0), 7, BLACK.stroke_width(3))])
+        .map_err(plot_error)?;
+    let mut paths =
+        |samples: &[(f64, DVec3)], colour: RGBColor, name: &str| -> anyhow::Result<()> {
+            let lines = runs(samples).into_iter().map(|run| {
+                PathElement::new(
+                    run.iter().map(|p| (p.1.x, p.1.y)).collect::<Vec<_>>(),
+                    colour.stroke_width(1),
+                )
+            });
+            chart
+                .draw_series(lines)
+                .map_err(plot_error)?
+                .label(name)
+                .legend(move |(x, y)| {
+                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+                });
+            Ok(())
+        };
     paths(&trace.hand_m, blue, "hand")?;
     paths(&trace.board_m, orange, "board")?;
-    let mut dots = |points: &[DVec3], radius: i32, colour: RGBColor, name: &str| -> anyhow::Result<()> {
-        chart
-            .draw_series(points.iter().map(|p| Circle::new((p.x, p.y), radius, colour.filled())))
-            .map_err(plot_error)?
-            .label(name)
-            .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
-        Ok(())
-    };
+    let mut dots =
+        |points: &[DVec3], radius: i32, colour: RGBColor, name: &str| -> anyhow::Result<()> {
+            chart
+                .draw_series(
+                    points
+                        .iter()
+                        .map(|p| Circle::new((p.x, p.y), radius, colour.filled())),
+                )
+                .map_err(plot_error)?
+                .label(name)
+                .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+            Ok(())
+        };
     dots(&trace.predicted_m, 1, sky, "predicted")?;
     dots(&trace.touched_m, 4, green, "touched")?;
     if !trace.missed_m.is_empty() {
@@ -116,9 +132,14 @@ pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
         .label_font(TEXT)
         .draw()
         .map_err(plot_error)?;
-    let note = "grey: walls and shelves from above; dashes: longest horizontal reach; cross: arm's base";
-    root.draw_text(note, &TextStyle::from(("sans-serif", 13)).color(&BLACK), (16, h as i32 - 30))
-        .map_err(plot_error)?;
+    let note =
+        "grey: walls and shelves from above; dashes: longest horizontal reach; cross: arm's base";
+    root.draw_text(
+        note,
+        &TextStyle::from(("sans-serif", 13)).color(&BLACK),
+        (16, h as i32 - 30),
+    )
+    .map_err(plot_error)?;
     root.present().map_err(plot_error)
 }
 
@@ -155,29 +176,42 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
             .light_line_style(WHITE)
             .draw()
             .map_err(plot_error)?;
-        let mut bands = |spans: &[(f64, f64)], colour: RGBColor, name: &str| -> anyhow::Result<()> {
-            if spans.is_empty() {
-                return Ok(());
-            }
-            let boxes =
-                spans.iter().map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
-            chart.draw_series(boxes).map_err(plot_error)?.label(name).legend(move |(x, y)| {
-                Rectangle::new([(x + 2, y - 5), (x + 16, y + 5)], colour.mix(0.3).filled())
-            });
-            Ok(())
-        };
+        let mut bands =
+            |spans: &[(f64, f64)], colour: RGBColor, name: &str| -> anyhow::Result<()> {
+                if spans.is_empty() {
+                    return Ok(());
+                }
+                let boxes = spans
+                    .iter()
+                    .map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
+                chart
+                    .draw_series(boxes)
+                    .map_err(plot_error)?
+                    .label(name)
+                    .legend(move |(x, y)| {
+                        Rectangle::new([(x + 2, y - 5), (x + 16, y + 5)], colour.mix(0.3).filled())
+                    });
+                Ok(())
+            };
         bands(&trace.contacts_s, green, "contact felt (above 3 N)")?;
         bands(&trace.lost_s, yellow, "hand lost")?;
-        let timed: Vec<(f64, DVec3)> =
-            samples.iter().map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0))).collect();
+        let timed: Vec<(f64, DVec3)> = samples
+            .iter()
+            .map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0)))
+            .collect();
         let lines = runs(&timed).into_iter().map(|run| {
-            PathElement::new(run.iter().map(|p| (p.0, p.1.x)).collect::<Vec<_>>(), colour.stroke_width(2))
+            PathElement::new(
+                run.iter().map(|p| (p.0, p.1.x)).collect::<Vec<_>>(),
+                colour.stroke_width(2),
+            )
         });
         chart
             .draw_series(lines)
             .map_err(plot_error)?
             .label(name)
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
+            .legend(move |(x, y)| {
+                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+            });
         chart
             .configure_series_labels()
             .position(SeriesLabelPosition::UpperRight)
@@ -187,17 +221,41 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
             .draw()
             .map_err(plot_error)
     };
-    let farthest = trace.hand_distance_m.iter().fold(0.1, |m: f64, p| m.max(p.1));
+    let farthest = trace
+        .hand_distance_m
+        .iter()
+        .fold(0.1, |m: f64, p| m.max(p.1));
     let title = "Hand to the predicted contact";
-    panel(&upper, title, "distance, m", 1.0, 1.05 * farthest, &trace.hand_distance_m, blue, "hand")?;
+    panel(
+        &upper,
+        title,
+        "distance, m",
+        1.0,
+        1.05 * farthest,
+        &trace.hand_distance_m,
+        blue,
+        "hand",
+    )?;
     let title = "Board to the predicted contact (cut off at 300 mm)";
-    panel(&lower, title, "error, mm", 1e3, 300.0, &trace.board_distance_m, orange, "board")?;
+    panel(
+        &lower,
+        title,
+        "error, mm",
+        1e3,
+        300.0,
+        &trace.board_distance_m,
+        orange,
+        "board",
+    )?;
     root.present().map_err(plot_error)
 }
 
 /// Cuts samples where time leaps.
 fn runs(samples: &[(f64, DVec3)]) -> Vec<&[(f64, DVec3)]> {
-    samples.chunk_by(|a, b| b.0 - a.0 <= GAP_S).filter(|run| run.len() > 1).collect()
+    samples
+        .chunk_by(|a, b| b.0 - a.0 <= GAP_S)
+        .filter(|run| run.len() > 1)
+        .collect()
 }
 
 /// Vertical faces seen from above: their longest horizontal edge.
@@ -209,7 +267,11 @@ fn wall_lines(scene: &Scene) -> anyhow::Result<Vec<(DVec3, DVec3)>> {
             if normal.z.abs() < 0.02 {
                 let flat = |p: DVec3, q: DVec3| (p - q).truncate().length_squared();
                 let pairs = [(a, b), (b, c), (c, a)];
-                lines.extend(pairs.into_iter().max_by(|x, y| flat(x.0, x.1).total_cmp(&flat(y.0, y.1))));
+                lines.extend(
+                    pairs
+                        .into_iter()
+                        .max_by(|x, y| flat(x.0, x.1).total_cmp(&flat(y.0, y.1))),
+                );
             }
         }
     }

@@ -34,9 +34,10 @@ impl Hand {
     pub fn span_s(&self) -> (f64, f64) {
         match self {
             Self::Simulated(sequence, _) => (0.0, sequence.duration_s()),
-            Self::Recorded(frames) => {
-                (frames.first().map_or(0.0, |f| f.t_s), frames.last().map_or(0.0, |f| f.t_s))
-            }
+            Self::Recorded(frames) => (
+                frames.first().map_or(0.0, |f| f.t_s),
+                frames.last().map_or(0.0, |f| f.t_s),
+            ),
         }
     }
 
@@ -104,8 +105,15 @@ pub fn run(
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<Run> {
     let mut renderer = Renderer::new(arm, board, RendererConfig::default())?;
-    let servo = ServoConfig { seed, ..ServoConfig::default() };
-    let mut servo = ServoArm::new(renderer.arm().clone(), JointPositions::from_deg(START_DEG), servo)?;
+    let servo = ServoConfig {
+        seed,
+        ..ServoConfig::default()
+    };
+    let mut servo = ServoArm::new(
+        renderer.arm().clone(),
+        JointPositions::from_deg(START_DEG),
+        servo,
+    )?;
     let filter = match hand {
         Hand::Simulated(..) => HandFilterConfig::simulated(),
         Hand::Recorded(_) => HandFilterConfig::default(),
@@ -114,7 +122,10 @@ pub fn run(
     let mut predictor = DeterministicPredictor::new(PredictorConfig::ray_led())?;
     let mut gaze_filter = GazeFilter::default();
     let mut steady = SteadyPoint::new(STEADY_M)?;
-    let finger = HandContact { half_extent_m: board.half_width_m, ..HandContact::default() };
+    let finger = HandContact {
+        half_extent_m: board.half_width_m,
+        ..HandContact::default()
+    };
     let (start_s, end_s) = hand.span_s();
     let steps = ((end_s - start_s) / period_s).floor().max(0.0) as usize;
     let mut log = Log::new(steps, arm);
@@ -127,8 +138,12 @@ pub fn run(
         let began = Instant::now();
         while let Some(frame) = hand.frame(&mut next_frame, t_s) {
             let tracking = filter.step(&frame);
-            let gaze = frame.gaze_ray().and_then(|ray| gaze_filter.step(frame.t_s, &ray));
-            let found = tracking.state().and_then(|hand| predictor.predict(scene, hand, gaze.as_ref()));
+            let gaze = frame
+                .gaze_ray()
+                .and_then(|ray| gaze_filter.step(frame.t_s, &ray));
+            let found = tracking
+                .state()
+                .and_then(|hand| predictor.predict(scene, hand, gaze.as_ref()));
             let found = found.map(|p| steady.step(p));
             target = found.as_ref().map(|p| BoardTarget {
                 point_m: p.point_m,
@@ -146,15 +161,25 @@ pub fn run(
         let wrench = match tip_m {
             Some(tip_m) => {
                 let relative = velocity - servo.twist().linear_m_per_s;
-                finger.wrench(&servo.pose(), tip_m, relative).with_context(|| format!("at {t_s} s"))?
+                finger
+                    .wrench(&servo.pose(), tip_m, relative)
+                    .with_context(|| format!("at {t_s} s"))?
             }
             None => None,
         };
         servo.apply_wrench(wrench.unwrap_or_default())?;
         let in_contact = matches!(rendered.phase, Phase::Contact { .. });
-        log.tick(Tick { t_s, base_from_board: servo.pose(), in_contact }, target.as_ref());
-        log.unreachable_frames +=
-            usize::from(rendered.unreachable.is_some() && target.is_some_and(|t| t.stamp_s == elapsed_s));
+        log.tick(
+            Tick {
+                t_s,
+                base_from_board: servo.pose(),
+                in_contact,
+            },
+            target.as_ref(),
+        );
+        log.unreachable_frames += usize::from(
+            rendered.unreachable.is_some() && target.is_some_and(|t| t.stamp_s == elapsed_s),
+        );
         progress(step as f64 / steps.max(1) as f64);
     }
     Ok(log.finish())
@@ -170,15 +195,19 @@ struct Tip {
 
 impl Tip {
     fn measured(&mut self, frame: &HandFrame, tracking: &Tracking) {
-        self.last = tracking.state().and(frame.contact_point()).map(|(_, p)| (frame.t_s, p));
+        self.last = tracking
+            .state()
+            .and(frame.contact_point())
+            .map(|(_, p)| (frame.t_s, p));
         self.velocity = tracking.state().map_or(DVec3::ZERO, |s| s.velocity_m_per_s);
     }
 
     fn at(&self, hand: &Hand, t_s: f64) -> (Option<DVec3>, DVec3) {
         match hand {
-            Hand::Simulated(sequence, _) => {
-                (Some(sequence.true_index_tip(t_s)), sequence.true_index_velocity_m_per_s(t_s))
-            }
+            Hand::Simulated(sequence, _) => (
+                Some(sequence.true_index_tip(t_s)),
+                sequence.true_index_velocity_m_per_s(t_s),
+            ),
             Hand::Recorded(_) => (self.last.map(|(_, p)| p), self.velocity),
         }
     }
@@ -234,7 +263,8 @@ impl Log {
             }
             Tracking::Lost { reason, .. } => {
                 // The filter's first frames are no loss.
-                let starting = matches!(reason, LostReason::Starting) && self.trace.hand_m.is_empty();
+                let starting =
+                    matches!(reason, LostReason::Starting) && self.trace.hand_m.is_empty();
                 if !self.lost && !starting {
                     self.lost = true;
                     self.losses.push((t_s, *reason));
@@ -254,7 +284,9 @@ impl Log {
             if last.is_none_or(|last| last.distance(prediction.point_m) > DRAWN_M) {
                 self.trace.predicted_m.push(prediction.point_m);
             }
-            self.trace.hand_distance_m.push((t_s, prediction.distance_m.max(0.0)));
+            self.trace
+                .hand_distance_m
+                .push((t_s, prediction.distance_m.max(0.0)));
         }
     }
 
@@ -274,7 +306,9 @@ impl Log {
             let face_m = tick.base_from_board.position_m();
             self.trace.board_m.push((tick.t_s, face_m));
             if let Some(target) = target {
-                self.trace.board_distance_m.push((tick.t_s, face_m.distance(target.point_m)));
+                self.trace
+                    .board_distance_m
+                    .push((tick.t_s, face_m.distance(target.point_m)));
             }
         }
         self.ticks.push(tick);
@@ -282,7 +316,12 @@ impl Log {
 
     fn finish(mut self) -> Run {
         let end_s = self.ticks.last().map_or(0.0, |t| t.t_s);
-        for span in self.trace.contacts_s.iter_mut().chain(&mut self.trace.lost_s) {
+        for span in self
+            .trace
+            .contacts_s
+            .iter_mut()
+            .chain(&mut self.trace.lost_s)
+        {
             span.1 = span.1.min(end_s);
         }
         self.step_ns.sort_by(f64::total_cmp);
@@ -300,7 +339,11 @@ impl Log {
 /// Sorts touches into those within reach and those not, for the figures.
 pub fn mark_touches(trace: &mut Trace, outcomes: &[Outcome]) {
     for outcome in outcomes {
-        let marks = if outcome.unreachable.is_none() { &mut trace.touched_m } else { &mut trace.missed_m };
+        let marks = if outcome.unreachable.is_none() {
+            &mut trace.touched_m
+        } else {
+            &mut trace.missed_m
+        };
         marks.push(outcome.touch.point_m);
     }
 }

@@ -4,7 +4,8 @@ use crate::figures;
 use anyhow::Context;
 use glam::{DVec3, dvec3};
 use hwall_kinematics::{
-    Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose, SrsArm,
+    Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose,
+    SrsArm,
 };
 use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::{
@@ -39,12 +40,21 @@ pub fn update_readme(path: &Path, machine: &Machine, sections: &[Section]) -> an
     for row in sections.iter().flat_map(|s| &s.summary) {
         table.row(row.clone());
     }
-    std::fs::write(path, format!("{before}{BEGIN}\n{machine}\n\n{table}{END}{after}"))?;
+    std::fs::write(
+        path,
+        format!("{before}{BEGIN}\n{machine}\n\n{table}{END}{after}"),
+    )?;
     Ok(())
 }
 
 fn summary(part: &str, what: &str, timing: &Timing, error: impl Into<String>) -> [String; 5] {
-    [part.to_owned(), what.to_owned(), format_ns(timing.median_ns), format_ns(timing.p99_ns), error.into()]
+    [
+        part.to_owned(),
+        what.to_owned(),
+        format_ns(timing.median_ns),
+        format_ns(timing.p99_ns),
+        error.into(),
+    ]
 }
 
 /// Rows to draw, and where.
@@ -87,7 +97,9 @@ fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
 
 fn configurations(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<JointPositions> {
     let ranges = arm.limits().map(|l| (l.min_rad, l.max_rad));
-    (0..n).map(|_| JointPositions(sampler.array_within(ranges))).collect()
+    (0..n)
+        .map(|_| JointPositions(sampler.array_within(ranges)))
+        .collect()
 }
 
 /// Poses whose wrist the arm is long enough for, but whose limits forbid them.
@@ -117,27 +129,55 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
     let chain = Chain::iiwa7();
     let mut scratch = chain.scratch();
     let qs = configurations(&arm, &mut Sampler::new(seed), n);
-    let mut table = MarkdownTable::new(["what", "median", "p99", "largest difference between the two"]);
-    let difference = qs.iter().map(|q| Ok(pose_error(&arm.forward(q), &chain.forward(&q.0)?)));
+    let mut table = MarkdownTable::new([
+        "what",
+        "median",
+        "p99",
+        "largest difference between the two",
+    ]);
+    let difference = qs
+        .iter()
+        .map(|q| Ok(pose_error(&arm.forward(q), &chain.forward(&q.0)?)));
     let difference = ErrorStats::from_errors(difference.collect::<anyhow::Result<Vec<_>>>()?);
     let mut quoted = Vec::new();
     let mut row = |what: &str, t: Timing, error: String| {
-        table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), error.clone()]);
+        table.row([
+            what.to_owned(),
+            format_ns(t.median_ns),
+            format_ns(t.p99_ns),
+            error.clone(),
+        ]);
         if what.starts_with("S-R-S arm, pose and") {
             let error = format!("{:.1e} m, rad against the general chain", difference.max);
             quoted = vec![summary("kinematics", "forward and Jacobian", &t, error)];
         }
     };
     let shown = format!("{:.1e} m, rad", difference.max);
-    row("S-R-S arm, pose", batches(|i| arm.forward(&qs[i % n])), shown);
-    row("S-R-S arm, pose and Jacobian", batches(|i| arm.forward_and_jacobian(&qs[i % n])), String::new());
-    row("general chain, pose", batches(|i| chain.forward(&qs[i % n].0)), String::new());
+    row(
+        "S-R-S arm, pose",
+        batches(|i| arm.forward(&qs[i % n])),
+        shown,
+    );
+    row(
+        "S-R-S arm, pose and Jacobian",
+        batches(|i| arm.forward_and_jacobian(&qs[i % n])),
+        String::new(),
+    );
+    row(
+        "general chain, pose",
+        batches(|i| chain.forward(&qs[i % n].0)),
+        String::new(),
+    );
     let t = batches(|i| chain.forward_jacobian_into(&qs[i % n].0, &mut scratch));
     row("general chain, pose and Jacobian", t, String::new());
     let text = format!(
         "### Forward kinematics of the iiwa 7\n\n{n} configurations uniform within the limits.\n\n{table}"
     );
-    Ok(Section { summary: quoted, text, figure: None })
+    Ok(Section {
+        summary: quoted,
+        text,
+        figure: None,
+    })
 }
 
 /// Closed form against the numeric inverse at several tolerances.
@@ -147,13 +187,20 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
 pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(seed);
-    let poses: Vec<Pose> = configurations(&arm, &mut sampler, n).iter().map(|q| arm.forward(q)).collect();
+    let poses: Vec<Pose> = configurations(&arm, &mut sampler, n)
+        .iter()
+        .map(|q| arm.forward(q))
+        .collect();
     let starts = configurations(&arm, &mut sampler, n);
     let error = |q: &JointPositions, i: usize| pose_error(&arm.forward(q), &poses[i]);
-    let mut table = SpeedErrorTable::new("Inverse kinematics of the iiwa 7, reachable poses", "tolerance");
+    let mut table = SpeedErrorTable::new(
+        "Inverse kinematics of the iiwa 7, reachable poses",
+        "tolerance",
+    );
 
-    let found: Vec<f64> =
-        (0..n).filter_map(|i| arm.reach(&poses[i]).witness().map(|w| error(&w.q, i))).collect();
+    let found: Vec<f64> = (0..n)
+        .filter_map(|i| arm.reach(&poses[i]).witness().map(|w| error(&w.q, i)))
+        .collect();
     let share = format!("solved {:.2} %", 100.0 * found.len() as f64 / n as f64);
     let timing = batches(|i| arm.reach(&poses[i % n]));
     let largest = |errors: ErrorStats| format!("{:.1e} m, rad", errors.max);
@@ -163,30 +210,56 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         &timing,
         largest(ErrorStats::from_errors(found.iter().copied())),
     )];
-    table.row("closed form, one witness", "exact", timing, (ErrorStats::from_errors(found), "m, rad"), share);
+    table.row(
+        "closed form, one witness",
+        "exact",
+        timing,
+        (ErrorStats::from_errors(found), "m, rad"),
+        share,
+    );
 
     let eight = |i: usize| arm.solutions(&poses[i], 0.3).into_iter().flatten();
     let errors = ErrorStats::from_errors(
-        (0..n).flat_map(|i| eight(i).map(move |q| (i, q))).map(|(i, q)| error(&q, i)),
+        (0..n)
+            .flat_map(|i| eight(i).map(move |q| (i, q)))
+            .map(|(i, q)| error(&q, i)),
     );
     let timing = batches(|i| arm.solutions(&poses[i % n], 0.3));
-    table.row("closed form, 8 branches at one arm angle", "exact", timing, (errors, "m, rad"), "");
+    table.row(
+        "closed form, 8 branches at one arm angle",
+        "exact",
+        timing,
+        (errors, "m, rad"),
+        "",
+    );
 
     let config = NearestConfig::default();
     let nearest = |i: usize| arm.nearest_solution(&poses[i], &starts[i], &config);
     let errors = (0..n).filter_map(|i| nearest(i).ok().map(|found| error(&found.q, i)));
     let errors = ErrorStats::from_errors(errors);
     let note = "any reference: the arcs are searched";
-    table.row("closed form, nearest", "exact", time_each(n, nearest), (errors, "m, rad"), note);
+    table.row(
+        "closed form, nearest",
+        "exact",
+        time_each(n, nearest),
+        (errors, "m, rad"),
+        note,
+    );
 
     let chain = Chain::iiwa7();
     let mut scratch = NumericScratch::default();
     for tolerance in [1e-2, 1e-4, 1e-6, 1e-9, 1e-12] {
-        let config =
-            NumericConfig { tolerance_m: tolerance, tolerance_rad: tolerance, ..NumericConfig::default() };
+        let config = NumericConfig {
+            tolerance_m: tolerance,
+            tolerance_rad: tolerance,
+            ..NumericConfig::default()
+        };
         let mut errors = Vec::new();
         let timing = time_each(n, |i| {
-            if chain.inverse_numeric_into(&poses[i], &starts[i].0, &config, &mut scratch).is_ok() {
+            if chain
+                .inverse_numeric_into(&poses[i], &starts[i].0, &config, &mut scratch)
+                .is_ok()
+            {
                 let pose = chain.forward(scratch.q_rad()).expect("finite angles");
                 errors.push(pose_error(&pose, &poses[i]));
             }
@@ -195,7 +268,12 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         let setting = format!("{tolerance:.0e}");
         if tolerance == 1e-9 {
             let errors = ErrorStats::from_errors(errors.iter().copied());
-            quoted.push(summary("kinematics", "numeric inverse, any chain", &timing, largest(errors)));
+            quoted.push(summary(
+                "kinematics",
+                "numeric inverse, any chain",
+                &timing,
+                largest(errors),
+            ));
         }
         table.row(
             "numeric, general chain",
@@ -208,7 +286,12 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     let unreachable = forbidden(&arm, &mut sampler, (n / 20).max(50));
     let m = unreachable.len();
     let numeric = time_each(m, |i| {
-        chain.inverse_numeric_into(&unreachable[i], &starts[i].0, &NumericConfig::default(), &mut scratch)
+        chain.inverse_numeric_into(
+            &unreachable[i],
+            &starts[i].0,
+            &NumericConfig::default(),
+            &mut scratch,
+        )
     });
     let note = format!(
         "\nTargets: {n} random configurations; numeric starts are independent of the target. On {m} poses that \
@@ -219,8 +302,16 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     let rows = table.rows().to_vec();
     let title = "Inverse kinematics: time against error";
-    let figure = Figure { name: "inverse.svg", title, drawing: Drawing::SpeedError("m and rad", rows) };
-    Ok(Section { summary: quoted, text: table.to_markdown() + &note, figure: Some(figure) })
+    let figure = Figure {
+        name: "inverse.svg",
+        title,
+        drawing: Drawing::SpeedError("m and rad", rows),
+    };
+    Ok(Section {
+        summary: quoted,
+        text: table.to_markdown() + &note,
+        figure: Some(figure),
+    })
 }
 
 /// A pose, and the arm that shall hold it.
@@ -236,25 +327,49 @@ struct Case {
 pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(seed);
-    let of_iiwa = |pose: Pose| Case { arm: arm.clone(), pose };
-    let free: Vec<Case> =
-        configurations(&arm, &mut sampler, n).iter().map(|q| of_iiwa(arm.forward(q))).collect();
+    let of_iiwa = |pose: Pose| Case {
+        arm: arm.clone(),
+        pose,
+    };
+    let free: Vec<Case> = configurations(&arm, &mut sampler, n)
+        .iter()
+        .map(|q| of_iiwa(arm.forward(q)))
+        .collect();
     let m = (n / 5).max(50);
-    let no: Vec<Case> = forbidden(&arm, &mut sampler, m).into_iter().map(of_iiwa).collect();
+    let no: Vec<Case> = forbidden(&arm, &mut sampler, m)
+        .into_iter()
+        .map(of_iiwa)
+        .collect();
     let hard = narrow(&arm, &mut sampler, m)?;
     let mut table = MarkdownTable::new(["verdict", "poses", "median", "p99", "wrong"]);
     let (mut drawn, mut quoted) = (Vec::new(), Vec::new());
-    for (kind, cases, want) in [("random", &free, true), ("narrow", &hard, true), ("forbidden", &no, false)] {
+    for (kind, cases, want) in [
+        ("random", &free, true),
+        ("narrow", &hard, true),
+        ("forbidden", &no, false),
+    ] {
         let mut row = |method: &str, setting: &str, f: &dyn Fn(&Case) -> bool| {
-            let wrong = cases.iter().filter(|case| f(case) != want).count() as f64 / cases.len() as f64;
+            let wrong =
+                cases.iter().filter(|case| f(case) != want).count() as f64 / cases.len() as f64;
             let t = batches(|i| f(&cases[i % cases.len()]));
             let name = format!("{method} {setting}");
             if method == "exact" && kind != "narrow" {
                 let what = format!("reachability verdict, {kind} poses");
-                quoted.push(summary("kinematics", &what, &t, format!("{:.2} % wrong", 100.0 * wrong)));
+                quoted.push(summary(
+                    "kinematics",
+                    &what,
+                    &t,
+                    format!("{:.2} % wrong", 100.0 * wrong),
+                ));
             }
             let share = format!("{:.2} %", 100.0 * wrong);
-            table.row([name, kind.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns), share]);
+            table.row([
+                name,
+                kind.to_owned(),
+                format_ns(t.median_ns),
+                format_ns(t.p99_ns),
+                share,
+            ]);
             if kind == "narrow" {
                 let shown = wrong.max(1e-4);
                 drawn.push(SpeedErrorRow {
@@ -262,7 +377,12 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
                     setting: setting.to_owned(),
                     median_ns: t.median_ns,
                     p99_ns: t.p99_ns,
-                    errors: ErrorStats { count: cases.len(), median: shown, q99: shown, max: shown },
+                    errors: ErrorStats {
+                        count: cases.len(),
+                        median: shown,
+                        q99: shown,
+                        max: shown,
+                    },
                     unit: "share",
                     note: String::new(),
                 });
@@ -273,13 +393,19 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
             let any = |case: &Case| {
                 (0..samples).any(|i| {
                     let psi = TAU * f64::from(i) / f64::from(samples);
-                    case.arm.solutions(&case.pose, psi).iter().any(Option::is_some)
+                    case.arm
+                        .solutions(&case.pose, psi)
+                        .iter()
+                        .any(Option::is_some)
                 })
             };
             row("arm angle sampled at", &samples.to_string(), &any);
         }
     }
-    let arcs = batches(|i| arm.feasible_arm_angles(&free[i % n].pose).map(|a| a.branches().count()));
+    let arcs = batches(|i| {
+        arm.feasible_arm_angles(&free[i % n].pose)
+            .map(|a| a.branches().count())
+    });
     let text = format!(
         "### Reachability verdict of the iiwa 7: exact intervals against sampling the arm angle\n\n\
          Random: {n} poses of random configurations. Narrow: {} such poses, each with limits shrunk to within \
@@ -291,9 +417,18 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
         format_ns(arcs.median_ns),
         format_ns(arcs.p99_ns)
     );
-    let title = "Verdict on narrow poses: time against share judged wrongly (none is drawn at 1e-4)";
+    let title =
+        "Verdict on narrow poses: time against share judged wrongly (none is drawn at 1e-4)";
     let drawing = Drawing::SpeedError("share of poses", drawn);
-    Ok(Section { summary: quoted, text, figure: Some(Figure { name: "verdict.svg", title, drawing }) })
+    Ok(Section {
+        summary: quoted,
+        text,
+        figure: Some(Figure {
+            name: "verdict.svg",
+            title,
+            drawing,
+        }),
+    })
 }
 
 /// Random reachable poses, each with an arm whose limits are shrunk until 0.005 rad before the
@@ -303,9 +438,14 @@ fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<C
         .iter()
         .map(|q| {
             let pose = arm.forward(q);
-            let margin = arm.joint_margin_rad(&pose).context("a pose of a configuration is reachable")?;
+            let margin = arm
+                .joint_margin_rad(&pose)
+                .context("a pose of a configuration is reachable")?;
             let by_rad = (margin - 0.005).max(0.0);
-            Ok(Case { arm: arm.with_limits(arm.limits().map(|l| l.shrunk(by_rad)))?, pose })
+            Ok(Case {
+                arm: arm.with_limits(arm.limits().map(|l| l.shrunk(by_rad)))?,
+                pose,
+            })
         })
         .collect()
 }
@@ -318,7 +458,10 @@ fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<C
 pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section> {
     let scenes = match scene {
         Some(path) => vec![Scene::from_obj_file(path, None)?.0],
-        None => [16, 50, 158, 316].into_iter().map(bumpy_surface).collect::<anyhow::Result<Vec<_>>>()?,
+        None => [16, 50, 158, 316]
+            .into_iter()
+            .map(bumpy_surface)
+            .collect::<anyhow::Result<Vec<_>>>()?,
     };
     let mut table = SpeedErrorTable::new("Ray casts, single against double precision", "triangles");
     let mut lines = [Vec::new(), Vec::new()];
@@ -341,7 +484,13 @@ pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section
         let errors = ErrorStats::from_errors(errors);
         let (fast, exact) = (batches(single), batches(double));
         let note = format!("{disagree} of {n} rays end elsewhere");
-        table.row("f32, point in f64", triangles.to_string(), fast, (errors, "m"), note);
+        table.row(
+            "f32, point in f64",
+            triangles.to_string(),
+            fast,
+            (errors, "m"),
+            note,
+        );
         table.row(
             "f64",
             triangles.to_string(),
@@ -352,8 +501,11 @@ pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section
         lines[0].push((triangles as f64, fast.median_ns));
         lines[1].push((triangles as f64, exact.median_ns));
         let what = format!("ray cast into {triangles} triangles");
-        let error =
-            format!("{:.1e} m; {:.1} % end elsewhere", errors.max, 100.0 * disagree as f64 / n as f64);
+        let error = format!(
+            "{:.1e} m; {:.1} % end elsewhere",
+            errors.max,
+            100.0 * disagree as f64 / n as f64
+        );
         quoted = vec![summary("scene", &what, &fast, error)];
     }
     let text = table.to_markdown()
@@ -361,10 +513,21 @@ pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section
            hit. Rays come from a sphere around the scene, half of them aimed at random points, half at corners \
            that triangles share.\n";
     let [single, double] = lines;
-    let lines = vec![("f32, point in f64".to_owned(), single), ("f64".to_owned(), double)];
+    let lines = vec![
+        ("f32, point in f64".to_owned(), single),
+        ("f64".to_owned(), double),
+    ];
     let title = "Ray casts: median time against size";
-    let figure = Figure { name: "rays.svg", title, drawing: Drawing::Scaling("triangles", lines) };
-    Ok(Section { summary: quoted, text, figure: Some(figure) })
+    let figure = Figure {
+        name: "rays.svg",
+        title,
+        drawing: Drawing::Scaling("triangles", lines),
+    };
+    Ok(Section {
+        summary: quoted,
+        text,
+        figure: Some(figure),
+    })
 }
 
 /// Hit points further apart than this are two places, m.
@@ -415,7 +578,9 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     let mut scratch = dynamics.scratch();
     let mut sampler = Sampler::new(seed);
     let qs = configurations(&SrsArm::iiwa7(), &mut sampler, n);
-    let rates: Vec<[f64; 7]> = (0..n).map(|_| sampler.array_within([(-2.0, 2.0); 7])).collect();
+    let rates: Vec<[f64; 7]> = (0..n)
+        .map(|_| sampler.array_within([(-2.0, 2.0); 7]))
+        .collect();
     let mut out = vec![0.0; 7];
     let mut matrix = vec![0.0; 49];
     let mut errors = Vec::new();
@@ -436,21 +601,41 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     };
     row(
         "gravity torque",
-        batches(|i| dynamics.gravity_torque_into(&qs[i % n].0, &mut scratch, &mut out).is_ok()),
+        batches(|i| {
+            dynamics
+                .gravity_torque_into(&qs[i % n].0, &mut scratch, &mut out)
+                .is_ok()
+        }),
     );
     let t = batches(|i| {
         dynamics
-            .inverse_into(&qs[i % n].0, &rates[i % n], &rates[(i + 1) % n], &mut scratch, &mut out)
+            .inverse_into(
+                &qs[i % n].0,
+                &rates[i % n],
+                &rates[(i + 1) % n],
+                &mut scratch,
+                &mut out,
+            )
             .is_ok()
     });
     row("inverse dynamics", t);
     row(
         "mass matrix",
-        batches(|i| dynamics.mass_matrix_into(&qs[i % n].0, &mut scratch, &mut matrix).is_ok()),
+        batches(|i| {
+            dynamics
+                .mass_matrix_into(&qs[i % n].0, &mut scratch, &mut matrix)
+                .is_ok()
+        }),
     );
     let t = batches(|i| {
         dynamics
-            .forward_into(&qs[i % n].0, &rates[i % n], &rates[(i + 1) % n], &mut scratch, &mut out)
+            .forward_into(
+                &qs[i % n].0,
+                &rates[i % n],
+                &rates[(i + 1) % n],
+                &mut scratch,
+                &mut out,
+            )
             .is_ok()
     });
     row("forward dynamics", t);
@@ -460,5 +645,9 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
          relative.\n",
         errors.max, errors.count
     );
-    Ok(Section { summary: quoted, text, figure: None })
+    Ok(Section {
+        summary: quoted,
+        text,
+        figure: None,
+    })
 }

@@ -11,7 +11,10 @@ use hwall_sim::{Person, PersonConfig};
 use std::path::Path;
 
 /// The room made for this project, so that the binary runs from anywhere.
-const ROOM: (&str, &str) = (include_str!("../assets/room.obj"), include_str!("../assets/room.toml"));
+const ROOM: (&str, &str) = (
+    include_str!("../assets/room.obj"),
+    include_str!("../assets/room.toml"),
+);
 
 /// Period of the simulated tracker, s: a headset's 90 Hz.
 const TRACKER_S: f64 = 1.0 / 90.0;
@@ -82,7 +85,12 @@ impl Stage {
         let plans = touches::plan(&scene, arm, places, options.touches, options.seed)?;
         let sequence = person.plan(&plans)?;
         let touches = touches::of_person(&scene, sequence.touches());
-        Ok(Self { scene, hand: Hand::Simulated(Box::new(sequence), TRACKER_S), touches, remarks })
+        Ok(Self {
+            scene,
+            hand: Hand::Simulated(Box::new(sequence), TRACKER_S),
+            touches,
+            remarks,
+        })
     }
 
     fn recorded(
@@ -101,11 +109,16 @@ impl Stage {
             let found = place::before_a_wall(&scene, &recording, options.base)?;
             remarks.push(found.remark);
             let hand = options.hand_origin.unwrap_or(found.hand);
-            remarks
-                .push(format!("the arm's base stands at {}, the recording's origin at {hand}", found.base));
+            remarks.push(format!(
+                "the arm's base stands at {}, the recording's origin at {hand}",
+                found.base
+            ));
             (found.base, hand)
         } else {
-            (options.base.unwrap_or(Stand::ORIGIN), options.hand_origin.unwrap_or(Stand::ORIGIN))
+            (
+                options.base.unwrap_or(Stand::ORIGIN),
+                options.hand_origin.unwrap_or(Stand::ORIGIN),
+            )
         };
         let base_from_hand = base.outer_from_here().inverse() * hand.outer_from_here();
         let scene = in_base(&scene, base)?;
@@ -113,7 +126,12 @@ impl Stage {
         let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts)?;
         let map = RigidMap::from_affine(base_from_hand)?;
         let frames = recording.frames().map(|frame| map.frame(frame)).collect();
-        Ok(Self { scene, hand: Hand::Recorded(frames), touches, remarks })
+        Ok(Self {
+            scene,
+            hand: Hand::Recorded(frames),
+            touches,
+            remarks,
+        })
     }
 }
 
@@ -124,7 +142,11 @@ fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
 /// The error with the file's name in front, unless it says it already.
 fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
     let (name, text) = (path.display().to_string(), error.to_string());
-    if text.contains(&name) { anyhow!(text) } else { anyhow!("{name}: {text}") }
+    if text.contains(&name) {
+        anyhow!(text)
+    } else {
+        anyhow!("{name}: {text}")
+    }
 }
 
 /// What the loader had to drop or mend, one line a kind.
@@ -139,9 +161,15 @@ fn repairs(report: &LoadReport) -> Vec<String> {
         ("points and lines ignored", report.points_and_lines),
         ("lines ignored", report.ignored_lines),
         ("empty surfaces", report.empty_surfaces.len()),
-        ("material libraries missing", report.missing_material_libraries.len()),
+        (
+            "material libraries missing",
+            report.missing_material_libraries.len(),
+        ),
         ("materials missing", report.missing_materials.len()),
     ];
-    let found = counts.into_iter().filter(|(_, n)| *n > 0).map(|(what, n)| format!("{n} {what}"));
+    let found = counts
+        .into_iter()
+        .filter(|(_, n)| *n > 0)
+        .map(|(what, n)| format!("{n} {what}"));
     vec![format!("scene: {}", found.collect::<Vec<_>>().join(", "))]
 }

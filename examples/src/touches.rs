@@ -87,13 +87,18 @@ pub fn plan(
                 && reason(arm, point_m, normal).ok()?.is_none() == want_reachable
                 && scene.visible(head_m, point_m + normal * 0.01).ok()?
                 && scene.visible(hand_m, point_m + normal * 0.05).ok()?;
-            suits.then_some(TouchPlan { target_m: point_m, normal })
+            suits.then_some(TouchPlan {
+                target_m: point_m,
+                normal,
+            })
         });
         match found {
             Some(plan) => plans.push(plan),
             // A scene that is all within reach is no fault.
             None if !want_reachable => {}
-            None => bail!("found no free point within the arm's reach on the scene's vertical surfaces"),
+            None => {
+                bail!("found no free point within the arm's reach on the scene's vertical surfaces")
+            }
         }
     }
     Ok(plans)
@@ -132,12 +137,26 @@ pub fn of_recording(
     for reach in contacts {
         let path: Vec<(f64, DVec3)> = recording.samples[reach.first..=reach.last]
             .iter()
-            .filter_map(|s| Some((s.frame.t_s, base_from_hand.transform_point3(s.frame.point(reach.point)?))))
+            .filter_map(|s| {
+                Some((
+                    s.frame.t_s,
+                    base_from_hand.transform_point3(s.frame.point(reach.point)?),
+                ))
+            })
             .collect();
-        let Some((contact_s, point_m, normal, id)) = first_contact(scene, &path)? else { continue };
+        let Some((contact_s, point_m, normal, id)) = first_contact(scene, &path)? else {
+            continue;
+        };
         let surface = scene.surface(id).name.clone();
         let (start_s, end_s) = (reach.start_s, reach.end_s + 0.3);
-        touches.push(Touch { surface, point_m, normal, start_s, contact_s, end_s });
+        touches.push(Touch {
+            surface,
+            point_m,
+            normal,
+            start_s,
+            contact_s,
+            end_s,
+        });
     }
     Ok(touches)
 }
@@ -155,12 +174,16 @@ fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<
         if step.length() < 1e-9 {
             continue;
         }
-        let hit = scene.ray_cast(from, step)?.filter(|h| h.distance_m <= step.length());
+        let hit = scene
+            .ray_cast(from, step)?
+            .filter(|h| h.distance_m <= step.length());
         if let Some(hit) = hit.filter(|h| scene.surface(h.surface).touchable()) {
             return Ok(Some((t_s, hit.point_m, hit.normal, hit.surface)));
         }
     }
-    let Some(&(t_s, end)) = path.last() else { return Ok(None) };
+    let Some(&(t_s, end)) = path.last() else {
+        return Ok(None);
+    };
     let beside = scene.closest_touchable(end, BESIDE_M)?;
     Ok(beside.map(|c| (t_s, c.point_m, c.normal, c.surface)))
 }
@@ -169,29 +192,62 @@ fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<
 ///
 /// # Errors
 /// A touch outside the run.
-pub fn judge(arm: &SrsArm, board: &Board, touches: &[Touch], ticks: &[Tick]) -> anyhow::Result<Vec<Outcome>> {
-    touches.iter().map(|touch| judge_one(arm, board, touch, ticks)).collect()
+pub fn judge(
+    arm: &SrsArm,
+    board: &Board,
+    touches: &[Touch],
+    ticks: &[Tick],
+) -> anyhow::Result<Vec<Outcome>> {
+    touches
+        .iter()
+        .map(|touch| judge_one(arm, board, touch, ticks))
+        .collect()
 }
 
-fn judge_one(arm: &SrsArm, board: &Board, touch: &Touch, ticks: &[Tick]) -> anyhow::Result<Outcome> {
+fn judge_one(
+    arm: &SrsArm,
+    board: &Board,
+    touch: &Touch,
+    ticks: &[Tick],
+) -> anyhow::Result<Outcome> {
     let at = ticks.partition_point(|tick| tick.t_s <= touch.contact_s);
     let last = at.checked_sub(1).context("a touch before the run began")?;
     let in_place = |tick: &Tick| {
-        let p = tick.base_from_board.inverse().transform_point(touch.point_m);
+        let p = tick
+            .base_from_board
+            .inverse()
+            .transform_point(touch.point_m);
         let on_board =
             p.x.abs() <= board.half_width_m - INSET_M && p.y.abs() <= board.half_height_m - INSET_M;
-        let tilt = tick.base_from_board.rotation().z_axis.angle_between(touch.normal);
+        let tilt = tick
+            .base_from_board
+            .rotation()
+            .z_axis
+            .angle_between(touch.normal);
         on_board && p.z.abs() <= GAP_M && tilt <= TILT_RAD
     };
-    let steady = ticks[..=last].iter().rev().take_while(|tick| in_place(tick)).last();
-    let p = ticks[last].base_from_board.inverse().transform_point(touch.point_m);
+    let steady = ticks[..=last]
+        .iter()
+        .rev()
+        .take_while(|tick| in_place(tick))
+        .last();
+    let p = ticks[last]
+        .base_from_board
+        .inverse()
+        .transform_point(touch.point_m);
     // A press that is felt elsewhere is not this touch.
     let board_holds = |tick: &Tick| {
-        let p = tick.base_from_board.inverse().transform_point(touch.point_m);
+        let p = tick
+            .base_from_board
+            .inverse()
+            .transform_point(touch.point_m);
         p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
     };
     let from = ticks.partition_point(|tick| tick.t_s < touch.contact_s - FELT_EARLY_S);
-    let felt = ticks[from..].iter().take_while(|tick| tick.t_s <= touch.end_s).find(|tick| tick.in_contact && board_holds(tick));
+    let felt = ticks[from..]
+        .iter()
+        .take_while(|tick| tick.t_s <= touch.end_s)
+        .find(|tick| tick.in_contact && board_holds(tick));
     Ok(Outcome {
         touch: touch.clone(),
         unreachable: reason(arm, touch.point_m, touch.normal)?,
@@ -231,5 +287,9 @@ fn inside(patch: &Patch, sampler: &mut Sampler) -> Option<DVec3> {
 }
 
 fn facing(normal: DVec3, towards: DVec3) -> DVec3 {
-    if normal.dot(towards) < 0.0 { -normal } else { normal }
+    if normal.dot(towards) < 0.0 {
+        -normal
+    } else {
+        normal
+    }
 }

@@ -17,9 +17,19 @@ fn file(name: &str, content: &[u8]) -> PathBuf {
 /// The line that `error: ...` would show, checked to be one line and not too long.
 fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
     let arm = SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap());
-    let options =
-        Options { scene, hand, y_up: false, auto, base: None, hand_origin: None, touches: 1, seed: 1 };
-    let error = Stage::set(&arm, &options).map(|_| ()).expect_err("must be refused");
+    let options = Options {
+        scene,
+        hand,
+        y_up: false,
+        auto,
+        base: None,
+        hand_origin: None,
+        touches: 1,
+        seed: 1,
+    };
+    let error = Stage::set(&arm, &options)
+        .map(|_| ())
+        .expect_err("must be refused");
     let line = format!("{error:#}");
     println!("{line}");
     assert!(!line.contains('\n') && line.len() < 300, "{line}");
@@ -42,7 +52,11 @@ fn a_malformed_scene_names_the_line_and_what_is_wrong() {
     for (name, content, wanted) in [
         ("short.obj", &b"o wall\nv 1 2\nf 1 1 1\n"[..], "line 2"),
         ("words.obj", b"o wall\nv 1 2 here\n", "line 2"),
-        ("nan.obj", b"v 0 0 0\nv nan 1 0\nv 0 1 1\nf 1 2 3\n", "line 2"),
+        (
+            "nan.obj",
+            b"v 0 0 0\nv nan 1 0\nv 0 1 1\nf 1 2 3\n",
+            "line 2",
+        ),
         ("index.obj", b"v 0 0 0\nv 0 1 0\nv 0 1 1\nf 1 2 9\n", "9"),
         ("empty.obj", b"", "no face"),
         ("image.obj", b"\x89PNG\r\n\x1a\n\xff\xfe", "not"),
@@ -64,12 +78,24 @@ fn a_malformed_recording_names_the_line_and_what_is_wrong() {
         ("header.csv", b"t,palm_x,palm_y,palm_z\n", "no samples"),
         ("columns.csv", b"t,a,b\n0,1,2\n", "hand"),
         ("half_point.csv", b"t,palm_x,palm_y\n0,1,2\n", "palm_z"),
-        ("words.csv", b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,here,2,3\n", "line 3"),
+        (
+            "words.csv",
+            b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,here,2,3\n",
+            "line 3",
+        ),
         ("nan.csv", b"t,palm_x,palm_y,palm_z\n0,NaN,2,3\n", "line 2"),
         ("cells.csv", b"t,palm_x,palm_y,palm_z\n0,1,2\n", "line 2"),
-        ("back.csv", b"t,palm_x,palm_y,palm_z\n1,1,2,3\n0,1,2,3\n", "line 3"),
+        (
+            "back.csv",
+            b"t,palm_x,palm_y,palm_z\n1,1,2,3\n0,1,2,3\n",
+            "line 3",
+        ),
         ("image.csv", b"\x89PNG\r\n\x1a\n\xff\xfe", "UTF-8"),
-        ("still.csv", b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,1,2,3\n", "reach"),
+        (
+            "still.csv",
+            b"t,palm_x,palm_y,palm_z\n0,1,2,3\n1,1,2,3\n",
+            "reach",
+        ),
     ] {
         let path = file(name, content);
         let line = refusal(Some(&scene), Some(&path), true);

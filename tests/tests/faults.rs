@@ -33,14 +33,19 @@ impl Outcome {
 
     fn stands_still(&self) {
         let first = self.during(SETTLED_S).next().expect("steps");
-        assert!(self.during(SETTLED_S).all(|tick| tick.q == first.q), "moves in spite of the fault");
+        assert!(
+            self.during(SETTLED_S).all(|tick| tick.q == first.q),
+            "moves in spite of the fault"
+        );
     }
 
     /// Lost for this reason at the end of the fault, and the renderer holds for want of a target.
     fn lost(&self, because: impl Fn(&LostReason) -> bool) {
         assert!(self.during(0.35).count() > 100);
         for tick in self.during(0.35) {
-            let Some(Tracking::Lost { reason, .. }) = tick.tracking else { panic!("{tick:?}") };
+            let Some(Tracking::Lost { reason, .. }) = tick.tracking else {
+                panic!("{tick:?}")
+            };
             assert!(because(&reason), "{reason:?}");
             assert_eq!(tick.step.phase, Phase::Hold(HoldReason::NoTarget));
         }
@@ -49,11 +54,26 @@ impl Outcome {
 
     /// In place when the hand arrives, and the touch is felt.
     fn recovers(&self) {
-        let at = self.ticks.iter().find(|tick| tick.t_s >= self.touch.contact_s).expect("the touch");
+        let at = self
+            .ticks
+            .iter()
+            .find(|tick| tick.t_s >= self.touch.contact_s)
+            .expect("the touch");
         assert_eq!(at.step.phase, Phase::NonContact);
-        assert!(in_place(&at.base_from_board, self.touch.target_m, self.touch.normal), "{at:?}");
-        let felt = self.ticks.iter().find(|tick| tick.in_contact()).expect("the touch is felt");
-        assert!((0.0..0.4).contains(&(felt.t_s - self.touch.contact_s)), "{}", felt.t_s);
+        assert!(
+            in_place(&at.base_from_board, self.touch.target_m, self.touch.normal),
+            "{at:?}"
+        );
+        let felt = self
+            .ticks
+            .iter()
+            .find(|tick| tick.in_contact())
+            .expect("the touch is felt");
+        assert!(
+            (0.0..0.4).contains(&(felt.t_s - self.touch.contact_s)),
+            "{}",
+            felt.t_s
+        );
     }
 }
 
@@ -78,7 +98,16 @@ fn run(faults: &Faults) -> Outcome {
 /// Spoils the frames of the fault.
 fn with_frames(spoil: impl Fn(HandFrame) -> Option<HandFrame>) -> Outcome {
     let (_, touch) = hand();
-    run(&Faults { frame: &|f| if is_faulty(&touch, f.t_s) { spoil(f) } else { Some(f) }, ..NONE })
+    run(&Faults {
+        frame: &|f| {
+            if is_faulty(&touch, f.t_s) {
+                spoil(f)
+            } else {
+                Some(f)
+            }
+        },
+        ..NONE
+    })
 }
 
 fn with_points(frame: HandFrame, point: impl Fn(DVec3) -> Option<DVec3>) -> HandFrame {
@@ -93,15 +122,25 @@ fn with_points(frame: HandFrame, point: impl Fn(DVec3) -> Option<DVec3>) -> Hand
 fn without_a_fault_the_touch_is_made() {
     let outcome = run(&NONE);
     outcome.recovers();
-    assert!(outcome.during(0.0).all(|tick| matches!(tick.tracking, Some(Tracking::Tracked(_)))));
-    assert!(outcome.during(0.0).all(|tick| tick.step.phase == Phase::NonContact));
+    assert!(
+        outcome
+            .during(0.0)
+            .all(|tick| matches!(tick.tracking, Some(Tracking::Tracked(_))))
+    );
+    assert!(
+        outcome
+            .during(0.0)
+            .all(|tick| tick.step.phase == Phase::NonContact)
+    );
 }
 
 #[test]
 fn a_dropout_of_the_hand_is_bridged_then_held_then_over() {
     let outcome = with_frames(|frame| Some(with_points(frame, |_| None)));
     // 0.1 s at constant velocity first.
-    let bridged = outcome.during(0.0).take_while(|t| matches!(t.tracking, Some(Tracking::Tracked(_))));
+    let bridged = outcome
+        .during(0.0)
+        .take_while(|t| matches!(t.tracking, Some(Tracking::Tracked(_))));
     assert!((80..120).contains(&bridged.count()));
     outcome.lost(|why| matches!(why, LostReason::NoPoints));
     outcome.recovers();
@@ -111,12 +150,17 @@ fn a_dropout_of_the_hand_is_bridged_then_held_then_over() {
 fn a_silent_tracker_makes_the_target_stale() {
     let outcome = with_frames(|_| None);
     for tick in outcome.during(0.3) {
-        let Phase::Hold(HoldReason::StaleTarget { age_s }) = tick.step.phase else { panic!("{tick:?}") };
+        let Phase::Hold(HoldReason::StaleTarget { age_s }) = tick.step.phase else {
+            panic!("{tick:?}")
+        };
         assert!((0.25..=FAULT_S).contains(&age_s));
     }
     outcome.stands_still();
     let back = outcome.ticks.iter().find_map(|tick| match tick.tracking {
-        Some(Tracking::Lost { reason: LostReason::Gap { gap_s }, .. }) => Some(gap_s),
+        Some(Tracking::Lost {
+            reason: LostReason::Gap { gap_s },
+            ..
+        }) => Some(gap_s),
         _ => None,
     });
     assert!((FAULT_S - 0.02..FAULT_S + 0.04).contains(&back.expect("a gap is reported")));
@@ -129,7 +173,9 @@ fn a_jump_of_22_m_per_s_is_lost_and_its_hand_is_not_followed() {
     let outcome = with_frames(|frame| {
         // To and fro faster than the filter trusts the hand again.
         let there = (frame.t_s / 0.15).floor() as i64 % 2 == 0;
-        Some(with_points(frame, |p| Some(if there { p + away } else { p })))
+        Some(with_points(frame, |p| {
+            Some(if there { p + away } else { p })
+        }))
     });
     outcome.lost(
         |why| matches!(why, LostReason::Jump { speed_m_per_s } if (21.0..25.0).contains(speed_m_per_s)),
@@ -142,15 +188,27 @@ fn a_frozen_hand_is_lost_though_its_frames_go_on() {
     let (hand, touch) = hand();
     let last = hand.sample(touch.start_s);
     let outcome = with_frames(|frame| {
-        Some(HandFrame { palm_m: Some(last.palm_m), tips_m: last.tips_m.map(Some), ..frame })
+        Some(HandFrame {
+            palm_m: Some(last.palm_m),
+            tips_m: last.tips_m.map(Some),
+            ..frame
+        })
     });
-    outcome.lost(|why| matches!(why, LostReason::Frozen { kind: FreezeKind::Still }));
+    outcome.lost(|why| {
+        matches!(
+            why,
+            LostReason::Frozen {
+                kind: FreezeKind::Still
+            }
+        )
+    });
     outcome.recovers();
 }
 
 #[test]
 fn nan_points_are_a_lost_hand() {
-    let outcome = with_frames(|frame| Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z)))));
+    let outcome =
+        with_frames(|frame| Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z)))));
     outcome.lost(|why| matches!(why, LostReason::NoPoints));
     outcome.recovers();
 }
@@ -158,15 +216,34 @@ fn nan_points_are_a_lost_hand() {
 #[test]
 fn a_nan_gaze_leaves_the_hand_to_lead() {
     let nan = Some(DVec3::NAN);
-    let outcome = with_frames(|frame| Some(HandFrame { head_m: nan, gaze: nan, ..frame }));
-    assert!(outcome.during(0.0).all(|tick| matches!(tick.tracking, Some(Tracking::Tracked(_)))));
-    assert!(outcome.during(0.0).all(|tick| tick.target.is_none_or(|t| t.point_m.is_finite())));
+    let outcome = with_frames(|frame| {
+        Some(HandFrame {
+            head_m: nan,
+            gaze: nan,
+            ..frame
+        })
+    });
+    assert!(
+        outcome
+            .during(0.0)
+            .all(|tick| matches!(tick.tracking, Some(Tracking::Tracked(_))))
+    );
+    assert!(
+        outcome
+            .during(0.0)
+            .all(|tick| tick.target.is_none_or(|t| t.point_m.is_finite()))
+    );
     outcome.recovers();
 }
 
 #[test]
 fn a_nan_time_is_a_lost_hand_and_nothing_else() {
-    let outcome = with_frames(|frame| Some(HandFrame { t_s: f64::NAN, ..frame }));
+    let outcome = with_frames(|frame| {
+        Some(HandFrame {
+            t_s: f64::NAN,
+            ..frame
+        })
+    });
     outcome.lost(|why| matches!(why, LostReason::InvalidTime));
     outcome.recovers();
 }
@@ -182,7 +259,9 @@ fn a_stale_robot_state_lets_the_arm_brake_by_itself() {
         ..NONE
     });
     for tick in outcome.during(DT_S) {
-        let Phase::Hold(HoldReason::StaleState { age_s }) = tick.step.phase else { panic!("{tick:?}") };
+        let Phase::Hold(HoldReason::StaleState { age_s }) = tick.step.phase else {
+            panic!("{tick:?}")
+        };
         assert!((age_s - 0.2).abs() < 1e-9);
         assert_eq!(tick.step.command, ArmCommand::Hold);
     }
@@ -203,8 +282,14 @@ fn a_nan_in_the_robot_state_is_named_and_held() {
         ..NONE
     });
     for tick in outcome.during(DT_S) {
-        let named = HoldReason::NonFiniteState { what: "q", joint: 2 };
-        assert_eq!((tick.step.phase, tick.step.command), (Phase::Hold(named), ArmCommand::Hold));
+        let named = HoldReason::NonFiniteState {
+            what: "q",
+            joint: 2,
+        };
+        assert_eq!(
+            (tick.step.phase, tick.step.command),
+            (Phase::Hold(named), ArmCommand::Hold)
+        );
     }
     outcome.stands_still();
     outcome.recovers();
@@ -221,11 +306,23 @@ fn an_unreachable_target_keeps_the_last_goal_and_says_why() {
         },
         ..NONE
     });
-    let before = outcome.ticks.iter().take_while(|tick| tick.t_s < touch.start_s).last().unwrap();
+    let before = outcome
+        .ticks
+        .iter()
+        .take_while(|tick| tick.t_s < touch.start_s)
+        .last()
+        .unwrap();
     assert!(before.step.goal.is_some());
     for tick in outcome.during(DT_S) {
-        assert!(matches!(tick.step.unreachable, Some(Unreachable::TooFar { .. })), "{:?}", tick.step);
-        assert_eq!((tick.step.phase, tick.step.goal), (Phase::NonContact, before.step.goal));
+        assert!(
+            matches!(tick.step.unreachable, Some(Unreachable::TooFar { .. })),
+            "{:?}",
+            tick.step
+        );
+        assert_eq!(
+            (tick.step.phase, tick.step.goal),
+            (Phase::NonContact, before.step.goal)
+        );
     }
     outcome.recovers();
 }
@@ -236,7 +333,11 @@ fn a_nan_target_is_held_as_invalid() {
     let outcome = run(&Faults {
         target: &|t_s, target| {
             let mut target = target?;
-            target.point_m.z *= if is_faulty(&touch, t_s) { f64::NAN } else { 1.0 };
+            target.point_m.z *= if is_faulty(&touch, t_s) {
+                f64::NAN
+            } else {
+                1.0
+            };
             Some(target)
         },
         ..NONE

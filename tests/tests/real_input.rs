@@ -1,6 +1,8 @@
 //! Recorded hands in a real house; skipped where the data are absent.
 
-use hwall_contact::{FreezeKind, HandFilter, HandFilterConfig, LostReason, Recording, RigidMap, Tracking};
+use hwall_contact::{
+    FreezeKind, HandFilter, HandFilterConfig, LostReason, Recording, RigidMap, Tracking,
+};
 use hwall_examples::session::Hand;
 use hwall_examples::stage::{Options, Stage};
 use hwall_haptics::Board;
@@ -10,7 +12,9 @@ use std::path::PathBuf;
 
 /// The file beside the project, if it is there.
 fn data(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data").join(name);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../shared/data")
+        .join(name);
     if !path.is_file() {
         println!("skipped: {name} is not beside the project");
         return None;
@@ -20,7 +24,9 @@ fn data(name: &str) -> Option<PathBuf> {
 
 #[test]
 fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
-    let Some(path) = data("author_leap/finger18.csv") else { return };
+    let Some(path) = data("author_leap/finger18.csv") else {
+        return;
+    };
     let recording = Recording::from_csv_path(&path).unwrap();
     let mut filter = HandFilter::new(HandFilterConfig::default()).unwrap();
     let (mut tracked, mut jumps, mut frozen_to_the_end) = (Vec::new(), Vec::new(), false);
@@ -31,24 +37,39 @@ fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
                 assert!(hand.point_m.is_finite() && hand.velocity_m_per_s.is_finite());
                 tracked.push(frame.t_s);
             }
-            Tracking::Lost { reason: LostReason::Jump { speed_m_per_s }, .. } => {
+            Tracking::Lost {
+                reason: LostReason::Jump { speed_m_per_s },
+                ..
+            } => {
                 jumps.push((frame.t_s, speed_m_per_s));
             }
             Tracking::Lost { reason, .. } => {
-                frozen_to_the_end = matches!(reason, LostReason::Frozen { kind: FreezeKind::Rigid });
+                frozen_to_the_end = matches!(
+                    reason,
+                    LostReason::Frozen {
+                        kind: FreezeKind::Rigid
+                    }
+                );
             }
         }
     }
     // The turn of the axes changes nothing: the same jump as in the axes of the headset.
     assert!(tracked[0] < 0.1 && (17.3..17.4).contains(tracked.last().unwrap()));
-    assert!((17.38..17.40).contains(&jumps[0].0) && (22.0..30.0).contains(&jumps[0].1), "{jumps:?}");
+    assert!(
+        (17.38..17.40).contains(&jumps[0].0) && (22.0..30.0).contains(&jumps[0].1),
+        "{jumps:?}"
+    );
     assert!(frozen_to_the_end);
 }
 
 #[test]
 fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
-    let Some(scene) = data("scene/small_house_collision.obj") else { return };
-    let Some(hand) = data("author_leap/finger18.csv") else { return };
+    let Some(scene) = data("scene/small_house_collision.obj") else {
+        return;
+    };
+    let Some(hand) = data("author_leap/finger18.csv") else {
+        return;
+    };
     let board = Board::default();
     let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face().unwrap());
     let options = Options {
@@ -64,18 +85,52 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     let stage = Stage::set(&arm, &options).unwrap();
     let (house, _) = Scene::from_obj_file(&scene, None).unwrap();
     assert_eq!(stage.scene.surfaces().len(), house.surfaces().len());
-    assert!((3..=6).contains(&stage.touches.len()), "{:?}", stage.touches);
+    assert!(
+        (3..=6).contains(&stage.touches.len()),
+        "{:?}",
+        stage.touches
+    );
     for touch in &stage.touches {
-        let closest = stage.scene.closest_touchable(touch.point_m, 0.05).unwrap().unwrap();
+        let closest = stage
+            .scene
+            .closest_touchable(touch.point_m, 0.05)
+            .unwrap()
+            .unwrap();
         assert!(closest.distance_m < 1e-6, "{touch:?}");
-        assert!(touch.start_s < touch.contact_s && touch.contact_s < 17.4, "{touch:?}");
-        assert!(touch.point_m.length() < 1.2, "the arm stands near: {touch:?}");
+        assert!(
+            touch.start_s < touch.contact_s && touch.contact_s < 17.4,
+            "{touch:?}"
+        );
+        assert!(
+            touch.point_m.length() < 1.2,
+            "the arm stands near: {touch:?}"
+        );
     }
-    let Hand::Recorded(frames) = &stage.hand else { panic!("a recording") };
+    let Hand::Recorded(frames) = &stage.hand else {
+        panic!("a recording")
+    };
     assert!(frames.len() > 1000);
-    assert!(stage.remarks.iter().any(|line| line.contains("arm's base stands at")), "{:?}", stage.remarks);
+    assert!(
+        stage
+            .remarks
+            .iter()
+            .any(|line| line.contains("arm's base stands at")),
+        "{:?}",
+        stage.remarks
+    );
     let run =
-        hwall_examples::session::run(&arm, &board, &stage.scene, &stage.hand, (2e-3, 1), |_| {}).unwrap();
-    assert!(run.losses.iter().any(|(_, why)| matches!(why, LostReason::Jump { .. })), "{:?}", run.losses);
-    assert!(run.ticks.iter().all(|tick| tick.base_from_board.position_m().is_finite()));
+        hwall_examples::session::run(&arm, &board, &stage.scene, &stage.hand, (2e-3, 1), |_| {})
+            .unwrap();
+    assert!(
+        run.losses
+            .iter()
+            .any(|(_, why)| matches!(why, LostReason::Jump { .. })),
+        "{:?}",
+        run.losses
+    );
+    assert!(
+        run.ticks
+            .iter()
+            .all(|tick| tick.base_from_board.position_m().is_finite())
+    );
 }

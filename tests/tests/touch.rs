@@ -40,18 +40,42 @@ fn the_board_is_there_before_a_slow_hand_holds_while_touched_and_is_freed() {
             felt.step.normal_force_n.unwrap()
         );
         assert!(lead_s > 0.3, "{lead_s} s");
-        assert!((0.0..0.4).contains(&(felt.t_s - touch.contact_s)), "{} {touch:?}", felt.t_s);
+        assert!(
+            (0.0..0.4).contains(&(felt.t_s - touch.contact_s)),
+            "{} {touch:?}",
+            felt.t_s
+        );
         assert!(felt.step.normal_force_n.unwrap() > 3.0);
-        let Phase::Contact { since_s } = felt.step.phase else { unreachable!() };
+        let Phase::Contact { since_s } = felt.step.phase else {
+            unreachable!()
+        };
         // While the finger wants to be at its depth the contact is one and the board stands still.
         let (from, to) = (at(touch.press_s), at(touch.withdraw_s));
-        for tick in ticks.iter().filter(|tick| (from.t_s..to.t_s).contains(&tick.t_s)) {
-            assert_eq!(tick.step.phase, Phase::Contact { since_s }, "at {}", tick.t_s);
+        for tick in ticks
+            .iter()
+            .filter(|tick| (from.t_s..to.t_s).contains(&tick.t_s))
+        {
+            assert_eq!(
+                tick.step.phase,
+                Phase::Contact { since_s },
+                "at {}",
+                tick.t_s
+            );
             assert_eq!(tick.q, from.q, "at {}", tick.t_s);
         }
-        let freed = ticks.iter().find(|tick| tick.t_s > to.t_s && !tick.in_contact()).expect("freed");
-        println!("freed {:.3} s after the hand left", freed.t_s - touch.release_s);
-        assert!((-0.6..0.2).contains(&(freed.t_s - touch.release_s)), "{} {touch:?}", freed.t_s);
+        let freed = ticks
+            .iter()
+            .find(|tick| tick.t_s > to.t_s && !tick.in_contact())
+            .expect("freed");
+        println!(
+            "freed {:.3} s after the hand left",
+            freed.t_s - touch.release_s
+        );
+        assert!(
+            (-0.6..0.2).contains(&(freed.t_s - touch.release_s)),
+            "{} {touch:?}",
+            freed.t_s
+        );
     }
     let contacts: Vec<f64> = ticks
         .iter()
@@ -60,7 +84,10 @@ fn the_board_is_there_before_a_slow_hand_holds_while_touched_and_is_freed() {
             _ => None,
         })
         .collect();
-    let onsets = 1 + contacts.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let onsets = 1 + contacts
+        .windows(2)
+        .filter(|pair| pair[0] != pair[1])
+        .count();
     assert_eq!(onsets, TARGETS_M.len(), "one contact a touch");
 }
 
@@ -72,5 +99,8 @@ fn the_same_seeds_give_the_same_run_to_the_last_bit_and_others_another() {
     let (_, other_noise) = touches(3, 6);
     assert_ne!(once, other_noise);
     let (_, other_person) = touches(4, 5);
-    assert_ne!(once.last().map(|tick| tick.t_s), other_person.last().map(|tick| tick.t_s));
+    assert_ne!(
+        once.last().map(|tick| tick.t_s),
+        other_person.last().map(|tick| tick.t_s)
+    );
 }

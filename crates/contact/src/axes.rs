@@ -42,12 +42,22 @@ impl RigidMap {
     /// NaN or infinity; a linear part further than [`RIGID_TOLERANCE`] from a rotation
     /// (a scale, a shear); a mirror.
     pub fn from_affine(a_from_b: DAffine3) -> Result<Self, ContactError> {
-        if let Some(value) = a_from_b.to_cols_array().into_iter().find(|v| !v.is_finite()) {
-            return Err(ContactError::NonFinite { what: "rigid map", value });
+        if let Some(value) = a_from_b
+            .to_cols_array()
+            .into_iter()
+            .find(|v| !v.is_finite())
+        {
+            return Err(ContactError::NonFinite {
+                what: "rigid map",
+                value,
+            });
         }
         let r = a_from_b.matrix3;
         let gram = r.transpose() * r - DMat3::IDENTITY;
-        let deviation = gram.to_cols_array().into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let deviation = gram
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
         // A gram matrix that overflowed is infinite or NaN: not within the tolerance either.
         if deviation <= RIGID_TOLERANCE && gram.is_finite() {
             if r.determinant() < 0.0 {
@@ -64,9 +74,15 @@ impl RigidMap {
     /// NaN or infinity.
     pub fn from_yaw(yaw_rad: f64, translation_m: DVec3) -> Result<Self, ContactError> {
         if !yaw_rad.is_finite() {
-            return Err(ContactError::NonFinite { what: "yaw", value: yaw_rad });
+            return Err(ContactError::NonFinite {
+                what: "yaw",
+                value: yaw_rad,
+            });
         }
-        Self::from_affine(DAffine3::from_mat3_translation(DMat3::from_rotation_z(yaw_rad), translation_m))
+        Self::from_affine(DAffine3::from_mat3_translation(
+            DMat3::from_rotation_z(yaw_rad),
+            translation_m,
+        ))
     }
 
     /// The same map as an affine one.
@@ -79,7 +95,10 @@ impl RigidMap {
     #[must_use]
     pub fn inverse(self) -> Self {
         let back = self.0.matrix3.transpose();
-        Self(DAffine3 { matrix3: back, translation: -(back * self.0.translation) })
+        Self(DAffine3 {
+            matrix3: back,
+            translation: -(back * self.0.translation),
+        })
     }
 
     /// A point, m.

@@ -133,11 +133,27 @@ pub enum ContactError {
 /// Rejects a parameter that is not finite and above zero.
 pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), ContactError> {
     let ok = value.is_finite() && value > 0.0;
-    if ok { Ok(()) } else { Err(ContactError::Parameter { what, value, wanted: "finite and positive" }) }
+    if ok {
+        Ok(())
+    } else {
+        Err(ContactError::Parameter {
+            what,
+            value,
+            wanted: "finite and positive",
+        })
+    }
 }
 
 /// Rejects a parameter that is not finite or below zero.
 pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<(), ContactError> {
     let ok = value.is_finite() && value >= 0.0;
-    if ok { Ok(()) } else { Err(ContactError::Parameter { what, value, wanted: "finite and not negative" }) }
+    if ok {
+        Ok(())
+    } else {
+        Err(ContactError::Parameter {
+            what,
+            value,
+            wanted: "finite and not negative",
+        })
+    }
 }

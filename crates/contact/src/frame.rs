@@ -26,15 +26,28 @@ pub enum HandPoint {
 
 impl HandPoint {
     /// All six, palm first, then the tips from the thumb to the little finger.
-    pub const ALL: [Self; 6] = [Self::Palm, Self::Thumb, Self::Index, Self::Middle, Self::Ring, Self::Little];
+    pub const ALL: [Self; 6] = [
+        Self::Palm,
+        Self::Thumb,
+        Self::Index,
+        Self::Middle,
+        Self::Ring,
+        Self::Little,
+    ];
 
     /// Who stands for the contact when those before it are not tracked.
     ///
     /// The index tip first: it leads a pointing or pushing hand, and it is the point that the
     /// recordings of reaches track. Then the palm, which trackers lose last and which a flat
     /// hand touches with; then the other tips, by how far they usually stand out.
-    pub const BY_CONTACT: [Self; 6] =
-        [Self::Index, Self::Palm, Self::Middle, Self::Ring, Self::Thumb, Self::Little];
+    pub const BY_CONTACT: [Self; 6] = [
+        Self::Index,
+        Self::Palm,
+        Self::Middle,
+        Self::Ring,
+        Self::Thumb,
+        Self::Little,
+    ];
 
     /// Name in column headers: `palm`, `thumb`, `index`, `middle`, `ring`, `little`.
     #[must_use]
@@ -82,7 +95,10 @@ impl HandFrame {
     /// Nothing tracked at this time, s.
     #[must_use]
     pub fn empty(t_s: f64) -> Self {
-        Self { t_s, ..Self::default() }
+        Self {
+            t_s,
+            ..Self::default()
+        }
     }
 
     /// A point of the hand, m; `None` where it is missing or no usable number.
@@ -111,8 +127,11 @@ impl HandFrame {
     /// Mean of the tracked points, m.
     #[must_use]
     pub fn centroid_m(&self) -> Option<DVec3> {
-        let (sum, count) =
-            self.points().into_iter().flatten().fold((DVec3::ZERO, 0.0), |(s, n), p| (s + p, n + 1.0));
+        let (sum, count) = self
+            .points()
+            .into_iter()
+            .flatten()
+            .fold((DVec3::ZERO, 0.0), |(s, n), p| (s + p, n + 1.0));
         (count > 0.0).then(|| sum / count)
     }
 
@@ -131,7 +150,9 @@ impl HandFrame {
     /// [`HandPoint::BY_CONTACT`] that is tracked.
     #[must_use]
     pub fn contact_point(&self) -> Option<(HandPoint, DVec3)> {
-        HandPoint::BY_CONTACT.into_iter().find_map(|which| self.point(which).map(|p| (which, p)))
+        HandPoint::BY_CONTACT
+            .into_iter()
+            .find_map(|which| self.point(which).map(|p| (which, p)))
     }
 
     /// The line of sight, when both head and gaze are tracked.
@@ -139,7 +160,10 @@ impl HandFrame {
     pub fn gaze_ray(&self) -> Option<GazeRay> {
         let origin_m = usable(self.head_m)?;
         let direction = usable(self.gaze)?.try_normalize()?;
-        Some(GazeRay { origin_m, direction })
+        Some(GazeRay {
+            origin_m,
+            direction,
+        })
     }
 }
 

@@ -34,7 +34,12 @@ pub struct FreezeConfig {
 
 impl Default for FreezeConfig {
     fn default() -> Self {
-        Self { still_after_s: 0.1, still_tolerance_m: 1e-6, rigid_after_s: 0.25, rigid_tolerance_m: 2e-5 }
+        Self {
+            still_after_s: 0.1,
+            still_tolerance_m: 1e-6,
+            rigid_after_s: 0.25,
+            rigid_tolerance_m: 2e-5,
+        }
     }
 }
 
@@ -71,7 +76,11 @@ pub(crate) struct FreezeWatch {
 
 impl FreezeWatch {
     pub(crate) fn new(config: FreezeConfig) -> Self {
-        Self { config, still: None, shape: None }
+        Self {
+            config,
+            still: None,
+            shape: None,
+        }
     }
 
     pub(crate) fn reset(&mut self) {
@@ -118,7 +127,11 @@ fn hold(
 
 /// Does every point that both poses hold stand still? At least one must be held by both.
 fn same_place(a: &Points, b: &Points, tolerance_m: f64) -> bool {
-    let mut both = a.iter().zip(b).filter_map(|(p, q)| Some(p.as_ref()?.distance(*q.as_ref()?))).peekable();
+    let mut both = a
+        .iter()
+        .zip(b)
+        .filter_map(|(p, q)| Some(p.as_ref()?.distance(*q.as_ref()?)))
+        .peekable();
     both.peek().is_some() && both.all(|moved_m| moved_m <= tolerance_m)
 }
 
@@ -130,7 +143,9 @@ fn same_shape(a: &Points, b: &Points, tolerance_m: f64) -> bool {
     }
     (0..6).all(|i| {
         (0..i).all(|j| match (held(i), held(j)) {
-            (Some((ai, bi)), Some((aj, bj))) => (ai.distance(aj) - bi.distance(bj)).abs() <= tolerance_m,
+            (Some((ai, bi)), Some((aj, bj))) => {
+                (ai.distance(aj) - bi.distance(bj)).abs() <= tolerance_m
+            }
             _ => true,
         })
     })

@@ -23,7 +23,11 @@ impl GazeFilter {
     pub fn new(time_constant_s: f64, saccade_rad: f64) -> Result<Self, ContactError> {
         positive("time_constant_s", time_constant_s)?;
         positive("saccade_rad", saccade_rad)?;
-        Ok(Self { time_constant_s, saccade_rad, last: None })
+        Ok(Self {
+            time_constant_s,
+            saccade_rad,
+            last: None,
+        })
     }
 
     /// The ray with its direction averaged; the origin passes through. A direction that is NaN or
@@ -31,7 +35,9 @@ impl GazeFilter {
     pub fn step(&mut self, t_s: f64, ray: &GazeRay) -> Option<GazeRay> {
         let seen = ray.direction.try_normalize()?;
         let direction = match self.last {
-            Some((before_s, average)) if average.dot(seen) >= self.saccade_rad.cos() && t_s >= before_s => {
+            Some((before_s, average))
+                if average.dot(seen) >= self.saccade_rad.cos() && t_s >= before_s =>
+            {
                 let share = 1.0 - (-(t_s - before_s) / self.time_constant_s).exp();
                 average.lerp(seen, share).try_normalize()?
             }
@@ -45,7 +51,11 @@ impl GazeFilter {
 impl Default for GazeFilter {
     /// 0.15 s and 4 degrees: a fixation lasts 0.2 s and more, trackers are good to about a degree.
     fn default() -> Self {
-        Self { time_constant_s: 0.15, saccade_rad: 0.07, last: None }
+        Self {
+            time_constant_s: 0.15,
+            saccade_rad: 0.07,
+            last: None,
+        }
     }
 }
 
@@ -54,7 +64,10 @@ mod tests {
     use super::*;
 
     fn ray(angle_rad: f64) -> GazeRay {
-        GazeRay { origin_m: DVec3::Z, direction: DVec3::new(angle_rad.cos(), angle_rad.sin(), 0.0) }
+        GazeRay {
+            origin_m: DVec3::Z,
+            direction: DVec3::new(angle_rad.cos(), angle_rad.sin(), 0.0),
+        }
     }
 
     #[test]
@@ -63,7 +76,9 @@ mod tests {
         let mut worst: f64 = 0.0;
         for i in 0..200 {
             let noise = if i % 2 == 0 { 0.01 } else { -0.01 };
-            let seen = filter.step(f64::from(i) * 0.011, &ray(noise)).expect("a direction");
+            let seen = filter
+                .step(f64::from(i) * 0.011, &ray(noise))
+                .expect("a direction");
             if i > 60 {
                 worst = worst.max(seen.direction.y.abs());
             }
@@ -77,7 +92,17 @@ mod tests {
     fn nan_and_zero_give_no_ray() {
         let mut filter = GazeFilter::default();
         for bad in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
-            assert!(filter.step(0.0, &GazeRay { origin_m: DVec3::Z, direction: bad }).is_none());
+            assert!(
+                filter
+                    .step(
+                        0.0,
+                        &GazeRay {
+                            origin_m: DVec3::Z,
+                            direction: bad
+                        }
+                    )
+                    .is_none()
+            );
         }
         assert!(filter.step(0.1, &ray(0.1)).is_some());
         assert!(GazeFilter::new(f64::NAN, 0.1).is_err());

@@ -17,7 +17,9 @@ pub use error::ContactError;
 pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
 pub use freeze::{FreezeConfig, FreezeKind};
 pub use gaze::GazeFilter;
-pub use predict::{ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig};
+pub use predict::{
+    ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
+};
 pub use recording::{Quantity, Recording, Sample};
 pub use recording_csv::{read_recordings, write_recordings};
 pub use segment::{Reach, ReachEnd, SegmentConfig, reaches};

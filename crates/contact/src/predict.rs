@@ -82,7 +82,10 @@ impl PredictorConfig {
     /// was in place at half as many touches.
     #[must_use]
     pub fn ray_led() -> Self {
-        Self { ray_leads_m: Some([0.02, 0.06]), ..Self::default() }
+        Self {
+            ray_leads_m: Some([0.02, 0.06]),
+            ..Self::default()
+        }
     }
 }
 
@@ -112,7 +115,10 @@ impl DeterministicPredictor {
     pub fn new(config: PredictorConfig) -> Result<Self, ContactError> {
         positive("max_distance_m", config.max_distance_m)?;
         positive("nearest_radius_m", config.nearest_radius_m)?;
-        positive("min_closing_speed_m_per_s", config.min_closing_speed_m_per_s)?;
+        positive(
+            "min_closing_speed_m_per_s",
+            config.min_closing_speed_m_per_s,
+        )?;
         if let Some([near, far]) = config.ray_leads_m {
             positive("ray_leads_m", near)?;
             positive("ray_leads_m", far - near)?;
@@ -124,7 +130,10 @@ impl DeterministicPredictor {
     fn aimed_at(scene: &Scene, origin_m: DVec3, direction: DVec3) -> Option<Aim> {
         // The scene only refuses rays that are no rays: nothing is aimed at.
         let hit = scene.ray_cast(origin_m, direction).ok().flatten()?;
-        let aim = Aim { surface: hit.surface, point_m: Some(hit.point_m) };
+        let aim = Aim {
+            surface: hit.surface,
+            point_m: Some(hit.point_m),
+        };
         scene.surface(hit.surface).touchable().then_some(aim)
     }
 
@@ -132,7 +141,10 @@ impl DeterministicPredictor {
     fn project(
         &self,
         scene: &Scene,
-        Aim { surface, point_m: aimed_m }: Aim,
+        Aim {
+            surface,
+            point_m: aimed_m,
+        }: Aim,
         hand: &HandState,
         gaze: Option<&GazeRay>,
         source: PredictionSource,
@@ -162,16 +174,31 @@ impl DeterministicPredictor {
         };
         let (point_m, normal) = match self.config.ray_leads_m {
             Some([near, far]) if distance_m > 0.0 => {
-                let ahead_m = self.ahead(scene, surface, hand, time_to_contact_s).unwrap_or(point_m);
+                let ahead_m = self
+                    .ahead(scene, surface, hand, time_to_contact_s)
+                    .unwrap_or(point_m);
                 let share = ((distance_m - near) / (far - near)).clamp(0.0, 1.0);
-                let led = scene.project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share)).ok()?;
+                let led = scene
+                    .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
+                    .ok()?;
                 // The normal on the hand's side, whatever side the led point was met from.
-                let facing = if led.normal.dot(normal) < 0.0 { -led.normal } else { led.normal };
+                let facing = if led.normal.dot(normal) < 0.0 {
+                    -led.normal
+                } else {
+                    led.normal
+                };
                 (led.point_m, facing)
             }
             _ => (point_m, normal),
         };
-        Some(ContactPrediction { surface, point_m, normal, distance_m, time_to_contact_s, source })
+        Some(ContactPrediction {
+            surface,
+            point_m,
+            normal,
+            distance_m,
+            time_to_contact_s,
+            source,
+        })
     }
 }
 
@@ -220,8 +247,13 @@ impl Predictor for DeterministicPredictor {
             self.project(scene, aim, hand, gaze, PredictionSource::HandDirection)
         };
         let by_distance = || {
-            let closest = scene.closest_touchable(hand.point_m, self.config.nearest_radius_m).ok()??;
-            let aim = Aim { surface: closest.surface, point_m: None };
+            let closest = scene
+                .closest_touchable(hand.point_m, self.config.nearest_radius_m)
+                .ok()??;
+            let aim = Aim {
+                surface: closest.surface,
+                point_m: None,
+            };
             self.project(scene, aim, hand, gaze, PredictionSource::Nearest)
         };
         by_gaze().or_else(by_hand).or_else(by_distance)

@@ -104,8 +104,17 @@ impl Recording {
     /// # Errors
     /// See [`Recording::validate`].
     pub fn from_frames(frames: impl IntoIterator<Item = HandFrame>) -> Result<Self, ContactError> {
-        let samples = frames.into_iter().map(|frame| Sample { frame, ..Sample::default() }).collect();
-        let recording = Self { samples, ..Self::default() };
+        let samples = frames
+            .into_iter()
+            .map(|frame| Sample {
+                frame,
+                ..Sample::default()
+            })
+            .collect();
+        let recording = Self {
+            samples,
+            ..Self::default()
+        };
         recording.validate()?;
         Ok(recording)
     }
@@ -131,7 +140,10 @@ impl Recording {
     pub fn steadiest_point(&self) -> Option<HandPoint> {
         let seen = |p: HandPoint| self.frames().filter(|f| f.point(p).is_some()).count();
         // `max_by_key` keeps the last of equals.
-        let order = HandPoint::BY_CONTACT.into_iter().rev().chain([HandPoint::Palm]);
+        let order = HandPoint::BY_CONTACT
+            .into_iter()
+            .rev()
+            .chain([HandPoint::Palm]);
         let best = order.max_by_key(|&p| seen(p))?;
         (seen(best) > 0).then_some(best)
     }
@@ -149,17 +161,29 @@ impl Recording {
         for (line, sample) in (1..).zip(&self.samples) {
             let t_s = sample.frame.t_s;
             if !t_s.is_finite() {
-                return Err(ContactError::NonFiniteCell { line, column: "t".into(), value: t_s });
+                return Err(ContactError::NonFiniteCell {
+                    line,
+                    column: "t".into(),
+                    value: t_s,
+                });
             }
             if t_s <= previous_s {
-                return Err(ContactError::TimeNotIncreasing { line, t_s, previous_s });
+                return Err(ContactError::TimeNotIncreasing {
+                    line,
+                    t_s,
+                    previous_s,
+                });
             }
             previous_s = t_s;
             for quantity in Quantity::ALL {
                 let cells = sample.get(quantity).map_or([0.0; 3], |v| v.to_array());
                 if let Some(axis) = cells.iter().position(|c| !c.is_finite()) {
                     let column = format!("{}_{}", quantity.name(), ["x", "y", "z"][axis]);
-                    return Err(ContactError::NonFiniteCell { line, column, value: cells[axis] });
+                    return Err(ContactError::NonFiniteCell {
+                        line,
+                        column,
+                        value: cells[axis],
+                    });
                 }
             }
         }

@@ -40,8 +40,10 @@ impl Recording {
     /// As [`Recording::from_csv`], and a file that cannot be opened.
     pub fn from_csv_path(path: impl AsRef<Path>) -> Result<Self, ContactError> {
         let path = path.as_ref();
-        let file = std::fs::File::open(path)
-            .map_err(|e| ContactError::Io { path: path.display().to_string(), message: e.to_string() })?;
+        let file = std::fs::File::open(path).map_err(|e| ContactError::Io {
+            path: path.display().to_string(),
+            message: e.to_string(),
+        })?;
         Self::from_csv(file)
     }
 
@@ -60,10 +62,18 @@ impl Recording {
 /// Everything wrong with the text, by line and column: see [`ContactError`].
 pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactError> {
     let mut bytes = Vec::new();
-    reader.read_to_end(&mut bytes).map_err(|e| stream_error(&e))?;
+    reader
+        .read_to_end(&mut bytes)
+        .map_err(|e| stream_error(&e))?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut lines = Lines { text, byte: 0, line: 1 };
-    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
+    let mut lines = Lines {
+        text,
+        byte: 0,
+        line: 1,
+    };
+    let mut csv = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(text);
     let header = csv.headers().map_err(|e| lines.locate(&e))?.clone();
     let columns = Columns::from_header(&header)?;
 
@@ -89,11 +99,19 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactE
         if let Some(previous_s) = samples.last().map(|s| s.frame.t_s)
             && sample.frame.t_s <= previous_s
         {
-            return Err(ContactError::TimeNotIncreasing { line, t_s: sample.frame.t_s, previous_s });
+            return Err(ContactError::TimeNotIncreasing {
+                line,
+                t_s: sample.frame.t_s,
+                previous_s,
+            });
         }
         samples.push(sample);
     }
-    if recordings.is_empty() { Err(ContactError::NoSamples) } else { Ok(recordings) }
+    if recordings.is_empty() {
+        Err(ContactError::NoSamples)
+    } else {
+        Ok(recordings)
+    }
 }
 
 /// Writes trials as one CSV: the columns of every quantity that any sample holds.
@@ -108,8 +126,10 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
         recording.validate()?;
     }
     let samples = || recordings.iter().flat_map(|r| &r.samples);
-    let held: Vec<Quantity> =
-        Quantity::ALL.into_iter().filter(|&q| samples().any(|s| s.get(q).is_some())).collect();
+    let held: Vec<Quantity> = Quantity::ALL
+        .into_iter()
+        .filter(|&q| samples().any(|s| s.get(q).is_some()))
+        .collect();
     if !held.iter().any(|q| matches!(q, Quantity::Hand(_))) {
         return Err(ContactError::NoHandColumns);
     }
@@ -122,7 +142,10 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
     row.extend(person.then(|| "person".into()));
     row.extend(trial.then(|| "trial".into()));
     row.push("t".into());
-    row.extend(held.iter().flat_map(|q| AXES.map(|axis| column_name(*q, axis))));
+    row.extend(
+        held.iter()
+            .flat_map(|q| AXES.map(|axis| column_name(*q, axis))),
+    );
     row.extend(contact.then(|| "contact".into()));
     csv.write_record(&row).map_err(|e| stream_error(&e))?;
 
@@ -138,7 +161,12 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
                     None => row.extend([const { String::new() }; 3]),
                 }
             }
-            row.extend(contact.then(|| sample.contact.map_or("", |c| if c { "1" } else { "0" }).into()));
+            row.extend(contact.then(|| {
+                sample
+                    .contact
+                    .map_or("", |c| if c { "1" } else { "0" })
+                    .into()
+            }));
             csv.write_record(&row).map_err(|e| stream_error(&e))?;
         }
     }
@@ -163,12 +191,17 @@ impl Columns {
         let mut place: HashMap<&str, usize> = HashMap::new();
         for (i, name) in header.iter().enumerate() {
             if place.insert(name, i).is_some() {
-                return Err(ContactError::DuplicateColumn { column: name.into() });
+                return Err(ContactError::DuplicateColumn {
+                    column: name.into(),
+                });
             }
         }
-        let missing = |column: &str| ContactError::MissingColumn { column: column.into() };
+        let missing = |column: &str| ContactError::MissingColumn {
+            column: column.into(),
+        };
         let t = place.remove("t").ok_or_else(|| missing("t"))?;
-        let [person, trial, contact] = ["person", "trial", "contact"].map(|name| place.remove(name));
+        let [person, trial, contact] =
+            ["person", "trial", "contact"].map(|name| place.remove(name));
         let mut vectors = Vec::new();
         for quantity in Quantity::ALL {
             let names = AXES.map(|axis| column_name(quantity, axis));
@@ -185,18 +218,34 @@ impl Columns {
         if !vectors.iter().any(|(q, _)| matches!(q, Quantity::Hand(_))) {
             return Err(ContactError::NoHandColumns);
         }
-        let ignored = header.iter().filter(|name| place.contains_key(name)).map(str::to_owned).collect();
-        Ok(Self { t, person, trial, contact, vectors, ignored })
+        let ignored = header
+            .iter()
+            .filter(|name| place.contains_key(name))
+            .map(str::to_owned)
+            .collect();
+        Ok(Self {
+            t,
+            person,
+            trial,
+            contact,
+            vectors,
+            ignored,
+        })
     }
 
     fn sample(&self, row: &csv::StringRecord, line: u64) -> Result<Sample, ContactError> {
         let mut sample = Sample::default();
-        sample.frame.t_s = number(row, self.t, line, || "t".into())?
-            .ok_or_else(|| ContactError::MissingCell { line, column: "t".into() })?;
+        sample.frame.t_s =
+            number(row, self.t, line, || "t".into())?.ok_or_else(|| ContactError::MissingCell {
+                line,
+                column: "t".into(),
+            })?;
         for &(quantity, places) in &self.vectors {
             let mut cells = [None; 3];
             for (axis, cell) in cells.iter_mut().enumerate() {
-                *cell = number(row, places[axis], line, || column_name(quantity, AXES[axis]))?;
+                *cell = number(row, places[axis], line, || {
+                    column_name(quantity, AXES[axis])
+                })?;
             }
             let value = match cells {
                 [Some(x), Some(y), Some(z)] => DVec3::new(x, y, z),
@@ -207,7 +256,11 @@ impl Columns {
                     return Err(ContactError::MissingCell { line, column });
                 }
             };
-            let value = if quantity == Quantity::Gaze { unit_gaze(value, line)? } else { value };
+            let value = if quantity == Quantity::Gaze {
+                unit_gaze(value, line)?
+            } else {
+                value
+            };
             sample.set(quantity, Some(value));
         }
         if let Some(place) = self.contact {
@@ -234,10 +287,18 @@ fn number(
     }
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(Some(value)),
-        Ok(value) => Err(ContactError::NonFiniteCell { line, column: column(), value }),
+        Ok(value) => Err(ContactError::NonFiniteCell {
+            line,
+            column: column(),
+            value,
+        }),
         Err(_) => {
             let text = text.chars().take(40).collect();
-            Err(ContactError::NotANumber { line, column: column(), text })
+            Err(ContactError::NotANumber {
+                line,
+                column: column(),
+                text,
+            })
         }
     }
 }
@@ -247,11 +308,18 @@ fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, ContactError> {
     if length < MIN_GAZE_LENGTH || !length.is_finite() {
         return Err(ContactError::ZeroGaze { line, length });
     }
-    Ok(if (length - 1.0).abs() > GAZE_LENGTH_TOLERANCE { gaze / length } else { gaze })
+    Ok(if (length - 1.0).abs() > GAZE_LENGTH_TOLERANCE {
+        gaze / length
+    } else {
+        gaze
+    })
 }
 
 fn stream_error(error: &impl ToString) -> ContactError {
-    ContactError::Io { path: "(stream)".into(), message: error.to_string() }
+    ContactError::Io {
+        path: "(stream)".into(),
+        message: error.to_string(),
+    }
 }
 
 /// Counts the lines of a text up to its records, which come in order.
@@ -266,9 +334,17 @@ struct Lines<'a> {
 impl Lines<'_> {
     /// Line of the record at a position.
     fn at(&mut self, position: Option<&csv::Position>) -> u64 {
-        let start = position.map_or(self.byte, |p| (p.byte() as usize).clamp(self.byte, self.text.len()));
-        let blank = self.text[start..].iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
-        let newlines = self.text[self.byte..start + blank].iter().filter(|&&b| b == b'\n').count();
+        let start = position.map_or(self.byte, |p| {
+            (p.byte() as usize).clamp(self.byte, self.text.len())
+        });
+        let blank = self.text[start..]
+            .iter()
+            .take_while(|b| matches!(b, b'\r' | b'\n'))
+            .count();
+        let newlines = self.text[self.byte..start + blank]
+            .iter()
+            .filter(|&&b| b == b'\n')
+            .count();
         self.byte = start + blank;
         self.line += newlines as u64;
         self.line
@@ -277,9 +353,13 @@ impl Lines<'_> {
     fn locate(&mut self, error: &csv::Error) -> ContactError {
         let line = self.at(error.position());
         match error.kind() {
-            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                ContactError::CellCount { line, expected: *expected_len, got: *len }
-            }
+            csv::ErrorKind::UnequalLengths {
+                expected_len, len, ..
+            } => ContactError::CellCount {
+                line,
+                expected: *expected_len,
+                got: *len,
+            },
             csv::ErrorKind::Utf8 { .. } => ContactError::NotUtf8 { line },
             _ => stream_error(error),
         }

@@ -104,13 +104,34 @@ pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reac
     let mut stretch: Vec<Knot> = Vec::new();
     for (index, frame) in recording.frames().enumerate() {
         if frozen[index] {
-            cut(&mut stretch, ReachEnd::TrackingLost, point, config, &mut found);
+            cut(
+                &mut stretch,
+                ReachEnd::TrackingLost,
+                point,
+                config,
+                &mut found,
+            );
             continue;
         }
-        let Some(position_m) = frame.point(point) else { continue };
-        let knot = Knot { index, t_s: frame.t_s, position_m };
-        if stretch.last().is_some_and(|before| knot.breaks_from(before, config)) {
-            cut(&mut stretch, ReachEnd::TrackingLost, point, config, &mut found);
+        let Some(position_m) = frame.point(point) else {
+            continue;
+        };
+        let knot = Knot {
+            index,
+            t_s: frame.t_s,
+            position_m,
+        };
+        if stretch
+            .last()
+            .is_some_and(|before| knot.breaks_from(before, config))
+        {
+            cut(
+                &mut stretch,
+                ReachEnd::TrackingLost,
+                point,
+                config,
+                &mut found,
+            );
         }
         stretch.push(knot);
     }
@@ -118,7 +139,11 @@ pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reac
         (Some(knot), Some(sample)) => sample.frame.t_s - knot.t_s > config.max_gap_s,
         _ => false,
     };
-    let end = if lost_before_end { ReachEnd::TrackingLost } else { ReachEnd::RecordingEnded };
+    let end = if lost_before_end {
+        ReachEnd::TrackingLost
+    } else {
+        ReachEnd::RecordingEnded
+    };
     cut(&mut stretch, end, point, config, &mut found);
     Ok(found)
 }
@@ -162,11 +187,19 @@ impl Knot {
 /// Marks every sample of a frozen stretch, also those before it was found out.
 fn frozen_samples(recording: &Recording, config: &SegmentConfig) -> Vec<bool> {
     let mut frozen = vec![false; recording.samples.len()];
-    let Some(freeze) = config.freeze else { return frozen };
-    let mut watch = FreezeWatch::new(FreezeConfig { still_after_s: f64::INFINITY, ..freeze });
+    let Some(freeze) = config.freeze else {
+        return frozen;
+    };
+    let mut watch = FreezeWatch::new(FreezeConfig {
+        still_after_s: f64::INFINITY,
+        ..freeze
+    });
     for (index, frame) in recording.frames().enumerate() {
         if let Some((FreezeKind::Rigid, since_s)) = watch.update(frame) {
-            for k in (0..=index).rev().take_while(|&k| recording.samples[k].frame.t_s >= since_s) {
+            for k in (0..=index)
+                .rev()
+                .take_while(|&k| recording.samples[k].frame.t_s >= since_s)
+            {
                 // Everything before was marked when its own end was marked.
                 if std::mem::replace(&mut frozen[k], true) {
                     break;
@@ -187,9 +220,15 @@ fn cut(
 ) {
     let speeds = speeds(stretch, config.speed_window_s);
     let mut next = 0;
-    while let Some(run) = speeds[next..].iter().position(|&v| v > config.offset_m_per_s) {
+    while let Some(run) = speeds[next..]
+        .iter()
+        .position(|&v| v > config.offset_m_per_s)
+    {
         let first = next + run;
-        let length = speeds[first..].iter().take_while(|&&v| v > config.offset_m_per_s).count();
+        let length = speeds[first..]
+            .iter()
+            .take_while(|&&v| v > config.offset_m_per_s)
+            .count();
         let last = first + length - 1;
         next = last + 1;
         let peak_speed_m_per_s = speeds[first..=last].iter().fold(0.0, |m: f64, &v| m.max(v));
@@ -209,7 +248,11 @@ fn cut(
             direction: (b.position_m - a.position_m) / length_m,
             length_m,
             peak_speed_m_per_s,
-            end: if next == speeds.len() { end_of_stretch } else { ReachEnd::Stopped },
+            end: if next == speeds.len() {
+                end_of_stretch
+            } else {
+                ReachEnd::Stopped
+            },
         });
     }
     stretch.clear();
@@ -231,9 +274,17 @@ fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
             while to + 1 < n && stretch[to + 1].t_s <= t + window_s / 2.0 {
                 to += 1;
             }
-            let (a, b) = if from == to { (i.saturating_sub(1), (i + 1).min(n - 1)) } else { (from, to) };
+            let (a, b) = if from == to {
+                (i.saturating_sub(1), (i + 1).min(n - 1))
+            } else {
+                (from, to)
+            };
             let step_s = stretch[b].t_s - stretch[a].t_s;
-            if step_s > 0.0 { stretch[a].position_m.distance(stretch[b].position_m) / step_s } else { 0.0 }
+            if step_s > 0.0 {
+                stretch[a].position_m.distance(stretch[b].position_m) / step_s
+            } else {
+                0.0
+            }
         })
         .collect()
 }

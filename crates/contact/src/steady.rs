@@ -25,7 +25,10 @@ impl SteadyPoint {
     /// A radius that is no positive number.
     pub fn new(radius_m: f64) -> Result<Self, ContactError> {
         positive("radius_m", radius_m)?;
-        Ok(Self { radius_m, held: None })
+        Ok(Self {
+            radius_m,
+            held: None,
+        })
     }
 
     /// The prediction with its point and normal held, or the new ones where they left the radius
@@ -37,9 +40,11 @@ impl SteadyPoint {
                 && angle(held.normal, prediction.normal) <= SAME_NORMAL_RAD
         };
         let steady = match self.held {
-            Some(held) if holds(&held) => {
-                ContactPrediction { point_m: held.point_m, normal: held.normal, ..prediction }
-            }
+            Some(held) if holds(&held) => ContactPrediction {
+                point_m: held.point_m,
+                normal: held.normal,
+                ..prediction
+            },
             _ => prediction,
         };
         self.held = Some(steady);
@@ -76,12 +81,24 @@ mod tests {
         let mut steady = SteadyPoint::new(0.04).expect("positive");
         let first = at(0, DVec3::ZERO, DVec3::X);
         assert_eq!(steady.step(first).point_m, DVec3::ZERO);
-        assert_eq!(steady.step(at(0, DVec3::Y * 0.03, DVec3::X)).point_m, DVec3::ZERO);
+        assert_eq!(
+            steady.step(at(0, DVec3::Y * 0.03, DVec3::X)).point_m,
+            DVec3::ZERO
+        );
         // The radius is about the held point, so a slow drift is followed in steps.
-        assert_eq!(steady.step(at(0, DVec3::Y * 0.05, DVec3::X)).point_m, DVec3::Y * 0.05);
-        assert_eq!(steady.step(at(0, DVec3::Y * 0.02, DVec3::X)).point_m, DVec3::Y * 0.05);
+        assert_eq!(
+            steady.step(at(0, DVec3::Y * 0.05, DVec3::X)).point_m,
+            DVec3::Y * 0.05
+        );
+        assert_eq!(
+            steady.step(at(0, DVec3::Y * 0.02, DVec3::X)).point_m,
+            DVec3::Y * 0.05
+        );
         // Another surface or another slope is another place.
-        assert_eq!(steady.step(at(1, DVec3::Y * 0.02, DVec3::X)).point_m, DVec3::Y * 0.02);
+        assert_eq!(
+            steady.step(at(1, DVec3::Y * 0.02, DVec3::X)).point_m,
+            DVec3::Y * 0.02
+        );
         assert_eq!(steady.step(at(1, DVec3::ZERO, DVec3::Y)).normal, DVec3::Y);
     }
 

@@ -56,19 +56,29 @@ impl HandFilterConfig {
     /// pose counts as frozen.
     #[must_use]
     pub fn simulated() -> Self {
-        Self { freeze: None, ..Self::default() }
+        Self {
+            freeze: None,
+            ..Self::default()
+        }
     }
 
     fn validate(&self) -> Result<(), ContactError> {
         positive("max_gap_s", self.max_gap_s)?;
         positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
         not_negative("jump_slack_m", self.jump_slack_m)?;
-        positive("min_direction_speed_m_per_s", self.min_direction_speed_m_per_s)?;
+        positive(
+            "min_direction_speed_m_per_s",
+            self.min_direction_speed_m_per_s,
+        )?;
         not_negative("recover_after_s", self.recover_after_s)?;
         not_negative("recover_after_fault_s", self.recover_after_fault_s)?;
         if !(1e-4..=1.0).contains(&self.min_step_s) {
             let value = self.min_step_s;
-            return Err(ContactError::Parameter { what: "min_step_s", value, wanted: "in [1e-4, 1] s" });
+            return Err(ContactError::Parameter {
+                what: "min_step_s",
+                value,
+                wanted: "in [1e-4, 1] s",
+            });
         }
         self.freeze.as_ref().map_or(Ok(()), FreezeConfig::validate)
     }
@@ -225,8 +235,15 @@ impl HandFilter {
             self.last = Some((t_s, answer));
             return answer;
         }
-        let since_s = self.lost.map(|l| l.since_s).or(self.last.map(|(last_s, _)| last_s)).unwrap_or(0.0);
-        Tracking::Lost { reason: LostReason::InvalidTime, since_s }
+        let since_s = self
+            .lost
+            .map(|l| l.since_s)
+            .or(self.last.map(|(last_s, _)| last_s))
+            .unwrap_or(0.0);
+        Tracking::Lost {
+            reason: LostReason::InvalidTime,
+            since_s,
+        }
     }
 
     /// Forgets everything but the configuration.
@@ -247,7 +264,12 @@ impl HandFilter {
             }
             Some(last_s) if t_s - last_s > self.config.max_gap_s => {
                 self.freeze.iter_mut().for_each(FreezeWatch::reset);
-                self.lose(LostReason::Gap { gap_s: t_s - last_s }, last_s);
+                self.lose(
+                    LostReason::Gap {
+                        gap_s: t_s - last_s,
+                    },
+                    last_s,
+                );
             }
             Some(_) => {}
         }
@@ -266,7 +288,12 @@ impl HandFilter {
             let step_s = t_s - before_s;
             let moved_m = position_m.distance(before_m);
             if moved_m > self.config.max_speed_m_per_s * step_s + self.config.jump_slack_m {
-                self.lose(LostReason::Jump { speed_m_per_s: moved_m / step_s.max(1e-6) }, t_s);
+                self.lose(
+                    LostReason::Jump {
+                        speed_m_per_s: moved_m / step_s.max(1e-6),
+                    },
+                    t_s,
+                );
                 // Offsets of the pose before the jump mean nothing after it.
                 position_m = self.follow(frame).unwrap_or(position_m);
             }
@@ -287,7 +314,9 @@ impl HandFilter {
         if let Some(loss) = &mut self.lost {
             let good_since_s = *loss.good_since_s.get_or_insert(t_s);
             let needed_s = match loss.reason {
-                LostReason::Jump { .. } | LostReason::Frozen { .. } => self.config.recover_after_fault_s,
+                LostReason::Jump { .. } | LostReason::Frozen { .. } => {
+                    self.config.recover_after_fault_s
+                }
                 _ => self.config.recover_after_s,
             };
             if self.filled == 4 && t_s - good_since_s >= needed_s {
@@ -302,7 +331,10 @@ impl HandFilter {
         match self.measured {
             Some((seen_s, _)) if frame.t_s - seen_s <= self.config.max_gap_s => {}
             seen => {
-                let since_s = seen.map(|(seen_s, _)| seen_s).or(last_s).unwrap_or(frame.t_s);
+                let since_s = seen
+                    .map(|(seen_s, _)| seen_s)
+                    .or(last_s)
+                    .unwrap_or(frame.t_s);
                 self.lose(LostReason::NoPoints, since_s);
             }
         }
@@ -312,7 +344,11 @@ impl HandFilter {
     /// keeps its beginning; an older one may be brought in.
     fn lose(&mut self, reason: LostReason, since_s: f64) {
         let since_s = self.lost.map_or(since_s, |l| l.since_s.min(since_s));
-        self.lost = Some(Loss { reason, since_s, good_since_s: None });
+        self.lost = Some(Loss {
+            reason,
+            since_s,
+            good_since_s: None,
+        });
         self.forget();
     }
 
@@ -343,7 +379,9 @@ impl HandFilter {
             _ => {}
         }
         let anchor = self.anchor?;
-        let Some(position_m) = seen[anchor as usize] else { return self.shifted(&seen) };
+        let Some(position_m) = seen[anchor as usize] else {
+            return self.shifted(&seen);
+        };
         for (offset_m, point_m) in self.offsets_m.iter_mut().zip(seen) {
             if let Some(point_m) = point_m {
                 *offset_m = Some(position_m - point_m);
@@ -354,7 +392,9 @@ impl HandFilter {
 
     /// The followed point from another one that is seen, m.
     fn shifted(&self, seen: &[Option<DVec3>; 6]) -> Option<DVec3> {
-        HandPoint::BY_CONTACT.into_iter().find_map(|p| Some(seen[p as usize]? + self.offsets_m[p as usize]?))
+        HandPoint::BY_CONTACT
+            .into_iter()
+            .find_map(|p| Some(seen[p as usize]? + self.offsets_m[p as usize]?))
     }
 
     fn shift_window(&mut self, by_m: DVec3) {
@@ -363,7 +403,10 @@ impl HandFilter {
     }
 
     fn answer(&self, frame: &HandFrame) -> Tracking {
-        if let Some(Loss { reason, since_s, .. }) = self.lost {
+        if let Some(Loss {
+            reason, since_s, ..
+        }) = self.lost
+        {
             return Tracking::Lost { reason, since_s };
         }
         match (self.anchor, self.measured) {
@@ -371,7 +414,10 @@ impl HandFilter {
                 Tracking::Tracked(self.state(frame, point, seen_s))
             }
             // Only reached when the followed point changed without any overlap: four samples to go.
-            _ => Tracking::Lost { reason: LostReason::Starting, since_s: frame.t_s },
+            _ => Tracking::Lost {
+                reason: LostReason::Starting,
+                since_s: frame.t_s,
+            },
         }
     }
 
@@ -379,8 +425,10 @@ impl HandFilter {
         let [(t0, p0), (t1, p1), (t2, p2), (t3, p3)] = self.window;
         let (a_m, b_m) = (0.25 * (p0 + 2.0 * p1 + p2), 0.25 * (p1 + 2.0 * p2 + p3));
         // Relative to the newest time, so that a large clock costs no digits.
-        let (a_s, b_s) =
-            (0.25 * ((t0 - t3) + 2.0 * (t1 - t3) + (t2 - t3)), 0.25 * ((t1 - t3) + 2.0 * (t2 - t3)));
+        let (a_s, b_s) = (
+            0.25 * ((t0 - t3) + 2.0 * (t1 - t3) + (t2 - t3)),
+            0.25 * ((t1 - t3) + 2.0 * (t2 - t3)),
+        );
         // At least min_step_s: every step in the window is.
         let velocity = (b_m - a_m) / (b_s - a_s);
         let delay_s = (frame.t_s - t3) - b_s;

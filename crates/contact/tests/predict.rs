@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, GazeRay, HandFilter, HandFilterConfig, HandFrame, HandPoint,
-    HandState, PredictionSource, Predictor, PredictorConfig,
+    ContactPrediction, DeterministicPredictor, GazeRay, HandFilter, HandFilterConfig, HandFrame,
+    HandPoint, HandState, PredictionSource, Predictor, PredictorConfig,
 };
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, Tol, assert_close};
@@ -44,7 +44,10 @@ fn hand(point_m: DVec3, velocity_m_per_s: DVec3) -> HandState {
 const HEAD: DVec3 = DVec3::new(-0.2, 0.0, 1.6);
 
 fn gaze_at(target_m: DVec3) -> GazeRay {
-    GazeRay { origin_m: HEAD, direction: (target_m - HEAD).normalize() }
+    GazeRay {
+        origin_m: HEAD,
+        direction: (target_m - HEAD).normalize(),
+    }
 }
 
 fn predict(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> Option<ContactPrediction> {
@@ -56,7 +59,10 @@ fn the_hand_is_projected_on_the_wall_that_is_gazed_at() {
     let scene = scene(&[("wall", wall(1.0))], None);
     let state = hand(DVec3::new(0.4, 0.1, 1.2), DVec3::new(0.5, 0.3, 0.0));
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, -0.4, 1.0)))).unwrap();
-    assert_eq!((p.source, Some(p.surface)), (PredictionSource::Gaze, scene.find("wall")));
+    assert_eq!(
+        (p.source, Some(p.surface)),
+        (PredictionSource::Gaze, scene.find("wall"))
+    );
     assert_close!(p.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
     assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
     assert_close!(p.distance_m, 0.6, Tol::abs(1e-12));
@@ -69,7 +75,11 @@ fn a_receding_or_resting_hand_has_no_time_to_contact() {
     let gaze = Some(gaze_at(DVec3::new(1.0, 0.0, 1.0)));
     for velocity in [DVec3::NEG_X, DVec3::Y, DVec3::ZERO, DVec3::X * 0.01] {
         let p = predict(&scene, &hand(DVec3::new(0.4, 0.0, 1.2), velocity), gaze).unwrap();
-        assert_eq!((p.source, p.time_to_contact_s), (PredictionSource::Gaze, None), "{velocity}");
+        assert_eq!(
+            (p.source, p.time_to_contact_s),
+            (PredictionSource::Gaze, None),
+            "{velocity}"
+        );
     }
 }
 
@@ -85,7 +95,10 @@ fn a_hand_on_the_wall_touches_now() {
 #[test]
 fn failure_gaze_misses_the_object() {
     let scene = scene(&[("wall", wall(1.0))], None);
-    let past = Some(GazeRay { origin_m: HEAD, direction: DVec3::Z });
+    let past = Some(GazeRay {
+        origin_m: HEAD,
+        direction: DVec3::Z,
+    });
     let approaching = hand(DVec3::new(0.0, 0.1, 1.2), DVec3::new(1.0, 0.2, 0.0));
     let p = predict(&scene, &approaching, past).unwrap();
     assert_eq!(p.source, PredictionSource::HandDirection);
@@ -93,57 +106,104 @@ fn failure_gaze_misses_the_object() {
     // Neither gaze nor direction: only what is close by.
     let idle = |x: f64| hand(DVec3::new(x, 0.1, 1.2), DVec3::ZERO);
     assert_eq!(predict(&scene, &idle(0.0), past), None);
-    assert_eq!(predict(&scene, &idle(0.8), past).unwrap().source, PredictionSource::Nearest);
-    assert_eq!(predict(&scene, &hand(DVec3::new(0.0, 0.0, 1.2), DVec3::NEG_X), None), None);
+    assert_eq!(
+        predict(&scene, &idle(0.8), past).unwrap().source,
+        PredictionSource::Nearest
+    );
+    assert_eq!(
+        predict(&scene, &hand(DVec3::new(0.0, 0.0, 1.2), DVec3::NEG_X), None),
+        None
+    );
 }
 
 #[test]
 fn failure_the_object_is_occluded() {
     // A small panel hides the wall that the hand moves to: the panel is predicted.
-    let panel = [[0.6, 0.1, 1.2], [0.6, -0.1, 1.2], [0.6, -0.1, 1.5], [0.6, 0.1, 1.5]];
+    let panel = [
+        [0.6, 0.1, 1.2],
+        [0.6, -0.1, 1.2],
+        [0.6, -0.1, 1.5],
+        [0.6, 0.1, 1.5],
+    ];
     let scene = scene(&[("wall", wall(1.0)), ("panel", panel)], None);
     let state = hand(DVec3::new(0.5, -0.6, 1.2), DVec3::X);
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)))).unwrap();
-    assert_eq!((p.source, Some(p.surface)), (PredictionSource::Gaze, scene.find("panel")));
-    assert_close!(p.point_m, DVec3::new(0.6, -0.1, 1.2), Tol::abs(1e-12), "its edge is closest");
+    assert_eq!(
+        (p.source, Some(p.surface)),
+        (PredictionSource::Gaze, scene.find("panel"))
+    );
+    assert_close!(
+        p.point_m,
+        DVec3::new(0.6, -0.1, 1.2),
+        Tol::abs(1e-12),
+        "its edge is closest"
+    );
     // The motion alone would have told.
-    assert_eq!(Some(predict(&scene, &state, None).unwrap().surface), scene.find("wall"));
+    assert_eq!(
+        Some(predict(&scene, &state, None).unwrap().surface),
+        scene.find("wall")
+    );
 }
 
 #[test]
 fn failure_the_hand_is_already_behind_the_surface() {
     let gaze = Some(gaze_at(DVec3::new(1.0, 0.0, 1.2)));
     // A sheet, and a slab of 10 cm whose back the hand is nearer to.
-    let back = [[1.1, -1.0, 0.0], [1.1, 1.0, 0.0], [1.1, 1.0, 2.0], [1.1, -1.0, 2.0]];
+    let back = [
+        [1.1, -1.0, 0.0],
+        [1.1, 1.0, 0.0],
+        [1.1, 1.0, 2.0],
+        [1.1, -1.0, 2.0],
+    ];
     let sheet = scene(&[("wall", wall(1.0))], None);
     let mut obj = String::from("o wall\n");
     for [x, y, z] in wall(1.0).into_iter().chain(back) {
         obj += &format!("v {x} {y} {z}\n");
     }
-    let slab = Scene::from_obj_str(&(obj + "f 1 2 3 4\nf 5 6 7 8\n"), None).unwrap().0;
+    let slab = Scene::from_obj_str(&(obj + "f 1 2 3 4\nf 5 6 7 8\n"), None)
+        .unwrap()
+        .0;
     for scene in [&sheet, &slab] {
         for velocity in [DVec3::X, DVec3::NEG_X] {
             let p = predict(scene, &hand(DVec3::new(1.08, 0.1, 1.3), velocity), gaze).unwrap();
-            assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12), "the board stays on the person's side");
+            assert_close!(
+                p.normal,
+                DVec3::NEG_X,
+                Tol::abs(1e-12),
+                "the board stays on the person's side"
+            );
             assert_close!(p.point_m, DVec3::new(1.0, 0.1, 1.3), Tol::abs(1e-12));
             assert_close!(p.distance_m, -0.08, Tol::abs(1e-12));
             assert_eq!(p.time_to_contact_s, Some(0.0));
         }
     }
     // Without a gaze nobody knows where the person stands: the back is taken for the front.
-    let p = predict(&sheet, &hand(DVec3::new(1.08, 0.1, 1.3), DVec3::NEG_X), None).unwrap();
+    let p = predict(
+        &sheet,
+        &hand(DVec3::new(1.08, 0.1, 1.3), DVec3::NEG_X),
+        None,
+    )
+    .unwrap();
     assert_close!(p.normal, DVec3::X, Tol::abs(1e-12));
 }
 
 #[test]
 fn failure_two_surfaces_meet_in_a_corner() {
-    let side = [[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [-1.0, 1.0, 2.0]];
+    let side = [
+        [-1.0, 1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [1.0, 1.0, 2.0],
+        [-1.0, 1.0, 2.0],
+    ];
     let scene = scene(&[("front", wall(1.0)), ("side", side)], None);
     let state = hand(DVec3::new(0.8, 0.9, 1.2), DVec3::new(0.5, 0.5, 0.0));
     // One millimetre of gaze decides; the point leaps around the corner with it.
     let front = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.999, 1.2)))).unwrap();
     let beside = predict(&scene, &state, Some(gaze_at(DVec3::new(0.999, 1.0, 1.2)))).unwrap();
-    assert_eq!([Some(front.surface), Some(beside.surface)], [scene.find("front"), scene.find("side")]);
+    assert_eq!(
+        [Some(front.surface), Some(beside.surface)],
+        [scene.find("front"), scene.find("side")]
+    );
     assert_close!(front.point_m, DVec3::new(1.0, 0.9, 1.2), Tol::abs(1e-12));
     assert_close!(beside.point_m, DVec3::new(0.8, 1.0, 1.2), Tol::abs(1e-12));
     assert_close!(front.normal, DVec3::NEG_X, Tol::abs(1e-12));
@@ -162,16 +222,27 @@ fn an_untouchable_surface_that_is_gazed_at_is_not_predicted() {
     let p = predict(&scene, &hand(DVec3::new(0.8, 0.0, 1.2), DVec3::X), gaze).unwrap();
     assert_ne!(Some(p.surface), glass);
     assert_eq!(p.source, PredictionSource::Nearest);
-    assert_eq!(predict(&scene, &hand(DVec3::new(0.2, 0.0, 1.2), DVec3::X), gaze), None);
+    assert_eq!(
+        predict(&scene, &hand(DVec3::new(0.2, 0.0, 1.2), DVec3::X), gaze),
+        None
+    );
 }
 
 #[test]
 fn a_far_wall_that_is_gazed_at_does_not_hide_a_panel_under_the_hand() {
-    let panel = [[0.6, -0.3, 1.0], [0.6, -0.9, 1.0], [0.6, -0.9, 1.5], [0.6, -0.3, 1.5]];
+    let panel = [
+        [0.6, -0.3, 1.0],
+        [0.6, -0.9, 1.0],
+        [0.6, -0.9, 1.5],
+        [0.6, -0.3, 1.5],
+    ];
     let scene = scene(&[("far", wall(4.0)), ("panel", panel)], None);
     let state = hand(DVec3::new(0.3, -0.6, 1.2), DVec3::X * 0.5);
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(4.0, 0.0, 1.2)))).unwrap();
-    assert_eq!((p.source, Some(p.surface)), (PredictionSource::HandDirection, scene.find("panel")));
+    assert_eq!(
+        (p.source, Some(p.surface)),
+        (PredictionSource::HandDirection, scene.find("panel"))
+    );
 }
 
 #[test]
@@ -180,11 +251,26 @@ fn bad_numbers_predict_nothing_or_are_refused() {
     let good = hand(DVec3::new(0.4, 0.1, 1.2), DVec3::X);
     let nan = hand(DVec3::new(f64::NAN, 0.1, 1.2), DVec3::X);
     assert_eq!(predict(&scene, &nan, None), None);
-    let bad_gaze = GazeRay { origin_m: DVec3::NAN, direction: DVec3::X };
-    assert_eq!(predict(&scene, &good, Some(bad_gaze)).unwrap().source, PredictionSource::HandDirection);
-    let no_gaze = GazeRay { origin_m: HEAD, direction: DVec3::ZERO };
-    assert_eq!(predict(&scene, &good, Some(no_gaze)).unwrap().source, PredictionSource::HandDirection);
-    let config = PredictorConfig { max_distance_m: f64::NAN, ..PredictorConfig::default() };
+    let bad_gaze = GazeRay {
+        origin_m: DVec3::NAN,
+        direction: DVec3::X,
+    };
+    assert_eq!(
+        predict(&scene, &good, Some(bad_gaze)).unwrap().source,
+        PredictionSource::HandDirection
+    );
+    let no_gaze = GazeRay {
+        origin_m: HEAD,
+        direction: DVec3::ZERO,
+    };
+    assert_eq!(
+        predict(&scene, &good, Some(no_gaze)).unwrap().source,
+        PredictionSource::HandDirection
+    );
+    let config = PredictorConfig {
+        max_distance_m: f64::NAN,
+        ..PredictorConfig::default()
+    };
     assert!(DeterministicPredictor::new(config).is_err());
 }
 
@@ -197,19 +283,31 @@ fn random_hands_and_walls_agree_with_the_plane() {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
             .map(|[u, v]| (middle + turn * DVec3::new(4.0 * u, 4.0 * v, 0.0)).to_array());
         let scene = scene(&[("wall", corners)], None);
-        let side = if sampler.bool() { turn.z_axis } else { -turn.z_axis };
-        let inside = |s: &mut Sampler| turn * DVec3::new(s.uniform(-2.0, 2.0), s.uniform(-2.0, 2.0), 0.0);
+        let side = if sampler.bool() {
+            turn.z_axis
+        } else {
+            -turn.z_axis
+        };
+        let inside =
+            |s: &mut Sampler| turn * DVec3::new(s.uniform(-2.0, 2.0), s.uniform(-2.0, 2.0), 0.0);
         let foot = middle + inside(&mut sampler);
         let (height, speed) = (sampler.uniform(0.05, 1.0), sampler.uniform(0.1, 2.0));
         let along = turn * DVec3::new(sampler.normal(), sampler.normal(), 0.0) * 0.1;
         let state = hand(foot + side * height, along - side * speed);
         let eye = foot + side * (height + 0.3) + along;
-        let gaze = GazeRay { origin_m: eye, direction: (middle + inside(&mut sampler) - eye).normalize() };
+        let gaze = GazeRay {
+            origin_m: eye,
+            direction: (middle + inside(&mut sampler) - eye).normalize(),
+        };
         let p = predict(&scene, &state, Some(gaze)).unwrap();
         assert_eq!(p.source, PredictionSource::Gaze);
         assert_close!(p.point_m, foot, Tol::abs(1e-9));
         assert_close!(p.normal, side, Tol::abs(1e-9));
-        assert_close!(p.time_to_contact_s.unwrap(), height / speed, Tol::new(1e-9, 1e-9));
+        assert_close!(
+            p.time_to_contact_s.unwrap(),
+            height / speed,
+            Tol::new(1e-9, 1e-9)
+        );
     }
 }
 
@@ -224,11 +322,16 @@ fn a_simulated_reach_is_predicted_before_it_arrives() {
         let t_s = 0.014 * f64::from(i);
         let s = t_s / 0.84;
         let index = start.lerp(target, s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
-        let mut frame = HandFrame { head_m: Some(HEAD), ..HandFrame::empty(t_s) };
+        let mut frame = HandFrame {
+            head_m: Some(HEAD),
+            ..HandFrame::empty(t_s)
+        };
         frame.gaze = Some(gaze_at(target).direction);
         frame.tips_m[1] = Some(index);
         if let Some(hand) = filter.step(&frame).state() {
-            let p = predictor.predict(&scene, hand, frame.gaze_ray().as_ref()).unwrap();
+            let p = predictor
+                .predict(&scene, hand, frame.gaze_ray().as_ref())
+                .unwrap();
             assert_eq!(p.source, PredictionSource::Gaze);
             errors.push((s, p.point_m.distance(target), p.time_to_contact_s));
         }
@@ -255,7 +358,11 @@ fn predict_led(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> Contac
 fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
     let scene = scene(&[("wall", wall(1.0))], None);
     let seen = DVec3::new(1.0, -0.4, 1.0);
-    let far = predict_led(&scene, &hand(DVec3::new(0.4, 0.1, 1.2), DVec3::X), Some(gaze_at(seen)));
+    let far = predict_led(
+        &scene,
+        &hand(DVec3::new(0.4, 0.1, 1.2), DVec3::X),
+        Some(gaze_at(seen)),
+    );
     assert_close!(far.point_m, seen, Tol::abs(1e-9));
     assert_close!(far.normal, DVec3::NEG_X, Tol::abs(1e-12));
     // Distance and time stay those of the hand.
@@ -285,8 +392,17 @@ fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
 
 #[test]
 fn leading_distances_must_rise_from_a_positive_one() {
-    for bad in [[0.0, 0.1], [0.1, 0.1], [0.2, 0.1], [f64::NAN, 0.1], [0.1, f64::NAN]] {
-        let config = PredictorConfig { ray_leads_m: Some(bad), ..PredictorConfig::default() };
+    for bad in [
+        [0.0, 0.1],
+        [0.1, 0.1],
+        [0.2, 0.1],
+        [f64::NAN, 0.1],
+        [0.1, f64::NAN],
+    ] {
+        let config = PredictorConfig {
+            ray_leads_m: Some(bad),
+            ..PredictorConfig::default()
+        };
         assert!(DeterministicPredictor::new(config).is_err(), "{bad:?}");
     }
 }

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    ContactError, HandFrame, HandPoint, Quantity, Recording, Sample, read_recordings, write_recordings,
+    ContactError, HandFrame, HandPoint, Quantity, Recording, Sample, read_recordings,
+    write_recordings,
 };
 use hwall_testkit::Sampler;
 
@@ -16,7 +17,10 @@ fn random_recording(sampler: &mut Sampler, person: &str, trial: &str) -> Recordi
     let samples = (0..50)
         .map(|_| {
             t_s += sampler.uniform(1e-4, 0.03);
-            let mut sample = Sample { frame: HandFrame::empty(t_s), ..Sample::default() };
+            let mut sample = Sample {
+                frame: HandFrame::empty(t_s),
+                ..Sample::default()
+            };
             for quantity in Quantity::ALL {
                 let value = if quantity == Quantity::Gaze {
                     sampler.unit_vector()
@@ -30,13 +34,22 @@ fn random_recording(sampler: &mut Sampler, person: &str, trial: &str) -> Recordi
         })
         .collect();
     let name = |s: &str| (!s.is_empty()).then(|| s.to_owned());
-    Recording { person: name(person), trial: name(trial), samples, ignored_columns: Vec::new() }
+    Recording {
+        person: name(person),
+        trial: name(trial),
+        samples,
+        ignored_columns: Vec::new(),
+    }
 }
 
 #[test]
 fn every_number_reads_back_bit_for_bit() {
     let mut sampler = Sampler::new(2);
-    for names in [[("", ""), ("", "2")], [("ann", "1"), ("ann", "2")], [("a,b \"c\"", "1"), ("", "1")]] {
+    for names in [
+        [("", ""), ("", "2")],
+        [("ann", "1"), ("ann", "2")],
+        [("a,b \"c\"", "1"), ("", "1")],
+    ] {
         let recordings = names.map(|(person, trial)| random_recording(&mut sampler, person, trial));
         let mut text = Vec::new();
         write_recordings(&mut text, &recordings).unwrap();
@@ -47,7 +60,8 @@ fn every_number_reads_back_bit_for_bit() {
 #[test]
 fn columns_come_in_any_order_and_any_subset() {
     let recording =
-        read("index_z, index_x ,note,index_y,t\n3,1,hello,2,0\n,,,,0.5\n6,4,\"a,b\",5,1\n").unwrap();
+        read("index_z, index_x ,note,index_y,t\n3,1,hello,2,0\n,,,,0.5\n6,4,\"a,b\",5,1\n")
+            .unwrap();
     let index = |i: usize| recording.samples[i].frame.point(HandPoint::Index);
     assert_eq!(recording.samples.len(), 3);
     assert_eq!(index(0), Some(DVec3::new(1.0, 2.0, 3.0)));
@@ -64,7 +78,10 @@ fn trials_may_alternate_and_keep_their_own_clocks() {
                 a,1,0,1,0,0,0\nb,1,0,2,0,0,\na,1,1,3,0,0,1\na,2,0,4,0,0,0\n";
     let all = read_recordings(text.as_bytes()).unwrap();
     assert_eq!(all.len(), 3);
-    assert_eq!((all[0].person.as_deref(), all[0].trial.as_deref()), (Some("a"), Some("1")));
+    assert_eq!(
+        (all[0].person.as_deref(), all[0].trial.as_deref()),
+        (Some("a"), Some("1"))
+    );
     assert_eq!(all[0].samples.len(), 2);
     assert_eq!(all[0].samples[1].contact, Some(true));
     assert_eq!(all[1].samples[0].contact, None);
@@ -73,10 +90,17 @@ fn trials_may_alternate_and_keep_their_own_clocks() {
 
 #[test]
 fn gaze_becomes_a_unit_vector() {
-    let recording = read("t,palm_x,palm_y,palm_z,gaze_x,gaze_y,gaze_z\n0,,,,0.600001,0.8,0\n").unwrap();
+    let recording =
+        read("t,palm_x,palm_y,palm_z,gaze_x,gaze_y,gaze_z\n0,,,,0.600001,0.8,0\n").unwrap();
     assert!((recording.samples[0].frame.gaze.unwrap().length() - 1.0).abs() < 1e-15);
     let zero = read("t,palm_x,palm_y,palm_z,gaze_x,gaze_y,gaze_z\n0,,,,0,0,0\n");
-    assert_eq!(zero, Err(ContactError::ZeroGaze { line: 2, length: 0.0 }));
+    assert_eq!(
+        zero,
+        Err(ContactError::ZeroGaze {
+            line: 2,
+            length: 0.0
+        })
+    );
 }
 
 #[test]
@@ -87,26 +111,90 @@ fn broken_files_are_named_by_line_and_column() {
     assert_eq!(read(""), Err(E::Empty));
     assert_eq!(read("\n\n"), Err(E::Empty));
     assert_eq!(read(h), Err(E::NoSamples));
-    assert_eq!(read("palm_x,palm_y,palm_z\n1,2,3\n"), Err(E::MissingColumn { column: "t".into() }));
-    assert_eq!(read("t,palm_x,palm_z\n0,1,2\n"), Err(E::MissingColumn { column: "palm_y".into() }));
-    assert_eq!(read("t,object_x,object_y,object_z\n0,1,2,3\n"), Err(E::NoHandColumns));
-    assert_eq!(read("t,t,palm_x,palm_y,palm_z\n"), Err(E::DuplicateColumn { column: "t".into() }));
-    assert_eq!(with("0,1,2\n"), E::CellCount { line: 2, expected: 4, got: 3 });
-    assert_eq!(with("0,1,2,3\n1,1,2,3,4\n"), E::CellCount { line: 3, expected: 4, got: 5 });
+    assert_eq!(
+        read("palm_x,palm_y,palm_z\n1,2,3\n"),
+        Err(E::MissingColumn { column: "t".into() })
+    );
+    assert_eq!(
+        read("t,palm_x,palm_z\n0,1,2\n"),
+        Err(E::MissingColumn {
+            column: "palm_y".into()
+        })
+    );
+    assert_eq!(
+        read("t,object_x,object_y,object_z\n0,1,2,3\n"),
+        Err(E::NoHandColumns)
+    );
+    assert_eq!(
+        read("t,t,palm_x,palm_y,palm_z\n"),
+        Err(E::DuplicateColumn { column: "t".into() })
+    );
+    assert_eq!(
+        with("0,1,2\n"),
+        E::CellCount {
+            line: 2,
+            expected: 4,
+            got: 3
+        }
+    );
+    assert_eq!(
+        with("0,1,2,3\n1,1,2,3,4\n"),
+        E::CellCount {
+            line: 3,
+            expected: 4,
+            got: 5
+        }
+    );
     let text = || "fast".to_owned();
-    assert_eq!(with("0,1,fast,3\n"), E::NotANumber { line: 2, column: "palm_y".into(), text: text() });
-    assert_eq!(with("0,1,,3\n"), E::MissingCell { line: 2, column: "palm_y".into() });
-    assert_eq!(with(",1,2,3\n"), E::MissingCell { line: 2, column: "t".into() });
+    assert_eq!(
+        with("0,1,fast,3\n"),
+        E::NotANumber {
+            line: 2,
+            column: "palm_y".into(),
+            text: text()
+        }
+    );
+    assert_eq!(
+        with("0,1,,3\n"),
+        E::MissingCell {
+            line: 2,
+            column: "palm_y".into()
+        }
+    );
+    assert_eq!(
+        with(",1,2,3\n"),
+        E::MissingCell {
+            line: 2,
+            column: "t".into()
+        }
+    );
     assert_eq!(
         with("0,1,2,inf\n"),
-        E::NonFiniteCell { line: 2, column: "palm_z".into(), value: f64::INFINITY }
+        E::NonFiniteCell {
+            line: 2,
+            column: "palm_z".into(),
+            value: f64::INFINITY
+        }
     );
-    assert!(matches!(with("NaN,1,2,3\n"), E::NonFiniteCell { line: 2, column, .. } if column == "t"));
-    assert!(matches!(with("0,1e999,2,3\n"), E::NonFiniteCell { line: 2, .. }), "overflows to infinity");
+    assert!(
+        matches!(with("NaN,1,2,3\n"), E::NonFiniteCell { line: 2, column, .. } if column == "t")
+    );
+    assert!(
+        matches!(with("0,1e999,2,3\n"), E::NonFiniteCell { line: 2, .. }),
+        "overflows to infinity"
+    );
     for (second, name) in [("0.5", "repeated"), ("0.25", "backward")] {
         let error = with(&format!("0.5,1,2,3\n{second},1,2,3\n"));
         let t_s: f64 = second.parse().unwrap();
-        assert_eq!(error, E::TimeNotIncreasing { line: 3, t_s, previous_s: 0.5 }, "{name}");
+        assert_eq!(
+            error,
+            E::TimeNotIncreasing {
+                line: 3,
+                t_s,
+                previous_s: 0.5
+            },
+            "{name}"
+        );
     }
     let binary = Recording::from_csv(&b"t,palm_x,palm_y,palm_z\n0,1,\xff\xfe,3\n"[..]);
     assert_eq!(binary, Err(E::NotUtf8 { line: 2 }));
@@ -120,29 +208,74 @@ fn a_byte_order_mark_blank_lines_and_windows_line_ends_do_no_harm() {
     let recording = read("\u{feff}t,palm_x,palm_y,palm_z\r\n0,1,2,3\r\n\r\n1,1,2,3\r\n").unwrap();
     assert_eq!(recording.samples.len(), 2);
     for end in ["\n", "\r\n"] {
-        let text = ["\u{feff}t,palm_x,palm_y,palm_z", "0,1,2,3", "", "", "1,1,2,3", "2,1,2,x", ""].join(end);
+        let text = [
+            "\u{feff}t,palm_x,palm_y,palm_z",
+            "0,1,2,3",
+            "",
+            "",
+            "1,1,2,3",
+            "2,1,2,x",
+            "",
+        ]
+        .join(end);
         let error = read(&text).unwrap_err();
-        assert!(matches!(error, ContactError::NotANumber { line: 6, .. }), "blank lines count: {error}");
+        assert!(
+            matches!(error, ContactError::NotANumber { line: 6, .. }),
+            "blank lines count: {error}"
+        );
         let error = read(&text.replace("2,x", "2,3,4")).unwrap_err();
-        assert_eq!(error, ContactError::CellCount { line: 6, expected: 4, got: 5 });
+        assert_eq!(
+            error,
+            ContactError::CellCount {
+                line: 6,
+                expected: 4,
+                got: 5
+            }
+        );
     }
 }
 
 #[test]
 fn a_recording_that_would_not_read_back_is_not_written() {
-    let frame = |t_s: f64, x: f64| HandFrame { palm_m: Some(DVec3::splat(x)), ..HandFrame::empty(t_s) };
+    let frame = |t_s: f64, x: f64| HandFrame {
+        palm_m: Some(DVec3::splat(x)),
+        ..HandFrame::empty(t_s)
+    };
     let write = |frames: &[HandFrame]| {
-        let samples = frames.iter().map(|&frame| Sample { frame, ..Sample::default() }).collect();
-        Recording { samples, ..Recording::default() }.to_csv(std::io::sink())
+        let samples = frames
+            .iter()
+            .map(|&frame| Sample {
+                frame,
+                ..Sample::default()
+            })
+            .collect();
+        Recording {
+            samples,
+            ..Recording::default()
+        }
+        .to_csv(std::io::sink())
     };
     assert_eq!(write(&[]), Err(ContactError::NoSamples));
-    assert!(matches!(write(&[frame(0.0, f64::NAN)]), Err(ContactError::NonFiniteCell { line: 1, .. })));
-    assert!(matches!(write(&[frame(f64::NAN, 1.0)]), Err(ContactError::NonFiniteCell { .. })));
+    assert!(matches!(
+        write(&[frame(0.0, f64::NAN)]),
+        Err(ContactError::NonFiniteCell { line: 1, .. })
+    ));
+    assert!(matches!(
+        write(&[frame(f64::NAN, 1.0)]),
+        Err(ContactError::NonFiniteCell { .. })
+    ));
     assert_eq!(
         write(&[frame(0.0, 1.0), frame(0.0, 2.0)]),
-        Err(ContactError::TimeNotIncreasing { line: 2, t_s: 0.0, previous_s: 0.0 })
+        Err(ContactError::TimeNotIncreasing {
+            line: 2,
+            t_s: 0.0,
+            previous_s: 0.0
+        })
     );
-    assert_eq!(write(&[HandFrame::empty(0.0)]), Err(ContactError::NoHandColumns));
+    assert_eq!(
+        write(&[HandFrame::empty(0.0)]),
+        Err(ContactError::NoHandColumns)
+    );
     assert_eq!(write(&[frame(0.0, 1.0)]), Ok(()));
 }
 
@@ -157,7 +290,13 @@ fn a_full_disk_is_an_error() {
             Ok(())
         }
     }
-    let frame = HandFrame { palm_m: Some(DVec3::ONE), ..HandFrame::empty(0.0) };
+    let frame = HandFrame {
+        palm_m: Some(DVec3::ONE),
+        ..HandFrame::empty(0.0)
+    };
     let recording = Recording::from_frames([frame]).unwrap();
-    assert!(matches!(recording.to_csv(Full), Err(ContactError::Io { .. })));
+    assert!(matches!(
+        recording.to_csv(Full),
+        Err(ContactError::Io { .. })
+    ));
 }

@@ -23,14 +23,20 @@ impl ArmState {
     /// # Errors
     /// The first value that is not finite.
     pub fn validate(&self) -> Result<(), HapticsError> {
-        let check = |what: &'static str, values: &[f64]| match values.iter().position(|v| !v.is_finite()) {
-            None => Ok(()),
-            Some(joint) => Err(HapticsError::NonFiniteState { what, joint, value: values[joint] }),
-        };
+        let check =
+            |what: &'static str, values: &[f64]| match values.iter().position(|v| !v.is_finite()) {
+                None => Ok(()),
+                Some(joint) => Err(HapticsError::NonFiniteState {
+                    what,
+                    joint,
+                    value: values[joint],
+                }),
+            };
         check("t_s", &[self.t_s])?;
         check("q", &self.q.0)?;
         check("qd", &self.qd.0)?;
-        self.external_torque.map_or(Ok(()), |torque| check("external_torque", &torque.0))
+        self.external_torque
+            .map_or(Ok(()), |torque| check("external_torque", &torque.0))
     }
 }
 

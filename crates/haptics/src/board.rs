@@ -26,7 +26,11 @@ pub struct Board {
 impl Default for Board {
     /// 200 x 200 mm, as in the dissertation; the thickness is an assumption.
     fn default() -> Self {
-        Self { half_width_m: 0.1, half_height_m: 0.1, thickness_m: 0.02 }
+        Self {
+            half_width_m: 0.1,
+            half_height_m: 0.1,
+            thickness_m: 0.02,
+        }
     }
 }
 
@@ -72,12 +76,20 @@ pub struct BoardTarget {
 ///
 /// # Errors
 /// NaN or infinity, or a normal without a direction (length below 1e-12).
-pub fn board_pose(point_m: DVec3, outward_normal: DVec3, roll_rad: f64) -> Result<Pose, HapticsError> {
+pub fn board_pose(
+    point_m: DVec3,
+    outward_normal: DVec3,
+    roll_rad: f64,
+) -> Result<Pose, HapticsError> {
     finite("point_m", &point_m.to_array())?;
     finite("roll_rad", &[roll_rad])?;
     let z = direction(outward_normal)?;
     let slope_sine = z.x.hypot(z.y);
-    let up = if slope_sine < LYING_SINE { DVec3::X } else { DVec3::Z };
+    let up = if slope_sine < LYING_SINE {
+        DVec3::X
+    } else {
+        DVec3::Z
+    };
     let y0 = (up - z * z.dot(up)).normalize();
     let x0 = y0.cross(z);
     let (sin, cos) = roll_rad.sin_cos();
@@ -91,7 +103,9 @@ pub(crate) fn direction(normal: DVec3) -> Result<DVec3, HapticsError> {
     // Scaled first, so that neither tiny nor huge components are lost when squared.
     let largest = normal.abs().max_element();
     if largest < 1e-12 {
-        return Err(HapticsError::NoDirection { length: normal.length() });
+        return Err(HapticsError::NoDirection {
+            length: normal.length(),
+        });
     }
     Ok((normal / largest).normalize())
 }

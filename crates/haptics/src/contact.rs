@@ -16,7 +16,11 @@ pub struct ContactConfig {
 
 impl Default for ContactConfig {
     fn default() -> Self {
-        Self { on_n: 3.0, off_n: 1.5, dwell_s: 0.05 }
+        Self {
+            on_n: 3.0,
+            off_n: 1.5,
+            dwell_s: 0.05,
+        }
     }
 }
 
@@ -30,7 +34,11 @@ impl ContactConfig {
         positive("off_n", self.off_n)?;
         non_negative("dwell_s", self.dwell_s)?;
         if self.off_n > self.on_n {
-            return Err(HapticsError::Parameter { what: "off_n", value: self.off_n, wanted: "at most on_n" });
+            return Err(HapticsError::Parameter {
+                what: "off_n",
+                value: self.off_n,
+                wanted: "at most on_n",
+            });
         }
         Ok(())
     }
@@ -64,7 +72,11 @@ impl ContactDetector {
     /// As for [`ContactConfig::validate`].
     pub fn new(config: ContactConfig) -> Result<Self, HapticsError> {
         config.validate()?;
-        Ok(Self { config, state: ContactState::NonContact, below_since_s: None })
+        Ok(Self {
+            config,
+            state: ContactState::NonContact,
+            below_since_s: None,
+        })
     }
 
     /// The state after the last step.
@@ -88,7 +100,10 @@ impl ContactDetector {
                 self.below_since_s = None;
             }
             ContactState::Contact { .. } if normal_force_n < self.config.off_n => {
-                let since_s = self.below_since_s.filter(|since_s| *since_s <= t_s).unwrap_or(t_s);
+                let since_s = self
+                    .below_since_s
+                    .filter(|since_s| *since_s <= t_s)
+                    .unwrap_or(t_s);
                 self.below_since_s = Some(since_s);
                 if t_s - since_s >= self.config.dwell_s {
                     self.state = ContactState::NonContact;

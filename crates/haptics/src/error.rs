@@ -48,7 +48,11 @@ pub enum HapticsError {
 pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), HapticsError> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(HapticsError::NonFinite { what, index, value: values[index] }),
+        Some(index) => Err(HapticsError::NonFinite {
+            what,
+            index,
+            value: values[index],
+        }),
     }
 }
 
@@ -56,12 +60,20 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), HapticsErro
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(HapticsError::Parameter { what, value, wanted: "positive" })
+    Err(HapticsError::Parameter {
+        what,
+        value,
+        wanted: "positive",
+    })
 }
 
 pub(crate) fn non_negative(what: &'static str, value: f64) -> Result<(), HapticsError> {
     if value >= 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(HapticsError::Parameter { what, value, wanted: "at least 0" })
+    Err(HapticsError::Parameter {
+        what,
+        value,
+        wanted: "at least 0",
+    })
 }

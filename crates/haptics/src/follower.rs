@@ -6,8 +6,8 @@ use crate::error::{finite, non_negative, positive};
 use crate::profile::{JointBounds, JointMotion};
 use glam::DVec3;
 use hwall_kinematics::{
-    BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution, SrsArm,
-    Unreachable,
+    BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution,
+    SrsArm, Unreachable,
 };
 
 /// A drift of the target that moves a joint of the goal further than this has left its valley (a
@@ -53,7 +53,11 @@ impl FollowerConfig {
         positive("speed_share", self.speed_share)?;
         if self.speed_share > 1.0 {
             let (what, value) = ("speed_share", self.speed_share);
-            return Err(HapticsError::Parameter { what, value, wanted: "at most 1" });
+            return Err(HapticsError::Parameter {
+                what,
+                value,
+                wanted: "at most 1",
+            });
         }
         for acceleration in self.acceleration_rad_per_s2 {
             positive("acceleration_rad_per_s2", acceleration)?;
@@ -113,7 +117,11 @@ impl Follower {
     /// # Errors
     /// As for [`FollowerConfig::validate`]; an arm with a joint speed that is not positive; a
     /// start that is not finite.
-    pub fn new(arm: SrsArm, config: FollowerConfig, start: &JointPositions) -> Result<Self, HapticsError> {
+    pub fn new(
+        arm: SrsArm,
+        config: FollowerConfig,
+        start: &JointPositions,
+    ) -> Result<Self, HapticsError> {
         config.validate()?;
         for speed in *arm.max_velocity_rad_per_s() {
             positive("max_velocity_rad_per_s", speed)?;
@@ -124,9 +132,20 @@ impl Follower {
             *bounds = JointBounds::new(velocity_rad_per_s, config.acceleration_rad_per_s2[joint])?;
         }
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
-        let nearest = NearestConfig { weights, ..NearestConfig::default() };
+        let nearest = NearestConfig {
+            weights,
+            ..NearestConfig::default()
+        };
         let motion = [JointMotion::at_rest(0.0); 7];
-        let mut follower = Self { arm, config, bounds, nearest, motion, aim: None, goal: None };
+        let mut follower = Self {
+            arm,
+            config,
+            bounds,
+            nearest,
+            motion,
+            aim: None,
+            goal: None,
+        };
         follower.restart(start, &JointVelocities::default())?;
         Ok(follower)
     }
@@ -136,12 +155,19 @@ impl Follower {
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.
-    pub fn restart(&mut self, q: &JointPositions, qd: &JointVelocities) -> Result<(), HapticsError> {
+    pub fn restart(
+        &mut self,
+        q: &JointPositions,
+        qd: &JointVelocities,
+    ) -> Result<(), HapticsError> {
         finite("q", &q.0)?;
         finite("qd", &qd.0)?;
         for (joint, motion) in self.motion.iter_mut().enumerate() {
             let most = self.bounds[joint].velocity_rad_per_s();
-            *motion = JointMotion { q_rad: q[joint], qd_rad_per_s: qd[joint].clamp(-most, most) };
+            *motion = JointMotion {
+                q_rad: q[joint],
+                qd_rad_per_s: qd[joint].clamp(-most, most),
+            };
         }
         (self.aim, self.goal) = (None, None);
         Ok(())
@@ -153,17 +179,32 @@ impl Follower {
     ///
     /// # Errors
     /// NaN, infinity or a normal without a direction; the last goal is then kept too.
-    pub fn set_target(&mut self, target: &BoardTarget) -> Result<Option<Unreachable>, HapticsError> {
-        let BoardTarget { point_m, normal, .. } = *target;
-        if let Some(aim) = self.aim.filter(|aim| aim.point_m == point_m && aim.normal == normal) {
+    pub fn set_target(
+        &mut self,
+        target: &BoardTarget,
+    ) -> Result<Option<Unreachable>, HapticsError> {
+        let BoardTarget {
+            point_m, normal, ..
+        } = *target;
+        if let Some(aim) = self
+            .aim
+            .filter(|aim| aim.point_m == point_m && aim.normal == normal)
+        {
             return Ok(aim.unreachable);
         }
         finite("point_m", &point_m.to_array())?;
         let unit_normal = direction(normal)?;
         let drifted = match self.goal {
             Some(goal) if self.is_near(&goal, point_m, unit_normal) => {
-                let found =
-                    self.solve(point_m, unit_normal, goal.roll_rad, &goal.q, BranchPolicy::Keep)?.ok();
+                let found = self
+                    .solve(
+                        point_m,
+                        unit_normal,
+                        goal.roll_rad,
+                        &goal.q,
+                        BranchPolicy::Keep,
+                    )?
+                    .ok();
                 found
                     .filter(|solution| solution.q.max_abs_difference(&goal.q) <= DRIFT_RAD)
                     .map(|solution| (solution, goal.roll_rad))
@@ -175,9 +216,18 @@ impl Follower {
             None => self.soonest(point_m, unit_normal)?,
         };
         if let Some((solution, roll_rad)) = found {
-            self.goal = Some(Goal { q: solution.q, roll_rad, point_m, normal: unit_normal });
+            self.goal = Some(Goal {
+                q: solution.q,
+                roll_rad,
+                point_m,
+                normal: unit_normal,
+            });
         }
-        self.aim = Some(Aim { point_m, normal, unreachable });
+        self.aim = Some(Aim {
+            point_m,
+            normal,
+            unreachable,
+        });
         Ok(unreachable)
     }
 
@@ -236,7 +286,9 @@ impl Follower {
             *motion = next(joint, *motion, &self.bounds[joint]);
             // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
             let limit = self.arm.limits()[joint];
-            motion.q_rad = motion.q_rad.clamp(limit.min_rad.min(before), limit.max_rad.max(before));
+            motion.q_rad = motion
+                .q_rad
+                .clamp(limit.min_rad.min(before), limit.max_rad.max(before));
         }
         Ok(self.commanded())
     }
@@ -272,8 +324,9 @@ impl Follower {
 
     /// The time at full speed that the slowest joint needs, s.
     fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
-        (0..7)
-            .fold(0.0, |most: f64, i| most.max((to[i] - from[i]).abs() / self.bounds[i].velocity_rad_per_s()))
+        (0..7).fold(0.0, |most: f64, i| {
+            most.max((to[i] - from[i]).abs() / self.bounds[i].velocity_rad_per_s())
+        })
     }
 
     fn solve(
@@ -285,7 +338,10 @@ impl Follower {
         policy: BranchPolicy,
     ) -> Result<Result<NearestSolution, Unreachable>, HapticsError> {
         let pose = board_pose(point_m, unit_normal, roll_rad)?;
-        let config = NearestConfig { policy, ..self.nearest };
+        let config = NearestConfig {
+            policy,
+            ..self.nearest
+        };
         match self.arm.nearest_solution(&pose, reference, &config) {
             Ok(solution) => Ok(Ok(solution)),
             Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),

@@ -15,5 +15,6 @@ pub use error::HapticsError;
 pub use follower::{Follower, FollowerConfig};
 pub use profile::{JointBounds, JointMotion};
 pub use renderer::{
-    ApproachConfig, ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ApproachConfig, ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig,
+    WatchdogConfig,
 };

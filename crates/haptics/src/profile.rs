@@ -15,10 +15,16 @@ impl JointBounds {
     ///
     /// # Errors
     /// A bound that is not positive and finite.
-    pub fn new(velocity_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Result<Self, HapticsError> {
+    pub fn new(
+        velocity_rad_per_s: f64,
+        acceleration_rad_per_s2: f64,
+    ) -> Result<Self, HapticsError> {
         positive("velocity_rad_per_s", velocity_rad_per_s)?;
         positive("acceleration_rad_per_s2", acceleration_rad_per_s2)?;
-        Ok(Self { velocity: velocity_rad_per_s, acceleration: acceleration_rad_per_s2 })
+        Ok(Self {
+            velocity: velocity_rad_per_s,
+            acceleration: acceleration_rad_per_s2,
+        })
     }
 
     /// Largest speed, rad/s.
@@ -49,7 +55,10 @@ impl JointMotion {
     /// Standing still.
     #[must_use]
     pub const fn at_rest(q_rad: f64) -> Self {
-        Self { q_rad, qd_rad_per_s: 0.0 }
+        Self {
+            q_rad,
+            qd_rad_per_s: 0.0,
+        }
     }
 
     /// Where full braking comes to rest, rad: `q + v |v| / 2a`.
@@ -75,17 +84,32 @@ impl JointMotion {
         }
         let a = bounds.acceleration;
         // In units where the joint, braking at once, would stop before the goal.
-        let sign = if self.stopping_point_rad(bounds) <= goal_rad { 1.0 } else { -1.0 };
+        let sign = if self.stopping_point_rad(bounds) <= goal_rad {
+            1.0
+        } else {
+            -1.0
+        };
         let (d, v) = (sign * (goal_rad - self.q_rad), sign * self.qd_rad_per_s);
         if d.is_nan() || v.is_nan() || dt_s.is_nan() {
             // The minima and maxima below would drop it.
-            return Self { q_rad: f64::NAN, qd_rad_per_s: f64::NAN };
+            return Self {
+                q_rad: f64::NAN,
+                qd_rad_per_s: f64::NAN,
+            };
         }
-        let peak = (0.5 * v * v + a * d).max(0.0).sqrt().max(v).min(bounds.velocity);
+        let peak = (0.5 * v * v + a * d)
+            .max(0.0)
+            .sqrt()
+            .max(v)
+            .min(bounds.velocity);
         let t_change = (peak - v).abs() / a;
         let t_brake = peak / a;
         let cruise = d - 0.5 * (v + peak) * t_change - 0.5 * peak * t_brake;
-        let t_cruise = if peak > 0.0 { (cruise / peak).max(0.0) } else { 0.0 };
+        let t_cruise = if peak > 0.0 {
+            (cruise / peak).max(0.0)
+        } else {
+            0.0
+        };
         let left = t_change + t_cruise + t_brake - dt_s;
         if left <= 0.0 {
             return Self::at_rest(goal_rad);
@@ -99,7 +123,10 @@ impl JointMotion {
             // Counted back from the end, so that the goal is met exactly.
             (d - 0.5 * a * left * left, (a * left).min(peak))
         };
-        Self { q_rad: self.q_rad + sign * moved, qd_rad_per_s: sign * speed }
+        Self {
+            q_rad: self.q_rad + sign * moved,
+            qd_rad_per_s: sign * speed,
+        }
     }
 
     /// The motion `dt_s` later when braking at full deceleration; at rest it stays.
@@ -115,7 +142,10 @@ mod tests {
     use hwall_testkit::Sampler;
     use proptest::prelude::*;
 
-    const BOUNDS: JointBounds = JointBounds { velocity: 1.5, acceleration: 10.0 };
+    const BOUNDS: JointBounds = JointBounds {
+        velocity: 1.5,
+        acceleration: 10.0,
+    };
 
     #[test]
     fn a_resting_goal_is_met_exactly_without_overshoot() {
@@ -127,7 +157,10 @@ mod tests {
             let mut motion = start;
             for _ in 0..5000 {
                 motion = motion.towards(goal, &BOUNDS, s.uniform(0.0, 0.01));
-                assert!((lo - 1e-15..=hi + 1e-15).contains(&motion.q_rad), "{motion:?} to {goal}");
+                assert!(
+                    (lo - 1e-15..=hi + 1e-15).contains(&motion.q_rad),
+                    "{motion:?} to {goal}"
+                );
             }
             assert_eq!(motion, JointMotion::at_rest(goal));
         }
@@ -137,7 +170,10 @@ mod tests {
     fn the_way_does_not_depend_on_the_steps() {
         let mut s = Sampler::new(12);
         for _ in 0..2000 {
-            let start = JointMotion { q_rad: s.uniform(-2.0, 2.0), qd_rad_per_s: s.uniform(-1.5, 1.5) };
+            let start = JointMotion {
+                q_rad: s.uniform(-2.0, 2.0),
+                qd_rad_per_s: s.uniform(-1.5, 1.5),
+            };
             let (goal, dt) = (s.uniform(-2.0, 2.0), s.uniform(0.0, 2.0));
             let once = start.towards(goal, &BOUNDS, dt);
             let mut many = start;
@@ -146,7 +182,10 @@ mod tests {
             }
             assert!((once.q_rad - many.q_rad).abs() < 1e-13, "{once:?} {many:?}");
             // Near rest the speed is the root of a distance known to 1e-16.
-            assert!((once.qd_rad_per_s - many.qd_rad_per_s).abs() < 1e-6, "{once:?} {many:?}");
+            assert!(
+                (once.qd_rad_per_s - many.qd_rad_per_s).abs() < 1e-6,
+                "{once:?} {many:?}"
+            );
         }
     }
 
@@ -155,12 +194,19 @@ mod tests {
         let mut s = Sampler::new(13);
         let mut motion = JointMotion::at_rest(0.0);
         for _ in 0..100_000 {
-            let goal = if s.bool() { s.uniform(-0.3, 0.3) } else { [-0.3, 0.3][s.index(2)] };
+            let goal = if s.bool() {
+                s.uniform(-0.3, 0.3)
+            } else {
+                [-0.3, 0.3][s.index(2)]
+            };
             let (before, dt) = (motion, s.uniform(1e-4, 0.02));
             motion = motion.towards(goal, &BOUNDS, dt);
             assert!(motion.q_rad.abs() <= 0.3 + 1e-15);
             assert!(motion.qd_rad_per_s.abs() <= BOUNDS.velocity + 1e-12);
-            assert!((motion.qd_rad_per_s - before.qd_rad_per_s).abs() <= BOUNDS.acceleration * dt + 1e-9);
+            assert!(
+                (motion.qd_rad_per_s - before.qd_rad_per_s).abs()
+                    <= BOUNDS.acceleration * dt + 1e-9
+            );
             assert!((motion.q_rad - before.q_rad).abs() <= BOUNDS.velocity * dt + 1e-12);
         }
     }
@@ -168,12 +214,18 @@ mod tests {
     #[test]
     fn braking_takes_the_stopping_distance() {
         for qd in [-1.5, -0.2, 0.0, 0.7, 1.5] {
-            let mut motion = JointMotion { q_rad: 0.4, qd_rad_per_s: qd };
+            let mut motion = JointMotion {
+                q_rad: 0.4,
+                qd_rad_per_s: qd,
+            };
             let rest = motion.stopping_point_rad(&BOUNDS);
             for _ in 0..200 {
                 motion = motion.braked(&BOUNDS, 1e-3);
             }
-            assert!((motion.q_rad - rest).abs() < 1e-15 && motion.qd_rad_per_s == 0.0, "{motion:?}");
+            assert!(
+                (motion.q_rad - rest).abs() < 1e-15 && motion.qd_rad_per_s == 0.0,
+                "{motion:?}"
+            );
         }
     }
 
@@ -209,7 +261,10 @@ mod tests {
             let dt = [1e-3, 3e-4, 1e-9, 7e-4, 9e-6][i % 5];
             let next = joint.towards(goal, bounds, dt);
             let change = (next.qd_rad_per_s - joint.qd_rad_per_s).abs();
-            assert!(change <= bounds.acceleration * dt * (1.0 + 1e-8) + 1e-15, "{joint:?} {next:?} {dt}");
+            assert!(
+                change <= bounds.acceleration * dt * (1.0 + 1e-8) + 1e-15,
+                "{joint:?} {next:?} {dt}"
+            );
             assert!(next.qd_rad_per_s.abs() <= bounds.velocity);
             let over = (next.q_rad - goal) * ahead;
             assert!(over <= 1e-14, "overshot by {over}");
@@ -221,11 +276,18 @@ mod tests {
 
     #[test]
     fn arrives_exactly_in_the_shortest_time_with_irregular_steps() {
-        for (distance, velocity, acceleration) in
-            [(1.0, 1.5, 10.0), (0.01, 1.5, 10.0), (1e-7, 1.5, 10.0), (3.0, 0.2, 50.0), (1e-14, 2.0, 10.0)]
-        {
+        for (distance, velocity, acceleration) in [
+            (1.0, 1.5, 10.0),
+            (0.01, 1.5, 10.0),
+            (1e-7, 1.5, 10.0),
+            (3.0, 0.2, 50.0),
+            (1e-14, 2.0, 10.0),
+        ] {
             for sign in [-1.0, 1.0] {
-                let bounds = JointBounds { velocity, acceleration };
+                let bounds = JointBounds {
+                    velocity,
+                    acceleration,
+                };
                 let t = run(JointMotion::at_rest(0.3), 0.3 + sign * distance, &bounds);
                 // Bang-bang, with a cruise where the peak would pass the limit.
                 let best = if distance * acceleration <= velocity * velocity {
@@ -250,7 +312,13 @@ mod tests {
 
     #[test]
     fn brakes_and_returns_when_the_goal_jumps_too_near() {
-        let (joint, passed) = positions(JointMotion { q_rad: 0.0, qd_rad_per_s: 1.0 }, 0.01);
+        let (joint, passed) = positions(
+            JointMotion {
+                q_rad: 0.0,
+                qd_rad_per_s: 1.0,
+            },
+            0.01,
+        );
         assert_eq!(joint, JointMotion::at_rest(0.01));
         // The stopping distance v² / 2a, and no more.
         let furthest = passed.into_iter().fold(0.0, f64::max);
@@ -259,7 +327,13 @@ mod tests {
 
     #[test]
     fn turns_round_when_moving_away() {
-        let (joint, passed) = positions(JointMotion { q_rad: 0.0, qd_rad_per_s: -1.0 }, 0.2);
+        let (joint, passed) = positions(
+            JointMotion {
+                q_rad: 0.0,
+                qd_rad_per_s: -1.0,
+            },
+            0.2,
+        );
         assert_eq!(joint, JointMotion::at_rest(0.2));
         assert!(passed.into_iter().fold(0.0, f64::min) >= -0.05 - 1e-6);
     }
@@ -267,24 +341,41 @@ mod tests {
     #[test]
     fn above_the_velocity_limit_it_brakes_down_to_it() {
         for sign in [-1.0, 1.0] {
-            let fast = JointMotion { q_rad: 0.0, qd_rad_per_s: 3.0 * sign };
+            let fast = JointMotion {
+                q_rad: 0.0,
+                qd_rad_per_s: 3.0 * sign,
+            };
             let next = fast.towards(100.0 * sign, &BOUNDS, 0.01);
             assert!((next.qd_rad_per_s - 2.9 * sign).abs() < 1e-15);
             assert!((next.q_rad - 0.0295 * sign).abs() < 1e-15);
-            assert_eq!(fast.towards(100.0 * sign, &BOUNDS, 1.0).qd_rad_per_s, 1.5 * sign);
+            assert_eq!(
+                fast.towards(100.0 * sign, &BOUNDS, 1.0).qd_rad_per_s,
+                1.5 * sign
+            );
         }
     }
 
     #[test]
     fn nan_comes_out_where_nan_goes_in_and_no_step_changes_nothing() {
-        let joint = JointMotion { q_rad: 0.1, qd_rad_per_s: -0.4 };
+        let joint = JointMotion {
+            q_rad: 0.1,
+            qd_rad_per_s: -0.4,
+        };
         assert_eq!(joint.towards(1.0, &BOUNDS, 0.0), joint);
         assert_eq!(joint.towards(1.0, &BOUNDS, -1.0), joint);
         for nan in [
             joint.towards(f64::NAN, &BOUNDS, 1e-3),
             joint.towards(1.0, &BOUNDS, f64::NAN),
-            JointMotion { q_rad: f64::NAN, ..joint }.towards(1.0, &BOUNDS, 1e-3),
-            JointMotion { qd_rad_per_s: f64::NAN, ..joint }.towards(1.0, &BOUNDS, 1e-3),
+            JointMotion {
+                q_rad: f64::NAN,
+                ..joint
+            }
+            .towards(1.0, &BOUNDS, 1e-3),
+            JointMotion {
+                qd_rad_per_s: f64::NAN,
+                ..joint
+            }
+            .towards(1.0, &BOUNDS, 1e-3),
         ] {
             assert!(nan.q_rad.is_nan() && nan.qd_rad_per_s.is_nan(), "{nan:?}");
         }

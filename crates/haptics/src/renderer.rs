@@ -33,7 +33,10 @@ pub struct ApproachConfig {
 
 impl Default for ApproachConfig {
     fn default() -> Self {
-        Self { behind_m: 0.04, slope: 0.1 }
+        Self {
+            behind_m: 0.04,
+            slope: 0.1,
+        }
     }
 }
 
@@ -52,7 +55,11 @@ pub struct ForceConfig {
 
 impl Default for ForceConfig {
     fn default() -> Self {
-        Self { damping_m: 0.005, moment_length_m: 0.1, filter_s: 0.01 }
+        Self {
+            damping_m: 0.005,
+            moment_length_m: 0.1,
+            filter_s: 0.01,
+        }
     }
 }
 
@@ -73,7 +80,12 @@ pub struct WatchdogConfig {
 
 impl Default for WatchdogConfig {
     fn default() -> Self {
-        Self { max_target_age_s: 0.25, max_state_age_s: 0.1, max_step_s: 0.05, resync_rad: 0.05 }
+        Self {
+            max_target_age_s: 0.25,
+            max_state_age_s: 0.1,
+            max_step_s: 0.05,
+            resync_rad: 0.05,
+        }
     }
 }
 
@@ -192,7 +204,13 @@ impl Renderer {
     /// # Errors
     /// A setting outside its range.
     pub fn new(arm: &SrsArm, board: &Board, config: RendererConfig) -> Result<Self, HapticsError> {
-        let RendererConfig { contact, follower, force, watchdog, approach } = config;
+        let RendererConfig {
+            contact,
+            follower,
+            force,
+            watchdog,
+            approach,
+        } = config;
         non_negative("damping_m", force.damping_m)?;
         positive("moment_length_m", force.moment_length_m)?;
         non_negative("filter_s", force.filter_s)?;
@@ -228,7 +246,12 @@ impl Renderer {
     /// bad or stale state, or a bad clock, leaves the braking to the arm
     /// ([`ArmCommand::Hold`]). An arm without torque sensors never reports a touch; one
     /// that loses them during a touch stays in it.
-    pub fn step(&mut self, now_s: f64, state: &ArmState, target: Option<&BoardTarget>) -> RenderStep {
+    pub fn step(
+        &mut self,
+        now_s: f64,
+        state: &ArmState,
+        target: Option<&BoardTarget>,
+    ) -> RenderStep {
         let dt_s = match self.tick(now_s) {
             Ok(dt_s) => dt_s,
             Err(reason) => return self.hand_over(reason, 0.0),
@@ -244,7 +267,10 @@ impl Renderer {
             Err(reason) => return self.hand_over(reason, dt_s),
         };
         let contact = match normal_force_n {
-            Some(force_n) => self.detector.step(now_s, force_n).unwrap_or(self.detector.state()),
+            Some(force_n) => self
+                .detector
+                .step(now_s, force_n)
+                .unwrap_or(self.detector.state()),
             None => self.detector.state(),
         };
         let mut unreachable = None;
@@ -263,7 +289,13 @@ impl Renderer {
             Phase::Contact { .. } | Phase::Hold(_) => self.follower.brake(dt_s),
         };
         let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
-        RenderStep { command, phase, normal_force_n, unreachable, goal: self.follower.goal() }
+        RenderStep {
+            command,
+            phase,
+            normal_force_n,
+            unreachable,
+            goal: self.follower.goal(),
+        }
     }
 
     /// The time since the last step, at most `max_step_s`.
@@ -281,8 +313,13 @@ impl Renderer {
 
     fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
         state.validate().map_err(|error| match error {
-            HapticsError::NonFiniteState { what, joint, .. } => HoldReason::NonFiniteState { what, joint },
-            _ => HoldReason::NonFiniteState { what: "state", joint: 0 },
+            HapticsError::NonFiniteState { what, joint, .. } => {
+                HoldReason::NonFiniteState { what, joint }
+            }
+            _ => HoldReason::NonFiniteState {
+                what: "state",
+                joint: 0,
+            },
         })?;
         let age_s = now_s - state.t_s;
         if age_s.abs() > self.watchdog.max_state_age_s {
@@ -301,7 +338,10 @@ impl Renderer {
             }
         };
         if apart {
-            let bad = |_| HoldReason::NonFiniteState { what: "q", joint: 0 };
+            let bad = |_| HoldReason::NonFiniteState {
+                what: "q",
+                joint: 0,
+            };
             self.follower.restart(&state.q, &state.qd).map_err(bad)?;
         }
         self.detached = Detached::No;
@@ -310,19 +350,38 @@ impl Renderer {
 
     /// Force against the outward normal of the board where it is measured to be, N.
     fn normal_force_n(&self, state: &ArmState) -> Result<Option<f64>, HoldReason> {
-        let Some(torque) = state.external_torque else { return Ok(None) };
-        let ForceConfig { damping_m, moment_length_m, .. } = self.force;
+        let Some(torque) = state.external_torque else {
+            return Ok(None);
+        };
+        let ForceConfig {
+            damping_m,
+            moment_length_m,
+            ..
+        } = self.force;
         let outward = self.arm().forward(&state.q).rotation().z_axis;
         let force_n = self
             .arm()
             .wrench_from_torques(&state.q, &torque, damping_m, moment_length_m)
-            .map_or(f64::NAN, |estimate| -estimate.wrench.normal_force_n(outward));
+            .map_or(f64::NAN, |estimate| {
+                -estimate.wrench.normal_force_n(outward)
+            });
         // Finite torques can still be too large to square.
-        let overflow = HoldReason::NonFiniteState { what: "normal force", joint: 0 };
-        if force_n.is_finite() { Ok(Some(force_n)) } else { Err(overflow) }
+        let overflow = HoldReason::NonFiniteState {
+            what: "normal force",
+            joint: 0,
+        };
+        if force_n.is_finite() {
+            Ok(Some(force_n))
+        } else {
+            Err(overflow)
+        }
     }
 
-    fn aim(&mut self, now_s: f64, target: Option<&BoardTarget>) -> Result<Option<Unreachable>, HoldReason> {
+    fn aim(
+        &mut self,
+        now_s: f64,
+        target: Option<&BoardTarget>,
+    ) -> Result<Option<Unreachable>, HoldReason> {
         let target = target.ok_or(HoldReason::NoTarget)?;
         let age_s = now_s - target.stamp_s;
         if !age_s.is_finite() {
@@ -331,7 +390,9 @@ impl Renderer {
         if age_s.abs() > self.watchdog.max_target_age_s {
             return Err(HoldReason::StaleTarget { age_s });
         }
-        self.follower.set_target(&self.led_behind(target)).map_err(|_| HoldReason::InvalidTarget)
+        self.follower
+            .set_target(&self.led_behind(target))
+            .map_err(|_| HoldReason::InvalidTarget)
     }
 
     /// The target, moved behind its surface by how far the board still has to go along it.
@@ -343,12 +404,19 @@ impl Renderer {
         if behind_m < 1e-4 {
             return *target;
         }
-        BoardTarget { point_m: target.point_m - target.normal.normalize_or_zero() * behind_m, ..*target }
+        BoardTarget {
+            point_m: target.point_m - target.normal.normalize_or_zero() * behind_m,
+            ..*target
+        }
     }
 
     /// First-order low pass, from nothing after a fault: a single raw value may be all noise.
     fn filtered(&mut self, force_n: f64, dt_s: f64) -> f64 {
-        let share = if self.force.filter_s > 0.0 { -(-dt_s / self.force.filter_s).exp_m1() } else { 1.0 };
+        let share = if self.force.filter_s > 0.0 {
+            -(-dt_s / self.force.filter_s).exp_m1()
+        } else {
+            1.0
+        };
         self.felt_n += share * (force_n - self.felt_n);
         self.felt_n
     }

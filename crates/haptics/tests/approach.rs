@@ -16,19 +16,35 @@ struct Rig {
 
 impl Rig {
     fn new(approach: ApproachConfig) -> Self {
-        let config = RendererConfig { approach, ..Default::default() };
+        let config = RendererConfig {
+            approach,
+            ..Default::default()
+        };
         let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         Self {
             renderer: Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap(),
-            state: ArmState { t_s: 0.0, q, qd: JointVelocities::default(), external_torque: None },
+            state: ArmState {
+                t_s: 0.0,
+                q,
+                qd: JointVelocities::default(),
+                external_torque: None,
+            },
         }
     }
 
     fn step(&mut self, point_m: DVec3) -> RenderStep {
         self.state.t_s += DT_S;
-        let target = BoardTarget { point_m, normal: DVec3::X, stamp_s: self.state.t_s };
-        let step = self.renderer.step(self.state.t_s, &self.state, Some(&target));
-        let ArmCommand::Position(q) = step.command else { panic!("{step:?}") };
+        let target = BoardTarget {
+            point_m,
+            normal: DVec3::X,
+            stamp_s: self.state.t_s,
+        };
+        let step = self
+            .renderer
+            .step(self.state.t_s, &self.state, Some(&target));
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{step:?}")
+        };
         self.state.q = q;
         step
     }
@@ -45,7 +61,11 @@ impl Rig {
             front_m = front_m.max(self.middle_m().x - point_m.x);
         }
         // The way behind the wall has shrunk to nothing.
-        assert!(self.middle_m().distance(point_m) < 1e-11, "{}", self.middle_m());
+        assert!(
+            self.middle_m().distance(point_m) < 1e-11,
+            "{}",
+            self.middle_m()
+        );
         front_m
     }
 }
@@ -89,7 +109,10 @@ fn front_m(approach: ApproachConfig, y: [f64; 2]) -> Vec<f64> {
     found
 }
 
-const STRAIGHT: ApproachConfig = ApproachConfig { behind_m: 0.0, slope: 0.0 };
+const STRAIGHT: ApproachConfig = ApproachConfig {
+    behind_m: 0.0,
+    slope: 0.0,
+};
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)

@@ -31,7 +31,16 @@ fn orthonormal_for_random_normals_and_rolls() {
 fn orthonormal_on_floor_ceiling_and_around_the_lying_threshold() {
     for z in [1.0, -1.0] {
         check(DVec3::Z * z, 0.0);
-        for slope in [1e-300, 1e-16, 1e-8, 1e-3, 0.1, 0.1_f64.next_down(), 0.1_f64.next_up(), 0.2] {
+        for slope in [
+            1e-300,
+            1e-16,
+            1e-8,
+            1e-3,
+            0.1,
+            0.1_f64.next_down(),
+            0.1_f64.next_up(),
+            0.2,
+        ] {
             check(DVec3::new(slope, 0.0, z), 0.3);
             check(DVec3::new(0.0, -slope, z), 0.3);
         }
@@ -52,7 +61,9 @@ fn at_roll_zero_the_board_stands_upright() {
         let upright = board_pose(DVec3::ZERO, normal, 0.0).unwrap().rotation();
         assert!(upright.x_axis.z.abs() < 1e-15, "x stays level");
         assert!(upright.y_axis.z > 0.0);
-        let turned = board_pose(DVec3::ZERO, normal, s.uniform(-3.0, 3.0)).unwrap().rotation();
+        let turned = board_pose(DVec3::ZERO, normal, s.uniform(-3.0, 3.0))
+            .unwrap()
+            .rotation();
         assert!(turned.y_axis.z <= upright.y_axis.z + 1e-15);
     }
 }
@@ -72,13 +83,36 @@ fn bad_input_is_a_typed_error() {
     let o = DVec3::ZERO;
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let normal = board_pose(o, DVec3::new(0.0, bad, 1.0), 0.0);
-        assert!(matches!(normal, Err(HapticsError::NonFinite { what: "normal", index: 1, .. })));
+        assert!(matches!(
+            normal,
+            Err(HapticsError::NonFinite {
+                what: "normal",
+                index: 1,
+                ..
+            })
+        ));
         let point = board_pose(DVec3::new(0.0, 0.0, bad), DVec3::X, 0.0);
-        assert!(matches!(point, Err(HapticsError::NonFinite { what: "point_m", index: 2, .. })));
+        assert!(matches!(
+            point,
+            Err(HapticsError::NonFinite {
+                what: "point_m",
+                index: 2,
+                ..
+            })
+        ));
         let roll = board_pose(o, DVec3::X, bad);
-        assert!(matches!(roll, Err(HapticsError::NonFinite { what: "roll_rad", .. })));
+        assert!(matches!(
+            roll,
+            Err(HapticsError::NonFinite {
+                what: "roll_rad",
+                ..
+            })
+        ));
     }
-    assert!(matches!(board_pose(o, o, 0.0), Err(HapticsError::NoDirection { .. })));
+    assert!(matches!(
+        board_pose(o, o, 0.0),
+        Err(HapticsError::NoDirection { .. })
+    ));
     assert!(board_pose(o, DVec3::splat(f64::MAX), 0.0).is_ok());
 }
 
@@ -88,11 +122,24 @@ fn the_tool_frame_is_the_middle_of_the_face() {
     assert_eq!(face.position_m(), DVec3::new(0.0, 0.0, 0.02));
     assert_eq!(face.rotation(), DMat3::IDENTITY);
     for thickness_m in [-0.01, f64::NAN, f64::INFINITY] {
-        let board = Board { thickness_m, ..Board::default() };
+        let board = Board {
+            thickness_m,
+            ..Board::default()
+        };
         assert!(matches!(
             board.flange_from_board_face(),
-            Err(HapticsError::Parameter { what: "thickness_m", .. })
+            Err(HapticsError::Parameter {
+                what: "thickness_m",
+                ..
+            })
         ));
     }
-    assert!(Board { half_width_m: 0.0, ..Board::default() }.validate().is_err());
+    assert!(
+        Board {
+            half_width_m: 0.0,
+            ..Board::default()
+        }
+        .validate()
+        .is_err()
+    );
 }

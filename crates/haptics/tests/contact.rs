@@ -6,7 +6,10 @@ use hwall_testkit::Sampler;
 const DT_S: f64 = 1e-3;
 
 /// Number of onsets and of ends over the samples.
-fn changes(detector: &mut ContactDetector, forces: impl IntoIterator<Item = f64>) -> (usize, usize) {
+fn changes(
+    detector: &mut ContactDetector,
+    forces: impl IntoIterator<Item = f64>,
+) -> (usize, usize) {
     let (mut on, mut off, mut before) = (0, 0, detector.state());
     for (i, force_n) in forces.into_iter().enumerate() {
         let state = detector.step(i as f64 * DT_S, force_n).unwrap();
@@ -28,7 +31,10 @@ fn detector() -> ContactDetector {
 fn noise_around_the_threshold_is_one_contact() {
     let mut s = Sampler::new(3);
     let mut d = detector();
-    assert_eq!(changes(&mut d, (0..10_000).map(|_| 3.0 + 0.4 * s.normal())), (1, 0));
+    assert_eq!(
+        changes(&mut d, (0..10_000).map(|_| 3.0 + 0.4 * s.normal())),
+        (1, 0)
+    );
 }
 
 #[test]
@@ -43,7 +49,12 @@ fn noise_around_the_lower_threshold_does_not_release() {
 fn the_onset_is_the_first_sample_above() {
     let mut d = detector();
     changes(&mut d, [0.0, 2.9, 3.0, 3.1, 8.0, 8.0]);
-    assert_eq!(d.state(), ContactState::Contact { since_s: 3.0 * DT_S });
+    assert_eq!(
+        d.state(),
+        ContactState::Contact {
+            since_s: 3.0 * DT_S
+        }
+    );
 }
 
 #[test]
@@ -51,7 +62,10 @@ fn a_release_takes_the_whole_dwell() {
     let mut d = detector();
     d.step(0.0, 5.0).unwrap();
     d.step(0.1, 0.0).unwrap();
-    assert!(matches!(d.step(0.149, 0.0).unwrap(), ContactState::Contact { since_s: 0.0 }));
+    assert!(matches!(
+        d.step(0.149, 0.0).unwrap(),
+        ContactState::Contact { since_s: 0.0 }
+    ));
     assert_eq!(d.step(0.151, 0.0).unwrap(), ContactState::NonContact);
 }
 
@@ -62,7 +76,10 @@ fn a_short_lapse_restarts_the_dwell() {
     for i in 0..20 {
         let t_s = 0.1 * f64::from(i + 1);
         d.step(t_s, 0.0).unwrap();
-        assert!(matches!(d.step(t_s + 0.04, 0.0).unwrap(), ContactState::Contact { .. }));
+        assert!(matches!(
+            d.step(t_s + 0.04, 0.0).unwrap(),
+            ContactState::Contact { .. }
+        ));
         d.step(t_s + 0.045, 2.0).unwrap();
     }
 }
@@ -72,8 +89,16 @@ fn nan_is_an_error_and_keeps_the_state() {
     let mut d = detector();
     d.step(0.0, 5.0).unwrap();
     let before = d;
-    for (t_s, force_n) in [(1.0, f64::NAN), (f64::NAN, 0.0), (f64::INFINITY, 0.0), (1.0, f64::NEG_INFINITY)] {
-        assert!(matches!(d.step(t_s, force_n), Err(HapticsError::NonFinite { .. })));
+    for (t_s, force_n) in [
+        (1.0, f64::NAN),
+        (f64::NAN, 0.0),
+        (f64::INFINITY, 0.0),
+        (1.0, f64::NEG_INFINITY),
+    ] {
+        assert!(matches!(
+            d.step(t_s, force_n),
+            Err(HapticsError::NonFinite { .. })
+        ));
         assert_eq!(d, before);
     }
 }
@@ -83,13 +108,23 @@ fn a_clock_set_back_restarts_the_dwell() {
     let mut d = detector();
     d.step(10.0, 5.0).unwrap();
     d.step(10.1, 0.0).unwrap();
-    assert!(matches!(d.step(0.0, 0.0).unwrap(), ContactState::Contact { .. }));
+    assert!(matches!(
+        d.step(0.0, 0.0).unwrap(),
+        ContactState::Contact { .. }
+    ));
     assert_eq!(d.step(0.06, 0.0).unwrap(), ContactState::NonContact);
 }
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let make = |on_n, off_n, dwell_s| ContactDetector::new(ContactConfig { on_n, off_n, dwell_s }).err();
+    let make = |on_n, off_n, dwell_s| {
+        ContactDetector::new(ContactConfig {
+            on_n,
+            off_n,
+            dwell_s,
+        })
+        .err()
+    };
     let named = |error: Option<HapticsError>| match error {
         Some(HapticsError::Parameter { what, .. }) => what,
         other => panic!("{other:?}"),

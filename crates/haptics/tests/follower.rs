@@ -20,7 +20,11 @@ fn follower(config: FollowerConfig) -> Follower {
 }
 
 fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
-    BoardTarget { point_m, normal, stamp_s: 0.0 }
+    BoardTarget {
+        point_m,
+        normal,
+        stamp_s: 0.0,
+    }
 }
 
 /// Where a random configuration puts the board: reachable, at any place within the limits.
@@ -48,10 +52,20 @@ fn limits_hold_at_each_of_100_000_steps_while_the_goal_moves() {
         let q = f.step(DT_S).unwrap();
         for j in 0..7 {
             let speed = (q[j] - before[j]) / DT_S;
-            assert!(speed.abs() <= most_speed[j] + 1e-9, "step {i} joint {j}: {speed} rad/s");
+            assert!(
+                speed.abs() <= most_speed[j] + 1e-9,
+                "step {i} joint {j}: {speed} rad/s"
+            );
             let acceleration = (speed - speed_before[j]) / DT_S;
-            assert!(acceleration.abs() <= 10.0 + 1e-6, "step {i} joint {j}: {acceleration} rad/s²");
-            assert!(arm.limits()[j].contains(q[j]), "step {i} joint {j}: {} rad", q[j]);
+            assert!(
+                acceleration.abs() <= 10.0 + 1e-6,
+                "step {i} joint {j}: {acceleration} rad/s²"
+            );
+            assert!(
+                arm.limits()[j].contains(q[j]),
+                "step {i} joint {j}: {} rad",
+                q[j]
+            );
             fastest = fastest.max(speed.abs() / most_speed[j]);
             speed_before[j] = speed;
         }
@@ -75,7 +89,10 @@ fn arrives_exactly_and_stays() {
             let q = f.step(0.01).unwrap();
             for j in 0..7 {
                 let (lo, hi) = (from[j].min(goal[j]), from[j].max(goal[j]));
-                assert!((lo - 1e-14..=hi + 1e-14).contains(&q[j]), "overshoot of joint {j}");
+                assert!(
+                    (lo - 1e-14..=hi + 1e-14).contains(&q[j]),
+                    "overshoot of joint {j}"
+                );
             }
         }
         assert_eq!((f.commanded(), f.goal().unwrap()), (goal, goal));
@@ -114,13 +131,20 @@ fn quarter_turns_reduce_the_travel() {
     let mut s = Sampler::new(24);
     let arm = arm();
     let speeds = *arm.max_velocity_rad_per_s();
-    let mut fixed = follower(FollowerConfig { rolls_rad: vec![0.0], ..FollowerConfig::default() });
+    let mut fixed = follower(FollowerConfig {
+        rolls_rad: vec![0.0],
+        ..FollowerConfig::default()
+    });
     let mut turning = follower(FollowerConfig::default());
     let time = |f: &mut Follower, from: &JointPositions, aim: &BoardTarget| {
         f.restart(from, &Default::default()).unwrap();
         let verdict = f.set_target(aim).unwrap();
         f.goal()
-            .map(|goal| (0..7).fold(0.0, |m: f64, j| m.max((goal[j] - from[j]).abs() / speeds[j])))
+            .map(|goal| {
+                (0..7).fold(0.0, |m: f64, j| {
+                    m.max((goal[j] - from[j]).abs() / speeds[j])
+                })
+            })
             .ok_or(verdict)
     };
     let (mut sum_fixed, mut sum_turning, mut compared, mut rescued) = (0.0, 0.0, 0, 0);
@@ -128,10 +152,14 @@ fn quarter_turns_reduce_the_travel() {
         let ranges = arm.limits().map(|limit| (limit.min_rad, limit.max_rad));
         let from = JointPositions(s.array_within(ranges));
         let aim = reachable(&mut s, &arm);
-        match (time(&mut fixed, &from, &aim), time(&mut turning, &from, &aim)) {
+        match (
+            time(&mut fixed, &from, &aim),
+            time(&mut turning, &from, &aim),
+        ) {
             (Ok(one), Ok(four)) => {
                 assert!(four <= one + 1e-12, "{four} s against {one} s");
-                (sum_fixed, sum_turning, compared) = (sum_fixed + one, sum_turning + four, compared + 1);
+                (sum_fixed, sum_turning, compared) =
+                    (sum_fixed + one, sum_turning + four, compared + 1);
             }
             (Err(_), Ok(_)) => rescued += 1,
             // A pose reached at some roll need not be reached at the four tried.
@@ -149,14 +177,27 @@ fn an_unreachable_target_keeps_the_goal_and_says_why() {
     let mut f = follower(FollowerConfig::default());
     let wall = DVec3::X;
     let far = target(DVec3::new(2.0, 0.0, 0.6), wall);
-    assert!(matches!(f.set_target(&far).unwrap(), Some(Unreachable::TooFar { .. })));
+    assert!(matches!(
+        f.set_target(&far).unwrap(),
+        Some(Unreachable::TooFar { .. })
+    ));
     assert_eq!(f.goal(), None);
-    assert_eq!(f.step(0.1).unwrap(), start(), "without a goal nothing moves");
+    assert_eq!(
+        f.step(0.1).unwrap(),
+        start(),
+        "without a goal nothing moves"
+    );
 
-    assert_eq!(f.set_target(&target(DVec3::new(0.55, 0.1, 0.6), wall)).unwrap(), None);
+    assert_eq!(
+        f.set_target(&target(DVec3::new(0.55, 0.1, 0.6), wall))
+            .unwrap(),
+        None
+    );
     let goal = f.goal().unwrap();
     for _ in 0..2 {
-        assert!(matches!(f.set_target(&far).unwrap(), Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5));
+        assert!(
+            matches!(f.set_target(&far).unwrap(), Some(Unreachable::TooFar { gap_m }) if gap_m > 0.5)
+        );
     }
     assert_eq!(f.goal(), Some(goal));
     let inside = target(DVec3::new(0.0, 0.0, 0.34), DVec3::X);
@@ -166,26 +207,43 @@ fn an_unreachable_target_keeps_the_goal_and_says_why() {
     }
     assert_eq!(f.commanded(), goal);
 
-    assert_eq!(f.set_target(&target(DVec3::new(0.55, 0.0, 0.6), wall)).unwrap(), None);
+    assert_eq!(
+        f.set_target(&target(DVec3::new(0.55, 0.0, 0.6), wall))
+            .unwrap(),
+        None
+    );
     assert_ne!(f.goal(), Some(goal));
 }
 
 #[test]
 fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
     let mut f = follower(FollowerConfig::default());
-    f.set_target(&target(DVec3::new(0.55, 0.1, 0.6), DVec3::X)).unwrap();
+    f.set_target(&target(DVec3::new(0.55, 0.1, 0.6), DVec3::X))
+        .unwrap();
     f.step(0.1).unwrap();
     let (goal, commanded) = (f.goal(), f.commanded());
     let nan_point = f.set_target(&target(DVec3::splat(f64::NAN), DVec3::X));
-    assert!(matches!(nan_point, Err(HapticsError::NonFinite { what: "point_m", .. })));
+    assert!(matches!(
+        nan_point,
+        Err(HapticsError::NonFinite {
+            what: "point_m",
+            ..
+        })
+    ));
     let nan_normal = f.set_target(&target(DVec3::X, DVec3::splat(f64::NAN)));
-    assert!(matches!(nan_normal, Err(HapticsError::NonFinite { what: "normal", .. })));
+    assert!(matches!(
+        nan_normal,
+        Err(HapticsError::NonFinite { what: "normal", .. })
+    ));
     let no_normal = f.set_target(&target(DVec3::X, DVec3::ZERO));
     assert!(matches!(no_normal, Err(HapticsError::NoDirection { .. })));
     for dt_s in [-1e-3, f64::NAN, f64::INFINITY] {
         assert!(f.step(dt_s).is_err() && f.brake(dt_s).is_err());
     }
-    assert!(f.restart(&JointPositions([f64::NAN; 7]), &Default::default()).is_err());
+    assert!(
+        f.restart(&JointPositions([f64::NAN; 7]), &Default::default())
+            .is_err()
+    );
     assert_eq!((f.goal(), f.commanded()), (goal, commanded));
 }
 
@@ -196,11 +254,47 @@ fn settings_out_of_range_are_named() {
         other => panic!("{other:?}"),
     };
     let d = FollowerConfig::default;
-    assert_eq!(named(FollowerConfig { speed_share: 1.1, ..d() }), "speed_share");
-    assert_eq!(named(FollowerConfig { speed_share: f64::NAN, ..d() }), "speed_share");
-    assert_eq!(named(FollowerConfig { acceleration_rad_per_s2: [0.0; 7], ..d() }), "acceleration_rad_per_s2");
-    assert_eq!(named(FollowerConfig { rolls_rad: vec![], ..d() }), "number of rolls");
-    assert_eq!(named(FollowerConfig { rolls_rad: vec![f64::NAN], ..d() }), "rolls_rad");
+    assert_eq!(
+        named(FollowerConfig {
+            speed_share: 1.1,
+            ..d()
+        }),
+        "speed_share"
+    );
+    assert_eq!(
+        named(FollowerConfig {
+            speed_share: f64::NAN,
+            ..d()
+        }),
+        "speed_share"
+    );
+    assert_eq!(
+        named(FollowerConfig {
+            acceleration_rad_per_s2: [0.0; 7],
+            ..d()
+        }),
+        "acceleration_rad_per_s2"
+    );
+    assert_eq!(
+        named(FollowerConfig {
+            rolls_rad: vec![],
+            ..d()
+        }),
+        "number of rolls"
+    );
+    assert_eq!(
+        named(FollowerConfig {
+            rolls_rad: vec![f64::NAN],
+            ..d()
+        }),
+        "rolls_rad"
+    );
     assert_eq!(named(FollowerConfig { far_m: -1.0, ..d() }), "far_m");
-    assert_eq!(named(FollowerConfig { far_rad: f64::NAN, ..d() }), "far_rad");
+    assert_eq!(
+        named(FollowerConfig {
+            far_rad: f64::NAN,
+            ..d()
+        }),
+        "far_rad"
+    );
 }

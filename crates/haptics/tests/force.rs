@@ -10,10 +10,14 @@ const NOISE_N_M: f64 = 0.05;
 
 /// Noisiest of 3675 goals on walls 0.45 to 0.75 m in front of the arm: 52 N per N m of noise,
 /// the elbow 3 degrees from straight.
-const NOISY_GOAL: [f64; 7] = [0.50306, 0.99725, 0.76601, -0.05619, 1.52214, -0.74479, 0.72409];
+const NOISY_GOAL: [f64; 7] = [
+    0.50306, 0.99725, 0.76601, -0.05619, 1.52214, -0.74479, 0.72409,
+];
 
 /// As bad as the damping allows (1 / 2λ = 100 N per N m): noisiest of 40000 random configurations.
-const NOISIEST: [f64; 7] = [2.85692, -0.03683, 1.48077, -0.52941, -0.0833, 0.02302, -2.10833];
+const NOISIEST: [f64; 7] = [
+    2.85692, -0.03683, 1.48077, -0.52941, -0.0833, 0.02302, -2.10833,
+];
 
 /// An arm that stands still and is pressed by noise and a force, step by step.
 struct Pressed {
@@ -25,17 +29,31 @@ struct Pressed {
 
 impl Pressed {
     fn new(q: [f64; 7], filter_s: f64) -> Self {
-        let force = ForceConfig { filter_s, ..Default::default() };
-        let config = RendererConfig { force, ..Default::default() };
+        let force = ForceConfig {
+            filter_s,
+            ..Default::default()
+        };
+        let config = RendererConfig {
+            force,
+            ..Default::default()
+        };
         let renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap();
-        Self { renderer, q: JointPositions(q), sampler: Sampler::new(41), now_s: 0.0 }
+        Self {
+            renderer,
+            q: JointPositions(q),
+            sampler: Sampler::new(41),
+            now_s: 0.0,
+        }
     }
 
     fn step(&mut self, press_n: f64, noise_n_m: f64) -> RenderStep {
         self.now_s += DT_S;
         let arm = self.renderer.arm();
         let outward = arm.forward(&self.q).rotation().z_axis;
-        let wrench = Wrench { force_n: outward * -press_n, ..Wrench::default() };
+        let wrench = Wrench {
+            force_n: outward * -press_n,
+            ..Wrench::default()
+        };
         let exact = arm.torques_from_wrench(&self.q, &wrench);
         let torque = exact.0.map(|t| t + noise_n_m * self.sampler.normal());
         let state = ArmState {
@@ -51,7 +69,9 @@ impl Pressed {
     fn false_contacts(&mut self, steps: usize) -> Vec<usize> {
         let (mut lengths, mut last_s) = (Vec::new(), None);
         for _ in 0..steps {
-            let Phase::Contact { since_s } = self.step(0.0, NOISE_N_M).phase else { continue };
+            let Phase::Contact { since_s } = self.step(0.0, NOISE_N_M).phase else {
+                continue;
+            };
             if last_s != Some(since_s) {
                 lengths.push(0);
                 last_s = Some(since_s);
@@ -84,7 +104,10 @@ fn a_step_of_force_is_felt_after_the_time_constant_says() {
         // 3 of 10 N: 0.36 time constants, seen at the next sample.
         let delay_s = -filter_s * (-3.0 / whole_n).ln_1p();
         let felt_s = felt_s.unwrap();
-        assert!((delay_s..=delay_s + DT_S + 1e-9).contains(&felt_s), "{filter_s}: {felt_s} {delay_s}");
+        assert!(
+            (delay_s..=delay_s + DT_S + 1e-9).contains(&felt_s),
+            "{filter_s}: {felt_s} {delay_s}"
+        );
     }
 }
 
@@ -93,17 +116,30 @@ fn a_step_of_force_is_felt_after_the_time_constant_says() {
 fn noise_at_a_nearly_singular_wall_pose_is_no_contact() {
     assert_eq!(Pressed::new(NOISY_GOAL, 0.01).false_contacts(120_000), []);
     let raw = Pressed::new(NOISY_GOAL, 0.0).false_contacts(5_000);
-    assert!(!raw.is_empty(), "the test must be hard enough to need the filter");
+    assert!(
+        !raw.is_empty(),
+        "the test must be hard enough to need the filter"
+    );
 }
 
 #[test]
 fn a_single_noisy_state_after_a_fault_is_no_contact() {
     let mut pressed = Pressed::new(NOISIEST, 0.01);
     for _ in 0..2000 {
-        let blind =
-            ArmState { t_s: f64::NAN, q: pressed.q, qd: JointVelocities::default(), external_torque: None };
-        assert!(matches!(pressed.renderer.step(pressed.now_s, &blind, None).phase, Phase::Hold(_)));
-        assert!(!matches!(pressed.step(0.0, NOISE_N_M).phase, Phase::Contact { .. }));
+        let blind = ArmState {
+            t_s: f64::NAN,
+            q: pressed.q,
+            qd: JointVelocities::default(),
+            external_torque: None,
+        };
+        assert!(matches!(
+            pressed.renderer.step(pressed.now_s, &blind, None).phase,
+            Phase::Hold(_)
+        ));
+        assert!(!matches!(
+            pressed.step(0.0, NOISE_N_M).phase,
+            Phase::Contact { .. }
+        ));
     }
 }
 
@@ -116,7 +152,10 @@ fn noise_in_the_worst_direction_of_all_holds_no_contact_endlessly() {
     assert!(filtered.iter().all(|steps| *steps < 1000), "{filtered:?}");
     let share = filtered.iter().sum::<usize>() as f64 / 60_000.0;
     assert!(share < 0.25, "{share}");
-    assert!(raw.iter().sum::<usize>() > 60_000 / 2, "unfiltered it is in contact most of the time");
+    assert!(
+        raw.iter().sum::<usize>() > 60_000 / 2,
+        "unfiltered it is in contact most of the time"
+    );
 }
 
 #[test]

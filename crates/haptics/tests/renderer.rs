@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 use hwall_haptics::{
-    ApproachConfig, ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HapticsError, HoldReason, Phase,
-    RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ApproachConfig, ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HapticsError,
+    HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench};
+use hwall_kinematics::{
+    JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench,
+};
 use hwall_testkit::{ErrorStats, Sampler};
 
 const DT_S: f64 = 1e-3;
@@ -21,7 +23,13 @@ struct Rig {
 
 /// Thresholds are tested to the sample here; the filter has tests of its own (force.rs).
 fn unfiltered() -> RendererConfig {
-    RendererConfig { force: ForceConfig { filter_s: 0.0, ..Default::default() }, ..Default::default() }
+    RendererConfig {
+        force: ForceConfig {
+            filter_s: 0.0,
+            ..Default::default()
+        },
+        ..Default::default()
+    }
 }
 
 impl Rig {
@@ -32,8 +40,17 @@ impl Rig {
         Self {
             renderer: Renderer::new(&SrsArm::iiwa7(), &Board::default(), unfiltered()).unwrap(),
             now_s: 0.0,
-            state: ArmState { t_s: 0.0, q, qd, external_torque },
-            target: Some(BoardTarget { point_m: DVec3::new(0.55, 0.1, 0.6), normal: DVec3::X, stamp_s: 0.0 }),
+            state: ArmState {
+                t_s: 0.0,
+                q,
+                qd,
+                external_torque,
+            },
+            target: Some(BoardTarget {
+                point_m: DVec3::new(0.55, 0.1, 0.6),
+                normal: DVec3::X,
+                stamp_s: 0.0,
+            }),
             press_n: 0.0,
         }
     }
@@ -44,12 +61,18 @@ impl Rig {
     }
 
     /// A step whose inputs (time, state, target) are spoilt on their way to the renderer.
-    fn step_with(&mut self, spoil: impl Fn(&mut f64, &mut ArmState, &mut Option<BoardTarget>)) -> RenderStep {
+    fn step_with(
+        &mut self,
+        spoil: impl Fn(&mut f64, &mut ArmState, &mut Option<BoardTarget>),
+    ) -> RenderStep {
         self.now_s += DT_S;
         self.state.t_s = self.now_s;
         let arm = self.renderer.arm();
         let outward = arm.forward(&self.state.q).rotation().z_axis;
-        let wrench = Wrench { force_n: outward * -self.press_n, ..Wrench::default() };
+        let wrench = Wrench {
+            force_n: outward * -self.press_n,
+            ..Wrench::default()
+        };
         self.state.external_torque = Some(arm.torques_from_wrench(&self.state.q, &wrench));
         if let Some(target) = &mut self.target {
             target.stamp_s = self.now_s;
@@ -58,7 +81,8 @@ impl Rig {
         spoil(&mut now_s, &mut state, &mut target);
         let step = self.renderer.step(now_s, &state, target.as_ref());
         if let ArmCommand::Position(q) = step.command {
-            self.state.qd = JointVelocities(std::array::from_fn(|j| (q[j] - self.state.q[j]) / DT_S));
+            self.state.qd =
+                JointVelocities(std::array::from_fn(|j| (q[j] - self.state.q[j]) / DT_S));
             self.state.q = q;
         } else {
             self.state.qd = JointVelocities::default();
@@ -96,11 +120,17 @@ fn a_touch_freezes_the_board_and_its_end_frees_it() {
     let step = rig.step();
     let since_s = rig.now_s;
     assert_eq!(step.phase, Phase::Contact { since_s });
-    assert!((step.normal_force_n.unwrap() - 10.0).abs() < 0.3, "{step:?}");
+    assert!(
+        (step.normal_force_n.unwrap() - 10.0).abs() < 0.3,
+        "{step:?}"
+    );
     // The target wanders off, or is lost: a wall does not care.
     rig.target.as_mut().unwrap().point_m.y += 0.1;
     assert_eq!(rig.run(500).phase, Phase::Contact { since_s });
-    assert_eq!(rig.step_with(|_, _, target| *target = None).phase, Phase::Contact { since_s });
+    assert_eq!(
+        rig.step_with(|_, _, target| *target = None).phase,
+        Phase::Contact { since_s }
+    );
     assert_eq!(rig.state.q, at);
     rig.press_n = 0.0;
     assert_eq!(rig.run(49).phase, Phase::Contact { since_s });
@@ -151,8 +181,11 @@ fn a_stale_target_holds_with_its_age_and_recovers() {
     let mut rig = Rig::new();
     rig.run(100);
     for age_s in [0.26, 5.0, -0.3] {
-        let step = rig.step_with(|now_s, _, target| target.as_mut().unwrap().stamp_s = *now_s - age_s);
-        let Phase::Hold(HoldReason::StaleTarget { age_s: told }) = step.phase else { panic!("{step:?}") };
+        let step =
+            rig.step_with(|now_s, _, target| target.as_mut().unwrap().stamp_s = *now_s - age_s);
+        let Phase::Hold(HoldReason::StaleTarget { age_s: told }) = step.phase else {
+            panic!("{step:?}")
+        };
         assert!((told - age_s).abs() < 1e-12);
     }
     let young = rig.step_with(|now_s, _, target| target.as_mut().unwrap().stamp_s = *now_s - 0.24);
@@ -162,7 +195,10 @@ fn a_stale_target_holds_with_its_age_and_recovers() {
     }
     let at = rig.state.q;
     let step = rig.step_with(|_, _, target| *target = None);
-    assert_eq!((step.phase, step.command), (Phase::Hold(HoldReason::NoTarget), ArmCommand::Position(at)));
+    assert_eq!(
+        (step.phase, step.command),
+        (Phase::Hold(HoldReason::NoTarget), ArmCommand::Position(at))
+    );
     assert_eq!(rig.run(3000).phase, Phase::NonContact);
     assert!(rig.arrived());
 }
@@ -192,7 +228,9 @@ fn a_stale_state_holds_with_its_age_and_recovers() {
     for age_s in [0.11, -0.2] {
         let step = rig.step_with(|now_s, state, _| state.t_s = *now_s - age_s);
         assert_eq!(step.command, ArmCommand::Hold);
-        let Phase::Hold(HoldReason::StaleState { age_s: told }) = step.phase else { panic!("{step:?}") };
+        let Phase::Hold(HoldReason::StaleState { age_s: told }) = step.phase else {
+            panic!("{step:?}")
+        };
         assert!((told - age_s).abs() < 1e-12);
     }
     assert_eq!(rig.run(3000).phase, Phase::NonContact);
@@ -208,15 +246,27 @@ fn a_nan_in_the_state_holds_and_names_it() {
         ("t_s", 0, |state| state.t_s = f64::NAN),
         ("q", 3, |state| state.q[3] = f64::NAN),
         ("qd", 6, |state| state.qd[6] = f64::INFINITY),
-        ("external_torque", 1, |state| state.external_torque.as_mut().unwrap()[1] = f64::NAN),
+        ("external_torque", 1, |state| {
+            state.external_torque.as_mut().unwrap()[1] = f64::NAN
+        }),
     ];
     for (what, joint, spoil) in spoils {
         let step = rig.step_with(|_, state, _| spoil(state));
         assert_eq!(step.command, ArmCommand::Hold);
-        assert_eq!(step.phase, Phase::Hold(HoldReason::NonFiniteState { what, joint }));
+        assert_eq!(
+            step.phase,
+            Phase::Hold(HoldReason::NonFiniteState { what, joint })
+        );
     }
-    let overflow = rig.step_with(|_, state, _| state.external_torque = Some(JointTorques([f64::MAX; 7])));
-    assert!(matches!(overflow.phase, Phase::Hold(HoldReason::NonFiniteState { what: "normal force", .. })));
+    let overflow =
+        rig.step_with(|_, state, _| state.external_torque = Some(JointTorques([f64::MAX; 7])));
+    assert!(matches!(
+        overflow.phase,
+        Phase::Hold(HoldReason::NonFiniteState {
+            what: "normal force",
+            ..
+        })
+    ));
     assert_eq!(rig.run(3000).phase, Phase::NonContact);
     assert!(rig.arrived());
 }
@@ -227,7 +277,10 @@ fn a_bad_clock_holds_and_recovers() {
     rig.run(100);
     for bad in [f64::NAN, f64::INFINITY] {
         let step = rig.step_with(|now_s, _, _| *now_s = bad);
-        assert_eq!((step.command, step.phase), (ArmCommand::Hold, Phase::Hold(HoldReason::NonFiniteTime)));
+        assert_eq!(
+            (step.command, step.phase),
+            (ArmCommand::Hold, Phase::Hold(HoldReason::NonFiniteTime))
+        );
     }
     rig.now_s -= 50.0;
     let step = rig.step();
@@ -242,7 +295,9 @@ fn a_stalled_loop_goes_on_where_it_was() {
     rig.run(150);
     let before = rig.state.q;
     rig.now_s += 10.0;
-    let ArmCommand::Position(q) = rig.step().command else { panic!() };
+    let ArmCommand::Position(q) = rig.step().command else {
+        panic!()
+    };
     let most = WatchdogConfig::default().max_step_s * 0.9 * 180.0_f64.to_radians();
     assert!(q.max_abs_difference(&before) <= most + 1e-9);
 }
@@ -252,14 +307,21 @@ fn no_command_before_the_first_good_state_and_none_far_from_the_arm() {
     let mut rig = Rig::new();
     let first = rig.step_with(|_, state, _| state.q[0] = f64::NAN);
     assert_eq!(first.command, ArmCommand::Hold);
-    let ArmCommand::Position(q) = rig.step().command else { panic!() };
-    assert!(q.max_abs_difference(&rig.state.q) < 1e-2, "starts at the measured configuration");
+    let ArmCommand::Position(q) = rig.step().command else {
+        panic!()
+    };
+    assert!(
+        q.max_abs_difference(&rig.state.q) < 1e-2,
+        "starts at the measured configuration"
+    );
     // Moved by hand while the state was away.
     rig.run(200);
     rig.step_with(|_, state, _| state.t_s -= 1.0);
     rig.state.q[0] += 0.5;
     let moved = rig.state.q;
-    let ArmCommand::Position(q) = rig.step().command else { panic!() };
+    let ArmCommand::Position(q) = rig.step().command else {
+        panic!()
+    };
     assert!(q.max_abs_difference(&moved) < 1e-2);
 }
 
@@ -296,21 +358,39 @@ fn a_press_of_known_force_is_estimated() {
         let point_m = s.point_in_box(DVec3::new(0.45, -0.3, 0.3), DVec3::new(0.65, 0.3, 0.8));
         let normal = (DVec3::X + 0.3 * s.unit_vector()).normalize();
         let pose = hwall_haptics::board_pose(point_m, normal, 0.0).unwrap();
-        let Ok(found) = arm.nearest_solution(&pose, &rig.state.q, &Default::default()) else { continue };
+        let Ok(found) = arm.nearest_solution(&pose, &rig.state.q, &Default::default()) else {
+            continue;
+        };
         let press_n = s.uniform(1.0, 50.0);
         let (x, y) = (pose.rotation().x_axis, pose.rotation().y_axis);
         let place = x * s.uniform(-0.1, 0.1) + y * s.uniform(-0.1, 0.1);
-        let force_n = -normal * press_n + (x * s.uniform(-0.3, 0.3) + y * s.uniform(-0.3, 0.3)) * press_n;
-        let wrench = Wrench { force_n, moment_n_m: place.cross(force_n) };
+        let force_n =
+            -normal * press_n + (x * s.uniform(-0.3, 0.3) + y * s.uniform(-0.3, 0.3)) * press_n;
+        let wrench = Wrench {
+            force_n,
+            moment_n_m: place.cross(force_n),
+        };
         let torque = arm.torques_from_wrench(&found.q, &wrench);
-        let state =
-            ArmState { t_s: 0.0, q: found.q, qd: JointVelocities::default(), external_torque: Some(torque) };
-        let estimate = rig.renderer.clone().step(0.0, &state, None).normal_force_n.unwrap();
+        let state = ArmState {
+            t_s: 0.0,
+            q: found.q,
+            qd: JointVelocities::default(),
+            external_torque: Some(torque),
+        };
+        let estimate = rig
+            .renderer
+            .clone()
+            .step(0.0, &state, None)
+            .normal_force_n
+            .unwrap();
         errors.push((estimate - press_n).abs() / press_n);
     }
     assert!(errors.len() > 400);
     let stats = ErrorStats::from_errors(errors);
-    assert!(stats.median < 2e-3 && stats.q99 < 0.02 && stats.max < 0.05, "{stats:?}");
+    assert!(
+        stats.median < 2e-3 && stats.q99 < 0.02 && stats.max < 0.05,
+        "{stats:?}"
+    );
 }
 
 #[test]
@@ -326,13 +406,40 @@ fn settings_out_of_range_are_named() {
     assert_eq!(named(|c| c.force.damping_m = f64::NAN), "damping_m");
     assert_eq!(named(|c| c.force.moment_length_m = 0.0), "moment_length_m");
     for bad in [f64::NAN, -1e-9, f64::INFINITY] {
-        let force = ForceConfig { filter_s: bad, ..Default::default() };
-        let straight = ApproachConfig { behind_m: bad, ..Default::default() };
-        let flat = ApproachConfig { slope: bad, ..Default::default() };
+        let force = ForceConfig {
+            filter_s: bad,
+            ..Default::default()
+        };
+        let straight = ApproachConfig {
+            behind_m: bad,
+            ..Default::default()
+        };
+        let flat = ApproachConfig {
+            slope: bad,
+            ..Default::default()
+        };
         for (wanted, config) in [
-            ("filter_s", RendererConfig { force, ..Default::default() }),
-            ("behind_m", RendererConfig { approach: straight, ..Default::default() }),
-            ("slope", RendererConfig { approach: flat, ..Default::default() }),
+            (
+                "filter_s",
+                RendererConfig {
+                    force,
+                    ..Default::default()
+                },
+            ),
+            (
+                "behind_m",
+                RendererConfig {
+                    approach: straight,
+                    ..Default::default()
+                },
+            ),
+            (
+                "slope",
+                RendererConfig {
+                    approach: flat,
+                    ..Default::default()
+                },
+            ),
         ] {
             match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
                 Err(HapticsError::Parameter { what, .. }) => assert_eq!(what, wanted),
@@ -340,10 +447,19 @@ fn settings_out_of_range_are_named() {
             }
         }
     }
-    assert_eq!(named(|c| c.watchdog.max_target_age_s = -1.0), "max_target_age_s");
-    assert_eq!(named(|c| c.watchdog.max_state_age_s = 0.0), "max_state_age_s");
+    assert_eq!(
+        named(|c| c.watchdog.max_target_age_s = -1.0),
+        "max_target_age_s"
+    );
+    assert_eq!(
+        named(|c| c.watchdog.max_state_age_s = 0.0),
+        "max_state_age_s"
+    );
     assert_eq!(named(|c| c.watchdog.max_step_s = f64::NAN), "max_step_s");
-    assert_eq!(named(|c| c.watchdog.resync_rad = f64::INFINITY), "resync_rad");
+    assert_eq!(
+        named(|c| c.watchdog.resync_rad = f64::INFINITY),
+        "resync_rad"
+    );
     assert_eq!(named(|c| c.contact.on_n = f64::NAN), "on_n");
     assert_eq!(named(|c| c.follower.speed_share = 0.0), "speed_share");
 }

@@ -12,28 +12,59 @@ fn main() {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(SEED);
     let ranges = arm.limits().map(|l| (l.min_rad, l.max_rad));
-    let configurations: Vec<_> = (0..TARGETS).map(|_| JointPositions(sampler.array_within(ranges))).collect();
+    let configurations: Vec<_> = (0..TARGETS)
+        .map(|_| JointPositions(sampler.array_within(ranges)))
+        .collect();
     let reachable: Vec<Pose> = configurations.iter().map(|q| arm.forward(q)).collect();
     let unreachable = unreachable_poses(&arm, &mut sampler);
     println!("{}\n", Machine::detect(SEED));
     let mut table = MarkdownTable::new(["what", "median", "p99", "max pose error"]);
     let mut row = |what: &str, timing: Timing, error: &str| {
-        table.row([what.to_owned(), format_ns(timing.median_ns), format_ns(timing.p99_ns), error.to_owned()]);
+        table.row([
+            what.to_owned(),
+            format_ns(timing.median_ns),
+            format_ns(timing.p99_ns),
+            error.to_owned(),
+        ]);
     };
     let n = TARGETS;
     row("forward", time(|i| arm.forward(&configurations[i % n])), "");
-    row("forward and Jacobian", time(|i| arm.forward_and_jacobian(&configurations[i % n])), "");
-    row("verdict, reachable", time(|i| arm.is_reachable(&reachable[i % n])), "");
+    row(
+        "forward and Jacobian",
+        time(|i| arm.forward_and_jacobian(&configurations[i % n])),
+        "",
+    );
+    row(
+        "verdict, reachable",
+        time(|i| arm.is_reachable(&reachable[i % n])),
+        "",
+    );
     let m = unreachable.len();
-    row("verdict, unreachable (not too far)", time(|i| arm.is_reachable(&unreachable[i % m])), "");
+    row(
+        "verdict, unreachable (not too far)",
+        time(|i| arm.is_reachable(&unreachable[i % m])),
+        "",
+    );
     let errors = ErrorStats::from_errors(reachable.iter().map(|pose| {
         let witness = *arm.reach(pose).witness().expect("reachable");
         let (position, angle) = arm.forward(&witness.q).distance(pose);
         position.max(angle)
     }));
-    row("verdict with witness", time(|i| arm.reach(&reachable[i % n])), &format_error(errors.max, "m, rad"));
-    row("eight branches at an arm angle", time(|i| arm.solutions(&reachable[i % n], 0.3)), "");
-    row("feasible arm angles", time(|i| arm.feasible_arm_angles(&reachable[i % n]).is_ok()), "");
+    row(
+        "verdict with witness",
+        time(|i| arm.reach(&reachable[i % n])),
+        &format_error(errors.max, "m, rad"),
+    );
+    row(
+        "eight branches at an arm angle",
+        time(|i| arm.solutions(&reachable[i % n], 0.3)),
+        "",
+    );
+    row(
+        "feasible arm angles",
+        time(|i| arm.feasible_arm_angles(&reachable[i % n]).is_ok()),
+        "",
+    );
     let config = NearestConfig::default();
     row(
         "nearest, near",

@@ -52,7 +52,10 @@ impl SrsArm {
     ///
     /// # Errors
     /// The reason why there is none; an expected answer, not a failure.
-    pub fn feasible_arm_angles(&self, base_from_tool: &Pose) -> Result<FeasibleArmAngles, Unreachable> {
+    pub fn feasible_arm_angles(
+        &self,
+        base_from_tool: &Pose,
+    ) -> Result<FeasibleArmAngles, Unreachable> {
         let flange_pose = self.flange_pose(base_from_tool);
         let place = self.find_place(&flange_pose)?;
         Ok(FeasibleArmAngles::new(self, place.circle))
@@ -76,15 +79,26 @@ impl FeasibleArmAngles {
         let mut at = [0; CAPACITY];
         let mut after = [0; CAPACITY];
         for i in 0..len {
-            let next = if i + 1 < len { breaks[i + 1] } else { breaks[0] + TAU };
+            let next = if i + 1 < len {
+                breaks[i + 1]
+            } else {
+                breaks[0] + TAU
+            };
             at[i] = circle.feasible_branches(arm, Direction::from_angle(breaks[i]));
-            after[i] = circle.feasible_branches(arm, Direction::from_angle(0.5 * (breaks[i] + next)));
+            after[i] =
+                circle.feasible_branches(arm, Direction::from_angle(0.5 * (breaks[i] + next)));
         }
         // The sets are closed: an end belongs to the arc it ends.
         for i in 0..len {
             at[i] |= after[i] | after[(i + len - 1) % len];
         }
-        Self { circle, breaks, len, at, after }
+        Self {
+            circle,
+            breaks,
+            len,
+            at,
+            after,
+        }
     }
 
     /// Branches that have any feasible arm angle, in the order of [`Branch::ALL`].
@@ -104,7 +118,10 @@ impl FeasibleArmAngles {
         let full = whole;
         std::iter::from_fn(move || {
             if full {
-                return std::mem::take(&mut whole).then_some(ArmAngleArc { start_rad: -PI, end_rad: PI });
+                return std::mem::take(&mut whole).then_some(ArmAngleArc {
+                    start_rad: -PI,
+                    end_rad: PI,
+                });
             }
             while step < n {
                 let i = (first + step) % n;
@@ -118,8 +135,15 @@ impl FeasibleArmAngles {
                     last = (first + step) % n;
                     step += 1;
                 }
-                let turn = if self.breaks[last] < start_rad { TAU } else { 0.0 };
-                return Some(ArmAngleArc { start_rad, end_rad: self.breaks[last] + turn });
+                let turn = if self.breaks[last] < start_rad {
+                    TAU
+                } else {
+                    0.0
+                };
+                return Some(ArmAngleArc {
+                    start_rad,
+                    end_rad: self.breaks[last] + turn,
+                });
             }
             None
         })

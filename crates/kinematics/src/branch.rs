@@ -38,7 +38,11 @@ impl Branch {
     /// wrist and the non-positive elbow.
     #[must_use]
     pub fn of(q: &crate::JointPositions) -> Self {
-        Self { shoulder_negative: q[1] < 0.0, elbow_positive: q[3] > 0.0, wrist_negative: q[5] < 0.0 }
+        Self {
+            shoulder_negative: q[1] < 0.0,
+            elbow_positive: q[3] > 0.0,
+            wrist_negative: q[5] < 0.0,
+        }
     }
 
     /// 0..8.

@@ -69,19 +69,32 @@ impl ChainJoint {
         axis: DVec3,
         limit: JointLimit,
     ) -> Self {
-        Self { kind: JointKind::Prismatic, ..Self::revolute(name, previous_from_link, axis, limit) }
+        Self {
+            kind: JointKind::Prismatic,
+            ..Self::revolute(name, previous_from_link, axis, limit)
+        }
     }
 
     fn validate(&self, index: usize) -> Result<(), KinematicsError> {
         finite("joint axis", &self.axis.to_array())?;
         if self.axis.try_normalize().is_none() {
-            return Err(KinematicsError::ZeroAxis { joint: self.name.clone(), axis: self.axis.to_array() });
+            return Err(KinematicsError::ZeroAxis {
+                joint: self.name.clone(),
+                axis: self.axis.to_array(),
+            });
         }
-        for (what, value) in [("max_velocity", self.max_velocity), ("max_effort", self.max_effort)] {
+        for (what, value) in [
+            ("max_velocity", self.max_velocity),
+            ("max_effort", self.max_effort),
+        ] {
             if let Some(value) = value
                 && !(value > 0.0 && value.is_finite())
             {
-                return Err(KinematicsError::Parameter { what, value, wanted: "positive and finite" });
+                return Err(KinematicsError::Parameter {
+                    what,
+                    value,
+                    wanted: "positive and finite",
+                });
             }
         }
         self.limit.validate(index)
@@ -166,8 +179,17 @@ impl AxisFrame {
     /// Pose in the base frame, given that of the previous frame.
     // Inlined by hand, as LLVM else passes the matrix through memory: 2.5 times the time.
     #[inline(always)]
-    pub(crate) fn after(&self, rotation: DMat3, position_m: DVec3, setting: Setting) -> (DMat3, DVec3) {
-        self.moved(rotation * self.rotation, position_m + rotation * self.translation, setting)
+    pub(crate) fn after(
+        &self,
+        rotation: DMat3,
+        position_m: DVec3,
+        setting: Setting,
+    ) -> (DMat3, DVec3) {
+        self.moved(
+            rotation * self.rotation,
+            position_m + rotation * self.translation,
+            setting,
+        )
     }
 
     #[inline(always)]
@@ -176,7 +198,14 @@ impl AxisFrame {
             (r, p + r.z_axis * setting.0)
         } else {
             let (s, c) = setting;
-            (DMat3::from_cols(r.x_axis * c + r.y_axis * s, r.y_axis * c - r.x_axis * s, r.z_axis), p)
+            (
+                DMat3::from_cols(
+                    r.x_axis * c + r.y_axis * s,
+                    r.y_axis * c - r.x_axis * s,
+                    r.z_axis,
+                ),
+                p,
+            )
         }
     }
 }
@@ -193,15 +222,27 @@ impl Chain {
         }
         for (index, joint) in joints.iter().enumerate() {
             joint.validate(index)?;
-            if joints[..index].iter().any(|earlier| earlier.name == joint.name) {
-                return Err(KinematicsError::DuplicateJoint { joint: joint.name.clone() });
+            if joints[..index]
+                .iter()
+                .any(|earlier| earlier.name == joint.name)
+            {
+                return Err(KinematicsError::DuplicateJoint {
+                    joint: joint.name.clone(),
+                });
             }
         }
         let frames = axis_frames(&joints);
         let last = frames.last().ok_or(KinematicsError::NoJoints)?;
         let last_from_tip = last.axis_from_link * link_from_tip;
         let reach = reach(&joints, &frames, last_from_tip.position_m());
-        Ok(Self { joints, link_from_tip, left_out: Vec::new(), frames, last_from_tip, reach })
+        Ok(Self {
+            joints,
+            link_from_tip,
+            left_out: Vec::new(),
+            frames,
+            last_from_tip,
+            reach,
+        })
     }
 
     /// The same chain with another tip, for example a tool: pose in the last link's frame.
@@ -209,7 +250,12 @@ impl Chain {
     pub fn with_tip(&self, link_from_tip: Pose) -> Self {
         let last_from_tip = self.frames[self.frames.len() - 1].axis_from_link * link_from_tip;
         let reach = reach(&self.joints, &self.frames, last_from_tip.position_m());
-        Self { link_from_tip, last_from_tip, reach, ..self.clone() }
+        Self {
+            link_from_tip,
+            last_from_tip,
+            reach,
+            ..self.clone()
+        }
     }
 
     /// Number of joints.
@@ -288,12 +334,15 @@ fn axis_frames(joints: &[ChainJoint]) -> Vec<AxisFrame> {
             foot(link.position_m(), link.transform_vector(axis), DVec3::Z)
         } else if let Some(next) = joints.get(1) {
             // The first axis meets no earlier one: slide towards the second.
-            let next_axis = next.previous_from_link.transform_vector(next.axis.normalize());
+            let next_axis = next
+                .previous_from_link
+                .transform_vector(next.axis.normalize());
             foot(-next.previous_from_link.position_m(), axis, next_axis)
         } else {
             0.0
         };
-        let axis_from_link = Pose::from_parts(link_from_axis.transpose(), DVec3::new(0.0, 0.0, -slide));
+        let axis_from_link =
+            Pose::from_parts(link_from_axis.transpose(), DVec3::new(0.0, 0.0, -slide));
         frames.push(AxisFrame {
             rotation: link.rotation() * link_from_axis,
             translation: link.transform_point(axis * slide),
@@ -330,7 +379,11 @@ fn rotation_taking_z_to(axis: DVec3) -> DMat3 {
         DVec3::new(-k * a.x * a.y, 1.0 - k * a.y * a.y, -a.y),
         a,
     );
-    if flip { DMat3::from_cols(r.x_axis, -r.y_axis, -r.z_axis) } else { r }
+    if flip {
+        DMat3::from_cols(r.x_axis, -r.y_axis, -r.z_axis)
+    } else {
+        r
+    }
 }
 
 /// A fixed centre in base axes and the largest distance of the tip from it.
@@ -342,7 +395,10 @@ fn reach(joints: &[ChainJoint], frames: &[AxisFrame], last_from_tip_m: DVec3) ->
         .filter(|j| j.kind == JointKind::Prismatic)
         .map(|j| j.limit.min_rad.abs().max(j.limit.max_rad.abs()))
         .sum();
-    (frames[0].translation, links + slides + last_from_tip_m.length())
+    (
+        frames[0].translation,
+        links + slides + last_from_tip_m.length(),
+    )
 }
 
 /// Unchecked twin for serde: a chain read from a file passes through [`Chain::new`].
@@ -367,6 +423,10 @@ impl TryFrom<RawChain> for Chain {
 #[cfg(feature = "serde")]
 impl From<Chain> for RawChain {
     fn from(chain: Chain) -> Self {
-        Self { joints: chain.joints, link_from_tip: chain.link_from_tip, links_left_out: chain.left_out }
+        Self {
+            joints: chain.joints,
+            link_from_tip: chain.link_from_tip,
+            links_left_out: chain.left_out,
+        }
     }
 }

@@ -40,7 +40,10 @@ impl ChainJacobian {
     #[must_use]
     pub fn torques(&self, wrench: &Wrench) -> Vec<f64> {
         let f = wrench.to_array();
-        self.columns.iter().map(|c| c.iter().zip(f).map(|(a, b)| a * b).sum()).collect()
+        self.columns
+            .iter()
+            .map(|c| c.iter().zip(f).map(|(a, b)| a * b).sum())
+            .collect()
     }
 }
 
@@ -106,11 +109,17 @@ impl Chain {
     ///
     /// # Errors
     /// As [`Chain::forward`].
-    pub fn link_poses_into(&self, q: &[f64], scratch: &mut ChainScratch) -> Result<Pose, KinematicsError> {
+    pub fn link_poses_into(
+        &self,
+        q: &[f64],
+        scratch: &mut ChainScratch,
+    ) -> Result<Pose, KinematicsError> {
         self.check("joint positions", q)?;
         let links = &mut scratch.links;
         links.clear();
-        finite_pose(self.tip_pose(q, |frame, r, p| links.push(Pose::from_parts(r, p) * frame.axis_from_link)))
+        finite_pose(self.tip_pose(q, |frame, r, p| {
+            links.push(Pose::from_parts(r, p) * frame.axis_from_link)
+        }))
     }
 
     /// Geometric Jacobian of the tip in base axes.
@@ -120,7 +129,9 @@ impl Chain {
     pub fn jacobian(&self, q: &[f64]) -> Result<ChainJacobian, KinematicsError> {
         let mut scratch = self.scratch();
         self.forward_jacobian_into(q, &mut scratch)?;
-        Ok(ChainJacobian { columns: scratch.columns })
+        Ok(ChainJacobian {
+            columns: scratch.columns,
+        })
     }
 
     /// Returns the tip's pose; its Jacobian is in [`ChainScratch::jacobian_columns`]. Does not allocate.
@@ -135,9 +146,12 @@ impl Chain {
         self.check("joint positions", q)?;
         let tip = finite_pose(self.axes_into(q, &mut scratch.axes))?;
         scratch.columns.clear();
-        scratch
-            .columns
-            .extend(self.frames.iter().zip(&scratch.axes).map(|(f, axis)| column(f, axis, tip.position_m())));
+        scratch.columns.extend(
+            self.frames
+                .iter()
+                .zip(&scratch.axes)
+                .map(|(f, axis)| column(f, axis, tip.position_m())),
+        );
         Ok(tip)
     }
 
@@ -165,7 +179,14 @@ impl Chain {
         });
         let arm = tip.position_m() - previous;
         acceleration += alpha.cross(arm) + omega.cross(omega.cross(arm));
-        let drift = [acceleration.x, acceleration.y, acceleration.z, alpha.x, alpha.y, alpha.z];
+        let drift = [
+            acceleration.x,
+            acceleration.y,
+            acceleration.z,
+            alpha.x,
+            alpha.y,
+            alpha.z,
+        ];
         finite("acceleration", &drift)?;
         Ok(drift)
     }

@@ -35,7 +35,11 @@ impl Sinusoid {
     /// `a x + b y`.
     #[inline(always)]
     fn combine(a: f64, x: &Self, b: f64, y: &Self) -> Self {
-        Self { s: a * x.s + b * y.s, c: a * x.c + b * y.c, k: a * x.k + b * y.k }
+        Self {
+            s: a * x.s + b * y.s,
+            c: a * x.c + b * y.c,
+            k: a * x.k + b * y.k,
+        }
     }
 
     /// Passes both roots to `visit`; a tangency within `tolerance` counts as one root.
@@ -50,11 +54,20 @@ impl Sinusoid {
         if gap > 0.0 {
             let along = -self.k * inv;
             let across = gap.sqrt() * inv;
-            visit(Direction { sin: self.s * along + self.c * across, cos: self.c * along - self.s * across });
-            visit(Direction { sin: self.s * along - self.c * across, cos: self.c * along + self.s * across });
+            visit(Direction {
+                sin: self.s * along + self.c * across,
+                cos: self.c * along - self.s * across,
+            });
+            visit(Direction {
+                sin: self.s * along - self.c * across,
+                cos: self.c * along + self.s * across,
+            });
         } else if self.k.abs() - r2.sqrt() <= tolerance {
             let scale = -self.k.signum() * inv.sqrt();
-            visit(Direction { sin: self.s * scale, cos: self.c * scale });
+            visit(Direction {
+                sin: self.s * scale,
+                cos: self.c * scale,
+            });
         }
     }
 }
@@ -68,7 +81,10 @@ pub(crate) struct Direction {
 
 impl Direction {
     pub(crate) const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
-    pub(crate) const HALF_TURN: Self = Self { sin: 0.0, cos: -1.0 };
+    pub(crate) const HALF_TURN: Self = Self {
+        sin: 0.0,
+        cos: -1.0,
+    };
 
     pub(crate) fn from_angle(psi_rad: f64) -> Self {
         let (sin, cos) = psi_rad.sin_cos();
@@ -100,7 +116,10 @@ impl Triangle {
         // Lengths beyond full stretch (by rounding; the caller has checked) count as straight.
         let opening = ((a + b - length) * (a + b + length)).max(0.0);
         let closing = ((length - a + b) * (length + a - b)).max(0.0);
-        let (sin, cos) = ((opening * closing).sqrt() * inv, 0.5 * (closing - opening) * inv);
+        let (sin, cos) = (
+            (opening * closing).sqrt() * inv,
+            0.5 * (closing - opening) * inv,
+        );
         Self::from_elbow(a, b, length, [cos, sin])
     }
 
@@ -175,7 +194,11 @@ pub(crate) fn wrist_from_shoulder(arm: &SrsArm, flange_pose: &Pose) -> DVec3 {
 pub(crate) fn reference_frame(w: DVec3, length: f64) -> DMat3 {
     let u = w / length;
     let sin_theta = (u.x * u.x + u.y * u.y).sqrt();
-    let (cos_phi, sin_phi) = if sin_theta > 0.0 { (u.x / sin_theta, u.y / sin_theta) } else { (1.0, 0.0) };
+    let (cos_phi, sin_phi) = if sin_theta > 0.0 {
+        (u.x / sin_theta, u.y / sin_theta)
+    } else {
+        (1.0, 0.0)
+    };
     DMat3::from_cols(
         DVec3::new(cos_phi * u.z, sin_phi * u.z, -sin_theta),
         DVec3::new(-sin_phi, cos_phi, 0.0),
@@ -200,26 +223,72 @@ impl ElbowCircle {
         );
         let (gx, gy, gn) = (flange.x_axis, flange.y_axis, flange.z_axis);
         let joint1 = [
-            Sinusoid { s: -sin_b * y.x, c: -sin_b * v.x, k: cos_b * u.x },
-            Sinusoid { s: -sin_b * y.y, c: -sin_b * v.y, k: cos_b * u.y },
+            Sinusoid {
+                s: -sin_b * y.x,
+                c: -sin_b * v.x,
+                k: cos_b * u.x,
+            },
+            Sinusoid {
+                s: -sin_b * y.y,
+                c: -sin_b * v.y,
+                k: cos_b * u.y,
+            },
         ];
-        let joint2 = Sinusoid { s: 0.0, c: sin_b * sin_theta, k: cos_b * cos_theta };
+        let joint2 = Sinusoid {
+            s: 0.0,
+            c: sin_b * sin_theta,
+            k: cos_b * cos_theta,
+        };
         let joint3 = [
-            Sinusoid { s: 0.0, c: cos_b * sin_theta, k: -sin_b * cos_theta },
-            Sinusoid { s: sin_theta, c: 0.0, k: 0.0 },
+            Sinusoid {
+                s: 0.0,
+                c: cos_b * sin_theta,
+                k: -sin_b * cos_theta,
+            },
+            Sinusoid {
+                s: sin_theta,
+                c: 0.0,
+                k: 0.0,
+            },
         ];
         let joint5 = [
-            Sinusoid { s: cos_e * gn.y, c: cos_e * gn.x, k: -sin_e * gn.z },
-            Sinusoid { s: -gn.x, c: gn.y, k: 0.0 },
+            Sinusoid {
+                s: cos_e * gn.y,
+                c: cos_e * gn.x,
+                k: -sin_e * gn.z,
+            },
+            Sinusoid {
+                s: -gn.x,
+                c: gn.y,
+                k: 0.0,
+            },
         ];
-        let joint6 = Sinusoid { s: sin_e * gn.y, c: sin_e * gn.x, k: cos_e * gn.z };
+        let joint6 = Sinusoid {
+            s: sin_e * gn.y,
+            c: sin_e * gn.x,
+            k: cos_e * gn.z,
+        };
         let joint7 = [
-            Sinusoid { s: -sin_e * gx.y, c: -sin_e * gx.x, k: -cos_e * gx.z },
-            Sinusoid { s: sin_e * gy.y, c: sin_e * gy.x, k: cos_e * gy.z },
+            Sinusoid {
+                s: -sin_e * gx.y,
+                c: -sin_e * gx.x,
+                k: -cos_e * gx.z,
+            },
+            Sinusoid {
+                s: sin_e * gy.y,
+                c: sin_e * gy.x,
+                k: cos_e * gy.z,
+            },
         ];
         let across = (gn.x * gn.x + gn.y * gn.y).sqrt();
-        let straightest_wrist =
-            if across > 0.0 { Direction { sin: gn.y / across, cos: gn.x / across } } else { Direction::ZERO };
+        let straightest_wrist = if across > 0.0 {
+            Direction {
+                sin: gn.y / across,
+                cos: gn.x / across,
+            }
+        } else {
+            Direction::ZERO
+        };
         Self {
             triangle,
             turning: [joint1, joint3, joint5, joint7],
@@ -235,7 +304,8 @@ impl ElbowCircle {
     #[inline(always)]
     pub(crate) fn verdicts(&self, arm: &SrsArm, psi: Direction) -> Verdicts {
         let pick = |(same, opposite): (bool, bool), masks: [u8; 2]| {
-            (u8::from(same).wrapping_neg() & masks[0]) | (u8::from(opposite).wrapping_neg() & masks[1])
+            (u8::from(same).wrapping_neg() & masks[0])
+                | (u8::from(opposite).wrapping_neg() & masks[1])
         };
         let [[x1, y1], [x3, y3], [x5, y5], [x7, y7]] =
             self.turning.each_ref().map(|[x, y]| [x.at(psi), y.at(psi)]);
@@ -251,21 +321,37 @@ impl ElbowCircle {
             & pick(w7.holds(x7, y7), Branch::WRIST)
             & pick(arm.tilting[1].holds(cos6, sin6), Branch::WRIST)
             & self.elbow_mask;
-        Verdicts { shoulder, wrist, near_singular: sin2 < NEAR_SINGULAR || sin6 < NEAR_SINGULAR }
+        Verdicts {
+            shoulder,
+            wrist,
+            near_singular: sin2 < NEAR_SINGULAR || sin6 < NEAR_SINGULAR,
+        }
     }
 
     /// The extremes of q2 and q6. They are the only arm angles at which a singularity can lie,
     /// and where most poses are reachable if they are reachable at all.
     pub(crate) fn extremes(&self) -> [Direction; 4] {
         let near = self.straightest_wrist;
-        [near, Direction::ZERO, Direction::HALF_TURN, Direction { sin: -near.sin, cos: -near.cos }]
+        [
+            near,
+            Direction::ZERO,
+            Direction::HALF_TURN,
+            Direction {
+                sin: -near.sin,
+                cos: -near.cos,
+            },
+        ]
     }
 
     /// Which branches hold all limits at one arm angle, singular places looked at closely.
     pub(crate) fn feasible_branches(&self, arm: &SrsArm, psi: Direction) -> u8 {
         let v = self.verdicts(arm, psi);
         let mask = v.shoulder & v.wrist;
-        if mask != 0 && v.near_singular { self.confirmed(arm, psi, mask) } else { mask }
+        if mask != 0 && v.near_singular {
+            self.confirmed(arm, psi, mask)
+        } else {
+            mask
+        }
     }
 
     /// Near a singularity two joints share a sum, which their separate limits do not see: keep
@@ -299,7 +385,10 @@ impl ElbowCircle {
                 if end.is_finite() {
                     let psi = Direction::from_angle(slope * (end - at_zero));
                     visit(psi);
-                    visit(Direction { sin: -psi.sin, cos: -psi.cos });
+                    visit(Direction {
+                        sin: -psi.sin,
+                        cos: -psi.cos,
+                    });
                 }
             }
         }
@@ -308,7 +397,12 @@ impl ElbowCircle {
     /// Every arm angle at which some joint meets a limit: the only places where a feasible set
     /// can begin or end.
     #[inline(always)]
-    pub(crate) fn limit_roots(&self, arm: &SrsArm, tolerance: f64, mut visit: impl FnMut(Direction)) {
+    pub(crate) fn limit_roots(
+        &self,
+        arm: &SrsArm,
+        tolerance: f64,
+        mut visit: impl FnMut(Direction),
+    ) {
         for ([x, y], window) in self.turning.iter().zip(&arm.turning) {
             if window.shape != Shape::Free {
                 for end in [window.min, window.max] {
@@ -318,12 +412,21 @@ impl ElbowCircle {
         }
         for (cosine, cone) in self.tilting.iter().zip(&arm.tilting) {
             let mut seen = [f64::NAN; 4];
-            for (slot, end) in cone.sides.iter().flatten().flat_map(|c| [c.inner[0], c.outer[0]]).enumerate()
+            for (slot, end) in cone
+                .sides
+                .iter()
+                .flatten()
+                .flat_map(|c| [c.inner[0], c.outer[0]])
+                .enumerate()
             {
                 // Symmetric limits share their ends; `|q| >= 0` is no limit.
                 if end < 1.0 && !seen.contains(&end) {
                     seen[slot] = end;
-                    Sinusoid { k: cosine.k - end, ..*cosine }.roots(tolerance, &mut visit);
+                    Sinusoid {
+                        k: cosine.k - end,
+                        ..*cosine
+                    }
+                    .roots(tolerance, &mut visit);
                 }
             }
         }
@@ -334,7 +437,10 @@ impl ElbowCircle {
         // (x, y) = ρ (cos q, sin q) gives q' = (x y' - y x') / ρ², the same for every half turn.
         let turning = self.turning.each_ref().map(|[x, y]| {
             let (xv, yv) = (x.at(psi), y.at(psi));
-            ((xv * y.slope(psi) - yv * x.slope(psi)) / (xv * xv + yv * yv), xv.hypot(yv))
+            (
+                (xv * y.slope(psi) - yv * x.slope(psi)) / (xv * xv + yv * yv),
+                xv.hypot(yv),
+            )
         });
         // cos q = c gives q' = -c' / sin q; ρ of the neighbouring joint is |sin q|.
         let tilt = |i: usize, negative: bool| {
@@ -360,7 +466,13 @@ impl ElbowCircle {
         let shoulder = DMat3::from_cols(v * cos_b + u * sin_b, y, u * cos_b - v * sin_b);
         // Rows of R04ᵀ in the frame at ψ = 0.
         let [cos_e, sin_e] = self.triangle.eta;
-        let turned = |g: DVec3| DVec3::new(g.x * psi.cos + g.y * psi.sin, g.y * psi.cos - g.x * psi.sin, g.z);
+        let turned = |g: DVec3| {
+            DVec3::new(
+                g.x * psi.cos + g.y * psi.sin,
+                g.y * psi.cos - g.x * psi.sin,
+                g.z,
+            )
+        };
         let column = |g: DVec3| {
             let g = turned(g);
             DVec3::new(cos_e * g.x - sin_e * g.z, g.y, sin_e * g.x + cos_e * g.z)

@@ -22,7 +22,11 @@ struct Body {
 }
 
 impl Body {
-    const EMPTY: Self = Self { mass: 0.0, moment: DVec3::ZERO, inertia: DMat3::ZERO };
+    const EMPTY: Self = Self {
+        mass: 0.0,
+        moment: DVec3::ZERO,
+        inertia: DMat3::ZERO,
+    };
 
     fn add(&mut self, part: &Inertial) {
         let (m, c) = (part.mass_kg, part.com_m);
@@ -34,7 +38,11 @@ impl Body {
     /// Turned into outer axes.
     #[inline(always)]
     fn rotated(&self, r: DMat3) -> Self {
-        Self { mass: self.mass, moment: r * self.moment, inertia: r * self.inertia * r.transpose() }
+        Self {
+            mass: self.mass,
+            moment: r * self.moment,
+            inertia: r * self.inertia * r.transpose(),
+        }
     }
 
     /// About a point that lies at `-shift` from the present one.
@@ -56,7 +64,11 @@ fn shifted(s: DVec3, g: DVec3) -> DMat3 {
     let xy = -0.5 * (s.x * g.y + s.y * g.x);
     let yz = -0.5 * (s.y * g.z + s.z * g.y);
     let zx = -0.5 * (s.z * g.x + s.x * g.z);
-    DMat3::from_cols(DVec3::new(y + z, xy, zx), DVec3::new(xy, z + x, yz), DVec3::new(zx, yz, x + y))
+    DMat3::from_cols(
+        DVec3::new(y + z, xy, zx),
+        DVec3::new(xy, z + x, yz),
+        DVec3::new(zx, yz, x + y),
+    )
 }
 
 /// Dynamics of a chain: an immutable model, cheap to call at 1 kHz.
@@ -120,7 +132,11 @@ impl ChainDynamics {
         if bodies.iter().all(|body| body.mass == 0.0) {
             return Err(KinematicsError::NoInertials);
         }
-        Ok(Self { chain: chain.clone(), bodies, gravity: GRAVITY_M_PER_S2 })
+        Ok(Self {
+            chain: chain.clone(),
+            bodies,
+            gravity: GRAVITY_M_PER_S2,
+        })
     }
 
     /// Another gravity, base axes, m/s²: for a tilted or hanging base, or zero.
@@ -302,7 +318,12 @@ impl ChainDynamics {
     /// # Errors
     /// A wrong number of values, NaN or infinity; [`KinematicsError::SingularMass`] when some
     /// motion moves no mass.
-    pub fn forward(&self, q: &[f64], qd: &[f64], torques: &[f64]) -> Result<Vec<f64>, KinematicsError> {
+    pub fn forward(
+        &self,
+        q: &[f64],
+        qd: &[f64],
+        torques: &[f64],
+    ) -> Result<Vec<f64>, KinematicsError> {
         let mut out = vec![0.0; self.bodies.len()];
         self.forward_into(q, qd, torques, &mut self.scratch(), &mut out)?;
         Ok(out)
@@ -350,7 +371,11 @@ impl ChainDynamics {
             let back = scratch.rotations[i].transpose();
             v = back * (v + omega.cross(scratch.translations[i]));
             omega = back * omega;
-            *(if self.chain.frames[i].prismatic { &mut v.z } else { &mut omega.z }) += qd[i];
+            *(if self.chain.frames[i].prismatic {
+                &mut v.z
+            } else {
+                &mut omega.z
+            }) += qd[i];
             energy += 0.5 * body.mass * v.length_squared()
                 + v.dot(omega.cross(body.moment))
                 + 0.5 * omega.dot(body.inertia * omega);
@@ -380,7 +405,11 @@ impl ChainDynamics {
         if out.len() == self.bodies.len() {
             return Ok(());
         }
-        Err(KinematicsError::WrongJointCount { what: "out", expected: self.bodies.len(), got: out.len() })
+        Err(KinematicsError::WrongJointCount {
+            what: "out",
+            expected: self.bodies.len(),
+            got: out.len(),
+        })
     }
 
     /// Checks `q` and puts each frame's pose in the previous one into the scratch.
@@ -400,7 +429,13 @@ impl ChainDynamics {
     }
 
     /// Outward pass: forces and moments about each joint origin that move its own body.
-    fn newton_euler(&self, qd: &[f64], qdd: impl Fn(usize) -> f64, s: &mut DynamicsScratch, out: &mut [f64]) {
+    fn newton_euler(
+        &self,
+        qd: &[f64],
+        qdd: impl Fn(usize) -> f64,
+        s: &mut DynamicsScratch,
+        out: &mut [f64],
+    ) {
         // Gravity enters as an upward acceleration of the base.
         let (mut omega, mut alpha, mut a) = (DVec3::ZERO, DVec3::ZERO, -self.gravity);
         for (i, (frame, body)) in self.chain.frames.iter().zip(&self.bodies).enumerate() {
@@ -416,8 +451,10 @@ impl ChainDynamics {
                 alpha += turning;
                 omega.z += rate;
             }
-            s.forces[i] = body.mass * a + alpha.cross(body.moment) + omega.cross(omega.cross(body.moment));
-            s.moments[i] = body.inertia * alpha + omega.cross(body.inertia * omega) + body.moment.cross(a);
+            s.forces[i] =
+                body.mass * a + alpha.cross(body.moment) + omega.cross(omega.cross(body.moment));
+            s.moments[i] =
+                body.inertia * alpha + omega.cross(body.inertia * omega) + body.moment.cross(a);
         }
         self.gather(s, out);
     }
@@ -428,7 +465,11 @@ impl ChainDynamics {
         for i in (0..self.bodies.len()).rev() {
             force += s.forces[i];
             moment += s.moments[i];
-            out[i] = if self.chain.frames[i].prismatic { force.z } else { moment.z };
+            out[i] = if self.chain.frames[i].prismatic {
+                force.z
+            } else {
+                moment.z
+            };
             force = s.rotations[i] * force;
             moment = s.rotations[i] * moment + s.translations[i].cross(force);
         }
@@ -450,7 +491,11 @@ impl ChainDynamics {
             let (z, origin) = s.screws[i];
             let arm = origin - center;
             s.bodies[i] = s.bodies[i].about(arm);
-            s.screws[i] = if self.chain.frames[i].prismatic { (DVec3::ZERO, z) } else { (z, arm.cross(z)) };
+            s.screws[i] = if self.chain.frames[i].prismatic {
+                (DVec3::ZERO, z)
+            } else {
+                (z, arm.cross(z))
+            };
         }
         let mut composite = Body::EMPTY;
         for i in (0..n).rev() {

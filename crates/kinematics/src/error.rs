@@ -44,7 +44,9 @@ pub enum KinematicsError {
         max_rad: f64,
     },
     /// A limit of joint 2, 4 or 6 of an S-R-S arm reaches half a turn, where the arm folds onto itself.
-    #[error("joint {index}: limits [{min_rad}, {max_rad}] rad must stay strictly within half a turn")]
+    #[error(
+        "joint {index}: limits [{min_rad}, {max_rad}] rad must stay strictly within half a turn"
+    )]
     LimitTooWide {
         /// Joint, from 0.
         index: usize,
@@ -196,6 +198,10 @@ pub enum KinematicsError {
 pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), KinematicsError> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(KinematicsError::NonFinite { what, index, value: values[index] }),
+        Some(index) => Err(KinematicsError::NonFinite {
+            what,
+            index,
+            value: values[index],
+        }),
     }
 }

@@ -62,7 +62,15 @@ pub(crate) struct Frames {
 
 impl Frames {
     pub(crate) fn new(q: &JointPositions) -> Self {
-        let [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6), (s7, c7)] = sin_cos(&q.0);
+        let [
+            (s1, c1),
+            (s2, c2),
+            (s3, c3),
+            (s4, c4),
+            (s5, c5),
+            (s6, c6),
+            (s7, c7),
+        ] = sin_cos(&q.0);
         // Rz(q1) Ry(q2) Rz(q3)
         let y1 = DVec3::new(-s1, c1, 0.0);
         let x2 = DVec3::new(c1 * c2, s1 * c2, -s2);
@@ -78,7 +86,14 @@ impl Frames {
         let x6 = x5 * c6 - z4 * s6;
         let z6 = x5 * s6 + z4 * c6;
         let flange = DMat3::from_cols(x6 * c7 + y5 * s7, y5 * c7 - x6 * s7, z6);
-        Self { y1, z2, y3, z4, y5, flange }
+        Self {
+            y1,
+            z2,
+            y3,
+            z4,
+            y5,
+            flange,
+        }
     }
 }
 
@@ -108,7 +123,14 @@ impl SrsArm {
         let from_shoulder = pose.position_m() - DVec3::new(0.0, 0.0, g.d_bs_m);
         let from_elbow = from_shoulder - frames.z2 * g.d_se_m;
         let from_wrist = from_elbow - frames.z4 * g.d_ew_m;
-        let Frames { y1, z2, y3, z4, y5, flange } = frames;
+        let Frames {
+            y1,
+            z2,
+            y3,
+            z4,
+            y5,
+            flange,
+        } = frames;
         let angular = [DVec3::Z, y1, z2, -y3, z4, y5, flange.z_axis];
         let linear = [
             DVec3::new(-from_shoulder.y, from_shoulder.x, 0.0),
@@ -141,6 +163,10 @@ impl SrsArm {
             + frames.flange.z_axis * g.d_wf_m
             + DVec3::new(0.0, 0.0, g.d_bs_m);
         let base_from_flange = Pose::from_parts(frames.flange, flange_m);
-        if self.has_tool() { base_from_flange * *self.flange_from_tool() } else { base_from_flange }
+        if self.has_tool() {
+            base_from_flange * *self.flange_from_tool()
+        } else {
+            base_from_flange
+        }
     }
 }

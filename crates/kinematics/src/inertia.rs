@@ -27,17 +27,35 @@ pub struct Inertial {
 impl Inertial {
     /// From the six entries `[ixx, ixy, ixz, iyy, iyz, izz]` about the centre of mass, kg m².
     #[must_use]
-    pub fn from_six(link: impl Into<String>, mass_kg: f64, com_m: DVec3, inertia_kg_m2: [f64; 6]) -> Self {
+    pub fn from_six(
+        link: impl Into<String>,
+        mass_kg: f64,
+        com_m: DVec3,
+        inertia_kg_m2: [f64; 6],
+    ) -> Self {
         let [xx, xy, xz, yy, yz, zz] = inertia_kg_m2;
-        let inertia_kg_m2 =
-            DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz));
-        Self { link: link.into(), mass_kg, com_m, inertia_kg_m2 }
+        let inertia_kg_m2 = DMat3::from_cols(
+            DVec3::new(xx, xy, xz),
+            DVec3::new(xy, yy, yz),
+            DVec3::new(xz, yz, zz),
+        );
+        Self {
+            link: link.into(),
+            mass_kg,
+            com_m,
+            inertia_kg_m2,
+        }
     }
 
     /// A point mass, kg, at a place in the frame, m.
     #[must_use]
     pub fn point(link: impl Into<String>, mass_kg: f64, com_m: DVec3) -> Self {
-        Self { link: link.into(), mass_kg, com_m, inertia_kg_m2: DMat3::ZERO }
+        Self {
+            link: link.into(),
+            mass_kg,
+            com_m,
+            inertia_kg_m2: DMat3::ZERO,
+        }
     }
 
     /// A solid box centred on `com_m` with edges `size_m` along the frame's axes: boards and handles.
@@ -45,7 +63,12 @@ impl Inertial {
     pub fn solid_box(link: impl Into<String>, mass_kg: f64, com_m: DVec3, size_m: DVec3) -> Self {
         let s = size_m * size_m;
         let diagonal = DVec3::new(s.y + s.z, s.z + s.x, s.x + s.y) * (mass_kg / 12.0);
-        Self { link: link.into(), mass_kg, com_m, inertia_kg_m2: DMat3::from_diagonal(diagonal) }
+        Self {
+            link: link.into(),
+            mass_kg,
+            com_m,
+            inertia_kg_m2: DMat3::from_diagonal(diagonal),
+        }
     }
 
     /// The same body seen from an outer frame.
@@ -73,9 +96,15 @@ impl Inertial {
         finite("centre of mass", &self.com_m.to_array())?;
         finite("inertia", &self.inertia_kg_m2.to_cols_array())?;
         let i = self.inertia_kg_m2;
-        let scale = i.to_cols_array().into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let scale = i
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
         let slack = PHYSICAL_TOLERANCE * scale;
-        let asymmetry = (i - i.transpose()).to_cols_array().into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let asymmetry = (i - i.transpose())
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
         // Σ = tr(I)/2 − I, the second moment of the mass, is positive semi-definite exactly when
         // the principal moments obey the triangle inequality, and then so is I = tr(Σ) − Σ.
         let trace = i.x_axis.x + i.y_axis.y + i.z_axis.z;
@@ -88,7 +117,10 @@ impl Inertial {
         if physical {
             Ok(())
         } else {
-            Err(KinematicsError::Inertia { link: self.link.clone(), mass_kg: self.mass_kg })
+            Err(KinematicsError::Inertia {
+                link: self.link.clone(),
+                mass_kg: self.mass_kg,
+            })
         }
     }
 }

@@ -18,10 +18,16 @@ impl SrsArm {
     /// joints beside it shares one sum; the first of them keeps the angle nearest zero. An arm
     /// angle that is NaN or infinite gives no solution.
     #[must_use]
-    pub fn solutions(&self, base_from_tool: &Pose, arm_angle_rad: f64) -> [Option<JointPositions>; 8] {
+    pub fn solutions(
+        &self,
+        base_from_tool: &Pose,
+        arm_angle_rad: f64,
+    ) -> [Option<JointPositions>; 8] {
         let mut solutions = [None; 8];
         let flange_pose = self.flange_pose(base_from_tool);
-        let Ok(circle) = self.elbow_circle(&flange_pose) else { return solutions };
+        let Ok(circle) = self.elbow_circle(&flange_pose) else {
+            return solutions;
+        };
         let psi = Direction::from_angle(arm_angle_rad);
         let v = circle.verdicts(self, psi);
         let mask = v.shoulder & v.wrist;
@@ -41,16 +47,27 @@ impl SrsArm {
     /// A branch's angles from those of the first branch: away from singularities it differs by
     /// signs and half turns. `None` where an angle then lies outside its limit by rounding.
     fn half_turned(&self, angles: [f64; 7], branch: Branch) -> Option<JointPositions> {
-        let Branch { shoulder_negative: s, elbow_positive: e, wrist_negative: w } = branch;
+        let Branch {
+            shoulder_negative: s,
+            elbow_positive: e,
+            wrist_negative: w,
+        } = branch;
         let mut q = angles;
         for (joint, turned) in [(0, s), (2, s != e), (4, e != w), (6, w)] {
             let angle = angles[joint] + if turned { PI } else { 0.0 };
             q[joint] = nearest_turn(angle, &self.limits()[joint], 0.0);
         }
         for (joint, mirrored) in [(1, s), (3, e), (5, w)] {
-            q[joint] = if mirrored { -angles[joint] } else { angles[joint] };
+            q[joint] = if mirrored {
+                -angles[joint]
+            } else {
+                angles[joint]
+            };
         }
-        let inside = q.iter().zip(self.limits()).all(|(q, limit)| limit.contains(*q));
+        let inside = q
+            .iter()
+            .zip(self.limits())
+            .all(|(q, limit)| limit.contains(*q));
         inside.then_some(JointPositions(q))
     }
 
@@ -66,7 +83,11 @@ impl SrsArm {
         let w = frames.z2 * self.geometry().d_se_m + frames.z4 * self.geometry().d_ew_m;
         let reference = crate::circle::reference_frame(w, w.length());
         // The elbow axis is y' = y cos ψ - v sin ψ, turned round where the elbow bends back.
-        let axis = if Branch::of(q).elbow_positive { -frames.y3 } else { frames.y3 };
+        let axis = if Branch::of(q).elbow_positive {
+            -frames.y3
+        } else {
+            frames.y3
+        };
         (-axis.dot(reference.x_axis)).atan2(axis.dot(reference.y_axis))
     }
 
@@ -76,7 +97,8 @@ impl SrsArm {
         let w = wrist_from_shoulder(self, flange_pose);
         let length = w.length();
         let (negative, positive) = self.distances.allow(length);
-        let mask = if negative { Branch::ELBOW[0] } else { 0 } | if positive { Branch::ELBOW[1] } else { 0 };
+        let mask = if negative { Branch::ELBOW[0] } else { 0 }
+            | if positive { Branch::ELBOW[1] } else { 0 };
         // A wrist on the shoulder needs limits of half a turn, which the model excludes.
         if mask == 0 || length <= self.distances.tolerance {
             return Err(length);
@@ -97,7 +119,11 @@ impl BaseSolution {
     pub(crate) fn new(circle: &ElbowCircle, psi: Direction) -> Self {
         let (shoulder, wrist) = circle.rotations(psi);
         let [cos, sin] = circle.triangle.elbow;
-        Self { shoulder, wrist, elbow: sin.atan2(cos) }
+        Self {
+            shoulder,
+            wrist,
+            elbow: sin.atan2(cos),
+        }
     }
 
     /// The angles of the branch `q2 ≥ 0, q4 ≤ 0, q6 ≥ 0`, limits not applied.
@@ -148,7 +174,9 @@ impl SphericalJoint {
             let column = if col < 2 { column_sign } else { 1.0 };
             r.col(col)[row] * signs[row] * column
         };
-        Self { m: std::array::from_fn(|row| std::array::from_fn(|col| entry(row, col))) }
+        Self {
+            m: std::array::from_fn(|row| std::array::from_fn(|col| entry(row, col))),
+        }
     }
 
     fn free_angles(&self) -> [f64; 3] {
@@ -159,7 +187,12 @@ impl SphericalJoint {
 
     /// The angles with the asked sign of the second, moved onto the limits where that turns the
     /// tool by less than `CLAMP_RAD`.
-    fn angles(&self, negative: bool, limits: [&JointLimit; 3], reference: [f64; 2]) -> Option<[f64; 3]> {
+    fn angles(
+        &self,
+        negative: bool,
+        limits: [&JointLimit; 3],
+        reference: [f64; 2],
+    ) -> Option<[f64; 3]> {
         let m = &self.m;
         let sign = if negative { -1.0 } else { 1.0 };
         let (x, y) = (sign * m[0][2], sign * m[1][2]);
@@ -168,7 +201,11 @@ impl SphericalJoint {
         let within = |error: f64| error.abs() <= CLAMP_RAD;
         // On the singularity the first angle is free: keep the reference.
         let on_singularity = x.abs().max(y.abs()) <= 4.0 * f64::EPSILON;
-        let free = if on_singularity { reference[0] } else { y.atan2(x) };
+        let free = if on_singularity {
+            reference[0]
+        } else {
+            y.atan2(x)
+        };
         let mut first = clamp(nearest_turn(free, limits[0], reference[0]), limits[0]);
         let (mut second, third) = self.after(first);
         let mut third = nearest_turn(third, limits[2], reference[1]);
@@ -191,7 +228,11 @@ impl SphericalJoint {
             return None;
         }
         let inside = clamp(second, limits[1]);
-        let right_side = if negative { inside <= CLAMP_RAD } else { inside >= -CLAMP_RAD };
+        let right_side = if negative {
+            inside <= CLAMP_RAD
+        } else {
+            inside >= -CLAMP_RAD
+        };
         (within(second - inside) && right_side).then_some([first, inside, third])
     }
 
@@ -226,7 +267,11 @@ pub(crate) fn nearest_turn(angle: f64, limit: &JointLimit, reference: f64) -> f6
 /// The angle plus full turns that is nearest to `to`.
 fn near(angle: f64, to: f64) -> f64 {
     let d = angle - to;
-    if d.abs() > PI { angle - TAU * (d / TAU).round() } else { angle }
+    if d.abs() > PI {
+        angle - TAU * (d / TAU).round()
+    } else {
+        angle
+    }
 }
 
 /// The angle moved to the limit's end if it is outside by at most `slack`.

@@ -76,7 +76,10 @@ impl JointPositions {
     /// Largest difference of a joint to another configuration, rad.
     #[must_use]
     pub fn max_abs_difference(&self, other: &Self) -> f64 {
-        self.0.iter().zip(other.0).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        self.0
+            .iter()
+            .zip(other.0)
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
     }
 }
 
@@ -93,13 +96,19 @@ pub struct JointLimit {
 
 impl JointLimit {
     /// No limit at all.
-    pub const FREE: Self = Self { min_rad: f64::NEG_INFINITY, max_rad: f64::INFINITY };
+    pub const FREE: Self = Self {
+        min_rad: f64::NEG_INFINITY,
+        max_rad: f64::INFINITY,
+    };
 
     /// `[-half_range, +half_range]`, given in degrees.
     #[must_use]
     pub fn symmetric_deg(half_range: f64) -> Self {
         let h = half_range.to_radians();
-        Self { min_rad: -h, max_rad: h }
+        Self {
+            min_rad: -h,
+            max_rad: h,
+        }
     }
 
     /// Is the angle inside, both ends included? NaN is not.
@@ -117,13 +126,20 @@ impl JointLimit {
     /// Both ends moved inwards (outwards for a negative amount), rad.
     #[must_use]
     pub fn shrunk(&self, by_rad: f64) -> Self {
-        Self { min_rad: self.min_rad + by_rad, max_rad: self.max_rad - by_rad }
+        Self {
+            min_rad: self.min_rad + by_rad,
+            max_rad: self.max_rad - by_rad,
+        }
     }
 
     /// Rejects NaN and reversed ends; infinite ends mean "no limit".
     pub(crate) fn validate(&self, index: usize) -> Result<(), KinematicsError> {
         if self.min_rad.is_nan() || self.max_rad.is_nan() {
-            return Err(KinematicsError::NonFinite { what: "joint limits", index, value: f64::NAN });
+            return Err(KinematicsError::NonFinite {
+                what: "joint limits",
+                index,
+                value: f64::NAN,
+            });
         }
         if self.min_rad > self.max_rad {
             return Err(KinematicsError::LimitsReversed {
@@ -159,6 +175,9 @@ impl From<JointLimit> for RawLimit {
     fn from(limit: JointLimit) -> Self {
         // NaN is kept: the model that reads it must see and name it.
         let end = |value: f64| (!value.is_infinite()).then_some(value);
-        Self { min_rad: end(limit.min_rad), max_rad: end(limit.max_rad) }
+        Self {
+            min_rad: end(limit.min_rad),
+            max_rad: end(limit.max_rad),
+        }
     }
 }

@@ -10,7 +10,10 @@ pub(crate) fn symmetric_eigen(mut a: [[f64; 6]; 6]) -> ([f64; 6], [[f64; 6]; 6])
         row[i] = 1.0;
     }
     for _sweep in 0..30 {
-        let off: f64 = (0..6).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i][j].powi(2)).sum();
+        let off: f64 = (0..6)
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .map(|(i, j)| a[i][j].powi(2))
+            .sum();
         let diagonal: f64 = (0..6).map(|i| a[i][i].powi(2)).sum();
         // The second test ends the loop for NaN too.
         if off <= 1e-32 * diagonal || !off.is_finite() {
@@ -103,5 +106,7 @@ pub(crate) fn roots(eigenvalues: [f64; 6]) -> [f64; 6] {
 
 /// `J Jᵀ` of rows.
 pub(crate) fn gram(rows: &[[f64; 7]; 6]) -> [[f64; 6]; 6] {
-    std::array::from_fn(|i| std::array::from_fn(|j| rows[i].iter().zip(rows[j]).map(|(a, b)| a * b).sum()))
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| rows[i].iter().zip(rows[j]).map(|(a, b)| a * b).sum())
+    })
 }

@@ -15,7 +15,10 @@ impl SrsArm {
     /// within 1e-7 of a straight elbow, where the pose itself fixes joint 4 to 1e-8 rad only.
     #[must_use]
     pub fn joint_margin_rad(&self, base_from_tool: &Pose) -> Option<f64> {
-        let narrowest = self.limits().iter().fold(f64::INFINITY, |m, l| m.min(0.5 * (l.max_rad - l.min_rad)));
+        let narrowest = self
+            .limits()
+            .iter()
+            .fold(f64::INFINITY, |m, l| m.min(0.5 * (l.max_rad - l.min_rad)));
         let holds = |by_rad: f64| {
             self.with_limits(self.limits().map(|l| moved(l, by_rad)))
                 .is_ok_and(|arm| arm.is_reachable(base_from_tool))
@@ -53,11 +56,17 @@ fn moved(limit: JointLimit, by_rad: f64) -> JointLimit {
         // Past half a turn a joint of the other kind is simply free; this keeps both kinds valid
         // and differs from the true widening by less than 1e-12 rad of range.
         let end = PI - 5e-13;
-        return JointLimit { min_rad: min_rad.max(-end), max_rad: max_rad.min(end) };
+        return JointLimit {
+            min_rad: min_rad.max(-end),
+            max_rad: max_rad.min(end),
+        };
     }
     if min_rad > max_rad {
         let middle = 0.5 * (min_rad + max_rad);
-        return JointLimit { min_rad: middle, max_rad: middle };
+        return JointLimit {
+            min_rad: middle,
+            max_rad: middle,
+        };
     }
     JointLimit { min_rad, max_rad }
 }

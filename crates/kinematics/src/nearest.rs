@@ -33,7 +33,11 @@ pub struct NearestConfig {
 
 impl Default for NearestConfig {
     fn default() -> Self {
-        Self { policy: BranchPolicy::Prefer, weights: [1.0; 7], sign_change_rad: 0.2 }
+        Self {
+            policy: BranchPolicy::Prefer,
+            weights: [1.0; 7],
+            sign_change_rad: 0.2,
+        }
     }
 }
 
@@ -84,25 +88,45 @@ impl SrsArm {
         config: &NearestConfig,
     ) -> Result<NearestSolution, KinematicsError> {
         finite("reference", &reference.0)?;
-        if let Some(value) = config.weights.into_iter().find(|w| !(*w > 0.0 && w.is_finite())) {
-            return Err(KinematicsError::Parameter { what: "weight", value, wanted: "positive" });
+        if let Some(value) = config
+            .weights
+            .into_iter()
+            .find(|w| !(*w > 0.0 && w.is_finite()))
+        {
+            return Err(KinematicsError::Parameter {
+                what: "weight",
+                value,
+                wanted: "positive",
+            });
         }
         let near = joined_branches(reference, config.sign_change_rad);
         let psi_reference = self.arm_angle(reference);
         let flange_pose = self.flange_pose(base_from_tool);
         if let Ok(circle) = self.elbow_circle(&flange_pose) {
-            let problem = Problem { arm: self, circle: &circle, reference, config };
+            let problem = Problem {
+                arm: self,
+                circle: &circle,
+                reference,
+                config,
+            };
             if let Some(found) = problem.local(psi_reference, near) {
                 return Ok(found);
             }
         }
         let angles = FeasibleArmAngles::new(self, self.find_place(&flange_pose)?.circle);
-        let problem = Problem { arm: self, circle: &angles.circle, reference, config };
+        let problem = Problem {
+            arm: self,
+            circle: &angles.circle,
+            reference,
+            config,
+        };
         let on_branch = problem.global(&angles, psi_reference, near, near);
         let anywhere = || problem.global(&angles, psi_reference, 0xFF, near);
         let found = match config.policy {
             BranchPolicy::Keep => on_branch.ok_or(Unreachable::OtherBranch),
-            BranchPolicy::Prefer => on_branch.or_else(anywhere).ok_or(Unreachable::ArmAngleConflict),
+            BranchPolicy::Prefer => on_branch
+                .or_else(anywhere)
+                .ok_or(Unreachable::ArmAngleConflict),
             BranchPolicy::Any => anywhere().ok_or(Unreachable::ArmAngleConflict),
         };
         Ok(found?)
@@ -112,7 +136,8 @@ impl SrsArm {
 /// The branches whose signs agree with the reference wherever it is clearly away from zero.
 fn joined_branches(reference: &JointPositions, sign_change_rad: f64) -> u8 {
     let own = Branch::of(reference);
-    let agrees = |joint: usize, a: bool, b: bool| a == b || reference[joint].abs() <= sign_change_rad;
+    let agrees =
+        |joint: usize, a: bool, b: bool| a == b || reference[joint].abs() <= sign_change_rad;
     Branch::ALL
         .into_iter()
         .filter(|b| {
@@ -143,7 +168,8 @@ impl Problem<'_> {
     fn local(&self, psi_reference: f64, near: u8) -> Option<NearestSolution> {
         let here = Direction::from_angle(psi_reference);
         let mask = self.circle.feasible_branches(self.arm, here) & near;
-        let start = self.best(Branch::in_mask(mask).filter_map(|b| self.evaluate(psi_reference, b)))?;
+        let start =
+            self.best(Branch::in_mask(mask).filter_map(|b| self.evaluate(psi_reference, b)))?;
         let found = self.refine(start, f64::NEG_INFINITY, f64::INFINITY);
         let largest = found.q.max_abs_difference(self.reference);
         (largest <= LOCAL_RAD).then(|| self.solution(found, near))
@@ -156,9 +182,10 @@ impl Problem<'_> {
         allowed: u8,
         near: u8,
     ) -> Option<NearestSolution> {
-        let arcs =
-            Branch::in_mask(allowed).flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
-        let found = self.best(arcs.filter_map(|(branch, arc)| self.on_arc(branch, arc, psi_reference)))?;
+        let arcs = Branch::in_mask(allowed)
+            .flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
+        let found =
+            self.best(arcs.filter_map(|(branch, arc)| self.on_arc(branch, arc, psi_reference)))?;
         Some(self.solution(found, near))
     }
 
@@ -166,11 +193,16 @@ impl Problem<'_> {
     fn on_arc(&self, branch: Branch, arc: ArmAngleArc, psi_reference: f64) -> Option<Candidate> {
         let count = (arc.width_rad() / START_SPACING_RAD).ceil();
         let spaced = |i: usize| arc.start_rad + arc.width_rad() * (i as f64 / count.max(1.0));
-        let mut best =
-            self.evaluate(arc.nearest_rad(psi_reference), branch).map(|start| self.refined(start, arc));
+        let mut best = self
+            .evaluate(arc.nearest_rad(psi_reference), branch)
+            .map(|start| self.refined(start, arc));
         let (mut before, mut here) = (f64::INFINITY, self.evaluate(spaced(0), branch));
         for i in 0..=count as usize {
-            let next = if i < count as usize { self.evaluate(spaced(i + 1), branch) } else { None };
+            let next = if i < count as usize {
+                self.evaluate(spaced(i + 1), branch)
+            } else {
+                None
+            };
             if let Some(start) = here {
                 if start.cost <= before && next.is_none_or(|n| start.cost <= n.cost) {
                     best = self.best([Some(self.refined(start, arc)), best].into_iter().flatten());
@@ -196,15 +228,24 @@ impl Problem<'_> {
             branch,
             self.reference,
         )?;
-        let cost = (0..7).map(|i| self.config.weights[i] * (q[i] - self.reference[i]).powi(2)).sum();
-        Some(Candidate { q, branch, psi, cost })
+        let cost = (0..7)
+            .map(|i| self.config.weights[i] * (q[i] - self.reference[i]).powi(2))
+            .sum();
+        Some(Candidate {
+            q,
+            branch,
+            psi,
+            cost,
+        })
     }
 
     /// Gauss-Newton on the arm angle within an arc, each step halved until it helps.
     fn refine(&self, start: Candidate, first: f64, last: f64) -> Candidate {
         let mut best = start;
         for _ in 0..20 {
-            let slope = self.circle.joint_slopes(Direction::from_angle(best.psi), best.branch);
+            let slope = self
+                .circle
+                .joint_slopes(Direction::from_angle(best.psi), best.branch);
             let (mut gradient, mut curvature) = (0.0, 0.0);
             for (i, slope) in slope.into_iter().enumerate() {
                 let weighted = self.config.weights[i] * slope;

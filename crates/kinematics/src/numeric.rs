@@ -29,7 +29,13 @@ pub struct NumericConfig {
 
 impl Default for NumericConfig {
     fn default() -> Self {
-        Self { tolerance_m: 1e-9, tolerance_rad: 1e-9, max_iterations: 60, max_restarts: 200, seed: 1 }
+        Self {
+            tolerance_m: 1e-9,
+            tolerance_rad: 1e-9,
+            max_iterations: 60,
+            max_restarts: 200,
+            seed: 1,
+        }
     }
 }
 
@@ -37,19 +43,34 @@ impl NumericConfig {
     /// For a control loop: one attempt from the current configuration, so no jump to another branch.
     #[must_use]
     pub fn servo() -> Self {
-        Self { max_restarts: 0, max_iterations: 20, ..Self::default() }
+        Self {
+            max_restarts: 0,
+            max_iterations: 20,
+            ..Self::default()
+        }
     }
 
     /// For planning: more restarts, about ten times the time before giving up.
     #[must_use]
     pub fn thorough() -> Self {
-        Self { max_restarts: 2000, max_iterations: 100, ..Self::default() }
+        Self {
+            max_restarts: 2000,
+            max_iterations: 100,
+            ..Self::default()
+        }
     }
 
     fn validate(&self) -> Result<(), KinematicsError> {
-        for (what, value) in [("tolerance_m", self.tolerance_m), ("tolerance_rad", self.tolerance_rad)] {
+        for (what, value) in [
+            ("tolerance_m", self.tolerance_m),
+            ("tolerance_rad", self.tolerance_rad),
+        ] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(KinematicsError::Parameter { what, value, wanted: "positive and finite" });
+                return Err(KinematicsError::Parameter {
+                    what,
+                    value,
+                    wanted: "positive and finite",
+                });
             }
         }
         Ok(())
@@ -145,7 +166,10 @@ impl Chain {
     ) -> Result<NumericSolution, KinematicsError> {
         let mut scratch = NumericScratch::default();
         let report = self.inverse_numeric_into(target, q_start, config, &mut scratch)?;
-        Ok(NumericSolution { q_rad: scratch.q, report })
+        Ok(NumericSolution {
+            q_rad: scratch.q,
+            report,
+        })
     }
 
     /// As [`Chain::inverse_numeric`], without allocation once the scratch has been used with this
@@ -171,8 +195,18 @@ impl Chain {
         let (center, reach_m) = self.reach;
         let out_of_reach = target.position_m().distance(center) > reach_m + config.tolerance_m;
         // A rotation counts as much as the shift it causes at a quarter of the arm's length.
-        let arm_m = if reach_m.is_finite() && reach_m > 0.0 { 0.25 * reach_m } else { 0.25 };
-        let mut descent = Descent { chain: self, target, config, arm_m, iterations: 0 };
+        let arm_m = if reach_m.is_finite() && reach_m > 0.0 {
+            0.25 * reach_m
+        } else {
+            0.25
+        };
+        let mut descent = Descent {
+            chain: self,
+            target,
+            config,
+            arm_m,
+            iterations: 0,
+        };
 
         let mut random = SplitMix(config.seed);
         let (mut least_cost, mut best) = (f64::INFINITY, (f64::INFINITY, f64::INFINITY));
@@ -180,7 +214,11 @@ impl Chain {
             if restart > 0 {
                 descent.draw_start(&mut random, q_start, scratch);
             }
-            let error = if out_of_reach { descent.start(scratch) } else { descent.run(scratch) };
+            let error = if out_of_reach {
+                descent.start(scratch)
+            } else {
+                descent.run(scratch)
+            };
             let (residual_m, residual_rad) = (error.position.length(), error.rotation.length());
             if descent.solved(&error) {
                 return Ok(NumericReport {
@@ -199,7 +237,11 @@ impl Chain {
             }
         }
         let (residual_m, residual_rad) = best;
-        Err(KinematicsError::NotConverged { iterations: descent.iterations, residual_m, residual_rad })
+        Err(KinematicsError::NotConverged {
+            iterations: descent.iterations,
+            residual_m,
+            residual_rad,
+        })
     }
 }
 
@@ -215,7 +257,8 @@ impl Descent<'_> {
     #[inline]
     fn solved(&self, error: &PoseError) -> bool {
         error.position.length_squared() <= self.config.tolerance_m * self.config.tolerance_m
-            && error.rotation.length_squared() <= self.config.tolerance_rad * self.config.tolerance_rad
+            && error.rotation.length_squared()
+                <= self.config.tolerance_rad * self.config.tolerance_rad
     }
 
     /// Error at `scratch.q`, with the joint axes there.
@@ -245,7 +288,11 @@ impl Descent<'_> {
             let trial_error = PoseError::between(&trial_tip, self.target);
             let trial_cost = trial_error.cost(self.arm_m);
             if trial_cost < cost {
-                slow_steps = if trial_cost > SLOW * cost { slow_steps + 1 } else { 0 };
+                slow_steps = if trial_cost > SLOW * cost {
+                    slow_steps + 1
+                } else {
+                    0
+                };
                 (tip, error, cost) = (trial_tip, trial_error, trial_cost);
                 std::mem::swap(&mut s.q, &mut s.trial);
                 std::mem::swap(&mut s.axes, &mut s.trial_axes);
@@ -266,10 +313,11 @@ impl Descent<'_> {
     fn weighted_columns(&self, tip: &Pose, s: &mut NumericScratch) {
         s.columns.clear();
         let arm = self.arm_m;
-        s.columns.extend(self.chain.frames.iter().zip(&s.axes).map(|(frame, axis)| {
-            let c = column(frame, axis, tip.position_m());
-            [c[0], c[1], c[2], arm * c[3], arm * c[4], arm * c[5]]
-        }));
+        s.columns
+            .extend(self.chain.frames.iter().zip(&s.axes).map(|(frame, axis)| {
+                let c = column(frame, axis, tip.position_m());
+                [c[0], c[1], c[2], arm * c[3], arm * c[4], arm * c[5]]
+            }));
     }
 
     /// Damped step from `s.q` to `s.trial` inside the limits.
@@ -311,7 +359,10 @@ impl Descent<'_> {
                 // Wide or endless ranges repeat themselves: one turn (or metre) each way suffices.
                 let (lo, hi) = (joint.limit.min_rad, joint.limit.max_rad);
                 let around = if lo <= 0.0 && hi >= 0.0 { 0.0 } else { start };
-                let (lo, hi) = (lo.max(around - std::f64::consts::PI), hi.min(around + std::f64::consts::PI));
+                let (lo, hi) = (
+                    lo.max(around - std::f64::consts::PI),
+                    hi.min(around + std::f64::consts::PI),
+                );
                 *q = (lo + (hi - lo) * random.unit()).clamp(lo, hi);
             }
             let tip = self.chain.axes_into(&s.trial, &mut s.trial_axes);

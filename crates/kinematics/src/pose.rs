@@ -23,7 +23,10 @@ pub struct Pose {
 
 impl Pose {
     /// No rotation, no translation.
-    pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, position_m: DVec3::ZERO };
+    pub const IDENTITY: Self = Self {
+        rotation: DMat3::IDENTITY,
+        position_m: DVec3::ZERO,
+    };
 
     /// From a rotation matrix (columns are the axes of the inner frame) and an origin in metres.
     ///
@@ -34,14 +37,20 @@ impl Pose {
         finite("rotation", &rotation.to_cols_array())?;
         finite("position", &position_m.to_array())?;
         let gram = rotation.transpose() * rotation - DMat3::IDENTITY;
-        let deviation = gram.to_cols_array().into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let deviation = gram
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
         if deviation > ROTATION_TOLERANCE {
             return Err(KinematicsError::NotARotation { deviation });
         }
         if rotation.determinant() < 0.0 {
             return Err(KinematicsError::NotARotation { deviation: 2.0 });
         }
-        Ok(Self { rotation: orthonormalized(rotation, deviation), position_m })
+        Ok(Self {
+            rotation: orthonormalized(rotation, deviation),
+            position_m,
+        })
     }
 
     /// From a quaternion of any length but zero, and an origin in metres.
@@ -52,7 +61,9 @@ impl Pose {
         finite("quaternion", &rotation.to_array())?;
         let length = rotation.length();
         if !(length > 1e-12 && length.is_finite()) {
-            return Err(KinematicsError::NotARotation { deviation: (1.0 - length).abs() });
+            return Err(KinematicsError::NotARotation {
+                deviation: (1.0 - length).abs(),
+            });
         }
         Self::new(DMat3::from_quat(rotation / length), position_m)
     }
@@ -67,7 +78,10 @@ impl Pose {
 
     /// Composed inside the crate from rotations that are orthonormal by construction.
     pub(crate) const fn from_parts(rotation: DMat3, position_m: DVec3) -> Self {
-        Self { rotation, position_m }
+        Self {
+            rotation,
+            position_m,
+        }
     }
 
     /// Rotation matrix; its columns are the axes of the inner frame.
@@ -92,7 +106,10 @@ impl Pose {
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
-        Self { rotation, position_m: -(rotation * self.position_m) }
+        Self {
+            rotation,
+            position_m: -(rotation * self.position_m),
+        }
     }
 
     /// A point given in the inner frame, metres, in the outer frame.
@@ -113,7 +130,10 @@ impl Pose {
     #[must_use]
     pub fn distance(&self, other: &Self) -> (f64, f64) {
         let error = self.rotation.transpose() * other.rotation;
-        (self.position_m.distance(other.position_m), rotation_vector(error).length())
+        (
+            self.position_m.distance(other.position_m),
+            rotation_vector(error).length(),
+        )
     }
 }
 
@@ -146,7 +166,10 @@ impl TryFrom<RawPose> for Pose {
 #[cfg(feature = "serde")]
 impl From<Pose> for RawPose {
     fn from(pose: Pose) -> Self {
-        Self { rotation: pose.rotation, position_m: pose.position_m }
+        Self {
+            rotation: pose.rotation,
+            position_m: pose.position_m,
+        }
     }
 }
 
@@ -160,7 +183,11 @@ pub fn rotation_vector(rotation: DMat3) -> DVec3 {
     let sin_half = v.length();
     // v / sin_half is 0/0 at the identity, where the rotation vector is 2 v to first order.
     let angle = 2.0 * sin_half.atan2(q.w.abs());
-    let scale = if sin_half > 1e-150 { angle / sin_half } else { 2.0 };
+    let scale = if sin_half > 1e-150 {
+        angle / sin_half
+    } else {
+        2.0
+    };
     v * (scale * q.w.signum())
 }
 
@@ -207,7 +234,10 @@ impl Twist {
     #[must_use]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (linear_m_per_s, angular_rad_per_s) = split(v);
-        Self { linear_m_per_s, angular_rad_per_s }
+        Self {
+            linear_m_per_s,
+            angular_rad_per_s,
+        }
     }
 }
 
@@ -222,7 +252,10 @@ impl Wrench {
     #[must_use]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (force_n, moment_n_m) = split(v);
-        Self { force_n, moment_n_m }
+        Self {
+            force_n,
+            moment_n_m,
+        }
     }
 
     /// Part of the force along a unit normal, N; positive along the normal.

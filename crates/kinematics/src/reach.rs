@@ -121,7 +121,11 @@ impl SrsArm {
                 let base = BaseSolution::new(&place.circle, place.psi);
                 let found = Branch::in_mask(place.mask).find_map(|branch| {
                     let q = base.on_branch(self, branch, &JointPositions::default())?;
-                    Some(Witness { q, branch, arm_angle_rad: place.psi.angle() })
+                    Some(Witness {
+                        q,
+                        branch,
+                        arm_angle_rad: place.psi.angle(),
+                    })
                 });
                 match found {
                     Some(witness) => Reach::Reachable(witness),
@@ -141,13 +145,21 @@ impl SrsArm {
 
     #[inline]
     pub(crate) fn find_place(&self, flange_pose: &Pose) -> Result<Place, Unreachable> {
-        let circle = self.elbow_circle(flange_pose).map_err(|length| self.length_reason(length))?;
-        let mut search = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 };
+        let circle = self
+            .elbow_circle(flange_pose)
+            .map_err(|length| self.length_reason(length))?;
+        let mut search = Search {
+            arm: self,
+            circle: &circle,
+            shoulder: 0,
+            wrist: 0,
+        };
         match search.run() {
             Some((psi, mask)) => Ok(Place { circle, psi, mask }),
             None => {
                 let reason = search.reason();
-                self.singular_place(flange_pose, circle.elbow_mask).ok_or(reason)
+                self.singular_place(flange_pose, circle.elbow_mask)
+                    .ok_or(reason)
             }
         }
     }
@@ -165,18 +177,27 @@ impl SrsArm {
         let n = flange_pose.rotation().z_axis;
         let on_base_axis = glam::DVec3::Z * a;
         let on_tool_axis = w - n * b;
-        [(on_base_axis, (w - on_base_axis).length() - b), (on_tool_axis, on_tool_axis.length() - a)]
-            .into_iter()
-            .filter(|(_, misfit)| misfit.abs() <= self.distances.tolerance)
-            .find_map(|(elbow, _)| {
-                let beta = w.cross(elbow).length().atan2(w.dot(elbow));
-                let forearm = w - elbow;
-                let eta = w.cross(forearm).length().atan2(w.dot(forearm));
-                let triangle = Triangle::from_angles(length, beta, eta);
-                let circle = ElbowCircle::new(w, triangle, elbow_mask, &flange_pose.rotation());
-                let found = Search { arm: self, circle: &circle, shoulder: 0, wrist: 0 }.run();
-                found.map(|(psi, mask)| Place { circle, psi, mask })
-            })
+        [
+            (on_base_axis, (w - on_base_axis).length() - b),
+            (on_tool_axis, on_tool_axis.length() - a),
+        ]
+        .into_iter()
+        .filter(|(_, misfit)| misfit.abs() <= self.distances.tolerance)
+        .find_map(|(elbow, _)| {
+            let beta = w.cross(elbow).length().atan2(w.dot(elbow));
+            let forearm = w - elbow;
+            let eta = w.cross(forearm).length().atan2(w.dot(forearm));
+            let triangle = Triangle::from_angles(length, beta, eta);
+            let circle = ElbowCircle::new(w, triangle, elbow_mask, &flange_pose.rotation());
+            let found = Search {
+                arm: self,
+                circle: &circle,
+                shoulder: 0,
+                wrist: 0,
+            }
+            .run();
+            found.map(|(psi, mask)| Place { circle, psi, mask })
+        })
     }
 
     fn length_reason(&self, length: f64) -> Unreachable {
@@ -184,11 +205,15 @@ impl SrsArm {
         let gap = |side: [f64; 2]| (side[0] - length).max(length - side[1]);
         let elbow_gap_m = d.sides.map(gap).into_iter().fold(f64::INFINITY, f64::min);
         if length > d.longest() + d.tolerance {
-            Unreachable::TooFar { gap_m: length - d.longest() }
+            Unreachable::TooFar {
+                gap_m: length - d.longest(),
+            }
         } else if length >= d.shortest() - d.tolerance && elbow_gap_m > d.tolerance {
             Unreachable::ElbowLimit { gap_m: elbow_gap_m }
         } else {
-            Unreachable::TooNear { gap_m: (d.shortest() - length).max(0.0) }
+            Unreachable::TooNear {
+                gap_m: (d.shortest() - length).max(0.0),
+            }
         }
     }
 }
@@ -228,7 +253,11 @@ impl Search<'_> {
         if mask == 0 {
             return None;
         }
-        let mask = if v.near_singular { self.circle.confirmed(self.arm, psi, mask) } else { mask };
+        let mask = if v.near_singular {
+            self.circle.confirmed(self.arm, psi, mask)
+        } else {
+            mask
+        };
         (mask != 0).then_some((psi, mask))
     }
 

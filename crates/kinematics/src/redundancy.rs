@@ -46,7 +46,11 @@ impl SrsArm {
 
     /// The part of a joint velocity that does not move the tool.
     #[must_use]
-    pub fn null_space_part(&self, q: &JointPositions, velocity: &JointVelocities) -> JointVelocities {
+    pub fn null_space_part(
+        &self,
+        q: &JointPositions,
+        velocity: &JointVelocities,
+    ) -> JointVelocities {
         let n = self.self_motion(q);
         let along: f64 = n.0.iter().zip(velocity.0).map(|(a, b)| a * b).sum();
         JointVelocities(n.0.map(|x| x * along))
@@ -62,14 +66,21 @@ impl SrsArm {
         }
         let (eigenvalues, _) = symmetric_eigen(gram(&rows));
         let singular_values_m = roots(eigenvalues);
-        Dexterity { manipulability: singular_values_m.iter().product(), singular_values_m }
+        Dexterity {
+            manipulability: singular_values_m.iter().product(),
+            singular_values_m,
+        }
     }
 
     /// Distance of the joint that is nearest to one of its limits, rad, and that joint (from 0);
     /// negative outside.
     #[must_use]
     pub fn limit_distance_rad(&self, q: &JointPositions) -> (f64, usize) {
-        let distances = self.limits().iter().zip(q.0).map(|(limit, q)| limit.distance_rad(q));
+        let distances = self
+            .limits()
+            .iter()
+            .zip(q.0)
+            .map(|(limit, q)| limit.distance_rad(q));
         distances
             .enumerate()
             .map(|(joint, d)| (d, joint))

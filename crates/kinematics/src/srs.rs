@@ -42,9 +42,15 @@ impl SrsParameters {
     #[must_use]
     pub fn iiwa7() -> Self {
         Self {
-            geometry: SrsGeometry { d_bs_m: 0.340, d_se_m: 0.400, d_ew_m: 0.400, d_wf_m: 0.126 },
+            geometry: SrsGeometry {
+                d_bs_m: 0.340,
+                d_se_m: 0.400,
+                d_ew_m: 0.400,
+                d_wf_m: 0.126,
+            },
             limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
-            max_velocity_rad_per_s: [98.0_f64, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0].map(f64::to_radians),
+            max_velocity_rad_per_s: [98.0_f64, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0]
+                .map(f64::to_radians),
             max_torque_n_m: [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0],
             flange_from_tool: Pose::IDENTITY,
         }
@@ -54,9 +60,15 @@ impl SrsParameters {
     #[must_use]
     pub fn iiwa14() -> Self {
         Self {
-            geometry: SrsGeometry { d_bs_m: 0.360, d_se_m: 0.420, d_ew_m: 0.400, d_wf_m: 0.126 },
+            geometry: SrsGeometry {
+                d_bs_m: 0.360,
+                d_se_m: 0.420,
+                d_ew_m: 0.400,
+                d_wf_m: 0.126,
+            },
             limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
-            max_velocity_rad_per_s: [85.0_f64, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0].map(f64::to_radians),
+            max_velocity_rad_per_s: [85.0_f64, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0]
+                .map(f64::to_radians),
             max_torque_n_m: [320.0, 320.0, 176.0, 176.0, 110.0, 40.0, 40.0],
             flange_from_tool: Pose::IDENTITY,
         }
@@ -73,7 +85,10 @@ const IIWA_LIMITS_DEG: [f64; 7] = [170.0, 120.0, 170.0, 120.0, 170.0, 120.0, 175
 /// trigonometry.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "SrsParameters", into = "SrsParameters"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "SrsParameters", into = "SrsParameters")
+)]
 pub struct SrsArm {
     parameters: SrsParameters,
     /// `tool_from_flange`, or `None` where the tool is the flange itself.
@@ -92,10 +107,17 @@ impl SrsArm {
     /// NaN or infinite lengths, an upper arm or forearm that is not positive, limits that are
     /// NaN, reversed, or (joints 2, 4, 6) reach half a turn.
     pub fn new(parameters: SrsParameters) -> Result<Self, KinematicsError> {
-        let SrsParameters { geometry: g, limits, .. } = parameters;
-        for (link, value_m) in
-            [("d_bs", g.d_bs_m), ("d_se", g.d_se_m), ("d_ew", g.d_ew_m), ("d_wf", g.d_wf_m)]
-        {
+        let SrsParameters {
+            geometry: g,
+            limits,
+            ..
+        } = parameters;
+        for (link, value_m) in [
+            ("d_bs", g.d_bs_m),
+            ("d_se", g.d_se_m),
+            ("d_ew", g.d_ew_m),
+            ("d_wf", g.d_wf_m),
+        ] {
             let needs_length = link == "d_se" || link == "d_ew";
             if !value_m.is_finite() || (needs_length && value_m <= 0.0) {
                 return Err(KinematicsError::LinkLength { link, value_m });
@@ -107,7 +129,11 @@ impl SrsArm {
             limit.validate(index)?;
             let (min_rad, max_rad) = (limit.min_rad, limit.max_rad);
             if index % 2 == 1 && (min_rad <= -PI || max_rad >= PI) {
-                return Err(KinematicsError::LimitTooWide { index, min_rad, max_rad });
+                return Err(KinematicsError::LimitTooWide {
+                    index,
+                    min_rad,
+                    max_rad,
+                });
             }
         }
         let has_tool = parameters.flange_from_tool != Pose::IDENTITY;
@@ -135,7 +161,11 @@ impl SrsArm {
     /// The same arm with another tool.
     #[must_use]
     pub fn with_tool(&self, flange_from_tool: Pose) -> Self {
-        Self::new(SrsParameters { flange_from_tool, ..self.parameters }).expect("only the tool changed")
+        Self::new(SrsParameters {
+            flange_from_tool,
+            ..self.parameters
+        })
+        .expect("only the tool changed")
     }
 
     /// The same arm with other limits.
@@ -143,7 +173,10 @@ impl SrsArm {
     /// # Errors
     /// As for [`SrsArm::new`].
     pub fn with_limits(&self, limits: [JointLimit; 7]) -> Result<Self, KinematicsError> {
-        Self::new(SrsParameters { limits, ..self.parameters })
+        Self::new(SrsParameters {
+            limits,
+            ..self.parameters
+        })
     }
 
     /// What the arm was made from.

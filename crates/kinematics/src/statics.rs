@@ -51,7 +51,11 @@ impl SrsArm {
         }
         if !(moment_length_m > 0.0 && moment_length_m.is_finite()) {
             let (what, value) = ("moment_length_m", moment_length_m);
-            return Err(KinematicsError::Parameter { what, value, wanted: "positive" });
+            return Err(KinematicsError::Parameter {
+                what,
+                value,
+                wanted: "positive",
+            });
         }
         let jacobian = self.jacobian(q);
         let mut rows = jacobian.to_rows();
@@ -76,9 +80,16 @@ impl SrsArm {
         }
         let wrench = Wrench::from_array(scaled);
         let explained = jacobian.torques(&wrench);
-        let residual_n_m = (0..7).map(|i| (torques[i] - explained[i]).powi(2)).sum::<f64>().sqrt();
+        let residual_n_m = (0..7)
+            .map(|i| (torques[i] - explained[i]).powi(2))
+            .sum::<f64>()
+            .sqrt();
         let singular_values = roots(eigenvalues);
         let condition = singular_values[0] / singular_values[5];
-        Ok(WrenchEstimate { wrench, condition, residual_n_m })
+        Ok(WrenchEstimate {
+            wrench,
+            condition,
+            residual_n_m,
+        })
     }
 }

@@ -81,12 +81,17 @@ mod tests {
         for i in 0..1_000_000 {
             // A fixed walk over ±20, with every third angle near a quarter turn.
             x = (x * 1.618_033_988_749_895 + 0.1).rem_euclid(40.0);
-            let angle =
-                if i % 3 == 0 { ((x - 20.0) / FRAC_PI_2).round() * FRAC_PI_2 + x * 1e-9 } else { x - 20.0 };
+            let angle = if i % 3 == 0 {
+                ((x - 20.0) / FRAC_PI_2).round() * FRAC_PI_2 + x * 1e-9
+            } else {
+                x - 20.0
+            };
             let angles = [angle, -angle, 0.0, 1e-300, angle * 1e3, -0.0, angle * 0.01];
             for (fast, angle) in sin_cos(&angles).into_iter().zip(angles) {
                 let exact = angle.sin_cos();
-                worst = worst.max((fast.0 - exact.0).abs()).max((fast.1 - exact.1).abs());
+                worst = worst
+                    .max((fast.0 - exact.0).abs())
+                    .max((fast.1 - exact.1).abs());
             }
         }
         assert!(worst <= 2.5e-16, "{worst}");

@@ -26,9 +26,15 @@ impl Chain {
     /// way from base to tip, several ends and no name, a planar, floating, spherical or mimic
     /// joint on the way, a revolute or prismatic joint without limits, and whatever
     /// [`Chain::new`] rejects.
-    pub fn from_urdf_str(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, KinematicsError> {
-        let robot = urdf_rs::read_from_string(text)
-            .map_err(|error| KinematicsError::UrdfMalformed { message: error.to_string() })?;
+    pub fn from_urdf_str(
+        text: &str,
+        base: Option<&str>,
+        tip: Option<&str>,
+    ) -> Result<Self, KinematicsError> {
+        let robot =
+            urdf_rs::read_from_string(text).map_err(|error| KinematicsError::UrdfMalformed {
+                message: error.to_string(),
+            })?;
         Tree::new(&robot)?.chain(base, tip)
     }
 
@@ -69,7 +75,9 @@ impl<'a> Tree<'a> {
         };
         for link in &robot.links {
             if tree.links.insert(&link.name, link).is_some() {
-                return Err(KinematicsError::UrdfDuplicateLink { link: link.name.clone() });
+                return Err(KinematicsError::UrdfDuplicateLink {
+                    link: link.name.clone(),
+                });
             }
         }
         for joint in &robot.joints {
@@ -77,7 +85,9 @@ impl<'a> Tree<'a> {
             tree.known(parent)?;
             tree.known(child)?;
             if tree.parent.insert(child, joint).is_some() {
-                return Err(KinematicsError::UrdfDuplicateLink { link: child.to_owned() });
+                return Err(KinematicsError::UrdfDuplicateLink {
+                    link: child.to_owned(),
+                });
             }
             tree.children.entry(parent).or_default().push(joint);
         }
@@ -89,7 +99,9 @@ impl<'a> Tree<'a> {
         if self.links.contains_key(link) {
             Ok(())
         } else {
-            Err(KinematicsError::UrdfUnknownLink { link: link.to_owned() })
+            Err(KinematicsError::UrdfUnknownLink {
+                link: link.to_owned(),
+            })
         }
     }
 
@@ -103,12 +115,17 @@ impl<'a> Tree<'a> {
         }
         match self.names.iter().find(|name| !seen.contains(**name)) {
             None => Ok(()),
-            Some(link) => Err(KinematicsError::UrdfLoop { link: (*link).to_owned() }),
+            Some(link) => Err(KinematicsError::UrdfLoop {
+                link: (*link).to_owned(),
+            }),
         }
     }
 
     fn roots(&self) -> impl Iterator<Item = &'a str> {
-        self.names.iter().copied().filter(|name| !self.parent.contains_key(name))
+        self.names
+            .iter()
+            .copied()
+            .filter(|name| !self.parent.contains_key(name))
     }
 
     fn below(&self, link: &str) -> impl Iterator<Item = &'a Joint> {
@@ -160,10 +177,13 @@ impl<'a> Tree<'a> {
         let mut path: Vec<&Joint> = Vec::new();
         let mut at = tip;
         while at != base {
-            let joint = self.parent.get(at).ok_or_else(|| KinematicsError::UrdfDisconnected {
-                base: base.to_owned(),
-                tip: tip.to_owned(),
-            })?;
+            let joint = self
+                .parent
+                .get(at)
+                .ok_or_else(|| KinematicsError::UrdfDisconnected {
+                    base: base.to_owned(),
+                    tip: tip.to_owned(),
+                })?;
             path.push(joint);
             at = &joint.parent.link;
         }
@@ -185,7 +205,13 @@ impl<'a> Tree<'a> {
             if let Some(carrier) = joints.last_mut() {
                 let next = path.get(index + 1).map(|joint| joint.child.link.as_str());
                 let link = self.links[joint.child.link.as_str()];
-                self.collect(link, last_from_link, next, &mut carrier.inertials, &mut left_out)?;
+                self.collect(
+                    link,
+                    last_from_link,
+                    next,
+                    &mut carrier.inertials,
+                    &mut left_out,
+                )?;
             }
         }
         Ok(Chain::new(joints, last_from_link)?.with_links_left_out(left_out))
@@ -209,10 +235,17 @@ impl<'a> Tree<'a> {
                     left_out.push(link.name.clone());
                 }
             }
-            for joint in self.below(&link.name).filter(|joint| Some(joint.child.link.as_str()) != next) {
+            for joint in self
+                .below(&link.name)
+                .filter(|joint| Some(joint.child.link.as_str()) != next)
+            {
                 let carrier_from_child = carrier_from_link * pose(&joint.origin)?;
                 let rigid = rigid && joint.joint_type == JointType::Fixed;
-                open.push((self.links[joint.child.link.as_str()], carrier_from_child, rigid));
+                open.push((
+                    self.links[joint.child.link.as_str()],
+                    carrier_from_child,
+                    rigid,
+                ));
             }
         }
         Ok(())
@@ -222,13 +255,17 @@ impl<'a> Tree<'a> {
 fn only<'a>(candidates: &[&'a str]) -> Result<&'a str, KinematicsError> {
     match candidates {
         [one] => Ok(one),
-        _ => Err(KinematicsError::UrdfAmbiguous { count: candidates.len() }),
+        _ => Err(KinematicsError::UrdfAmbiguous {
+            count: candidates.len(),
+        }),
     }
 }
 
 fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, KinematicsError> {
-    let unsupported =
-        |kind: &str| KinematicsError::UrdfJointKind { joint: joint.name.clone(), kind: kind.to_owned() };
+    let unsupported = |kind: &str| KinematicsError::UrdfJointKind {
+        joint: joint.name.clone(),
+        kind: kind.to_owned(),
+    };
     if joint.mimic.is_some() {
         return Err(unsupported("mimic"));
     }
@@ -244,11 +281,22 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
         JointLimit::FREE
     } else if joint.limit == urdf_rs::JointLimit::default() {
         // The parser fills an absent tag with zeros, which would lock the joint.
-        return Err(KinematicsError::UrdfNoLimits { joint: joint.name.clone() });
+        return Err(KinematicsError::UrdfNoLimits {
+            joint: joint.name.clone(),
+        });
     } else {
-        JointLimit { min_rad: joint.limit.lower, max_rad: joint.limit.upper }
+        JointLimit {
+            min_rad: joint.limit.lower,
+            max_rad: joint.limit.upper,
+        }
     };
-    let given = |value: f64| if value == 0.0 || value == f64::INFINITY { None } else { Some(value) };
+    let given = |value: f64| {
+        if value == 0.0 || value == f64::INFINITY {
+            None
+        } else {
+            Some(value)
+        }
+    };
     Ok(ChainJoint {
         name: joint.name.clone(),
         kind,
@@ -265,14 +313,18 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
 fn pose(origin: &urdf_rs::Pose) -> Result<Pose, KinematicsError> {
     let [roll, pitch, yaw] = origin.rpy.0;
     crate::error::finite("rpy", &origin.rpy.0)?;
-    let rotation = DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
+    let rotation =
+        DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
     Pose::new(rotation, DVec3::from_array(origin.xyz.0))
 }
 
 /// The parser fills an absent inertial with zeros; zero mass with some inertia is an error to report later.
 fn has_inertial(link: &Link) -> bool {
     let i = &link.inertial.inertia;
-    link.inertial.mass.value != 0.0 || [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz].iter().any(|x| *x != 0.0)
+    link.inertial.mass.value != 0.0
+        || [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz]
+            .iter()
+            .any(|x| *x != 0.0)
 }
 
 fn inertial(link: &Link) -> Result<Inertial, KinematicsError> {

@@ -45,7 +45,13 @@ impl Window {
         } else {
             Shape::Narrow
         };
-        let direction = |angle: f64| if angle.is_finite() { [angle.cos(), angle.sin()] } else { [1.0, 0.0] };
+        let direction = |angle: f64| {
+            if angle.is_finite() {
+                [angle.cos(), angle.sin()]
+            } else {
+                [1.0, 0.0]
+            }
+        };
         Self {
             min: direction(limit.min_rad),
             max: direction(limit.max_rad),
@@ -62,7 +68,10 @@ impl Window {
         let before_max = self.max[1] * x - self.max[0] * y;
         match self.shape {
             Shape::Free => (true, true),
-            Shape::Wide => (past_min >= -T || before_max >= -T, past_min <= T || before_max <= T),
+            Shape::Wide => (
+                past_min >= -T || before_max >= -T,
+                past_min <= T || before_max <= T,
+            ),
             Shape::Narrow => {
                 // Without the middle, a window of no width would hold its opposite too.
                 let towards = self.middle[0] * x + self.middle[1] * y;
@@ -91,20 +100,28 @@ pub(crate) struct Cone {
 
 impl SignedCone {
     pub(crate) fn new(limit: JointLimit) -> Self {
-        Self { sides: magnitude_ranges(limit).map(|range| range.map(Cone::new)) }
+        Self {
+            sides: magnitude_ranges(limit).map(|range| range.map(Cone::new)),
+        }
     }
 
     /// Whether `+q` and `-q` are allowed, for `q = atan2(sin, cos)`, `sin ≥ 0`.
     #[inline(always)]
     pub(crate) fn holds(&self, cos: f64, sin: f64) -> (bool, bool) {
         let [plus, minus] = self.sides;
-        (plus.is_some_and(|c| c.holds(cos, sin)), minus.is_some_and(|c| c.holds(cos, sin)))
+        (
+            plus.is_some_and(|c| c.holds(cos, sin)),
+            minus.is_some_and(|c| c.holds(cos, sin)),
+        )
     }
 }
 
 impl Cone {
     fn new([inner, outer]: [f64; 2]) -> Self {
-        Self { inner: [inner.cos(), inner.sin()], outer: [outer.cos(), outer.sin()] }
+        Self {
+            inner: [inner.cos(), inner.sin()],
+            outer: [outer.cos(), outer.sin()],
+        }
     }
 
     #[inline(always)]
@@ -118,7 +135,10 @@ impl Cone {
 /// The part of a limit with `q ≥ 0` and the part with `q ≤ 0`, as ranges of `|q|`.
 pub(crate) fn magnitude_ranges(limit: JointLimit) -> [Option<[f64; 2]>; 2] {
     let (lo, hi) = (limit.min_rad, limit.max_rad);
-    [(hi >= 0.0).then(|| [lo.max(0.0), hi]), (lo <= 0.0).then(|| [(-hi).max(0.0), -lo])]
+    [
+        (hi >= 0.0).then(|| [lo.max(0.0), hi]),
+        (lo <= 0.0).then(|| [(-hi).max(0.0), -lo]),
+    ]
 }
 
 /// Shoulder-wrist distances that the elbow allows: joint 4's limit, seen as lengths.
@@ -142,7 +162,9 @@ impl Distances {
         // |w|² = a² + b² + 2ab cos q4, written so that a straight elbow keeps all digits.
         let length = |q: f64| {
             let half = (0.5 * q).sin();
-            ((a + b) * (a + b) - 4.0 * a * b * half * half).max(0.0).sqrt()
+            ((a + b) * (a + b) - 4.0 * a * b * half * half)
+                .max(0.0)
+                .sqrt()
         };
         let [plus, minus] = magnitude_ranges(elbow);
         let sides = [minus, plus].map(|range| match range {
@@ -150,7 +172,12 @@ impl Distances {
             None => [f64::INFINITY, f64::NEG_INFINITY],
         });
         let reach = geometry.d_bs_m.abs() + a + b + geometry.d_wf_m.abs();
-        Self { upper: a, fore: b, sides, tolerance: 32.0 * f64::EPSILON * reach }
+        Self {
+            upper: a,
+            fore: b,
+            sides,
+            tolerance: 32.0 * f64::EPSILON * reach,
+        }
     }
 
     /// Longest shoulder-wrist distance the geometry gives, m.
@@ -166,8 +193,9 @@ impl Distances {
     /// Allowed with `q4 ≤ 0`, allowed with `q4 ≥ 0`?
     #[inline(always)]
     pub(crate) fn allow(&self, length: f64) -> (bool, bool) {
-        let within =
-            |side: [f64; 2]| side[0] - self.tolerance <= length && length <= side[1] + self.tolerance;
+        let within = |side: [f64; 2]| {
+            side[0] - self.tolerance <= length && length <= side[1] + self.tolerance
+        };
         (within(self.sides[0]), within(self.sides[1]))
     }
 }

@@ -5,17 +5,26 @@ mod chain_support;
 use chain_support::{franka, random_chain, random_q, shift, ur5e};
 use glam::{DMat3, DQuat, DVec3};
 use hwall_kinematics::{
-    Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch, NumericSolution, Pose,
+    Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch, NumericSolution,
+    Pose,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
 use std::f64::consts::PI;
 
 /// The answer keeps its promises: inside the limits to the last bit, residuals as reported.
 fn check(chain: &Chain, target: &Pose, config: &NumericConfig, solution: &NumericSolution) {
-    chain.check_limits(&solution.q_rad).expect("inside the limits");
+    chain
+        .check_limits(&solution.q_rad)
+        .expect("inside the limits");
     let (residual_m, residual_rad) = chain.forward(&solution.q_rad).unwrap().distance(target);
-    assert!(residual_m <= config.tolerance_m * 1.01 + 1e-15, "{residual_m:e}");
-    assert!(residual_rad <= config.tolerance_rad * 1.01 + 1e-15, "{residual_rad:e}");
+    assert!(
+        residual_m <= config.tolerance_m * 1.01 + 1e-15,
+        "{residual_m:e}"
+    );
+    assert!(
+        residual_rad <= config.tolerance_rad * 1.01 + 1e-15,
+        "{residual_rad:e}"
+    );
     assert_close!(residual_m, solution.report.residual_m, Tol::abs(2e-15));
     assert_close!(residual_rad, solution.report.residual_rad, Tol::abs(4e-15));
 }
@@ -38,7 +47,10 @@ fn solve_planted(chain: &Chain, config: &NumericConfig, seed: u64, count: usize)
             Err(other) => panic!("{other}"),
         }
     }
-    println!("{solved} of {count}, position error m: {}", ErrorStats::from_errors(errors));
+    println!(
+        "{solved} of {count}, position error m: {}",
+        ErrorStats::from_errors(errors)
+    );
     solved
 }
 
@@ -62,7 +74,14 @@ fn finds_planted_targets_of_odd_chains() {
         assert!(solved >= 59, "{n} joints: {solved} of 60");
     }
     // Long chains need no more memory and no other code.
-    assert!(solve_planted(&random_chain(&mut sampler, 200, 0.1), &NumericConfig::default(), 25, 5) == 5);
+    assert!(
+        solve_planted(
+            &random_chain(&mut sampler, 200, 0.1),
+            &NumericConfig::default(),
+            25,
+            5
+        ) == 5
+    );
 }
 
 #[test]
@@ -71,15 +90,25 @@ fn start_that_is_already_exact_returns_at_once_without_nan() {
         let mut sampler = Sampler::new(26);
         let q = random_q(&chain, &mut sampler);
         let target = chain.forward(&q).unwrap();
-        let solution = chain.inverse_numeric(&target, &q, &NumericConfig::default()).unwrap();
+        let solution = chain
+            .inverse_numeric(&target, &q, &NumericConfig::default())
+            .unwrap();
         assert_eq!(solution.q_rad, q);
-        assert_eq!((solution.report.iterations, solution.report.restarts), (0, 0));
+        assert_eq!(
+            (solution.report.iterations, solution.report.restarts),
+            (0, 0)
+        );
         assert!(solution.report.residual_rad.is_finite());
     }
     let stretched = Chain::iiwa7();
     let target = stretched.forward(&[0.0; 7]).unwrap();
-    let solution = stretched.inverse_numeric(&target, &[0.0; 7], &NumericConfig::default()).unwrap();
-    assert_eq!((solution.report.residual_m, solution.report.residual_rad), (0.0, 0.0));
+    let solution = stretched
+        .inverse_numeric(&target, &[0.0; 7], &NumericConfig::default())
+        .unwrap();
+    assert_eq!(
+        (solution.report.residual_m, solution.report.residual_rad),
+        (0.0, 0.0)
+    );
 }
 
 #[test]
@@ -89,8 +118,12 @@ fn start_outside_the_limits_is_an_error_not_a_panic() {
     let mut start = [0.0; 7];
     start[3] = chain.joints()[3].limit.max_rad + 1e-9;
     let answer = chain.inverse_numeric(&target, &start, &NumericConfig::default());
-    assert!(matches!(answer, Err(KinematicsError::JointLimit { index: 3, .. })));
-    let solve = |start: &[f64], config: &NumericConfig| chain.inverse_numeric(&target, start, config);
+    assert!(matches!(
+        answer,
+        Err(KinematicsError::JointLimit { index: 3, .. })
+    ));
+    let solve =
+        |start: &[f64], config: &NumericConfig| chain.inverse_numeric(&target, start, config);
     assert!(matches!(
         solve(&[f64::NAN; 7], &NumericConfig::default()),
         Err(KinematicsError::NonFinite { .. })
@@ -100,11 +133,24 @@ fn start_outside_the_limits_is_an_error_not_a_panic() {
         Err(KinematicsError::WrongJointCount { .. })
     ));
     for tolerance_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let config = NumericConfig { tolerance_m, ..NumericConfig::default() };
-        assert!(matches!(solve(&[0.0; 7], &config), Err(KinematicsError::Parameter { .. })));
+        let config = NumericConfig {
+            tolerance_m,
+            ..NumericConfig::default()
+        };
+        assert!(matches!(
+            solve(&[0.0; 7], &config),
+            Err(KinematicsError::Parameter { .. })
+        ));
     }
-    let none = NumericConfig { max_iterations: 0, max_restarts: 0, ..NumericConfig::default() };
-    assert!(matches!(solve(&[0.0; 7], &none), Err(KinematicsError::NotConverged { iterations: 0, .. })));
+    let none = NumericConfig {
+        max_iterations: 0,
+        max_restarts: 0,
+        ..NumericConfig::default()
+    };
+    assert!(matches!(
+        solve(&[0.0; 7], &none),
+        Err(KinematicsError::NotConverged { iterations: 0, .. })
+    ));
 }
 
 #[test]
@@ -117,11 +163,22 @@ fn targets_with_every_joint_on_a_limit() {
                 .joints()
                 .iter()
                 .enumerate()
-                .map(|(i, j)| if corner >> i & 1 == 0 { j.limit.min_rad } else { j.limit.max_rad })
+                .map(|(i, j)| {
+                    if corner >> i & 1 == 0 {
+                        j.limit.min_rad
+                    } else {
+                        j.limit.max_rad
+                    }
+                })
                 .collect();
             let target = chain.forward(&q).unwrap();
             let solution = chain.inverse_numeric(&target, &random_q(&chain, &mut sampler), &config);
-            check(&chain, &target, &config, &solution.unwrap_or_else(|e| panic!("corner {corner}: {e}")));
+            check(
+                &chain,
+                &target,
+                &config,
+                &solution.unwrap_or_else(|e| panic!("corner {corner}: {e}")),
+            );
         }
     }
 }
@@ -141,7 +198,12 @@ fn singular_targets() {
         }
         let target = chain.forward(&q).unwrap();
         let solution = chain.inverse_numeric(&target, &random_q(&chain, &mut sampler), &config);
-        check(&chain, &target, &config, &solution.unwrap_or_else(|e| panic!("case {case}: {e}")));
+        check(
+            &chain,
+            &target,
+            &config,
+            &solution.unwrap_or_else(|e| panic!("case {case}: {e}")),
+        );
     }
 }
 
@@ -151,14 +213,23 @@ fn at_the_rim_of_the_workspace() {
     let shoulder = DVec3::new(0.0, 0.0, 0.34);
     let stretched = |reach_m: f64| {
         let u = DVec3::new(0.48, 0.6, 0.64);
-        Pose::from_quat(DQuat::from_rotation_arc(DVec3::Z, u), shoulder + u * reach_m).unwrap()
+        Pose::from_quat(
+            DQuat::from_rotation_arc(DVec3::Z, u),
+            shoulder + u * reach_m,
+        )
+        .unwrap()
     };
     let start = [0.2, 0.5, 0.1, 0.8, 0.3, -0.4, 0.2];
     let config = NumericConfig::default();
     for inside_m in [0.0, 1e-12, 1e-9, 1e-6, 1e-3] {
         let target = stretched(0.926 - inside_m);
         let solution = chain.inverse_numeric(&target, &start, &config);
-        check(&chain, &target, &config, &solution.unwrap_or_else(|e| panic!("{inside_m}: {e}")));
+        check(
+            &chain,
+            &target,
+            &config,
+            &solution.unwrap_or_else(|e| panic!("{inside_m}: {e}")),
+        );
     }
     // Beyond the tolerance outside: refused before the first step.
     for outside_m in [1e-6, 1e-4, 1.0, 1e6] {
@@ -173,18 +244,32 @@ fn at_the_rim_of_the_workspace() {
 #[test]
 fn quick_refusal_knows_the_length_of_every_link() {
     // Three parallel hinges and a slide, all links in one line when stretched: 0.7 + 0.5 + 0.2 + 0.3 m.
-    let limit = JointLimit { min_rad: -1.5, max_rad: 1.5 };
+    let limit = JointLimit {
+        min_rad: -1.5,
+        max_rad: 1.5,
+    };
     let link = |name: &str, x: f64| ChainJoint::revolute(name, shift(x, 0.0, 0.0), DVec3::Z, limit);
-    let slide_limit = JointLimit { min_rad: 0.1, max_rad: 0.3 };
+    let slide_limit = JointLimit {
+        min_rad: 0.1,
+        max_rad: 0.3,
+    };
     let slide = ChainJoint::prismatic("slide", shift(0.2, 0.0, 0.0), DVec3::X, slide_limit);
     let joints = vec![link("a", 0.0), link("b", 0.7), link("c", 0.5), slide];
     let chain = Chain::new(joints, Pose::IDENTITY).unwrap();
     let start = [0.3, -0.4, 0.2, 0.2];
     let config = NumericConfig::default();
-    let solution = chain.inverse_numeric(&shift(1.7, 0.0, 0.0), &start, &config).unwrap();
+    let solution = chain
+        .inverse_numeric(&shift(1.7, 0.0, 0.0), &start, &config)
+        .unwrap();
     check(&chain, &shift(1.7, 0.0, 0.0), &config, &solution);
     let beyond = chain.inverse_numeric(&shift(1.7001, 0.0, 0.0), &start, &config);
-    assert!(matches!(beyond, Err(KinematicsError::NotConverged { iterations: 0, .. })), "{beyond:?}");
+    assert!(
+        matches!(
+            beyond,
+            Err(KinematicsError::NotConverged { iterations: 0, .. })
+        ),
+        "{beyond:?}"
+    );
 }
 
 #[test]
@@ -193,17 +278,30 @@ fn ranges_away_from_zero() {
     let mut joints = ur5e().joints().to_vec();
     for (i, joint) in joints.iter_mut().enumerate() {
         let low = if i % 2 == 0 { 4.0 } else { -9.0 };
-        joint.limit = JointLimit { min_rad: low, max_rad: low + 2.0 };
+        joint.limit = JointLimit {
+            min_rad: low,
+            max_rad: low + 2.0,
+        };
     }
     let chain = Chain::new(joints, ur5e().link_from_tip()).unwrap();
     let mut sampler = Sampler::new(30);
-    let mut draw =
-        || chain.joints().iter().map(|j| sampler.uniform(j.limit.min_rad, j.limit.max_rad)).collect();
+    let mut draw = || {
+        chain
+            .joints()
+            .iter()
+            .map(|j| sampler.uniform(j.limit.min_rad, j.limit.max_rad))
+            .collect()
+    };
     let config = NumericConfig::default();
     for _ in 0..200 {
         let (planted, start): (Vec<f64>, Vec<f64>) = (draw(), draw());
         let target = chain.forward(&planted).unwrap();
-        check(&chain, &target, &config, &chain.inverse_numeric(&target, &start, &config).unwrap());
+        check(
+            &chain,
+            &target,
+            &config,
+            &chain.inverse_numeric(&target, &start, &config).unwrap(),
+        );
     }
 }
 
@@ -219,7 +317,11 @@ fn unreachable_targets_are_not_found_in_a_bounded_number_of_steps() {
         let target = Pose::from_quat(DQuat::from_rotation_arc(DVec3::Z, -u), position).unwrap();
         let start = random_q(&chain, &mut sampler);
         match chain.inverse_numeric(&target, &start, &config) {
-            Err(KinematicsError::NotConverged { iterations, residual_m, residual_rad }) => {
+            Err(KinematicsError::NotConverged {
+                iterations,
+                residual_m,
+                residual_rad,
+            }) => {
                 assert!(iterations <= config.max_iterations * (config.max_restarts + 1));
                 assert!(residual_m.is_finite() && residual_rad.is_finite());
                 assert!(residual_m > 1e-3 || residual_rad > 1e-3);
@@ -231,7 +333,10 @@ fn unreachable_targets_are_not_found_in_a_bounded_number_of_steps() {
 
 #[test]
 fn one_joint_and_one_slide() {
-    let limit = JointLimit { min_rad: -1.0, max_rad: 2.0 };
+    let limit = JointLimit {
+        min_rad: -1.0,
+        max_rad: 2.0,
+    };
     let config = NumericConfig::default();
     let hinge = ChainJoint::revolute("hinge", shift(0.0, 0.0, 0.3), DVec3::Y, limit);
     let hinge = Chain::new(vec![hinge], shift(0.5, 0.0, 0.0)).unwrap();
@@ -256,9 +361,15 @@ fn one_joint_and_one_slide() {
 fn locked_and_endless_joints() {
     // A joint without play, one without limits and a slide without limits.
     let mut joints = Chain::iiwa7().joints().to_vec();
-    joints[2].limit = JointLimit { min_rad: 0.3, max_rad: 0.3 };
+    joints[2].limit = JointLimit {
+        min_rad: 0.3,
+        max_rad: 0.3,
+    };
     joints[0].limit = JointLimit::FREE;
-    joints.insert(0, ChainJoint::prismatic("rail", Pose::IDENTITY, DVec3::X, JointLimit::FREE));
+    joints.insert(
+        0,
+        ChainJoint::prismatic("rail", Pose::IDENTITY, DVec3::X, JointLimit::FREE),
+    );
     let chain = Chain::new(joints, Chain::iiwa7().link_from_tip()).unwrap();
     let target = Pose::new(DMat3::from_rotation_y(1.3), DVec3::new(25.0, 0.2, 0.5)).unwrap();
     let start = [0.0, 0.1, 0.2, 0.3, 0.9, 0.1, 0.2, 0.1];
@@ -279,12 +390,19 @@ fn servo_follows_without_jumps() {
         let offset = shift(0.1 * angle.sin(), 0.1 * (1.0 - angle.cos()), 0.0);
         let target = offset * start;
         let solution = chain.inverse_numeric(&target, &q, &config).unwrap();
-        let jump = q.iter().zip(&solution.q_rad).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let jump = q
+            .iter()
+            .zip(&solution.q_rad)
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         assert!(jump < 0.01, "step {k}: {jump} rad");
         assert!(solution.report.iterations <= 3);
         q = solution.q_rad;
     }
-    assert_close!(chain.forward(&q).unwrap().position_m(), start.position_m(), Tol::abs(1e-8));
+    assert_close!(
+        chain.forward(&q).unwrap().position_m(),
+        start.position_m(),
+        Tol::abs(1e-8)
+    );
 }
 
 #[test]
@@ -296,14 +414,24 @@ fn same_seed_same_answer_and_scratch_does_not_matter() {
     let other = ur5e();
     let q = random_q(&other, &mut sampler);
     other
-        .inverse_numeric_into(&other.forward(&q).unwrap(), &[0.1; 6], &NumericConfig::default(), &mut scratch)
+        .inverse_numeric_into(
+            &other.forward(&q).unwrap(),
+            &[0.1; 6],
+            &NumericConfig::default(),
+            &mut scratch,
+        )
         .unwrap();
     for seed in 0..20 {
-        let config = NumericConfig { seed, ..NumericConfig::thorough() };
+        let config = NumericConfig {
+            seed,
+            ..NumericConfig::thorough()
+        };
         let target = chain.forward(&random_q(&chain, &mut sampler)).unwrap();
         let start = random_q(&chain, &mut sampler);
         let first = chain.inverse_numeric(&target, &start, &config).unwrap();
-        let report = chain.inverse_numeric_into(&target, &start, &config, &mut scratch).unwrap();
+        let report = chain
+            .inverse_numeric_into(&target, &start, &config, &mut scratch)
+            .unwrap();
         assert_eq!(first.report, report);
         assert_eq!(first.q_rad, scratch.q_rad());
     }
@@ -318,17 +446,28 @@ fn agrees_with_the_exact_verdicts() {
     let (mut reachable, mut unreachable, mut missed) = (0, 0, 0);
     for case in data["poses"].as_array().unwrap() {
         let numbers = |key: &str| -> Vec<f64> {
-            case[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+            case[key]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|v| v.as_f64().unwrap())
+                .collect()
         };
         let rotation = DMat3::from_cols_slice(&numbers("R")).transpose();
         let target = Pose::new(rotation, DVec3::from_slice(&numbers("p"))).unwrap();
-        let found = chain.inverse_numeric(&target, &[0.0, 0.3, 0.0, 0.9, 0.0, 0.5, 0.0], &config).is_ok();
+        let found = chain
+            .inverse_numeric(&target, &[0.0, 0.3, 0.0, 0.9, 0.0, 0.5, 0.0], &config)
+            .is_ok();
         if case["reachable"].as_bool().unwrap() {
             reachable += 1;
             missed += usize::from(!found);
         } else {
             unreachable += 1;
-            assert!(!found, "{} is out of reach by {}", case["cls"], case["margin"]);
+            assert!(
+                !found,
+                "{} is out of reach by {}",
+                case["cls"], case["margin"]
+            );
         }
     }
     assert!(reachable > 400 && unreachable > 100);

@@ -5,8 +5,8 @@
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    Branch, JointLimit, JointPositions, KinematicsError, NearestConfig, Pose, Reach, SrsArm, SrsGeometry,
-    SrsParameters, Unreachable,
+    Branch, JointLimit, JointPositions, KinematicsError, NearestConfig, Pose, Reach, SrsArm,
+    SrsGeometry, SrsParameters, Unreachable,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
@@ -17,10 +17,16 @@ fn assert_holds(arm: &SrsArm, pose: &Pose, tolerance: f64, what: &str) {
     match arm.reach(pose) {
         Reach::Reachable(witness) => {
             for (joint, (q, limit)) in witness.q.0.iter().zip(arm.limits()).enumerate() {
-                assert!(limit.contains(*q), "{what}: joint {joint} at {q} outside {limit:?}");
+                assert!(
+                    limit.contains(*q),
+                    "{what}: joint {joint} at {q} outside {limit:?}"
+                );
             }
             let (position, angle) = arm.forward(&witness.q).distance(pose);
-            assert!(position <= tolerance && angle <= tolerance, "{what}: {position} m, {angle} rad");
+            assert!(
+                position <= tolerance && angle <= tolerance,
+                "{what}: {position} m, {angle} rad"
+            );
         }
         Reach::Unreachable(reason) => panic!("{what}: {reason}, {pose:?}"),
     }
@@ -55,9 +61,19 @@ fn check_boxes(name: &str, half_widths: &[f64], set: impl Fn(&mut Sampler) -> Ve
         let pose = arm.forward(&q);
         assert_holds(&arm, &pose, 1e-12, &format!("{name} {i} {q:?}"));
         for &half_width in half_widths {
-            let limits = q.0.map(|x| JointLimit { min_rad: x - half_width, max_rad: x + half_width });
-            let tight = arm.with_limits(limits).expect("limits around a configuration");
-            assert_holds(&tight, &pose, 1e-12, &format!("{name} {i}, limits {half_width} around {q:?}"));
+            let limits = q.0.map(|x| JointLimit {
+                min_rad: x - half_width,
+                max_rad: x + half_width,
+            });
+            let tight = arm
+                .with_limits(limits)
+                .expect("limits around a configuration");
+            assert_holds(
+                &tight,
+                &pose,
+                1e-12,
+                &format!("{name} {i}, limits {half_width} around {q:?}"),
+            );
         }
     }
 }
@@ -85,7 +101,9 @@ fn shoulder_singular() {
 #[test]
 fn two_singularities_at_once() {
     for (a, b) in [(1, 3), (1, 5), (3, 5)] {
-        check_family(&format!("q{} = q{} = 0", a + 1, b + 1), |_| vec![(a, 0.0), (b, 0.0)]);
+        check_family(&format!("q{} = q{} = 0", a + 1, b + 1), |_| {
+            vec![(a, 0.0), (b, 0.0)]
+        });
     }
 }
 
@@ -104,7 +122,9 @@ fn near_singular_by_1e_6_1e_9_1e_12() {
         }
         // Doubles fix the elbow of such a pose too coarsely for boxes (docs of `reach`).
         check_boxes(&format!("q2, q4, q6 = ±{near}"), &[], |s| {
-            [1, 3, 5].map(|joint| (joint, if s.bool() { near } else { -near })).to_vec()
+            [1, 3, 5]
+                .map(|joint| (joint, if s.bool() { near } else { -near }))
+                .to_vec()
         });
     }
 }
@@ -129,9 +149,17 @@ fn locked_joints_leave_the_pose_reachable() {
         // One to three joints locked exactly at their angle.
         for _ in 0..=sampler.index(3) {
             let joint = sampler.index(7);
-            limits[joint] = JointLimit { min_rad: q[joint], max_rad: q[joint] };
+            limits[joint] = JointLimit {
+                min_rad: q[joint],
+                max_rad: q[joint],
+            };
         }
-        assert_holds(&arm.with_limits(limits).expect("valid"), &pose, 1e-12, &format!("locked {i} {q:?}"));
+        assert_holds(
+            &arm.with_limits(limits).expect("valid"),
+            &pose,
+            1e-12,
+            &format!("locked {i} {q:?}"),
+        );
     }
 }
 
@@ -144,7 +172,12 @@ fn each_joint_exactly_at_its_limit() {
             let arm = SrsArm::iiwa7();
             for i in 0..2_000 {
                 let q = configuration(&mut sampler, &[(joint, end)]);
-                assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("joint {joint} at {end}, {i}"));
+                assert_holds(
+                    &arm,
+                    &arm.forward(&q),
+                    1e-12,
+                    &format!("joint {joint} at {end}, {i}"),
+                );
             }
         }
     }
@@ -157,14 +190,23 @@ fn all_joints_within_a_thousandth_of_their_limits() {
     for i in 0..5_000 {
         let q = JointPositions(arm.limits().map(|l| {
             let inset = sampler.uniform(0.0, 1e-3);
-            if sampler.bool() { l.min_rad + inset } else { l.max_rad - inset }
+            if sampler.bool() {
+                l.min_rad + inset
+            } else {
+                l.max_rad - inset
+            }
         }));
         assert_holds(&arm, &arm.forward(&q), 1e-12, &format!("corner {i} {q:?}"));
         let corner = JointPositions(std::array::from_fn(|j| {
             let l = arm.limits()[j];
             if q[j] < 0.0 { l.min_rad } else { l.max_rad }
         }));
-        assert_holds(&arm, &arm.forward(&corner), 1e-12, &format!("exact corner {i}"));
+        assert_holds(
+            &arm,
+            &arm.forward(&corner),
+            1e-12,
+            &format!("exact corner {i}"),
+        );
     }
 }
 
@@ -179,16 +221,23 @@ fn solutions_at_a_single_arm_angle_are_found() {
             let q = configuration(&mut sampler, &[(singular, 0.0)]);
             let mut limits = *arm.limits();
             for joint in [first, third] {
-                limits[joint] = JointLimit { min_rad: q[joint] - 1e-3, max_rad: q[joint] + 1e-3 };
+                limits[joint] = JointLimit {
+                    min_rad: q[joint] - 1e-3,
+                    max_rad: q[joint] + 1e-3,
+                };
             }
             let tight = arm.with_limits(limits).expect("valid");
             let pose = arm.forward(&q);
             assert_holds(&tight, &pose, 1e-12, &format!("single angle {i} {q:?}"));
             let angles = tight.feasible_arm_angles(&pose).expect("reachable");
-            let found = angles.branches().flat_map(|b| angles.arcs(b).map(move |arc| (b, arc)));
+            let found = angles
+                .branches()
+                .flat_map(|b| angles.arcs(b).map(move |arc| (b, arc)));
             for (branch, arc) in found.collect::<Vec<_>>() {
                 let middle = 0.5 * (arc.start_rad + arc.end_rad);
-                let q = angles.configuration(&tight, branch, middle, &q).expect("the arc holds it");
+                let q = angles
+                    .configuration(&tight, branch, middle, &q)
+                    .expect("the arc holds it");
                 let (position, angle) = tight.forward(&q).distance(&pose);
                 assert!(position < 1e-12 && angle < 1e-12);
             }
@@ -232,7 +281,9 @@ fn wrist_centre_on_the_shoulder() {
     let pose = Pose::from_translation(DVec3::new(0.0, 0.0, 0.34 + 0.126)).expect("a pose");
     // The iiwa's elbow stops at 120 degrees, 0.4 m away.
     match SrsArm::iiwa7().reach(&pose) {
-        Reach::Unreachable(Unreachable::ElbowLimit { gap_m }) => assert!((gap_m - 0.4).abs() < 1e-12),
+        Reach::Unreachable(Unreachable::ElbowLimit { gap_m }) => {
+            assert!((gap_m - 0.4).abs() < 1e-12)
+        }
         other => panic!("{other:?}"),
     }
     // An arm that folds almost flat stays short of it too.
@@ -241,7 +292,8 @@ fn wrist_centre_on_the_shoulder() {
     let folding = SrsArm::iiwa7().with_limits(limits).expect("valid");
     assert!(!folding.is_reachable(&pose));
     // With unequal links the geometry itself keeps away.
-    match SrsArm::iiwa14().reach(&Pose::from_translation(DVec3::new(0.0, 0.0, 0.36 + 0.126)).expect("a pose"))
+    match SrsArm::iiwa14()
+        .reach(&Pose::from_translation(DVec3::new(0.0, 0.0, 0.36 + 0.126)).expect("a pose"))
     {
         Reach::Unreachable(Unreachable::TooNear { gap_m }) => assert!((gap_m - 0.02).abs() < 1e-12),
         other => panic!("{other:?}"),
@@ -268,11 +320,17 @@ fn asymmetric_limits_and_free_joints() {
     for i in 0..10_000 {
         let limits = std::array::from_fn(|joint| {
             let widest = if joint % 2 == 1 { 3.1 } else { 3.0 * PI };
-            let (a, b) = (sampler.uniform(-widest, widest), sampler.uniform(-widest, widest));
+            let (a, b) = (
+                sampler.uniform(-widest, widest),
+                sampler.uniform(-widest, widest),
+            );
             if joint % 2 == 0 && sampler.index(4) == 0 {
                 JointLimit::FREE
             } else {
-                JointLimit { min_rad: a.min(b), max_rad: a.max(b) }
+                JointLimit {
+                    min_rad: a.min(b),
+                    max_rad: a.max(b),
+                }
             }
         });
         let tight = arm.with_limits(limits).expect("valid");
@@ -283,7 +341,12 @@ fn asymmetric_limits_and_free_joints() {
                 sampler.uniform(-9.0, 9.0)
             }
         }));
-        assert_holds(&tight, &arm.forward(&q), 1e-12, &format!("limits {i} {limits:?} {q:?}"));
+        assert_holds(
+            &tight,
+            &arm.forward(&q),
+            1e-12,
+            &format!("limits {i} {limits:?} {q:?}"),
+        );
     }
 }
 
@@ -303,7 +366,12 @@ fn small_and_large_arms() {
         for i in 0..2_000 {
             let set: &[(usize, f64)] = if i % 2 == 0 { &[] } else { &[(3, 0.0)] };
             let q = configuration(&mut sampler, set);
-            assert_holds(&arm, &arm.forward(&q), 1e-12 * f64::max(scale, 1.0), &format!("scale {scale} {i}"));
+            assert_holds(
+                &arm,
+                &arm.forward(&q),
+                1e-12 * f64::max(scale, 1.0),
+                &format!("scale {scale} {i}"),
+            );
         }
     }
 }
@@ -313,7 +381,12 @@ fn unequal_links_and_no_wrist_offset() {
     let p = SrsParameters::iiwa7();
     let mut sampler = Sampler::new(SEED);
     for (d_se_m, d_ew_m, d_wf_m) in [(0.5, 0.2, 0.1), (0.2, 0.5, 0.0), (0.3, 0.31, -0.05)] {
-        let geometry = SrsGeometry { d_bs_m: 0.0, d_se_m, d_ew_m, d_wf_m };
+        let geometry = SrsGeometry {
+            d_bs_m: 0.0,
+            d_se_m,
+            d_ew_m,
+            d_wf_m,
+        };
         let arm = SrsArm::new(SrsParameters { geometry, ..p }).expect("valid");
         for i in 0..2_000 {
             let q = configuration(&mut sampler, &[]);
@@ -341,24 +414,53 @@ fn bad_models_are_named() {
         limits[joint] = JointLimit { min_rad, max_rad };
         SrsArm::new(SrsParameters { limits, ..p })
     };
-    assert!(matches!(with_limit(2, 1.0, -1.0), Err(KinematicsError::LimitsReversed { index: 2, .. })));
-    assert!(matches!(with_limit(0, f64::NAN, 1.0), Err(KinematicsError::NonFinite { index: 0, .. })));
-    assert!(matches!(with_limit(3, -1.0, PI), Err(KinematicsError::LimitTooWide { index: 3, .. })));
+    assert!(matches!(
+        with_limit(2, 1.0, -1.0),
+        Err(KinematicsError::LimitsReversed { index: 2, .. })
+    ));
+    assert!(matches!(
+        with_limit(0, f64::NAN, 1.0),
+        Err(KinematicsError::NonFinite { index: 0, .. })
+    ));
+    assert!(matches!(
+        with_limit(3, -1.0, PI),
+        Err(KinematicsError::LimitTooWide { index: 3, .. })
+    ));
     for bad in [0.0, -0.4, f64::NAN, f64::INFINITY] {
-        let geometry = SrsGeometry { d_ew_m: bad, ..p.geometry };
+        let geometry = SrsGeometry {
+            d_ew_m: bad,
+            ..p.geometry
+        };
         let error = SrsArm::new(SrsParameters { geometry, ..p }).expect_err("no forearm");
-        assert!(matches!(error, KinematicsError::LinkLength { link: "d_ew", .. }), "{error}");
+        assert!(
+            matches!(error, KinematicsError::LinkLength { link: "d_ew", .. }),
+            "{error}"
+        );
     }
     let nan = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, f64::NAN, 0.0));
-    assert!(matches!(nan, Err(KinematicsError::NonFinite { what: "position", index: 1, .. })));
     assert!(matches!(
-        Pose::new(DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)), DVec3::ZERO),
+        nan,
+        Err(KinematicsError::NonFinite {
+            what: "position",
+            index: 1,
+            ..
+        })
+    ));
+    assert!(matches!(
+        Pose::new(
+            DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)),
+            DVec3::ZERO
+        ),
         Err(KinematicsError::NotARotation { .. })
     ));
     assert!(Pose::from_quat(glam::DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), DVec3::ZERO).is_err());
     assert!(matches!(
         JointPositions::from_slice(&[0.0; 6]),
-        Err(KinematicsError::WrongJointCount { expected: 7, got: 6, .. })
+        Err(KinematicsError::WrongJointCount {
+            expected: 7,
+            got: 6,
+            ..
+        })
     ));
 }
 
@@ -369,14 +471,26 @@ fn nan_never_passes_silently() {
     assert_eq!(arm.solutions(&pose, f64::NAN), [None; 8]);
     assert_eq!(arm.solutions(&pose, f64::INFINITY), [None; 8]);
     let bad = JointPositions([0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    let error = arm.nearest_solution(&pose, &bad, &NearestConfig::default()).expect_err("NaN reference");
-    assert!(matches!(error, KinematicsError::NonFinite { what: "reference", index: 1, .. }));
+    let error = arm
+        .nearest_solution(&pose, &bad, &NearestConfig::default())
+        .expect_err("NaN reference");
+    assert!(matches!(
+        error,
+        KinematicsError::NonFinite {
+            what: "reference",
+            index: 1,
+            ..
+        }
+    ));
     assert!(arm.arm_angle(&bad).is_nan());
     assert!(arm.self_motion(&bad).0.iter().all(|x| x.is_nan()));
     assert!(arm.dexterity(&bad, 0.1).manipulability.is_nan());
     assert!(arm.forward(&bad).position_m().is_nan());
     let angles = arm.feasible_arm_angles(&pose).expect("reachable");
     for branch in Branch::ALL {
-        assert_eq!(angles.configuration(&arm, branch, f64::NAN, &JointPositions::default()), None);
+        assert_eq!(
+            angles.configuration(&arm, branch, f64::NAN, &JointPositions::default()),
+            None
+        );
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_kinematics::{
-    Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities, KinematicsError,
-    NearestConfig, Pose, Reach, SrsArm, Unreachable, Wrench, rotation_vector,
+    Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
+    KinematicsError, NearestConfig, Pose, Reach, SrsArm, Unreachable, Wrench, rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::{PI, TAU};
@@ -15,7 +15,10 @@ fn random_q(arm: &SrsArm, sampler: &mut Sampler) -> JointPositions {
 }
 
 fn with_tool() -> SrsArm {
-    let tool = Pose::from_quat(glam::DQuat::from_rotation_y(0.3), DVec3::new(0.02, -0.05, 0.09));
+    let tool = Pose::from_quat(
+        glam::DQuat::from_rotation_y(0.3),
+        DVec3::new(0.02, -0.05, 0.09),
+    );
     SrsArm::iiwa7().with_tool(tool.expect("a pose"))
 }
 
@@ -33,13 +36,15 @@ fn jacobian_agrees_with_central_differences() {
         for _ in 0..500 {
             let q = random_q(&arm, &mut sampler);
             let qd = JointVelocities(sampler.array_within([(-1.0, 1.0); 7]));
-            let at = |t: f64| arm.forward(&JointPositions(std::array::from_fn(|i| q[i] + t * qd[i])));
+            let at =
+                |t: f64| arm.forward(&JointPositions(std::array::from_fn(|i| q[i] + t * qd[i])));
             let twist = arm.jacobian(&q).twist(&qd);
             for axis in 0..3 {
                 let linear = central_difference(|t| at(t).position_m()[axis], 0.0, 1e-5);
                 assert_close!(twist.linear_m_per_s[axis], linear, Tol::abs(1e-9));
-                let turned =
-                    |t: f64| rotation_vector(at(t).rotation() * at(0.0).rotation().transpose())[axis];
+                let turned = |t: f64| {
+                    rotation_vector(at(t).rotation() * at(0.0).rotation().transpose())[axis]
+                };
                 assert_close!(
                     twist.angular_rad_per_s[axis],
                     central_difference(turned, 0.0, 1e-5),
@@ -57,15 +62,25 @@ fn torques_do_the_work_of_the_wrench() {
     for _ in 0..500 {
         let q = random_q(&arm, &mut sampler);
         let qd = JointVelocities(sampler.array_within([(-1.0, 1.0); 7]));
-        let wrench = Wrench { force_n: sampler.unit_vector() * 10.0, moment_n_m: sampler.unit_vector() };
+        let wrench = Wrench {
+            force_n: sampler.unit_vector() * 10.0,
+            moment_n_m: sampler.unit_vector(),
+        };
         let twist = arm.jacobian(&q).twist(&qd);
-        let power = wrench.force_n.dot(twist.linear_m_per_s) + wrench.moment_n_m.dot(twist.angular_rad_per_s);
+        let power = wrench.force_n.dot(twist.linear_m_per_s)
+            + wrench.moment_n_m.dot(twist.angular_rad_per_s);
         let torques = arm.torques_from_wrench(&q, &wrench);
         let joint_power: f64 = torques.0.iter().zip(qd.0).map(|(t, v)| t * v).sum();
         assert_close!(joint_power, power, Tol::abs(1e-12));
-        let estimate = arm.wrench_from_torques(&q, &torques, 0.0, 0.1).expect("finite");
+        let estimate = arm
+            .wrench_from_torques(&q, &torques, 0.0, 0.1)
+            .expect("finite");
         if estimate.condition < 1e4 {
-            assert_close!(estimate.wrench.to_array(), wrench.to_array(), Tol::abs(1e-7));
+            assert_close!(
+                estimate.wrench.to_array(),
+                wrench.to_array(),
+                Tol::abs(1e-7)
+            );
         }
         assert!(estimate.residual_n_m < 1e-7);
     }
@@ -76,13 +91,23 @@ fn damping_holds_the_estimate_back_at_a_singularity() {
     let arm = SrsArm::iiwa7();
     let straight = JointPositions([0.0; 7]);
     let noise = JointTorques([0.1; 7]);
-    let estimate = arm.wrench_from_torques(&straight, &noise, 0.05, 0.1).expect("finite");
+    let estimate = arm
+        .wrench_from_torques(&straight, &noise, 0.05, 0.1)
+        .expect("finite");
     assert!(estimate.condition > 1e7);
     assert!(estimate.wrench.force_n.length() < 0.1 * 7.0_f64.sqrt() / (2.0 * 0.05) * 1.0001);
     assert!(estimate.wrench.to_array().iter().all(|x| x.is_finite()));
     for bad in [-1.0, f64::NAN] {
-        let error = arm.wrench_from_torques(&straight, &noise, bad, 0.1).expect_err("bad damping");
-        assert!(matches!(error, KinematicsError::Parameter { what: "damping_m", .. }));
+        let error = arm
+            .wrench_from_torques(&straight, &noise, bad, 0.1)
+            .expect_err("bad damping");
+        assert!(matches!(
+            error,
+            KinematicsError::Parameter {
+                what: "damping_m",
+                ..
+            }
+        ));
     }
 }
 
@@ -99,7 +124,10 @@ fn eight_branches_hold_the_pose_at_the_asked_arm_angle() {
             let solutions = arm.solutions(&pose, psi);
             let own = solutions[Branch::of(&q).index()].expect("its own branch");
             let scale = 1.0 / q[1].sin().abs().min(q[3].sin().abs()).min(q[5].sin().abs());
-            assert!(own.max_abs_difference(&q) < 1e-13 * scale * scale, "{q:?} {own:?}");
+            assert!(
+                own.max_abs_difference(&q) < 1e-13 * scale * scale,
+                "{q:?} {own:?}"
+            );
             for (branch, solution) in Branch::ALL.into_iter().zip(solutions) {
                 let Some(solution) = solution else { continue };
                 seen[branch.index()] += 1;
@@ -113,7 +141,10 @@ fn eight_branches_hold_the_pose_at_the_asked_arm_angle() {
         }
     }
     assert!(seen.iter().all(|&n| n > 500), "{seen:?}");
-    println!("pose error over all branches: {}", ErrorStats::from_errors(errors));
+    println!(
+        "pose error over all branches: {}",
+        ErrorStats::from_errors(errors)
+    );
 }
 
 #[test]
@@ -128,7 +159,10 @@ fn feasible_arcs_agree_with_dense_sampling() {
                 let widest = if joint % 2 == 1 { 2.5 } else { 3.3 };
                 let middle = sampler.uniform(-0.8, 0.8);
                 let half = sampler.uniform(0.4, widest - 0.8);
-                JointLimit { min_rad: middle - half, max_rad: middle + half }
+                JointLimit {
+                    min_rad: middle - half,
+                    max_rad: middle + half,
+                }
             })
         };
         let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
@@ -149,7 +183,10 @@ fn feasible_arcs_agree_with_dense_sampling() {
                 let distance = distance.fold(f64::INFINITY, |m, d| m.min(d.abs()));
                 if solution.is_some() {
                     inside += 1;
-                    assert!(distance < 1e-9, "case {case}: psi {psi} missed by {distance}");
+                    assert!(
+                        distance < 1e-9,
+                        "case {case}: psi {psi} missed by {distance}"
+                    );
                 } else {
                     outside += 1;
                     assert!(distance > 0.0, "case {case}: psi {psi} wrongly inside");
@@ -198,7 +235,10 @@ fn margin_is_the_largest_shrink() {
             continue;
         };
         assert_eq!(margin >= 0.0, arm.is_reachable(&pose));
-        let shrunk = |by: f64| arm.with_limits(arm.limits().map(|l| l.shrunk(by))).expect("valid");
+        let shrunk = |by: f64| {
+            arm.with_limits(arm.limits().map(|l| l.shrunk(by)))
+                .expect("valid")
+        };
         assert!(shrunk(margin - 1e-9).is_reachable(&pose));
         assert!(!shrunk(margin + 1e-9).is_reachable(&pose));
     }
@@ -208,7 +248,10 @@ fn margin_is_the_largest_shrink() {
 fn nearest_is_no_worse_than_any_sample() {
     let mut sampler = Sampler::new(SEED);
     let arm = SrsArm::iiwa7();
-    let any = NearestConfig { policy: BranchPolicy::Any, ..NearestConfig::default() };
+    let any = NearestConfig {
+        policy: BranchPolicy::Any,
+        ..NearestConfig::default()
+    };
     let cost = |a: &JointPositions, b: &JointPositions| -> f64 {
         a.0.iter().zip(b.0).map(|(a, b)| (a - b).powi(2)).sum()
     };
@@ -216,7 +259,9 @@ fn nearest_is_no_worse_than_any_sample() {
     for _ in 0..500 {
         let pose = arm.forward(&random_q(&arm, &mut sampler));
         let reference = random_q(&arm, &mut sampler);
-        let found = arm.nearest_solution(&pose, &reference, &any).expect("reachable");
+        let found = arm
+            .nearest_solution(&pose, &reference, &any)
+            .expect("reachable");
         let (position, angle) = arm.forward(&found.q).distance(&pose);
         assert!(position < 1e-12 && angle < 1e-12);
         let sampled = (0..2_000)
@@ -249,7 +294,9 @@ fn servoing_follows_without_jumps() {
             let t = f64::from(step) / 1_000.0;
             let path = JointPositions(std::array::from_fn(|i| from[i] + t * (to[i] - from[i])));
             let pose = arm.forward(&path);
-            let found = arm.nearest_solution(&pose, &q, &NearestConfig::default()).expect("reachable");
+            let found = arm
+                .nearest_solution(&pose, &q, &NearestConfig::default())
+                .expect("reachable");
             let (position, angle) = arm.forward(&found.q).distance(&pose);
             assert!(position < 1e-12 && angle < 1e-12);
             moves.push(found.largest_move_rad);
@@ -257,14 +304,21 @@ fn servoing_follows_without_jumps() {
         }
     }
     let stats = ErrorStats::from_errors(moves);
-    assert!(stats.median < 5e-3 && stats.q99 < 0.03, "largest joint move a step: {stats}");
+    assert!(
+        stats.median < 5e-3 && stats.q99 < 0.03,
+        "largest joint move a step: {stats}"
+    );
 }
 
 #[test]
 fn keep_policy_names_the_other_branch() {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(SEED);
-    let keep = NearestConfig { policy: BranchPolicy::Keep, sign_change_rad: 0.0, ..NearestConfig::default() };
+    let keep = NearestConfig {
+        policy: BranchPolicy::Keep,
+        sign_change_rad: 0.0,
+        ..NearestConfig::default()
+    };
     let (mut kept, mut refused) = (0, 0);
     for _ in 0..2_000 {
         let pose = arm.forward(&random_q(&arm, &mut sampler));
@@ -277,7 +331,10 @@ fn keep_policy_names_the_other_branch() {
             }
             Err(KinematicsError::Unreachable(Unreachable::OtherBranch)) => {
                 refused += 1;
-                assert!(arm.nearest_solution(&pose, &reference, &NearestConfig::default()).is_ok());
+                assert!(
+                    arm.nearest_solution(&pose, &reference, &NearestConfig::default())
+                        .is_ok()
+                );
             }
             Err(other) => panic!("{other}"),
         }
@@ -293,8 +350,16 @@ fn self_motion_leaves_the_tool_at_rest() {
         let q = random_q(&arm, &mut sampler);
         let (pose, jacobian) = arm.forward_and_jacobian(&q);
         let motion = arm.self_motion(&q);
-        assert_close!(motion.0.iter().map(|x| x * x).sum::<f64>(), 1.0, Tol::abs(1e-12));
-        assert_close!(jacobian.twist(&motion).to_array(), [0.0; 6], Tol::abs(1e-13));
+        assert_close!(
+            motion.0.iter().map(|x| x * x).sum::<f64>(),
+            1.0,
+            Tol::abs(1e-12)
+        );
+        assert_close!(
+            jacobian.twist(&motion).to_array(),
+            [0.0; 6],
+            Tol::abs(1e-13)
+        );
         // The arm angle rises along it.
         let h = 1e-6;
         let moved = JointPositions(std::array::from_fn(|i| q[i] + h * motion[i]));
@@ -324,7 +389,11 @@ fn presets_reach_what_the_data_sheet_says() {
     for (arm, reach_m) in [(SrsArm::iiwa7(), 0.8), (SrsArm::iiwa14(), 0.82)] {
         let stretched = arm.forward(&JointPositions([0.0, PI / 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
         assert_close!(stretched.position_m().x, reach_m + 0.126, Tol::abs(1e-12));
-        assert_close!(stretched.position_m().z, arm.geometry().d_bs_m, Tol::abs(1e-12));
+        assert_close!(
+            stretched.position_m().z,
+            arm.geometry().d_bs_m,
+            Tol::abs(1e-12)
+        );
         match arm.reach(&stretched) {
             Reach::Reachable(w) => assert!(w.q[3].abs() < 1e-7),
             other => panic!("{other:?}"),
@@ -343,7 +412,10 @@ fn models_and_poses_survive_a_file_and_bad_ones_do_not() {
     limits[6] = JointLimit::FREE;
     let free = arm.with_limits(limits).expect("valid");
     let text_free = serde_json::to_string(&free).expect("serializable");
-    assert_eq!(serde_json::from_str::<SrsArm>(&text_free).expect("the same arm"), free);
+    assert_eq!(
+        serde_json::from_str::<SrsArm>(&text_free).expect("the same arm"),
+        free
+    );
     let broken = text.replace("\"d_se_m\":0.4", "\"d_se_m\":-0.4");
     assert!(serde_json::from_str::<SrsArm>(&broken).is_err());
 }

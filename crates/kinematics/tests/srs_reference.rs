@@ -7,7 +7,12 @@ use serde_json::Value;
 use std::path::Path;
 
 fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().expect("an array").iter().map(|x| x.as_f64().expect("a number")).collect()
+    value
+        .as_array()
+        .expect("an array")
+        .iter()
+        .map(|x| x.as_f64().expect("a number"))
+        .collect()
 }
 
 fn rows(m: &[f64]) -> DMat3 {
@@ -15,13 +20,17 @@ fn rows(m: &[f64]) -> DMat3 {
 }
 
 fn load(name: &str) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data")
+        .join(name);
     serde_json::from_str(&std::fs::read_to_string(path).expect("test data")).expect("JSON")
 }
 
 /// The complete set lies beside the workspace on some machines only.
 fn load_complete(name: &str) -> Option<Value> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference/kinematics").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/reference/kinematics")
+        .join(name);
     let text = std::fs::read_to_string(&path).ok();
     if text.is_none() {
         println!("skipped: no complete {name}");
@@ -32,12 +41,18 @@ fn load_complete(name: &str) -> Option<Value> {
 fn check_forward(data: &Value) -> usize {
     let arm = SrsArm::iiwa7();
     let tol = Tol::abs(1e-12);
-    let cases: Vec<&Value> =
-        ["random", "hard"].iter().flat_map(|k| data[*k].as_array().expect("cases")).collect();
+    let cases: Vec<&Value> = ["random", "hard"]
+        .iter()
+        .flat_map(|k| data[*k].as_array().expect("cases"))
+        .collect();
     for case in &cases {
         let q = JointPositions::from_slice(&numbers(&case["q"])).expect("seven angles");
         let (pose, jacobian) = arm.forward_and_jacobian(&q);
-        assert_close!(pose.position_m(), DVec3::from_slice(&numbers(&case["p"])), tol);
+        assert_close!(
+            pose.position_m(),
+            DVec3::from_slice(&numbers(&case["p"])),
+            tol
+        );
         assert_close!(pose.rotation(), rows(&numbers(&case["R"])), tol);
         assert_close!(jacobian.to_rows().concat(), numbers(&case["Jw"]), tol);
     }
@@ -56,8 +71,11 @@ fn check_reach(data: &Value) -> usize {
     let arm = SrsArm::iiwa7();
     let poses = data["poses"].as_array().expect("poses");
     for (i, case) in poses.iter().enumerate() {
-        let pose =
-            Pose::new(rows(&numbers(&case["R"])), DVec3::from_slice(&numbers(&case["p"]))).expect("a pose");
+        let pose = Pose::new(
+            rows(&numbers(&case["R"])),
+            DVec3::from_slice(&numbers(&case["p"])),
+        )
+        .expect("a pose");
         let reachable = case["reachable"].as_bool().expect("bool");
         let verdict = arm.reach(&pose);
         assert_eq!(
@@ -73,13 +91,18 @@ fn check_reach(data: &Value) -> usize {
                 assert!(limit.contains(*q), "pose {i}: {q}");
             }
             let (position, angle) = arm.forward(&witness.q).distance(&pose);
-            assert!(position < 1e-12 && angle < 1e-12, "pose {i}: {position} m, {angle} rad");
+            assert!(
+                position < 1e-12 && angle < 1e-12,
+                "pose {i}: {position} m, {angle} rad"
+            );
         }
         match (case["margin"].as_f64(), arm.joint_margin_rad(&pose)) {
             // The reference stopped its search at 2 rad.
             (Some(2.0), Some(got)) => assert!(got >= 2.0),
             // Borderline poses reach along a straight elbow, where 1e-16 m is 1e-8 rad.
-            (Some(want), Some(got)) => assert_close!(got, want, Tol::abs(2e-8), "pose {i} {}", case["cls"]),
+            (Some(want), Some(got)) => {
+                assert_close!(got, want, Tol::abs(2e-8), "pose {i} {}", case["cls"])
+            }
             (None, got) => assert!(got.is_none_or(|m| m < 0.0), "pose {i}: {got:?}"),
             (want, got) => panic!("pose {i} {}: margin {got:?}, wanted {want:?}", case["cls"]),
         }
@@ -100,16 +123,23 @@ fn reasons_fit_the_wrist_distance() {
     let arm = SrsArm::iiwa7();
     let data = load("reach_poses.json");
     for case in data["poses"].as_array().expect("poses") {
-        let pose =
-            Pose::new(rows(&numbers(&case["R"])), DVec3::from_slice(&numbers(&case["p"]))).expect("a pose");
+        let pose = Pose::new(
+            rows(&numbers(&case["R"])),
+            DVec3::from_slice(&numbers(&case["p"])),
+        )
+        .expect("a pose");
         let wrist = pose.position_m() - pose.rotation().z_axis * 0.126 - DVec3::new(0.0, 0.0, 0.34);
         if let Reach::Unreachable(reason) = arm.reach(&pose) {
             match reason {
-                Unreachable::TooFar { gap_m } => assert_close!(wrist.length() - 0.8, gap_m, Tol::abs(1e-12)),
+                Unreachable::TooFar { gap_m } => {
+                    assert_close!(wrist.length() - 0.8, gap_m, Tol::abs(1e-12))
+                }
                 Unreachable::ElbowLimit { gap_m } => {
                     assert_close!(0.4 - wrist.length(), gap_m, Tol::abs(1e-12))
                 }
-                Unreachable::TooNear { .. } => panic!("the iiwa folds no further than its elbow limit"),
+                Unreachable::TooNear { .. } => {
+                    panic!("the iiwa folds no further than its elbow limit")
+                }
                 _ => assert!((0.4..=0.8).contains(&wrist.length())),
             }
         }

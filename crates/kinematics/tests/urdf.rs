@@ -17,7 +17,10 @@ fn load(body: &str) -> Result<Chain, KinematicsError> {
 }
 
 fn links(names: &str) -> String {
-    names.split(' ').map(|name| format!("<link name=\"{name}\"/>")).collect()
+    names
+        .split(' ')
+        .map(|name| format!("<link name=\"{name}\"/>"))
+        .collect()
 }
 
 /// A joint `parent_child`; `rest` holds origin, axis, limit and so on.
@@ -35,12 +38,18 @@ const LIMIT: &str = "<limit lower=\"-1\" upper=\"2\" effort=\"3\" velocity=\"4\"
 
 #[test]
 fn iiwa7_text_is_the_preset() {
-    let (urdf, preset) = (Chain::from_urdf_str(IIWA7, None, None).unwrap(), Chain::iiwa7());
+    let (urdf, preset) = (
+        Chain::from_urdf_str(IIWA7, None, None).unwrap(),
+        Chain::iiwa7(),
+    );
     assert_eq!(urdf.joint_count(), 7);
     assert_eq!(urdf.link_from_tip(), preset.link_from_tip());
     assert!(urdf.links_left_out().is_empty());
     for (a, b) in urdf.joints().iter().zip(preset.joints()) {
-        assert_eq!((&a.name, a.kind, a.axis, a.max_effort), (&b.name, b.kind, b.axis, b.max_effort));
+        assert_eq!(
+            (&a.name, a.kind, a.axis, a.max_effort),
+            (&b.name, b.kind, b.axis, b.max_effort)
+        );
         assert_eq!(a.previous_from_link, b.previous_from_link);
         assert_eq!(a.inertials, b.inertials);
         assert_close!(
@@ -48,7 +57,11 @@ fn iiwa7_text_is_the_preset() {
             [b.limit.min_rad, b.limit.max_rad],
             Tol::abs(1e-15)
         );
-        assert_close!(a.max_velocity.unwrap(), b.max_velocity.unwrap(), Tol::abs(1e-15));
+        assert_close!(
+            a.max_velocity.unwrap(),
+            b.max_velocity.unwrap(),
+            Tol::abs(1e-15)
+        );
     }
 }
 
@@ -60,7 +73,9 @@ fn from_a_file_and_from_no_file() {
         Chain::from_urdf_str(IIWA7, None, None).unwrap()
     );
     let missing = Chain::from_urdf_file("no/such/file.urdf", None, None);
-    assert!(matches!(missing, Err(KinematicsError::Io { path, .. }) if path == "no/such/file.urdf"));
+    assert!(
+        matches!(missing, Err(KinematicsError::Io { path, .. }) if path == "no/such/file.urdf")
+    );
 }
 
 #[test]
@@ -69,20 +84,40 @@ fn part_of_the_arm_between_named_links() {
     let whole = Chain::iiwa7();
     assert_eq!(part.joint_count(), 3);
     let q = [0.4, -0.7, 1.1];
-    let all = whole.link_poses(&[0.9, q[0], q[1], q[2], 0.0, 0.0, 0.0]).unwrap();
+    let all = whole
+        .link_poses(&[0.9, q[0], q[1], q[2], 0.0, 0.0, 0.0])
+        .unwrap();
     let expected = all[0].inverse() * all[3];
-    assert_close!(part.forward(&q).unwrap().position_m(), expected.position_m(), Tol::abs(1e-15));
+    assert_close!(
+        part.forward(&q).unwrap().position_m(),
+        expected.position_m(),
+        Tol::abs(1e-15)
+    );
     // What moves beyond the tip cannot be part of the dynamics, and is not lost silently.
-    assert_eq!(part.links_left_out(), ["lbr_link_5", "lbr_link_6", "lbr_link_7"]);
+    assert_eq!(
+        part.links_left_out(),
+        ["lbr_link_5", "lbr_link_6", "lbr_link_7"]
+    );
     // A tip alone starts at the root above it, a base alone ends at the leaf below.
-    assert_eq!(Chain::from_urdf_str(IIWA7, None, Some("lbr_link_2")).unwrap().joint_count(), 2);
-    assert_eq!(Chain::from_urdf_str(IIWA7, Some("lbr_link_5"), None).unwrap().joint_count(), 2);
+    assert_eq!(
+        Chain::from_urdf_str(IIWA7, None, Some("lbr_link_2"))
+            .unwrap()
+            .joint_count(),
+        2
+    );
+    assert_eq!(
+        Chain::from_urdf_str(IIWA7, Some("lbr_link_5"), None)
+            .unwrap()
+            .joint_count(),
+        2
+    );
 }
 
 #[test]
 fn chained_fixed_joints_multiply_in_order() {
     // Peers have swapped them: 64 mm off.
-    let fixed = |parent, child, origin: &str| joint("fixed", parent, child, &format!("<origin {origin}/>"));
+    let fixed =
+        |parent, child, origin: &str| joint("fixed", parent, child, &format!("<origin {origin}/>"));
     let text = links("a b c d e f g")
         + &fixed("a", "b", "xyz=\"0.1 0.2 0.3\" rpy=\"0.3 -0.2 0.9\"")
         + &fixed("b", "c", "xyz=\"-0.2 0 0.1\" rpy=\"-1 0.5 0.2\"")
@@ -103,7 +138,10 @@ fn chained_fixed_joints_multiply_in_order() {
     let steps = [
         (rpy(0.3, -0.2, 0.9), DVec3::new(0.1, 0.2, 0.3)),
         (rpy(-1.0, 0.5, 0.2), DVec3::new(-0.2, 0.0, 0.1)),
-        (rpy(0.0, 0.0, 1.0) * DMat3::from_rotation_y(0.55), DVec3::new(0.0, 0.1, 0.0)),
+        (
+            rpy(0.0, 0.0, 1.0) * DMat3::from_rotation_y(0.55),
+            DVec3::new(0.0, 0.1, 0.0),
+        ),
         (rpy(0.7, 0.0, 0.0), DVec3::new(0.3, 0.0, 0.0)),
         (rpy(0.0, 0.8, 0.0), DVec3::new(0.0, 0.4, 0.0)),
         (rpy(0.0, 0.0, -0.6), DVec3::new(0.0, 0.0, 0.5)),
@@ -122,31 +160,84 @@ fn chained_fixed_joints_multiply_in_order() {
 fn kinds_limits_and_axes() {
     let text = links("a b c d e")
         + &joint("continuous", "a", "b", "")
-        + &joint("prismatic", "b", "c", &format!("<axis xyz=\"0 0 5\"/>{LIMIT}"))
-        + &joint("revolute", "c", "d", "<axis xyz=\"0 -0.2 0\"/><limit effort=\"9\" velocity=\"0\"/>")
-        + &joint("continuous", "d", "e", "<limit lower=\"1\" upper=\"-1\" effort=\"0\" velocity=\"2\"/>");
+        + &joint(
+            "prismatic",
+            "b",
+            "c",
+            &format!("<axis xyz=\"0 0 5\"/>{LIMIT}"),
+        )
+        + &joint(
+            "revolute",
+            "c",
+            "d",
+            "<axis xyz=\"0 -0.2 0\"/><limit effort=\"9\" velocity=\"0\"/>",
+        )
+        + &joint(
+            "continuous",
+            "d",
+            "e",
+            "<limit lower=\"1\" upper=\"-1\" effort=\"0\" velocity=\"2\"/>",
+        );
     let chain = load(&text).unwrap();
     let joints = chain.joints();
     assert_eq!(
         joints.iter().map(|j| j.kind).collect::<Vec<_>>(),
-        [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute, JointKind::Revolute]
+        [
+            JointKind::Revolute,
+            JointKind::Prismatic,
+            JointKind::Revolute,
+            JointKind::Revolute
+        ]
     );
     // No tag on a continuous joint: endless about x. A tag on it: only speed and effort count.
-    assert_eq!((joints[0].limit, joints[0].axis, joints[0].max_velocity), (JointLimit::FREE, DVec3::X, None));
     assert_eq!(
-        (joints[3].limit, joints[3].max_velocity, joints[3].max_effort),
+        (joints[0].limit, joints[0].axis, joints[0].max_velocity),
+        (JointLimit::FREE, DVec3::X, None)
+    );
+    assert_eq!(
+        (
+            joints[3].limit,
+            joints[3].max_velocity,
+            joints[3].max_effort
+        ),
         (JointLimit::FREE, Some(2.0), None)
     );
-    assert_eq!(joints[1].limit, JointLimit { min_rad: -1.0, max_rad: 2.0 });
-    assert_eq!((joints[1].max_velocity, joints[1].max_effort), (Some(4.0), Some(3.0)));
+    assert_eq!(
+        joints[1].limit,
+        JointLimit {
+            min_rad: -1.0,
+            max_rad: 2.0
+        }
+    );
+    assert_eq!(
+        (joints[1].max_velocity, joints[1].max_effort),
+        (Some(4.0), Some(3.0))
+    );
     // Left out in the tag: zero, as the format says.
-    assert_eq!(joints[2].limit, JointLimit { min_rad: 0.0, max_rad: 0.0 });
-    assert_eq!((joints[2].max_velocity, joints[2].max_effort), (None, Some(9.0)));
+    assert_eq!(
+        joints[2].limit,
+        JointLimit {
+            min_rad: 0.0,
+            max_rad: 0.0
+        }
+    );
+    assert_eq!(
+        (joints[2].max_velocity, joints[2].max_effort),
+        (None, Some(9.0))
+    );
     // Axes count by direction only.
     let slid = chain.forward(&[0.0, 0.25, 0.0, 0.0]).unwrap();
-    assert_close!(slid.position_m(), DVec3::new(0.0, 0.0, 0.25), Tol::abs(1e-16));
+    assert_close!(
+        slid.position_m(),
+        DVec3::new(0.0, 0.0, 0.25),
+        Tol::abs(1e-16)
+    );
     let turned = chain.forward(&[0.0, 0.0, 0.3, 0.0]).unwrap();
-    assert_close!(turned.rotation(), DMat3::from_rotation_y(-0.3), Tol::abs(1e-15));
+    assert_close!(
+        turned.rotation(),
+        DMat3::from_rotation_y(-0.3),
+        Tol::abs(1e-15)
+    );
 }
 
 #[test]
@@ -156,19 +247,42 @@ fn branches_need_names() {
         + &hinge("arm", "hand")
         + &hinge("hand", "left")
         + &hinge("hand", "right");
-    assert_eq!(load(&text), Err(KinematicsError::UrdfAmbiguous { count: 2 }));
+    assert_eq!(
+        load(&text),
+        Err(KinematicsError::UrdfAmbiguous { count: 2 })
+    );
     let robot = format!("<robot name=\"r\">{text}</robot>");
     let get = |base, tip| Chain::from_urdf_str(&robot, base, tip);
     assert_eq!(get(None, Some("left")).unwrap().joint_count(), 3);
     assert_eq!(get(Some("arm"), Some("right")).unwrap().joint_count(), 2);
-    assert_eq!(get(Some("hand"), None), Err(KinematicsError::UrdfAmbiguous { count: 2 }));
-    assert_eq!(get(Some("arm"), Some("arm")), Err(KinematicsError::NoJoints));
-    let apart =
-        |base: &str, tip: &str| Err(KinematicsError::UrdfDisconnected { base: base.into(), tip: tip.into() });
+    assert_eq!(
+        get(Some("hand"), None),
+        Err(KinematicsError::UrdfAmbiguous { count: 2 })
+    );
+    assert_eq!(
+        get(Some("arm"), Some("arm")),
+        Err(KinematicsError::NoJoints)
+    );
+    let apart = |base: &str, tip: &str| {
+        Err(KinematicsError::UrdfDisconnected {
+            base: base.into(),
+            tip: tip.into(),
+        })
+    };
     assert_eq!(get(Some("left"), Some("right")), apart("left", "right"));
     assert_eq!(get(Some("hand"), Some("base")), apart("hand", "base"));
-    assert_eq!(get(Some("foot"), None), Err(KinematicsError::UrdfUnknownLink { link: "foot".into() }));
-    assert_eq!(get(None, Some("foot")), Err(KinematicsError::UrdfUnknownLink { link: "foot".into() }));
+    assert_eq!(
+        get(Some("foot"), None),
+        Err(KinematicsError::UrdfUnknownLink {
+            link: "foot".into()
+        })
+    );
+    assert_eq!(
+        get(None, Some("foot")),
+        Err(KinematicsError::UrdfUnknownLink {
+            link: "foot".into()
+        })
+    );
 }
 
 #[test]
@@ -187,19 +301,35 @@ fn fixed_branches_add_their_mass() {
         + &heavy("finger", 0.1)
         + &heavy("nail", 0.01)
         + &hinge("base", "arm")
-        + &joint("fixed", "arm", "camera", "<origin xyz=\"0.5 0 0\" rpy=\"0 1.5 0\"/>")
+        + &joint(
+            "fixed",
+            "arm",
+            "camera",
+            "<origin xyz=\"0.5 0 0\" rpy=\"0 1.5 0\"/>",
+        )
         + &joint("fixed", "camera", "lens", "<origin xyz=\"0 0 0.5\"/>")
         + &joint("fixed", "arm", "tool", "<origin xyz=\"1 0 0\"/>")
         + &hinge("tool", "finger")
         + &joint("fixed", "finger", "nail", "");
     let robot = format!("<robot name=\"r\">{text}</robot>");
     let chain = Chain::from_urdf_str(&robot, None, Some("tool")).unwrap();
-    let mut bodies: Vec<_> =
-        chain.joints()[0].inertials.iter().map(|i| (i.link.as_str(), i.mass_kg)).collect();
+    let mut bodies: Vec<_> = chain.joints()[0]
+        .inertials
+        .iter()
+        .map(|i| (i.link.as_str(), i.mass_kg))
+        .collect();
     bodies.sort_by(|a, b| a.0.cmp(b.0));
-    assert_eq!(bodies, [("arm", 1.0), ("camera", 0.5), ("lens", 0.25), ("tool", 2.0)]);
-    let lens = chain.joints()[0].inertials.iter().find(|i| i.link == "lens").unwrap();
-    let expected = DVec3::new(0.5, 0.0, 0.0) + DMat3::from_rotation_y(1.5) * DVec3::new(0.0, 0.0, 0.6);
+    assert_eq!(
+        bodies,
+        [("arm", 1.0), ("camera", 0.5), ("lens", 0.25), ("tool", 2.0)]
+    );
+    let lens = chain.joints()[0]
+        .inertials
+        .iter()
+        .find(|i| i.link == "lens")
+        .unwrap();
+    let expected =
+        DVec3::new(0.5, 0.0, 0.0) + DMat3::from_rotation_y(1.5) * DVec3::new(0.0, 0.0, 0.6);
     assert_close!(lens.com_m, expected, Tol::abs(1e-15));
     assert_eq!(chain.links_left_out(), ["finger", "nail"]);
 }
@@ -209,37 +339,85 @@ fn broken_structure_is_named() {
     let duplicate = |link: &str| Err(KinematicsError::UrdfDuplicateLink { link: link.into() });
     let unknown = |link: &str| Err(KinematicsError::UrdfUnknownLink { link: link.into() });
     assert_eq!(load(&(links("a b b") + &hinge("a", "b"))), duplicate("b"));
-    assert_eq!(load(&(links("a b c") + &hinge("a", "c") + &hinge("b", "c"))), duplicate("c"));
+    assert_eq!(
+        load(&(links("a b c") + &hinge("a", "c") + &hinge("b", "c"))),
+        duplicate("c")
+    );
     assert_eq!(load(&(links("a b") + &hinge("a", "c"))), unknown("c"));
     assert_eq!(load(&(links("a b") + &hinge("c", "b"))), unknown("c"));
     let ring = links("a b c") + &hinge("a", "b") + &hinge("b", "c") + &hinge("c", "a");
-    assert_eq!(load(&ring), Err(KinematicsError::UrdfLoop { link: "a".into() }));
+    assert_eq!(
+        load(&ring),
+        Err(KinematicsError::UrdfLoop { link: "a".into() })
+    );
     let ring_beside = links("x y a b") + &hinge("x", "y") + &hinge("a", "b") + &hinge("b", "a");
-    assert_eq!(load(&ring_beside), Err(KinematicsError::UrdfLoop { link: "a".into() }));
-    assert_eq!(load(&(links("a") + &hinge("a", "a"))), Err(KinematicsError::UrdfLoop { link: "a".into() }));
+    assert_eq!(
+        load(&ring_beside),
+        Err(KinematicsError::UrdfLoop { link: "a".into() })
+    );
+    assert_eq!(
+        load(&(links("a") + &hinge("a", "a"))),
+        Err(KinematicsError::UrdfLoop { link: "a".into() })
+    );
     assert_eq!(load(""), Err(KinematicsError::UrdfAmbiguous { count: 0 }));
     assert_eq!(load(&links("a")), Err(KinematicsError::NoJoints));
-    assert_eq!(load(&(links("a b") + &joint("fixed", "a", "b", ""))), Err(KinematicsError::NoJoints));
-    assert_eq!(load(&links("a b")), Err(KinematicsError::UrdfAmbiguous { count: 2 }));
+    assert_eq!(
+        load(&(links("a b") + &joint("fixed", "a", "b", ""))),
+        Err(KinematicsError::NoJoints)
+    );
+    assert_eq!(
+        load(&links("a b")),
+        Err(KinematicsError::UrdfAmbiguous { count: 2 })
+    );
     let same_name = links("a b c") + &hinge("a", "b") + &hinge("b", "c").replace("b_c", "a_b");
-    assert_eq!(load(&same_name), Err(KinematicsError::DuplicateJoint { joint: "a_b".into() }));
+    assert_eq!(
+        load(&same_name),
+        Err(KinematicsError::DuplicateJoint {
+            joint: "a_b".into()
+        })
+    );
 }
 
 #[test]
 fn unsupported_joints_are_named() {
     for kind in ["planar", "floating"] {
         let error = load(&(links("a b") + &joint(kind, "a", "b", LIMIT)));
-        assert_eq!(error, Err(KinematicsError::UrdfJointKind { joint: "a_b".into(), kind: kind.into() }));
+        assert_eq!(
+            error,
+            Err(KinematicsError::UrdfJointKind {
+                joint: "a_b".into(),
+                kind: kind.into()
+            })
+        );
     }
-    let mimic = load(&(links("a b") + &joint("revolute", "a", "b", &format!("{LIMIT}<mimic joint=\"x\"/>"))));
-    assert_eq!(mimic, Err(KinematicsError::UrdfJointKind { joint: "a_b".into(), kind: "mimic".into() }));
+    let mimic = load(
+        &(links("a b")
+            + &joint(
+                "revolute",
+                "a",
+                "b",
+                &format!("{LIMIT}<mimic joint=\"x\"/>"),
+            )),
+    );
+    assert_eq!(
+        mimic,
+        Err(KinematicsError::UrdfJointKind {
+            joint: "a_b".into(),
+            kind: "mimic".into()
+        })
+    );
     assert!(matches!(
         load(&(links("a b") + &joint("screw", "a", "b", LIMIT))),
         Err(KinematicsError::UrdfMalformed { .. })
     ));
     for kind in ["revolute", "prismatic"] {
         let missing = load(&(links("a b") + &joint(kind, "a", "b", "")));
-        assert_eq!(missing, Err(KinematicsError::UrdfNoLimits { joint: "a_b".into() }));
+        assert_eq!(
+            missing,
+            Err(KinematicsError::UrdfNoLimits {
+                joint: "a_b".into()
+            })
+        );
     }
 }
 
@@ -248,10 +426,22 @@ fn bad_numbers_are_errors() {
     let with = |rest: &str| load(&(links("a b") + &joint("revolute", "a", "b", rest)));
     let limit = |text: &str| with(&format!("<limit {text} effort=\"1\" velocity=\"1\"/>"));
     assert!(limit("lower=\"-1\" upper=\"1\"").is_ok());
-    assert!(matches!(limit("lower=\"1\" upper=\"-1\""), Err(KinematicsError::LimitsReversed { .. })));
-    assert!(matches!(limit("lower=\"NaN\" upper=\"1\""), Err(KinematicsError::NonFinite { .. })));
-    assert!(matches!(limit("lower=\"one\" upper=\"2\""), Err(KinematicsError::UrdfMalformed { .. })));
-    assert!(matches!(with(&format!("<axis xyz=\"0 0 0\"/>{LIMIT}")), Err(KinematicsError::ZeroAxis { .. })));
+    assert!(matches!(
+        limit("lower=\"1\" upper=\"-1\""),
+        Err(KinematicsError::LimitsReversed { .. })
+    ));
+    assert!(matches!(
+        limit("lower=\"NaN\" upper=\"1\""),
+        Err(KinematicsError::NonFinite { .. })
+    ));
+    assert!(matches!(
+        limit("lower=\"one\" upper=\"2\""),
+        Err(KinematicsError::UrdfMalformed { .. })
+    ));
+    assert!(matches!(
+        with(&format!("<axis xyz=\"0 0 0\"/>{LIMIT}")),
+        Err(KinematicsError::ZeroAxis { .. })
+    ));
     assert!(matches!(
         with(&format!("<axis xyz=\"0 NaN 1\"/>{LIMIT}")),
         Err(KinematicsError::NonFinite { .. })
@@ -260,7 +450,12 @@ fn bad_numbers_are_errors() {
         with(&format!("<axis xyz=\"0 1\"/>{LIMIT}")),
         Err(KinematicsError::UrdfMalformed { .. })
     ));
-    for origin in ["xyz=\"0 nan 0\"", "xyz=\"0 0 inf\"", "rpy=\"NaN 0 0\"", "rpy=\"0 inf 0\""] {
+    for origin in [
+        "xyz=\"0 nan 0\"",
+        "xyz=\"0 0 inf\"",
+        "rpy=\"NaN 0 0\"",
+        "rpy=\"0 inf 0\"",
+    ] {
         assert!(matches!(
             with(&format!("<origin {origin}/>{LIMIT}")),
             Err(KinematicsError::NonFinite { .. })
@@ -268,7 +463,10 @@ fn bad_numbers_are_errors() {
     }
     for speed in ["-1", "NaN"] {
         let text = format!("<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"{speed}\"/>");
-        assert!(matches!(with(&text), Err(KinematicsError::Parameter { .. })));
+        assert!(matches!(
+            with(&text),
+            Err(KinematicsError::Parameter { .. })
+        ));
     }
 }
 
@@ -288,14 +486,18 @@ fn malformed_text_is_an_error() {
         assert!(
             matches!(
                 answer,
-                Err(KinematicsError::UrdfMalformed { .. } | KinematicsError::UrdfAmbiguous { count: 0 })
+                Err(KinematicsError::UrdfMalformed { .. }
+                    | KinematicsError::UrdfAmbiguous { count: 0 })
             ),
             "{text:?}: {answer:?}"
         );
     }
     // Cut off anywhere, the arm is an error and never a panic or a shorter arm.
     for end in (0..IIWA7.len() - "</robot>".len()).step_by(37) {
-        assert!(Chain::from_urdf_str(&IIWA7[..end], None, None).is_err(), "cut at {end}");
+        assert!(
+            Chain::from_urdf_str(&IIWA7[..end], None, None).is_err(),
+            "cut at {end}"
+        );
     }
 }
 
@@ -329,7 +531,12 @@ fn zero_lengths_and_two_hundred_joints() {
             text,
             "{}{}",
             links(&b),
-            joint("revolute", &a, &b, &format!("<axis xyz=\"{axis}\"/>{LIMIT}"))
+            joint(
+                "revolute",
+                &a,
+                &b,
+                &format!("<axis xyz=\"{axis}\"/>{LIMIT}")
+            )
         );
     }
     let chain = load(&text).unwrap();

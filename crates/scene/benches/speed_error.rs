@@ -10,24 +10,43 @@ const RAYS: usize = 20_000;
 /// A bumpy sphere of about `2 n²` triangles around the origin, radius 1 m.
 fn bumpy_sphere(n: usize) -> Scene {
     let mut sampler = Sampler::new(1);
-    let radii: Vec<f64> = (0..n * (n + 1)).map(|_| sampler.uniform(0.98, 1.0)).collect();
+    let radii: Vec<f64> = (0..n * (n + 1))
+        .map(|_| sampler.uniform(0.98, 1.0))
+        .collect();
     let vertex = |i: usize, j: usize| {
         let (polar, turn) = (
             i as f64 / n as f64 * std::f64::consts::PI * 0.999,
             (j % n) as f64 / n as f64 * std::f64::consts::TAU,
         );
-        let direction = DVec3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos());
+        let direction = DVec3::new(
+            polar.sin() * turn.cos(),
+            polar.sin() * turn.sin(),
+            polar.cos(),
+        );
         direction * radii[i * n + j % n]
     };
     let cells = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
     let triangles_m = cells
         .flat_map(|(i, j)| {
-            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            let [a, b, c, d] = [
+                vertex(i, j),
+                vertex(i + 1, j),
+                vertex(i + 1, j + 1),
+                vertex(i, j + 1),
+            ];
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    let surface = Surface { name: "sphere".to_owned(), ..Surface::default() };
-    Scene::from_meshes(vec![SurfaceMesh { surface, triangles_m }]).expect("triangles").0
+    let surface = Surface {
+        name: "sphere".to_owned(),
+        ..Surface::default()
+    };
+    Scene::from_meshes(vec![SurfaceMesh {
+        surface,
+        triangles_m,
+    }])
+    .expect("triangles")
+    .0
 }
 
 /// Rays between random points of the box (incoherent), or a camera that sweeps it (coherent).
@@ -39,7 +58,10 @@ fn rays(scene: &Scene, coherent: bool) -> Vec<(DVec3, DVec3)> {
         .map(|i| {
             if coherent {
                 let eye = min + (max - min) * DVec3::new(0.5, 0.5, 0.6);
-                let (u, v) = ((i % side) as f64 / side as f64 - 0.5, (i / side) as f64 / side as f64 - 0.5);
+                let (u, v) = (
+                    (i % side) as f64 / side as f64 - 0.5,
+                    (i / side) as f64 / side as f64 - 0.5,
+                );
                 (eye, DVec3::new(1.0, u, v))
             } else {
                 let from = sampler.point_in_box(min, max);
@@ -66,12 +88,21 @@ fn report(name: &str, scene: &Scene) {
                 100.0 * hits as f64 / RAYS as f64
             );
         };
-        rate("ray, f32 test", &|o, d| scene.ray_cast(o, d).is_ok_and(|h| h.is_some()));
-        rate("ray, f64 test", &|o, d| scene.ray_cast_f64(o, d).is_ok_and(|h| h.is_some()));
-        rate("any hit", &|o, d| scene.any_hit(o, d, f64::INFINITY).unwrap_or(false));
-        let pairs = rays
-            .iter()
-            .map(|&(o, d)| (scene.ray_cast(o, d).ok().flatten(), scene.ray_cast_f64(o, d).ok().flatten()));
+        rate("ray, f32 test", &|o, d| {
+            scene.ray_cast(o, d).is_ok_and(|h| h.is_some())
+        });
+        rate("ray, f64 test", &|o, d| {
+            scene.ray_cast_f64(o, d).is_ok_and(|h| h.is_some())
+        });
+        rate("any hit", &|o, d| {
+            scene.any_hit(o, d, f64::INFINITY).unwrap_or(false)
+        });
+        let pairs = rays.iter().map(|&(o, d)| {
+            (
+                scene.ray_cast(o, d).ok().flatten(),
+                scene.ray_cast_f64(o, d).ok().flatten(),
+            )
+        });
         let (mut errors, mut differ) = (Vec::new(), 0);
         for pair in pairs {
             match pair {

@@ -56,14 +56,23 @@ pub(crate) fn repaired(
     let mut names = HashSet::new();
     let mut seen = HashSet::new();
     let mut kept = Vec::with_capacity(meshes.len());
-    for SurfaceMesh { surface, mut triangles_m } in meshes {
+    for SurfaceMesh {
+        surface,
+        mut triangles_m,
+    } in meshes
+    {
         if !names.insert(surface.name.clone()) {
             return Err(SceneError::DuplicateSurface { name: surface.name });
         }
         let surface = validated(surface)?;
         if let Some(value) = coordinates(&triangles_m).find(|x| !is_usable(*x)) {
             let (what, wanted) = ("vertex coordinate", "finite and below 1e9 m");
-            return Err(SceneError::Parameter { surface: surface.name, what, value, wanted });
+            return Err(SceneError::Parameter {
+                surface: surface.name,
+                what,
+                value,
+                wanted,
+            });
         }
         triangles_m.retain(|t| {
             let degenerate = triangle::is_degenerate(t);
@@ -85,10 +94,17 @@ pub(crate) fn repaired(
         if triangles_m.is_empty() {
             report.empty_surfaces.push(surface.name);
         } else {
-            kept.push(SurfaceMesh { surface, triangles_m });
+            kept.push(SurfaceMesh {
+                surface,
+                triangles_m,
+            });
         }
     }
-    if kept.is_empty() { Err(SceneError::NoFaces) } else { Ok(kept) }
+    if kept.is_empty() {
+        Err(SceneError::NoFaces)
+    } else {
+        Ok(kept)
+    }
 }
 
 pub(crate) fn is_usable(coordinate: f64) -> bool {

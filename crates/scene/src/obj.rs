@@ -27,21 +27,35 @@ pub struct LoadLimits {
 
 impl Default for LoadLimits {
     fn default() -> Self {
-        Self { max_bytes: 256 << 20, max_triangles: 4_000_000 }
+        Self {
+            max_bytes: 256 << 20,
+            max_triangles: 4_000_000,
+        }
     }
 }
 
 /// Reads a text file, never more than the limit of it.
 pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
-    let io = |e: std::io::Error| SceneError::Io { path: path.display().to_string(), message: e.to_string() };
+    let io = |e: std::io::Error| SceneError::Io {
+        path: path.display().to_string(),
+        message: e.to_string(),
+    };
     let file = std::fs::File::open(path).map_err(io)?;
     let mut bytes = Vec::new();
-    file.take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+    file.take(limits.max_bytes.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(io)?;
     let got = bytes.len() as u64;
     if got > limits.max_bytes {
-        return Err(SceneError::TooLarge { what: "bytes", got, limit: limits.max_bytes });
+        return Err(SceneError::TooLarge {
+            what: "bytes",
+            got,
+            limit: limits.max_bytes,
+        });
     }
-    String::from_utf8(bytes).map_err(|e| SceneError::NotText { offset: e.utf8_error().valid_up_to() })
+    String::from_utf8(bytes).map_err(|e| SceneError::NotText {
+        offset: e.utf8_error().valid_up_to(),
+    })
 }
 
 /// Groups of the OBJ as surfaces, in the order of their first face; material libraries are
@@ -53,9 +67,17 @@ pub(crate) fn parse(
 ) -> Result<(Vec<SurfaceMesh>, LoadReport), SceneError> {
     let got = text.len() as u64;
     if got > limits.max_bytes {
-        return Err(SceneError::TooLarge { what: "bytes", got, limit: limits.max_bytes });
+        return Err(SceneError::TooLarge {
+            what: "bytes",
+            got,
+            limit: limits.max_bytes,
+        });
     }
-    let mut check = Check { clean: String::with_capacity(text.len()), limits: *limits, ..Check::default() };
+    let mut check = Check {
+        clean: String::with_capacity(text.len()),
+        limits: *limits,
+        ..Check::default()
+    };
     // A backslash at the end of a line continues it; `tobj` does not know that.
     let mut joined = String::new();
     for (i, line) in text.lines().enumerate() {
@@ -73,24 +95,34 @@ pub(crate) fn parse(
     if !joined.is_empty() {
         check.line(text.lines().count(), &joined)?;
     }
-    let Check { clean, materials_used, mut report, .. } = check;
+    let Check {
+        clean,
+        materials_used,
+        mut report,
+        ..
+    } = check;
 
     let libraries = RefCell::new(Vec::new());
-    let (models, materials) = tobj::load_obj_buf(&mut clean.as_bytes(), &tobj::GPU_LOAD_OPTIONS, |name| {
-        let library = directory
-            .ok_or(tobj::LoadError::OpenFileFailed)
-            .and_then(|d| read_materials(&d.join(name), limits));
-        if library.is_err() {
-            libraries.borrow_mut().push(name.display().to_string());
-        }
-        library
-    })
-    .map_err(|e| SceneError::Obj { message: e.to_string() })?;
+    let (models, materials) =
+        tobj::load_obj_buf(&mut clean.as_bytes(), &tobj::GPU_LOAD_OPTIONS, |name| {
+            let library = directory
+                .ok_or(tobj::LoadError::OpenFileFailed)
+                .and_then(|d| read_materials(&d.join(name), limits));
+            if library.is_err() {
+                libraries.borrow_mut().push(name.display().to_string());
+            }
+            library
+        })
+        .map_err(|e| SceneError::Obj {
+            message: e.to_string(),
+        })?;
     report.missing_material_libraries = libraries.into_inner();
     // Missing libraries are in the report already; the scene does without colours.
     let materials = materials.unwrap_or_default();
-    report.missing_materials =
-        materials_used.into_iter().filter(|used| materials.iter().all(|m| m.name != *used)).collect();
+    report.missing_materials = materials_used
+        .into_iter()
+        .filter(|used| materials.iter().all(|m| m.name != *used))
+        .collect();
     Ok((surfaces(&models, &materials), report))
 }
 
@@ -100,15 +132,28 @@ fn surfaces(models: &[tobj::Model], materials: &[tobj::Material]) -> Vec<Surface
     let mut by_name = HashMap::new();
     for tobj::Model { mesh, name } in models.iter().filter(|m| !m.mesh.indices.is_empty()) {
         let id = *by_name.entry(name).or_insert_with(|| {
-            let surface = Surface { name: name.clone(), ..Surface::default() };
-            meshes.push(SurfaceMesh { surface, triangles_m: Vec::new() });
+            let surface = Surface {
+                name: name.clone(),
+                ..Surface::default()
+            };
+            meshes.push(SurfaceMesh {
+                surface,
+                triangles_m: Vec::new(),
+            });
             meshes.len() - 1
         });
-        let SurfaceMesh { surface, triangles_m } = &mut meshes[id];
+        let SurfaceMesh {
+            surface,
+            triangles_m,
+        } = &mut meshes[id];
         let color = mesh.material_id.and_then(|m| materials[m].diffuse);
         surface.color_rgb = surface.color_rgb.or(color);
         let corner = |i: u32| DVec3::from_slice(&mesh.positions[3 * i as usize..]);
-        triangles_m.extend(mesh.indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]));
+        triangles_m.extend(
+            mesh.indices
+                .chunks_exact(3)
+                .map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]),
+        );
     }
     meshes
 }
@@ -119,7 +164,13 @@ fn read_materials(path: &Path, limits: &LoadLimits) -> tobj::MTLLoadResult {
     for line in text.lines() {
         let mut words = line.split_whitespace();
         let color = matches!(words.next(), Some("Ka" | "Kd" | "Ks" | "Ke"));
-        if color && words.filter(|w| w.parse().is_ok_and(f64::is_finite)).take(3).count() < 3 {
+        if color
+            && words
+                .filter(|w| w.parse().is_ok_and(f64::is_finite))
+                .take(3)
+                .count()
+                < 3
+        {
             return Err(tobj::LoadError::MaterialParseError);
         }
     }
@@ -142,7 +193,9 @@ struct Check {
 impl Check {
     fn line(&mut self, number: usize, line: &str) -> Result<(), SceneError> {
         let mut words = line.split_whitespace();
-        let Some(keyword) = words.next() else { return Ok(()) };
+        let Some(keyword) = words.next() else {
+            return Ok(());
+        };
         let values = words.take_while(|w| !w.starts_with('#'));
         match keyword {
             "v" => self.vertex(number, values)?,
@@ -172,9 +225,16 @@ impl Check {
         self.clean.push('\n');
     }
 
-    fn vertex<'a>(&mut self, line: usize, values: impl Iterator<Item = &'a str>) -> Result<(), SceneError> {
+    fn vertex<'a>(
+        &mut self,
+        line: usize,
+        values: impl Iterator<Item = &'a str>,
+    ) -> Result<(), SceneError> {
         let malformed = || SceneError::ObjLine { line, keyword: "v" };
-        let numbers: Vec<f64> = values.map(str::parse).collect::<Result<_, _>>().map_err(|_| malformed())?;
+        let numbers: Vec<f64> = values
+            .map(str::parse)
+            .collect::<Result<_, _>>()
+            .map_err(|_| malformed())?;
         // x y z, or with a weight, or with a colour.
         let (&[x, y, z], rest) = numbers.split_first_chunk().ok_or_else(malformed)?;
         let weight = match *rest {
@@ -192,7 +252,11 @@ impl Check {
         Ok(())
     }
 
-    fn face<'a>(&mut self, line: usize, corners: impl Iterator<Item = &'a str>) -> Result<(), SceneError> {
+    fn face<'a>(
+        &mut self,
+        line: usize,
+        corners: impl Iterator<Item = &'a str>,
+    ) -> Result<(), SceneError> {
         let vertices = self.vertices.len();
         self.polygon.clear();
         for corner in corners {
@@ -202,10 +266,20 @@ impl Check {
                 .next()
                 .and_then(|v| v.parse().ok())
                 .ok_or(SceneError::ObjLine { line, keyword: "f" })?;
-            let from_one = if index < 0 { index.saturating_add(vertices as i64 + 1) } else { index };
+            let from_one = if index < 0 {
+                index.saturating_add(vertices as i64 + 1)
+            } else {
+                index
+            };
             match usize::try_from(from_one) {
                 Ok(v) if (1..=vertices).contains(&v) => self.polygon.push(v - 1),
-                _ => return Err(SceneError::ObjIndex { line, index, vertices }),
+                _ => {
+                    return Err(SceneError::ObjIndex {
+                        line,
+                        index,
+                        vertices,
+                    });
+                }
             }
         }
         if self.polygon.len() < 3 {
@@ -215,7 +289,11 @@ impl Check {
         self.triangles += self.polygon.len() as u64 - 2;
         if self.triangles > self.limits.max_triangles {
             let (got, limit) = (self.triangles, self.limits.max_triangles);
-            return Err(SceneError::TooLarge { what: "triangles", got, limit });
+            return Err(SceneError::TooLarge {
+                what: "triangles",
+                got,
+                limit,
+            });
         }
         self.report.concave_polygons += usize::from(self.fan_folds());
         self.clean.push('f');
@@ -232,6 +310,8 @@ impl Check {
         let area = |i: usize| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0));
         let triangles = 1..self.polygon.len() - 1;
         let whole = triangles.clone().fold(DVec3::ZERO, |sum, i| sum + area(i));
-        triangles.clone().any(|i| area(i).dot(whole) < -1e-9 * whole.length_squared())
+        triangles
+            .clone()
+            .any(|i| area(i).dot(whole) < -1e-9 * whole.length_squared())
     }
 }

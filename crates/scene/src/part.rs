@@ -68,7 +68,9 @@ impl Part {
         let (min, max) = triangles
             .iter()
             .flatten()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| {
+                (lo.min(p), hi.max(p))
+            });
         let middle = 0.5 * (min + max);
         for corner in triangles.iter_mut().flatten() {
             *corner -= middle;
@@ -81,8 +83,21 @@ impl Part {
         let order = std::mem::take(&mut bvh.primitive_indices);
         triangles = order.iter().map(|&i| triangles[i as usize]).collect();
         surfaces = order.iter().map(|&i| surfaces[i as usize]).collect();
-        let triangles_f32 = triangles.iter().map(|t| t.map(|p| (p / unit_m).as_vec3())).collect();
-        (Self { triangles, triangles_f32, surfaces, bvh, unit_m, half_extent_m }, middle)
+        let triangles_f32 = triangles
+            .iter()
+            .map(|t| t.map(|p| (p / unit_m).as_vec3()))
+            .collect();
+        (
+            Self {
+                triangles,
+                triangles_f32,
+                surfaces,
+                bvh,
+                unit_m,
+                half_extent_m,
+            },
+            middle,
+        )
     }
 
     pub(crate) fn triangles(&self) -> &[Triangle] {
@@ -94,24 +109,32 @@ impl Part {
     }
 
     /// Nearest hit at a distance in `[0, max_m)`.
-    pub(crate) fn ray_cast(&self, ray: &PartRay, max_m: f64, precision: Precision) -> Option<PartHit> {
+    pub(crate) fn ray_cast(
+        &self,
+        ray: &PartRay,
+        max_m: f64,
+        precision: Precision,
+    ) -> Option<PartHit> {
         let clipped = self.clip(ray, max_m)?;
         let mut best: Option<PartHit> = None;
-        self.bvh.ray_traverse(clipped.ray, &mut RayHit::none(), |ray, i| {
-            match self.test(&clipped, i, ray.tmax, precision) {
-                Some(hit) if hit.distance_m < best.map_or(max_m, |b| b.distance_m) => {
-                    best = Some(hit);
-                    clipped.bound(hit.distance_m, self.unit_m)
+        self.bvh
+            .ray_traverse(clipped.ray, &mut RayHit::none(), |ray, i| {
+                match self.test(&clipped, i, ray.tmax, precision) {
+                    Some(hit) if hit.distance_m < best.map_or(max_m, |b| b.distance_m) => {
+                        best = Some(hit);
+                        clipped.bound(hit.distance_m, self.unit_m)
+                    }
+                    _ => f32::INFINITY,
                 }
-                _ => f32::INFINITY,
-            }
-        });
+            });
         best
     }
 
     /// Is there a hit at a distance in `[0, max_m)`? Stops at the first.
     pub(crate) fn any_hit(&self, ray: &PartRay, max_m: f64) -> bool {
-        let Some(clipped) = self.clip(ray, max_m) else { return false };
+        let Some(clipped) = self.clip(ray, max_m) else {
+            return false;
+        };
         !self.bvh.ray_traverse_miss(clipped.ray, |ray, i| {
             match self.test(&clipped, i, ray.tmax, Precision::Single) {
                 Some(hit) if hit.distance_m < max_m => f32::NEG_INFINITY,
@@ -122,7 +145,13 @@ impl Part {
 
     /// One triangle against the ray; the hit is computed in f64 whichever test accepts it.
     #[inline(always)]
-    fn test(&self, clipped: &Clipped, i: usize, tmax: f32, precision: Precision) -> Option<PartHit> {
+    fn test(
+        &self,
+        clipped: &Clipped,
+        i: usize,
+        tmax: f32,
+        precision: Precision,
+    ) -> Option<PartHit> {
         let near_m = match precision {
             Precision::Single => {
                 let t = clipped.single.intersect(&self.triangles_f32[i])?;
@@ -136,7 +165,11 @@ impl Part {
         let near = clipped.start_m + clipped.direction * near_m;
         let point_m = clipped.double.point_on(&self.triangles[i], near);
         let distance_m = clipped.skipped_m + (point_m - clipped.start_m).dot(clipped.direction);
-        (distance_m >= 0.0).then_some(PartHit { triangle: i, point_m, distance_m })
+        (distance_m >= 0.0).then_some(PartHit {
+            triangle: i,
+            point_m,
+            distance_m,
+        })
     }
 
     /// Moves the start of the ray to just before the box of the part, in f64, so that single
@@ -172,17 +205,32 @@ impl Part {
         let double = RayF64::new(start_m, ray.direction);
         let tmax = ((max_m - skipped_m) / self.unit_m) as f32 + DISTANCE_SLACK;
         let ray_f32 = Ray::new(start.into(), direction.into(), 0.0, tmax);
-        Some(Clipped { ray: ray_f32, single, double, start_m, direction: ray.direction, skipped_m })
+        Some(Clipped {
+            ray: ray_f32,
+            single,
+            double,
+            start_m,
+            direction: ray.direction,
+            skipped_m,
+        })
     }
 
     /// Closest point to `p`, among the triangles of the surfaces that `accept` names, nearer than `max_m`.
     ///
     /// Of several triangles at one distance (a shared edge) the one that faces `p` most wins.
-    pub(crate) fn closest(&self, p: DVec3, max_m: f64, accept: impl Fn(usize) -> bool) -> Option<PartHit> {
+    pub(crate) fn closest(
+        &self,
+        p: DVec3,
+        max_m: f64,
+        accept: impl Fn(usize) -> bool,
+    ) -> Option<PartHit> {
         let mut best = Nearest::new(max_m);
         let box_distance_squared = |node: usize| {
             let aabb = self.bvh.nodes[node].aabb();
-            let (min, max) = (aabb.min.as_dvec3() * self.unit_m, aabb.max.as_dvec3() * self.unit_m);
+            let (min, max) = (
+                aabb.min.as_dvec3() * self.unit_m,
+                aabb.max.as_dvec3() * self.unit_m,
+            );
             p.distance_squared(p.clamp(min, max))
         };
         // Where the traversal stands: squared distance of the node's box, node.
@@ -203,7 +251,11 @@ impl Part {
                 } else {
                     let left = (box_distance_squared(first as usize), first);
                     let right = (box_distance_squared(first as usize + 1), first + 1);
-                    let (near, far) = if left.0 <= right.0 { (left, right) } else { (right, left) };
+                    let (near, far) = if left.0 <= right.0 {
+                        (left, right)
+                    } else {
+                        (right, left)
+                    };
                     stack.push(far);
                     stack.push(near);
                 }
@@ -248,7 +300,11 @@ struct Nearest {
 
 impl Nearest {
     fn new(max_m: f64) -> Self {
-        Self { distance_squared: max_m * max_m, facing: -1.0, found: None }
+        Self {
+            distance_squared: max_m * max_m,
+            facing: -1.0,
+            found: None,
+        }
     }
 
     /// Squared distance beyond which nothing matters any more.
@@ -265,13 +321,21 @@ impl Nearest {
         let facing = (p - point).dot(triangle::normal(triangle)).abs();
         let tie = self.found.is_some() && distance_squared >= self.distance_squared * (1.0 - TIE);
         if !tie || facing > self.facing {
-            *self = Self { distance_squared, facing, found: Some((i, point)) };
+            *self = Self {
+                distance_squared,
+                facing,
+                found: Some((i, point)),
+            };
         }
     }
 
     fn hit(&self) -> Option<PartHit> {
         let (triangle, point_m) = self.found?;
-        Some(PartHit { triangle, point_m, distance_m: self.distance_squared.sqrt() })
+        Some(PartHit {
+            triangle,
+            point_m,
+            distance_m: self.distance_squared.sqrt(),
+        })
     }
 }
 

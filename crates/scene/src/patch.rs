@@ -42,7 +42,9 @@ pub(crate) fn vertical(surface: SurfaceId, triangles: &[Triangle]) -> Vec<Patch>
     }
     // The largest face of a patch has the best normal, so patches grow from the largest.
     let mut seeds = upright;
-    seeds.sort_by(|&a, &b| triangle::area_m2(&triangles[b]).total_cmp(&triangle::area_m2(&triangles[a])));
+    seeds.sort_by(|&a, &b| {
+        triangle::area_m2(&triangles[b]).total_cmp(&triangle::area_m2(&triangles[a]))
+    });
     let mut taken = vec![false; triangles.len()];
     let mut patches = Vec::new();
     for seed in seeds {
@@ -81,13 +83,20 @@ struct Plane {
 impl Plane {
     fn of(seed: &Triangle) -> Self {
         let size_m = seed[0].distance(seed[1]).max(seed[1].distance(seed[2]));
-        Self { normal: triangle::normal(seed), point_m: seed[0], size_m }
+        Self {
+            normal: triangle::normal(seed),
+            point_m: seed[0],
+            size_m,
+        }
     }
 
     /// Same direction, and no corner further off the plane than the tolerance of a file
     /// with four decimals (relative to the seed, so that small scenes have corners too).
     fn holds(&self, other: &Triangle) -> bool {
-        let off = other.iter().map(|&c| (c - self.point_m).dot(self.normal).abs()).fold(0.0, f64::max);
+        let off = other
+            .iter()
+            .map(|&c| (c - self.point_m).dot(self.normal).abs())
+            .fold(0.0, f64::max);
         let aligned = triangle::normal(other).dot(self.normal) >= VERTICAL_TOLERANCE_RAD.cos();
         aligned && off <= 1e-3 * self.size_m
     }
@@ -105,7 +114,9 @@ fn patch(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Patch {
     } else {
         let middles = faces.iter().map(|t| (t[0] + t[1] + t[2]) / 3.0);
         let distance = |p: &DVec3| p.distance_squared(centroid);
-        middles.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(centroid)
+        middles
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap_or(centroid)
     };
 
     let right = DVec3::Z.cross(normal).normalize();
@@ -120,21 +131,28 @@ fn patch(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Patch {
         point_m,
         normal,
         area_m2,
-        outline_m: outline.into_iter().map(|(x, y)| centroid + right * x + up * y).collect(),
+        outline_m: outline
+            .into_iter()
+            .map(|(x, y)| centroid + right * x + up * y)
+            .collect(),
         width_m: right_m - left_m,
         height_range_m: (low, high),
     }
 }
 
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
+        (lo.min(v), hi.max(v))
+    })
 }
 
 /// Andrew's monotone chain, counter-clockwise, corners that lie on a side left out.
 fn convex_hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     points.dedup();
-    let size = points.iter().fold(0.0, |m: f64, p| m.max(p.0.abs()).max(p.1.abs()));
+    let size = points
+        .iter()
+        .fold(0.0, |m: f64, p| m.max(p.0.abs()).max(p.1.abs()));
     let chain = |points: &mut dyn Iterator<Item = (f64, f64)>| {
         let mut hull: Vec<(f64, f64)> = Vec::new();
         for p in points {

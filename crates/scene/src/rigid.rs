@@ -17,7 +17,10 @@ pub(crate) struct Rigid {
 }
 
 impl Rigid {
-    pub(crate) const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation_m: DVec3::ZERO };
+    pub(crate) const IDENTITY: Self = Self {
+        rotation: DMat3::IDENTITY,
+        translation_m: DVec3::ZERO,
+    };
 
     pub(crate) fn from_affine(affine: &DAffine3) -> Result<Self, SceneError> {
         let m = affine.matrix3;
@@ -26,7 +29,10 @@ impl Rigid {
         }
         let translation_m = finite("translation", affine.translation)?;
         let gram = m.transpose() * m - DMat3::IDENTITY;
-        let deviation = gram.to_cols_array().into_iter().fold(0.0, |d: f64, x| d.max(x.abs()));
+        let deviation = gram
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |d: f64, x| d.max(x.abs()));
         if deviation > RIGID_TOLERANCE {
             return Err(SceneError::NotRigid { deviation });
         }
@@ -39,17 +45,26 @@ impl Rigid {
         } else {
             DMat3::from_quat(DQuat::from_mat3(&m).normalize())
         };
-        Ok(Self { rotation, translation_m })
+        Ok(Self {
+            rotation,
+            translation_m,
+        })
     }
 
     pub(crate) const fn translation(translation_m: DVec3) -> Self {
-        Self { rotation: DMat3::IDENTITY, translation_m }
+        Self {
+            rotation: DMat3::IDENTITY,
+            translation_m,
+        }
     }
 
     /// Turns by `angle_rad` about the line through `point_m` along the unit `axis`.
     pub(crate) fn rotation_about(point_m: DVec3, axis: DVec3, angle_rad: f64) -> Self {
         let rotation = DMat3::from_axis_angle(axis, angle_rad);
-        Self { rotation, translation_m: point_m - rotation * point_m }
+        Self {
+            rotation,
+            translation_m: point_m - rotation * point_m,
+        }
     }
 
     pub(crate) fn point(&self, inner_m: DVec3) -> DVec3 {
@@ -72,6 +87,9 @@ impl Rigid {
 impl std::ops::Mul for Rigid {
     type Output = Self;
     fn mul(self, inner: Self) -> Self {
-        Self { rotation: self.rotation * inner.rotation, translation_m: self.point(inner.translation_m) }
+        Self {
+            rotation: self.rotation * inner.rotation,
+            translation_m: self.point(inner.translation_m),
+        }
     }
 }

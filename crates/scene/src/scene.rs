@@ -77,7 +77,10 @@ impl Scene {
     ///
     /// # Errors
     /// A missing, oversized or malformed file, a sidecar that does not fit it, no face left.
-    pub fn from_obj_file(obj: &Path, sidecar: Option<&Path>) -> Result<(Self, LoadReport), SceneError> {
+    pub fn from_obj_file(
+        obj: &Path,
+        sidecar: Option<&Path>,
+    ) -> Result<(Self, LoadReport), SceneError> {
         Self::from_obj_file_within(obj, sidecar, &LoadLimits::default())
     }
 
@@ -93,7 +96,9 @@ impl Scene {
         let text = obj::read_text(obj, limits)?;
         let beside = obj.with_extension("toml");
         let sidecar = sidecar.or_else(|| beside.is_file().then_some(beside.as_path()));
-        let sidecar_text = sidecar.map(|path| obj::read_text(path, limits)).transpose()?;
+        let sidecar_text = sidecar
+            .map(|path| obj::read_text(path, limits))
+            .transpose()?;
         let directory = obj.parent().unwrap_or(Path::new(""));
         Self::from_text(&text, sidecar_text.as_deref(), Some(directory), limits)
     }
@@ -102,7 +107,10 @@ impl Scene {
     ///
     /// # Errors
     /// As [`from_obj_file`](Self::from_obj_file).
-    pub fn from_obj_str(obj: &str, sidecar: Option<&str>) -> Result<(Self, LoadReport), SceneError> {
+    pub fn from_obj_str(
+        obj: &str,
+        sidecar: Option<&str>,
+    ) -> Result<(Self, LoadReport), SceneError> {
         Self::from_text(obj, sidecar, None, &LoadLimits::default())
     }
 
@@ -171,7 +179,13 @@ impl Scene {
             openings: vec![0.0; surfaces.len()],
             world_from_part: file_from_part.clone(),
             surfaces,
-            geometry: Arc::new(Geometry { parts, file_from_part, kinds, part_of, triangles_of }),
+            geometry: Arc::new(Geometry {
+                parts,
+                file_from_part,
+                kinds,
+                part_of,
+                triangles_of,
+            }),
         })
     }
 
@@ -212,13 +226,20 @@ impl Scene {
     /// The surface of that name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<SurfaceId> {
-        self.surfaces.iter().position(|s| s.name == name).map(SurfaceId)
+        self.surfaces
+            .iter()
+            .position(|s| s.name == name)
+            .map(SurfaceId)
     }
 
     /// Triangles in the scene.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
-        self.geometry.parts.iter().map(|p| p.triangles().len()).sum()
+        self.geometry
+            .parts
+            .iter()
+            .map(|p| p.triangles().len())
+            .sum()
     }
 
     /// Triangles of one surface where it is now, corners in metres, counter-clockwise from outside.
@@ -234,7 +255,9 @@ impl Scene {
         let world_from_part = self.world_from_part[part];
         let triangles = self.geometry.parts[part].triangles();
         let indices = &self.geometry.triangles_of[id.0];
-        Ok(indices.iter().map(move |&i| triangles[i as usize].map(|p| world_from_part.point(p))))
+        Ok(indices
+            .iter()
+            .map(move |&i| triangles[i as usize].map(|p| world_from_part.point(p))))
     }
 
     /// Smallest and largest corner of the box around everything, m, at the present openings.
@@ -265,12 +288,23 @@ impl Scene {
     pub fn set_opening(&mut self, id: SurfaceId, value: f64) -> Result<(), SceneError> {
         let surface = &self.surfaces[self.check(id)?];
         let name = || surface.name.clone();
-        let (min, max) = surface.kind.range().ok_or_else(|| SceneError::NotMovable { surface: name() })?;
+        let (min, max) = surface
+            .kind
+            .range()
+            .ok_or_else(|| SceneError::NotMovable { surface: name() })?;
         if !value.is_finite() {
-            return Err(SceneError::NonFinite { what: "opening", value });
+            return Err(SceneError::NonFinite {
+                what: "opening",
+                value,
+            });
         }
         if !(min..=max).contains(&value) {
-            return Err(SceneError::OpeningOutOfRange { surface: name(), value, min, max });
+            return Err(SceneError::OpeningOutOfRange {
+                surface: name(),
+                value,
+                min,
+                max,
+            });
         }
         self.openings[id.0] = value;
         self.move_part(self.geometry.part_of[id.0]);
@@ -284,7 +318,9 @@ impl Scene {
             .part_of
             .iter()
             .position(|&p| p == part)
-            .map_or(Rigid::IDENTITY, |id| geometry.kinds[id].motion(self.openings[id]));
+            .map_or(Rigid::IDENTITY, |id| {
+                geometry.kinds[id].motion(self.openings[id])
+            });
         self.world_from_part[part] = self.world_from_file * motion * geometry.file_from_part[part];
     }
 
@@ -306,7 +342,11 @@ impl Scene {
     ///
     /// # Errors
     /// As there.
-    pub fn ray_cast_f64(&self, origin_m: DVec3, direction: DVec3) -> Result<Option<Hit>, SceneError> {
+    pub fn ray_cast_f64(
+        &self,
+        origin_m: DVec3,
+        direction: DVec3,
+    ) -> Result<Option<Hit>, SceneError> {
         self.cast(origin_m, direction, Precision::Double)
     }
 
@@ -381,7 +421,11 @@ impl Scene {
     ///
     /// # Errors
     /// NaN, an infinite point. An infinite distance is fine.
-    pub fn closest_point(&self, point_m: DVec3, max_distance_m: f64) -> Result<Option<Closest>, SceneError> {
+    pub fn closest_point(
+        &self,
+        point_m: DVec3,
+        max_distance_m: f64,
+    ) -> Result<Option<Closest>, SceneError> {
         self.closest(point_m, max_distance_m, |_| true)
     }
 
@@ -405,9 +449,11 @@ impl Scene {
         self.check(surface)?;
         let part = self.geometry.part_of[surface.0];
         let local = self.world_from_part[part].inverse_point(finite("point", point_m)?);
-        let hit = self.geometry.parts[part].closest_among(local, &self.geometry.triangles_of[surface.0]);
+        let hit =
+            self.geometry.parts[part].closest_among(local, &self.geometry.triangles_of[surface.0]);
         // Every surface keeps at least one triangle and distances are finite.
-        hit.map(|hit| self.to_closest(part, &hit, point_m)).ok_or(SceneError::NoFaces)
+        hit.map(|hit| self.to_closest(part, &hit, point_m))
+            .ok_or(SceneError::NoFaces)
     }
 
     fn closest(
@@ -419,7 +465,13 @@ impl Scene {
         finite("point", point_m)?;
         let max_m = distance(max_distance_m)?;
         let mut best: Option<(usize, PartHit)> = None;
-        for (index, (part, pose)) in self.geometry.parts.iter().zip(&self.world_from_part).enumerate() {
+        for (index, (part, pose)) in self
+            .geometry
+            .parts
+            .iter()
+            .zip(&self.world_from_part)
+            .enumerate()
+        {
             let bound_m = best.map_or(max_m, |(_, hit)| hit.distance_m);
             let hit = part.closest(pose.inverse_point(point_m), bound_m, accept);
             if let Some(hit) = hit.filter(|h| h.distance_m < bound_m) {
@@ -448,7 +500,11 @@ impl Scene {
     /// triangles of one surface merge while they stay in one plane.
     #[must_use]
     pub fn vertical_patches(&self) -> Vec<Patch> {
-        let touchable = self.surfaces.iter().enumerate().filter(|(_, s)| s.touchable());
+        let touchable = self
+            .surfaces
+            .iter()
+            .enumerate()
+            .filter(|(_, s)| s.touchable());
         let mut patches: Vec<Patch> = touchable
             .filter_map(|(id, _)| Some((SurfaceId(id), self.triangles_m(SurfaceId(id)).ok()?)))
             .flat_map(|(id, triangles)| patch::vertical(id, &triangles.collect::<Vec<_>>()))
@@ -458,12 +514,21 @@ impl Scene {
     }
 
     /// The ray in the frame of each part.
-    fn part_rays(&self, origin_m: DVec3, direction: DVec3) -> impl Iterator<Item = (usize, PartRay)> + '_ {
-        self.world_from_part.iter().enumerate().map(move |(part, pose)| {
-            let ray =
-                PartRay { origin_m: pose.inverse_point(origin_m), direction: pose.inverse_vector(direction) };
-            (part, ray)
-        })
+    fn part_rays(
+        &self,
+        origin_m: DVec3,
+        direction: DVec3,
+    ) -> impl Iterator<Item = (usize, PartRay)> + '_ {
+        self.world_from_part
+            .iter()
+            .enumerate()
+            .map(move |(part, pose)| {
+                let ray = PartRay {
+                    origin_m: pose.inverse_point(origin_m),
+                    direction: pose.inverse_vector(direction),
+                };
+                (part, ray)
+            })
     }
 
     /// Unit normal of a triangle on the side that `towards` points to, and whether that is the outside.
@@ -478,7 +543,10 @@ impl Scene {
         if id.0 < self.surfaces.len() {
             Ok(id.0)
         } else {
-            Err(SceneError::UnknownSurface { index: id.0, count: self.surfaces.len() })
+            Err(SceneError::UnknownSurface {
+                index: id.0,
+                count: self.surfaces.len(),
+            })
         }
     }
 }
@@ -506,7 +574,10 @@ fn unit(direction: DVec3) -> Result<DVec3, SceneError> {
 /// Rejects NaN; infinity is no limit, and nothing is nearer than a negative distance.
 fn distance(max_distance_m: f64) -> Result<f64, SceneError> {
     if max_distance_m.is_nan() {
-        return Err(SceneError::NonFinite { what: "maximum distance", value: max_distance_m });
+        return Err(SceneError::NonFinite {
+            what: "maximum distance",
+            value: max_distance_m,
+        });
     }
     Ok(max_distance_m.max(0.0))
 }

@@ -46,8 +46,12 @@ struct Entry {
 
 /// Gives the surfaces the properties the sidecar names.
 pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<(), SceneError> {
-    let Sidecar { default_kind, mut surface } = toml::from_str(text)
-        .map_err(|e| SceneError::SidecarMalformed { message: e.to_string().trim_end().to_owned() })?;
+    let Sidecar {
+        default_kind,
+        mut surface,
+    } = toml::from_str(text).map_err(|e| SceneError::SidecarMalformed {
+        message: e.to_string().trim_end().to_owned(),
+    })?;
     if !matches!(default_kind, Kind::Static | Kind::Untouchable) {
         let message = "default_kind must be \"static\" or \"untouchable\"".to_owned();
         return Err(SceneError::SidecarMalformed { message });
@@ -70,7 +74,11 @@ pub(crate) fn apply(text: &str, meshes: &mut [SurfaceMesh]) -> Result<(), SceneE
 
 /// A kind that needs no keys.
 fn plain(kind: Kind) -> SurfaceKind {
-    if kind == Kind::Untouchable { SurfaceKind::Untouchable } else { SurfaceKind::Static }
+    if kind == Kind::Untouchable {
+        SurfaceKind::Untouchable
+    } else {
+        SurfaceKind::Static
+    }
 }
 
 fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind, SceneError> {
@@ -78,8 +86,14 @@ fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind, SceneEr
         ("hinge_point_m", entry.hinge_point_m.is_some()),
         ("hinge_axis", entry.hinge_axis.is_some()),
         ("range_deg", entry.range_deg.is_some()),
-        ("stiffness_n_m_per_rad", entry.stiffness_n_m_per_rad.is_some()),
-        ("damping_n_m_s_per_rad", entry.damping_n_m_s_per_rad.is_some()),
+        (
+            "stiffness_n_m_per_rad",
+            entry.stiffness_n_m_per_rad.is_some(),
+        ),
+        (
+            "damping_n_m_s_per_rad",
+            entry.damping_n_m_s_per_rad.is_some(),
+        ),
     ];
     let panel_keys = [
         ("direction", entry.direction.is_some()),
@@ -93,15 +107,31 @@ fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind, SceneEr
         Kind::RevolvingDoor => ("revolving_door", &[&panel_keys]),
         Kind::SlidingPanel => ("sliding_panel", &[&door_keys]),
     };
-    if let Some(&(key, _)) = stray.iter().copied().flatten().find(|(_, present)| *present) {
-        return Err(SceneError::SidecarStrayKey { surface: surface.to_owned(), kind: name, key });
+    if let Some(&(key, _)) = stray
+        .iter()
+        .copied()
+        .flatten()
+        .find(|(_, present)| *present)
+    {
+        return Err(SceneError::SidecarStrayKey {
+            surface: surface.to_owned(),
+            kind: name,
+            key,
+        });
     }
-    let needs = |key| SceneError::SidecarMissingKey { surface: surface.to_owned(), kind: name, key };
+    let needs = |key| SceneError::SidecarMissingKey {
+        surface: surface.to_owned(),
+        kind: name,
+        key,
+    };
     let vector = |value: Option<[f64; 3]>, key| value.map(DVec3::from).ok_or_else(|| needs(key));
     Ok(match kind {
         Kind::Static | Kind::Untouchable => plain(kind),
         Kind::RevolvingDoor => {
-            let [min_rad, max_rad] = entry.range_deg.ok_or_else(|| needs("range_deg"))?.map(f64::to_radians);
+            let [min_rad, max_rad] = entry
+                .range_deg
+                .ok_or_else(|| needs("range_deg"))?
+                .map(f64::to_radians);
             SurfaceKind::RevolvingDoor {
                 hinge_point_m: vector(entry.hinge_point_m, "hinge_point_m")?,
                 hinge_axis: vector(entry.hinge_axis, "hinge_axis")?,

@@ -88,7 +88,9 @@ impl SurfaceKind {
     #[must_use]
     pub const fn range(&self) -> Option<(f64, f64)> {
         match *self {
-            Self::RevolvingDoor { min_rad, max_rad, .. } => Some((min_rad, max_rad)),
+            Self::RevolvingDoor {
+                min_rad, max_rad, ..
+            } => Some((min_rad, max_rad)),
             Self::SlidingPanel { min_m, max_m, .. } => Some((min_m, max_m)),
             Self::Static | Self::Untouchable => None,
         }
@@ -97,9 +99,11 @@ impl SurfaceKind {
     /// The rigid motion that an opening is: where the surface goes, in the frame of the kind.
     pub(crate) fn motion(&self, opening: f64) -> Rigid {
         match *self {
-            Self::RevolvingDoor { hinge_point_m, hinge_axis, .. } => {
-                Rigid::rotation_about(hinge_point_m, hinge_axis, opening)
-            }
+            Self::RevolvingDoor {
+                hinge_point_m,
+                hinge_axis,
+                ..
+            } => Rigid::rotation_about(hinge_point_m, hinge_axis, opening),
             Self::SlidingPanel { direction, .. } => Rigid::translation(direction * opening),
             Self::Static | Self::Untouchable => Rigid::IDENTITY,
         }
@@ -109,11 +113,17 @@ impl SurfaceKind {
     pub(crate) fn transformed(&self, outer_from_inner: &Rigid) -> Self {
         let mut kind = self.clone();
         match &mut kind {
-            Self::RevolvingDoor { hinge_point_m, hinge_axis, .. } => {
+            Self::RevolvingDoor {
+                hinge_point_m,
+                hinge_axis,
+                ..
+            } => {
                 *hinge_point_m = outer_from_inner.point(*hinge_point_m);
                 *hinge_axis = outer_from_inner.vector(*hinge_axis);
             }
-            Self::SlidingPanel { direction, .. } => *direction = outer_from_inner.vector(*direction),
+            Self::SlidingPanel { direction, .. } => {
+                *direction = outer_from_inner.vector(*direction)
+            }
             Self::Static | Self::Untouchable => {}
         }
         kind
@@ -122,22 +132,42 @@ impl SurfaceKind {
 
 /// Rejects a surface with impossible numbers and makes its axes unit vectors.
 pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
-    let Surface { name, kind, roughness, contact_stiffness_n_per_m, .. } = &mut surface;
-    let fail = |what, value, wanted| SceneError::Parameter { surface: name.clone(), what, value, wanted };
+    let Surface {
+        name,
+        kind,
+        roughness,
+        contact_stiffness_n_per_m,
+        ..
+    } = &mut surface;
+    let fail = |what, value, wanted| SceneError::Parameter {
+        surface: name.clone(),
+        what,
+        value,
+        wanted,
+    };
     let not_negative = |what, value: Option<f64>| match value {
         Some(v) if !(v.is_finite() && v >= 0.0) => Err(fail(what, v, "finite and not negative")),
         _ => Ok(()),
     };
     let unit = |what, axis: DVec3| {
         finite(what, axis)?;
-        axis.try_normalize().ok_or_else(|| fail(what, axis.length(), "a direction of non-zero length"))
+        axis.try_normalize()
+            .ok_or_else(|| fail(what, axis.length(), "a direction of non-zero length"))
     };
     let range = |what, min: f64, max: f64, limit: f64, wanted| {
         let usable = -limit <= min && min <= 0.0 && 0.0 <= max && max <= limit;
         if usable {
             Ok(())
         } else {
-            Err(fail(what, if min <= 0.0 && min >= -limit { max } else { min }, wanted))
+            Err(fail(
+                what,
+                if min <= 0.0 && min >= -limit {
+                    max
+                } else {
+                    min
+                },
+                wanted,
+            ))
         }
     };
     not_negative("roughness", *roughness)?;
@@ -154,14 +184,32 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
             finite("hinge_point_m", *hinge_point_m)?;
             *hinge_axis = unit("hinge_axis", *hinge_axis)?;
             let turn = std::f64::consts::TAU;
-            range("opening range", *min_rad, *max_rad, turn, "an interval around zero, within one turn")?;
+            range(
+                "opening range",
+                *min_rad,
+                *max_rad,
+                turn,
+                "an interval around zero, within one turn",
+            )?;
             not_negative("stiffness_n_m_per_rad", *stiffness_n_m_per_rad)?;
             not_negative("damping_n_m_s_per_rad", *damping_n_m_s_per_rad)?;
         }
-        SurfaceKind::SlidingPanel { direction, min_m, max_m, stiffness_n_per_m, damping_n_s_per_m } => {
+        SurfaceKind::SlidingPanel {
+            direction,
+            min_m,
+            max_m,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+        } => {
             *direction = unit("direction", *direction)?;
             let limit = crate::COORDINATE_LIMIT_M;
-            range("opening range", *min_m, *max_m, limit, "a finite interval around zero")?;
+            range(
+                "opening range",
+                *min_m,
+                *max_m,
+                limit,
+                "a finite interval around zero",
+            )?;
             not_negative("stiffness_n_per_m", *stiffness_n_per_m)?;
             not_negative("damping_n_s_per_m", *damping_n_s_per_m)?;
         }

@@ -19,8 +19,9 @@ pub(crate) fn area_m2([a, b, c]: &Triangle) -> f64 {
 /// Height over the longest side below 1e-12 of that side: ten bits above the rounding of
 /// coordinates that are about as large as the triangle.
 pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
-    let longest_squared =
-        (*b - *a).length_squared().max((*c - *b).length_squared().max((*a - *c).length_squared()));
+    let longest_squared = (*b - *a)
+        .length_squared()
+        .max((*c - *b).length_squared().max((*a - *c).length_squared()));
     // Twice the area is side times height. NaN compares false, so it has no area either.
     let twice_area = (*b - *a).cross(*c - *a).length();
     let has_area = twice_area > 1e-12 * longest_squared;
@@ -194,12 +195,27 @@ mod tests {
     fn corners_and_edges_are_hit_and_behind_is_negative() {
         let down = |x: f32, y: f32, z: f32| RayF32::new(Vec3::new(x, y, z), Vec3::NEG_Z);
         let unit = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
+        for (x, y) in [
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (0.5, 0.5),
+            (0.5, 0.0),
+            (0.0, 0.5),
+        ] {
             assert_eq!(down(x, y, 2.0).intersect(&unit), Some(2.0), "({x}, {y})");
         }
-        assert!(down(0.25, 0.25, -3.0).intersect(&unit).is_some_and(|t| (t + 3.0).abs() < 1e-6));
+        assert!(
+            down(0.25, 0.25, -3.0)
+                .intersect(&unit)
+                .is_some_and(|t| (t + 3.0).abs() < 1e-6)
+        );
         assert_eq!(down(0.6, 0.6, 2.0).intersect(&unit), None);
-        assert_eq!(RayF32::new(Vec3::NEG_X, Vec3::X).intersect(&unit), None, "edge-on");
+        assert_eq!(
+            RayF32::new(Vec3::NEG_X, Vec3::X).intersect(&unit),
+            None,
+            "edge-on"
+        );
     }
 
     #[test]

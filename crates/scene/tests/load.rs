@@ -33,26 +33,59 @@ impl Drop for TempFile {
 
 #[test]
 fn bad_numbers_and_indices_are_named_with_their_line() {
-    for (value, text) in [(f64::INFINITY, "inf"), (f64::NEG_INFINITY, "-1e999"), (2e9, "2e9")] {
-        assert_eq!(error(&format!("v 0 0 0\nv 1 {text} 0\n")), SceneError::ObjVertex { line: 2, value });
+    for (value, text) in [
+        (f64::INFINITY, "inf"),
+        (f64::NEG_INFINITY, "-1e999"),
+        (2e9, "2e9"),
+    ] {
+        assert_eq!(
+            error(&format!("v 0 0 0\nv 1 {text} 0\n")),
+            SceneError::ObjVertex { line: 2, value }
+        );
     }
     let nan = error("v 0 nan 0\n");
-    assert!(matches!(nan, SceneError::ObjVertex { line: 1, value } if value.is_nan()), "{nan}");
-    for bad in ["v 1 2", "v 1 2 x", "v", "v 1 2 3 0", "v 1 2 3 4 5", "v 1,0 2 3", "v 1 2 3 nan"] {
+    assert!(
+        matches!(nan, SceneError::ObjVertex { line: 1, value } if value.is_nan()),
+        "{nan}"
+    );
+    for bad in [
+        "v 1 2",
+        "v 1 2 x",
+        "v",
+        "v 1 2 3 0",
+        "v 1 2 3 4 5",
+        "v 1,0 2 3",
+        "v 1 2 3 nan",
+    ] {
         let e = error(&format!("# comment\n{bad}\n"));
         assert!(
             matches!(
                 e,
-                SceneError::ObjLine { line: 2, keyword: "v" } | SceneError::ObjVertex { line: 2, .. }
+                SceneError::ObjLine {
+                    line: 2,
+                    keyword: "v"
+                } | SceneError::ObjVertex { line: 2, .. }
             ),
             "{bad}: {e}"
         );
     }
     for index in [0, 4, -4, i64::MAX, i64::MIN] {
         let e = error(&format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {index}\n"));
-        assert_eq!(e, SceneError::ObjIndex { line: 4, index, vertices: 3 });
+        assert_eq!(
+            e,
+            SceneError::ObjIndex {
+                line: 4,
+                index,
+                vertices: 3
+            }
+        );
     }
-    for bad in ["f a b c", "f 1 2 99999999999999999999", "f 1 2 //3", "f 1.5 2 3"] {
+    for bad in [
+        "f a b c",
+        "f 1 2 99999999999999999999",
+        "f 1 2 //3",
+        "f 1.5 2 3",
+    ] {
         assert_eq!(
             error(&format!("v 0 0 0\nv 1 0 0\n{bad}\n")).to_string(),
             "OBJ line 3: malformed \"f\"",
@@ -60,34 +93,79 @@ fn bad_numbers_and_indices_are_named_with_their_line() {
         );
     }
     // Indices count what stands above the face.
-    assert_eq!(error("f 1 2 3\nv 0 0 0\n"), SceneError::ObjIndex { line: 1, index: 1, vertices: 0 });
+    assert_eq!(
+        error("f 1 2 3\nv 0 0 0\n"),
+        SceneError::ObjIndex {
+            line: 1,
+            index: 1,
+            vertices: 0
+        }
+    );
 }
 
 #[test]
 fn what_holds_no_scene_is_an_error() {
-    for empty in ["", "# only a comment\n", "v 0 0 0\n", "o a\ng b\n", "PK\u{3}\u{4} junk\n\u{1}\u{2}"] {
+    for empty in [
+        "",
+        "# only a comment\n",
+        "v 0 0 0\n",
+        "o a\ng b\n",
+        "PK\u{3}\u{4} junk\n\u{1}\u{2}",
+    ] {
         assert_eq!(error(empty), SceneError::NoFaces, "{empty:?}");
     }
     let binary = TempFile::new("binary.obj", &[0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
-    assert_eq!(Scene::from_obj_file(&binary.0, None).unwrap_err(), SceneError::NotText { offset: 4 });
+    assert_eq!(
+        Scene::from_obj_file(&binary.0, None).unwrap_err(),
+        SceneError::NotText { offset: 4 }
+    );
     let missing = Scene::from_obj_file(Path::new("no/such/file.obj"), None).unwrap_err();
-    assert!(matches!(&missing, SceneError::Io { path, .. } if path == "no/such/file.obj"), "{missing}");
+    assert!(
+        matches!(&missing, SceneError::Io { path, .. } if path == "no/such/file.obj"),
+        "{missing}"
+    );
     let folder = Scene::from_obj_file(Path::new(env!("CARGO_MANIFEST_DIR")), None).unwrap_err();
     assert!(matches!(folder, SceneError::Io { .. }), "{folder}");
-    assert_eq!(Scene::from_meshes(Vec::new()).unwrap_err(), SceneError::NoFaces);
+    assert_eq!(
+        Scene::from_meshes(Vec::new()).unwrap_err(),
+        SceneError::NoFaces
+    );
 }
 
 #[test]
 fn limits_hold() {
     let file = TempFile::new("limits.obj", TRIANGLE.as_bytes());
-    let limits = LoadLimits { max_bytes: 20, ..LoadLimits::default() };
+    let limits = LoadLimits {
+        max_bytes: 20,
+        ..LoadLimits::default()
+    };
     let e = Scene::from_obj_file_within(&file.0, None, &limits).unwrap_err();
-    assert_eq!(e, SceneError::TooLarge { what: "bytes", got: 21, limit: 20 });
-    let limits = LoadLimits { max_triangles: 1, ..LoadLimits::default() };
+    assert_eq!(
+        e,
+        SceneError::TooLarge {
+            what: "bytes",
+            got: 21,
+            limit: 20
+        }
+    );
+    let limits = LoadLimits {
+        max_triangles: 1,
+        ..LoadLimits::default()
+    };
     assert!(Scene::from_obj_file_within(&file.0, None, &limits).is_ok());
-    let quad = TempFile::new("quad.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    let quad = TempFile::new(
+        "quad.obj",
+        b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n",
+    );
     let e = Scene::from_obj_file_within(&quad.0, None, &limits).unwrap_err();
-    assert_eq!(e, SceneError::TooLarge { what: "triangles", got: 2, limit: 1 });
+    assert_eq!(
+        e,
+        SceneError::TooLarge {
+            what: "triangles",
+            got: 2,
+            limit: 1
+        }
+    );
 }
 
 #[test]
@@ -128,7 +206,10 @@ fn repairs_are_listed() {
     assert!(!report.is_clean());
     assert_eq!(scene.surfaces().len(), 3);
     assert_eq!(
-        load("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 1 2\n").unwrap().1.empty_surfaces,
+        load("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 1 2\n")
+            .unwrap()
+            .1
+            .empty_surfaces,
         ["b"]
     );
 }
@@ -139,7 +220,13 @@ fn groups_are_surfaces_whatever_happens_in_between() {
     let (scene, _) = load(obj).unwrap();
     let names: Vec<_> = scene.surfaces().iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, [hwall_scene::UNNAMED, "north wall", "roof"]);
-    assert_eq!(scene.triangles_m(scene.find("north wall").unwrap()).unwrap().len(), 2);
+    assert_eq!(
+        scene
+            .triangles_m(scene.find("north wall").unwrap())
+            .unwrap()
+            .len(),
+        2
+    );
     assert_eq!(scene.find("south wall"), None);
 }
 
@@ -154,13 +241,20 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
     let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
     assert!(report.is_clean(), "{report:?}");
     assert_eq!(scene.surfaces()[0].color_rgb, Some([0.8, 0.1, 0.2]));
-    for bad in ["newmtl red\nKd 0.8 0.1\n", "newmtl red\nKd a b c\n", "newmtl red\nKd 1 nan 0\n", "newmtl\n"]
-    {
+    for bad in [
+        "newmtl red\nKd 0.8 0.1\n",
+        "newmtl red\nKd a b c\n",
+        "newmtl red\nKd 1 nan 0\n",
+        "newmtl\n",
+    ] {
         let library = TempFile::new("bad.mtl", bad.as_bytes());
         let file = TempFile::new("bad.obj", obj(&library).as_bytes());
         let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
         assert_eq!(
-            (report.missing_material_libraries.len(), report.missing_materials.len()),
+            (
+                report.missing_material_libraries.len(),
+                report.missing_materials.len()
+            ),
             (1, 1),
             "{bad}"
         );
@@ -173,15 +267,27 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
 fn a_file_ten_kilometres_off_keeps_its_digits() {
     let obj = "v 10000.0001 5000 0\nv 10000.0001 5001 0\nv 10000.0001 5000 1\nf 1 2 3";
     let (scene, _) = load(obj).unwrap();
-    let hit = scene.ray_cast(DVec3::new(10_001.0, 5000.25, 0.25), DVec3::NEG_X).unwrap().unwrap();
-    assert!((hit.point_m.x - 10_000.000_1).abs() < 1e-11, "{}", hit.point_m.x);
+    let hit = scene
+        .ray_cast(DVec3::new(10_001.0, 5000.25, 0.25), DVec3::NEG_X)
+        .unwrap()
+        .unwrap();
+    assert!(
+        (hit.point_m.x - 10_000.000_1).abs() < 1e-11,
+        "{}",
+        hit.point_m.x
+    );
 }
 
 #[test]
 fn sidecar_mistakes_are_named() {
     let with = |sidecar: &str| Scene::from_obj_str(TRIANGLE, Some(sidecar)).expect_err(sidecar);
     let unknown = with("[surface.door]\nkind = \"static\"");
-    assert_eq!(unknown, SceneError::SidecarUnknownSurface { name: "door".to_owned() });
+    assert_eq!(
+        unknown,
+        SceneError::SidecarUnknownSurface {
+            name: "door".to_owned()
+        }
+    );
     for (text, named) in [
         ("[surface.wall]\ncolour = 3", "colour"),
         ("[surface.wall]\nkind = \"swing\"", "swing"),
@@ -191,15 +297,48 @@ fn sidecar_mistakes_are_named() {
         ("[surface.wall]\nroughness = \"rough\"", "rough"),
     ] {
         let e = with(text);
-        assert!(matches!(&e, SceneError::SidecarMalformed { message } if message.contains(named)), "{e}");
+        assert!(
+            matches!(&e, SceneError::SidecarMalformed { message } if message.contains(named)),
+            "{e}"
+        );
     }
     let door = "[surface.wall]\nkind = \"revolving_door\"\n";
-    let missing = with(&format!("{door}hinge_point_m = [0, 0, 0]\nrange_deg = [0, 1]"));
-    assert!(matches!(missing, SceneError::SidecarMissingKey { key: "hinge_axis", .. }), "{missing}");
+    let missing = with(&format!(
+        "{door}hinge_point_m = [0, 0, 0]\nrange_deg = [0, 1]"
+    ));
+    assert!(
+        matches!(
+            missing,
+            SceneError::SidecarMissingKey {
+                key: "hinge_axis",
+                ..
+            }
+        ),
+        "{missing}"
+    );
     let stray = with("[surface.wall]\nrange_deg = [0, 90]");
-    assert!(matches!(stray, SceneError::SidecarStrayKey { key: "range_deg", kind: "static", .. }), "{stray}");
+    assert!(
+        matches!(
+            stray,
+            SceneError::SidecarStrayKey {
+                key: "range_deg",
+                kind: "static",
+                ..
+            }
+        ),
+        "{stray}"
+    );
     let stray = with(&format!("{door}direction = [0, 0, 1]"));
-    assert!(matches!(stray, SceneError::SidecarStrayKey { key: "direction", .. }), "{stray}");
+    assert!(
+        matches!(
+            stray,
+            SceneError::SidecarStrayKey {
+                key: "direction",
+                ..
+            }
+        ),
+        "{stray}"
+    );
     let hinge = "hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 2]\n";
     for (keys, what) in [
         ("range_deg = [10, 90]", "opening range"),
@@ -207,14 +346,30 @@ fn sidecar_mistakes_are_named() {
         ("range_deg = [0, nan]", "opening range"),
         ("range_deg = [0, 720]", "opening range"),
         ("range_deg = [0, 90]\nroughness = -1", "roughness"),
-        ("range_deg = [0, 90]\ndamping_n_m_s_per_rad = inf", "damping_n_m_s_per_rad"),
+        (
+            "range_deg = [0, 90]\ndamping_n_m_s_per_rad = inf",
+            "damping_n_m_s_per_rad",
+        ),
     ] {
         let e = with(&format!("{door}{hinge}{keys}"));
-        assert!(matches!(&e, SceneError::Parameter { what: w, .. } if *w == what), "{keys}: {e}");
+        assert!(
+            matches!(&e, SceneError::Parameter { what: w, .. } if *w == what),
+            "{keys}: {e}"
+        );
     }
-    let no_axis =
-        with(&format!("{door}hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 0]\nrange_deg = [0, 9]"));
-    assert!(matches!(no_axis, SceneError::Parameter { what: "hinge_axis", .. }), "{no_axis}");
+    let no_axis = with(&format!(
+        "{door}hinge_point_m = [0, 0, 0]\nhinge_axis = [0, 0, 0]\nrange_deg = [0, 9]"
+    ));
+    assert!(
+        matches!(
+            no_axis,
+            SceneError::Parameter {
+                what: "hinge_axis",
+                ..
+            }
+        ),
+        "{no_axis}"
+    );
 }
 
 #[test]
@@ -226,13 +381,22 @@ fn the_sidecar_beside_a_file_is_found() {
     assert_eq!(scene.surfaces()[0].kind, SurfaceKind::Untouchable);
     let other = TempFile::new("other.toml", b"[surface.wall]\nroughness = 0.5");
     let (scene, _) = Scene::from_obj_file(&obj.0, Some(&other.0)).unwrap();
-    assert_eq!((&scene.surfaces()[0].kind, scene.surfaces()[0].roughness), (&SurfaceKind::Static, Some(0.5)));
+    assert_eq!(
+        (&scene.surfaces()[0].kind, scene.surfaces()[0].roughness),
+        (&SurfaceKind::Static, Some(0.5))
+    );
     let missing = Scene::from_obj_file(&obj.0, Some(Path::new("gone.toml"))).unwrap_err();
     assert!(matches!(missing, SceneError::Io { .. }), "{missing}");
 }
 
 fn surface(name: &str, triangles_m: Vec<[DVec3; 3]>) -> SurfaceMesh {
-    SurfaceMesh { surface: Surface { name: name.to_owned(), ..Surface::default() }, triangles_m }
+    SurfaceMesh {
+        surface: Surface {
+            name: name.to_owned(),
+            ..Surface::default()
+        },
+        triangles_m,
+    }
 }
 
 /// They made the tree builder of the hierarchy recurse 5,000 deep.
@@ -241,7 +405,10 @@ fn thousands_of_identical_triangles() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let (scene, report) = Scene::from_meshes(vec![surface("pile", vec![t; 5000])]).unwrap();
     assert_eq!((report.duplicate_faces, scene.triangle_count()), (4999, 1));
-    let hit = scene.ray_cast(DVec3::new(0.2, 0.2, 1.0), DVec3::NEG_Z).unwrap().unwrap();
+    let hit = scene
+        .ray_cast(DVec3::new(0.2, 0.2, 1.0), DVec3::NEG_Z)
+        .unwrap()
+        .unwrap();
     assert_eq!(hit.distance_m, 1.0);
 }
 
@@ -251,13 +418,26 @@ fn thousands_of_coinciding_boxes() {
     let n = 20_000;
     let pile = |i: i32| {
         let x = f64::from(i) * 1e-13;
-        [DVec3::new(x, 0.0, 0.0), DVec3::new(1.0 + x, 0.0, 0.0), DVec3::new(x, 1.0, 0.0)]
+        [
+            DVec3::new(x, 0.0, 0.0),
+            DVec3::new(1.0 + x, 0.0, 0.0),
+            DVec3::new(x, 1.0, 0.0),
+        ]
     };
-    let (scene, report) = Scene::from_meshes(vec![surface("pile", (0..n).map(pile).collect())]).unwrap();
+    let (scene, report) =
+        Scene::from_meshes(vec![surface("pile", (0..n).map(pile).collect())]).unwrap();
     assert!(report.is_clean() && scene.triangle_count() == n as usize);
     for x in [0.1, 0.5] {
-        assert!(scene.ray_cast(DVec3::new(x, 0.2, 1.0), DVec3::NEG_Z).unwrap().is_some());
-        let closest = scene.closest_point(DVec3::new(x, 0.2, 0.5), 1.0).unwrap().unwrap();
+        assert!(
+            scene
+                .ray_cast(DVec3::new(x, 0.2, 1.0), DVec3::NEG_Z)
+                .unwrap()
+                .is_some()
+        );
+        let closest = scene
+            .closest_point(DVec3::new(x, 0.2, 0.5), 1.0)
+            .unwrap()
+            .unwrap();
         assert_eq!(closest.distance_m, 0.5);
     }
 }
@@ -269,13 +449,25 @@ fn detail_far_below_single_precision_stays_closest_exactly() {
         let at = DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0) * 1e-3;
         [at, at + DVec3::X * 1e-3, at + DVec3::Y * 1e-3]
     };
-    let far = [DVec3::splat(9e8), DVec3::new(9e8, 0.0, 0.0), DVec3::new(0.0, 9e8, 0.0)];
-    let meshes = vec![surface("detail", (0..1600).map(small).collect()), surface("far", vec![far])];
+    let far = [
+        DVec3::splat(9e8),
+        DVec3::new(9e8, 0.0, 0.0),
+        DVec3::new(0.0, 9e8, 0.0),
+    ];
+    let meshes = vec![
+        surface("detail", (0..1600).map(small).collect()),
+        surface("far", vec![far]),
+    ];
     let (scene, _) = Scene::from_meshes(meshes).unwrap();
     let detail = scene.find("detail").unwrap();
-    let closest = scene.project_on(detail, DVec3::new(0.0202, 0.0202, 0.5)).unwrap();
+    let closest = scene
+        .project_on(detail, DVec3::new(0.0202, 0.0202, 0.5))
+        .unwrap();
     assert!((closest.distance_m - 0.5).abs() < 1e-6, "{closest:?}");
-    let near = scene.closest_point(DVec3::new(0.0202, 0.0202, 0.5), 1.0).unwrap().unwrap();
+    let near = scene
+        .closest_point(DVec3::new(0.0202, 0.0202, 0.5), 1.0)
+        .unwrap()
+        .unwrap();
     assert_eq!(near.surface, detail);
 }
 
@@ -284,7 +476,15 @@ fn meshes_in_memory_are_checked_too() {
     let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let nan = [DVec3::ZERO, DVec3::new(f64::NAN, 0.0, 0.0), DVec3::Y];
     let e = Scene::from_meshes(vec![surface("a", vec![t, nan])]).unwrap_err();
-    assert!(matches!(&e, SceneError::Parameter { value, .. } if value.is_nan()), "{e}");
+    assert!(
+        matches!(&e, SceneError::Parameter { value, .. } if value.is_nan()),
+        "{e}"
+    );
     let e = Scene::from_meshes(vec![surface("a", vec![t]), surface("a", vec![t])]).unwrap_err();
-    assert_eq!(e, SceneError::DuplicateSurface { name: "a".to_owned() });
+    assert_eq!(
+        e,
+        SceneError::DuplicateSurface {
+            name: "a".to_owned()
+        }
+    );
 }

@@ -10,8 +10,14 @@ use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
 const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
 
 /// Scale of the unit cube and where it stands, m.
-const PLACES: [(f64, DVec3); 6] =
-    [(1.0, DVec3::ZERO), (1e-3, DVec3::ZERO), (1e3, DVec3::ZERO), (1.0, FAR), (1e-3, FAR), (1e3, FAR)];
+const PLACES: [(f64, DVec3); 6] = [
+    (1.0, DVec3::ZERO),
+    (1e-3, DVec3::ZERO),
+    (1e3, DVec3::ZERO),
+    (1.0, FAR),
+    (1e-3, FAR),
+    (1e3, FAR),
+];
 
 /// Errors may be this large: of the coordinates (f64 in the file and in the answer) and of the size.
 fn tolerance(scale: f64, offset: DVec3) -> f64 {
@@ -24,12 +30,22 @@ fn ray(sampler: &mut Sampler, scale: f64, offset: DVec3) -> (DVec3, DVec3) {
     let origin = sampler.unit_vector() * away * scale;
     let target = sampler.point_in_box(DVec3::splat(-1.0), DVec3::ONE) * scale;
     // Any length of the direction will do.
-    (offset + origin, (target - origin) * sampler.uniform(0.1, 10.0))
+    (
+        offset + origin,
+        (target - origin) * sampler.uniform(0.1, 10.0),
+    )
 }
 
 /// Compares `n` rays with brute force; returns how many disagree on hit or miss or on which
 /// face is nearest, which single precision may where a ray passes an edge.
-fn compare_rays(scene: &Scene, n: usize, seed: u64, scale: f64, offset: DVec3, single: bool) -> usize {
+fn compare_rays(
+    scene: &Scene,
+    n: usize,
+    seed: u64,
+    scale: f64,
+    offset: DVec3,
+    single: bool,
+) -> usize {
     let all = triangles(scene);
     let plain: Vec<Triangle> = all.iter().map(|&(_, t)| t).collect();
     let mut sampler = Sampler::new(seed);
@@ -37,7 +53,11 @@ fn compare_rays(scene: &Scene, n: usize, seed: u64, scale: f64, offset: DVec3, s
     let mut errors = Vec::new();
     for _ in 0..n {
         let (origin, direction) = ray(&mut sampler, scale, offset);
-        let cast = if single { Scene::ray_cast } else { Scene::ray_cast_f64 };
+        let cast = if single {
+            Scene::ray_cast
+        } else {
+            Scene::ray_cast_f64
+        };
         let hit = cast(scene, origin, direction).unwrap();
         let expected = brute_ray(&plain, origin, direction);
         match (hit, expected) {
@@ -53,19 +73,32 @@ fn compare_rays(scene: &Scene, n: usize, seed: u64, scale: f64, offset: DVec3, s
                 }
                 errors.push(error / scale);
                 let on_ray = origin + direction.normalize() * hit.distance_m;
-                assert!(hit.point_m.distance(on_ray) < 2e-6 * scale, "point off the ray");
-                let nearest =
-                    plain.iter().map(|t| brute_distance(hit.point_m, t)).fold(f64::INFINITY, f64::min);
-                assert!(nearest < tolerance(scale, offset), "point {nearest} off its triangle");
+                assert!(
+                    hit.point_m.distance(on_ray) < 2e-6 * scale,
+                    "point off the ray"
+                );
+                let nearest = plain
+                    .iter()
+                    .map(|t| brute_distance(hit.point_m, t))
+                    .fold(f64::INFINITY, f64::min);
+                assert!(
+                    nearest < tolerance(scale, offset),
+                    "point {nearest} off its triangle"
+                );
                 assert_close!(hit.normal.length(), 1.0, Tol::abs(1e-14));
-                assert!(hit.normal.dot(direction) <= 0.0, "normal away from the viewer");
+                assert!(
+                    hit.normal.dot(direction) <= 0.0,
+                    "normal away from the viewer"
+                );
             }
             _ => disagreements += 1,
         }
     }
     let hits = errors.len();
     let stats = ErrorStats::from_errors(errors);
-    println!("single {single}, scale {scale}, {offset}: {hits} hits, {disagreements} disagree, {stats:?}");
+    println!(
+        "single {single}, scale {scale}, {offset}: {hits} hits, {disagreements} disagree, {stats:?}"
+    );
     assert!(hits > n / 4, "the rays are meant to hit");
     disagreements
 }
@@ -75,9 +108,16 @@ fn rays_find_what_brute_force_finds() {
     for (scale, offset) in PLACES {
         let scene = soup(1, 300, scale, offset);
         let n = 4000;
-        assert_eq!(compare_rays(&scene, n, 2, scale, offset, false), 0, "double precision");
+        assert_eq!(
+            compare_rays(&scene, n, 2, scale, offset, false),
+            0,
+            "double precision"
+        );
         // One ray in a few thousand passes an edge of a loose triangle within 1e-6.
-        assert!(compare_rays(&scene, n, 2, scale, offset, true) <= 4, "single precision");
+        assert!(
+            compare_rays(&scene, n, 2, scale, offset, true) <= 4,
+            "single precision"
+        );
     }
 }
 
@@ -108,15 +148,25 @@ fn closest_points_are_those_of_brute_force() {
             let any = scene.closest_point(p, f64::INFINITY).unwrap().unwrap();
             assert_close!(any.distance_m, distance(&|_| true), tol);
             assert_close!(any.point_m.distance(p), any.distance_m, tol);
-            assert!(any.normal.dot(p - any.point_m) >= 0.0, "normal away from the point");
+            assert!(
+                any.normal.dot(p - any.point_m) >= 0.0,
+                "normal away from the point"
+            );
             let touchable = scene.closest_touchable(p, f64::INFINITY).unwrap().unwrap();
             assert!(scene.surface(touchable.surface).touchable());
-            assert_close!(touchable.distance_m, distance(&|id| scene.surfaces()[id].touchable()), tol);
+            assert_close!(
+                touchable.distance_m,
+                distance(&|id| scene.surfaces()[id].touchable()),
+                tol
+            );
             let door = scene.find("door").unwrap();
             let projected = scene.project_on(door, p).unwrap();
             assert_close!(projected.distance_m, distance(&|id| id == door.0), tol);
             // The limit excludes what lies beyond it and nothing else.
-            let (near, wide) = (any.distance_m * 0.999, any.distance_m * 1.001 + 2.0 * tol.abs);
+            let (near, wide) = (
+                any.distance_m * 0.999,
+                any.distance_m * 1.001 + 2.0 * tol.abs,
+            );
             assert_eq!(scene.closest_point(p, near - 2.0 * tol.abs).unwrap(), None);
             assert_eq!(scene.closest_point(p, wide).unwrap(), Some(any));
         }
@@ -157,13 +207,24 @@ fn placing_moves_everything_and_changes_nothing_else() {
             let (origin, direction) = ray(&mut sampler, 1.0, DVec3::ZERO);
             let here = scene.ray_cast_f64(origin, direction).unwrap();
             let there = placed
-                .ray_cast_f64(affine.transform_point3(origin), affine.transform_vector3(direction))
+                .ray_cast_f64(
+                    affine.transform_point3(origin),
+                    affine.transform_vector3(direction),
+                )
                 .unwrap();
             assert_eq!(here.is_some(), there.is_some());
             if let (Some(here), Some(there)) = (here, there) {
                 assert_eq!((here.surface, here.outside), (there.surface, there.outside));
-                assert_close!(affine.transform_point3(here.point_m), there.point_m, Tol::abs(1e-12));
-                assert_close!(affine.transform_vector3(here.normal), there.normal, Tol::abs(1e-12));
+                assert_close!(
+                    affine.transform_point3(here.point_m),
+                    there.point_m,
+                    Tol::abs(1e-12)
+                );
+                assert_close!(
+                    affine.transform_vector3(here.normal),
+                    there.normal,
+                    Tol::abs(1e-12)
+                );
             }
         }
     }
@@ -184,7 +245,10 @@ fn the_room_is_seen_as_brute_force_sees_it() {
         scene.set_opening(door, opening).unwrap();
         let disagreements = compare_rays(&scene, 4000, 11, 1.0, DVec3::new(1.5, 0.2, 0.6), true);
         assert!(disagreements <= 2, "{disagreements}");
-        assert_eq!(compare_rays(&scene, 4000, 11, 1.0, DVec3::new(1.5, 0.2, 0.6), false), 0);
+        assert_eq!(
+            compare_rays(&scene, 4000, 11, 1.0, DVec3::new(1.5, 0.2, 0.6), false),
+            0
+        );
     }
 }
 
@@ -195,13 +259,19 @@ fn any_hit_and_visible_agree_with_the_ray() {
     let mut sampler = Sampler::new(13);
     let corner = DVec3::splat(1.5);
     for _ in 0..4000 {
-        let (a, b) = (sampler.point_in_box(-corner, corner), sampler.point_in_box(-corner, corner));
+        let (a, b) = (
+            sampler.point_in_box(-corner, corner),
+            sampler.point_in_box(-corner, corner),
+        );
         let hit = scene.ray_cast(a, b - a).unwrap();
         let blocked = hit.is_some_and(|h| h.distance_m < a.distance(b));
         assert_eq!(scene.visible(a, b).unwrap(), !blocked);
         assert_eq!(scene.any_hit(a, b - a, a.distance(b)).unwrap(), blocked);
         if let Some(hit) = hit {
-            assert!(scene.visible(a, hit.point_m).unwrap(), "a point seen is visible");
+            assert!(
+                scene.visible(a, hit.point_m).unwrap(),
+                "a point seen is visible"
+            );
         }
     }
 }

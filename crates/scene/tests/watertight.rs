@@ -31,7 +31,11 @@ fn leaks(scene: &Scene, scale: f64, offset: DVec3, rays: usize, seed: u64) -> us
             _ => offset + DVec3::Z * 2.0 * scale + sampler.unit_vector() * scale,
         };
         leaks += usize::from(scene.ray_cast(origin, target - origin).unwrap().is_none());
-        leaks += usize::from(!scene.any_hit(origin, target - origin, f64::INFINITY).unwrap());
+        leaks += usize::from(
+            !scene
+                .any_hit(origin, target - origin, f64::INFINITY)
+                .unwrap(),
+        );
         cast += 1;
     }
     leaks
@@ -48,7 +52,11 @@ fn a_bumpy_sheet_does_not_leak() {
     ] {
         for n in [8, 100] {
             let scene = bumpy(n, 21, scale, offset);
-            assert_eq!(leaks(&scene, scale, offset, 20_000, 22), 0, "n {n}, scale {scale}, at {offset}");
+            assert_eq!(
+                leaks(&scene, scale, offset, 20_000, 22),
+                0,
+                "n {n}, scale {scale}, at {offset}"
+            );
         }
     }
 }
@@ -73,7 +81,12 @@ fn a_flat_grid_does_not_leak() {
     for i in 1..2 * n {
         for j in 1..2 * n {
             let target = DVec3::new(i as f64 / 14.0, j as f64 / 14.0, 0.7);
-            for away in [DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1e-3), DVec3::Z * 1e4] {
+            for away in [
+                DVec3::Z,
+                DVec3::new(0.0, 1.0, 1.0),
+                DVec3::new(1.0, 0.0, 1e-3),
+                DVec3::Z * 1e4,
+            ] {
                 let hit = scene.ray_cast(target + away, -away).unwrap();
                 assert!(hit.is_some(), "leak at {target} from {away}");
             }

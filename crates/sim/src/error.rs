@@ -66,7 +66,11 @@ pub enum SimError {
 pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), SimError> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(SimError::NonFinite { what, index, value: values[index] }),
+        Some(index) => Err(SimError::NonFinite {
+            what,
+            index,
+            value: values[index],
+        }),
     }
 }
 
@@ -75,7 +79,11 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), SimError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(SimError::Parameter { what, value, wanted: "finite and above 0" })
+    Err(SimError::Parameter {
+        what,
+        value,
+        wanted: "finite and above 0",
+    })
 }
 
 /// Rejects what is not finite and at least zero.
@@ -83,5 +91,9 @@ pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<(), SimErro
     if value >= 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(SimError::Parameter { what, value, wanted: "finite and at least 0" })
+    Err(SimError::Parameter {
+        what,
+        value,
+        wanted: "finite and at least 0",
+    })
 }

@@ -55,7 +55,11 @@ pub(crate) fn place(
 /// Orientation of a hand whose fingers point along a unit vector, its back as far up as that allows.
 pub(crate) fn orientation(fingers: DVec3) -> DQuat {
     // Fingers straight up or down: the back of the hand away from x, which is as good as any.
-    let up = if fingers.z.abs() < 0.999 { DVec3::Z } else { DVec3::X };
+    let up = if fingers.z.abs() < 0.999 {
+        DVec3::Z
+    } else {
+        DVec3::X
+    };
     let y = up.cross(fingers).normalize();
     DQuat::from_mat3(&DMat3::from_cols(fingers, y, fingers.cross(y)))
 }

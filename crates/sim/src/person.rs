@@ -104,7 +104,11 @@ impl PersonConfig {
         // Else the tremor alone could carry the tip back through the surface.
         if self.press_depth_m[0] < 2.0 * self.tremor_m {
             let (what, value) = ("press_depth_m", self.press_depth_m[0]);
-            return Err(SimError::Parameter { what, value, wanted: "at least twice the tremor" });
+            return Err(SimError::Parameter {
+                what,
+                value,
+                wanted: "at least twice the tremor",
+            });
         }
         Ok(())
     }
@@ -148,7 +152,11 @@ impl Person {
             curvature: draw.within(config.curvature),
             tremor: [(); 3].map(|()| [draw.within([8.0, 12.0]), draw.within([0.0, TAU])]),
         };
-        Ok(Self { config, seed, habits })
+        Ok(Self {
+            config,
+            seed,
+            habits,
+        })
     }
 
     /// The settings.
@@ -192,7 +200,13 @@ impl Person {
             rest_from_s = touch.timeline.end_s;
             planned.push(touch);
         }
-        Ok(TouchSequence::new(&self.config, self.habits, self.seed, self.forward(), planned))
+        Ok(TouchSequence::new(
+            &self.config,
+            self.habits,
+            self.seed,
+            self.forward(),
+            planned,
+        ))
     }
 
     fn plan_touch(
@@ -211,11 +225,23 @@ impl Person {
         let end_s = withdraw_s + h.mean_reach_s * draw.scatter(0.1);
         let depth_m = draw.within(c.press_depth_m);
         let (sin, cos) = (h.bow_direction_rad + 0.5 * draw.normal()).sin_cos();
-        let path = ReachPath::new(plan, index, c.hand_rest_m, depth_m, [cos, sin].map(|x| x * h.curvature))?;
+        let path = ReachPath::new(
+            plan,
+            index,
+            c.hand_rest_m,
+            depth_m,
+            [cos, sin].map(|x| x * h.curvature),
+        )?;
         let to_target = (plan.target_m - self.shoulder_m()).normalize_or(-path.normal());
         Ok(Touch {
             path,
-            timeline: Timeline { look_s, start_s, press_s, withdraw_s, end_s },
+            timeline: Timeline {
+                look_s,
+                start_s,
+                press_s,
+                withdraw_s,
+                end_s,
+            },
             depth_m,
             target_m: plan.target_m,
             // Between the line of the arm and straight into the surface.
@@ -251,7 +277,11 @@ fn range(what: &'static str, [lo, hi]: [f64; 2]) -> Result<(), SimError> {
     positive(what, lo)?;
     positive(what, hi)?;
     if lo > hi {
-        return Err(SimError::Parameter { what, value: hi, wanted: "at least the lower end of its range" });
+        return Err(SimError::Parameter {
+            what,
+            value: hi,
+            wanted: "at least the lower end of its range",
+        });
     }
     Ok(())
 }

@@ -98,7 +98,11 @@ impl ReachPath {
         let rest_from_target = rest_m - plan.target_m;
         let height_m = rest_from_target.dot(normal);
         if !(height_m >= MIN_HEIGHT_M && height_m.is_finite()) {
-            return Err(SimError::BehindSurface { touch, height_m, needed_m: MIN_HEIGHT_M });
+            return Err(SimError::BehindSurface {
+                touch,
+                height_m,
+                needed_m: MIN_HEIGHT_M,
+            });
         }
         let share = height_m / (height_m + depth_m);
         let (u, v) = normal.any_orthonormal_pair();

@@ -107,7 +107,11 @@ impl TouchSequence {
             touches,
             truths: Vec::new(),
         };
-        sequence.truths = sequence.touches.iter().map(|touch| sequence.measure(touch)).collect();
+        sequence.truths = sequence
+            .touches
+            .iter()
+            .map(|touch| sequence.measure(touch))
+            .collect();
         sequence
     }
 
@@ -120,7 +124,9 @@ impl TouchSequence {
     /// The touch going on at a time, from the look to the end of the withdrawal.
     #[must_use]
     pub fn touch_at(&self, t_s: f64) -> Option<&TouchTruth> {
-        self.truths.iter().find(|touch| touch.look_s <= t_s && t_s <= touch.end_s)
+        self.truths
+            .iter()
+            .find(|touch| touch.look_s <= t_s && t_s <= touch.end_s)
     }
 
     /// End of the last touch, s; 0 without any.
@@ -142,7 +148,10 @@ impl TouchSequence {
         jitter(&mut sample.palm_m);
         sample.tips_m.iter_mut().for_each(&mut jitter);
         jitter(&mut sample.head_m);
-        sample.gaze = deflected(sample.gaze, [normal(), normal()].map(|x| x * self.gaze_noise_rad));
+        sample.gaze = deflected(
+            sample.gaze,
+            [normal(), normal()].map(|x| x * self.gaze_noise_rad),
+        );
         sample
     }
 
@@ -151,16 +160,27 @@ impl TouchSequence {
     pub fn truth(&self, t_s: f64) -> PersonSample {
         if !t_s.is_finite() {
             let nan = DVec3::NAN;
-            return PersonSample { t_s, palm_m: nan, tips_m: [nan; 5], head_m: nan, gaze: nan };
+            return PersonSample {
+                t_s,
+                palm_m: nan,
+                tips_m: [nan; 5],
+                head_m: nan,
+                gaze: nan,
+            };
         }
         let current = self.current(t_s);
         let share = current.map_or(0.0, |touch| touch.path.approach(touch.timeline.tau(t_s)));
         let at_rest = hand::orientation((self.forward - DVec3::Z * 0.3).normalize());
-        let base_from_hand =
-            current.map_or(at_rest, |touch| at_rest.slerp(hand::orientation(touch.fingers), share));
+        let base_from_hand = current.map_or(at_rest, |touch| {
+            at_rest.slerp(hand::orientation(touch.fingers), share)
+        });
         let index_tip_m = self.true_index_tip(t_s);
-        let (palm_m, mut tips_m) =
-            hand::place(self.gesture, self.habits.hand_length_m, base_from_hand, index_tip_m);
+        let (palm_m, mut tips_m) = hand::place(
+            self.gesture,
+            self.habits.hand_length_m,
+            base_from_hand,
+            index_tip_m,
+        );
         if let Some(touch) = current {
             // The other fingers give way: none goes through the surface ahead of the index finger.
             let height_m = |point_m: DVec3| (point_m - touch.target_m).dot(touch.path.normal());
@@ -170,7 +190,13 @@ impl TouchSequence {
             }
         }
         let head_m = self.true_head(t_s);
-        PersonSample { t_s, palm_m, tips_m, head_m, gaze: self.true_gaze(t_s, head_m) }
+        PersonSample {
+            t_s,
+            palm_m,
+            tips_m,
+            head_m,
+            gaze: self.true_gaze(t_s, head_m),
+        }
     }
 
     /// Where the tip of the index finger would be if nothing stopped it, base frame, m.
@@ -197,7 +223,9 @@ impl TouchSequence {
 
     /// The last touch whose look has begun: its path ends where the next one starts, at rest.
     fn current(&self, t_s: f64) -> Option<&Touch> {
-        let begun = self.touches.partition_point(|touch| touch.timeline.look_s <= t_s);
+        let begun = self
+            .touches
+            .partition_point(|touch| touch.timeline.look_s <= t_s);
         begun.checked_sub(1).map(|last| &self.touches[last])
     }
 
@@ -215,10 +243,14 @@ impl TouchSequence {
     /// Ahead and a little down at rest; on the target from the look until the hand withdraws.
     fn true_gaze(&self, t_s: f64, head_m: DVec3) -> DVec3 {
         let at_rest = (self.forward - DVec3::Z * 0.2).normalize();
-        let Some(touch) = self.current(t_s) else { return at_rest };
+        let Some(touch) = self.current(t_s) else {
+            return at_rest;
+        };
         let exact = (touch.target_m - head_m).normalize_or(at_rest);
         let on_target = deflected(exact, touch.gaze_offset_rad);
-        let Timeline { look_s, withdraw_s, .. } = touch.timeline;
+        let Timeline {
+            look_s, withdraw_s, ..
+        } = touch.timeline;
         let there = minimum_jerk((t_s - look_s) / SACCADE_S);
         let back = minimum_jerk((t_s - withdraw_s) / SACCADE_S);
         let turn = DQuat::from_rotation_arc(at_rest, on_target);
@@ -227,7 +259,13 @@ impl TouchSequence {
 
     /// Finds the crossings of the surface, tremor included.
     fn measure(&self, touch: &Touch) -> TouchTruth {
-        let Timeline { look_s, start_s, press_s, withdraw_s, end_s } = touch.timeline;
+        let Timeline {
+            look_s,
+            start_s,
+            press_s,
+            withdraw_s,
+            end_s,
+        } = touch.timeline;
         let (target_m, normal, depth_m) = (touch.target_m, touch.path.normal(), touch.depth_m);
         let outside = |t_s: f64| {
             let tip_m = touch.path.tip_m(touch.timeline.tau(t_s)) + self.tremor(t_s);

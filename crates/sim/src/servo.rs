@@ -3,7 +3,9 @@
 use crate::SimError;
 use crate::error::{finite, not_negative, positive};
 use hwall_haptics::{Arm, ArmCommand, ArmState, JointBounds, JointMotion};
-use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Twist, Wrench};
+use hwall_kinematics::{
+    JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Twist, Wrench,
+};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -69,15 +71,29 @@ struct Stream {
 }
 
 impl Stream {
-    const NONE: Self =
-        Self { effect_s: f64::NEG_INFINITY, until_s: f64::NEG_INFINITY, slope_rad_per_s: [0.0; 7] };
+    const NONE: Self = Self {
+        effect_s: f64::NEG_INFINITY,
+        until_s: f64::NEG_INFINITY,
+        slope_rad_per_s: [0.0; 7],
+    };
 
     /// The slope from the command in force to the next one. One that no joint could move at is a
     /// leap and not a stream.
-    fn followed_by(&self, next: &Pending, target: Option<JointPositions>, bounds: &[JointBounds; 7]) -> Self {
+    fn followed_by(
+        &self,
+        next: &Pending,
+        target: Option<JointPositions>,
+        bounds: &[JointBounds; 7],
+    ) -> Self {
         let period_s = next.effect_s - self.effect_s;
-        let still = Self { effect_s: next.effect_s, until_s: next.effect_s, slope_rad_per_s: [0.0; 7] };
-        let (Some(from), Some(to)) = (target, next.target) else { return still };
+        let still = Self {
+            effect_s: next.effect_s,
+            until_s: next.effect_s,
+            slope_rad_per_s: [0.0; 7],
+        };
+        let (Some(from), Some(to)) = (target, next.target) else {
+            return still;
+        };
         if !(period_s > 0.0 && period_s <= STREAM_S) {
             return still;
         }
@@ -85,17 +101,31 @@ impl Stream {
         if (0..7).any(|i| slope[i].abs() > bounds[i].velocity_rad_per_s()) {
             return still;
         }
-        Self { effect_s: next.effect_s, until_s: next.effect_s + period_s, slope_rad_per_s: slope }
+        Self {
+            effect_s: next.effect_s,
+            until_s: next.effect_s + period_s,
+            slope_rad_per_s: slope,
+        }
     }
 
     fn slope_at(&self, t_s: f64) -> [f64; 7] {
-        if t_s < self.until_s { self.slope_rad_per_s } else { [0.0; 7] }
+        if t_s < self.until_s {
+            self.slope_rad_per_s
+        } else {
+            [0.0; 7]
+        }
     }
 }
 
 /// The motion `h` later towards a target that moves at `slope`: the way to rest beside it, seen
 /// from the target, with what the speed limit leaves for catching up.
-fn towards_moving(joint: JointMotion, target: f64, slope: f64, bounds: &JointBounds, h: f64) -> JointMotion {
+fn towards_moving(
+    joint: JointMotion,
+    target: f64,
+    slope: f64,
+    bounds: &JointBounds,
+    h: f64,
+) -> JointMotion {
     if slope == 0.0 {
         return joint.towards(target, bounds, h);
     }
@@ -103,7 +133,10 @@ fn towards_moving(joint: JointMotion, target: f64, slope: f64, bounds: &JointBou
     let Ok(relative_bounds) = JointBounds::new(spare, bounds.acceleration_rad_per_s2()) else {
         return joint.towards(target, bounds, h);
     };
-    let relative = JointMotion { q_rad: joint.q_rad - target, qd_rad_per_s: joint.qd_rad_per_s - slope };
+    let relative = JointMotion {
+        q_rad: joint.q_rad - target,
+        qd_rad_per_s: joint.qd_rad_per_s - slope,
+    };
     let next = relative.towards(0.0, &relative_bounds, h);
     let most = bounds.velocity_rad_per_s();
     JointMotion {
@@ -152,12 +185,21 @@ impl ServoArm {
         let delay_s = config.reaction_delay_s;
         if !(0.0..=1.0).contains(&delay_s) {
             let (what, value) = ("reaction_delay_s", delay_s);
-            return Err(SimError::Parameter { what, value, wanted: "between 0 and 1" });
+            return Err(SimError::Parameter {
+                what,
+                value,
+                wanted: "between 0 and 1",
+            });
         }
-        let max_velocity = config.max_velocity_rad_per_s.unwrap_or(*arm.max_velocity_rad_per_s());
+        let max_velocity = config
+            .max_velocity_rad_per_s
+            .unwrap_or(*arm.max_velocity_rad_per_s());
         let mut bounds = [mobile(1.0, 1.0)?; 7];
         for (joint, bounds) in bounds.iter_mut().enumerate() {
-            *bounds = mobile(max_velocity[joint], config.max_acceleration_rad_per_s2[joint])?;
+            *bounds = mobile(
+                max_velocity[joint],
+                config.max_acceleration_rad_per_s2[joint],
+            )?;
         }
         not_negative("torque_noise_n_m", config.torque_noise_n_m)?;
         let capacity = (delay_s * COMMANDS_PER_S).ceil() as usize + 16;
@@ -196,9 +238,16 @@ impl ServoArm {
                     self.target = command.target;
                 }
             }
-            let event_s = self.pending.front().map_or(end_s, |p| p.effect_s.min(end_s));
+            let event_s = self
+                .pending
+                .front()
+                .map_or(end_s, |p| p.effect_s.min(end_s));
             // At rest nothing happens until the next command, however long that is.
-            let next_s = if self.is_settled() { event_s } else { event_s.min(self.t_s + MAX_STEP_S) };
+            let next_s = if self.is_settled() {
+                event_s
+            } else {
+                event_s.min(self.t_s + MAX_STEP_S)
+            };
             // A clock too large to resolve a millisecond takes the whole way at once.
             let next_s = if next_s > self.t_s { next_s } else { end_s };
             self.step(next_s - self.t_s);
@@ -271,7 +320,9 @@ impl ServoArm {
         for (i, joint) in self.joints.iter_mut().enumerate() {
             let bounds = &self.bounds[i];
             *joint = match self.target {
-                Some(target) => towards_moving(*joint, target[i] + slope[i] * since_s, slope[i], bounds, h),
+                Some(target) => {
+                    towards_moving(*joint, target[i] + slope[i] * since_s, slope[i], bounds, h)
+                }
                 None => joint.braked(bounds, h),
             };
             // The braking profile ends within the limits; this removes the last rounding.
@@ -293,8 +344,15 @@ impl Arm for ServoArm {
     fn state(&mut self) -> Result<ArmState, SimError> {
         let q = self.q();
         let exact = self.arm.jacobian(&q).torques(&self.wrench);
-        let external_torque = Some(JointTorques(std::array::from_fn(|i| exact[i] + self.noise[i])));
-        Ok(ArmState { t_s: self.t_s, q, qd: self.qd(), external_torque })
+        let external_torque = Some(JointTorques(std::array::from_fn(|i| {
+            exact[i] + self.noise[i]
+        })));
+        Ok(ArmState {
+            t_s: self.t_s,
+            q,
+            qd: self.qd(),
+            external_torque,
+        })
     }
 
     fn command(&mut self, command: ArmCommand) -> Result<(), SimError> {
@@ -303,11 +361,17 @@ impl Arm for ServoArm {
             ArmCommand::Hold => None,
             _ => return Err(SimError::UnsupportedCommand),
         };
-        let pending = Pending { effect_s: self.t_s + self.delay_s, target };
+        let pending = Pending {
+            effect_s: self.t_s + self.delay_s,
+            target,
+        };
         // Of two at one instant the later one counts.
-        self.pending.pop_back_if(|last| last.effect_s == pending.effect_s);
+        self.pending
+            .pop_back_if(|last| last.effect_s == pending.effect_s);
         if self.pending.len() == self.capacity {
-            return Err(SimError::QueueFull { capacity: self.capacity });
+            return Err(SimError::QueueFull {
+                capacity: self.capacity,
+            });
         }
         self.pending.push_back(pending);
         Ok(())
@@ -315,15 +379,26 @@ impl Arm for ServoArm {
 }
 
 /// The angles, those within the slack moved onto their limit.
-fn within_limits(arm: &SrsArm, what: &'static str, q: &JointPositions) -> Result<JointPositions, SimError> {
+fn within_limits(
+    arm: &SrsArm,
+    what: &'static str,
+    q: &JointPositions,
+) -> Result<JointPositions, SimError> {
     finite(what, &q.0)?;
     for (joint, limit) in arm.limits().iter().enumerate() {
         if limit.distance_rad(q[joint]) < -LIMIT_SLACK_RAD {
             let (min_rad, max_rad) = (limit.min_rad, limit.max_rad);
-            return Err(SimError::JointLimit { joint, value_rad: q[joint], min_rad, max_rad });
+            return Err(SimError::JointLimit {
+                joint,
+                value_rad: q[joint],
+                min_rad,
+                max_rad,
+            });
         }
     }
-    Ok(JointPositions(std::array::from_fn(|i| q[i].clamp(arm.limits()[i].min_rad, arm.limits()[i].max_rad))))
+    Ok(JointPositions(std::array::from_fn(|i| {
+        q[i].clamp(arm.limits()[i].min_rad, arm.limits()[i].max_rad)
+    })))
 }
 
 /// The bounds of one joint. Limits outside `1e-3..=1e6` are rejected: with less a joint hardly
@@ -334,8 +409,15 @@ fn mobile(velocity_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Result<Joint
         ("max_acceleration_rad_per_s2", acceleration_rad_per_s2),
     ] {
         if !(1e-3..=1e6).contains(&value) {
-            return Err(SimError::Parameter { what, value, wanted: "between 1e-3 and 1e6" });
+            return Err(SimError::Parameter {
+                what,
+                value,
+                wanted: "between 1e-3 and 1e6",
+            });
         }
     }
-    Ok(JointBounds::new(velocity_rad_per_s, acceleration_rad_per_s2)?)
+    Ok(JointBounds::new(
+        velocity_rad_per_s,
+        acceleration_rad_per_s2,
+    )?)
 }

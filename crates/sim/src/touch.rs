@@ -21,7 +21,12 @@ pub struct HandContact {
 
 impl Default for HandContact {
     fn default() -> Self {
-        Self { stiffness_n_per_m: 500.0, damping_n_s_per_m: 2.0, half_extent_m: 0.1, max_depth_m: 0.06 }
+        Self {
+            stiffness_n_per_m: 500.0,
+            damping_n_s_per_m: 2.0,
+            half_extent_m: 0.1,
+            max_depth_m: 0.06,
+        }
     }
 }
 
@@ -63,6 +68,9 @@ impl HandContact {
             return Ok(None);
         }
         let force_n = normal * -force_n;
-        Ok(Some(Wrench { force_n, moment_n_m: lever_m.cross(force_n) }))
+        Ok(Some(Wrench {
+            force_n,
+            moment_n_m: lever_m.cross(force_n),
+        }))
     }
 }

@@ -12,7 +12,11 @@ fn plan(seed: u64, count: usize) -> Vec<TouchPlan> {
     let one = |_| {
         let target_m = sampler.point_in_box(DVec3::new(0.5, -0.4, 0.3), DVec3::new(0.7, 0.4, 0.65));
         let tilt = sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2));
-        let normal = if sampler.index(4) == 0 { DVec3::Z } else { DVec3::X + tilt };
+        let normal = if sampler.index(4) == 0 {
+            DVec3::Z
+        } else {
+            DVec3::X + tilt
+        };
         TouchPlan { target_m, normal }
     };
     (0..count).map(one).collect()
@@ -33,16 +37,28 @@ fn height(sequence: &TouchSequence, touch: usize, point_m: DVec3) -> f64 {
 
 #[test]
 fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
-    assert_eq!((minimum_jerk(0.0), minimum_jerk(0.5), minimum_jerk(1.0)), (0.0, 0.5, 1.0));
+    assert_eq!(
+        (minimum_jerk(0.0), minimum_jerk(0.5), minimum_jerk(1.0)),
+        (0.0, 0.5, 1.0)
+    );
     assert_eq!((minimum_jerk(-1.0), minimum_jerk(7.0)), (0.0, 1.0));
     assert!(minimum_jerk(f64::NAN).is_nan());
 
     // A straight reach right at the surface is one such movement as a whole.
-    let config = PersonConfig { curvature: [0.0; 2], tremor_m: 0.0, ..PersonConfig::default() };
+    let config = PersonConfig {
+        curvature: [0.0; 2],
+        tremor_m: 0.0,
+        ..PersonConfig::default()
+    };
     for seed in 0..20 {
         let person = Person::new(config, seed).unwrap();
         let target_m = config.hand_rest_m - DVec3::X * 0.4;
-        let sequence = person.plan(&[TouchPlan { target_m, normal: DVec3::X * 3.0 }]).unwrap();
+        let sequence = person
+            .plan(&[TouchPlan {
+                target_m,
+                normal: DVec3::X * 3.0,
+            }])
+            .unwrap();
         let touch = sequence.touches()[0];
         let reach_s = touch.press_s - touch.start_s;
         let speed = |i| {
@@ -50,7 +66,11 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
             sequence.true_index_velocity_m_per_s(t_s).length()
         };
         let peak = (0..=1000).map(speed).fold(0.0, f64::max);
-        assert_close!(peak, 1.875 * (0.4 + touch.depth_m) / reach_s, Tol::rel(1e-6));
+        assert_close!(
+            peak,
+            1.875 * (0.4 + touch.depth_m) / reach_s,
+            Tol::rel(1e-6)
+        );
     }
 }
 
@@ -61,17 +81,27 @@ fn the_index_tip_crosses_the_surface_within_1_mm_of_the_target_at_contact() {
         for (i, touch) in sequence.touches().iter().enumerate() {
             for (t_s, into) in [(touch.contact_s, 1.0), (touch.release_s, -1.0)] {
                 let tip_m = sequence.true_index_tip(t_s);
-                assert!(tip_m.distance(touch.target_m) < 0.4e-3, "{} m", tip_m.distance(touch.target_m));
+                assert!(
+                    tip_m.distance(touch.target_m) < 0.4e-3,
+                    "{} m",
+                    tip_m.distance(touch.target_m)
+                );
                 assert!(height(&sequence, i, tip_m).abs() < 1e-12);
                 let before = height(&sequence, i, sequence.true_index_tip(t_s - 0.01 * into));
                 let after = height(&sequence, i, sequence.true_index_tip(t_s + 0.01 * into));
                 assert!(before > 0.0 && after < 0.0, "{before} {after}");
             }
             // Still on its way at contact.
-            let speed = -sequence.true_index_velocity_m_per_s(touch.contact_s).dot(touch.normal);
+            let speed = -sequence
+                .true_index_velocity_m_per_s(touch.contact_s)
+                .dot(touch.normal);
             assert!((0.03..1.0).contains(&speed), "{speed} m/s");
             let pressed = sequence.true_index_tip(0.5 * (touch.press_s + touch.withdraw_s));
-            assert_close!(height(&sequence, i, pressed), -touch.depth_m, Tol::abs(0.31e-3));
+            assert_close!(
+                height(&sequence, i, pressed),
+                -touch.depth_m,
+                Tol::abs(0.31e-3)
+            );
         }
     }
 }
@@ -116,15 +146,24 @@ fn the_gaze_is_on_the_target_before_the_hand_starts() {
         for touch in sequence.touches() {
             let off = |t_s| {
                 let truth = sequence.truth(t_s);
-                truth.gaze.angle_between(touch.target_m - truth.head_m).to_degrees()
+                truth
+                    .gaze
+                    .angle_between(touch.target_m - truth.head_m)
+                    .to_degrees()
             };
             // 1 degree in two directions; 5 is five standard deviations.
             assert!(off(touch.start_s) < 5.0, "{}", off(touch.start_s));
             assert!(off(touch.contact_s) < 5.0);
             let before = sequence.truth(touch.look_s - 1e-3);
-            assert!(before.gaze.angle_between(DVec3::new(-1.0, 0.0, -0.2)) < 1e-9, "still ahead");
+            assert!(
+                before.gaze.angle_between(DVec3::new(-1.0, 0.0, -0.2)) < 1e-9,
+                "still ahead"
+            );
             let rest_m = PersonConfig::default().hand_rest_m;
-            assert!(sequence.true_index_tip(touch.start_s).distance(rest_m) < 0.31e-3, "hand still at rest");
+            assert!(
+                sequence.true_index_tip(touch.start_s).distance(rest_m) < 0.31e-3,
+                "hand still at rest"
+            );
         }
     }
 }
@@ -134,7 +173,9 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
     let times = || (0..3000).map(|i| f64::from(i) * 0.0137);
     let all = |seed| {
         let sequence = person(seed).plan(&plan(0, 10)).unwrap();
-        times().map(|t_s| sequence.sample(t_s)).collect::<Vec<PersonSample>>()
+        times()
+            .map(|t_s| sequence.sample(t_s))
+            .collect::<Vec<PersonSample>>()
     };
     assert_eq!(all(5), all(5));
     assert_ne!(all(5), all(6));
@@ -143,8 +184,12 @@ fn same_seed_same_sequence_and_another_seed_another_person() {
 
     // In any order, the same answers.
     let sequence = person(5).plan(&plan(0, 10)).unwrap();
-    let mut backwards: Vec<_> =
-        times().collect::<Vec<_>>().into_iter().rev().map(|t| sequence.sample(t)).collect();
+    let mut backwards: Vec<_> = times()
+        .collect::<Vec<_>>()
+        .into_iter()
+        .rev()
+        .map(|t| sequence.sample(t))
+        .collect();
     backwards.reverse();
     assert_eq!(backwards, all(5));
     // The first touches do not depend on those to come.
@@ -171,7 +216,11 @@ fn tracker_noise_has_the_configured_deviation_and_is_white() {
     for point in 0..5 {
         let mean = samples.iter().map(|s| s[point]).sum::<DVec3>() / f64::from(n);
         let variance = samples.iter().map(|s| s[point] * s[point]).sum::<DVec3>() / f64::from(n);
-        let neighbours = samples.windows(2).map(|w| w[0][point] * w[1][point]).sum::<DVec3>() / f64::from(n);
+        let neighbours = samples
+            .windows(2)
+            .map(|w| w[0][point] * w[1][point])
+            .sum::<DVec3>()
+            / f64::from(n);
         assert!(mean.abs().max_element() < 3e-5, "{mean}");
         for axis in 0..3 {
             assert_close!(variance[axis].sqrt(), 0.7e-3, Tol::rel(0.03));
@@ -191,7 +240,10 @@ fn tremor_has_its_amplitude_and_frequency_at_rest() {
     let furthest = offsets.iter().map(|o| o.length()).fold(0.0, f64::max);
     assert!((0.2e-3..=0.3e-3 + 1e-12).contains(&furthest), "{furthest}");
     for axis in 0..3 {
-        let crossings = offsets.windows(2).filter(|w| w[0][axis] * w[1][axis] < 0.0).count();
+        let crossings = offsets
+            .windows(2)
+            .filter(|w| w[0][axis] * w[1][axis] < 0.0)
+            .count();
         // 10 s, two crossings a period.
         assert!((158..=242).contains(&crossings), "{crossings}");
     }
@@ -200,7 +252,10 @@ fn tremor_has_its_amplitude_and_frequency_at_rest() {
 #[test]
 fn the_hand_is_whole_and_moves_without_jumps() {
     for gesture in [Gesture::Pointing, Gesture::Flat] {
-        let config = PersonConfig { gesture, ..PersonConfig::default() };
+        let config = PersonConfig {
+            gesture,
+            ..PersonConfig::default()
+        };
         for seed in 0..20 {
             let person = Person::new(config, seed).unwrap();
             let sequence = person.plan(&plan(seed, 5)).unwrap();
@@ -213,13 +268,22 @@ fn the_hand_is_whole_and_moves_without_jumps() {
                 assert_close!(truth.gaze.length(), 1.0, Tol::abs(1e-12));
                 for (tip_m, last_m) in truth.tips_m.iter().zip(last.tips_m) {
                     assert!(tip_m.distance(truth.palm_m) < 0.65 * size);
-                    assert!(tip_m.distance(last_m) < 5e-3, "{} m in 1 ms", tip_m.distance(last_m));
+                    assert!(
+                        tip_m.distance(last_m) < 5e-3,
+                        "{} m in 1 ms",
+                        tip_m.distance(last_m)
+                    );
                 }
                 last = truth;
             }
             for (i, touch) in sequence.touches().iter().enumerate() {
                 let truth = sequence.truth(touch.contact_s);
-                assert!(truth.tips_m.iter().all(|&tip_m| height(&sequence, i, tip_m) > -1e-9));
+                assert!(
+                    truth
+                        .tips_m
+                        .iter()
+                        .all(|&tip_m| height(&sequence, i, tip_m) > -1e-9)
+                );
                 assert!(height(&sequence, i, truth.palm_m) > 0.0);
             }
         }
@@ -235,7 +299,10 @@ fn the_path_is_bowed_slightly() {
             let way = touch.target_m - from;
             let deviation = |i| {
                 let t_s = touch.start_s + (touch.contact_s - touch.start_s) * f64::from(i) / 100.0;
-                (sequence.true_index_tip(t_s) - from).cross(way.normalize()).length() / way.length()
+                (sequence.true_index_tip(t_s) - from)
+                    .cross(way.normalize())
+                    .length()
+                    / way.length()
             };
             let largest = (0..=100).map(deviation).fold(0.0, f64::max);
             assert!((0.002..0.2).contains(&largest), "{largest}");
@@ -252,7 +319,11 @@ fn the_head_is_where_it_was_put_and_above_the_shoulder() {
         assert!(head_m.distance(DVec3::new(1.3, 0.0, 1.0)) < 6e-3);
     }
     // Facing -x, the right shoulder is at +y.
-    assert_close!(person.shoulder_m(), DVec3::new(1.3, 0.2, 0.7), Tol::abs(1e-12));
+    assert_close!(
+        person.shoulder_m(),
+        DVec3::new(1.3, 0.2, 0.7),
+        Tol::abs(1e-12)
+    );
 }
 
 #[test]
@@ -275,15 +346,36 @@ fn nan_in_gives_nan_out_and_times_beyond_the_sequence_are_rest() {
 #[test]
 fn impossible_plans_are_errors_that_name_the_touch() {
     let good = plan(0, 1)[0];
-    let behind = TouchPlan { target_m: DVec3::new(1.2, 0.0, 0.5), normal: DVec3::X };
+    let behind = TouchPlan {
+        target_m: DVec3::new(1.2, 0.0, 0.5),
+        normal: DVec3::X,
+    };
     let refused = person(0).plan(&[good, behind]);
-    assert!(matches!(refused, Err(SimError::BehindSurface { touch: 1, .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(SimError::BehindSurface { touch: 1, .. })),
+        "{refused:?}"
+    );
     for bad in [
-        TouchPlan { target_m: DVec3::NAN, ..good },
-        TouchPlan { normal: DVec3::NAN, ..good },
-        TouchPlan { normal: DVec3::ZERO, ..good },
-        TouchPlan { normal: DVec3::splat(f64::MAX), ..good },
-        TouchPlan { target_m: DVec3::splat(-f64::MAX), ..good },
+        TouchPlan {
+            target_m: DVec3::NAN,
+            ..good
+        },
+        TouchPlan {
+            normal: DVec3::NAN,
+            ..good
+        },
+        TouchPlan {
+            normal: DVec3::ZERO,
+            ..good
+        },
+        TouchPlan {
+            normal: DVec3::splat(f64::MAX),
+            ..good
+        },
+        TouchPlan {
+            target_m: DVec3::splat(-f64::MAX),
+            ..good
+        },
     ] {
         assert!(person(0).plan(&[bad]).is_err(), "{bad:?}");
     }
@@ -294,22 +386,73 @@ fn bad_settings_are_errors() {
     let good = PersonConfig::default();
     let refused = |config: PersonConfig| assert!(Person::new(config, 0).is_err(), "{config:?}");
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
-        refused(PersonConfig { hand_length_m: [bad, 0.2], ..good });
-        refused(PersonConfig { mean_reach_s: [0.6, bad], ..good });
-        refused(PersonConfig { curvature: [bad, 0.05], ..good });
-        refused(PersonConfig { press_depth_m: [0.01, bad], ..good });
-        refused(PersonConfig { hold_s: [bad, 1.0], ..good });
-        refused(PersonConfig { pause_s: [bad, 1.0], ..good });
-        refused(PersonConfig { gaze_lead_s: bad, ..good });
-        refused(PersonConfig { gaze_offset_rad: bad, ..good });
-        refused(PersonConfig { gaze_noise_rad: bad, ..good });
-        refused(PersonConfig { tremor_m: bad, ..good });
-        refused(PersonConfig { tracker_noise_m: bad, ..good });
+        refused(PersonConfig {
+            hand_length_m: [bad, 0.2],
+            ..good
+        });
+        refused(PersonConfig {
+            mean_reach_s: [0.6, bad],
+            ..good
+        });
+        refused(PersonConfig {
+            curvature: [bad, 0.05],
+            ..good
+        });
+        refused(PersonConfig {
+            press_depth_m: [0.01, bad],
+            ..good
+        });
+        refused(PersonConfig {
+            hold_s: [bad, 1.0],
+            ..good
+        });
+        refused(PersonConfig {
+            pause_s: [bad, 1.0],
+            ..good
+        });
+        refused(PersonConfig {
+            gaze_lead_s: bad,
+            ..good
+        });
+        refused(PersonConfig {
+            gaze_offset_rad: bad,
+            ..good
+        });
+        refused(PersonConfig {
+            gaze_noise_rad: bad,
+            ..good
+        });
+        refused(PersonConfig {
+            tremor_m: bad,
+            ..good
+        });
+        refused(PersonConfig {
+            tracker_noise_m: bad,
+            ..good
+        });
     }
-    refused(PersonConfig { head_m: DVec3::NAN, ..good });
-    refused(PersonConfig { hand_rest_m: DVec3::NAN, ..good });
-    refused(PersonConfig { facing: DVec3::Z, ..good });
-    refused(PersonConfig { facing: DVec3::NAN, ..good });
-    refused(PersonConfig { mean_reach_s: [1.2, 0.6], ..good });
-    refused(PersonConfig { tremor_m: 0.01, ..good });
+    refused(PersonConfig {
+        head_m: DVec3::NAN,
+        ..good
+    });
+    refused(PersonConfig {
+        hand_rest_m: DVec3::NAN,
+        ..good
+    });
+    refused(PersonConfig {
+        facing: DVec3::Z,
+        ..good
+    });
+    refused(PersonConfig {
+        facing: DVec3::NAN,
+        ..good
+    });
+    refused(PersonConfig {
+        mean_reach_s: [1.2, 0.6],
+        ..good
+    });
+    refused(PersonConfig {
+        tremor_m: 0.01,
+        ..good
+    });
 }

@@ -65,13 +65,24 @@ fn every_command_within_the_delay_has_its_turn() {
     }
     assert!(signs[..22].iter().all(|&s| s == 0.0));
     for (cycle, sign) in signs.iter().enumerate().skip(22) {
-        assert_eq!(*sign, if (cycle - 22) / 10 % 2 == 0 { 1.0 } else { -1.0 }, "cycle {cycle}");
+        assert_eq!(
+            *sign,
+            if (cycle - 22) / 10 % 2 == 0 {
+                1.0
+            } else {
+                -1.0
+            },
+            "cycle {cycle}"
+        );
     }
 }
 
 #[test]
 fn without_delay_a_command_acts_at_once() {
-    let mut arm = servo(ServoConfig { reaction_delay_s: 0.0, ..ServoConfig::default() });
+    let mut arm = servo(ServoConfig {
+        reaction_delay_s: 0.0,
+        ..ServoConfig::default()
+    });
     arm.command(ArmCommand::Position(moved(0.5))).unwrap();
     arm.advance(1e-4).unwrap();
     assert_close!(arm.qd()[3], 1e-3, Tol::abs(1e-15));
@@ -102,7 +113,11 @@ fn limits_hold_over_1e5_random_commands_with_irregular_steps() {
         // After an hour the clock rounds a step of 10 us in the eighth digit.
         let dt_s = arm.t_s() - before_s;
         for i in 0..7 {
-            assert!(limits[i].contains(arm.q()[i]), "joint {i} at {}", arm.q()[i]);
+            assert!(
+                limits[i].contains(arm.q()[i]),
+                "joint {i} at {}",
+                arm.q()[i]
+            );
             fastest = fastest.max(arm.qd()[i].abs() / v_max[i]);
             fastest = fastest.max((arm.q()[i] - q[i]).abs() / dt_s / v_max[i]);
             hardest = hardest.max((arm.qd()[i] - qd[i]).abs() / dt_s / 10.0);
@@ -117,14 +132,21 @@ fn arrives_exactly_without_overshoot_in_the_shortest_time() {
     let mut sampler = Sampler::new(3);
     for _ in 0..300 {
         let mut arm = default_servo();
-        let target = JointPositions(arm.model().limits().map(|l| sampler.uniform(l.min_rad, l.max_rad)));
+        let target = JointPositions(
+            arm.model()
+                .limits()
+                .map(|l| sampler.uniform(l.min_rad, l.max_rad)),
+        );
         arm.command(ArmCommand::Position(target)).unwrap();
         let mut arrived_s = [f64::NAN; 7];
         while arm.t_s() < 6.0 {
             arm.advance(irregular(&mut sampler, 1e-4, 2e-2)).unwrap();
             for i in 0..7 {
                 let ahead = (target[i] - start()[i]).signum();
-                assert!((arm.q()[i] - target[i]) * ahead <= 1e-14, "joint {i} overshoots");
+                assert!(
+                    (arm.q()[i] - target[i]) * ahead <= 1e-14,
+                    "joint {i} overshoots"
+                );
                 if arm.q()[i] == target[i] && arrived_s[i].is_nan() {
                     arrived_s[i] = arm.t_s();
                 }
@@ -133,8 +155,15 @@ fn arrives_exactly_without_overshoot_in_the_shortest_time() {
         assert_eq!(arm.q(), target);
         assert_eq!(arm.qd().0, [0.0; 7]);
         for (i, arrived_s) in arrived_s.into_iter().enumerate() {
-            let (d, v) = ((target[i] - start()[i]).abs(), arm.model().max_velocity_rad_per_s()[i]);
-            let best_s = if d * 10.0 < v * v { 2.0 * (d / 10.0).sqrt() } else { d / v + v / 10.0 };
+            let (d, v) = (
+                (target[i] - start()[i]).abs(),
+                arm.model().max_velocity_rad_per_s()[i],
+            );
+            let best_s = if d * 10.0 < v * v {
+                2.0 * (d / 10.0).sqrt()
+            } else {
+                d / v + v / 10.0
+            };
             let late_s = arrived_s - 0.022 - best_s;
             // One reading of up to 20 ms, and 2 ms lost to steps at the end of the profile.
             assert!((-1e-9..0.022).contains(&late_s), "joint {i}: {late_s}");
@@ -169,14 +198,28 @@ fn nan_and_commands_outside_the_limits_are_refused_and_the_last_stays_in_force()
         let mut q = moved(0.2);
         q[4] = bad;
         let refused = arm.command(ArmCommand::Position(q));
-        assert!(matches!(refused, Err(SimError::NonFinite { what: "command", index: 4, .. })), "{refused:?}");
+        assert!(
+            matches!(
+                refused,
+                Err(SimError::NonFinite {
+                    what: "command",
+                    index: 4,
+                    ..
+                })
+            ),
+            "{refused:?}"
+        );
     }
     let max_rad = arm.model().limits()[1].max_rad;
     for (bad, joint) in [(max_rad + 2e-9, 1), (-max_rad - 2e-9, 1), (100.0, 6)] {
         let mut q = moved(0.2);
         q[joint] = bad;
         match arm.command(ArmCommand::Position(q)) {
-            Err(SimError::JointLimit { joint: named, value_rad, .. }) => {
+            Err(SimError::JointLimit {
+                joint: named,
+                value_rad,
+                ..
+            }) => {
                 assert_eq!((named, value_rad), (joint, bad));
             }
             other => panic!("{other:?}"),
@@ -204,7 +247,12 @@ fn a_full_queue_is_an_error_and_recovers() {
         }
         arm.advance(1e-6).unwrap();
     };
-    assert_eq!(refused, SimError::QueueFull { capacity: accepted as usize });
+    assert_eq!(
+        refused,
+        SimError::QueueFull {
+            capacity: accepted as usize
+        }
+    );
     assert!(accepted > 220);
     arm.advance(1.0).unwrap();
     assert_eq!(arm.q(), moved(1e-4 * f64::from(accepted - 1)));
@@ -215,12 +263,24 @@ fn a_full_queue_is_an_error_and_recovers() {
 fn bad_settings_starts_and_steps_are_errors() {
     let bad = |config: ServoConfig| ServoArm::new(SrsArm::iiwa7(), start(), config).is_err();
     for value in [f64::NAN, -1.0, f64::INFINITY, 1e9] {
-        assert!(bad(ServoConfig { reaction_delay_s: value, ..ServoConfig::default() }));
-        assert!(bad(ServoConfig { max_acceleration_rad_per_s2: [value; 7], ..ServoConfig::default() }));
-        assert!(bad(ServoConfig { max_velocity_rad_per_s: Some([value; 7]), ..ServoConfig::default() }));
+        assert!(bad(ServoConfig {
+            reaction_delay_s: value,
+            ..ServoConfig::default()
+        }));
+        assert!(bad(ServoConfig {
+            max_acceleration_rad_per_s2: [value; 7],
+            ..ServoConfig::default()
+        }));
+        assert!(bad(ServoConfig {
+            max_velocity_rad_per_s: Some([value; 7]),
+            ..ServoConfig::default()
+        }));
     }
     for value in [f64::NAN, -1.0, f64::INFINITY] {
-        assert!(bad(ServoConfig { torque_noise_n_m: value, ..ServoConfig::default() }));
+        assert!(bad(ServoConfig {
+            torque_noise_n_m: value,
+            ..ServoConfig::default()
+        }));
         let q = JointPositions([value * 10.0; 7]);
         assert!(ServoArm::new(SrsArm::iiwa7(), q, ServoConfig::default()).is_err());
         let mut arm = default_servo();
@@ -229,8 +289,18 @@ fn bad_settings_starts_and_steps_are_errors() {
     }
     let mut arm = default_servo();
     assert!(arm.advance(0.0).is_err());
-    let wrench = Wrench { force_n: DVec3::new(0.0, f64::NAN, 0.0), ..Wrench::default() };
-    assert!(matches!(arm.apply_wrench(wrench), Err(SimError::NonFinite { what: "wrench", index: 1, .. })));
+    let wrench = Wrench {
+        force_n: DVec3::new(0.0, f64::NAN, 0.0),
+        ..Wrench::default()
+    };
+    assert!(matches!(
+        arm.apply_wrench(wrench),
+        Err(SimError::NonFinite {
+            what: "wrench",
+            index: 1,
+            ..
+        })
+    ));
 }
 
 #[test]
@@ -242,15 +312,27 @@ fn a_very_long_step_ends_and_a_clock_beyond_milliseconds_still_moves_the_arm() {
     arm.command(ArmCommand::Position(moved(0.0))).unwrap();
     arm.advance(1e14).unwrap();
     assert_eq!(arm.t_s(), 2e14);
-    assert!(arm.q().0.iter().zip(arm.model().limits()).all(|(q, limit)| limit.contains(*q)));
+    assert!(
+        arm.q()
+            .0
+            .iter()
+            .zip(arm.model().limits())
+            .all(|(q, limit)| limit.contains(*q))
+    );
     arm.advance(f64::MAX).unwrap();
     assert!(arm.advance(f64::MAX).is_err());
 }
 
 #[test]
 fn the_external_torque_is_jacobian_transpose_times_wrench_within_the_noise() {
-    let wrench = Wrench { force_n: DVec3::new(-8.0, 2.0, 1.0), moment_n_m: DVec3::new(0.1, -0.3, 0.2) };
-    let mut quiet = servo(ServoConfig { torque_noise_n_m: 0.0, ..ServoConfig::default() });
+    let wrench = Wrench {
+        force_n: DVec3::new(-8.0, 2.0, 1.0),
+        moment_n_m: DVec3::new(0.1, -0.3, 0.2),
+    };
+    let mut quiet = servo(ServoConfig {
+        torque_noise_n_m: 0.0,
+        ..ServoConfig::default()
+    });
     quiet.apply_wrench(wrench).unwrap();
     let exact = SrsArm::iiwa7().torques_from_wrench(&start(), &wrench);
     assert_eq!(quiet.state().unwrap().external_torque, Some(exact));
@@ -274,16 +356,28 @@ fn the_external_torque_is_jacobian_transpose_times_wrench_within_the_noise() {
         assert_close!((squares[i] / f64::from(n)).sqrt(), 0.05, Tol::rel(0.03));
     }
     arm.apply_wrench(Wrench::default()).unwrap();
-    assert!(arm.state().unwrap().external_torque.unwrap().0.iter().all(|t| t.abs() < 0.4));
+    assert!(
+        arm.state()
+            .unwrap()
+            .external_torque
+            .unwrap()
+            .0
+            .iter()
+            .all(|t| t.abs() < 0.4)
+    );
 }
 
 #[test]
 fn same_seed_same_run() {
     let run = |seed| {
-        let mut arm = servo(ServoConfig { seed, ..ServoConfig::default() });
+        let mut arm = servo(ServoConfig {
+            seed,
+            ..ServoConfig::default()
+        });
         let mut sampler = Sampler::new(9);
         let states = (0..500).map(|_| {
-            arm.command(ArmCommand::Position(moved(sampler.uniform(-0.3, 0.3)))).unwrap();
+            arm.command(ArmCommand::Position(moved(sampler.uniform(-0.3, 0.3))))
+                .unwrap();
             arm.advance(irregular(&mut sampler, 1e-3, 1e-2)).unwrap();
             arm.state().unwrap()
         });
@@ -298,7 +392,10 @@ fn free_joints_and_other_speeds_are_respected() {
     let mut limits = *SrsArm::iiwa7().limits();
     limits[0] = JointLimit::FREE;
     let model = SrsArm::iiwa7().with_limits(limits).unwrap();
-    let config = ServoConfig { max_velocity_rad_per_s: Some([0.1; 7]), ..ServoConfig::default() };
+    let config = ServoConfig {
+        max_velocity_rad_per_s: Some([0.1; 7]),
+        ..ServoConfig::default()
+    };
     let mut arm = ServoArm::new(model, start(), config).unwrap();
     let mut target = start();
     target[0] = 10.0;
@@ -328,7 +425,10 @@ fn a_stream_of_commands_is_followed_with_the_reaction_delay_alone() {
             }
         }
         // Half the acceleration times the square of a period, and the change of slope.
-        assert!(worst < 10.0 * period_s * period_s, "{worst} rad at {period_s} s");
+        assert!(
+            worst < 10.0 * period_s * period_s,
+            "{worst} rad at {period_s} s"
+        );
     }
 }
 
@@ -336,7 +436,8 @@ fn a_stream_of_commands_is_followed_with_the_reaction_delay_alone() {
 fn a_stream_that_breaks_off_ends_at_its_last_command() {
     let mut arm = default_servo();
     for cycle in 0..200 {
-        arm.command(ArmCommand::Position(moved(1e-3 * f64::from(cycle)))).unwrap();
+        arm.command(ArmCommand::Position(moved(1e-3 * f64::from(cycle))))
+            .unwrap();
         arm.advance(1e-3).unwrap();
     }
     arm.advance(2.0).unwrap();

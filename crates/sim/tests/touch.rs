@@ -17,14 +17,28 @@ fn boards() -> impl Iterator<Item = (Pose, Sampler)> {
 #[test]
 fn the_force_is_stiffness_times_depth_into_the_face() {
     for (board, mut sampler) in boards() {
-        let (x, y, depth) =
-            (sampler.uniform(-0.1, 0.1), sampler.uniform(-0.1, 0.1), sampler.uniform(1e-4, 0.05));
+        let (x, y, depth) = (
+            sampler.uniform(-0.1, 0.1),
+            sampler.uniform(-0.1, 0.1),
+            sampler.uniform(1e-4, 0.05),
+        );
         let tip = board.transform_point(DVec3::new(x, y, -depth));
-        let wrench = HandContact::default().wrench(&board, tip, DVec3::ZERO).unwrap().expect("contact");
-        assert_close!(wrench.force_n, board.rotation().z_axis * (-500.0 * depth), Tol::abs(1e-9));
+        let wrench = HandContact::default()
+            .wrench(&board, tip, DVec3::ZERO)
+            .unwrap()
+            .expect("contact");
+        assert_close!(
+            wrench.force_n,
+            board.rotation().z_axis * (-500.0 * depth),
+            Tol::abs(1e-9)
+        );
         // In board axes: (x, y, 0) x (0, 0, -f).
         let moment = board.rotation().transpose() * wrench.moment_n_m;
-        assert_close!(moment, DVec3::new(-y, x, 0.0) * (500.0 * depth), Tol::abs(1e-9));
+        assert_close!(
+            moment,
+            DVec3::new(-y, x, 0.0) * (500.0 * depth),
+            Tol::abs(1e-9)
+        );
     }
 }
 
@@ -36,10 +50,19 @@ fn the_moment_is_about_the_tool_origin_so_torques_agree_with_a_force_at_the_poin
     let tip_board = DVec3::new(0.06, -0.08, -0.01);
     let board = arm.forward(&q);
     let tip = board.transform_point(tip_board);
-    let wrench = HandContact::default().wrench(&board, tip, DVec3::ZERO).unwrap().expect("contact");
+    let wrench = HandContact::default()
+        .wrench(&board, tip, DVec3::ZERO)
+        .unwrap()
+        .expect("contact");
     let at_point = arm.with_tool(Pose::new(DMat3::IDENTITY, tip_board).unwrap());
-    let force_only = hwall_kinematics::Wrench { moment_n_m: DVec3::ZERO, ..wrench };
-    let (a, b) = (arm.torques_from_wrench(&q, &wrench), at_point.torques_from_wrench(&q, &force_only));
+    let force_only = hwall_kinematics::Wrench {
+        moment_n_m: DVec3::ZERO,
+        ..wrench
+    };
+    let (a, b) = (
+        arm.torques_from_wrench(&q, &wrench),
+        at_point.torques_from_wrench(&q, &force_only),
+    );
     assert_close!(a.0, b.0, Tol::abs(1e-12));
 }
 
@@ -47,9 +70,18 @@ fn the_moment_is_about_the_tool_origin_so_torques_agree_with_a_force_at_the_poin
 fn outside_the_outline_in_front_and_far_behind_there_is_nothing() {
     let contact = HandContact::default();
     for (board, _) in boards() {
-        for (x, y, z) in [(0.101, 0.0, -0.01), (0.0, -0.101, -0.01), (0.05, 0.05, 1e-6), (0.0, 0.0, -0.07)] {
+        for (x, y, z) in [
+            (0.101, 0.0, -0.01),
+            (0.0, -0.101, -0.01),
+            (0.05, 0.05, 1e-6),
+            (0.0, 0.0, -0.07),
+        ] {
             let tip = board.transform_point(DVec3::new(x, y, z));
-            assert_eq!(contact.wrench(&board, tip, DVec3::ZERO), Ok(None), "{x} {y} {z}");
+            assert_eq!(
+                contact.wrench(&board, tip, DVec3::ZERO),
+                Ok(None),
+                "{x} {y} {z}"
+            );
         }
     }
 }
@@ -58,11 +90,28 @@ fn outside_the_outline_in_front_and_far_behind_there_is_nothing() {
 fn damping_pushes_but_never_pulls() {
     let contact = HandContact::default();
     let tip = DVec3::new(0.0, 0.0, -0.004);
-    let force = |velocity| contact.wrench(&Pose::IDENTITY, tip, velocity).unwrap().map(|w| w.force_n);
-    assert_close!(force(DVec3::NEG_Z * 0.5).unwrap(), DVec3::NEG_Z * 3.0, Tol::abs(1e-12));
-    assert_close!(force(DVec3::Z * 0.5).unwrap(), DVec3::NEG_Z * 1.0, Tol::abs(1e-12));
+    let force = |velocity| {
+        contact
+            .wrench(&Pose::IDENTITY, tip, velocity)
+            .unwrap()
+            .map(|w| w.force_n)
+    };
+    assert_close!(
+        force(DVec3::NEG_Z * 0.5).unwrap(),
+        DVec3::NEG_Z * 3.0,
+        Tol::abs(1e-12)
+    );
+    assert_close!(
+        force(DVec3::Z * 0.5).unwrap(),
+        DVec3::NEG_Z * 1.0,
+        Tol::abs(1e-12)
+    );
     // Along the face: no friction.
-    assert_close!(force(DVec3::X).unwrap(), DVec3::NEG_Z * 2.0, Tol::abs(1e-12));
+    assert_close!(
+        force(DVec3::X).unwrap(),
+        DVec3::NEG_Z * 2.0,
+        Tol::abs(1e-12)
+    );
     assert_eq!(force(DVec3::Z * 1.5), None);
 }
 
@@ -71,18 +120,40 @@ fn nan_and_bad_settings_are_errors() {
     let contact = HandContact::default();
     let tip = DVec3::new(0.0, 0.0, -0.004);
     let nan = DVec3::new(0.0, f64::NAN, 0.0);
-    for (tip, velocity) in [(nan, DVec3::ZERO), (tip, nan), (DVec3::INFINITY, DVec3::ZERO)] {
+    for (tip, velocity) in [
+        (nan, DVec3::ZERO),
+        (tip, nan),
+        (DVec3::INFINITY, DVec3::ZERO),
+    ] {
         let refused = contact.wrench(&Pose::IDENTITY, tip, velocity);
-        assert!(matches!(refused, Err(SimError::NonFinite { .. })), "{refused:?}");
+        assert!(
+            matches!(refused, Err(SimError::NonFinite { .. })),
+            "{refused:?}"
+        );
     }
     for value in [f64::NAN, -1.0, f64::INFINITY] {
         for bad in [
-            HandContact { stiffness_n_per_m: value, ..contact },
-            HandContact { damping_n_s_per_m: value, ..contact },
-            HandContact { half_extent_m: value, ..contact },
-            HandContact { max_depth_m: value, ..contact },
+            HandContact {
+                stiffness_n_per_m: value,
+                ..contact
+            },
+            HandContact {
+                damping_n_s_per_m: value,
+                ..contact
+            },
+            HandContact {
+                half_extent_m: value,
+                ..contact
+            },
+            HandContact {
+                max_depth_m: value,
+                ..contact
+            },
         ] {
-            assert!(bad.wrench(&Pose::IDENTITY, tip, DVec3::ZERO).is_err(), "{bad:?}");
+            assert!(
+                bad.wrench(&Pose::IDENTITY, tip, DVec3::ZERO).is_err(),
+                "{bad:?}"
+            );
         }
     }
 }

@@ -25,7 +25,11 @@ where
 /// # Panics
 /// When `f` returns different numbers of components on the two sides.
 #[must_use]
-pub fn central_jacobian<V: Components>(mut f: impl FnMut(&[f64]) -> V, x: &[f64], h: f64) -> Vec<Vec<f64>> {
+pub fn central_jacobian<V: Components>(
+    mut f: impl FnMut(&[f64]) -> V,
+    x: &[f64],
+    h: f64,
+) -> Vec<Vec<f64>> {
     let mut moved = x.to_vec();
     let mut columns = Vec::with_capacity(x.len());
     for (j, &centre) in x.iter().enumerate() {
@@ -35,8 +39,17 @@ pub fn central_jacobian<V: Components>(mut f: impl FnMut(&[f64]) -> V, x: &[f64]
         moved[j] = before;
         let low = f(&moved).components();
         moved[j] = centre;
-        assert_eq!(high.len(), low.len(), "the function changes its number of components");
-        columns.push(high.iter().zip(&low).map(|(a, b)| (a - b) / (after - before)).collect());
+        assert_eq!(
+            high.len(),
+            low.len(),
+            "the function changes its number of components"
+        );
+        columns.push(
+            high.iter()
+                .zip(&low)
+                .map(|(a, b)| (a - b) / (after - before))
+                .collect(),
+        );
     }
     columns
 }

@@ -35,19 +35,32 @@ impl Machine {
 impl fmt::Display for Machine {
     /// One line of Markdown.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { cpu, cores, rustc, commit, seed } = self;
-        write!(f, "CPU: {cpu}, {cores} cores · {rustc} · commit {commit} · seed {seed}")
+        let Self {
+            cpu,
+            cores,
+            rustc,
+            commit,
+            seed,
+        } = self;
+        write!(
+            f,
+            "CPU: {cpu}, {cores} cores · {rustc} · commit {commit} · seed {seed}"
+        )
     }
 }
 
 fn cpu_model(cpuinfo: &str) -> String {
     let named = cpuinfo.lines().filter_map(|line| line.split_once(':'));
-    let mut models = named.filter(|(key, _)| key.trim() == "model name").map(|(_, model)| model.trim());
+    let mut models = named
+        .filter(|(key, _)| key.trim() == "model name")
+        .map(|(_, model)| model.trim());
     models.next().unwrap_or("unknown").to_owned()
 }
 
 fn commit() -> String {
-    let Some(hash) = git(&["rev-parse", "--short", "HEAD"]) else { return "unknown".to_owned() };
+    let Some(hash) = git(&["rev-parse", "--short", "HEAD"]) else {
+        return "unknown".to_owned();
+    };
     match git(&["status", "--porcelain", "--untracked-files=no"]) {
         Some(changes) if changes.is_empty() => hash,
         _ => hash + "+changes",

@@ -15,7 +15,9 @@ impl Sampler {
     /// Starts the sequence of `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self { generator: Pcg64::seed_from_u64(seed) }
+        Self {
+            generator: Pcg64::seed_from_u64(seed),
+        }
     }
 
     /// Uniform between `lo` and `hi` (either may be hit by rounding).
@@ -67,7 +69,10 @@ impl Sampler {
 
     /// One uniform number in each of the `ranges`, for instance joint limits.
     pub fn within(&mut self, ranges: &[(f64, f64)]) -> Vec<f64> {
-        ranges.iter().map(|&(lo, hi)| self.uniform(lo, hi)).collect()
+        ranges
+            .iter()
+            .map(|&(lo, hi)| self.uniform(lo, hi))
+            .collect()
     }
 
     /// [`within`](Self::within) for a number of ranges known when compiling.
@@ -77,6 +82,10 @@ impl Sampler {
 
     /// Uniform in the box with the corners `min` and `max`.
     pub fn point_in_box(&mut self, min: DVec3, max: DVec3) -> DVec3 {
-        DVec3::new(self.uniform(min.x, max.x), self.uniform(min.y, max.y), self.uniform(min.z, max.z))
+        DVec3::new(
+            self.uniform(min.x, max.x),
+            self.uniform(min.y, max.y),
+            self.uniform(min.z, max.z),
+        )
     }
 }

@@ -41,8 +41,16 @@ impl FromIterator<f64> for ErrorStats {
 
 impl fmt::Display for ErrorStats {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { count, median, q99, max } = self;
-        write!(f, "n {count}, median {median:.2e}, q99 {q99:.2e}, max {max:.2e}")
+        let Self {
+            count,
+            median,
+            q99,
+            max,
+        } = self;
+        write!(
+            f,
+            "n {count}, median {median:.2e}, q99 {q99:.2e}, max {max:.2e}"
+        )
     }
 }
 
@@ -60,5 +68,9 @@ pub fn quantile(sorted: &[f64], p: f64) -> f64 {
     let low = sorted[place.floor() as usize];
     let high = sorted[place.ceil() as usize];
     // Equal neighbours may be infinite, where the difference would be NaN.
-    if low == high { low } else { low + place.fract() * (high - low) }
+    if low == high {
+        low
+    } else {
+        low + place.fract() * (high - low)
+    }
 }

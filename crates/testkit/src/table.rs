@@ -13,7 +13,9 @@ impl MarkdownTable {
     /// With the titles of the columns.
     #[must_use]
     pub fn new<S: Into<String>>(columns: impl IntoIterator<Item = S>) -> Self {
-        Self { rows: vec![cells(columns)] }
+        Self {
+            rows: vec![cells(columns)],
+        }
     }
 
     /// Appends a row.
@@ -22,7 +24,12 @@ impl MarkdownTable {
     /// When the row has more or fewer cells than there are columns.
     pub fn row<S: Into<String>>(&mut self, values: impl IntoIterator<Item = S>) -> &mut Self {
         let row = cells(values);
-        assert_eq!(row.len(), self.rows[0].len(), "cells in a row of {:?}", self.rows[0]);
+        assert_eq!(
+            row.len(),
+            self.rows[0].len(),
+            "cells in a row of {:?}",
+            self.rows[0]
+        );
         self.rows.push(row);
         self
     }
@@ -30,14 +37,24 @@ impl MarkdownTable {
 
 /// A bar or a line break inside a cell would tear the table.
 fn cells<S: Into<String>>(values: impl IntoIterator<Item = S>) -> Vec<String> {
-    values.into_iter().map(|value| value.into().replace('|', "\\|").replace('\n', " ")).collect()
+    values
+        .into_iter()
+        .map(|value| value.into().replace('|', "\\|").replace('\n', " "))
+        .collect()
 }
 
 impl fmt::Display for MarkdownTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width =
-            |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..self.rows[0].len()).map(|column| width(column).max(3)).collect();
+        let width = |column: usize| {
+            self.rows
+                .iter()
+                .map(|row| row[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.rows[0].len())
+            .map(|column| width(column).max(3))
+            .collect();
         for (i, row) in self.rows.iter().enumerate() {
             for (cell, width) in row.iter().zip(&widths) {
                 write!(f, "| {cell:<width$} ")?;
@@ -85,7 +102,11 @@ impl SpeedErrorTable {
     /// `setting` is the title of the column that holds the knob.
     #[must_use]
     pub fn new(title: impl Into<String>, setting: impl Into<String>) -> Self {
-        Self { title: title.into(), setting: setting.into(), rows: Vec::new() }
+        Self {
+            title: title.into(),
+            setting: setting.into(),
+            rows: Vec::new(),
+        }
     }
 
     /// Appends a row.
@@ -103,8 +124,18 @@ impl SpeedErrorTable {
         note: impl Into<String>,
     ) {
         let (method, setting, note) = (method.into(), setting.into(), note.into());
-        let Timing { median_ns, p99_ns, .. } = timing;
-        self.push(SpeedErrorRow { method, setting, median_ns, p99_ns, errors, unit, note });
+        let Timing {
+            median_ns, p99_ns, ..
+        } = timing;
+        self.push(SpeedErrorRow {
+            method,
+            setting,
+            median_ns,
+            p99_ns,
+            errors,
+            unit,
+            note,
+        });
     }
 
     /// The rows so far, for instance to draw them.
@@ -116,8 +147,16 @@ impl SpeedErrorTable {
     /// A third-level heading and the table.
     #[must_use]
     pub fn to_markdown(&self) -> String {
-        let columns =
-            ["method", &self.setting, "median", "p99", "median error", "q99 error", "max error", "note"];
+        let columns = [
+            "method",
+            &self.setting,
+            "median",
+            "p99",
+            "median error",
+            "q99 error",
+            "max error",
+            "note",
+        ];
         let mut table = MarkdownTable::new(columns);
         for row in &self.rows {
             let error = |value: f64| match row.errors.count {
@@ -163,6 +202,10 @@ pub fn format_ns(time_ns: f64) -> String {
 /// An error with two digits and its unit: `4.1e-15 m`, `0 m`, `NaN m`.
 #[must_use]
 pub fn format_error(value: f64, unit: &str) -> String {
-    let number = if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") };
+    let number = if value == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{value:.1e}")
+    };
     format!("{number} {unit}").trim_end().to_owned()
 }

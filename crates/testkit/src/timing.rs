@@ -33,7 +33,11 @@ impl Timing {
         Self {
             median_ns: quantile(&samples, 0.5),
             p99_ns: quantile(&samples, 0.99),
-            mean_ns: if count == 0 { f64::NAN } else { samples.iter().sum::<f64>() / count as f64 },
+            mean_ns: if count == 0 {
+                f64::NAN
+            } else {
+                samples.iter().sum::<f64>() / count as f64
+            },
             min_ns: quantile(&samples, 0.0),
             max_ns: quantile(&samples, 1.0),
             count,
@@ -70,7 +74,11 @@ pub fn time_batches<T>(batches: usize, per_batch: usize, mut f: impl FnMut(usize
     if batches > 0 {
         batch(0);
     }
-    Timing::from_samples_ns((0..batches).map(|b| per_call_ns(per_batch, || batch(b))).collect())
+    Timing::from_samples_ns(
+        (0..batches)
+            .map(|b| per_call_ns(per_batch, || batch(b)))
+            .collect(),
+    )
 }
 
 fn per_call_ns(calls: usize, f: impl FnOnce()) -> f64 {

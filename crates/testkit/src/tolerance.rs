@@ -111,7 +111,11 @@ glam_components!(DVec2: to_array, DVec3: to_array, DVec4: to_array, DQuat: to_ar
 /// Names the count and the first eight components that disagree, with both values, the real and the allowed
 /// difference.
 #[must_use]
-pub fn mismatch(a: &(impl Components + ?Sized), b: &(impl Components + ?Sized), tol: Tol) -> Option<String> {
+pub fn mismatch(
+    a: &(impl Components + ?Sized),
+    b: &(impl Components + ?Sized),
+    tol: Tol,
+) -> Option<String> {
     let (a, b) = (a.components(), b.components());
     if a.len() != b.len() {
         return Some(format!("{} components against {}", a.len(), b.len()));
@@ -120,14 +124,21 @@ pub fn mismatch(a: &(impl Components + ?Sized), b: &(impl Components + ?Sized), 
     if bad.is_empty() {
         return None;
     }
-    let mut text =
-        format!("{} of {} components differ (abs {:e}, rel {:e})", bad.len(), a.len(), tol.abs, tol.rel);
+    let mut text = format!(
+        "{} of {} components differ (abs {:e}, rel {:e})",
+        bad.len(),
+        a.len(),
+        tol.abs,
+        tol.rel
+    );
     for &i in bad.iter().take(8) {
         let (left, right) = (a[i], b[i]);
         let (difference, allowed) = ((left - right).abs(), tol.allowed(left, right));
         // Writing to a String cannot fail.
-        let _ =
-            write!(text, "\n  [{i}] {left:?} against {right:?}: off by {difference:e}, allowed {allowed:e}");
+        let _ = write!(
+            text,
+            "\n  [{i}] {left:?} against {right:?}: off by {difference:e}, allowed {allowed:e}"
+        );
     }
     Some(text)
 }

@@ -3,7 +3,9 @@
 use crate::report::{ForwardRow, Run};
 use crate::targets::{Joints, Targets, forward, positions};
 use anyhow::Result;
-use hwall_kinematics::{Chain, JointPositions, NearestConfig, NumericConfig, NumericScratch, SrsArm};
+use hwall_kinematics::{
+    Chain, JointPositions, NearestConfig, NumericConfig, NumericScratch, SrsArm,
+};
 use hwall_testkit::{ErrorStats, time_batches};
 
 /// The closed-form arm and the same arm as a general chain.
@@ -15,7 +17,10 @@ pub struct Hwall {
 impl Hwall {
     /// The preset, and the chain from the URDF text.
     pub fn new(urdf: &str) -> Result<Self> {
-        Ok(Self { arm: SrsArm::iiwa7(), chain: Chain::from_urdf_str(urdf, Some("base"), Some("flange"))? })
+        Ok(Self {
+            arm: SrsArm::iiwa7(),
+            chain: Chain::from_urdf_str(urdf, Some("base"), Some("flange"))?,
+        })
     }
 
     /// Forward kinematics alone.
@@ -27,8 +32,12 @@ impl Hwall {
             let pose = self.chain.forward(angles)?;
             chain_errors.push(pose.position_m().distance(forward(angles).position_m()));
         }
-        let arm_error =
-            |q: &JointPositions| self.arm.forward(q).position_m().distance(forward(&q.0).position_m());
+        let arm_error = |q: &JointPositions| {
+            self.arm
+                .forward(q)
+                .position_m()
+                .distance(forward(&q.0).position_m())
+        };
         Ok(vec![
             ForwardRow {
                 method: "hwall SrsArm::forward",
@@ -54,7 +63,11 @@ impl Hwall {
             chain_errors.push(pose.position_m().distance(forward(angles).position_m()));
         }
         let arm_error = |q: &JointPositions| {
-            self.arm.forward_and_jacobian(q).0.position_m().distance(forward(&q.0).position_m())
+            self.arm
+                .forward_and_jacobian(q)
+                .0
+                .position_m()
+                .distance(forward(&q.0).position_m())
         };
         Ok(vec![
             ForwardRow {
@@ -65,7 +78,8 @@ impl Hwall {
             ForwardRow {
                 method: "hwall Chain::forward_jacobian_into",
                 timing: time_batches(batches, BATCH, |i| {
-                    self.chain.forward_jacobian_into(&joints[i % n], &mut scratch)
+                    self.chain
+                        .forward_jacobian_into(&joints[i % n], &mut scratch)
                 }),
                 errors: ErrorStats::from_errors(chain_errors),
             },
@@ -75,29 +89,57 @@ impl Hwall {
     /// Verdict with witness, nearest solution, numeric inverse.
     pub fn inverse(&self, targets: &Targets) -> Vec<Run> {
         let config = NearestConfig::default();
-        let witness = |i: usize| self.arm.reach(&targets.poses[i]).witness().map(|found| found.q.0);
+        let witness = |i: usize| {
+            self.arm
+                .reach(&targets.poses[i])
+                .witness()
+                .map(|found| found.q.0)
+        };
         let nearest = |i: usize| {
             let start = positions(&targets.starts[i]);
-            self.arm.nearest_solution(&targets.poses[i], &start, &config).ok().map(|found| found.q.0)
+            self.arm
+                .nearest_solution(&targets.poses[i], &start, &config)
+                .ok()
+                .map(|found| found.q.0)
         };
         vec![
-            Run::each("hwall SrsArm::reach", "exact, with witness", targets, witness),
-            Run::each("hwall SrsArm::nearest_solution", "exact, nearest to the start", targets, nearest),
+            Run::each(
+                "hwall SrsArm::reach",
+                "exact, with witness",
+                targets,
+                witness,
+            ),
+            Run::each(
+                "hwall SrsArm::nearest_solution",
+                "exact, nearest to the start",
+                targets,
+                nearest,
+            ),
             self.numeric(targets, "1e-9 m and rad", &NumericConfig::default()),
             self.numeric(
                 targets,
                 "2e-7 m and rad",
-                &NumericConfig { tolerance_m: 2e-7, tolerance_rad: 2e-7, ..NumericConfig::default() },
+                &NumericConfig {
+                    tolerance_m: 2e-7,
+                    tolerance_rad: 2e-7,
+                    ..NumericConfig::default()
+                },
             ),
         ]
     }
 
     fn numeric(&self, targets: &Targets, tolerance: &str, config: &NumericConfig) -> Run {
         let mut scratch = NumericScratch::default();
-        let setting = format!("{tolerance}, {} x {} steps", config.max_restarts + 1, config.max_iterations);
+        let setting = format!(
+            "{tolerance}, {} x {} steps",
+            config.max_restarts + 1,
+            config.max_iterations
+        );
         Run::each("hwall Chain::inverse_numeric", &setting, targets, |i| {
             let (pose, start) = (&targets.poses[i], &targets.starts[i]);
-            self.chain.inverse_numeric_into(pose, start, config, &mut scratch).ok()?;
+            self.chain
+                .inverse_numeric_into(pose, start, config, &mut scratch)
+                .ok()?;
             scratch.q_rad().try_into().ok()
         })
     }
@@ -110,18 +152,35 @@ impl Hwall {
     ) -> Vec<(String, hwall_testkit::Timing)> {
         let verdict = |targets: &Targets| {
             let poses = &targets.poses;
-            time_batches(poses.len() / BATCH, BATCH, |i| self.arm.is_reachable(&poses[i % poses.len()]))
+            time_batches(poses.len() / BATCH, BATCH, |i| {
+                self.arm.is_reachable(&poses[i % poses.len()])
+            })
         };
         let poses = &reachable.poses;
-        let angle = |i: usize| self.arm.reach(&poses[i]).witness().map_or(0.0, |found| found.arm_angle_rad);
+        let angle = |i: usize| {
+            self.arm
+                .reach(&poses[i])
+                .witness()
+                .map_or(0.0, |found| found.arm_angle_rad)
+        };
         let angles: Vec<f64> = (0..poses.len()).map(angle).collect();
         let branches = time_batches(poses.len() / BATCH, BATCH, |i| {
-            self.arm.solutions(&poses[i % poses.len()], angles[i % poses.len()])
+            self.arm
+                .solutions(&poses[i % poses.len()], angles[i % poses.len()])
         });
         vec![
-            ("hwall SrsArm::is_reachable, reachable".to_owned(), verdict(reachable)),
-            ("hwall SrsArm::is_reachable, unreachable".to_owned(), verdict(unreachable)),
-            ("hwall SrsArm::solutions, 8 branches at one arm angle".to_owned(), branches),
+            (
+                "hwall SrsArm::is_reachable, reachable".to_owned(),
+                verdict(reachable),
+            ),
+            (
+                "hwall SrsArm::is_reachable, unreachable".to_owned(),
+                verdict(unreachable),
+            ),
+            (
+                "hwall SrsArm::solutions, 8 branches at one arm angle".to_owned(),
+                branches,
+            ),
         ]
     }
 }

@@ -21,7 +21,9 @@ impl KCrate {
     pub fn new(urdf: &Path) -> Result<Self> {
         let chain = k::Chain::<f64>::from_urdf_file(urdf)?;
         let flange = chain.find("joint_flange").context("joint_flange")?;
-        Ok(Self { arm: SerialChain::from_end(flange) })
+        Ok(Self {
+            arm: SerialChain::from_end(flange),
+        })
     }
 
     /// Forward kinematics alone.
@@ -32,7 +34,9 @@ impl KCrate {
         };
         ForwardRow {
             method: "k SerialChain::end_transform",
-            timing: time_batches(joints.len() / BATCH, BATCH, |i| call(&joints[i % joints.len()])),
+            timing: time_batches(joints.len() / BATCH, BATCH, |i| {
+                call(&joints[i % joints.len()])
+            }),
             errors: ErrorStats::from_errors(joints.iter().map(|q| distance_m(&call(q), q))),
         }
     }
@@ -45,7 +49,9 @@ impl KCrate {
         };
         ForwardRow {
             method: "k jacobian",
-            timing: time_batches(joints.len() / BATCH, BATCH, |i| call(&joints[i % joints.len()])),
+            timing: time_batches(joints.len() / BATCH, BATCH, |i| {
+                call(&joints[i % joints.len()])
+            }),
             errors: ErrorStats::from_errors(joints.iter().map(|q| {
                 call(q);
                 distance_m(&self.arm.end_transform(), q)

@@ -34,7 +34,9 @@ impl Arguments {
         };
         let mut words = std::env::args().skip(1);
         while let Some(name) = words.next() {
-            let value = words.next().with_context(|| format!("{name} needs a value"))?;
+            let value = words
+                .next()
+                .with_context(|| format!("{name} needs a value"))?;
             match name.as_str() {
                 "--date" => arguments.date = value,
                 "--urdf" => arguments.urdf = value.into(),
@@ -56,7 +58,9 @@ fn main() -> Result<()> {
     let k_crate = k_crate::KCrate::new(&arguments.urdf)?;
 
     let mut sampler = Sampler::new(SEED);
-    let joints: Vec<Joints> = (0..20_000).map(|_| sampler.array_within(limits())).collect();
+    let joints: Vec<Joints> = (0..20_000)
+        .map(|_| sampler.array_within(limits()))
+        .collect();
     let reachable = Targets::reachable(&mut sampler, arguments.reachable);
     let unreachable = Targets::unreachable(&mut sampler, arguments.unreachable);
     let beyond = Targets::just_beyond(&mut sampler, arguments.unreachable.min(500));
@@ -74,7 +78,10 @@ fn main() -> Result<()> {
     rows.push(k_crate.jacobian(&joints));
     println!("{}", report::forward_table(&rows));
 
-    println!("## Verdict alone and all branches (median and p99 over batches of {})\n", hwall::BATCH);
+    println!(
+        "## Verdict alone and all branches (median and p99 over batches of {})\n",
+        hwall::BATCH
+    );
     let mut table = MarkdownTable::new(["call", "median", "p99"]);
     for (call, timing) in hwall.short_calls(&reachable, &unreachable) {
         table.row([call, format_ns(timing.median_ns), format_ns(timing.p99_ns)]);
@@ -86,13 +93,18 @@ fn main() -> Result<()> {
     runs.push(k_crate.inverse(&reachable, SEED));
     let optik = |targets: &Targets, setting: (f64, f64)| {
         let python = arguments.optik_python.as_deref();
-        python.map(|python| optik::inverse(python, &arguments.urdf, targets, setting)).transpose()
+        python
+            .map(|python| optik::inverse(python, &arguments.urdf, targets, setting))
+            .transpose()
     };
     runs.extend(optik(&reachable, (DEFAULT_TOL_F, 0.1))?);
     runs.extend(optik(&reachable, (TIGHT_TOL_F, 0.1))?);
     println!("{}", report::reachable_table(&reachable, &runs));
 
-    println!("## Inverse, targets that only the limits forbid\n\n{}.\n", reasons(&unreachable));
+    println!(
+        "## Inverse, targets that only the limits forbid\n\n{}.\n",
+        reasons(&unreachable)
+    );
     let mut runs = hwall.inverse(&unreachable);
     runs.push(k_crate.inverse(&unreachable, SEED));
     runs.extend(optik(&unreachable, (TIGHT_TOL_F, 0.005))?);
@@ -100,7 +112,10 @@ fn main() -> Result<()> {
     runs.extend(optik(&unreachable.first(100), (TIGHT_TOL_F, 0.1))?);
     println!("{}", report::unreachable_table(&unreachable, &runs));
 
-    println!("## Inverse, {} mm beyond the stretched arm\n", BEYOND_M * 1e3);
+    println!(
+        "## Inverse, {} mm beyond the stretched arm\n",
+        BEYOND_M * 1e3
+    );
     let mut runs = hwall.inverse(&beyond);
     runs.push(k_crate.inverse(&beyond, SEED));
     runs.extend(optik(&beyond, (DEFAULT_TOL_F, 0.1))?);
@@ -126,6 +141,9 @@ fn reasons(targets: &Targets) -> String {
             *counts.entry(reason.name()).or_default() += 1;
         }
     }
-    let parts: Vec<String> = counts.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+    let parts: Vec<String> = counts
+        .iter()
+        .map(|(reason, count)| format!("{reason} {count}"))
+        .collect();
     format!("Reasons: {}", parts.join(", "))
 }

@@ -58,11 +58,21 @@ pub fn inverse(
     let (task_file, answer_file) = (folder.join("task.json"), folder.join("answers.json"));
     fs::write(&task_file, serde_json::to_vec(&task)?)?;
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("optik_solve.py");
-    let status = Command::new(python).arg(script).arg(&task_file).arg(&answer_file).status();
-    ensure!(status.context("starting Python")?.success(), "optik_solve.py failed");
+    let status = Command::new(python)
+        .arg(script)
+        .arg(&task_file)
+        .arg(&answer_file)
+        .status();
+    ensure!(
+        status.context("starting Python")?.success(),
+        "optik_solve.py failed"
+    );
     let answers: Answers = serde_json::from_slice(&fs::read(&answer_file)?)?;
     fs::remove_dir_all(&folder)?;
-    ensure!(answers.q.len() == targets.poses.len(), "an answer for every target");
+    ensure!(
+        answers.q.len() == targets.poses.len(),
+        "an answer for every target"
+    );
     Ok(Run {
         method: "optik Robot.ik (Python)".to_owned(),
         setting: format!(

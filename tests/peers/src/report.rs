@@ -25,7 +25,12 @@ impl Run {
     ) -> Self {
         let mut answers = vec![None; targets.poses.len()];
         let timing = time_each(targets.poses.len(), |i| answers[i] = solve(i));
-        Self { method: method.to_owned(), setting: setting.to_owned(), answers, timing }
+        Self {
+            method: method.to_owned(),
+            setting: setting.to_owned(),
+            answers,
+            timing,
+        }
     }
 
     fn marks<'a>(&'a self, targets: &'a Targets) -> impl Iterator<Item = Mark> + 'a {
@@ -47,7 +52,12 @@ pub struct ForwardRow {
 /// Forward kinematics, without or with the Jacobian.
 pub fn forward_table(rows: &[ForwardRow]) -> String {
     let mut table = MarkdownTable::new(["method", "median", "p99", "median error", "max error"]);
-    for ForwardRow { method, timing, errors } in rows {
+    for ForwardRow {
+        method,
+        timing,
+        errors,
+    } in rows
+    {
         table.row([
             (*method).to_owned(),
             format_ns(timing.median_ns),
@@ -97,7 +107,16 @@ pub fn reachable_table(targets: &Targets, runs: &[Run]) -> String {
 
 /// Targets out of reach: time to say so, answers claimed all the same, and how many of them hold.
 pub fn unreachable_table(targets: &Targets, runs: &[Run]) -> String {
-    let columns = ["method", "setting", "n", "said no", "claimed", "held after all", "median", "p99"];
+    let columns = [
+        "method",
+        "setting",
+        "n",
+        "said no",
+        "claimed",
+        "held after all",
+        "median",
+        "p99",
+    ];
     let mut table = MarkdownTable::new(columns);
     for run in runs {
         let marks: Vec<Mark> = run.marks(targets).collect();

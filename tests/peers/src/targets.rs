@@ -22,19 +22,27 @@ pub struct Targets {
 
 impl Targets {
     fn new(sampler: &mut Sampler, poses: Vec<Pose>) -> Self {
-        let starts = poses.iter().map(|_| sampler.array_within(limits())).collect();
+        let starts = poses
+            .iter()
+            .map(|_| sampler.array_within(limits()))
+            .collect();
         Self { poses, starts }
     }
 
     /// The first `count` of them.
     pub fn first(&self, count: usize) -> Self {
         let count = count.min(self.poses.len());
-        Self { poses: self.poses[..count].to_vec(), starts: self.starts[..count].to_vec() }
+        Self {
+            poses: self.poses[..count].to_vec(),
+            starts: self.starts[..count].to_vec(),
+        }
     }
 
     /// Poses of configurations drawn uniformly within the limits.
     pub fn reachable(sampler: &mut Sampler, count: usize) -> Self {
-        let poses = (0..count).map(|_| forward(&sampler.array_within(limits()))).collect();
+        let poses = (0..count)
+            .map(|_| forward(&sampler.array_within(limits())))
+            .collect();
         Self::new(sampler, poses)
     }
 
@@ -48,7 +56,8 @@ impl Targets {
         let mut poses = Vec::with_capacity(count);
         while poses.len() < count {
             // The cube root makes the volume uniform.
-            let wrist_m = SHOULDER_M + sampler.unit_vector() * (0.8 * sampler.uniform(0.0, 1.0).cbrt());
+            let wrist_m =
+                SHOULDER_M + sampler.unit_vector() * (0.8 * sampler.uniform(0.0, 1.0).cbrt());
             let rotation = sampler.rotation();
             let pose = Pose::new(rotation, wrist_m + rotation.z_axis * 0.126).expect("a rotation");
             if !arm.is_reachable(&pose) {
@@ -76,7 +85,8 @@ impl Targets {
 
 /// Joint limits of the iiwa 7 as pairs, rad.
 pub fn limits() -> [(f64, f64); 7] {
-    [170.0_f64, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0].map(|deg| (-deg.to_radians(), deg.to_radians()))
+    [170.0_f64, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0]
+        .map(|deg| (-deg.to_radians(), deg.to_radians()))
 }
 
 /// Forward kinematics of the judge: the product of elementary rotations, sharing no code with any
@@ -86,7 +96,8 @@ pub fn forward(q: &Joints) -> Pose {
     let upper_arm = z(q[0]) * y(q[1]) * z(q[2]);
     let forearm = upper_arm * y(-q[3]);
     let flange = forearm * z(q[4]) * y(q[5]) * z(q[6]);
-    let position_m = DVec3::Z * 0.34 + upper_arm.z_axis * 0.4 + forearm.z_axis * 0.4 + flange.z_axis * 0.126;
+    let position_m =
+        DVec3::Z * 0.34 + upper_arm.z_axis * 0.4 + forearm.z_axis * 0.4 + flange.z_axis * 0.126;
     Pose::new(flange, position_m).expect("finite joints")
 }
 
@@ -105,7 +116,11 @@ impl Mark {
     /// NaN in an answer gives NaN marks, which count as failure.
     pub fn of(q: &Joints, target: &Pose) -> Self {
         if q.iter().any(|angle| !angle.is_finite()) {
-            return Self { error_m: f64::NAN, error_rad: f64::NAN, beyond_limit_rad: f64::NAN };
+            return Self {
+                error_m: f64::NAN,
+                error_rad: f64::NAN,
+                beyond_limit_rad: f64::NAN,
+            };
         }
         let pose = forward(q);
         let excess = |(angle, (lo, hi)): (&f64, (f64, f64))| (lo - angle).max(angle - hi).max(0.0);

@@ -4,15 +4,17 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    DeterministicPredictor, GazeFilter, HandFilter, HandFilterConfig, HandFrame, Predictor, PredictorConfig,
-    SteadyPoint, Tracking,
+    DeterministicPredictor, GazeFilter, HandFilter, HandFilterConfig, HandFrame, Predictor,
+    PredictorConfig, SteadyPoint, Tracking,
 };
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, BoardTarget, Phase, RenderStep, Renderer, RendererConfig,
 };
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
 use hwall_scene::Scene;
-use hwall_sim::{HandContact, Person, PersonConfig, ServoArm, ServoConfig, TouchPlan, TouchSequence};
+use hwall_sim::{
+    HandContact, Person, PersonConfig, ServoArm, ServoConfig, TouchPlan, TouchSequence,
+};
 
 /// Control period, s.
 pub(crate) const DT_S: f64 = 1e-3;
@@ -27,10 +29,19 @@ pub(crate) fn wall(x_m: f64) -> Scene {
 
 /// A person who reaches slowly: 2 s a reach.
 pub(crate) fn slow_person(seed: u64, targets_m: &[DVec3]) -> TouchSequence {
-    let config = PersonConfig { mean_reach_s: [2.0, 2.0], ..PersonConfig::default() };
-    let plan = |&target_m: &DVec3| TouchPlan { target_m, normal: DVec3::X };
+    let config = PersonConfig {
+        mean_reach_s: [2.0, 2.0],
+        ..PersonConfig::default()
+    };
+    let plan = |&target_m: &DVec3| TouchPlan {
+        target_m,
+        normal: DVec3::X,
+    };
     let plans: Vec<TouchPlan> = targets_m.iter().map(plan).collect();
-    Person::new(config, seed).expect("a person").plan(&plans).expect("a plan")
+    Person::new(config, seed)
+        .expect("a person")
+        .plan(&plans)
+        .expect("a plan")
 }
 
 /// What one control step did.
@@ -78,14 +89,26 @@ pub(crate) struct Faults<'a> {
 }
 
 /// Everything as it is.
-pub(crate) const NONE: Faults = Faults { frame: &|f| Some(f), state: &|_, s| s, target: &|_, t| t };
+pub(crate) const NONE: Faults = Faults {
+    frame: &|f| Some(f),
+    state: &|_, s| s,
+    target: &|_, t| t,
+};
 
 impl Loop {
-    pub(crate) fn new(scene: Scene, hand: TouchSequence, seed: u64, filter: HandFilterConfig) -> Self {
+    pub(crate) fn new(
+        scene: Scene,
+        hand: TouchSequence,
+        seed: u64,
+        filter: HandFilterConfig,
+    ) -> Self {
         let board = Board::default();
         let renderer = Renderer::new(&SrsArm::iiwa7(), &board, RendererConfig::default()).unwrap();
         let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-        let servo = ServoConfig { seed, ..ServoConfig::default() };
+        let servo = ServoConfig {
+            seed,
+            ..ServoConfig::default()
+        };
         Self {
             scene,
             hand,
@@ -144,24 +167,41 @@ impl Loop {
             assert!(arm.limits()[j].contains(self.servo.q()[j]));
             assert!(self.servo.qd()[j].abs() <= arm.max_velocity_rad_per_s()[j] + 1e-12);
         }
-        let (tip_m, tip) = (self.hand.true_index_tip(t_s), self.hand.true_index_velocity_m_per_s(t_s));
+        let (tip_m, tip) = (
+            self.hand.true_index_tip(t_s),
+            self.hand.true_index_velocity_m_per_s(t_s),
+        );
         let relative = tip - self.servo.twist().linear_m_per_s;
-        let wrench = self.finger.wrench(&self.servo.pose(), tip_m, relative).unwrap();
+        let wrench = self
+            .finger
+            .wrench(&self.servo.pose(), tip_m, relative)
+            .unwrap();
         self.servo.apply_wrench(wrench.unwrap_or_default()).unwrap();
         let (base_from_board, q) = (self.servo.pose(), self.servo.q());
-        Tick { t_s, step, base_from_board, q, tracking: self.tracking, target }
+        Tick {
+            t_s,
+            step,
+            base_from_board,
+            q,
+            tracking: self.tracking,
+            target,
+        }
     }
 
     fn see(&mut self, frame: &HandFrame, t_s: f64) {
         let tracking = self.filter.step(frame);
-        let gaze = frame.gaze_ray().and_then(|ray| self.gaze.step(frame.t_s, &ray));
+        let gaze = frame
+            .gaze_ray()
+            .and_then(|ray| self.gaze.step(frame.t_s, &ray));
         let hand = tracking.state();
         let found = hand.and_then(|hand| self.predictor.predict(&self.scene, hand, gaze.as_ref()));
-        self.target = found.map(|found| self.steady.step(found)).map(|found| BoardTarget {
-            point_m: found.point_m,
-            normal: found.normal,
-            stamp_s: t_s,
-        });
+        self.target = found
+            .map(|found| self.steady.step(found))
+            .map(|found| BoardTarget {
+                point_m: found.point_m,
+                normal: found.normal,
+                stamp_s: t_s,
+            });
         self.tracking = Some(tracking);
     }
 
@@ -174,10 +214,18 @@ impl Loop {
         };
         let arm = self.renderer.arm();
         for j in 0..7 {
-            assert!(q[j].is_finite() && arm.limits()[j].contains(q[j]), "joint {j}: {} rad", q[j]);
+            assert!(
+                q[j].is_finite() && arm.limits()[j].contains(q[j]),
+                "joint {j}: {} rad",
+                q[j]
+            );
             if let Some(before) = self.last_command {
                 let most = arm.max_velocity_rad_per_s()[j] * DT_S;
-                assert!((q[j] - before[j]).abs() <= most + 1e-12, "joint {j}: {} rad", q[j] - before[j]);
+                assert!(
+                    (q[j] - before[j]).abs() <= most + 1e-12,
+                    "joint {j}: {} rad",
+                    q[j] - before[j]
+                );
             }
         }
         self.last_command = Some(q);

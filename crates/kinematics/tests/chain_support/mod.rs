@@ -17,7 +17,12 @@ impl Reference {
     }
 
     pub(crate) fn numbers(&self, key: &str) -> Vec<f64> {
-        self.0[key].as_array().expect(key).iter().map(|v| v.as_f64().expect(key)).collect()
+        self.0[key]
+            .as_array()
+            .expect(key)
+            .iter()
+            .map(|v| v.as_f64().expect(key))
+            .collect()
     }
 }
 
@@ -42,7 +47,12 @@ fn read(path: &Path, random: usize) -> Vec<Reference> {
     };
     let (hard, mut configurations) = (take("hard"), take("random"));
     assert_eq!(hard.len(), 111, "hard configurations in {}", path.display());
-    assert_eq!(configurations.len(), random, "random configurations in {}", path.display());
+    assert_eq!(
+        configurations.len(),
+        random,
+        "random configurations in {}",
+        path.display()
+    );
     configurations.extend(hard);
     configurations.into_iter().map(Reference).collect()
 }
@@ -58,10 +68,18 @@ pub(crate) fn franka() -> Chain {
         (0.0, 0.0, FRAC_PI_2, -0.0175, 3.7525),
         (0.088, 0.0, FRAC_PI_2, -2.8973, 2.8973),
     ];
-    let joints = rows.iter().enumerate().map(|(i, &(a, d, alpha, min_rad, max_rad))| {
-        let origin = about_x(alpha, DVec3::new(a, 0.0, 0.0)) * shift(0.0, 0.0, d);
-        ChainJoint::revolute(format!("panda_{}", i + 1), origin, DVec3::Z, JointLimit { min_rad, max_rad })
-    });
+    let joints = rows
+        .iter()
+        .enumerate()
+        .map(|(i, &(a, d, alpha, min_rad, max_rad))| {
+            let origin = about_x(alpha, DVec3::new(a, 0.0, 0.0)) * shift(0.0, 0.0, d);
+            ChainJoint::revolute(
+                format!("panda_{}", i + 1),
+                origin,
+                DVec3::Z,
+                JointLimit { min_rad, max_rad },
+            )
+        });
     Chain::new(joints.collect(), shift(0.0, 0.0, 0.107)).expect("panda")
 }
 
@@ -75,11 +93,19 @@ pub(crate) fn ur5e() -> Chain {
         (0.0997, 0.0, -FRAC_PI_2),
         (0.0996, 0.0, 0.0),
     ];
-    let limit = JointLimit { min_rad: -2.0 * PI, max_rad: 2.0 * PI };
+    let limit = JointLimit {
+        min_rad: -2.0 * PI,
+        max_rad: 2.0 * PI,
+    };
     let mut origin = Pose::IDENTITY;
     let mut joints = Vec::new();
     for (i, &(d, a, alpha)) in rows.iter().enumerate() {
-        joints.push(ChainJoint::revolute(format!("ur_{}", i + 1), origin, DVec3::Z, limit));
+        joints.push(ChainJoint::revolute(
+            format!("ur_{}", i + 1),
+            origin,
+            DVec3::Z,
+            limit,
+        ));
         origin = shift(0.0, 0.0, d) * about_x(alpha, DVec3::new(a, 0.0, 0.0));
     }
     Chain::new(joints, origin).expect("ur5e")
@@ -88,25 +114,52 @@ pub(crate) fn ur5e() -> Chain {
 /// Revolute and prismatic joints with arbitrary axes and origins.
 pub(crate) fn random_chain(sampler: &mut Sampler, n: usize, prismatic_share: f64) -> Chain {
     let joints = (0..n).map(|i| {
-        let origin =
-            Pose::new(sampler.rotation(), sampler.unit_vector() * sampler.uniform(0.0, 0.4)).expect("pose");
+        let origin = Pose::new(
+            sampler.rotation(),
+            sampler.unit_vector() * sampler.uniform(0.0, 0.4),
+        )
+        .expect("pose");
         let axis = sampler.unit_vector() * sampler.uniform(0.1, 3.0);
         let name = format!("joint {i}");
         if sampler.uniform(0.0, 1.0) < prismatic_share {
-            ChainJoint::prismatic(name, origin, axis, JointLimit { min_rad: -0.3, max_rad: 0.5 })
+            ChainJoint::prismatic(
+                name,
+                origin,
+                axis,
+                JointLimit {
+                    min_rad: -0.3,
+                    max_rad: 0.5,
+                },
+            )
         } else {
-            ChainJoint::revolute(name, origin, axis, JointLimit { min_rad: -2.0, max_rad: 2.5 })
+            ChainJoint::revolute(
+                name,
+                origin,
+                axis,
+                JointLimit {
+                    min_rad: -2.0,
+                    max_rad: 2.5,
+                },
+            )
         }
     });
     let joints = joints.collect();
-    Chain::new(joints, Pose::new(sampler.rotation(), sampler.unit_vector() * 0.2).expect("pose"))
-        .expect("chain")
+    Chain::new(
+        joints,
+        Pose::new(sampler.rotation(), sampler.unit_vector() * 0.2).expect("pose"),
+    )
+    .expect("chain")
 }
 
 /// Uniform inside the limits, endless ones cut at half a turn.
 pub(crate) fn random_q(chain: &Chain, sampler: &mut Sampler) -> Vec<f64> {
     let range = |l: &JointLimit| (l.min_rad.max(-PI), l.max_rad.min(PI));
-    chain.joints().iter().map(|j| range(&j.limit)).map(|(lo, hi)| sampler.uniform(lo, hi)).collect()
+    chain
+        .joints()
+        .iter()
+        .map(|j| range(&j.limit))
+        .map(|(lo, hi)| sampler.uniform(lo, hi))
+        .collect()
 }
 
 pub(crate) fn shift(x: f64, y: f64, z: f64) -> Pose {

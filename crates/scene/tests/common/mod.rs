@@ -8,7 +8,11 @@ use hwall_testkit::Sampler;
 pub(crate) type Triangle = [DVec3; 3];
 
 /// Möller and Trumbore 1997, both sides, no tolerance: distance along a unit direction.
-pub(crate) fn moeller_trumbore(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option<f64> {
+pub(crate) fn moeller_trumbore(
+    origin: DVec3,
+    direction: DVec3,
+    &[a, b, c]: &Triangle,
+) -> Option<f64> {
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
     let det = e1.dot(p);
@@ -26,7 +30,10 @@ pub(crate) fn moeller_trumbore(origin: DVec3, direction: DVec3, &[a, b, c]: &Tri
 /// Smallest distance over all triangles of the scene.
 pub(crate) fn brute_ray(triangles: &[Triangle], origin: DVec3, direction: DVec3) -> Option<f64> {
     let d = direction.normalize();
-    triangles.iter().filter_map(|t| moeller_trumbore(origin, d, t)).min_by(f64::total_cmp)
+    triangles
+        .iter()
+        .filter_map(|t| moeller_trumbore(origin, d, t))
+        .min_by(f64::total_cmp)
 }
 
 /// Distance to a triangle by another way than the crate's: the foot in the plane if it lies
@@ -47,7 +54,8 @@ pub(crate) fn brute_distance(p: DVec3, t: &Triangle) -> f64 {
 /// All triangles of a scene where they are now, with their surface.
 pub(crate) fn triangles(scene: &Scene) -> Vec<(SurfaceId, Triangle)> {
     let ids = (0..scene.surfaces().len()).map(SurfaceId);
-    ids.flat_map(|id| scene.triangles_m(id).unwrap().map(move |t| (id, t))).collect()
+    ids.flat_map(|id| scene.triangles_m(id).unwrap().map(move |t| (id, t)))
+        .collect()
 }
 
 /// Loose triangles in the unit cube: some static, some untouchable, two on a door.
@@ -66,9 +74,17 @@ pub(crate) fn soup(seed: u64, count: usize, scale: f64, offset: DVec3) -> Scene 
         stiffness_n_m_per_rad: None,
         damping_n_m_s_per_rad: None,
     };
-    let kinds = [("walls", SurfaceKind::Static), ("floor", SurfaceKind::Untouchable), ("door", door)];
+    let kinds = [
+        ("walls", SurfaceKind::Static),
+        ("floor", SurfaceKind::Untouchable),
+        ("door", door),
+    ];
     let meshes = kinds.map(|(name, kind)| SurfaceMesh {
-        surface: Surface { name: name.to_owned(), kind, ..Surface::default() },
+        surface: Surface {
+            name: name.to_owned(),
+            kind,
+            ..Surface::default()
+        },
         triangles_m: (0..count / 3).map(&mut triangle).collect(),
     });
     Scene::from_meshes(meshes.to_vec()).unwrap().0
@@ -77,26 +93,46 @@ pub(crate) fn soup(seed: u64, count: usize, scale: f64, offset: DVec3) -> Scene 
 /// A bumpy sheet of `2 n²` triangles over the unit square, as one surface, moved by `offset`.
 pub(crate) fn bumpy(n: usize, seed: u64, scale: f64, offset: DVec3) -> Scene {
     let mut sampler = Sampler::new(seed);
-    let heights: Vec<f64> =
-        (0..=n).flat_map(|_| 0..=n).map(|_| sampler.uniform(-0.5, 0.5) / n as f64).collect();
+    let heights: Vec<f64> = (0..=n)
+        .flat_map(|_| 0..=n)
+        .map(|_| sampler.uniform(-0.5, 0.5) / n as f64)
+        .collect();
     let vertex = |i: usize, j: usize| {
-        let flat = DVec3::new(i as f64 / n as f64, j as f64 / n as f64, heights[i * (n + 1) + j]);
+        let flat = DVec3::new(
+            i as f64 / n as f64,
+            j as f64 / n as f64,
+            heights[i * (n + 1) + j],
+        );
         offset + (flat - DVec3::new(0.5, 0.5, 0.0)) * scale
     };
     let triangles_m = (0..n)
         .flat_map(|i| (0..n).map(move |j| (i, j)))
         .flat_map(|(i, j)| {
-            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            let [a, b, c, d] = [
+                vertex(i, j),
+                vertex(i + 1, j),
+                vertex(i + 1, j + 1),
+                vertex(i, j + 1),
+            ];
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    let surface = Surface { name: "sheet".to_owned(), ..Surface::default() };
-    Scene::from_meshes(vec![SurfaceMesh { surface, triangles_m }]).unwrap().0
+    let surface = Surface {
+        name: "sheet".to_owned(),
+        ..Surface::default()
+    };
+    Scene::from_meshes(vec![SurfaceMesh {
+        surface,
+        triangles_m,
+    }])
+    .unwrap()
+    .0
 }
 
 /// The room of the examples; `None` where only this crate was lifted out.
 pub(crate) fn room() -> Option<Scene> {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/assets/room.obj");
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/assets/room.obj");
     if !path.is_file() {
         eprintln!("skipped: no {}", path.display());
         return None;
