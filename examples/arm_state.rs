@@ -16,7 +16,7 @@ use std::process::ExitCode;
 /// and qdd1..qdd7 (rad/s²), zero when absent. Out: px,py,pz in metres, r11..r33 (rotation,
 /// row-major), j11..j67 (Jacobian, 6 x 7 row-major, linear then angular, base axes, at the
 /// flange); with --dynamics also g1..g7 (gravity torque, N m), m11..m77 (mass matrix, kg m²) and
-/// tau1..tau7 (inverse dynamics, N m). An arm with n joints has n columns instead of seven.
+/// tau1..tau7 (inverse dynamics, N m). Joint limits are not applied. An arm with n joints has n columns instead of seven.
 #[derive(Parser)]
 struct Args {
     /// iiwa7, iiwa14, or the path of a URDF file

@@ -22,7 +22,7 @@ struct Args {
     /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
     #[arg(long)]
     scene: Option<PathBuf>,
-    /// CSV recording of a hand: t, palm_x.. little_z, optionally head_* and gaze_* [default: a simulated person]
+    /// CSV recording of a hand: t in seconds, palm_x.. little_z in metres, optionally head_* and gaze_*; cells may be empty [default: a simulated person]
     #[arg(long)]
     hand: Option<PathBuf>,
     /// Axes of the recording: y-up as headsets have it, or z-up
@@ -31,12 +31,15 @@ struct Args {
     /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
     #[arg(long, value_enum)]
     place: Option<Place>,
-    /// The arm's base in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
+    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
     #[arg(long, value_parser = Stand::parse, allow_hyphen_values = true)]
     base: Option<Stand>,
-    /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees
+    /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
     #[arg(long, value_parser = Stand::parse, allow_hyphen_values = true)]
     hand_origin: Option<Stand>,
+    /// The recorded hand is made up: a shape that never changes is no frozen tracker
+    #[arg(long)]
+    rigid_hand: bool,
     /// iiwa7 or iiwa14
     #[arg(long, default_value = "iiwa7")]
     arm: String,
@@ -46,7 +49,7 @@ struct Args {
     /// Seed of the simulated person and the sensors' noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Control period in milliseconds
+    /// Control period in milliseconds, 0.1 to 20
     #[arg(long, default_value_t = 1.0)]
     period_ms: f64,
     /// Output folder
@@ -83,6 +86,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
             scene: args.scene.as_deref(),
             hand: args.hand.as_deref(),
             y_up: args.axes == Axes::YUp,
+            rigid_hand: args.rigid_hand,
             auto: args.place.map_or(args.hand.is_some(), |p| p == Place::Auto),
             base: args.base,
             hand_origin: args.hand_origin,

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 /// In: CSV with a header line, px,py,pz in metres and the quaternion qw,qx,qy,qz, flange in the
 /// base frame. Out: reachable (1 or 0), reason (empty when reachable; too_far, too_near,
 /// elbow_limit, shoulder_limit, wrist_limit, arm_angle_conflict), q1..q7 of a witness in rad
-/// (empty when unreachable), margin_rad: the largest angle by which every joint limit can shrink
+/// (empty when unreachable; a proof, not a posture: it may lie on a limit), margin_rad: the largest angle by which every joint limit can shrink
 /// with the pose still reachable, negative where the limits would have to widen, empty where no
 /// limits within 1 rad of these would do.
 #[derive(Parser)]

@@ -68,9 +68,13 @@ impl NumberReader {
             .iter()
             .map(|name| {
                 let mut places = (0..self.header.len()).filter(|&i| self.header[i] == *name);
-                let first = places
-                    .next()
-                    .with_context(|| format!("{}: no column {name:?}", self.name))?;
+                let first = places.next().with_context(|| {
+                    format!(
+                        "{}: no column {name:?} in the header {:?}",
+                        self.name,
+                        self.header.join(",")
+                    )
+                })?;
                 if places.next().is_some() {
                     bail!("{}: column {name:?} stands twice", self.name);
                 }

@@ -3,9 +3,9 @@
 //! A recording made before a virtual wall does not say where that wall stood. Placing it means
 //! choosing a wall of the scene, the arm behind it, and the recording so that its reaches end on it.
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use glam::{DAffine3, DMat3, DVec3, dvec3};
-use hwall_contact::{Reach, ReachEnd, Recording, SegmentConfig, reaches};
+use hwall_contact::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
 use hwall_scene::{Patch, Scene};
 
 /// The arm stands this far behind the wall and its base this far below the touched points, m:
@@ -80,47 +80,104 @@ pub struct Placement {
     pub remark: String,
 }
 
+/// The movements of a recording that end on something, and how they were told from the others.
+#[derive(Debug, Clone, Default)]
+pub struct Contacts {
+    /// Those movements.
+    pub reaches: Vec<Reach>,
+    /// For people: which ones, and why.
+    pub remark: String,
+}
+
 /// The reaches that end on something: of the two directions in which hands go to and fro, the one
-/// whose ends lie closer together. A wall stops the hand at one place; at rest it hangs anywhere.
+/// whose ends lie much closer together (a wall stops the hand at one place, at rest it hangs
+/// anywhere), else the first.
+///
+/// Movements are told apart by the steadiest point; where they lead is that of the index tip, as
+/// in the prediction, where it is recorded.
+/// `rigid`: a made-up hand whose shape never changes is no frozen tracker.
 ///
 /// # Errors
-/// A recording without a complete reach.
-pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
-    let of_length = |min_length_m: f64| -> anyhow::Result<Vec<Reach>> {
-        let found = reaches(
-            recording,
-            &SegmentConfig {
-                min_length_m,
-                ..SegmentConfig::default()
-            },
-        )?;
-        Ok(found
+/// A recording without a complete reach, with what was found instead.
+pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<Contacts> {
+    let of_length = |min_length_m: f64, rigid: bool| -> anyhow::Result<Vec<Reach>> {
+        let default = SegmentConfig::default();
+        let config = SegmentConfig {
+            min_length_m,
+            freeze: default.freeze.filter(|_| !rigid),
+            ..default
+        };
+        let found = reaches(recording, &config)?;
+        let complete = found
             .into_iter()
-            .filter(|r| r.end != ReachEnd::TrackingLost)
-            .collect())
+            .filter(|r| r.end != ReachEnd::TrackingLost);
+        Ok(complete.map(|r| of_index_tip(recording, r)).collect())
     };
-    let mut complete = of_length(LONG_M)?;
+    let mut complete = of_length(LONG_M, rigid)?;
     if complete.is_empty() {
-        complete = of_length(SHORT_M)?;
+        complete = of_length(SHORT_M, rigid)?;
     }
-    let first = complete
-        .first()
-        .context("the recording holds no complete reach of 0.15 m or more")?
-        .direction;
+    let Some(first) = complete.first().map(|r| r.direction) else {
+        let rigid_ones = of_length(SHORT_M, true)?.len();
+        if rigid_ones > 0 {
+            bail!(
+                "no complete reach of {SHORT_M} m or more: {rigid_ones} movements, but the hand's shape never \
+                 changes, as with a frozen tracker; for a made-up hand give --rigid-hand"
+            );
+        }
+        bail!(
+            "no complete reach of {SHORT_M} m or more in {:.1} s (metres and seconds?)",
+            recording.duration_s()
+        );
+    };
     let (to, fro): (Vec<Reach>, Vec<Reach>) = complete
         .into_iter()
         .partition(|r| r.direction.dot(first) > 0.0);
     let scatter = |group: &[Reach]| {
         let mean = mean(group.iter().map(|r| r.end_m));
-        group
+        let squares = group
             .iter()
             .map(|r| r.end_m.distance_squared(mean))
-            .sum::<f64>()
-            / group.len() as f64
+            .sum::<f64>();
+        (squares / group.len() as f64).sqrt()
     };
-    // A single end has no scatter to compare.
-    let swap = fro.len() > 1 && (to.len() < 2 || scatter(&fro) < scatter(&to));
-    Ok(if swap { fro } else { to })
+    // One end has no scatter; a small difference is chance.
+    let swap = to.len() > 1 && fro.len() > 1 && scatter(&fro) < 0.5 * scatter(&to);
+    let chosen = if swap { fro } else { to };
+    let starts: Vec<String> = chosen.iter().map(|r| format!("{:.2}", r.start_s)).collect();
+    let why = if swap {
+        "their ends lie closest together"
+    } else {
+        "the first direction"
+    };
+    let remark = format!(
+        "taken as reaches: the movements that start at {} s ({why})",
+        starts.join(", ")
+    );
+    Ok(Contacts {
+        reaches: chosen,
+        remark,
+    })
+}
+
+/// The same movement as the index tip made it, if it was seen at both ends.
+fn of_index_tip(recording: &Recording, reach: Reach) -> Reach {
+    let tip = |sample: usize| recording.samples[sample].frame.point(HandPoint::Index);
+    let (Some(start_m), Some(end_m)) = (tip(reach.first), tip(reach.last)) else {
+        return reach;
+    };
+    let Some(direction) = (end_m - start_m).try_normalize() else {
+        return reach;
+    };
+    let length_m = start_m.distance(end_m);
+    Reach {
+        point: HandPoint::Index,
+        start_m,
+        end_m,
+        direction,
+        length_m,
+        ..reach
+    }
 }
 
 /// Chooses a wall and places arm and recording before it.
@@ -134,9 +191,9 @@ pub fn reaches_to_contact(recording: &Recording) -> anyhow::Result<Vec<Reach>> {
 pub fn before_a_wall(
     scene: &Scene,
     recording: &Recording,
+    contacts: &[Reach],
     base: Option<Stand>,
 ) -> anyhow::Result<Placement> {
-    let contacts = reaches_to_contact(recording)?;
     let toward = mean(contacts.iter().map(|r| r.direction));
     let toward = dvec3(toward.x, toward.y, 0.0);
     if toward.length() < 0.1 {
@@ -183,7 +240,7 @@ pub fn before_a_wall(
             origin_m: point - turn * touched_m,
             yaw_rad,
         };
-        if !free(scene, recording, &contacts, &hand, (point, normal))? {
+        if !free(scene, recording, contacts, &hand, (point, normal))? {
             continue;
         }
         let own = Stand {

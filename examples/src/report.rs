@@ -23,32 +23,40 @@ pub fn table(run: &Run, outcomes: &[Outcome]) -> MarkdownTable {
     row("touches", outcomes.len().to_string());
     row("touches within the arm's reach", within.len().to_string());
     row("out of reach, with the reason", reasons(outcomes));
-    let share = if within.is_empty() {
-        f64::NAN
-    } else {
-        100.0 * in_time.len() as f64 / within.len() as f64
+    let share = match within.len() {
+        0 => String::new(),
+        n => format!(" ({:.0} %)", 100.0 * in_time.len() as f64 / n as f64),
     };
     row(
         "board in place before the hand",
-        format!("{} of {} ({share:.0} %)", in_time.len(), within.len()),
+        format!("{} of {}{share}", in_time.len(), within.len()),
     );
+    // Without a touch there is no figure, and NaN would look like one.
+    let or_none = |count: usize, text: String| if count == 0 { "none".to_owned() } else { text };
     let mut leads: Vec<f64> = in_time.iter().filter_map(|o| o.lead_s).collect();
     leads.sort_by(f64::total_cmp);
+    let lead = |p: f64| 1e3 * quantile(&leads, p);
     row(
         "lead time, least / median",
-        format!(
-            "{:.0} / {:.0} ms",
-            1e3 * quantile(&leads, 0.0),
-            1e3 * quantile(&leads, 0.5)
+        or_none(
+            leads.len(),
+            format!("{:.0} / {:.0} ms", lead(0.0), lead(0.5)),
         ),
     );
     let error = |f: &dyn Fn(&Outcome) -> f64| {
         let stats = ErrorStats::from_errors(within.iter().map(|o| f(o)));
-        format!("{:.1} / {:.1} mm", 1e3 * stats.median, 1e3 * stats.max)
+        or_none(
+            within.len(),
+            format!("{:.1} / {:.1} mm", 1e3 * stats.median, 1e3 * stats.max),
+        )
     };
     row(
         "position error at contact, median / max",
         error(&|o| o.offset_m.hypot(o.gap_m)),
+    );
+    row(
+        "of it along the surface (harmless on the board), median / max",
+        error(&|o| o.offset_m),
     );
     row(
         "of it along the normal (gap), median / max",
@@ -56,14 +64,13 @@ pub fn table(run: &Run, outcomes: &[Outcome]) -> MarkdownTable {
     );
     let mut felt: Vec<f64> = within.iter().filter_map(|o| o.felt_after_s).collect();
     felt.sort_by(f64::total_cmp);
+    let after = or_none(
+        felt.len(),
+        format!("median {:.0} ms after arrival", 1e3 * quantile(&felt, 0.5)),
+    );
     row(
-        "contact felt (above 3 N) after arrival",
-        format!(
-            "{} of {}, median {:.0} ms",
-            felt.len(),
-            within.len(),
-            1e3 * quantile(&felt, 0.5)
-        ),
+        "contact felt (above 3 N)",
+        format!("{} of {}, {after}", felt.len(), within.len()),
     );
     row("hand lost", losses(&run.losses));
     let [gaze, direction, nearest, none] = run.sources;

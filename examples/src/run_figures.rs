@@ -66,8 +66,8 @@ pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
         .configure_mesh()
         .x_desc("x, m (arm's base at 0)")
         .y_desc("y, m")
-        .x_label_formatter(&|v| format!("{v:.1}"))
-        .y_label_formatter(&|v| format!("{v:.1}"))
+        .x_label_formatter(&|v| tick(*v))
+        .y_label_formatter(&|v| tick(*v))
         .label_style(TEXT)
         .light_line_style(WHITE)
         .draw()
@@ -132,8 +132,7 @@ pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
         .label_font(TEXT)
         .draw()
         .map_err(plot_error)?;
-    let note =
-        "grey: walls and shelves from above; dashes: longest horizontal reach; cross: arm's base";
+    let note = "grey: walls, shelf and pedestal from above; dashes: longest reach of the arm; cross: its base; hand: index tip";
     root.draw_text(
         note,
         &TextStyle::from(("sans-serif", 13)).color(&BLACK),
@@ -248,6 +247,12 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
         "board",
     )?;
     root.present().map_err(plot_error)
+}
+
+/// One decimal, and zero without a sign.
+fn tick(v: f64) -> String {
+    let rounded = (10.0 * v).round() / 10.0;
+    format!("{:.1}", if rounded == 0.0 { 0.0 } else { rounded })
 }
 
 /// Cuts samples where time leaps.

@@ -24,8 +24,8 @@ const STEADY_M: f64 = 0.05;
 pub enum Hand {
     /// A simulated person, sampled by a tracker at this period, s.
     Simulated(Box<TouchSequence>, f64),
-    /// Recorded frames in the base frame, in order of time.
-    Recorded(Vec<HandFrame>),
+    /// Recorded frames in the base frame, in order of time, and how to filter them.
+    Recorded(Vec<HandFrame>, HandFilterConfig),
 }
 
 impl Hand {
@@ -34,7 +34,7 @@ impl Hand {
     pub fn span_s(&self) -> (f64, f64) {
         match self {
             Self::Simulated(sequence, _) => (0.0, sequence.duration_s()),
-            Self::Recorded(frames) => (
+            Self::Recorded(frames, _) => (
                 frames.first().map_or(0.0, |f| f.t_s),
                 frames.last().map_or(0.0, |f| f.t_s),
             ),
@@ -48,7 +48,7 @@ impl Hand {
                 let due_s = *next as f64 * period_s;
                 (due_s <= t_s).then(|| measured(&sequence.sample(due_s)))
             }
-            Self::Recorded(frames) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
+            Self::Recorded(frames, _) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
         };
         *next += usize::from(frame.is_some());
         frame
@@ -116,7 +116,7 @@ pub fn run(
     )?;
     let filter = match hand {
         Hand::Simulated(..) => HandFilterConfig::simulated(),
-        Hand::Recorded(_) => HandFilterConfig::default(),
+        Hand::Recorded(_, filter) => *filter,
     };
     let mut filter = HandFilter::new(filter)?;
     let mut predictor = DeterministicPredictor::new(PredictorConfig::ray_led())?;
@@ -208,7 +208,7 @@ impl Tip {
                 Some(sequence.true_index_tip(t_s)),
                 sequence.true_index_velocity_m_per_s(t_s),
             ),
-            Hand::Recorded(_) => (self.last.map(|(_, p)| p), self.velocity),
+            Hand::Recorded(..) => (self.last.map(|(_, p)| p), self.velocity),
         }
     }
 }

@@ -359,7 +359,11 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
                     "kinematics",
                     &what,
                     &t,
-                    format!("{:.2} % wrong", 100.0 * wrong),
+                    if want {
+                        format!("{:.2} % wrong", 100.0 * wrong)
+                    } else {
+                        "the reference itself".to_owned()
+                    },
                 ));
             }
             let share = format!("{:.2} %", 100.0 * wrong);

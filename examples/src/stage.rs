@@ -1,10 +1,10 @@
 //! Sets the stage of the main job: scene, hand and touches in the arm's base frame.
 
-use crate::place::{self, Stand};
+use crate::place::{self, Contacts, Stand};
 use crate::session::Hand;
 use crate::touches::{self, Touch};
 use anyhow::{anyhow, bail};
-use hwall_contact::{Recording, RigidMap};
+use hwall_contact::{HandFilterConfig, Recording, RigidMap};
 use hwall_kinematics::SrsArm;
 use hwall_scene::{LoadReport, Scene};
 use hwall_sim::{Person, PersonConfig};
@@ -33,6 +33,8 @@ pub struct Options<'a> {
     pub base: Option<Stand>,
     /// The recording's origin in the scene.
     pub hand_origin: Option<Stand>,
+    /// Is the recorded hand made up, its shape always the same?
+    pub rigid_hand: bool,
     /// Touches of the simulated person.
     pub touches: usize,
     /// Seed of the simulated person.
@@ -105,30 +107,45 @@ impl Stage {
                 sample.frame = RigidMap::Z_UP_FROM_Y_UP.frame(&sample.frame);
             }
         }
-        let (base, hand) = if options.auto {
-            let found = place::before_a_wall(&scene, &recording, options.base)?;
-            remarks.push(found.remark);
-            let hand = options.hand_origin.unwrap_or(found.hand);
-            remarks.push(format!(
-                "the arm's base stands at {}, the recording's origin at {hand}",
-                found.base
-            ));
-            (found.base, hand)
-        } else {
-            (
-                options.base.unwrap_or(Stand::ORIGIN),
-                options.hand_origin.unwrap_or(Stand::ORIGIN),
-            )
+        let contacts = place::reaches_to_contact(&recording, options.rigid_hand);
+        let (base, hand) = match (options.auto, options.base, options.hand_origin) {
+            // Nothing is left to place; a recording without a reach then has no touch to judge.
+            (_, Some(base), Some(hand)) => (base, hand),
+            (true, base, hand) => {
+                let reaches = &contacts
+                    .as_ref()
+                    .map_err(|e| named_text(path, &e.to_string()))?
+                    .reaches;
+                let found = place::before_a_wall(&scene, &recording, reaches, base)?;
+                remarks.push(found.remark);
+                (found.base, hand.unwrap_or(found.hand))
+            }
+            (false, base, hand) => (base.unwrap_or(Stand::ORIGIN), hand.unwrap_or(Stand::ORIGIN)),
         };
+        remarks.push(format!(
+            "the arm's base stands at {base}, the recording's origin at {hand} (x,y,z,yaw)"
+        ));
+        let contacts = contacts.unwrap_or_else(|error| Contacts {
+            remark: error.to_string(),
+            ..Contacts::default()
+        });
+        remarks.push(contacts.remark);
         let base_from_hand = base.outer_from_here().inverse() * hand.outer_from_here();
         let scene = in_base(&scene, base)?;
-        let contacts = place::reaches_to_contact(&recording)?;
-        let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts)?;
+        let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts.reaches)?;
+        if touches.is_empty() {
+            remarks.push("no recorded movement meets a touchable surface".to_owned());
+        }
+        let filter = if options.rigid_hand {
+            HandFilterConfig::simulated()
+        } else {
+            HandFilterConfig::default()
+        };
         let map = RigidMap::from_affine(base_from_hand)?;
         let frames = recording.frames().map(|frame| map.frame(frame)).collect();
         Ok(Self {
             scene,
-            hand: Hand::Recorded(frames),
+            hand: Hand::Recorded(frames, filter),
             touches,
             remarks,
         })
@@ -141,7 +158,15 @@ fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
 
 /// The error with the file's name in front, unless it says it already.
 fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
-    let (name, text) = (path.display().to_string(), error.to_string());
+    named_text(path, &error.to_string())
+}
+
+/// One line, however many the cause has.
+fn named_text(path: &Path, text: &str) -> anyhow::Error {
+    let (name, text) = (
+        path.display().to_string(),
+        text.split_whitespace().collect::<Vec<_>>().join(" "),
+    );
     if text.contains(&name) {
         anyhow!(text)
     } else {

@@ -1,1 +1,1 @@
-//! Cross-crate scenarios live in `tests/`; this library is empty on purpose.
+//! Cross-crate scenarios live in `tests/` beside this; the library is empty on purpose.

@@ -20,6 +20,7 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
     let options = Options {
         scene,
         hand,
+        rigid_hand: false,
         y_up: false,
         auto,
         base: None,

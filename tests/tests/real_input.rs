@@ -75,6 +75,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     let options = Options {
         scene: Some(&scene),
         hand: Some(&hand),
+        rigid_hand: false,
         y_up: true,
         auto: true,
         base: None,
@@ -106,7 +107,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
             "the arm stands near: {touch:?}"
         );
     }
-    let Hand::Recorded(frames) = &stage.hand else {
+    let Hand::Recorded(frames, _) = &stage.hand else {
         panic!("a recording")
     };
     assert!(frames.len() > 1000);

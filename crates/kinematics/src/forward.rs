@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 /// Geometric Jacobian of the tool point, expressed in base axes.
 ///
 /// Column `i` is the twist of the tool for 1 rad/s at joint `i`. Error: below 1e-9 against
-/// central differences, below 1e-14 against the reference data (tests/reference.rs).
+/// central differences, below 1e-14 against the reference data (tests/srs_reference.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobian {
     /// Linear velocity of the tool origin, m/s per rad/s.
@@ -101,7 +101,7 @@ impl SrsArm {
     /// Pose of the tool, `base_from_tool`.
     ///
     /// Limits are not applied: a configuration outside them has a pose too. NaN or infinity in
-    /// gives NaN out. Error: below 1e-15 m and rad per metre of arm (tests/reference.rs).
+    /// gives NaN out. Error: below 1e-15 m and rad per metre of arm (tests/srs_reference.rs).
     #[must_use]
     pub fn forward(&self, q: &JointPositions) -> Pose {
         let frames = Frames::new(q);
