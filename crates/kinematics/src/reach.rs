@@ -232,15 +232,26 @@ impl Search<'_> {
     fn run(&mut self) -> Option<(Direction, u8)> {
         let (arm, circle) = (self.arm, self.circle);
         let mut found = circle.extremes().into_iter().find_map(|psi| self.test(psi));
-        if found.is_none() {
-            let mut visit = |psi| {
-                if found.is_none() {
-                    found = self.test(psi);
-                }
-            };
-            circle.limit_roots(arm, CROSS_TOLERANCE, &mut visit);
-            circle.coupled_roots(arm, &mut visit);
+        if found.is_some() {
+            return found;
         }
+        // Most forbidden poses tilt joint 2 or 6 too far at every arm angle: no root can help.
+        if arm.tilting[0].is_beyond(circle.tilting[0].at(Direction::ZERO)) {
+            self.shoulder = 0;
+            return None;
+        }
+        if arm.tilting[1].is_beyond(circle.tilting[1].at(circle.straightest_wrist)) {
+            // The wrist alone forbids the pose; what the shoulder could do was not looked at.
+            (self.shoulder, self.wrist) = (0xFF, 0);
+            return None;
+        }
+        let mut visit = |psi| {
+            if found.is_none() {
+                found = self.test(psi);
+            }
+        };
+        circle.limit_roots(arm, CROSS_TOLERANCE, &mut visit);
+        circle.coupled_roots(arm, &mut visit);
         found
     }
 

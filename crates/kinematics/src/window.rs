@@ -116,6 +116,15 @@ impl SignedCone {
     }
 }
 
+impl SignedCone {
+    /// Is even the angle with the largest cosine clearly outside, whatever its sign?
+    #[inline(always)]
+    pub(crate) fn is_beyond(&self, largest_cos: f64) -> bool {
+        let beyond = |cone: &Cone| largest_cos < cone.outer[0] - 10.0 * CROSS_TOLERANCE;
+        self.sides.iter().flatten().all(beyond)
+    }
+}
+
 impl Cone {
     fn new([inner, outer]: [f64; 2]) -> Self {
         Self {
