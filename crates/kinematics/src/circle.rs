@@ -8,7 +8,7 @@
 //! [Shimizu 2008], [Faria 2018]; here ψ = 0 holds the elbow highest, for either sign of joint 4.
 
 use crate::inverse::BaseSolution;
-use crate::window::Shape;
+use crate::window::{CROSS_TOLERANCE, Shape};
 use crate::{Branch, JointPositions, Pose, SrsArm};
 use glam::{DMat3, DVec3};
 
@@ -123,6 +123,15 @@ impl Triangle {
         Self::from_elbow(a, b, length, [cos, sin])
     }
 
+    /// With joint 4 on a limit, whose length differs from the true one by rounding only.
+    #[cold]
+    pub(crate) fn on_limit(a: f64, b: f64, length: f64, limit: (f64, [f64; 2])) -> Self {
+        Self {
+            length,
+            ..Self::from_elbow(a, b, limit.0, limit.1)
+        }
+    }
+
     #[inline(always)]
     fn from_elbow(a: f64, b: f64, length: f64, elbow: [f64; 2]) -> Self {
         let [cos, sin] = elbow;
@@ -173,10 +182,14 @@ pub(crate) struct Verdicts {
     pub(crate) wrist: u8,
     /// Is `q2` or `q6` so small that the pair of joints beside it must be looked at together?
     pub(crate) near_singular: bool,
+    /// Is it so small that only the pair's sum means anything?
+    singular: bool,
 }
 
-/// Below this `sin q2` or `sin q6` a solution is constructed before it is believed.
-const NEAR_SINGULAR: f64 = 1e-4;
+/// Below this `sin q2` or `sin q6` a solution is constructed before it is believed: there the
+/// tolerance of a direction is more than the 1e-12 rad that a witness may be moved.
+const NEAR_SINGULAR: f64 = 0.1;
+const SINGULAR: f64 = 1e-4;
 
 /// Below this `sin q4` and `sin q2` (or `sin q6`) the arm angle moves one sum only.
 const COUPLED: f64 = 1e-7;
@@ -303,6 +316,11 @@ impl ElbowCircle {
     /// Which branches satisfy the shoulder's limits and which the wrist's, at one arm angle.
     #[inline(always)]
     pub(crate) fn verdicts(&self, arm: &SrsArm, psi: Direction) -> Verdicts {
+        self.verdicts_within(arm, psi, CROSS_TOLERANCE)
+    }
+
+    #[inline(always)]
+    fn verdicts_within(&self, arm: &SrsArm, psi: Direction, slack: f64) -> Verdicts {
         let pick = |(same, opposite): (bool, bool), masks: [u8; 2]| {
             (u8::from(same).wrapping_neg() & masks[0])
                 | (u8::from(opposite).wrapping_neg() & masks[1])
@@ -313,18 +331,19 @@ impl ElbowCircle {
         let sin2 = (x1 * x1 + y1 * y1).sqrt();
         let sin6 = (x5 * x5 + y5 * y5).sqrt();
         let [w1, w3, w5, w7] = &arm.turning;
-        let shoulder = pick(w1.holds(x1, y1), Branch::SHOULDER)
-            & pick(w3.holds(x3, y3), Branch::SHOULDER_ELBOW)
-            & pick(arm.tilting[0].holds(cos2, sin2), Branch::SHOULDER)
+        let shoulder = pick(w1.holds(x1, y1, slack), Branch::SHOULDER)
+            & pick(w3.holds(x3, y3, slack), Branch::SHOULDER_ELBOW)
+            & pick(arm.tilting[0].holds(cos2, sin2, slack), Branch::SHOULDER)
             & self.elbow_mask;
-        let wrist = pick(w5.holds(x5, y5), Branch::ELBOW_WRIST)
-            & pick(w7.holds(x7, y7), Branch::WRIST)
-            & pick(arm.tilting[1].holds(cos6, sin6), Branch::WRIST)
+        let wrist = pick(w5.holds(x5, y5, slack), Branch::ELBOW_WRIST)
+            & pick(w7.holds(x7, y7, slack), Branch::WRIST)
+            & pick(arm.tilting[1].holds(cos6, sin6, slack), Branch::WRIST)
             & self.elbow_mask;
         Verdicts {
             shoulder,
             wrist,
             near_singular: sin2 < NEAR_SINGULAR || sin6 < NEAR_SINGULAR,
+            singular: sin2 < SINGULAR || sin6 < SINGULAR,
         }
     }
 
@@ -332,15 +351,11 @@ impl ElbowCircle {
     /// and where most poses are reachable if they are reachable at all.
     pub(crate) fn extremes(&self) -> [Direction; 4] {
         let near = self.straightest_wrist;
-        [
-            near,
-            Direction::ZERO,
-            Direction::HALF_TURN,
-            Direction {
-                sin: -near.sin,
-                cos: -near.cos,
-            },
-        ]
+        let opposite = Direction {
+            sin: -near.sin,
+            cos: -near.cos,
+        };
+        [near, Direction::ZERO, Direction::HALF_TURN, opposite]
     }
 
     /// Which branches hold all limits at one arm angle, singular places looked at closely.
@@ -356,8 +371,23 @@ impl ElbowCircle {
 
     /// Near a singularity two joints share a sum, which their separate limits do not see: keep
     /// the branches that really have a configuration.
-    #[cold]
+    ///
+    /// Off the singularity itself a branch that holds without slack needs no construction.
     pub(crate) fn confirmed(&self, arm: &SrsArm, psi: Direction, mask: u8) -> u8 {
+        let strict = self.verdicts_within(arm, psi, 0.0);
+        let certain = if strict.singular {
+            0
+        } else {
+            mask & strict.shoulder & strict.wrist
+        };
+        match mask & !certain {
+            0 => certain,
+            doubtful => certain | self.constructed(arm, psi, doubtful),
+        }
+    }
+
+    #[cold]
+    fn constructed(&self, arm: &SrsArm, psi: Direction, mask: u8) -> u8 {
         let base = BaseSolution::new(self, psi);
         let zero = JointPositions::default();
         Branch::in_mask(mask)

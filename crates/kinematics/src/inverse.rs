@@ -103,7 +103,11 @@ impl SrsArm {
         if mask == 0 || length <= self.distances.tolerance {
             return Err(length);
         }
-        let triangle = Triangle::from_sides(self.distances.upper, self.distances.fore, length);
+        let (a, b) = (self.distances.upper, self.distances.fore);
+        let triangle = match self.distances.limit_at(length, (negative, positive)) {
+            None => Triangle::from_sides(a, b, length),
+            Some(limit) => Triangle::on_limit(a, b, length, limit),
+        };
         Ok(ElbowCircle::new(w, triangle, mask, &flange_pose.rotation()))
     }
 }

@@ -62,22 +62,21 @@ impl Window {
 
     /// Whether the direction, and whether its opposite, lies in the window.
     #[inline(always)]
-    pub(crate) fn holds(&self, x: f64, y: f64) -> (bool, bool) {
-        const T: f64 = CROSS_TOLERANCE;
+    pub(crate) fn holds(&self, x: f64, y: f64, slack: f64) -> (bool, bool) {
         let past_min = self.min[0] * y - self.min[1] * x;
         let before_max = self.max[1] * x - self.max[0] * y;
         match self.shape {
             Shape::Free => (true, true),
             Shape::Wide => (
-                past_min >= -T || before_max >= -T,
-                past_min <= T || before_max <= T,
+                past_min >= -slack || before_max >= -slack,
+                past_min <= slack || before_max <= slack,
             ),
             Shape::Narrow => {
                 // Without the middle, a window of no width would hold its opposite too.
                 let towards = self.middle[0] * x + self.middle[1] * y;
                 (
-                    past_min >= -T && before_max >= -T && towards >= -T,
-                    past_min <= T && before_max <= T && towards <= T,
+                    past_min >= -slack && before_max >= -slack && towards >= -slack,
+                    past_min <= slack && before_max <= slack && towards <= slack,
                 )
             }
         }
@@ -107,11 +106,11 @@ impl SignedCone {
 
     /// Whether `+q` and `-q` are allowed, for `q = atan2(sin, cos)`, `sin ≥ 0`.
     #[inline(always)]
-    pub(crate) fn holds(&self, cos: f64, sin: f64) -> (bool, bool) {
+    pub(crate) fn holds(&self, cos: f64, sin: f64, slack: f64) -> (bool, bool) {
         let [plus, minus] = self.sides;
         (
-            plus.is_some_and(|c| c.holds(cos, sin)),
-            minus.is_some_and(|c| c.holds(cos, sin)),
+            plus.is_some_and(|c| c.holds(cos, sin, slack)),
+            minus.is_some_and(|c| c.holds(cos, sin, slack)),
         )
     }
 }
@@ -134,10 +133,10 @@ impl Cone {
     }
 
     #[inline(always)]
-    fn holds(&self, cos: f64, sin: f64) -> bool {
+    fn holds(&self, cos: f64, sin: f64, slack: f64) -> bool {
         // Both angles lie in [0, π), so each cross product is the sine of a difference below π.
-        self.inner[0] * sin - self.inner[1] * cos >= -CROSS_TOLERANCE
-            && self.outer[1] * cos - self.outer[0] * sin >= -CROSS_TOLERANCE
+        self.inner[0] * sin - self.inner[1] * cos >= -slack
+            && self.outer[1] * cos - self.outer[0] * sin >= -slack
     }
 }
 
@@ -161,6 +160,8 @@ pub(crate) struct Distances {
     pub(crate) fore: f64,
     /// `[shortest, longest]` for `q4 ≤ 0` and for `q4 ≥ 0`; `[∞, -∞]` where not allowed.
     pub(crate) sides: [[f64; 2]; 2],
+    /// `cos, sin` of `|q4|` at those ends.
+    ends: [[[f64; 2]; 2]; 2],
     /// Rounding of a shoulder-wrist distance near the base, m.
     pub(crate) tolerance: f64,
 }
@@ -180,11 +181,17 @@ impl Distances {
             Some([inner, outer]) => [length(outer), length(inner)],
             None => [f64::INFINITY, f64::NEG_INFINITY],
         });
+        let direction = |q: f64| [q.cos(), q.sin()];
+        let ends = [minus, plus].map(|range| {
+            let [inner, outer] = range.unwrap_or([0.0; 2]);
+            [direction(outer), direction(inner)]
+        });
         let reach = geometry.d_bs_m.abs() + a + b + geometry.d_wf_m.abs();
         Self {
             upper: a,
             fore: b,
             sides,
+            ends,
             tolerance: 32.0 * f64::EPSILON * reach,
         }
     }
@@ -197,6 +204,32 @@ impl Distances {
     /// Shortest one, m.
     pub(crate) fn shortest(&self) -> f64 {
         (self.upper - self.fore).abs()
+    }
+
+    /// The length and `cos, sin` of `|q4|` of the limit that a length sits on or, by rounding,
+    /// beyond; `None` strictly within the limits.
+    ///
+    /// Taking the limit itself instead of what the length gives back matters near a straight
+    /// elbow, where a rounding of the length turns the joint by much more.
+    #[inline(always)]
+    pub(crate) fn limit_at(&self, length: f64, allowed: (bool, bool)) -> Option<(f64, [f64; 2])> {
+        let at = |side: usize| {
+            let [shortest, longest] = self.sides[side];
+            if length <= shortest {
+                Some((shortest, self.ends[side][0]))
+            } else if length >= longest {
+                Some((longest, self.ends[side][1]))
+            } else {
+                None
+            }
+        };
+        match allowed {
+            // The other sign, strictly within its limits, may bend as much.
+            (true, true) => at(0).or_else(|| at(1)),
+            (true, false) => at(0),
+            (false, true) => at(1),
+            (false, false) => None,
+        }
     }
 
     /// Allowed with `q4 ≤ 0`, allowed with `q4 ≥ 0`?
