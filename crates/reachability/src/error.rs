@@ -1,0 +1,82 @@
+//! The one error type of the crate.
+
+/// What can be wrong with a request, a grid or a file.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReachabilityError {
+    /// A value is NaN or infinite.
+    #[error("{what} is {value}, not a finite number")]
+    NonFinite {
+        /// The quantity.
+        what: &'static str,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A setting is outside its range.
+    #[error("{what} is {value}, it must be {wanted}")]
+    Parameter {
+        /// Name of the setting.
+        what: &'static str,
+        /// Value given.
+        value: f64,
+        /// The range it must lie in.
+        wanted: &'static str,
+    },
+    /// A normal that should be horizontal is not.
+    #[error("the wall's normal leans by {lean_rad} rad from horizontal")]
+    NotVertical {
+        /// Angle between the normal and the horizontal plane, rad.
+        lean_rad: f64,
+    },
+    /// A list that must hold something is empty.
+    #[error("no {what}")]
+    Empty {
+        /// The list.
+        what: &'static str,
+    },
+    /// More of something than fits; found before any memory is taken.
+    #[error("{count} {what}, at most {limit} are allowed")]
+    TooMany {
+        /// What was asked for.
+        what: &'static str,
+        /// How many.
+        count: u128,
+        /// The limit.
+        limit: u128,
+    },
+    /// The caller asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+    /// A pose or an arm model is not valid.
+    #[error(transparent)]
+    Kinematics(#[from] hwall_kinematics::KinematicsError),
+}
+
+pub(crate) fn finite(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(ReachabilityError::NonFinite { what, value })
+}
+
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {
+    if finite(what, value)? > 0.0 {
+        return Ok(value);
+    }
+    Err(ReachabilityError::Parameter {
+        what,
+        value,
+        wanted: "positive",
+    })
+}
+
+pub(crate) fn non_negative(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {
+    if finite(what, value)? >= 0.0 {
+        return Ok(value);
+    }
+    Err(ReachabilityError::Parameter {
+        what,
+        value,
+        wanted: "at least 0",
+    })
+}

@@ -1,0 +1,192 @@
+//! Vertical walls in the base frame of the arm, and horizontal lines on them.
+//!
+//! A wall at heading γ has the horizontal unit normal `n = (cos γ, sin γ, 0)`, pointing from the
+//! arm towards the person, and the direction along it `t = (-sin γ, cos γ, 0)`. With the up axis k
+//! a point of the wall is `d n + s t + z k`: nothing degenerates at any heading, where the
+//! dissertation's `p_x - tan(γ) p_y = d` has no value at ±90 degrees.
+
+use crate::ReachabilityError;
+use crate::error::finite;
+use glam::{DMat3, DVec3};
+use hwall_kinematics::Pose;
+
+/// A normal further than this from horizontal is no wall's, rad: that of scene files with four decimals.
+const LEAN_TOLERANCE_RAD: f64 = 0.0175;
+
+/// A vertical plane in the base frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallPlane {
+    heading_rad: f64,
+    distance_m: f64,
+    normal: DVec3,
+}
+
+impl WallPlane {
+    /// The plane `n · p = distance_m` with `n = (cos γ, sin γ, 0)`, γ = `heading_rad`.
+    ///
+    /// A distance may be zero (the plane holds the base's axis) or negative (the arm would hold
+    /// the board behind its back).
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn new(heading_rad: f64, distance_m: f64) -> Result<Self, ReachabilityError> {
+        finite("heading_rad", heading_rad)?;
+        finite("distance_m", distance_m)?;
+        let (sin, cos) = heading_rad.sin_cos();
+        Ok(Self {
+            heading_rad,
+            distance_m,
+            normal: DVec3::new(cos, sin, 0.0),
+        })
+    }
+
+    /// The plane through a point with a normal towards the person, of any length but zero.
+    ///
+    /// A lean of up to 1 degree, as rounding in scene files gives, is dropped.
+    ///
+    /// # Errors
+    /// NaN or infinity, a normal without a direction or one that leans more.
+    pub fn through(point_m: DVec3, normal: DVec3) -> Result<Self, ReachabilityError> {
+        for (what, v) in [("point_m", point_m), ("normal", normal)] {
+            for value in v.to_array() {
+                finite(what, value)?;
+            }
+        }
+        // Scaled first, so that tiny and huge normals keep their digits when squared.
+        let scaled = normal / normal.abs().max_element();
+        let level = scaled.x.hypot(scaled.y);
+        if !scaled.is_finite() {
+            return Err(ReachabilityError::Parameter {
+                what: "length of the normal",
+                value: normal.length(),
+                wanted: "positive",
+            });
+        }
+        let lean_rad = scaled.z.abs().atan2(level);
+        if lean_rad > LEAN_TOLERANCE_RAD {
+            return Err(ReachabilityError::NotVertical { lean_rad });
+        }
+        let normal = DVec3::new(scaled.x / level, scaled.y / level, 0.0);
+        Ok(Self {
+            heading_rad: normal.y.atan2(normal.x),
+            distance_m: normal.dot(point_m),
+            normal,
+        })
+    }
+
+    /// Heading γ of the normal, rad.
+    #[must_use]
+    pub const fn heading_rad(&self) -> f64 {
+        self.heading_rad
+    }
+
+    /// `n · p`, m.
+    #[must_use]
+    pub const fn distance_m(&self) -> f64 {
+        self.distance_m
+    }
+
+    /// Unit normal n, towards the person.
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Unit vector t along the wall; seen from the person's side it points to the right.
+    #[must_use]
+    pub fn along(&self) -> DVec3 {
+        DVec3::new(-self.normal.y, self.normal.x, 0.0)
+    }
+
+    /// The point `d n + s t + z k`, m.
+    #[must_use]
+    pub fn point_m(&self, at: WallPoint) -> DVec3 {
+        let DVec3 { x, y, .. } = self.normal * self.distance_m + self.along() * at.s_m;
+        DVec3::new(x, y, at.z_m)
+    }
+
+    /// The point of the wall nearest to `point_m`, and how far off the wall that is along n, m.
+    #[must_use]
+    pub fn project(&self, point_m: DVec3) -> (WallPoint, f64) {
+        let at = WallPoint {
+            s_m: self.along().dot(point_m),
+            z_m: point_m.z,
+        };
+        (at, self.normal.dot(point_m) - self.distance_m)
+    }
+
+    /// Orientation of a board on the wall at `roll_rad`: z is n; at roll 0 x is t and y is up.
+    #[must_use]
+    pub fn board_rotation(&self, roll_rad: f64) -> DMat3 {
+        let (sin, cos) = roll_rad.sin_cos();
+        let (x, y) = (self.along(), DVec3::Z);
+        DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, self.normal)
+    }
+
+    /// `base_from_tool` of a board whose middle is at a point of the wall.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn board_pose(&self, at: WallPoint, roll_rad: f64) -> Result<Pose, ReachabilityError> {
+        finite("roll_rad", roll_rad)?;
+        Ok(Pose::new(self.board_rotation(roll_rad), self.point_m(at))?)
+    }
+
+    /// The horizontal line of the wall at a height.
+    #[must_use]
+    pub const fn line(self, height_m: f64) -> WallLine {
+        WallLine {
+            plane: self,
+            height_m,
+        }
+    }
+}
+
+/// A point of a wall, in its own coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallPoint {
+    /// Along the wall, from the foot of the perpendicular of the base's axis, m.
+    pub s_m: f64,
+    /// Height above the base, m.
+    pub z_m: f64,
+}
+
+impl WallPoint {
+    /// From both coordinates, m.
+    #[must_use]
+    pub const fn new(s_m: f64, z_m: f64) -> Self {
+        Self { s_m, z_m }
+    }
+
+    /// Distance to another point of the same wall, m.
+    #[must_use]
+    pub fn distance_m(&self, other: Self) -> f64 {
+        (self.s_m - other.s_m).hypot(self.z_m - other.z_m)
+    }
+}
+
+/// A horizontal line of a wall: the points `d n + s t + z k` for all s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallLine {
+    /// The wall.
+    pub plane: WallPlane,
+    /// Height z above the base, m.
+    pub height_m: f64,
+}
+
+impl WallLine {
+    /// The point at `s_m`, m.
+    #[must_use]
+    pub fn point_m(&self, s_m: f64) -> DVec3 {
+        self.plane.point_m(WallPoint::new(s_m, self.height_m))
+    }
+
+    /// `base_from_tool` of a board at `s_m`.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn board_pose(&self, s_m: f64, roll_rad: f64) -> Result<Pose, ReachabilityError> {
+        self.plane
+            .board_pose(WallPoint::new(s_m, self.height_m), roll_rad)
+    }
+}
