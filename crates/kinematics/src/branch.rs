@@ -71,3 +71,60 @@ impl Branch {
         Self::ALL.into_iter().filter(move |b| mask & b.bit() != 0)
     }
 }
+
+/// Some of the eight branches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BranchSet(u8);
+
+impl BranchSet {
+    /// None of them.
+    pub const EMPTY: Self = Self(0);
+
+    /// From bits, branch `i` of [`Branch::ALL`] at bit `i`.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// The bits, branch `i` of [`Branch::ALL`] at bit `i`.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Is there none?
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// How many.
+    #[must_use]
+    pub const fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// Is this one among them?
+    #[must_use]
+    pub const fn contains(self, branch: Branch) -> bool {
+        self.0 & branch.bit() != 0
+    }
+
+    /// The branches in both sets.
+    #[must_use]
+    pub const fn intersection(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// The branches in either set.
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The branches, `index()` rising.
+    pub fn iter(self) -> impl Iterator<Item = Branch> {
+        Branch::in_mask(self.0)
+    }
+}

@@ -175,6 +175,30 @@ pub(crate) struct ElbowCircle {
     flange: DMat3,
 }
 
+/// By how much the direction tests of the shoulder (joints 1 to 3) and of the wrist (5 to 7) are
+/// relaxed: the length by which a unit vector may move.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slack {
+    pub(crate) shoulder: f64,
+    pub(crate) wrist: f64,
+}
+
+impl Slack {
+    pub(crate) const fn both(slack: f64) -> Self {
+        Self {
+            shoulder: slack,
+            wrist: slack,
+        }
+    }
+
+    pub(crate) const fn narrowing(self) -> Self {
+        Self {
+            shoulder: -self.shoulder,
+            wrist: -self.wrist,
+        }
+    }
+}
+
 /// What one arm angle satisfies, as masks over the branches.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Verdicts {
@@ -316,11 +340,12 @@ impl ElbowCircle {
     /// Which branches satisfy the shoulder's limits and which the wrist's, at one arm angle.
     #[inline(always)]
     pub(crate) fn verdicts(&self, arm: &SrsArm, psi: Direction) -> Verdicts {
-        self.verdicts_within(arm, psi, CROSS_TOLERANCE)
+        self.verdicts_within(arm, psi, Slack::both(CROSS_TOLERANCE))
     }
 
+    /// With every limit widened by a slack (narrowed where it is negative).
     #[inline(always)]
-    fn verdicts_within(&self, arm: &SrsArm, psi: Direction, slack: f64) -> Verdicts {
+    pub(crate) fn verdicts_within(&self, arm: &SrsArm, psi: Direction, slack: Slack) -> Verdicts {
         let pick = |(same, opposite): (bool, bool), masks: [u8; 2]| {
             (u8::from(same).wrapping_neg() & masks[0])
                 | (u8::from(opposite).wrapping_neg() & masks[1])
@@ -331,13 +356,14 @@ impl ElbowCircle {
         let sin2 = (x1 * x1 + y1 * y1).sqrt();
         let sin6 = (x5 * x5 + y5 * y5).sqrt();
         let [w1, w3, w5, w7] = &arm.turning;
-        let shoulder = pick(w1.holds(x1, y1, slack), Branch::SHOULDER)
-            & pick(w3.holds(x3, y3, slack), Branch::SHOULDER_ELBOW)
-            & pick(arm.tilting[0].holds(cos2, sin2, slack), Branch::SHOULDER)
+        let (s, w) = (slack.shoulder, slack.wrist);
+        let shoulder = pick(w1.holds(x1, y1, s), Branch::SHOULDER)
+            & pick(w3.holds(x3, y3, s), Branch::SHOULDER_ELBOW)
+            & pick(arm.tilting[0].holds(cos2, sin2, s), Branch::SHOULDER)
             & self.elbow_mask;
-        let wrist = pick(w5.holds(x5, y5, slack), Branch::ELBOW_WRIST)
-            & pick(w7.holds(x7, y7, slack), Branch::WRIST)
-            & pick(arm.tilting[1].holds(cos6, sin6, slack), Branch::WRIST)
+        let wrist = pick(w5.holds(x5, y5, w), Branch::ELBOW_WRIST)
+            & pick(w7.holds(x7, y7, w), Branch::WRIST)
+            & pick(arm.tilting[1].holds(cos6, sin6, w), Branch::WRIST)
             & self.elbow_mask;
         Verdicts {
             shoulder,
@@ -374,7 +400,7 @@ impl ElbowCircle {
     ///
     /// Off the singularity itself a branch that holds without slack needs no construction.
     pub(crate) fn confirmed(&self, arm: &SrsArm, psi: Direction, mask: u8) -> u8 {
-        let strict = self.verdicts_within(arm, psi, 0.0);
+        let strict = self.verdicts_within(arm, psi, Slack::both(0.0));
         let certain = if strict.singular {
             0
         } else {
@@ -460,6 +486,57 @@ impl ElbowCircle {
                 }
             }
         }
+    }
+
+    /// Goes through the arm angles at which a limit moved by a slack is met, until one has branches.
+    ///
+    /// Both the tests for a joint as it stands and those for its half turn move, in opposite ways.
+    #[inline]
+    pub(crate) fn first_root(
+        &self,
+        arm: &SrsArm,
+        slack: Slack,
+        mut holds: impl FnMut(Direction) -> u8,
+    ) -> u8 {
+        let mut held = 0;
+        let slacks = [slack.shoulder, slack.shoulder, slack.wrist, slack.wrist];
+        for (([x, y], window), slack) in self.turning.iter().zip(&arm.turning).zip(slacks) {
+            for end in window.slack_ends() {
+                let limit = Sinusoid::combine(end[0], y, -end[1], x);
+                for k in [limit.k + slack, limit.k - slack] {
+                    Sinusoid { k, ..limit }.roots(0.0, |psi| {
+                        if held == 0 {
+                            held = holds(psi);
+                        }
+                    });
+                    if held != 0 {
+                        return held;
+                    }
+                }
+            }
+        }
+        for ((cosine, cone), slack) in self
+            .tilting
+            .iter()
+            .zip(&arm.tilting)
+            .zip([slack.shoulder, slack.wrist])
+        {
+            for end in cone.slack_ends(slack) {
+                Sinusoid {
+                    k: cosine.k - end,
+                    ..*cosine
+                }
+                .roots(0.0, |psi| {
+                    if held == 0 {
+                        held = holds(psi);
+                    }
+                });
+                if held != 0 {
+                    return held;
+                }
+            }
+        }
+        held
     }
 
     /// `dq/dψ` at a held pose; infinite where a branch meets its singularity.

@@ -20,6 +20,7 @@ mod numeric;
 mod pose;
 mod reach;
 mod redundancy;
+mod region;
 mod srs;
 mod statics;
 mod trig;
@@ -28,7 +29,7 @@ mod urdf;
 mod window;
 
 pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
-pub use branch::Branch;
+pub use branch::{Branch, BranchSet};
 pub use chain::{Chain, ChainJoint, JointKind};
 pub use chain_motion::{ChainJacobian, ChainScratch};
 #[cfg(feature = "dynamics")]
@@ -42,5 +43,6 @@ pub use numeric::{NumericConfig, NumericReport, NumericScratch, NumericSolution}
 pub use pose::{Pose, ROTATION_TOLERANCE, Twist, Wrench, rotation_vector};
 pub use reach::{Reach, Unreachable, Witness};
 pub use redundancy::Dexterity;
+pub use region::{PoseRegion, RegionReach};
 pub use srs::{SrsArm, SrsGeometry, SrsParameters};
 pub use statics::WrenchEstimate;

@@ -202,7 +202,7 @@ impl SrsArm {
         })
     }
 
-    fn length_reason(&self, length: f64) -> Unreachable {
+    pub(crate) fn length_reason(&self, length: f64) -> Unreachable {
         let d = &self.distances;
         let gap = |side: [f64; 2]| (side[0] - length).max(length - side[1]);
         let elbow_gap_m = d.sides.map(gap).into_iter().fold(f64::INFINITY, f64::min);

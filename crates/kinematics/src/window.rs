@@ -83,6 +83,23 @@ impl Window {
     }
 }
 
+impl Window {
+    /// Directions whose cross products the test compares with its slack.
+    ///
+    /// A narrow window's middle counts as the direction at right angles to it: with a slack that
+    /// test, too, has an end of its own.
+    #[inline(always)]
+    pub(crate) fn slack_ends(&self) -> impl Iterator<Item = [f64; 2]> {
+        let [cos, sin] = self.middle;
+        let ends = match self.shape {
+            Shape::Free => [None, None, None],
+            Shape::Wide => [Some(self.min), Some(self.max), None],
+            Shape::Narrow => [Some(self.min), Some(self.max), Some([sin, -cos])],
+        };
+        ends.into_iter().flatten()
+    }
+}
+
 /// The limit of joint 2 or 6, split by the sign of the joint: `|q|` between two ends, each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SignedCone {
@@ -121,6 +138,42 @@ impl SignedCone {
     pub(crate) fn is_beyond(&self, largest_cos: f64) -> bool {
         let beyond = |cone: &Cone| largest_cos < cone.outer[0] - 10.0 * CROSS_TOLERANCE;
         self.sides.iter().flatten().all(beyond)
+    }
+
+    /// Is even the angle with the largest cosine outside by more than the angle whose sine is
+    /// `slack`, whatever its sign?
+    #[inline(always)]
+    pub(crate) fn is_beyond_by(&self, largest_cos: f64, slack: f64) -> bool {
+        let cos_slack = (1.0 - slack * slack).max(0.0).sqrt();
+        let beyond = |cone: &Cone| {
+            let [cos, sin] = cone.outer;
+            // The widened end lies before half a turn, and the angle beyond it.
+            sin * cos_slack + cos * slack > 0.0
+                && largest_cos < cos * cos_slack - sin * slack - 10.0 * CROSS_TOLERANCE
+        };
+        self.sides.iter().flatten().all(beyond)
+    }
+
+    /// Cosines at which the test of an end, moved by the angle whose sine is `slack`, turns over;
+    /// each once.
+    #[inline(always)]
+    pub(crate) fn slack_ends(&self, slack: f64) -> impl Iterator<Item = f64> {
+        let cos_slack = (1.0 - slack * slack).max(0.0).sqrt();
+        let mut seen = [f64::NAN; 4];
+        let ends = self.sides.map(|side| {
+            side.map_or([f64::NAN; 2], |cone| {
+                [
+                    cone.inner[0] * cos_slack + cone.inner[1] * slack,
+                    cone.outer[0] * cos_slack - cone.outer[1] * slack,
+                ]
+            })
+        });
+        for (slot, end) in ends.into_iter().flatten().enumerate() {
+            if end < 1.0 && !seen.contains(&end) {
+                seen[slot] = end;
+            }
+        }
+        seen.into_iter().filter(|end| !end.is_nan())
     }
 }
 

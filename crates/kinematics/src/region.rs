@@ -1,0 +1,395 @@
+//! Verdicts that hold for a whole set of poses at once, with proof.
+//!
+//! Let a configuration hold the central pose with the elbow at some arm angle. Anywhere else in
+//! the region the wrist centre has another direction `u` and another distance `L` from the
+//! shoulder. Carry the arm along: turn it by the smallest rotation that takes the old `u` to the
+//! new one, then turn the upper arm within the triangle's plane to the new angle β, the forearm to
+//! the new angle η. With `R03 = F Ry(-β)` and `R04 = F Ry(η)` this gives
+//! `R03' = Q R03 Ry(β - β')` and `R47' = Ry(η' - η)ᵀ R04ᵀ Qᵀ P R`, where P is the turn of the tool.
+//! A rotation by an angle moves a unit vector by at most the chord of that angle, so
+//!
+//! - every row and column of `R03` moves by at most `|u' - u| + chord(β' - β)`,
+//! - every row and column of `R47` by at most `|u' - u| + chord(η' - η) + chord(P)`.
+//!
+//! The limits are tested as cross products of such vectors with fixed unit vectors (`window.rs`),
+//! which change by no more. Hence: if some arm angle passes all tests *narrowed* by these bounds
+//! the whole region is reachable; if none passes them *widened* by the bounds (carrying the arm is
+//! a bijection of the arm angles), no pose of the region is. The bounds need no factor of safety;
+//! `ROUNDING` covers the arithmetic. β and η are functions of L alone, monotone but for
+//! one turning point, so their extremes over the region's distances are exact, also at full stretch
+//! where their slope is infinite.
+
+use crate::circle::{Direction, ElbowCircle, Slack, Triangle, wrist_from_shoulder};
+use crate::window::{CROSS_TOLERANCE, Distances};
+use crate::{Branch, BranchSet, Pose, SrsArm, Unreachable};
+use glam::DVec3;
+
+/// Added to every bound: a hundred times the rounding of the cross products.
+const ROUNDING: f64 = 1e-12;
+
+/// With bounds larger than this no limit test says anything.
+const LARGEST_SLACK: f64 = 0.9;
+
+/// Tool poses around a central one: positions on a rectangle with a rounded rim, orientations
+/// within a cone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseRegion {
+    /// `base_from_tool` in the middle.
+    pub center: Pose,
+    /// Half of the rectangle's sides, base axes, m; perpendicular to each other, or zero.
+    pub half_sides_m: [DVec3; 2],
+    /// Every position within this of the rectangle belongs to the region too, m.
+    pub radius_m: f64,
+    /// And so does every orientation that a turn by at most this, about any axis through the tool
+    /// point, makes of the central one, rad.
+    pub angle_rad: f64,
+}
+
+impl PoseRegion {
+    /// The positions `center ± half_m`, one orientation.
+    #[must_use]
+    pub const fn segment(center: Pose, half_m: DVec3) -> Self {
+        Self::rectangle(center, [half_m, DVec3::ZERO])
+    }
+
+    /// The positions `center ± a ± b`, one orientation.
+    #[must_use]
+    pub const fn rectangle(center: Pose, half_sides_m: [DVec3; 2]) -> Self {
+        Self {
+            center,
+            half_sides_m,
+            radius_m: 0.0,
+            angle_rad: 0.0,
+        }
+    }
+
+    /// All positions within `radius_m`, all orientations within `angle_rad`.
+    #[must_use]
+    pub const fn ball(center: Pose, radius_m: f64, angle_rad: f64) -> Self {
+        Self {
+            center,
+            half_sides_m: [DVec3::ZERO; 2],
+            radius_m,
+            angle_rad,
+        }
+    }
+}
+
+/// What is proven of a region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RegionReach {
+    /// Every pose can be held on each of these branches (and perhaps on others).
+    Reachable(BranchSet),
+    /// No pose can be held, for this reason; gaps are those of the pose that lacks least.
+    Unreachable(Unreachable),
+    /// Neither was proven: a smaller region may tell.
+    Undecided,
+}
+
+impl SrsArm {
+    /// Is a whole region of poses reachable, or none of it?
+    ///
+    /// Either answer is a proof, of the same closed limits and with the same tolerance of 1e-13 as
+    /// [`SrsArm::reach`]; the module `region` in the sources has the derivation. Poses that only
+    /// a singular shoulder or wrist can hold (a board at full stretch, square to the arm) are
+    /// never proven reachable. A region with NaN, infinite or negative extents is `Undecided`.
+    #[must_use]
+    pub fn reach_region(&self, region: &PoseRegion) -> RegionReach {
+        self.reach_region_between(self, region)
+    }
+
+    /// The same for a family of arms: `self` has the narrowest limits, `widest` the widest, all
+    /// else alike.
+    ///
+    /// `Reachable` then holds for every arm of the family, and so does `Unreachable`. One use:
+    /// a wall turned about the base axis only turns joint 1, so limits of joint 1 moved by the
+    /// headings' range answer for all headings at once.
+    #[must_use]
+    pub fn reach_region_between(&self, widest: &Self, region: &PoseRegion) -> RegionReach {
+        let Some(cell) = Cell::new(self, region) else {
+            return RegionReach::Undecided;
+        };
+        let (narrow, wide) = (&self.distances, &widest.distances);
+        let possible = cell.elbows(wide, |side| {
+            side[0] - wide.tolerance <= cell.longest && cell.shortest <= side[1] + wide.tolerance
+        });
+        if possible == 0 {
+            let length = cell.length.clamp(cell.shortest, cell.longest);
+            let least = [cell.shortest, length, cell.longest]
+                .map(|length| widest.length_reason(length))
+                .into_iter()
+                .min_by(|a, b| missing(a).total_cmp(&missing(b)));
+            return least.map_or(RegionReach::Undecided, RegionReach::Unreachable);
+        }
+        // The triangle exists only for lengths the elbow allows; those are what must be covered.
+        let lo = wide.sides[0][0].min(wide.sides[1][0]).max(cell.shortest);
+        let hi = wide.sides[0][1].max(wide.sides[1][1]).min(cell.longest);
+        let reference = cell.length.clamp(lo.min(hi), hi.max(lo));
+        let triangle = Triangle::from_sides(wide.upper, wide.fore, reference);
+        let Some(slack) = cell.slack(wide, &triangle, lo, hi) else {
+            return RegionReach::Undecided;
+        };
+        let certain = cell.elbows(narrow, |side| {
+            side[0] - narrow.tolerance <= cell.shortest
+                && cell.longest <= side[1] + narrow.tolerance
+        });
+        let wrist = cell.wrist * (reference / cell.length);
+        let mut circle = ElbowCircle::new(wrist, triangle, possible, &cell.flange.rotation());
+        // One look at the extremes serves both questions; they answer most of them.
+        let extremes = circle.extremes();
+        let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
+        for psi in extremes {
+            let inside = circle.verdicts_within(self, psi, slack.narrowing());
+            let held = inside.shoulder & inside.wrist & certain;
+            if held != 0 {
+                return RegionReach::Reachable(BranchSet::from_bits(held));
+            }
+            let outside = circle.verdicts_within(widest, psi, slack);
+            shoulder |= outside.shoulder;
+            wrist |= outside.wrist;
+            may_hold |= outside.shoulder & outside.wrist != 0;
+        }
+        if !may_hold {
+            let verdict = unreachable(&circle, widest, slack, shoulder, wrist);
+            if let Some(reason) = verdict {
+                return RegionReach::Unreachable(reason);
+            }
+        }
+        circle.elbow_mask = certain;
+        let held = if certain == 0 {
+            0
+        } else {
+            reachable(&circle, self, slack.narrowing())
+        };
+        if held == 0 {
+            RegionReach::Undecided
+        } else {
+            RegionReach::Reachable(BranchSet::from_bits(held))
+        }
+    }
+
+    /// Wrist centre of a tool pose, from the shoulder, base axes, m.
+    #[must_use]
+    pub fn wrist_from_shoulder_m(&self, base_from_tool: &Pose) -> DVec3 {
+        wrist_from_shoulder(self, &self.flange_pose(base_from_tool))
+    }
+
+    /// Shortest and longest distance from the shoulder to the wrist centre that the elbow's limits
+    /// allow, m. All distances between are allowed.
+    #[must_use]
+    pub fn shoulder_wrist_range_m(&self) -> [f64; 2] {
+        let [a, b] = self.distances.sides;
+        [a[0].min(b[0]), a[1].max(b[1])]
+    }
+}
+
+/// How much a reason says is missing, m.
+fn missing(reason: &Unreachable) -> f64 {
+    match *reason {
+        Unreachable::TooFar { gap_m }
+        | Unreachable::TooNear { gap_m }
+        | Unreachable::ElbowLimit { gap_m } => gap_m,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Branches for which some arm angle passes all tests with this (negative) slack.
+fn reachable(circle: &ElbowCircle, arm: &SrsArm, slack: Slack) -> u8 {
+    // The roots are taken a little further inside, so that rounding cannot fail their own test.
+    let deeper = Slack {
+        shoulder: slack.shoulder - 2.0 * CROSS_TOLERANCE,
+        wrist: slack.wrist - 2.0 * CROSS_TOLERANCE,
+    };
+    circle.first_root(arm, deeper, |psi| {
+        let v = circle.verdicts_within(arm, psi, slack);
+        v.shoulder & v.wrist
+    })
+}
+
+/// The reason why no arm angle passes with this slack, if none does; the extremes did not.
+fn unreachable(
+    circle: &ElbowCircle,
+    arm: &SrsArm,
+    slack: Slack,
+    mut shoulder: u8,
+    mut wrist: u8,
+) -> Option<Unreachable> {
+    if arm.tilting[0].is_beyond_by(circle.tilting[0].at(Direction::ZERO), slack.shoulder) {
+        return Some(Unreachable::ShoulderLimit);
+    }
+    let straightest = circle.tilting[1].at(circle.straightest_wrist);
+    if arm.tilting[1].is_beyond_by(straightest, slack.wrist) {
+        return Some(Unreachable::WristLimit);
+    }
+    let looser = Slack {
+        shoulder: slack.shoulder + 2.0 * CROSS_TOLERANCE,
+        wrist: slack.wrist + 2.0 * CROSS_TOLERANCE,
+    };
+    let held = circle.first_root(arm, slack, |psi| {
+        let v = circle.verdicts_within(arm, psi, looser);
+        shoulder |= v.shoulder;
+        wrist |= v.wrist;
+        v.shoulder & v.wrist
+    });
+    if held != 0 {
+        None
+    } else if shoulder == 0 {
+        Some(Unreachable::ShoulderLimit)
+    } else if wrist == 0 {
+        Some(Unreachable::WristLimit)
+    } else {
+        Some(Unreachable::ArmAngleConflict)
+    }
+}
+
+/// The wrist centres of a region.
+struct Cell {
+    flange: Pose,
+    wrist: DVec3,
+    length: f64,
+    /// Distances from the shoulder, widened by rounding, m.
+    shortest: f64,
+    longest: f64,
+    /// Largest `|u' - u|`.
+    turn: f64,
+    /// Chord of the tool's turn.
+    tool_turn: f64,
+}
+
+impl Cell {
+    fn new(arm: &SrsArm, region: &PoseRegion) -> Option<Self> {
+        let flange = arm.flange_pose(&region.center);
+        let wrist = wrist_from_shoulder(arm, &flange);
+        let length = wrist.length();
+        let [a, b] = region.half_sides_m;
+        let (mut radius, mut tool_turn) = (region.radius_m, 0.0);
+        if region.angle_rad != 0.0 {
+            tool_turn = 2.0 * (0.5 * region.angle_rad.min(std::f64::consts::PI)).sin();
+            let lever = wrist_from_tool(arm, &region.center, wrist);
+            radius += lever * tool_turn;
+        }
+        let valid =
+            radius >= 0.0 && tool_turn >= 0.0 && (radius + a.length() + b.length()).is_finite();
+        if !valid {
+            return None;
+        }
+        let corners = [a + b, a - b].map(|half| [wrist - half, wrist + half]);
+        let lengths = corners.map(|pair| pair.map(DVec3::length));
+        let farthest = lengths.as_flattened().iter().copied().fold(0.0, f64::max);
+        let nearest = nearest_on_rectangle(wrist, a, b).length();
+        let u = wrist / length;
+        let mut turn: f64 = 0.0;
+        for (corner, length) in corners.as_flattened().iter().zip(lengths.as_flattened()) {
+            turn = turn.max((*corner / *length - u).length_squared());
+        }
+        turn = turn.sqrt();
+        if radius > 0.0 {
+            // A ball of radius r at distance D is seen under asin(r/D) <= tan of it.
+            let ratio = radius / nearest;
+            if ratio >= 1.0 {
+                return None;
+            }
+            turn += ratio / (1.0 - ratio * ratio).sqrt();
+        }
+        // NaN (the wrist on the shoulder) fails here too.
+        if !(turn < 1.0) {
+            return Self::lengths_only(
+                flange,
+                wrist,
+                length,
+                nearest - radius,
+                farthest + radius,
+                arm,
+            );
+        }
+        let tolerance = arm.distances.tolerance;
+        Some(Self {
+            flange,
+            wrist,
+            length,
+            shortest: nearest - radius - tolerance,
+            longest: farthest + radius + tolerance,
+            turn,
+            tool_turn,
+        })
+    }
+
+    /// A region too wide for directions to say anything may still be too far or too near.
+    #[cold]
+    fn lengths_only(
+        flange: Pose,
+        wrist: DVec3,
+        length: f64,
+        nearest: f64,
+        farthest: f64,
+        arm: &SrsArm,
+    ) -> Option<Self> {
+        let tolerance = arm.distances.tolerance;
+        Some(Self {
+            flange,
+            wrist,
+            length,
+            shortest: nearest - tolerance,
+            longest: farthest + tolerance,
+            turn: f64::INFINITY,
+            tool_turn: 0.0,
+        })
+    }
+
+    fn elbows(&self, distances: &Distances, holds: impl Fn([f64; 2]) -> bool) -> u8 {
+        let [negative, positive] = distances.sides.map(holds);
+        (if negative { Branch::ELBOW[0] } else { 0 }) | if positive { Branch::ELBOW[1] } else { 0 }
+    }
+
+    /// The bounds of the module's derivation; `None` where they say nothing.
+    fn slack(
+        &self,
+        distances: &Distances,
+        reference: &Triangle,
+        lo: f64,
+        hi: f64,
+    ) -> Option<Slack> {
+        if !(self.turn < LARGEST_SLACK) {
+            return None;
+        }
+        let (a, b) = (distances.upper, distances.fore);
+        let ends = [lo, hi].map(|length| Triangle::from_sides(a, b, length));
+        let chord = |x: [f64; 2], y: [f64; 2]| {
+            let [cos, sin] = [x[0] - y[0], x[1] - y[1]];
+            cos * cos + sin * sin
+        };
+        let mut beta = ends.map(|end| chord(end.beta, reference.beta));
+        let mut eta = ends.map(|end| chord(end.eta, reference.eta));
+        // Where the arms differ, the angle at the longer one's end turns round at this length.
+        let turning = (a * a - b * b).abs().sqrt();
+        if lo < turning && turning < hi {
+            let there = Triangle::from_sides(a, b, turning);
+            beta[0] = beta[0].max(chord(there.beta, reference.beta));
+            eta[0] = eta[0].max(chord(there.eta, reference.eta));
+        }
+        let slack = Slack {
+            shoulder: self.turn + beta[0].max(beta[1]).sqrt() + ROUNDING,
+            wrist: self.turn + eta[0].max(eta[1]).sqrt() + self.tool_turn + ROUNDING,
+        };
+        (slack.shoulder < LARGEST_SLACK && slack.wrist < LARGEST_SLACK).then_some(slack)
+    }
+}
+
+/// Distance from the tool point to the wrist centre, m.
+fn wrist_from_tool(arm: &SrsArm, base_from_tool: &Pose, wrist: DVec3) -> f64 {
+    let shoulder = DVec3::Z * arm.geometry().d_bs_m;
+    (base_from_tool.position_m() - shoulder - wrist).length()
+}
+
+/// The point of `center ± a ± b` nearest to the origin; a and b perpendicular or zero.
+fn nearest_on_rectangle(center: DVec3, a: DVec3, b: DVec3) -> DVec3 {
+    let step = |side: DVec3| {
+        let square = side.length_squared();
+        if square > 0.0 {
+            side * (-center.dot(side) / square).clamp(-1.0, 1.0)
+        } else {
+            DVec3::ZERO
+        }
+    };
+    center + step(a) + step(b)
+}

@@ -1,0 +1,267 @@
+//! Verdicts over regions against verdicts at poses drawn from them: no pose may contradict.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{
+    Branch, BranchSet, JointLimit, JointPositions, Pose, PoseRegion, RegionReach, SrsArm,
+    SrsGeometry, SrsParameters, Unreachable,
+};
+use hwall_testkit::Sampler;
+
+const SEED: u64 = 31;
+
+/// A pose of the region, corners and rim preferred: that is where a bound that is too small fails.
+fn drawn(region: &PoseRegion, sampler: &mut Sampler) -> Pose {
+    let mut coefficient = || {
+        let c = sampler.uniform(-1.5, 1.5);
+        c.clamp(-1.0, 1.0)
+    };
+    let [a, b] = region.half_sides_m;
+    let mut position = region.center.position_m() + a * coefficient() + b * coefficient();
+    let on_rim = if sampler.bool() {
+        1.0
+    } else {
+        sampler.uniform(0.0, 1.0)
+    };
+    position += sampler.unit_vector() * (region.radius_m * on_rim);
+    let angle = region.angle_rad
+        * if sampler.bool() {
+            1.0
+        } else {
+            sampler.uniform(0.0, 1.0)
+        };
+    let turn = DMat3::from_axis_angle(sampler.unit_vector(), angle);
+    Pose::new(turn * region.center.rotation(), position).expect("finite")
+}
+
+fn random_region(arm: &SrsArm, sampler: &mut Sampler) -> PoseRegion {
+    let reach = arm.shoulder_wrist_range_m()[1];
+    let center = if sampler.bool() {
+        let ranges = arm
+            .limits()
+            .map(|l| (l.min_rad.max(-9.0), l.max_rad.min(9.0)));
+        let q = sampler.array_within(ranges);
+        arm.forward(&JointPositions(q))
+    } else {
+        let far = DVec3::splat(1.4 * reach);
+        let shoulder = DVec3::Z * arm.geometry().d_bs_m;
+        Pose::new(
+            sampler.rotation(),
+            shoulder + sampler.point_in_box(-far, far),
+        )
+        .expect("finite")
+    };
+    let size = reach * 10.0_f64.powf(sampler.uniform(-6.0, -0.5));
+    let a = sampler.unit_vector();
+    let b = a.any_orthonormal_vector();
+    match sampler.index(4) {
+        0 => PoseRegion::segment(center, a * size),
+        1 => PoseRegion::rectangle(center, [a * size, b * (size * sampler.uniform(0.1, 2.0))]),
+        2 => PoseRegion::ball(center, size, 0.0),
+        _ => PoseRegion::ball(center, size, size / reach),
+    }
+}
+
+/// Shares proven reachable, proven unreachable, undecided.
+fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
+    let mut sampler = Sampler::new(seed);
+    let mut counts = [0; 3];
+    for i in 0..regions {
+        let region = random_region(arm, &mut sampler);
+        match arm.reach_region(&region) {
+            RegionReach::Reachable(branches) => {
+                counts[0] += 1;
+                assert!(!branches.is_empty());
+                for _ in 0..12 {
+                    let pose = drawn(&region, &mut sampler);
+                    assert!(arm.is_reachable(&pose), "{i}: {region:?} {pose:?}");
+                    let feasible = arm.feasible_arm_angles(&pose).expect("reachable");
+                    for branch in branches.iter() {
+                        assert!(
+                            feasible.arcs(branch).next().is_some(),
+                            "{i}: {branch:?} {region:?} {pose:?}"
+                        );
+                    }
+                }
+            }
+            RegionReach::Unreachable(reason) => {
+                counts[1] += 1;
+                for _ in 0..12 {
+                    let pose = drawn(&region, &mut sampler);
+                    assert!(
+                        !arm.is_reachable(&pose),
+                        "{i}: {reason} {region:?} {pose:?}"
+                    );
+                }
+            }
+            RegionReach::Undecided => counts[2] += 1,
+        }
+    }
+    counts
+}
+
+#[test]
+fn random_regions_of_the_iiwas() {
+    for arm in [SrsArm::iiwa7(), SrsArm::iiwa14()] {
+        let [reachable, unreachable, undecided] = attack(&arm, 40_000, SEED);
+        // Regions up to a quarter of the reach: most are small enough to be decided.
+        assert!(reachable > 10_000, "{reachable}");
+        assert!(unreachable > 10_000, "{unreachable}");
+        assert!(undecided < 10_000, "{undecided}");
+    }
+}
+
+#[test]
+fn random_limits_links_and_tools() {
+    let mut sampler = Sampler::new(SEED + 1);
+    for i in 0..400 {
+        let mut limits = SrsArm::iiwa7().limits().map(|l| {
+            let lo = sampler.uniform(l.min_rad, l.max_rad);
+            let hi = sampler.uniform(lo, l.max_rad);
+            JointLimit {
+                min_rad: lo,
+                max_rad: hi,
+            }
+        });
+        match i % 4 {
+            0 => limits[sampler.index(7)] = JointLimit::FREE,
+            1 => {
+                let joint = sampler.index(7);
+                limits[joint].max_rad = limits[joint].min_rad;
+            }
+            _ => {}
+        }
+        for joint in [1, 3, 5] {
+            limits[joint].min_rad = limits[joint].min_rad.max(-3.1);
+            limits[joint].max_rad = limits[joint].max_rad.min(3.1);
+        }
+        let arm = SrsArm::new(SrsParameters {
+            geometry: SrsGeometry {
+                d_bs_m: sampler.uniform(-0.5, 0.5),
+                d_se_m: sampler.uniform(0.1, 1.0),
+                d_ew_m: sampler.uniform(0.1, 1.0),
+                d_wf_m: sampler.uniform(-0.3, 0.3),
+            },
+            limits,
+            flange_from_tool: Pose::new(
+                sampler.rotation(),
+                sampler.unit_vector() * sampler.uniform(0.0, 0.5),
+            )
+            .expect("finite"),
+            ..SrsParameters::iiwa7()
+        })
+        .expect("valid");
+        attack(&arm, 300, SEED + i);
+    }
+}
+
+#[test]
+fn a_region_shrunk_to_a_pose_agrees_with_the_verdict() {
+    let arm = SrsArm::iiwa7();
+    let mut sampler = Sampler::new(SEED);
+    let mut undecided = 0;
+    for _ in 0..20_000 {
+        let region = random_region(&arm, &mut sampler);
+        let point = PoseRegion::ball(region.center, 0.0, 0.0);
+        match arm.reach_region(&point) {
+            RegionReach::Reachable(_) => assert!(arm.is_reachable(&region.center)),
+            RegionReach::Unreachable(_) => assert!(!arm.is_reachable(&region.center)),
+            RegionReach::Undecided => undecided += 1,
+        }
+    }
+    assert!(undecided <= 20, "{undecided}");
+}
+
+#[test]
+fn full_stretch_and_beyond() {
+    let arm = SrsArm::iiwa7();
+    // The board looks upwards, the wrist is bent by 90 degrees.
+    let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.466)).expect("finite");
+    // The stretched arm ends at 0.8 m; the region that ends there is proven, the one beyond too.
+    let half = 5e-4;
+    let inside = PoseRegion::segment(at(0.8 - half), DVec3::X * half);
+    let beyond = PoseRegion::segment(at(0.8 + half + 1e-12), DVec3::X * half);
+    assert!(matches!(
+        arm.reach_region(&inside),
+        RegionReach::Reachable(_)
+    ));
+    let RegionReach::Unreachable(Unreachable::TooFar { gap_m }) = arm.reach_region(&beyond) else {
+        panic!("{:?}", arm.reach_region(&beyond));
+    };
+    assert!(gap_m.abs() < 2e-12, "{gap_m}");
+    let across = PoseRegion::segment(at(0.8), DVec3::X * half);
+    assert_eq!(arm.reach_region(&across), RegionReach::Undecided);
+    // So large that it holds the shoulder, or lies far away.
+    let huge = PoseRegion::ball(at(0.5), 10.0, 0.0);
+    assert_eq!(arm.reach_region(&huge), RegionReach::Undecided);
+    let far = PoseRegion::rectangle(at(50.0), [DVec3::Y * 40.0, DVec3::Z * 40.0]);
+    assert!(matches!(
+        arm.reach_region(&far),
+        RegionReach::Unreachable(Unreachable::TooFar { .. })
+    ));
+}
+
+#[test]
+fn nan_infinite_and_negative_extents_are_undecided() {
+    let arm = SrsArm::iiwa7();
+    let center = arm.forward(&JointPositions([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.0]));
+    let decided = arm.reach_region(&PoseRegion::ball(center, 1e-3, 1e-3));
+    assert!(matches!(decided, RegionReach::Reachable(_)), "{decided:?}");
+    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        for region in [
+            PoseRegion::ball(center, bad, 0.0),
+            PoseRegion::ball(center, 0.0, bad),
+        ] {
+            let undecided = bad.is_infinite() && region.angle_rad == bad;
+            let verdict = arm.reach_region(&region);
+            // Any orientation at all is a region like others, only never reachable.
+            assert!(
+                verdict == RegionReach::Undecided || undecided,
+                "{bad}: {verdict:?}"
+            );
+        }
+    }
+    let bad = PoseRegion::segment(center, DVec3::NAN);
+    assert_eq!(arm.reach_region(&bad), RegionReach::Undecided);
+}
+
+#[test]
+fn one_answer_for_a_range_of_headings() {
+    // Joint 1 narrowed and freed by 45 degrees: what is proven holds for every wall between.
+    let arm = SrsArm::iiwa7();
+    let heading = 45.0_f64.to_radians();
+    let mut limits = *arm.limits();
+    limits[0] = limits[0].shrunk(heading);
+    let narrow = arm.with_limits(limits).expect("valid");
+    limits[0] = JointLimit::FREE;
+    let wide = arm.with_limits(limits).expect("valid");
+    let mut sampler = Sampler::new(SEED);
+    let mut decided = 0;
+    for _ in 0..5_000 {
+        let region = random_region(&arm, &mut sampler);
+        let verdict = narrow.reach_region_between(&wide, &region);
+        for _ in 0..8 {
+            let turn = DMat3::from_rotation_z(sampler.uniform(-heading, heading));
+            let pose = drawn(&region, &mut sampler);
+            let turned =
+                Pose::new(turn * pose.rotation(), turn * pose.position_m()).expect("finite");
+            match verdict {
+                RegionReach::Reachable(_) => assert!(arm.is_reachable(&turned)),
+                RegionReach::Unreachable(_) => assert!(!arm.is_reachable(&turned)),
+                RegionReach::Undecided => {}
+            }
+        }
+        decided += usize::from(verdict != RegionReach::Undecided);
+    }
+    assert!(decided > 3_500, "{decided}");
+}
+
+#[test]
+fn sets_of_branches() {
+    let set: BranchSet = BranchSet::from_bits(0b1000_0101);
+    assert_eq!(set.len(), 3);
+    assert!(set.contains(Branch::ALL[0]) && !set.contains(Branch::ALL[1]));
+    assert_eq!(set.iter().map(Branch::index).collect::<Vec<_>>(), [0, 2, 7]);
+    assert_eq!(set.intersection(BranchSet::from_bits(0b1)).bits(), 1);
+    assert_eq!(set.union(BranchSet::from_bits(0b10)).len(), 4);
+    assert!(BranchSet::EMPTY.is_empty());
+}
