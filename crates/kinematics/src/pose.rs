@@ -84,6 +84,15 @@ impl Pose {
         }
     }
 
+    /// The same orientation at another origin, metres; finite if that is.
+    #[must_use]
+    pub const fn at(&self, position_m: DVec3) -> Self {
+        Self {
+            rotation: self.rotation,
+            position_m,
+        }
+    }
+
     /// Rotation matrix; its columns are the axes of the inner frame.
     #[must_use]
     pub const fn rotation(&self) -> DMat3 {

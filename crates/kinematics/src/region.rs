@@ -124,26 +124,32 @@ impl SrsArm {
         // The triangle exists only for lengths the elbow allows; those are what must be covered.
         let lo = wide.sides[0][0].min(wide.sides[1][0]).max(cell.shortest);
         let hi = wide.sides[0][1].max(wide.sides[1][1]).min(cell.longest);
-        let reference = cell.length.clamp(lo.min(hi), hi.max(lo));
-        let triangle = Triangle::from_sides(wide.upper, wide.fore, reference);
-        let Some(slack) = cell.slack(wide, &triangle, lo, hi) else {
+        let triangles = Triangles::new(wide, lo.min(hi), lo.max(hi), cell.length);
+        if let Some(reason) = cell.tilted_too_far(widest, &triangles) {
+            return RegionReach::Unreachable(reason);
+        }
+        let Some(slack) = cell.slack(&triangles) else {
             return RegionReach::Undecided;
         };
         let certain = cell.elbows(narrow, |side| {
             side[0] - narrow.tolerance <= cell.shortest
                 && cell.longest <= side[1] + narrow.tolerance
         });
-        let wrist = cell.wrist * (reference / cell.length);
+        let triangle = triangles.reference;
+        let wrist = cell.wrist * (triangle.length / cell.length);
         let mut circle = ElbowCircle::new(wrist, triangle, possible, &cell.flange.rotation());
         // One look at the extremes serves both questions; they answer most of them.
         let extremes = circle.extremes();
         let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
+        let mut held = 0;
         for psi in extremes {
             let inside = circle.verdicts_within(self, psi, slack.narrowing());
-            let held = inside.shoulder & inside.wrist & certain;
-            if held != 0 {
-                return RegionReach::Reachable(BranchSet::from_bits(held));
-            }
+            held |= inside.shoulder & inside.wrist & certain;
+        }
+        if held != 0 {
+            return RegionReach::Reachable(BranchSet::from_bits(held));
+        }
+        for psi in extremes {
             let outside = circle.verdicts_within(widest, psi, slack);
             shoulder |= outside.shoulder;
             wrist |= outside.wrist;
@@ -156,7 +162,7 @@ impl SrsArm {
             }
         }
         circle.elbow_mask = certain;
-        let held = if certain == 0 {
+        held = if certain == 0 {
             0
         } else {
             reachable(&circle, self, slack.narrowing())
@@ -247,6 +253,10 @@ struct Cell {
     flange: Pose,
     wrist: DVec3,
     length: f64,
+    half_sides: [DVec3; 2],
+    radius: f64,
+    /// Rounding of a distance, m.
+    tolerance: f64,
     /// Distances from the shoulder, widened by rounding, m.
     shortest: f64,
     longest: f64,
@@ -286,53 +296,26 @@ impl Cell {
         if radius > 0.0 {
             // A ball of radius r at distance D is seen under asin(r/D) <= tan of it.
             let ratio = radius / nearest;
-            if ratio >= 1.0 {
-                return None;
-            }
-            turn += ratio / (1.0 - ratio * ratio).sqrt();
-        }
-        // NaN (the wrist on the shoulder) fails here too.
-        if !(turn < 1.0) {
-            return Self::lengths_only(
-                flange,
-                wrist,
-                length,
-                nearest - radius,
-                farthest + radius,
-                arm,
-            );
+            turn += if ratio < 1.0 {
+                ratio / (1.0 - ratio * ratio).sqrt()
+            } else {
+                f64::INFINITY
+            };
         }
         let tolerance = arm.distances.tolerance;
         Some(Self {
             flange,
             wrist,
             length,
+            half_sides: region.half_sides_m,
+            radius,
+            tolerance,
             shortest: nearest - radius - tolerance,
             longest: farthest + radius + tolerance,
-            turn,
+            // NaN means that the wrist is on the shoulder. Corners further apart than this may
+            // hide what lies between them; the distances and tilts still count.
+            turn: if turn < 1.0 { turn } else { f64::INFINITY },
             tool_turn,
-        })
-    }
-
-    /// A region too wide for directions to say anything may still be too far or too near.
-    #[cold]
-    fn lengths_only(
-        flange: Pose,
-        wrist: DVec3,
-        length: f64,
-        nearest: f64,
-        farthest: f64,
-        arm: &SrsArm,
-    ) -> Option<Self> {
-        let tolerance = arm.distances.tolerance;
-        Some(Self {
-            flange,
-            wrist,
-            length,
-            shortest: nearest - tolerance,
-            longest: farthest + tolerance,
-            turn: f64::INFINITY,
-            tool_turn: 0.0,
         })
     }
 
@@ -342,36 +325,122 @@ impl Cell {
     }
 
     /// The bounds of the module's derivation; `None` where they say nothing.
-    fn slack(
-        &self,
-        distances: &Distances,
-        reference: &Triangle,
-        lo: f64,
-        hi: f64,
-    ) -> Option<Slack> {
-        if !(self.turn < LARGEST_SLACK) {
+    fn slack(&self, triangles: &Triangles) -> Option<Slack> {
+        if self.turn >= LARGEST_SLACK {
             return None;
         }
-        let (a, b) = (distances.upper, distances.fore);
-        let ends = [lo, hi].map(|length| Triangle::from_sides(a, b, length));
         let chord = |x: [f64; 2], y: [f64; 2]| {
             let [cos, sin] = [x[0] - y[0], x[1] - y[1]];
             cos * cos + sin * sin
         };
-        let mut beta = ends.map(|end| chord(end.beta, reference.beta));
-        let mut eta = ends.map(|end| chord(end.eta, reference.eta));
-        // Where the arms differ, the angle at the longer one's end turns round at this length.
-        let turning = (a * a - b * b).abs().sqrt();
-        if lo < turning && turning < hi {
-            let there = Triangle::from_sides(a, b, turning);
-            beta[0] = beta[0].max(chord(there.beta, reference.beta));
-            eta[0] = eta[0].max(chord(there.eta, reference.eta));
+        let reference = &triangles.reference;
+        let (mut beta, mut eta): (f64, f64) = (0.0, 0.0);
+        for there in triangles.ends.iter().chain(&triangles.turning) {
+            beta = beta.max(chord(there.beta, reference.beta));
+            eta = eta.max(chord(there.eta, reference.eta));
         }
         let slack = Slack {
-            shoulder: self.turn + beta[0].max(beta[1]).sqrt() + ROUNDING,
-            wrist: self.turn + eta[0].max(eta[1]).sqrt() + self.tool_turn + ROUNDING,
+            shoulder: self.turn + beta.sqrt() + ROUNDING,
+            wrist: self.turn + eta.sqrt() + self.tool_turn + ROUNDING,
         };
         (slack.shoulder < LARGEST_SLACK && slack.wrist < LARGEST_SLACK).then_some(slack)
+    }
+
+    /// Must joint 2 or joint 6 tilt beyond its limit everywhere, whatever the arm angle?
+    ///
+    /// `|q2|` is least with the elbow highest: `χ - β`, where χ is the angle of w from the base
+    /// axis; `|q6|` likewise `χ - η` with the angle of w from the tool axis. With
+    /// `cos χ = c / L` these are functions of L alone when c, the distance along the axis, is
+    /// taken at its largest. Their stationary places are those where the other link is
+    /// parallel to the axis. So the least tilt over the region is found exactly, to all orders:
+    /// the slack above, of first order, would need ever smaller regions beside a tangency.
+    fn tilted_too_far(&self, arm: &SrsArm, triangles: &Triangles) -> Option<Unreachable> {
+        let normal = self.flange.rotation().z_axis;
+        let (upper, fore) = (arm.distances.upper, arm.distances.fore);
+        if self.tool_turn == 0.0 {
+            let along = self.along(normal);
+            let least = triangles.least_tilt(fore, upper, along, |t| t.eta);
+            if least.is_some_and(|cos| arm.tilting[1].is_beyond(cos)) {
+                return Some(Unreachable::WristLimit);
+            }
+        }
+        let along = self.along(DVec3::Z);
+        let least = triangles.least_tilt(upper, fore, along, |t| t.beta);
+        least
+            .is_some_and(|cos| arm.tilting[0].is_beyond(cos))
+            .then_some(Unreachable::ShoulderLimit)
+    }
+
+    /// Largest distance of the region's wrist centres along an axis, m.
+    fn along(&self, axis: DVec3) -> f64 {
+        let [a, b] = self.half_sides;
+        self.wrist.dot(axis) + a.dot(axis).abs() + b.dot(axis).abs() + self.radius + self.tolerance
+    }
+}
+
+/// Triangles of shoulder, elbow and wrist over a range of lengths.
+struct Triangles {
+    /// Somewhere in the range.
+    reference: Triangle,
+    /// At its ends.
+    ends: [Triangle; 2],
+    /// Where one of the angles turns round, if that is within.
+    turning: Option<Triangle>,
+    range: [f64; 2],
+}
+
+impl Triangles {
+    fn new(distances: &Distances, lo: f64, hi: f64, length: f64) -> Self {
+        let (a, b) = (distances.upper, distances.fore);
+        // Where the links differ, the angle at the longer one's end is largest at this length.
+        let turning = (a * a - b * b).abs().sqrt();
+        Self {
+            reference: Triangle::from_sides(a, b, length.clamp(lo, hi)),
+            ends: [lo, hi].map(|length| Triangle::from_sides(a, b, length)),
+            turning: (lo < turning && turning < hi).then(|| Triangle::from_sides(a, b, turning)),
+            range: [lo, hi],
+        }
+    }
+
+    /// Cosine of the least tilt `χ - angle` of the link `near` (the other is `far`) with
+    /// `cos χ = along / L`; `None` where the link can be along the axis itself.
+    #[inline]
+    fn least_tilt(
+        &self,
+        near: f64,
+        far: f64,
+        along: f64,
+        angle: impl Fn(&Triangle) -> [f64; 2],
+    ) -> Option<f64> {
+        let mut largest: f64 = -1.0;
+        let mut visit = |length: f64, [cos, sin]: [f64; 2]| {
+            let cos_chi = along / length;
+            // χ at or below the angle: the link can be turned onto the axis.
+            if cos_chi >= cos {
+                return false;
+            }
+            let cos_chi = cos_chi.max(-1.0);
+            let sin_chi = (1.0 - cos_chi * cos_chi).sqrt();
+            largest = largest.max(cos_chi * cos + sin_chi * sin);
+            true
+        };
+        for end in &self.ends {
+            if !visit(end.length, angle(end)) {
+                return None;
+            }
+        }
+        for sign in [-1.0, 1.0] {
+            let square = near * near - far * far + sign * 2.0 * far * along;
+            let there = square.max(0.0).sqrt();
+            if self.range[0] < there && there < self.range[1] {
+                // As seen from the near link: its angle at the common point is `beta`.
+                let seen = Triangle::from_sides(near, far, there);
+                if !visit(there, seen.beta) {
+                    return None;
+                }
+            }
+        }
+        Some(largest)
     }
 }
 
