@@ -1,0 +1,174 @@
+//! What is reachable of one line: intervals, and bands without proof.
+
+use crate::Interval;
+use crate::interval::{united, without};
+use hwall_kinematics::BranchSet;
+use serde::{Deserialize, Serialize};
+
+/// A reachable part of a line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReachInterval {
+    /// Its ends: the best estimate, within the accuracy.
+    pub span: Interval,
+    /// Branches that hold every proven point of it, so that a motion along it need not change
+    /// branch. May be empty; more branches than these may do.
+    pub branches: BranchSet,
+}
+
+/// What is reachable of one line.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LineReach {
+    /// The reachable intervals, sorted, disjoint; each holds a proven part.
+    pub intervals: Vec<ReachInterval>,
+    /// Bands where nothing is proven, sorted, disjoint: one about each end that a limit makes,
+    /// others where the line only just meets or misses the reachable set.
+    /// Outside of them each point is proven to be as the intervals say.
+    pub unknown: Vec<Interval>,
+}
+
+impl LineReach {
+    /// Is the point at `s_m` in an interval?
+    #[must_use]
+    pub fn contains(&self, s_m: f64) -> bool {
+        self.intervals.iter().any(|i| i.span.contains(s_m))
+    }
+
+    /// Is the answer of [`contains`](Self::contains) at `s_m` proven?
+    #[must_use]
+    pub fn is_proven(&self, s_m: f64) -> bool {
+        !self.unknown.iter().any(|band| band.contains(s_m))
+    }
+
+    /// Reachable length, m.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.intervals.iter().map(|i| i.span.length_m()).sum()
+    }
+
+    /// Length without proof, m.
+    #[must_use]
+    pub fn unknown_m(&self) -> f64 {
+        self.unknown.iter().map(Interval::length_m).sum()
+    }
+
+    /// The spans alone.
+    pub(crate) fn spans(&self) -> Vec<Interval> {
+        self.intervals.iter().map(|i| i.span).collect()
+    }
+
+    /// Merges neighbouring pieces, sorted along the line, into intervals and bands.
+    pub(crate) fn from_pieces(pieces: &[Piece]) -> Self {
+        let mut reach = Self::default();
+        let mut proven = false;
+        for piece in pieces {
+            let span = Interval::new(piece.lo, piece.hi);
+            if piece.reachable {
+                let branches = piece.proven;
+                match reach.intervals.last_mut() {
+                    Some(last) if last.span.hi_m >= piece.lo => {
+                        last.span.hi_m = piece.hi;
+                        last.branches = match (proven, branches) {
+                            (true, Some(more)) => last.branches.intersection(more),
+                            (false, Some(more)) => more,
+                            (_, None) => last.branches,
+                        };
+                        proven |= branches.is_some();
+                    }
+                    _ => {
+                        // An island that nothing proves is a band and no interval.
+                        if !proven {
+                            reach.intervals.pop();
+                        }
+                        let branches = branches.unwrap_or_default();
+                        reach.intervals.push(ReachInterval { span, branches });
+                        proven = piece.proven.is_some();
+                    }
+                }
+            }
+            if piece.proven.is_none() {
+                match reach.unknown.last_mut() {
+                    Some(last) if last.hi_m >= piece.lo => last.hi_m = piece.hi,
+                    _ => reach.unknown.push(span),
+                }
+            }
+        }
+        if !proven {
+            reach.intervals.pop();
+        }
+        reach
+    }
+
+    /// Every point within `by_m` of the set.
+    pub(crate) fn dilated(&self, by_m: f64) -> Self {
+        let grown = |spans: &[Interval]| {
+            let wider = spans
+                .iter()
+                .map(|s| Interval::new(s.lo_m - by_m, s.hi_m + by_m));
+            united(wider.collect())
+        };
+        let spans = self.spans();
+        let certain = grown(&without(&spans, &self.unknown));
+        let possible = grown(&united(
+            spans.iter().chain(&self.unknown).copied().collect(),
+        ));
+        let intervals = grown(&spans).into_iter().map(|span| {
+            // What holds all merged parts holds along all of it.
+            let parts = self
+                .intervals
+                .iter()
+                .filter(|i| span.distance_m(i.span.lo_m) == 0.0);
+            let branches = parts.map(|i| i.branches).reduce(BranchSet::intersection);
+            ReachInterval {
+                span,
+                branches: branches.unwrap_or_default(),
+            }
+        });
+        Self {
+            intervals: intervals.collect(),
+            unknown: without(&possible, &certain),
+        }
+    }
+
+    /// Without the (open) blocked parts.
+    pub(crate) fn unblocked(&self, blocked: &[Interval]) -> Self {
+        if blocked.is_empty() {
+            return self.clone();
+        }
+        let blocked = united(blocked.to_vec());
+        let intervals = self.intervals.iter().flat_map(|i| {
+            let rest = without(&[i.span], &blocked).into_iter();
+            rest.map(|span| ReachInterval { span, ..*i })
+        });
+        Self {
+            intervals: intervals.collect(),
+            unknown: without(&self.unknown, &blocked),
+        }
+    }
+}
+
+/// One stretch of a line, the last step before intervals.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Piece {
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
+    pub(crate) reachable: bool,
+    /// `None` where nothing is proven.
+    pub(crate) proven: Option<BranchSet>,
+}
+
+impl Piece {
+    pub(crate) fn mirrored(&self) -> Self {
+        Self {
+            lo: -self.hi,
+            hi: -self.lo,
+            ..*self
+        }
+    }
+}
+
+/// As stored in files: branches as bits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StoredInterval {
+    pub(crate) span: Interval,
+    pub(crate) branches: u8,
+}
