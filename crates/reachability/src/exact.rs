@@ -236,32 +236,6 @@ impl ExactSolver {
     pub const fn accuracy_m(&self) -> f64 {
         self.accuracy_m
     }
-
-    /// Does every line look the same from either end?
-    pub(crate) fn is_mirror_symmetric(&self) -> bool {
-        let tool = self.narrow.flange_from_tool();
-        let (r, p) = (tool.rotation(), tool.position_m());
-        let limits_match = [&self.narrow, &self.wide].iter().all(|arm| {
-            let symmetric = |joint: usize| {
-                let limit = arm.limits()[joint];
-                limit.min_rad == -limit.max_rad
-            };
-            [0, 2, 4, 6].into_iter().all(symmetric)
-        });
-        // The mirror turns the flange's x axis (along the wall at roll 0) round: the tool must
-        // sit in the plane of its y and z axes, and each roll have its opposite.
-        let in_plane = p.x == 0.0 && r.x_axis.y == 0.0 && r.x_axis.z == 0.0;
-        let opposite = |f: &Freedom| {
-            let paired = |g: &Freedom| g.half_roll == f.half_roll && same_turn(g.roll, -f.roll);
-            self.freedoms.iter().any(paired)
-        };
-        limits_match && in_plane && self.freedoms.iter().all(opposite)
-    }
-}
-
-fn same_turn(a_rad: f64, b_rad: f64) -> bool {
-    let turns = (a_rad - b_rad) / (2.0 * PI);
-    (turns - turns.round()).abs() < 1e-15
 }
 
 /// A free roll that the last joint cannot make alone is cut into this many arcs to begin with.

@@ -68,10 +68,11 @@ impl<'a> LineSearch<'a> {
             if lo >= hi {
                 continue;
             }
+            let cells = if mirror { FIRST_CELLS / 2 } else { FIRST_CELLS };
             let mut left = (lo, self.verdict(lo));
-            for i in 1..=FIRST_CELLS {
-                let share = i as f64 / FIRST_CELLS as f64;
-                let at = if i == FIRST_CELLS {
+            for i in 1..=cells {
+                let share = i as f64 / cells as f64;
+                let at = if i == cells {
                     hi
                 } else {
                     lo + (hi - lo) * share

@@ -1,0 +1,487 @@
+//! Boxes that the arm's load must stay out of: a pedestal, a table, the person's safety zone.
+//!
+//! What is carried moves along a [`WallLine`] without turning, so it overlaps a box exactly while
+//! the tool point is inside the box grown by the mirrored body (their Minkowski difference). Grown
+//! by a plate or by a segment, a box is a zonotope: an intersection of slabs whose normals are the
+//! cross products of its edge directions, two at a time. Those are the axes of the separating-axis
+//! test: 15 for a plate, 6 for a segment, 3 for a point. Each slab cuts the line in closed form.
+//! A capsule rounds the zonotope by a ball; the line is then cut with the moved faces, with a
+//! cylinder about each edge and a ball about each corner, whose union it is.
+//!
+//! Source of the axes: Gottschalk, Lin and Manocha 1996, "OBBTree", section 5.
+
+use crate::error::{finite, non_negative, positive};
+use crate::{Interval, ReachabilityError, WallLine};
+use glam::{DMat3, DVec3};
+use hwall_kinematics::Pose;
+
+/// An overlap that is less deep than this, relative to the distances it is computed from, is a
+/// touch: a few hundred roundings, so that bodies placed face to face by other formulas touch.
+const TOUCH: f64 = 1e-13;
+
+/// Directions with a smaller sine between them are parallel; they differ by rounding only.
+const PARALLEL: f64 = 1e-14;
+
+const ALL: Interval = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
+const NONE: Interval = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
+
+/// A solid box, fixed in the base frame, that nothing carried may overlap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeepOutBox {
+    name: String,
+    base_from_box: Pose,
+    half_extents_m: DVec3,
+}
+
+impl KeepOutBox {
+    /// The box with the given centre and axes, and half of its extent along each axis, m.
+    ///
+    /// # Errors
+    /// A half extent that is NaN, infinite or not positive: a flat box has no inside to keep out of.
+    pub fn new(
+        name: impl Into<String>,
+        base_from_box: Pose,
+        half_extents_m: DVec3,
+    ) -> Result<Self, ReachabilityError> {
+        for half in half_extents_m.to_array() {
+            positive("half extent of a keep-out box", half)?;
+        }
+        Ok(Self {
+            name: name.into(),
+            base_from_box,
+            half_extents_m,
+        })
+    }
+
+    /// The box between two corners, along the axes of the base, m.
+    ///
+    /// # Errors
+    /// NaN, infinity, or a maximum that is not above its minimum.
+    pub fn from_corners(
+        name: impl Into<String>,
+        min_m: DVec3,
+        max_m: DVec3,
+    ) -> Result<Self, ReachabilityError> {
+        let centre = Pose::from_translation(min_m * 0.5 + max_m * 0.5)?;
+        Self::new(name, centre, max_m * 0.5 - min_m * 0.5)
+    }
+
+    /// What the base stands on: centred below it, its top at z = 0; half of its extents along the
+    /// base's x and y axes and its full height, m.
+    ///
+    /// # Errors
+    /// NaN, infinity or a size that is not positive.
+    pub fn pedestal(
+        half_depth_x_m: f64,
+        half_width_y_m: f64,
+        height_m: f64,
+    ) -> Result<Self, ReachabilityError> {
+        let (x, y) = (half_depth_x_m, half_width_y_m);
+        Self::from_corners(
+            "pedestal",
+            DVec3::new(-x, -y, -height_m),
+            DVec3::new(x, y, 0.0),
+        )
+    }
+
+    /// Its name, for messages.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its centre and axes.
+    #[must_use]
+    pub const fn base_from_box(&self) -> Pose {
+        self.base_from_box
+    }
+
+    /// Half of its extents along its own axes, m.
+    #[must_use]
+    pub const fn half_extents_m(&self) -> DVec3 {
+        self.half_extents_m
+    }
+
+    /// Where on a line the load would overlap the box: sorted, disjoint **open** intervals of s, m,
+    /// at most one for each carried body. At their ends the load touches the box, which is allowed.
+    ///
+    /// Error: the ends are exact for a load moved by at most 1e-13 of the sum of all distances
+    /// involved (below 1e-12 m beside a table-top arm). An overlap less deep than that is a touch.
+    ///
+    /// # Errors
+    /// NaN or infinity, a negative size, a plate without width or height.
+    pub fn blocked_on_line(
+        &self,
+        carried: &Carried,
+        line: &WallLine,
+        roll_rad: f64,
+    ) -> Result<Vec<Interval>, ReachabilityError> {
+        finite("height_m", line.height_m)?;
+        finite("roll_rad", roll_rad)?;
+        let rotation = line.plane.board_rotation(roll_rad);
+        let path = Path {
+            start: line.point_m(0.0),
+            step: line.plane.along(),
+        };
+        let mut blocked: Vec<Interval> = Vec::new();
+        for span in self.overlaps(carried, rotation, path)?.into_iter().flatten() {
+            match blocked.last_mut() {
+                Some(last) if span.lo_m < last.hi_m && last.lo_m < span.hi_m => {
+                    *last = hull(*last, span);
+                }
+                _ => blocked.push(span),
+            }
+        }
+        blocked.sort_by(|a, b| a.lo_m.total_cmp(&b.lo_m));
+        Ok(blocked)
+    }
+
+    /// Does the load overlap the box when the tool is at a pose? Touching is no overlap.
+    ///
+    /// Error and errors: as for [`KeepOutBox::blocked_on_line`].
+    pub fn blocks_pose(
+        &self,
+        carried: &Carried,
+        base_from_tool: &Pose,
+    ) -> Result<bool, ReachabilityError> {
+        // A line along which nothing moves is blocked everywhere or nowhere.
+        let path = Path {
+            start: base_from_tool.position_m(),
+            step: DVec3::ZERO,
+        };
+        let [plate, rest] = self.overlaps(carried, base_from_tool.rotation(), path)?;
+        Ok(plate.is_some() || rest.is_some())
+    }
+
+    /// For the plate, and for the hand or (with nothing carried) the tool point.
+    fn overlaps(
+        &self,
+        carried: &Carried,
+        rotation: DMat3,
+        tool: Path,
+    ) -> Result<[Option<Interval>; 2], ReachabilityError> {
+        carried.validate()?;
+        let centre = self.base_from_box.position_m();
+        let norm = |v: DVec3| v.abs().element_sum();
+        // Lengths are counted in this unit, so that no square overflows and tolerances are plain.
+        let unit_m =
+            norm(tool.start) + norm(centre) + norm(self.half_extents_m) + carried.size_m();
+        finite("sum of the distances to a keep-out box", unit_m)?;
+        let path_of = |middle: DVec3| Path {
+            start: (tool.start + rotation * middle - centre) / unit_m,
+            step: tool.step,
+        };
+        let metres = |s: Interval| Interval::new(s.lo_m * unit_m, s.hi_m * unit_m);
+        let axes = self.base_from_box.rotation();
+        let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis];
+        let [a, b, c] = (self.half_extents_m / unit_m).to_array();
+
+        let plate = carried.plate.and_then(|plate| {
+            let [u, v, w] = (plate.half_extents_m() / unit_m).to_array();
+            let [i, j, k] = [rotation.x_axis, rotation.y_axis, rotation.z_axis];
+            Zonotope {
+                directions: [x, y, z, i, j, k],
+                halves: [a, b, c, u, v, w],
+            }
+            .cut(path_of(plate.middle_m()), -TOUCH)
+        });
+        let rest = match carried.hand {
+            Some(hand) => {
+                let (direction, half) = hand.direction_and_half_m();
+                Zonotope {
+                    directions: [x, y, z, rotation * direction],
+                    halves: [a, b, c, half / unit_m],
+                }
+                .cut_rounded(path_of(hand.middle_m()), hand.radius_m / unit_m - TOUCH)
+            }
+            None if carried.plate.is_none() => Zonotope {
+                directions: [x, y, z],
+                halves: [a, b, c],
+            }
+            .cut(path_of(DVec3::ZERO), -TOUCH),
+            None => None,
+        };
+        Ok([plate.map(metres), rest.map(metres)])
+    }
+}
+
+/// What is rigid with the tool frame; by default nothing, then the tool point itself is tested.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Carried {
+    /// The board, if it counts.
+    pub plate: Option<Plate>,
+    /// The last link of the arm, from the flange to the wrist, if it counts.
+    pub hand: Option<Capsule>,
+}
+
+impl Carried {
+    /// Rejects sizes that are negative or not finite, and a plate without width or height.
+    ///
+    /// # Errors
+    /// The first value outside its range.
+    pub fn validate(&self) -> Result<(), ReachabilityError> {
+        if let Some(plate) = self.plate {
+            positive("half_width_m", plate.half_width_m)?;
+            positive("half_height_m", plate.half_height_m)?;
+            non_negative("thickness_m", plate.thickness_m)?;
+        }
+        if let Some(hand) = self.hand {
+            for value in hand.ends_m.iter().flat_map(DVec3::to_array) {
+                finite("end of the hand", value)?;
+            }
+            non_negative("radius_m", hand.radius_m)?;
+        }
+        Ok(())
+    }
+
+    /// No part is further from the tool point, m.
+    fn size_m(&self) -> f64 {
+        let plate = self.plate.map_or(0.0, |p| {
+            p.half_width_m + p.half_height_m + p.thickness_m
+        });
+        let hand = self.hand.map_or(0.0, |h| {
+            let ends = h.ends_m.map(|e| e.abs().element_sum());
+            ends[0] + ends[1] + h.radius_m
+        });
+        plate + hand
+    }
+}
+
+/// A flat board: its face in the plane z = 0 of the tool frame, centred, its body towards -z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plate {
+    /// Half of the extent along the tool's x axis, m.
+    pub half_width_m: f64,
+    /// Half of the extent along the tool's y axis, m.
+    pub half_height_m: f64,
+    /// From the face to the back, m; may be 0.
+    pub thickness_m: f64,
+}
+
+impl Plate {
+    fn half_extents_m(&self) -> DVec3 {
+        DVec3::new(self.half_width_m, self.half_height_m, self.thickness_m * 0.5)
+    }
+
+    fn middle_m(&self) -> DVec3 {
+        DVec3::Z * (self.thickness_m * -0.5)
+    }
+}
+
+/// All points within a radius of a segment, in the tool frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Capsule {
+    /// The ends of the segment, m; they may coincide.
+    pub ends_m: [DVec3; 2],
+    /// The radius, m; may be 0.
+    pub radius_m: f64,
+}
+
+impl Capsule {
+    fn middle_m(&self) -> DVec3 {
+        self.ends_m[0] * 0.5 + self.ends_m[1] * 0.5
+    }
+
+    /// Unit vector along the segment (any, if its ends coincide) and half of its length.
+    fn direction_and_half_m(&self) -> (DVec3, f64) {
+        let half = self.ends_m[1] * 0.5 - self.ends_m[0] * 0.5;
+        // Scaled first, so that tiny and huge segments keep their digits when squared.
+        let largest = half.abs().max_element();
+        let scaled = half / largest;
+        if !scaled.is_finite() {
+            return (DVec3::X, 0.0);
+        }
+        (scaled.normalize(), scaled.length() * largest)
+    }
+}
+
+/// The points `start + s step`; the step is a unit vector, or zero for a load at rest.
+#[derive(Debug, Clone, Copy)]
+struct Path {
+    start: DVec3,
+    step: DVec3,
+}
+
+/// The points `Σ cᵢ halvesᵢ directionsᵢ` with all `|cᵢ| <= 1`; the directions are unit vectors.
+struct Zonotope<const N: usize> {
+    directions: [DVec3; N],
+    halves: [f64; N],
+}
+
+impl<const N: usize> Zonotope<N> {
+    /// The unit normals of its faces.
+    fn normals(&self) -> impl Iterator<Item = DVec3> + '_ {
+        (0..N).flat_map(move |i| {
+            (i + 1..N).filter_map(move |j| {
+                // Directions all but parallel span no face of their own. Just above the threshold
+                // the normal is mostly rounding, yet a slab with any normal holds the zonotope.
+                let normal = self.directions[i].cross(self.directions[j]);
+                let sine = normal.length();
+                (sine > PARALLEL).then(|| normal / sine)
+            })
+        })
+    }
+
+    /// The path inside all slabs, each moved outwards by `grown`.
+    fn cut(&self, path: Path, grown: f64) -> Option<Interval> {
+        let mut span = ALL;
+        for normal in self.normals() {
+            let mut half = grown;
+            for (direction, length) in self.directions.iter().zip(self.halves) {
+                half += length * normal.dot(*direction).abs();
+            }
+            span = slab(span, normal.dot(path.start), normal.dot(path.step), half)?;
+        }
+        Some(span)
+    }
+
+    /// Calls `visit` with every sum of plus or minus all half edges but `left_out`: each corner,
+    /// or the middle of each edge along that direction (and some points within).
+    fn for_corners(&self, left_out: Option<usize>, mut visit: impl FnMut(DVec3)) {
+        let others = (0..N).filter(|i| Some(*i) != left_out);
+        for signs in 0..1_u32 << others.clone().count() {
+            let signed = others.clone().enumerate().map(|(bit, i)| {
+                let half = self.directions[i] * self.halves[i];
+                if signs >> bit & 1 == 0 { half } else { -half }
+            });
+            visit(signed.sum());
+        }
+    }
+}
+
+impl Zonotope<4> {
+    /// The path within `radius` of the zonotope.
+    ///
+    /// That set is the union of the pieces below. It is convex, so the hull of what the pieces cut
+    /// out of the path is exact, and pieces that lie deep inside do no harm.
+    fn cut_rounded(&self, path: Path, radius: f64) -> Option<Interval> {
+        // Moving the slabs out leaves the edges sharp: an outer bound, and exact for no radius.
+        let outer = self.cut(path, radius)?;
+        if radius <= 0.0 {
+            return Some(outer);
+        }
+        let mut inside = NONE;
+        let [x, y, z, along] = self.directions;
+        let [a, b, c, half] = self.halves;
+        for normal in self.normals() {
+            let swept = Zonotope {
+                directions: [x, y, z, along, normal],
+                halves: [a, b, c, half, radius],
+            };
+            if let Some(span) = swept.cut(path, 0.0) {
+                inside = hull(inside, span);
+            }
+        }
+        for (i, (direction, half)) in self.directions.into_iter().zip(self.halves).enumerate() {
+            let across = |v: DVec3| v - direction * direction.dot(v);
+            let step = across(path.step);
+            self.for_corners(Some(i), |middle| {
+                let from_middle = path.start - middle;
+                let span = ball(across(from_middle), step, radius).and_then(|span| {
+                    let [offset, rate] = [from_middle, path.step].map(|v| v.dot(direction));
+                    slab(span, offset, rate, half)
+                });
+                inside = hull(inside, span.unwrap_or(NONE));
+            });
+        }
+        self.for_corners(None, |corner| {
+            let span = ball(path.start - corner, path.step, radius);
+            inside = hull(inside, span.unwrap_or(NONE));
+        });
+        (inside.lo_m < inside.hi_m).then_some(inside)
+    }
+}
+
+/// The part of `span` where `|offset + rate s| < half`.
+fn slab(span: Interval, offset: f64, rate: f64, half: f64) -> Option<Interval> {
+    if half <= 0.0 {
+        return None;
+    }
+    if rate == 0.0 {
+        return (offset.abs() < half).then_some(span);
+    }
+    let [a, b] = [(-half - offset) / rate, (half - offset) / rate];
+    let cut = Interval::new(span.lo_m.max(a.min(b)), span.hi_m.min(a.max(b)));
+    (cut.lo_m < cut.hi_m).then_some(cut)
+}
+
+/// Where `|start + s step| < radius`.
+fn ball(start: DVec3, step: DVec3, radius: f64) -> Option<Interval> {
+    let rate = step.length();
+    if rate <= PARALLEL {
+        return (start.length() < radius).then_some(ALL);
+    }
+    // From the nearest point: the textbook discriminant cancels far from the ball.
+    let nearest_s = -(start.dot(step) / rate) / rate;
+    let distance = (start + step * nearest_s).length();
+    let half = ((radius - distance) * (radius + distance)).sqrt() / rate;
+    (half > 0.0).then(|| Interval::new(nearest_s - half, nearest_s + half))
+}
+
+fn hull(a: Interval, b: Interval) -> Interval {
+    Interval::new(a.lo_m.min(b.lo_m), a.hi_m.max(b.hi_m))
+}
+
+/// What is left of sorted disjoint closed intervals without open blocked ones, in any order and
+/// overlapping as they may; sorted and closed again.
+///
+/// An end of a blocked interval is free, for there the load only touches. So a single point stays
+/// where a blocked interval begins or ends at an end of a span, or where two blocked ones meet;
+/// nothing is dropped for being short.
+pub(crate) fn subtract(spans: &[Interval], blocked: &[Interval]) -> Vec<Interval> {
+    let mut rest = spans.to_vec();
+    for hole in blocked.iter().filter(|hole| hole.lo_m < hole.hi_m) {
+        rest = rest
+            .iter()
+            .flat_map(|span| {
+                let below = Interval::new(span.lo_m, span.hi_m.min(hole.lo_m));
+                let above = Interval::new(span.lo_m.max(hole.hi_m), span.hi_m);
+                [below, above]
+            })
+            .filter(|part| part.lo_m <= part.hi_m)
+            .collect();
+    }
+    rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spans(ends: &[(f64, f64)]) -> Vec<Interval> {
+        ends.iter().map(|e| Interval::new(e.0, e.1)).collect()
+    }
+
+    #[test]
+    fn differences_keep_the_ends_of_the_blocked_parts() {
+        let cases: [(&[(f64, f64)], &[(f64, f64)], &[(f64, f64)]); 9] = [
+            (&[(0.0, 4.0)], &[(1.0, 2.0)], &[(0.0, 1.0), (2.0, 4.0)]),
+            // Out of order, overlapping, one inside another.
+            (
+                &[(0.0, 4.0), (5.0, 6.0)],
+                &[(3.0, 5.5), (0.5, 1.0), (2.5, 3.5), (3.1, 3.2)],
+                &[(0.0, 0.5), (1.0, 2.5), (5.5, 6.0)],
+            ),
+            // Touching from outside takes nothing.
+            (&[(0.0, 1.0)], &[(-1.0, 0.0), (1.0, 2.0)], &[(0.0, 1.0)]),
+            // Blocked from end to end: the load can still touch at both.
+            (&[(0.0, 1.0)], &[(0.0, 1.0)], &[(0.0, 0.0), (1.0, 1.0)]),
+            (&[(0.0, 1.0)], &[(-0.1, 1.1)], &[]),
+            // Two blocked intervals that meet leave the point between them.
+            (
+                &[(0.0, 2.0)],
+                &[(-1.0, 1.0), (1.0, 3.0)],
+                &[(1.0, 1.0)],
+            ),
+            // A single point stays unless it is truly inside.
+            (&[(1.0, 1.0)], &[(1.0, 2.0)], &[(1.0, 1.0)]),
+            (&[(1.0, 1.0)], &[(0.5, 2.0)], &[]),
+            // An open interval without length holds nothing.
+            (&[(0.0, 1.0)], &[(0.5, 0.5)], &[(0.0, 1.0)]),
+        ];
+        for (from, blocked, left) in cases {
+            assert_eq!(subtract(&spans(from), &spans(blocked)), spans(left));
+        }
+        assert!(subtract(&[], &spans(&[(0.0, 1.0)])).is_empty());
+    }
+}

@@ -1,0 +1,344 @@
+//! Reachability maps: the intervals of every line of some walls, and look-ups in them.
+
+use crate::exact::{ExactConfig, ExactSolver};
+use crate::grid::WallGrid;
+use crate::line_reach::LineReach;
+use crate::symmetry;
+use crate::threads::{Monitor, Progress};
+use crate::{Interval, ReachInterval, ReachabilityError, WallLine, WallPlane, WallPoint};
+use glam::DVec3;
+use hwall_kinematics::SrsArm;
+use std::ops::ControlFlow;
+
+/// A look-up finds walls whose heading is within this of the asked one, rad: half of the
+/// dissertation's 15 degrees, and a hair for rounding.
+const HEADING_TOLERANCE_RAD: f64 = 0.130_9;
+
+/// One line of a map: which wall, plane and height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct LineIndex {
+    /// Wall, in the order of the grids.
+    pub wall: usize,
+    /// Plane of the wall.
+    pub plane: usize,
+    /// Height on the plane.
+    pub height: usize,
+}
+
+/// What a look-up found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LookUp {
+    /// The nearest line.
+    pub line: LineIndex,
+    /// Place along the line, m.
+    pub s_m: f64,
+    /// Is it in one of the line's intervals?
+    pub reachable: bool,
+}
+
+/// How a map was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BuildReport {
+    /// Lines in the map.
+    pub lines: usize,
+    /// Lines that were solved; the others are images of these.
+    pub solved: usize,
+    /// Of those, lines that symmetry could not answer, solved for themselves.
+    pub singly: usize,
+}
+
+/// The reachable intervals of every line of some walls.
+///
+/// ```
+/// use glam::DVec3;
+/// use hwall_kinematics::SrsArm;
+/// use hwall_reachability::{ExactConfig, ReachabilityMap, WallGrid};
+///
+/// // One wall of a room: 0.6 m before the arm, 1.2 m high, a line every 5 cm.
+/// let wall = WallGrid::for_wall(DVec3::new(0.6, 0.0, 0.0), DVec3::X, (0.0, 1.2), 0.05)?;
+/// let map = ReachabilityMap::build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall])?;
+/// let found = map.look_up(DVec3::new(0.6, 0.3, 0.5), DVec3::X).expect("on the wall");
+/// assert!(found.reachable);
+/// # Ok::<(), hwall_reachability::ReachabilityError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct ReachabilityMap {
+    solver: ExactSolver,
+    arm: SrsArm,
+    config: ExactConfig,
+    walls: Vec<Wall>,
+    /// Where the intervals and the bands of each line begin; one more than there are lines.
+    starts: Vec<[u32; 2]>,
+    intervals: Vec<ReachInterval>,
+    unknown: Vec<Interval>,
+    report: BuildReport,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Wall {
+    grid: WallGrid,
+    normal: DVec3,
+    first_line: usize,
+}
+
+/// Equal in everything but how they were made.
+impl PartialEq for ReachabilityMap {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.arm, &self.config, &self.walls, &self.starts)
+            == (&other.arm, &other.config, &other.walls, &other.starts)
+            && (&self.intervals, &self.unknown) == (&other.intervals, &other.unknown)
+    }
+}
+
+impl ReachabilityMap {
+    /// Solves all lines. The result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// A configuration or grid that makes no sense, or more lines than fit.
+    pub fn build(
+        arm: &SrsArm,
+        config: &ExactConfig,
+        walls: Vec<WallGrid>,
+    ) -> Result<Self, ReachabilityError> {
+        Self::build_monitored(arm, config, walls, &|_: Progress| ControlFlow::Continue(()))
+    }
+
+    /// As [`build`](Self::build), telling how far it is; the monitor can cancel it.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build), or [`ReachabilityError::Cancelled`].
+    pub fn build_monitored(
+        arm: &SrsArm,
+        config: &ExactConfig,
+        walls: Vec<WallGrid>,
+        monitor: &Monitor,
+    ) -> Result<Self, ReachabilityError> {
+        let solved = symmetry::solve(arm, config, &walls, monitor)?;
+        let report = BuildReport {
+            lines: solved.lines.len(),
+            solved: solved.solved,
+            singly: solved.singly,
+        };
+        let mut map = Self::from_lines(arm, config, walls, &solved.lines)?;
+        map.report = report;
+        Ok(map)
+    }
+
+    /// From lines in the order of the grids; as many as those ask for.
+    pub(crate) fn from_lines(
+        arm: &SrsArm,
+        config: &ExactConfig,
+        grids: Vec<WallGrid>,
+        lines: &[LineReach],
+    ) -> Result<Self, ReachabilityError> {
+        let mut walls = Vec::with_capacity(grids.len());
+        let mut first_line = 0;
+        for grid in grids {
+            let normal = WallPlane::new(grid.heading_rad, 0.0)?.normal();
+            let count = grid.line_count();
+            walls.push(Wall {
+                grid,
+                normal,
+                first_line,
+            });
+            first_line += count;
+        }
+        let mut starts = Vec::with_capacity(lines.len() + 1);
+        let mut intervals = Vec::with_capacity(lines.iter().map(|l| l.intervals.len()).sum());
+        let mut unknown = Vec::with_capacity(lines.iter().map(|l| l.unknown.len()).sum());
+        for line in lines {
+            starts.push([intervals.len() as u32, unknown.len() as u32]);
+            intervals.extend_from_slice(&line.intervals);
+            unknown.extend_from_slice(&line.unknown);
+        }
+        starts.push([intervals.len() as u32, unknown.len() as u32]);
+        Ok(Self {
+            solver: ExactSolver::new(arm, config)?,
+            arm: arm.clone(),
+            config: config.clone(),
+            walls,
+            starts,
+            intervals,
+            unknown,
+            report: BuildReport::default(),
+        })
+    }
+
+    /// The arm it was made for, with its tool.
+    #[must_use]
+    pub const fn arm(&self) -> &SrsArm {
+        &self.arm
+    }
+
+    /// What the solver was asked for.
+    #[must_use]
+    pub const fn config(&self) -> &ExactConfig {
+        &self.config
+    }
+
+    /// How it was made; empty for a map from a file.
+    #[must_use]
+    pub const fn report(&self) -> BuildReport {
+        self.report
+    }
+
+    /// The solver behind it, for lines that it does not hold.
+    #[must_use]
+    pub const fn solver(&self) -> &ExactSolver {
+        &self.solver
+    }
+
+    /// The grids of its walls.
+    pub fn walls(&self) -> impl ExactSizeIterator<Item = &WallGrid> {
+        self.walls.iter().map(|wall| &wall.grid)
+    }
+
+    /// All lines, wall by wall, plane by plane, height by height.
+    pub fn lines(&self) -> impl Iterator<Item = LineIndex> + '_ {
+        let walls = self.walls.iter().enumerate();
+        walls.flat_map(|(wall, w)| {
+            (0..w.grid.distances.count()).flat_map(move |plane| {
+                (0..w.grid.heights.count()).map(move |height| LineIndex {
+                    wall,
+                    plane,
+                    height,
+                })
+            })
+        })
+    }
+
+    /// Where a line is; `None` for an index that the map does not hold.
+    #[must_use]
+    pub fn line(&self, index: LineIndex) -> Option<WallLine> {
+        self.flat(index)?;
+        let grid = &self.walls[index.wall].grid;
+        let plane = grid.plane(index.plane).ok()?;
+        Some(plane.line(grid.heights.at(index.height)))
+    }
+
+    /// The reachable intervals of a line, sorted; none for an index that the map does not hold.
+    #[must_use]
+    #[inline]
+    pub fn intervals(&self, index: LineIndex) -> &[ReachInterval] {
+        match self.flat(index) {
+            Some(i) => &self.intervals[self.starts[i][0] as usize..self.starts[i + 1][0] as usize],
+            None => &[],
+        }
+    }
+
+    /// The bands of a line where nothing is proven, sorted.
+    #[must_use]
+    pub fn unknown(&self, index: LineIndex) -> &[Interval] {
+        match self.flat(index) {
+            Some(i) => &self.unknown[self.starts[i][1] as usize..self.starts[i + 1][1] as usize],
+            None => &[],
+        }
+    }
+
+    /// The dissertation's look-up: nearest orientation, plane and height, then the intervals.
+    ///
+    /// `point_m` and the wall's outward normal (about horizontal, any length) in the base frame.
+    /// `None` where no line is near: a heading further than 7.5 degrees from all walls, or more
+    /// than half a step outside the planes or heights, or NaN. The answer is that of the nearest
+    /// line, not of the point: for the point itself see
+    /// [`is_reachable`](Self::is_reachable).
+    #[must_use]
+    pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<LookUp> {
+        let least = HEADING_TOLERANCE_RAD.cos() * normal.x.hypot(normal.y);
+        let mut best: Option<(f64, f64, LineIndex)> = None;
+        for (wall, w) in self.walls.iter().enumerate() {
+            let along = w.normal.dot(normal);
+            // NaN and a normal without direction find nothing.
+            if along.is_nan() || along < least || along <= 0.0 {
+                continue;
+            }
+            let distance = w.normal.dot(point_m);
+            let (Some(plane), Some(height)) = (
+                w.grid.distances.nearest(distance),
+                w.grid.heights.nearest(point_m.z),
+            ) else {
+                continue;
+            };
+            let off = (distance - w.grid.distances.at(plane)).abs();
+            let nearer = best.is_none_or(|(a, o, _)| along > a || (along == a && off < o));
+            if nearer {
+                let index = LineIndex {
+                    wall,
+                    plane,
+                    height,
+                };
+                best = Some((along, off, index));
+            }
+        }
+        let (_, _, line) = best?;
+        let n = self.walls[line.wall].normal;
+        let s_m = n.x * point_m.y - n.y * point_m.x;
+        let reachable = self.intervals(line).iter().any(|i| i.span.contains(s_m));
+        Some(LookUp {
+            line,
+            s_m,
+            reachable,
+        })
+    }
+
+    /// The exact verdict at the point itself, on the wall through it: no nearest line involved.
+    ///
+    /// # Errors
+    /// NaN or infinity, a normal that is not horizontal.
+    pub fn is_reachable(&self, point_m: DVec3, normal: DVec3) -> Result<bool, ReachabilityError> {
+        let plane = WallPlane::through(point_m, normal)?;
+        let (at, _) = plane.project(point_m);
+        self.solver.is_reachable(&plane.line(at.z_m), at.s_m)
+    }
+
+    /// The reachable point of a plane's lines that is nearest to `at`: at most half the spacing
+    /// of the heights further than the nearest point of the plane. `None` where none is reachable.
+    #[must_use]
+    pub fn nearest_on_lines(&self, wall: usize, plane: usize, at: WallPoint) -> Option<WallPoint> {
+        let heights = self.walls.get(wall)?.grid.heights;
+        let mut best: Option<(f64, WallPoint)> = None;
+        for height in 0..heights.count() {
+            let z_m = heights.at(height);
+            let index = LineIndex {
+                wall,
+                plane,
+                height,
+            };
+            for interval in self.intervals(index) {
+                let span = interval.span;
+                let point = WallPoint::new(at.s_m.clamp(span.lo_m, span.hi_m), z_m);
+                let distance = point.distance_m(at);
+                if best.is_none_or(|(least, _)| distance < least) {
+                    best = Some((distance, point));
+                }
+            }
+        }
+        best.map(|(_, point)| point)
+    }
+
+    /// Reachable length and length without proof of all lines, m.
+    #[must_use]
+    pub fn lengths_m(&self) -> (f64, f64) {
+        let reachable = self.intervals.iter().map(|i| i.span.length_m()).sum();
+        let unknown = self.unknown.iter().map(Interval::length_m).sum();
+        (reachable, unknown)
+    }
+
+    /// Memory held, bytes.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.starts)
+            + size_of_val(&*self.intervals)
+            + size_of_val(&*self.unknown)
+            + size_of_val(&*self.walls)
+            + size_of::<Self>()
+    }
+
+    #[inline]
+    fn flat(&self, index: LineIndex) -> Option<usize> {
+        let wall = self.walls.get(index.wall)?;
+        let heights = wall.grid.heights.count();
+        let inside = index.plane < wall.grid.distances.count() && index.height < heights;
+        inside.then(|| wall.first_line + index.plane * heights + index.height)
+    }
+}
