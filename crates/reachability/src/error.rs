@@ -44,6 +44,47 @@ pub enum ReachabilityError {
         /// The limit.
         limit: u128,
     },
+    /// A file cannot be read or written.
+    #[error("{path}: {kind}")]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What the system says.
+        kind: std::io::ErrorKind,
+    },
+    /// Not a reachability map at all.
+    #[error("no reachability map: it does not begin as one")]
+    ForeignFile,
+    /// Written by a later version of this crate.
+    #[error("map of format {found}, this version knows formats up to {known}")]
+    NewerFile {
+        /// Format of the file.
+        found: u16,
+        /// The latest that is known.
+        known: u16,
+    },
+    /// The file ends too early, or goes on too long.
+    #[error("{found} bytes where the map's header promises {expected}")]
+    WrongFileLength {
+        /// Bytes that the header promises.
+        expected: u64,
+        /// Bytes there are.
+        found: u64,
+    },
+    /// The checksum does not match: some bytes have changed.
+    #[error("damaged map: checksum {found:08x} instead of {expected:08x}")]
+    DamagedFile {
+        /// Checksum in the file.
+        expected: u32,
+        /// Checksum of its bytes.
+        found: u32,
+    },
+    /// The bytes are as written, but what they say makes no sense.
+    #[error("malformed map: {what}")]
+    MalformedFile {
+        /// The part that makes no sense.
+        what: &'static str,
+    },
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,

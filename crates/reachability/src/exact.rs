@@ -12,6 +12,7 @@ use crate::line_reach::LineReach;
 use crate::search::{LineSearch, Verdict};
 use crate::{ReachabilityError, WallLine};
 use hwall_kinematics::{JointLimit, SrsArm};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Accuracies, relative to the arm's length: finer, and rounding of the poses decides; coarser,
@@ -20,7 +21,7 @@ const FINEST: f64 = 1e-10;
 const COARSEST: f64 = 0.1;
 
 /// How the board may be turned about the wall's normal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Roll {
     /// One roll, rad; at 0 the tool's y axis points up.
     Fixed(f64),
@@ -39,7 +40,7 @@ impl Roll {
 }
 
 /// Which part of the board must be where the wall is touched.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Touch {
     /// The tool point: the middle of the board.
     Middle,
@@ -66,7 +67,7 @@ impl Touch {
 }
 
 /// What the exact solver is asked for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExactConfig {
     /// Each end is known to this, m, and a hole or an island wider than this is found or covered
     /// by a band; default 1e-6. Below 1e-10 or above 0.1 arm lengths is an error.
@@ -229,6 +230,16 @@ impl ExactSolver {
         finite("s_m", s_m)?;
         let search = LineSearch::new(self, line)?;
         Ok(search.verdict_within(s_m, self.half_width_m) == Verdict::Reachable)
+    }
+
+    /// The arm, its last joint free where the roll is.
+    pub(crate) const fn arm(&self) -> &SrsArm {
+        &self.narrow
+    }
+
+    /// The first roll that it was given, rad.
+    pub(crate) fn first_roll_rad(&self) -> f64 {
+        self.freedoms[0].roll
     }
 
     /// Accuracy of the ends, m.

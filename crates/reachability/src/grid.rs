@@ -10,6 +10,7 @@ pub const MOST_LINES: u128 = 1 << 22;
 
 /// Evenly spaced values `first + i step`, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "(f64, f64, u32)", into = "(f64, f64, u32)")]
 pub struct Steps {
     first_m: f64,
     step_m: f64,
@@ -101,8 +102,21 @@ impl Steps {
     }
 }
 
+impl TryFrom<(f64, f64, u32)> for Steps {
+    type Error = ReachabilityError;
+    fn try_from((first_m, step_m, count): (f64, f64, u32)) -> Result<Self, Self::Error> {
+        Self::new(first_m, step_m, count as usize)
+    }
+}
+
+impl From<Steps> for (f64, f64, u32) {
+    fn from(steps: Steps) -> Self {
+        (steps.first_m, steps.step_m, steps.count)
+    }
+}
+
 /// Parallel walls: one heading, several distances and heights.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WallGrid {
     /// Heading γ of the normal, rad.
     pub heading_rad: f64,

@@ -2,10 +2,15 @@
 
 mod error;
 mod exact;
+mod file;
 mod grid;
 mod interval;
+mod keep_out;
 mod line_reach;
 mod map;
+mod margin;
+mod nearest;
+mod reasons;
 mod search;
 mod symmetry;
 mod threads;
@@ -15,7 +20,10 @@ pub use error::ReachabilityError;
 pub use exact::{ExactConfig, ExactSolver, Roll, Touch};
 pub use grid::{MOST_LINES, Steps, WallGrid};
 pub use interval::Interval;
+pub use keep_out::{Capsule, Carried, KeepOutBox, Plate};
 pub use line_reach::{LineReach, ReachInterval};
 pub use map::{BuildReport, LineIndex, LookUp, ReachabilityMap};
+pub use margin::{orientation_margin_rad, position_margin_m};
+pub use reasons::ReachabilityReasons;
 pub use threads::{Monitor, Progress};
 pub use wall::{WallLine, WallPlane, WallPoint};

@@ -3,7 +3,6 @@
 use crate::Interval;
 use crate::interval::{united, without};
 use hwall_kinematics::BranchSet;
-use serde::{Deserialize, Serialize};
 
 /// A reachable part of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,11 +163,4 @@ impl Piece {
             ..*self
         }
     }
-}
-
-/// As stored in files: branches as bits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct StoredInterval {
-    pub(crate) span: Interval,
-    pub(crate) branches: u8,
 }
