@@ -1,0 +1,285 @@
+//! The reachable part of a wall as polygons with holes.
+
+use crate::contour::{Contour, Sampling, trace};
+use crate::error::{finite, positive};
+use crate::exact::size_m;
+use crate::strips::Strips;
+use crate::triangulation::triangulate;
+use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
+
+/// What is asked of a [`WallRegion`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct PolygonConfig {
+    /// Hausdorff distance between the polygons' outline and the true one, m; default 1e-4.
+    /// Below 1e-8 or above 0.1 arm lengths is an error.
+    pub accuracy_m: f64,
+    /// Heights to keep, m; default all that the arm reaches.
+    pub heights_m: Option<Interval>,
+    /// Lines to begin with are no further apart than this, m; default 0.02. What lies between two
+    /// lines without touching either is missed, unless it is next to something else:
+    /// [`WallRegion::certify`] finds such parts.
+    pub spacing_m: f64,
+}
+
+impl Default for PolygonConfig {
+    fn default() -> Self {
+        Self {
+            accuracy_m: 1e-4,
+            heights_m: None,
+            spacing_m: 0.02,
+        }
+    }
+}
+
+/// A connected part of the reachable set of a wall, seen from the person's side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallPolygon {
+    /// Counter-clockwise; the last point is joined to the first.
+    pub outline: Vec<WallPoint>,
+    /// Clockwise, each within the outline, none within another.
+    pub holes: Vec<Vec<WallPoint>>,
+}
+
+impl WallPolygon {
+    /// Outline and holes.
+    pub fn rings(&self) -> impl Iterator<Item = &[WallPoint]> {
+        std::iter::once(&self.outline)
+            .chain(&self.holes)
+            .map(Vec::as_slice)
+    }
+
+    /// Area without the holes, m², from the outline alone (shoelace formula).
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        self.rings().map(signed_area_m2).sum()
+    }
+}
+
+/// The reachable part of a wall.
+#[derive(Debug, Clone)]
+pub struct WallRegion {
+    plane: WallPlane,
+    accuracy_m: f64,
+    polygons: Vec<WallPolygon>,
+    vertices: Vec<WallPoint>,
+    triangles: Vec<[u32; 3]>,
+    strips: Strips,
+    lines: usize,
+    slivers: usize,
+}
+
+impl WallRegion {
+    /// Traces what the solver's arm reaches of a plane.
+    ///
+    /// # Errors
+    /// Settings outside their ranges, a NaN or reversed height range, more than a million lines.
+    pub fn of_plane(
+        solver: &ExactSolver,
+        plane: &WallPlane,
+        config: &PolygonConfig,
+    ) -> Result<Self, ReachabilityError> {
+        let accuracy_m = positive("accuracy_m", config.accuracy_m)?;
+        let size = size_m(&solver.wide);
+        if !(1e-8 * size..=0.1 * size).contains(&accuracy_m) {
+            return Err(ReachabilityError::Parameter {
+                what: "accuracy_m",
+                value: accuracy_m,
+                wanted: "between 1e-8 and 0.1 lengths of the stretched arm",
+            });
+        }
+        let spacing_m = positive("spacing_m", config.spacing_m)?;
+        let heights_m = heights(solver, plane, config.heights_m)?;
+        let Contour {
+            rings,
+            strips,
+            lines,
+            slivers,
+        } = match heights_m {
+            Some(heights_m) => trace(
+                solver,
+                *plane,
+                &Sampling {
+                    accuracy_m,
+                    // At least some lines also where little is in reach.
+                    spacing_m: spacing_m.min((heights_m.length_m() / 16.0).max(accuracy_m)),
+                    heights_m,
+                },
+            )?,
+            None => Contour::default(),
+        };
+        let polygons = nested(rings);
+        let rings = || polygons.iter().flat_map(WallPolygon::rings);
+        let triangles = triangulate(rings())?;
+        Ok(Self {
+            plane: *plane,
+            accuracy_m,
+            vertices: rings().flatten().copied().collect(),
+            polygons,
+            triangles,
+            strips,
+            lines,
+            slivers,
+        })
+    }
+
+    /// The wall.
+    #[must_use]
+    pub const fn plane(&self) -> WallPlane {
+        self.plane
+    }
+
+    /// The connected parts; empty where nothing, or only a point or a line, is in reach.
+    #[must_use]
+    pub fn polygons(&self) -> &[WallPolygon] {
+        &self.polygons
+    }
+
+    /// Corners of [`triangles`](Self::triangles): those of all rings, in order.
+    #[must_use]
+    pub fn vertices(&self) -> &[WallPoint] {
+        &self.vertices
+    }
+
+    /// Triangles that cover the polygons, counter-clockwise, as indices of
+    /// [`vertices`](Self::vertices): a constrained Delaunay triangulation, for drawing and sums.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Area, m²: the sum over the triangles.
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        let corner = |&i: &u32| self.vertices[i as usize];
+        let area = |t: &[u32; 3]| signed_area_m2(&[corner(&t[0]), corner(&t[1]), corner(&t[2])]);
+        self.triangles.iter().map(area).sum()
+    }
+
+    /// Is the point in one of the polygons? Their outlines belong to them; NaN is nowhere.
+    #[must_use]
+    pub fn contains(&self, at: WallPoint) -> bool {
+        self.strips.contains(at)
+    }
+
+    /// The point of the polygons nearest to `at`: itself where they contain it, `None` where there
+    /// are no polygons, or for NaN.
+    #[must_use]
+    pub fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
+        self.strips.nearest(at)
+    }
+
+    /// Hausdorff distance that was asked for, m.
+    #[must_use]
+    pub const fn accuracy_m(&self) -> f64 {
+        self.accuracy_m
+    }
+
+    /// Lines that were solved.
+    #[must_use]
+    pub const fn line_count(&self) -> usize {
+        self.lines
+    }
+
+    /// Islands and holes lower than the accuracy that a line happened to meet; they are left out.
+    #[must_use]
+    pub const fn sliver_count(&self) -> usize {
+        self.slivers
+    }
+}
+
+/// Positive for rings that run counter-clockwise, m².
+fn signed_area_m2(ring: &[WallPoint]) -> f64 {
+    // From the first corner, so that small rings far away keep their digits.
+    let Some(&origin) = ring.first() else {
+        return 0.0;
+    };
+    let from = |p: &WallPoint| (p.s_m - origin.s_m, p.z_m - origin.z_m);
+    let cross = |pair: &[WallPoint]| {
+        let ((a, b), (c, d)) = (from(&pair[0]), from(&pair[1]));
+        a * d - b * c
+    };
+    0.5 * ring.windows(2).map(cross).sum::<f64>()
+}
+
+/// Is a point that is no corner inside of a ring?
+fn encloses(ring: &[WallPoint], at: WallPoint) -> bool {
+    let mut inside = false;
+    let mut a = ring[ring.len() - 1];
+    for &b in ring {
+        if (a.z_m > at.z_m) != (b.z_m > at.z_m) {
+            let share = (at.z_m - a.z_m) / (b.z_m - a.z_m);
+            inside ^= at.s_m < a.s_m + share * (b.s_m - a.s_m);
+        }
+        a = b;
+    }
+    inside
+}
+
+/// Gives each hole to the smallest outline around it.
+fn nested(rings: Vec<Vec<WallPoint>>) -> Vec<WallPolygon> {
+    let (outer, holes): (Vec<_>, Vec<_>) = rings.into_iter().partition(|r| signed_area_m2(r) > 0.0);
+    let polygon = |outline: Vec<WallPoint>| {
+        (
+            signed_area_m2(&outline),
+            WallPolygon {
+                outline,
+                holes: Vec::new(),
+            },
+        )
+    };
+    let mut polygons: Vec<(f64, WallPolygon)> = outer.into_iter().map(polygon).collect();
+    for hole in holes {
+        let around = polygons
+            .iter_mut()
+            .filter(|(_, p)| encloses(&p.outline, hole[0]));
+        if let Some((_, polygon)) = around.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            polygon.holes.push(hole);
+        }
+    }
+    polygons.into_iter().map(|(_, polygon)| polygon).collect()
+}
+
+/// Heights that the wrist can be brought to, clipped; `None` where there are none.
+fn heights(
+    solver: &ExactSolver,
+    plane: &WallPlane,
+    clip: Option<Interval>,
+) -> Result<Option<Interval>, ReachabilityError> {
+    let arm = &solver.wide;
+    let [_, longest] = arm.shoulder_wrist_range_m();
+    let mut range: Option<Interval> = None;
+    for freedom in &solver.freedoms {
+        let pose = plane.board_pose(WallPoint::new(0.0, 0.0), freedom.roll)?;
+        let wrist = arm.wrist_from_shoulder_m(&pose);
+        let across = wrist.dot(plane.normal()).abs();
+        // A hair further than it is, so that the rounding of the ends is covered.
+        let longest = longest * (1.0 + 1e-13);
+        if across > longest {
+            continue;
+        }
+        // A turn about the normal moves the wrist by no more than this, a rise by itself.
+        let lever = (wrist - (pose.position_m() - glam::DVec3::Z * arm.geometry().d_bs_m)).length();
+        let swing = 2.0 * lever * (0.5 * freedom.half_roll).sin() + freedom.half_rise;
+        let half = ((longest - across) * (longest + across)).sqrt() + swing;
+        let found = Interval::new(-wrist.z - half, -wrist.z + half);
+        range = Some(range.map_or(found, |r| {
+            Interval::new(r.lo_m.min(found.lo_m), r.hi_m.max(found.hi_m))
+        }));
+    }
+    let Some(clip) = clip else {
+        return Ok(range);
+    };
+    finite("lowest height", clip.lo_m)?;
+    finite("highest height", clip.hi_m)?;
+    if clip.lo_m >= clip.hi_m {
+        return Err(ReachabilityError::Parameter {
+            what: "highest height",
+            value: clip.hi_m,
+            wanted: "above the lowest",
+        });
+    }
+    Ok(range.and_then(|r| {
+        let clipped = Interval::new(r.lo_m.max(clip.lo_m), r.hi_m.min(clip.hi_m));
+        (clipped.lo_m < clipped.hi_m).then_some(clipped)
+    }))
+}
