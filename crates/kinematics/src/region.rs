@@ -106,41 +106,17 @@ impl SrsArm {
     /// headings' range answer for all headings at once.
     #[must_use]
     pub fn reach_region_between(&self, widest: &Self, region: &PoseRegion) -> RegionReach {
-        let Some(cell) = Cell::new(self, region) else {
-            return RegionReach::Undecided;
+        let cell = match Cell::prepare(self, widest, region) {
+            Ok(cell) => cell,
+            Err(verdict) => return verdict,
         };
-        let (narrow, wide) = (&self.distances, &widest.distances);
-        let possible = cell.elbows(wide, |side| {
-            side[0] - wide.tolerance <= cell.longest && cell.shortest <= side[1] + wide.tolerance
-        });
-        if possible == 0 {
-            let length = cell.length.clamp(cell.shortest, cell.longest);
-            let least = [cell.shortest, length, cell.longest]
-                .map(|length| widest.length_reason(length))
-                .into_iter()
-                .min_by(|a, b| missing(a).total_cmp(&missing(b)));
-            return least.map_or(RegionReach::Undecided, RegionReach::Unreachable);
-        }
-        // The triangle exists only for lengths the elbow allows; those are what must be covered.
-        let lo = wide.sides[0][0].min(wide.sides[1][0]).max(cell.shortest);
-        let hi = wide.sides[0][1].max(wide.sides[1][1]).min(cell.longest);
-        let triangles = Triangles::new(wide, lo.min(hi), lo.max(hi), cell.length);
-        if let Some(reason) = cell.tilted_too_far(widest, &triangles) {
-            return RegionReach::Unreachable(reason);
-        }
-        let Some(slack) = cell.slack(&triangles) else {
-            return RegionReach::Undecided;
-        };
-        let certain = cell.elbows(narrow, |side| {
-            side[0] - narrow.tolerance <= cell.shortest
-                && cell.longest <= side[1] + narrow.tolerance
-        });
-        let triangle = triangles.reference;
-        let wrist = cell.wrist * (triangle.length / cell.length);
-        let mut circle = ElbowCircle::new(wrist, triangle, possible, &cell.flange.rotation());
         // One look at the extremes serves both questions; they answer most of them.
+        let Cell {
+            circle,
+            slack,
+            certain,
+        } = &cell;
         let extremes = circle.extremes();
-        let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
         let mut held = 0;
         for psi in extremes {
             let inside = circle.verdicts_within(self, psi, slack.narrowing());
@@ -149,29 +125,52 @@ impl SrsArm {
         if held != 0 {
             return RegionReach::Reachable(BranchSet::from_bits(held));
         }
+        let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
         for psi in extremes {
-            let outside = circle.verdicts_within(widest, psi, slack);
+            let outside = circle.verdicts_within(widest, psi, *slack);
             shoulder |= outside.shoulder;
             wrist |= outside.wrist;
             may_hold |= outside.shoulder & outside.wrist != 0;
         }
         if !may_hold {
-            let verdict = unreachable(&circle, widest, slack, shoulder, wrist);
+            let verdict = unreachable(circle, widest, *slack, shoulder, wrist);
             if let Some(reason) = verdict {
                 return RegionReach::Unreachable(reason);
             }
         }
-        circle.elbow_mask = certain;
-        held = if certain == 0 {
-            0
-        } else {
-            reachable(&circle, self, slack.narrowing())
-        };
+        if *certain != 0 {
+            held = cell.first_held(self, *certain);
+        }
         if held == 0 {
             RegionReach::Undecided
         } else {
             RegionReach::Reachable(BranchSet::from_bits(held))
         }
+    }
+
+    /// All branches that provably hold every pose of a region, each at one arm angle.
+    ///
+    /// Where [`SrsArm::reach_region`] stops at the first ones it meets, this looks at every limit.
+    #[must_use]
+    pub fn branches_throughout(&self, region: &PoseRegion) -> BranchSet {
+        let Ok(cell) = Cell::prepare(self, self, region) else {
+            return BranchSet::EMPTY;
+        };
+        let mut held = 0;
+        for psi in cell.circle.extremes() {
+            let v = cell
+                .circle
+                .verdicts_within(self, psi, cell.slack.narrowing());
+            held |= v.shoulder & v.wrist & cell.certain;
+        }
+        while held != cell.certain {
+            let more = cell.first_held(self, cell.certain & !held);
+            if more == 0 {
+                break;
+            }
+            held |= more;
+        }
+        BranchSet::from_bits(held)
     }
 
     /// Wrist centre of a tool pose, from the shoulder, base axes, m.
@@ -197,19 +196,6 @@ fn missing(reason: &Unreachable) -> f64 {
         | Unreachable::ElbowLimit { gap_m } => gap_m,
         _ => f64::INFINITY,
     }
-}
-
-/// Branches for which some arm angle passes all tests with this (negative) slack.
-fn reachable(circle: &ElbowCircle, arm: &SrsArm, slack: Slack) -> u8 {
-    // The roots are taken a little further inside, so that rounding cannot fail their own test.
-    let deeper = Slack {
-        shoulder: slack.shoulder - 2.0 * CROSS_TOLERANCE,
-        wrist: slack.wrist - 2.0 * CROSS_TOLERANCE,
-    };
-    circle.first_root(arm, deeper, |psi| {
-        let v = circle.verdicts_within(arm, psi, slack);
-        v.shoulder & v.wrist
-    })
 }
 
 /// The reason why no arm angle passes with this slack, if none does; the extremes did not.
@@ -248,8 +234,75 @@ fn unreachable(
     }
 }
 
-/// The wrist centres of a region.
+/// A region made ready for tests at arm angles.
 struct Cell {
+    circle: ElbowCircle,
+    slack: Slack,
+    /// Branches whose elbow reaches every distance of the region.
+    certain: u8,
+}
+
+impl Cell {
+    /// What the distances and the tilts alone decide is the error.
+    #[inline(always)]
+    fn prepare(narrow: &SrsArm, widest: &SrsArm, region: &PoseRegion) -> Result<Self, RegionReach> {
+        let Some(wrists) = Wrists::new(narrow, region) else {
+            return Err(RegionReach::Undecided);
+        };
+        let (narrow, wide) = (&narrow.distances, &widest.distances);
+        let possible = wrists.elbows(wide, |side| {
+            side[0] - wide.tolerance <= wrists.longest
+                && wrists.shortest <= side[1] + wide.tolerance
+        });
+        if possible == 0 {
+            let length = wrists.length.clamp(wrists.shortest, wrists.longest);
+            let least = [wrists.shortest, length, wrists.longest]
+                .map(|length| widest.length_reason(length))
+                .into_iter()
+                .min_by(|a, b| missing(a).total_cmp(&missing(b)));
+            return Err(least.map_or(RegionReach::Undecided, RegionReach::Unreachable));
+        }
+        // The triangle exists only for lengths the elbow allows; those are what must be covered.
+        let lo = wide.sides[0][0].min(wide.sides[1][0]).max(wrists.shortest);
+        let hi = wide.sides[0][1].max(wide.sides[1][1]).min(wrists.longest);
+        let triangles = Triangles::new(wide, lo.min(hi), lo.max(hi), wrists.length);
+        if let Some(reason) = wrists.tilted_too_far(widest, &triangles) {
+            return Err(RegionReach::Unreachable(reason));
+        }
+        let Some(slack) = wrists.slack(&triangles) else {
+            return Err(RegionReach::Undecided);
+        };
+        let certain = wrists.elbows(narrow, |side| {
+            side[0] - narrow.tolerance <= wrists.shortest
+                && wrists.longest <= side[1] + narrow.tolerance
+        });
+        let triangle = triangles.reference;
+        let wrist = wrists.wrist * (triangle.length / wrists.length);
+        let rotation = wrists.flange.rotation();
+        Ok(Self {
+            circle: ElbowCircle::new(wrist, triangle, possible, &rotation),
+            slack,
+            certain,
+        })
+    }
+
+    /// Some of the wanted branches for which an arm angle passes all tests narrowed by the slack.
+    fn first_held(&self, arm: &SrsArm, wanted: u8) -> u8 {
+        let slack = self.slack.narrowing();
+        // The roots are taken a little further inside, so that rounding cannot fail their own test.
+        let deeper = Slack {
+            shoulder: slack.shoulder - 2.0 * CROSS_TOLERANCE,
+            wrist: slack.wrist - 2.0 * CROSS_TOLERANCE,
+        };
+        self.circle.first_root(arm, deeper, |psi| {
+            let v = self.circle.verdicts_within(arm, psi, slack);
+            v.shoulder & v.wrist & wanted
+        })
+    }
+}
+
+/// The wrist centres of a region.
+struct Wrists {
     flange: Pose,
     wrist: DVec3,
     length: f64,
@@ -266,7 +319,7 @@ struct Cell {
     tool_turn: f64,
 }
 
-impl Cell {
+impl Wrists {
     fn new(arm: &SrsArm, region: &PoseRegion) -> Option<Self> {
         let flange = arm.flange_pose(&region.center);
         let wrist = wrist_from_shoulder(arm, &flange);

@@ -71,6 +71,9 @@ fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
             RegionReach::Reachable(branches) => {
                 counts[0] += 1;
                 assert!(!branches.is_empty());
+                let all = arm.branches_throughout(&region);
+                assert_eq!(all.intersection(branches), branches);
+                let branches = all;
                 for _ in 0..12 {
                     let pose = drawn(&region, &mut sampler);
                     assert!(arm.is_reachable(&pose), "{i}: {region:?} {pose:?}");

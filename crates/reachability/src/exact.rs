@@ -211,9 +211,8 @@ impl ExactSolver {
         line: &WallLine,
         mirror: bool,
     ) -> Result<Option<LineReach>, ReachabilityError> {
-        let pieces = LineSearch::new(self, line)?.run(mirror);
-        Ok(pieces.map(|pieces| {
-            let reach = LineReach::from_pieces(&pieces);
+        let reach = LineSearch::new(self, line)?.run(mirror);
+        Ok(reach.map(|reach| {
             if self.half_width_m > 0.0 {
                 reach.dilated(self.half_width_m)
             } else {

@@ -9,8 +9,10 @@ use hwall_kinematics::BranchSet;
 pub struct ReachInterval {
     /// Its ends: the best estimate, within the accuracy.
     pub span: Interval,
-    /// Branches that hold every proven point of it, so that a motion along it need not change
-    /// branch. May be empty; more branches than these may do.
+    /// Branches that provably hold every proven point of it at one roll, so that a motion along
+    /// it need not change branch; each point has an arm angle, not necessarily a connected set of
+    /// them. Empty where there is no such branch, and for a free roll of a tilted tool or a touch anywhere
+    /// on the board, where it is not looked for.
     pub branches: BranchSet,
 }
 
@@ -58,29 +60,25 @@ impl LineReach {
     /// Merges neighbouring pieces, sorted along the line, into intervals and bands.
     pub(crate) fn from_pieces(pieces: &[Piece]) -> Self {
         let mut reach = Self::default();
-        let mut proven = false;
+        // What holds the interval so far; `None` while no part of it is proven.
+        let mut hold: Option<Hold> = None;
         for piece in pieces {
             let span = Interval::new(piece.lo, piece.hi);
             if piece.reachable {
-                let branches = piece.proven;
                 match reach.intervals.last_mut() {
                     Some(last) if last.span.hi_m >= piece.lo => {
                         last.span.hi_m = piece.hi;
-                        last.branches = match (proven, branches) {
-                            (true, Some(more)) => last.branches.intersection(more),
-                            (false, Some(more)) => more,
-                            (_, None) => last.branches,
-                        };
-                        proven |= branches.is_some();
+                        hold = Hold::both(hold, piece.proven);
+                        last.branches = hold.map(|h| h.branches).unwrap_or_default();
                     }
                     _ => {
                         // An island that nothing proves is a band and no interval.
-                        if !proven {
+                        if hold.is_none() {
                             reach.intervals.pop();
                         }
-                        let branches = branches.unwrap_or_default();
+                        hold = piece.proven;
+                        let branches = hold.map(|h| h.branches).unwrap_or_default();
                         reach.intervals.push(ReachInterval { span, branches });
-                        proven = piece.proven.is_some();
                     }
                 }
             }
@@ -91,7 +89,7 @@ impl LineReach {
                 }
             }
         }
-        if !proven {
+        if hold.is_none() {
             reach.intervals.pop();
         }
         reach
@@ -145,14 +143,36 @@ impl LineReach {
     }
 }
 
+/// How a stretch is held: the branches at one of the solver's rolls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hold {
+    pub(crate) roll: usize,
+    pub(crate) branches: BranchSet,
+}
+
+impl Hold {
+    /// What holds two neighbouring stretches, either of which may be unproven.
+    fn both(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        let (Some(a), Some(b)) = (a, b) else {
+            return a.or(b);
+        };
+        let branches = if a.roll == b.roll {
+            a.branches.intersection(b.branches)
+        } else {
+            BranchSet::EMPTY
+        };
+        Some(Self { branches, ..a })
+    }
+}
+
 /// One stretch of a line, the last step before intervals.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece {
     pub(crate) lo: f64,
     pub(crate) hi: f64,
     pub(crate) reachable: bool,
-    /// `None` where nothing is proven.
-    pub(crate) proven: Option<BranchSet>,
+    /// `None` where nothing is proven; of no meaning where nothing is reachable.
+    pub(crate) proven: Option<Hold>,
 }
 
 impl Piece {

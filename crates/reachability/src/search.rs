@@ -1,14 +1,17 @@
 //! The search for the intervals of one line; the method is told in `exact.rs`.
 
 use crate::exact::{ExactSolver, Freedom};
-use crate::interval::united;
-use crate::line_reach::Piece;
+use crate::interval::{united, without};
+use crate::line_reach::{Hold, LineReach, Piece};
 use crate::{Interval, ReachabilityError, WallLine};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionReach};
 
 /// A line is cut into this many cells to begin with: wider ones are never decided.
 const FIRST_CELLS: usize = 8;
+
+/// Rounding of a distance between shoulder and wrist, relative, with room to spare.
+const HAIR: f64 = 1e-13;
 
 /// Undecided cells of one line after which the rest of it is reported as one band: a line that
 /// runs along a limit could be cut for ever.
@@ -27,7 +30,7 @@ pub(crate) enum Verdict {
 
 /// What is known of one cell.
 enum CellVerdict {
-    Reachable(BranchSet),
+    Reachable(Hold),
     Unreachable,
     Undecided,
 }
@@ -61,9 +64,21 @@ impl<'a> LineSearch<'a> {
         })
     }
 
-    /// The line in pieces, sorted; `None` where the family of arms does not agree.
-    pub(crate) fn run(mut self, mirror: bool) -> Option<Vec<Piece>> {
-        for Interval { lo_m: lo, hi_m: hi } in self.domain() {
+    /// The intervals; `None` where the family of arms does not agree. With `mirror` only s ≥ 0 is
+    /// searched.
+    pub(crate) fn run(mut self, mirror: bool) -> Option<LineReach> {
+        // Rounding of the ends themselves is a band like others, if a very narrow one.
+        let certain = self.domain(0.0);
+        let possible = self.domain(HAIR);
+        for Interval { lo_m: lo, hi_m: hi } in without(&possible, &certain) {
+            self.pieces.push(Piece {
+                lo,
+                hi,
+                reachable: false,
+                proven: None,
+            });
+        }
+        for Interval { lo_m: lo, hi_m: hi } in certain {
             let lo = if mirror { lo.max(0.0) } else { lo };
             if lo >= hi {
                 continue;
@@ -84,20 +99,34 @@ impl<'a> LineSearch<'a> {
                 left = right;
             }
         }
+        self.pieces.sort_by(|a, b| a.lo.total_cmp(&b.lo));
         if mirror {
+            self.pieces.retain(|piece| piece.hi > 0.0);
             let mut pieces: Vec<Piece> = self.pieces.iter().rev().map(Piece::mirrored).collect();
             pieces.append(&mut self.pieces);
-            return Some(pieces);
+            self.pieces = pieces;
         }
-        Some(self.pieces)
+        let mut reach = LineReach::from_pieces(&self.pieces);
+        // Cells name the first branches they meet; where those have none in common, look closely.
+        let fixed = |f: &Freedom| f.half_roll == 0.0 && f.half_rise == 0.0;
+        if self.solver.freedoms.iter().all(fixed) {
+            for i in reach.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
+                i.branches = self.branches_along(i.span);
+            }
+        } else {
+            for interval in &mut reach.intervals {
+                interval.branches = BranchSet::EMPTY;
+            }
+        }
+        Some(reach)
     }
 
     /// Where the wrist's distance from the shoulder is possible: outside there is nothing.
-    fn domain(&self) -> Vec<Interval> {
+    /// Distances count as possible up to a share `hair` beyond their limits.
+    fn domain(&self, hair: f64) -> Vec<Interval> {
         let arm = &self.solver.wide;
         let [shortest, longest] = arm.shoulder_wrist_range_m();
-        // A hair wider than it is, so that the rounding of the ends is covered.
-        let hair = 1e-13 * longest.abs();
+        let hair = hair * longest.abs();
         let mut stretches = Vec::new();
         for (pose, freedom) in self.poses.iter().zip(&self.solver.freedoms) {
             let wrist = arm.wrist_from_shoulder_m(pose);
@@ -156,10 +185,12 @@ impl<'a> LineSearch<'a> {
     fn cell(&self, lo: f64, hi: f64) -> CellVerdict {
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         let mut impossible = true;
-        for (pose, freedom) in self.poses.iter().zip(&self.solver.freedoms) {
+        for (roll, (pose, freedom)) in self.poses.iter().zip(&self.solver.freedoms).enumerate() {
             let pose = pose.at(pose.position_m() + self.along * middle);
             match self.any_of(&pose, [half, 0.0], *freedom, FREEDOM_DEPTH) {
-                CellVerdict::Reachable(branches) => return CellVerdict::Reachable(branches),
+                CellVerdict::Reachable(hold) => {
+                    return CellVerdict::Reachable(Hold { roll, ..hold });
+                }
                 CellVerdict::Unreachable => {}
                 CellVerdict::Undecided => impossible = false,
             }
@@ -171,13 +202,35 @@ impl<'a> LineSearch<'a> {
         }
     }
 
+    /// Branches that hold all proven pieces of an interval at one roll: the most that a roll gives.
+    fn branches_along(&self, span: Interval) -> BranchSet {
+        let inside = |piece: &&Piece| {
+            piece.reachable && piece.proven.is_some() && span.contains(0.5 * (piece.lo + piece.hi))
+        };
+        let of_roll = |pose: &Pose| {
+            let mut held = BranchSet::from_bits(0xFF);
+            for piece in self.pieces.iter().filter(inside) {
+                let middle = pose.position_m() + self.along * (0.5 * (piece.lo + piece.hi));
+                let half = self.along * (0.5 * (piece.hi - piece.lo));
+                let region = PoseRegion::segment(pose.at(middle), half);
+                held = held.intersection(self.solver.narrow.branches_throughout(&region));
+                if held.is_empty() {
+                    break;
+                }
+            }
+            held
+        };
+        let most = self.poses.iter().map(of_roll).max_by_key(|set| set.len());
+        most.unwrap_or_default()
+    }
+
     fn region(&self, region: &PoseRegion) -> CellVerdict {
         match self
             .solver
             .narrow
             .reach_region_between(&self.solver.wide, region)
         {
-            RegionReach::Reachable(branches) => CellVerdict::Reachable(branches),
+            RegionReach::Reachable(branches) => CellVerdict::Reachable(Hold { roll: 0, branches }),
             RegionReach::Unreachable(_) => CellVerdict::Unreachable,
             RegionReach::Undecided => CellVerdict::Undecided,
         }
@@ -275,16 +328,20 @@ impl<'a> LineSearch<'a> {
 
     /// Appends the cell if it is proven as a whole.
     fn decided(&mut self, lo: f64, hi: f64) -> bool {
-        let (reachable, branches) = match self.cell(lo, hi) {
-            CellVerdict::Reachable(branches) => (true, branches),
-            CellVerdict::Unreachable => (false, BranchSet::EMPTY),
+        let nothing = Hold {
+            roll: 0,
+            branches: BranchSet::EMPTY,
+        };
+        let (reachable, hold) = match self.cell(lo, hi) {
+            CellVerdict::Reachable(hold) => (true, hold),
+            CellVerdict::Unreachable => (false, nothing),
             CellVerdict::Undecided => return false,
         };
         self.pieces.push(Piece {
             lo,
             hi,
             reachable,
-            proven: Some(branches),
+            proven: Some(hold),
         });
         true
     }
