@@ -124,7 +124,11 @@ impl KeepOutBox {
             step: line.plane.along(),
         };
         let mut blocked: Vec<Interval> = Vec::new();
-        for span in self.overlaps(carried, rotation, path)?.into_iter().flatten() {
+        for span in self
+            .overlaps(carried, rotation, path)?
+            .into_iter()
+            .flatten()
+        {
             match blocked.last_mut() {
                 Some(last) if span.lo_m < last.hi_m && last.lo_m < span.hi_m => {
                     *last = hull(*last, span);
@@ -164,8 +168,7 @@ impl KeepOutBox {
         let centre = self.base_from_box.position_m();
         let norm = |v: DVec3| v.abs().element_sum();
         // Lengths are counted in this unit, so that no square overflows and tolerances are plain.
-        let unit_m =
-            norm(tool.start) + norm(centre) + norm(self.half_extents_m) + carried.size_m();
+        let unit_m = norm(tool.start) + norm(centre) + norm(self.half_extents_m) + carried.size_m();
         finite("sum of the distances to a keep-out box", unit_m)?;
         let path_of = |middle: DVec3| Path {
             start: (tool.start + rotation * middle - centre) / unit_m,
@@ -236,9 +239,9 @@ impl Carried {
 
     /// No part is further from the tool point, m.
     fn size_m(&self) -> f64 {
-        let plate = self.plate.map_or(0.0, |p| {
-            p.half_width_m + p.half_height_m + p.thickness_m
-        });
+        let plate = self
+            .plate
+            .map_or(0.0, |p| p.half_width_m + p.half_height_m + p.thickness_m);
         let hand = self.hand.map_or(0.0, |h| {
             let ends = h.ends_m.map(|e| e.abs().element_sum());
             ends[0] + ends[1] + h.radius_m
@@ -260,7 +263,11 @@ pub struct Plate {
 
 impl Plate {
     fn half_extents_m(&self) -> DVec3 {
-        DVec3::new(self.half_width_m, self.half_height_m, self.thickness_m * 0.5)
+        DVec3::new(
+            self.half_width_m,
+            self.half_height_m,
+            self.thickness_m * 0.5,
+        )
     }
 
     fn middle_m(&self) -> DVec3 {
@@ -428,6 +435,10 @@ fn hull(a: Interval, b: Interval) -> Interval {
 /// An end of a blocked interval is free, for there the load only touches. So a single point stays
 /// where a blocked interval begins or ends at an end of a span, or where two blocked ones meet;
 /// nothing is dropped for being short.
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "the solvers do not take boxes yet")
+)]
 pub(crate) fn subtract(spans: &[Interval], blocked: &[Interval]) -> Vec<Interval> {
     let mut rest = spans.to_vec();
     for hole in blocked.iter().filter(|hole| hole.lo_m < hole.hi_m) {
@@ -454,32 +465,28 @@ mod tests {
 
     #[test]
     fn differences_keep_the_ends_of_the_blocked_parts() {
-        let cases: [(&[(f64, f64)], &[(f64, f64)], &[(f64, f64)]); 9] = [
-            (&[(0.0, 4.0)], &[(1.0, 2.0)], &[(0.0, 1.0), (2.0, 4.0)]),
+        let cases: [[&[(f64, f64)]; 3]; 9] = [
+            [&[(0.0, 4.0)], &[(1.0, 2.0)], &[(0.0, 1.0), (2.0, 4.0)]],
             // Out of order, overlapping, one inside another.
-            (
+            [
                 &[(0.0, 4.0), (5.0, 6.0)],
                 &[(3.0, 5.5), (0.5, 1.0), (2.5, 3.5), (3.1, 3.2)],
                 &[(0.0, 0.5), (1.0, 2.5), (5.5, 6.0)],
-            ),
+            ],
             // Touching from outside takes nothing.
-            (&[(0.0, 1.0)], &[(-1.0, 0.0), (1.0, 2.0)], &[(0.0, 1.0)]),
+            [&[(0.0, 1.0)], &[(-1.0, 0.0), (1.0, 2.0)], &[(0.0, 1.0)]],
             // Blocked from end to end: the load can still touch at both.
-            (&[(0.0, 1.0)], &[(0.0, 1.0)], &[(0.0, 0.0), (1.0, 1.0)]),
-            (&[(0.0, 1.0)], &[(-0.1, 1.1)], &[]),
+            [&[(0.0, 1.0)], &[(0.0, 1.0)], &[(0.0, 0.0), (1.0, 1.0)]],
+            [&[(0.0, 1.0)], &[(-0.1, 1.1)], &[]],
             // Two blocked intervals that meet leave the point between them.
-            (
-                &[(0.0, 2.0)],
-                &[(-1.0, 1.0), (1.0, 3.0)],
-                &[(1.0, 1.0)],
-            ),
+            [&[(0.0, 2.0)], &[(-1.0, 1.0), (1.0, 3.0)], &[(1.0, 1.0)]],
             // A single point stays unless it is truly inside.
-            (&[(1.0, 1.0)], &[(1.0, 2.0)], &[(1.0, 1.0)]),
-            (&[(1.0, 1.0)], &[(0.5, 2.0)], &[]),
+            [&[(1.0, 1.0)], &[(1.0, 2.0)], &[(1.0, 1.0)]],
+            [&[(1.0, 1.0)], &[(0.5, 2.0)], &[]],
             // An open interval without length holds nothing.
-            (&[(0.0, 1.0)], &[(0.5, 0.5)], &[(0.0, 1.0)]),
+            [&[(0.0, 1.0)], &[(0.5, 0.5)], &[(0.0, 1.0)]],
         ];
-        for (from, blocked, left) in cases {
+        for [from, blocked, left] in cases {
             assert_eq!(subtract(&spans(from), &spans(blocked)), spans(left));
         }
         assert!(subtract(&[], &spans(&[(0.0, 1.0)])).is_empty());
