@@ -1,23 +1,37 @@
-//! The outline of what a plane holds, from exact lines.
+//! The outline of what a plane holds, from lines.
 //!
-//! Two neighbouring lines bound a strip. Where every end of the one line goes on in the other, and
-//! the line half way between them confirms the chords, the chords stand; elsewhere the strip is
-//! cut in half, until it is lower than the accuracy. What begins or ends in such a strip gets
-//! a level lid. Chords of one strip keep the order of the ends on both lines and so cannot cross,
+//! Two neighbouring lines bound a strip. Where each end of the one line goes on in one of the
+//! other, the straight chords between them are tested at a third and at two thirds of their height:
+//! the plane must be reachable just inside of them and not just outside. Chords that pass stand.
+//! Otherwise the strip is cut in half, until it is lower than the accuracy; the line of the cut
+//! needs no search, its ends are bisected near the chords. Where ends do not go on, an interval
+//! begins, ends, parts or merges: there the line of the cut is solved as the first ones were, and
+//! the strip that is lower than the accuracy gets a level lid.
+//!
+//! Chords of one strip keep the order of the ends on both of its lines and so cannot cross, and
 //! each end has one neighbour above and one below: the rings are simple, whatever the lines hold.
 
 use crate::strips::Strips;
 use crate::{ExactSolver, Interval, LineReach, ReachabilityError, WallPlane, WallPoint};
 use std::ops::Range;
 
-/// Share of the accuracy that a chord may leave half way; lower strips than this are not cut.
+/// Share of the accuracy that chords may be off where they are tested; lower strips than this are
+/// not cut.
 ///
-/// One corner of the true outline, anywhere between two lines, is at most twice as far from the
-/// chord as the outline is half way: half is right for straight pieces, curves leave less.
-const CHORD_SHARE: f64 = 0.5;
+/// With one corner between two lines the outline is off by at most 3/2 of what it is at the worse
+/// of the two places, as an arc by 9/8: this and the ends' own error add up to less than 1.
+const CHORD_SHARE: f64 = 0.6;
+
+/// Where chords are tested, as shares of their height.
+const TESTED: [f64; 2] = [1.0 / 3.0, 2.0 / 3.0];
 
 /// Share of the accuracy for the ends of the lines.
 const LINE_SHARE: f64 = 1.0 / 16.0;
+
+/// In strips lower than so many times the accuracy what ends or begins is sampled at so many
+/// places: a tip narrower than their distance reaches no further than the quotient beyond.
+const SAMPLED_SHARE: f64 = 10.0;
+const SAMPLES: u32 = 32;
 
 /// More lines than this are refused: the outline of an arm's reach needs hundreds.
 const MOST_LINES: usize = 1 << 20;
@@ -59,6 +73,8 @@ pub(crate) fn trace(
         solver,
         plane,
         tolerance: CHORD_SHARE * sampling.accuracy_m,
+        furthest: sampling.spacing_m,
+        sampled: SAMPLED_SHARE * sampling.accuracy_m,
         lines: Vec::new(),
     };
     let Interval { lo_m: lo, hi_m: hi } = sampling.heights_m;
@@ -91,6 +107,10 @@ struct Tracer {
     solver: ExactSolver,
     plane: WallPlane,
     tolerance: f64,
+    /// Ends are looked for no further than twice this from their chord, m.
+    furthest: f64,
+    /// Height of strips in which ends and beginnings are sampled, m.
+    sampled: f64,
     /// Solved lines, upwards.
     lines: Vec<Line>,
 }
@@ -114,35 +134,150 @@ impl Tracer {
         let mut above = vec![self.solve(z)?];
         while let (Some(lower), Some(upper)) = (self.lines.last(), above.last()) {
             let middle = 0.5 * (lower.z + upper.z);
-            let low = upper.z - lower.z <= self.tolerance || middle <= lower.z || middle >= upper.z;
-            if !low {
-                let middle = self.solve(middle)?;
-                if self.is_straight(lower, &middle, upper) {
-                    // Known already, it makes the chords twice as good.
-                    self.lines.push(middle);
-                } else {
-                    above.push(middle);
-                    continue;
+            let low = upper.z - lower.z <= self.tolerance;
+            if low || middle <= lower.z || middle >= upper.z || self.is_straight(lower, upper)? {
+                self.lines.extend(above.pop());
+                if self.lines.len() > MOST_LINES {
+                    return Err(too_many());
                 }
+                continue;
             }
-            self.lines.extend(above.pop());
-            if self.lines.len() > MOST_LINES {
-                return Err(too_many());
-            }
+            let line = match self.follow(lower, upper, middle)? {
+                Some(line) => line,
+                None => self.solve(middle)?,
+            };
+            above.push(line);
         }
         Ok(())
     }
 
-    /// Do all ends go on through the three lines, in chords within the tolerance?
-    fn is_straight(&self, lower: &Line, middle: &Line, upper: &Line) -> bool {
+    /// Do the chords between two lines pass the test?
+    fn is_straight(&self, lower: &Line, upper: &Line) -> Result<bool, ReachabilityError> {
+        if !goes_on(&lower.ends, &upper.ends) {
+            return Ok(false);
+        }
         let rise = upper.z - lower.z;
-        goes_on(&lower.ends, &middle.ends)
-            && goes_on(&middle.ends, &upper.ends)
-            && (0..middle.ends.len()).all(|i| {
-                let (a, b) = (lower.ends[i], upper.ends[i]);
-                let aside = middle.ends[i] - 0.5 * (a + b);
-                aside.abs() * rise <= self.tolerance * rise.hypot(b - a)
-            })
+        for share in TESTED {
+            let line = self.plane.line(lower.z + share * rise);
+            for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate() {
+                // Along the line this is as far as the tolerance across the chord.
+                let aside = self.tolerance * rise.hypot(b - a) / rise;
+                let at = a + share * (b - a);
+                let inwards = if i % 2 == 0 { aside } else { -aside };
+                if !self.solver.is_reachable(&line, at + inwards)?
+                    || self.solver.is_reachable(&line, at - inwards)?
+                {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// The line between two others without a search along all of it: ends that go on are bisected
+    /// near their chord, what ends in a low strip is sampled. `None` where that is not safe.
+    fn follow(
+        &self,
+        lower: &Line,
+        upper: &Line,
+        z: f64,
+    ) -> Result<Option<Line>, ReachabilityError> {
+        let rise = upper.z - lower.z;
+        let (mut chords, mut lids) = (Vec::new(), Vec::new());
+        let mut sides = [false; 2];
+        let (low, up) = (&lower.ends[..], &upper.ends[..]);
+        join(
+            (low, 0..low.len()),
+            (up, 0..up.len()),
+            &mut |link| match link {
+                Link::Across { lower: i, upper: k } => chords.push((low[i], up[k], i % 2 == 0)),
+                Link::LowerLid(i) => {
+                    sides[0] = true;
+                    lids.push((low[i], low[i + 1], i % 2 == 0));
+                }
+                Link::UpperLid(k) => {
+                    sides[1] = true;
+                    lids.push((up[k], up[k + 1], k % 2 == 0));
+                }
+            },
+        );
+        // A narrow part that leans may look like one that ends and another that begins.
+        if sides == [true; 2] || (sides != [false; 2] && rise > self.sampled) {
+            return Ok(None);
+        }
+        let mut ends = Vec::with_capacity(low.len().max(up.len()));
+        for (a, b, is_lower) in chords {
+            let aside = self.tolerance * rise.hypot(b - a) / rise;
+            ends.push((self.end_near(z, 0.5 * (a + b), aside, is_lower)?, is_lower));
+        }
+        for (a, b, is_interval) in lids {
+            let line = self.plane.line(z);
+            let step = (b - a) / f64::from(SAMPLES);
+            let mut found: Option<(f64, f64)> = None;
+            for i in 0..SAMPLES {
+                let at = a + (f64::from(i) + 0.5) * step;
+                if self.solver.is_reachable(&line, at)? == is_interval {
+                    found = Some((found.map_or(at, |f| f.0), at));
+                }
+            }
+            if let Some((first, last)) = found {
+                ends.push((self.end_near(z, first, step, is_interval)?, is_interval));
+                ends.push((self.end_near(z, last, step, !is_interval)?, !is_interval));
+            }
+        }
+        let ends: Option<Vec<(f64, bool)>> = ends
+            .into_iter()
+            .map(|(end, is_lower)| Some((end?, is_lower)))
+            .collect();
+        let Some(mut ends) = ends else {
+            return Ok(None);
+        };
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let in_order = ends
+            .iter()
+            .enumerate()
+            .all(|(i, end)| end.1 == (i % 2 == 0));
+        let ends: Vec<f64> = ends.into_iter().map(|end| end.0).collect();
+        let apart = ends.windows(2).all(|pair| pair[0] < pair[1]);
+        let goes_on = sides != [false; 2] || (goes_on(low, &ends) && goes_on(&ends, up));
+        Ok((in_order && apart && goes_on).then_some(Line { z, ends }))
+    }
+
+    /// An end on a line, looked for in growing steps from `at` on: a lower one, with the reachable
+    /// side on the right, or an upper one.
+    fn end_near(
+        &self,
+        z: f64,
+        at: f64,
+        mut step: f64,
+        is_lower: bool,
+    ) -> Result<Option<f64>, ReachabilityError> {
+        let line = self.plane.line(z);
+        let is_left_of_end = |s| -> Result<bool, ReachabilityError> {
+            Ok(self.solver.is_reachable(&line, s)? != is_lower)
+        };
+        let go_right = is_left_of_end(at)?;
+        let (mut near, mut far) = (at, at);
+        loop {
+            far += if go_right { step } else { -step };
+            if is_left_of_end(far)? != go_right {
+                break;
+            }
+            if step > self.furthest {
+                return Ok(None);
+            }
+            near = far;
+            step *= 2.0;
+        }
+        while (far - near).abs() > self.solver.accuracy_m {
+            let middle = 0.5 * (near + far);
+            if is_left_of_end(middle)? == go_right {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        Ok(Some(0.5 * (near + far)))
     }
 }
 
@@ -165,7 +300,8 @@ fn ends(reach: &LineReach, hair: f64) -> Vec<f64> {
     ends
 }
 
-/// Does each interval, and each gap between them, overlap its like on the other line?
+/// Does each interval, and each gap between them, overlap its like on the other line? (So too
+/// where both lines are empty.)
 fn goes_on(a: &[f64], b: &[f64]) -> bool {
     let mut pairs = a.windows(2).zip(b.windows(2));
     a.len() == b.len() && pairs.all(|(a, b)| a[0].max(b[0]) < a[1].min(b[1]))

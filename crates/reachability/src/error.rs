@@ -85,6 +85,12 @@ pub enum ReachabilityError {
         /// The part that makes no sense.
         what: &'static str,
     },
+    /// The outline of a region crosses itself, so that it cannot be triangulated.
+    #[error("a region with {edges} edges cannot be triangulated")]
+    Triangulation {
+        /// Edges of its outline and holes.
+        edges: usize,
+    },
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod contour;
 mod error;
 mod exact;
 mod file;
@@ -10,10 +11,13 @@ mod line_reach;
 mod map;
 mod margin;
 mod nearest;
+mod polygon;
 mod reasons;
 mod search;
+mod strips;
 mod symmetry;
 mod threads;
+mod triangulation;
 mod wall;
 
 pub use error::ReachabilityError;
@@ -24,6 +28,7 @@ pub use keep_out::{Capsule, Carried, KeepOutBox, Plate};
 pub use line_reach::{LineReach, ReachInterval};
 pub use map::{BuildReport, LineIndex, LookUp, ReachabilityMap};
 pub use margin::{orientation_margin_rad, position_margin_m};
+pub use polygon::{PolygonConfig, WallPolygon, WallRegion};
 pub use reasons::ReachabilityReasons;
 pub use threads::{Monitor, Progress};
 pub use wall::{WallLine, WallPlane, WallPoint};
