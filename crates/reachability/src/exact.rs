@@ -113,7 +113,7 @@ pub struct ExactSolver {
     pub(crate) freedoms: Vec<Freedom>,
     pub(crate) accuracy_m: f64,
     /// Half of the board's touched width, m.
-    half_width_m: f64,
+    pub(crate) half_width_m: f64,
 }
 
 /// Rolls from `roll - half_roll` to `roll + half_roll`, rad, and heights of the tool point above
