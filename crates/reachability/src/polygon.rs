@@ -6,6 +6,7 @@ use crate::exact::size_m;
 use crate::strips::Strips;
 use crate::triangulation::triangulate;
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
+use glam::DVec3;
 
 /// What is asked of a [`WallRegion`].
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +18,7 @@ pub struct PolygonConfig {
     pub heights_m: Option<Interval>,
     /// Lines to begin with are no further apart than this, m; default 0.02. What lies between two
     /// lines without touching either is missed, unless it is next to something else:
-    /// [`WallRegion::certify`] finds such parts.
+    /// [`WallRegion::prove`] finds such parts.
     pub spacing_m: f64,
 }
 
@@ -60,6 +61,7 @@ impl WallPolygon {
 pub struct WallRegion {
     plane: WallPlane,
     accuracy_m: f64,
+    clip_m: Option<Interval>,
     polygons: Vec<WallPolygon>,
     vertices: Vec<WallPoint>,
     triangles: Vec<[u32; 3]>,
@@ -88,14 +90,15 @@ impl WallRegion {
             });
         }
         let spacing_m = positive("spacing_m", config.spacing_m)?;
-        let heights_m = heights(solver, plane, config.heights_m)?;
+        let clip_m = checked_clip(config.heights_m)?;
+        let extent = extent(solver, plane, clip_m)?;
         let Contour {
             rings,
             strips,
             lines,
             slivers,
-        } = match heights_m {
-            Some(heights_m) => trace(
+        } = match extent {
+            Some([_, heights_m]) => trace(
                 solver,
                 *plane,
                 &Sampling {
@@ -113,6 +116,7 @@ impl WallRegion {
         Ok(Self {
             plane: *plane,
             accuracy_m,
+            clip_m,
             vertices: rings().flatten().copied().collect(),
             polygons,
             triangles,
@@ -166,6 +170,20 @@ impl WallRegion {
     #[must_use]
     pub fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
         self.strips.nearest(at)
+    }
+
+    /// Every edge of every ring.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = [WallPoint; 2]> {
+        let rings = self.polygons.iter().flat_map(WallPolygon::rings);
+        rings.flat_map(|ring| {
+            let next = ring.iter().cycle().skip(1);
+            ring.iter().zip(next).map(|(&a, &b)| [a, b])
+        })
+    }
+
+    /// Heights that were asked for, m.
+    pub(crate) const fn clip_m(&self) -> Option<Interval> {
+        self.clip_m
     }
 
     /// Hausdorff distance that was asked for, m.
@@ -239,47 +257,56 @@ fn nested(rings: Vec<Vec<WallPoint>>) -> Vec<WallPolygon> {
     polygons.into_iter().map(|(_, polygon)| polygon).collect()
 }
 
-/// Heights that the wrist can be brought to, clipped; `None` where there are none.
-fn heights(
+/// Stretches along the wall and of heights beyond which nothing can be in reach, the heights
+/// clipped; `None` where that leaves nothing.
+pub(crate) fn extent(
     solver: &ExactSolver,
     plane: &WallPlane,
     clip: Option<Interval>,
-) -> Result<Option<Interval>, ReachabilityError> {
+) -> Result<Option<[Interval; 2]>, ReachabilityError> {
     let arm = &solver.wide;
     let [_, longest] = arm.shoulder_wrist_range_m();
-    let mut range: Option<Interval> = None;
+    // A hair further than it is, so that the rounding of the ends is covered.
+    let longest = longest * (1.0 + 1e-13);
+    let mut extent: Option<[Interval; 2]> = None;
     for freedom in &solver.freedoms {
         let pose = plane.board_pose(WallPoint::new(0.0, 0.0), freedom.roll)?;
         let wrist = arm.wrist_from_shoulder_m(&pose);
         let across = wrist.dot(plane.normal()).abs();
-        // A hair further than it is, so that the rounding of the ends is covered.
-        let longest = longest * (1.0 + 1e-13);
         if across > longest {
             continue;
         }
         // A turn about the normal moves the wrist by no more than this, a rise by itself.
-        let lever = (wrist - (pose.position_m() - glam::DVec3::Z * arm.geometry().d_bs_m)).length();
-        let swing = 2.0 * lever * (0.5 * freedom.half_roll).sin() + freedom.half_rise;
+        let lever = wrist - (pose.position_m() - DVec3::Z * arm.geometry().d_bs_m);
+        let swing = 2.0 * lever.length() * (0.5 * freedom.half_roll).sin();
         let half = ((longest - across) * (longest + across)).sqrt() + swing;
-        let found = Interval::new(-wrist.z - half, -wrist.z + half);
-        range = Some(range.map_or(found, |r| {
-            Interval::new(r.lo_m.min(found.lo_m), r.hi_m.max(found.hi_m))
-        }));
+        let about = |middle: f64, half: f64| Interval::new(middle - half, middle + half);
+        let found = [
+            about(-wrist.dot(plane.along()), half + solver.half_width_m),
+            about(-wrist.z, half + freedom.half_rise),
+        ];
+        let around =
+            |a: Interval, b: Interval| Interval::new(a.lo_m.min(b.lo_m), a.hi_m.max(b.hi_m));
+        extent = Some(extent.map_or(found, |e| [around(e[0], found[0]), around(e[1], found[1])]));
     }
-    let Some(clip) = clip else {
-        return Ok(range);
-    };
-    finite("lowest height", clip.lo_m)?;
-    finite("highest height", clip.hi_m)?;
-    if clip.lo_m >= clip.hi_m {
-        return Err(ReachabilityError::Parameter {
-            what: "highest height",
-            value: clip.hi_m,
-            wanted: "above the lowest",
-        });
-    }
-    Ok(range.and_then(|r| {
-        let clipped = Interval::new(r.lo_m.max(clip.lo_m), r.hi_m.min(clip.hi_m));
-        (clipped.lo_m < clipped.hi_m).then_some(clipped)
+    Ok(extent.and_then(|[s, mut z]| {
+        if let Some(clip) = clip {
+            z = Interval::new(z.lo_m.max(clip.lo_m), z.hi_m.min(clip.hi_m));
+        }
+        (z.lo_m < z.hi_m).then_some([s, z])
     }))
+}
+
+fn checked_clip(clip: Option<Interval>) -> Result<Option<Interval>, ReachabilityError> {
+    if let Some(Interval { lo_m, hi_m }) = clip {
+        finite("lowest height", lo_m)?;
+        if finite("highest height", hi_m)? <= lo_m {
+            return Err(ReachabilityError::Parameter {
+                what: "highest height",
+                value: hi_m,
+                wanted: "above the lowest",
+            });
+        }
+    }
+    Ok(clip)
 }

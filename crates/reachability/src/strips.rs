@@ -142,3 +142,16 @@ pub(crate) fn nearest_of_segment(from: WallPoint, to: WallPoint, at: WallPoint) 
     let share = (along / square).clamp(0.0, 1.0);
     WallPoint::new(from.s_m + share * s, from.z_m + share * z)
 }
+
+/// Does a segment meet a rectangle (`middle` plus or minus `half`, its rim belongs to it)?
+pub(crate) fn meets_square(segment: &[WallPoint; 2], middle: WallPoint, half: [f64; 2]) -> bool {
+    let [a, b] = segment.map(|p| [p.s_m - middle.s_m, p.z_m - middle.z_m]);
+    let apart =
+        |axis: usize| a[axis].min(b[axis]) > half[axis] || a[axis].max(b[axis]) < -half[axis];
+    if apart(0) || apart(1) {
+        return false;
+    }
+    // Across the segment.
+    let (s, z) = (b[0] - a[0], b[1] - a[1]);
+    (a[0] * z - a[1] * s).abs() <= half[0] * z.abs() + half[1] * s.abs()
+}
