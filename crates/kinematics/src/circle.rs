@@ -8,7 +8,7 @@
 //! [Shimizu 2008], [Faria 2018]; here ψ = 0 holds the elbow highest, for either sign of joint 4.
 
 use crate::inverse::BaseSolution;
-use crate::window::{CROSS_TOLERANCE, Shape};
+use crate::window::{CROSS_TOLERANCE, Shape, Windows};
 use crate::{Branch, JointPositions, Pose, SrsArm};
 use glam::{DMat3, DVec3};
 
@@ -34,7 +34,7 @@ impl Sinusoid {
 
     /// `a x + b y`.
     #[inline(always)]
-    fn combine(a: f64, x: &Self, b: f64, y: &Self) -> Self {
+    pub(crate) fn combine(a: f64, x: &Self, b: f64, y: &Self) -> Self {
         Self {
             s: a * x.s + b * y.s,
             c: a * x.c + b * y.c,
@@ -93,6 +93,14 @@ impl Direction {
 
     pub(crate) fn angle(self) -> f64 {
         self.sin.atan2(self.cos)
+    }
+
+    pub(crate) fn turned(self, by_rad: f64) -> Self {
+        let (sin, cos) = by_rad.sin_cos();
+        Self {
+            sin: self.sin * cos + self.cos * sin,
+            cos: self.cos * cos - self.sin * sin,
+        }
     }
 }
 
@@ -340,12 +348,17 @@ impl ElbowCircle {
     /// Which branches satisfy the shoulder's limits and which the wrist's, at one arm angle.
     #[inline(always)]
     pub(crate) fn verdicts(&self, arm: &SrsArm, psi: Direction) -> Verdicts {
-        self.verdicts_within(arm, psi, Slack::both(CROSS_TOLERANCE))
+        self.verdicts_within(&arm.windows, psi, Slack::both(CROSS_TOLERANCE))
     }
 
     /// With every limit widened by a slack (narrowed where it is negative).
     #[inline(always)]
-    pub(crate) fn verdicts_within(&self, arm: &SrsArm, psi: Direction, slack: Slack) -> Verdicts {
+    pub(crate) fn verdicts_within(
+        &self,
+        windows: &Windows,
+        psi: Direction,
+        slack: Slack,
+    ) -> Verdicts {
         let pick = |(same, opposite): (bool, bool), masks: [u8; 2]| {
             (u8::from(same).wrapping_neg() & masks[0])
                 | (u8::from(opposite).wrapping_neg() & masks[1])
@@ -355,15 +368,15 @@ impl ElbowCircle {
         let [cos2, cos6] = self.tilting.each_ref().map(|t| t.at(psi));
         let sin2 = (x1 * x1 + y1 * y1).sqrt();
         let sin6 = (x5 * x5 + y5 * y5).sqrt();
-        let [w1, w3, w5, w7] = &arm.turning;
+        let [w1, w3, w5, w7] = &windows.turning;
         let (s, w) = (slack.shoulder, slack.wrist);
         let shoulder = pick(w1.holds(x1, y1, s), Branch::SHOULDER)
             & pick(w3.holds(x3, y3, s), Branch::SHOULDER_ELBOW)
-            & pick(arm.tilting[0].holds(cos2, sin2, s), Branch::SHOULDER)
+            & pick(windows.tilting[0].holds(cos2, sin2, s), Branch::SHOULDER)
             & self.elbow_mask;
         let wrist = pick(w5.holds(x5, y5, w), Branch::ELBOW_WRIST)
             & pick(w7.holds(x7, y7, w), Branch::WRIST)
-            & pick(arm.tilting[1].holds(cos6, sin6, w), Branch::WRIST)
+            & pick(windows.tilting[1].holds(cos6, sin6, w), Branch::WRIST)
             & self.elbow_mask;
         Verdicts {
             shoulder,
@@ -400,7 +413,7 @@ impl ElbowCircle {
     ///
     /// Off the singularity itself a branch that holds without slack needs no construction.
     pub(crate) fn confirmed(&self, arm: &SrsArm, psi: Direction, mask: u8) -> u8 {
-        let strict = self.verdicts_within(arm, psi, Slack::both(0.0));
+        let strict = self.verdicts_within(&arm.windows, psi, Slack::both(0.0));
         let certain = if strict.singular {
             0
         } else {
@@ -459,14 +472,14 @@ impl ElbowCircle {
         tolerance: f64,
         mut visit: impl FnMut(Direction),
     ) {
-        for ([x, y], window) in self.turning.iter().zip(&arm.turning) {
+        for ([x, y], window) in self.turning.iter().zip(&arm.windows.turning) {
             if window.shape != Shape::Free {
                 for end in [window.min, window.max] {
                     Sinusoid::combine(end[0], y, -end[1], x).roots(tolerance, &mut visit);
                 }
             }
         }
-        for (cosine, cone) in self.tilting.iter().zip(&arm.tilting) {
+        for (cosine, cone) in self.tilting.iter().zip(&arm.windows.tilting) {
             let mut seen = [f64::NAN; 4];
             for (slot, end) in cone
                 .sides
@@ -500,7 +513,7 @@ impl ElbowCircle {
     ) -> u8 {
         let mut held = 0;
         let slacks = [slack.shoulder, slack.shoulder, slack.wrist, slack.wrist];
-        for (([x, y], window), slack) in self.turning.iter().zip(&arm.turning).zip(slacks) {
+        for (([x, y], window), slack) in self.turning.iter().zip(&arm.windows.turning).zip(slacks) {
             for end in window.slack_ends() {
                 let limit = Sinusoid::combine(end[0], y, -end[1], x);
                 for k in [limit.k + slack, limit.k - slack] {
@@ -518,7 +531,7 @@ impl ElbowCircle {
         for ((cosine, cone), slack) in self
             .tilting
             .iter()
-            .zip(&arm.tilting)
+            .zip(&arm.windows.tilting)
             .zip([slack.shoulder, slack.wrist])
         {
             for end in cone.slack_ends(slack) {

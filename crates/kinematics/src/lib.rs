@@ -17,6 +17,7 @@ mod linalg;
 mod margin;
 mod nearest;
 mod numeric;
+mod pinched;
 mod pose;
 mod reach;
 mod redundancy;

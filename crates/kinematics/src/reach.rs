@@ -238,11 +238,11 @@ impl Search<'_> {
             return found;
         }
         // Most forbidden poses tilt joint 2 or 6 too far at every arm angle: no root can help.
-        if arm.tilting[0].is_beyond(circle.tilting[0].at(Direction::ZERO)) {
+        if arm.windows.tilting[0].is_beyond(circle.tilting[0].at(Direction::ZERO)) {
             self.shoulder = 0;
             return None;
         }
-        if arm.tilting[1].is_beyond(circle.tilting[1].at(circle.straightest_wrist)) {
+        if arm.windows.tilting[1].is_beyond(circle.tilting[1].at(circle.straightest_wrist)) {
             // The wrist alone forbids the pose; what the shoulder could do was not looked at.
             (self.shoulder, self.wrist) = (0xFF, 0);
             return None;

@@ -119,7 +119,7 @@ impl SrsArm {
         let extremes = circle.extremes();
         let mut held = 0;
         for psi in extremes {
-            let inside = circle.verdicts_within(self, psi, slack.narrowing());
+            let inside = circle.verdicts_within(&self.windows, psi, slack.narrowing());
             held |= inside.shoulder & inside.wrist & certain;
         }
         if held != 0 {
@@ -127,7 +127,7 @@ impl SrsArm {
         }
         let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
         for psi in extremes {
-            let outside = circle.verdicts_within(widest, psi, *slack);
+            let outside = circle.verdicts_within(&widest.windows, psi, *slack);
             shoulder |= outside.shoulder;
             wrist |= outside.wrist;
             may_hold |= outside.shoulder & outside.wrist != 0;
@@ -140,6 +140,9 @@ impl SrsArm {
         }
         if *certain != 0 {
             held = cell.first_held(self, *certain);
+            if held == 0 {
+                held = cell.held_on_the_way(self, *certain);
+            }
         }
         if held == 0 {
             RegionReach::Undecided
@@ -160,7 +163,7 @@ impl SrsArm {
         for psi in cell.circle.extremes() {
             let v = cell
                 .circle
-                .verdicts_within(self, psi, cell.slack.narrowing());
+                .verdicts_within(&self.windows, psi, cell.slack.narrowing());
             held |= v.shoulder & v.wrist & cell.certain;
         }
         while held != cell.certain {
@@ -170,6 +173,7 @@ impl SrsArm {
             }
             held |= more;
         }
+        held |= cell.held_on_the_way(self, cell.certain);
         BranchSet::from_bits(held)
     }
 
@@ -206,11 +210,11 @@ fn unreachable(
     mut shoulder: u8,
     mut wrist: u8,
 ) -> Option<Unreachable> {
-    if arm.tilting[0].is_beyond_by(circle.tilting[0].at(Direction::ZERO), slack.shoulder) {
+    if arm.windows.tilting[0].is_beyond_by(circle.tilting[0].at(Direction::ZERO), slack.shoulder) {
         return Some(Unreachable::ShoulderLimit);
     }
     let straightest = circle.tilting[1].at(circle.straightest_wrist);
-    if arm.tilting[1].is_beyond_by(straightest, slack.wrist) {
+    if arm.windows.tilting[1].is_beyond_by(straightest, slack.wrist) {
         return Some(Unreachable::WristLimit);
     }
     let looser = Slack {
@@ -218,7 +222,7 @@ fn unreachable(
         wrist: slack.wrist + 2.0 * CROSS_TOLERANCE,
     };
     let held = circle.first_root(arm, slack, |psi| {
-        let v = circle.verdicts_within(arm, psi, looser);
+        let v = circle.verdicts_within(&arm.windows, psi, looser);
         shoulder |= v.shoulder;
         wrist |= v.wrist;
         v.shoulder & v.wrist
@@ -295,9 +299,49 @@ impl Cell {
             wrist: slack.wrist - 2.0 * CROSS_TOLERANCE,
         };
         self.circle.first_root(arm, deeper, |psi| {
-            let v = self.circle.verdicts_within(arm, psi, slack);
+            let v = self.circle.verdicts_within(&arm.windows, psi, slack);
             v.shoulder & v.wrist & wanted
         })
+    }
+
+    /// Branches for which a joint with hardly any room is led through its middle.
+    ///
+    /// No single arm angle serves the whole region then. But if the joint is on one side of its
+    /// middle by more than the slack at one arm angle, on the other side at another, and all other
+    /// limits hold with the slack and the way between them to spare, then at every pose of the
+    /// region some arm angle between the two has the joint exactly in the middle (the intermediate
+    /// value theorem), with all others inside.
+    #[inline]
+    fn held_on_the_way(&self, arm: &SrsArm, wanted: u8) -> u8 {
+        let Some(pinched) = &arm.pinched else {
+            return 0;
+        };
+        let mut held = 0;
+        let slack = if pinched.in_shoulder() {
+            self.slack.shoulder
+        } else {
+            self.slack.wrist
+        };
+        let limit = pinched.middle_of(&self.circle);
+        limit.roots(0.0, |psi| {
+            let half = 2.0 * slack / limit.slope(psi).abs();
+            // Also where the slope is 0 or NaN.
+            if half.is_nan() || half > LARGEST_SLACK {
+                return;
+            }
+            let [before, after] = [-half, half].map(|turn| limit.at(psi.turned(turn)));
+            if before.abs() < slack || after.abs() < slack || before * after >= 0.0 {
+                return;
+            }
+            let others = Slack {
+                shoulder: -(self.slack.shoulder + half),
+                wrist: -(self.slack.wrist + half),
+            };
+            let v = self.circle.verdicts_within(&pinched.others, psi, others);
+            let sides = pinched.sides(&self.circle, psi, slack + half);
+            held |= v.shoulder & v.wrist & sides & wanted;
+        });
+        held
     }
 }
 
@@ -413,14 +457,14 @@ impl Wrists {
         if self.tool_turn == 0.0 {
             let along = self.along(normal);
             let least = triangles.least_tilt(fore, upper, along, |t| t.eta);
-            if least.is_some_and(|cos| arm.tilting[1].is_beyond(cos)) {
+            if least.is_some_and(|cos| arm.windows.tilting[1].is_beyond(cos)) {
                 return Some(Unreachable::WristLimit);
             }
         }
         let along = self.along(DVec3::Z);
         let least = triangles.least_tilt(upper, fore, along, |t| t.beta);
         least
-            .is_some_and(|cos| arm.tilting[0].is_beyond(cos))
+            .is_some_and(|cos| arm.windows.tilting[0].is_beyond(cos))
             .then_some(Unreachable::ShoulderLimit)
     }
 

@@ -1,6 +1,7 @@
 //! The model of an S-R-S arm: lengths, limits, tool.
 
-use crate::window::{Distances, SignedCone, Window};
+use crate::pinched::Pinched;
+use crate::window::{Distances, Windows};
 use crate::{JointLimit, KinematicsError, Pose};
 use std::f64::consts::PI;
 
@@ -94,10 +95,9 @@ pub struct SrsArm {
     /// `tool_from_flange`, or `None` where the tool is the flange itself.
     tool_from_flange: Option<Pose>,
     pub(crate) distances: Distances,
-    /// Windows of the joints 1, 3, 5, 7, which a branch may turn by half a turn.
-    pub(crate) turning: [Window; 4],
-    /// Windows of the joints 2 and 6, whose sign is the branch.
-    pub(crate) tilting: [SignedCone; 2],
+    pub(crate) windows: Windows,
+    /// The joint with the least room, if it has hardly any.
+    pub(crate) pinched: Option<Pinched>,
 }
 
 impl SrsArm {
@@ -141,8 +141,8 @@ impl SrsArm {
             parameters,
             tool_from_flange: has_tool.then(|| parameters.flange_from_tool.inverse()),
             distances: Distances::new(g, limits[3]),
-            turning: [0, 2, 4, 6].map(|joint| Window::new(limits[joint])),
-            tilting: [1, 5].map(|joint| SignedCone::new(limits[joint])),
+            windows: Windows::new(&limits),
+            pinched: Pinched::of(&limits),
         })
     }
 

@@ -14,6 +14,24 @@ use std::f64::consts::{PI, TAU};
 /// A few hundred times the rounding of the products, ten times below the promised 1e-12.
 pub(crate) const CROSS_TOLERANCE: f64 = 1e-13;
 
+/// The limits of all joints but the elbow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Windows {
+    /// Joints 1, 3, 5, 7, which a branch may turn by half a turn.
+    pub(crate) turning: [Window; 4],
+    /// Joints 2 and 6, whose sign is the branch.
+    pub(crate) tilting: [SignedCone; 2],
+}
+
+impl Windows {
+    pub(crate) fn new(limits: &[JointLimit; 7]) -> Self {
+        Self {
+            turning: [0, 2, 4, 6].map(|joint| Window::new(limits[joint])),
+            tilting: [1, 5].map(|joint| SignedCone::new(limits[joint])),
+        }
+    }
+}
+
 /// One closed limit of a joint that turns about its link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Window {
@@ -115,6 +133,15 @@ pub(crate) struct Cone {
 }
 
 impl SignedCone {
+    /// Any tilt of either sign.
+    pub(crate) const FREE: Self = {
+        let any = Some(Cone {
+            inner: [1.0, 0.0],
+            outer: [-1.0, 0.0],
+        });
+        Self { sides: [any, any] }
+    };
+
     pub(crate) fn new(limit: JointLimit) -> Self {
         Self {
             sides: magnitude_ranges(limit).map(|range| range.map(Cone::new)),

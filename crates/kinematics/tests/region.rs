@@ -268,3 +268,22 @@ fn sets_of_branches() {
     assert_eq!(set.union(BranchSet::from_bits(0b10)).len(), 4);
     assert!(BranchSet::EMPTY.is_empty());
 }
+
+#[test]
+fn a_joint_without_room_is_led_through_its_middle() {
+    // No arm angle serves a whole region then; the proof goes by way of two of them.
+    for joint in [0, 1, 2, 4, 5, 6] {
+        for width in [0.0, 1e-9, 1e-3, 0.2] {
+            let mut limits = *SrsArm::iiwa7().limits();
+            limits[joint] = JointLimit {
+                min_rad: 0.6 - 0.5 * width,
+                max_rad: 0.6 + 0.5 * width,
+            };
+            let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
+            let [reachable, unreachable, undecided] = attack(&arm, 3_000, SEED + joint as u64);
+            println!("joint {joint}, width {width}: {reachable} {unreachable} {undecided}");
+            // About half of the centres are reachable, and most regions are small.
+            assert!(reachable > 700, "joint {joint}, width {width}: {reachable}");
+        }
+    }
+}

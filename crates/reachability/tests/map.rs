@@ -1,0 +1,454 @@
+//! Maps: symmetry against line by line, look-ups, margins, files.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{JointLimit, Pose, SrsArm};
+use hwall_reachability::{
+    ExactConfig, ExactSolver, Interval, LineIndex, ReachabilityError, ReachabilityMap,
+    ReachabilityReasons, Roll, Steps, WallGrid, WallPlane, WallPoint, orientation_margin_rad,
+    position_margin_m,
+};
+use hwall_testkit::Sampler;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::ControlFlow;
+
+const SEED: u64 = 5;
+
+fn steps(first: f64, step: f64, count: usize) -> Steps {
+    Steps::new(first, step, count).expect("valid")
+}
+
+/// Few lines, all kinds of headings.
+fn small_grid() -> Vec<WallGrid> {
+    [-45.0, 0.0, 15.0, 90.0, 135.0, 180.0, -179.0_f64]
+        .iter()
+        .map(|heading| WallGrid {
+            heading_rad: heading.to_radians(),
+            distances: steps(0.85, -0.19, 8),
+            heights: steps(-0.26, 0.21, 8),
+        })
+        .collect()
+}
+
+fn build(arm: &SrsArm, config: &ExactConfig, walls: Vec<WallGrid>) -> ReachabilityMap {
+    ReachabilityMap::build(arm, config, walls).expect("built")
+}
+
+/// Every line of a map against the line solved for itself: where both are proven they agree.
+fn check_against_lines(
+    arm: &SrsArm,
+    config: &ExactConfig,
+    walls: Vec<WallGrid>,
+) -> ReachabilityMap {
+    let map = build(arm, config, walls);
+    let solver = ExactSolver::new(arm, config).expect("valid");
+    let mut sampler = Sampler::new(SEED);
+    for index in map.lines() {
+        let line = map.line(index).expect("of the map");
+        let alone = solver.line(&line).expect("solved");
+        let unknown = map.unknown(index);
+        let mut ends: Vec<f64> = alone
+            .intervals
+            .iter()
+            .flat_map(|i| [i.span.lo_m, i.span.hi_m])
+            .collect();
+        ends.extend((0..20).map(|_| sampler.uniform(-1.0, 1.0)));
+        for end in ends {
+            let s = end + sampler.uniform(-1e-4, 1e-4);
+            if alone.is_proven(s) && !unknown.iter().any(|b| b.contains(s)) {
+                let inside = map.intervals(index).iter().any(|i| i.span.contains(s));
+                assert_eq!(inside, alone.contains(s), "{index:?} {line:?} at {s}");
+            }
+        }
+    }
+    map
+}
+
+#[test]
+fn symmetry_gives_what_each_line_gives() {
+    let map = check_against_lines(&SrsArm::iiwa7(), &ExactConfig::default(), small_grid());
+    let report = map.report();
+    assert!(report.solved < report.lines / 2, "{report:?}");
+}
+
+#[test]
+fn symmetry_switches_off_where_limits_matter() {
+    let deg = |min: f64, max: f64| JointLimit {
+        min_rad: min.to_radians(),
+        max_rad: max.to_radians(),
+    };
+    for (joint, limit) in [
+        (0, deg(-30.0, 30.0)),
+        (0, deg(20.0, 100.0)),
+        (0, deg(5.0, 5.0)),
+        (2, deg(-20.0, 90.0)),
+        (2, deg(0.0, 0.0)),
+        (4, deg(10.0, 160.0)),
+        (6, deg(80.0, 100.0)),
+        (6, deg(-175.0, -60.0)),
+    ] {
+        let mut limits = *SrsArm::iiwa7().limits();
+        limits[joint] = limit;
+        let arm = SrsArm::iiwa7().with_limits(limits).expect("valid");
+        for roll in [Roll::Fixed(0.0), Roll::Fixed(0.7), Roll::Free] {
+            let config = ExactConfig {
+                roll,
+                accuracy_m: 1e-5,
+                ..ExactConfig::default()
+            };
+            let map = check_against_lines(&arm, &config, small_grid());
+            if joint == 0 && limit.min_rad == limit.max_rad {
+                assert!(map.report().singly > 0, "{:?}", map.report());
+            }
+        }
+    }
+}
+
+#[test]
+fn symmetry_with_tools() {
+    let straight = Pose::new(DMat3::from_rotation_z(0.3), DVec3::Z * 0.05).expect("finite");
+    let tilted =
+        Pose::new(DMat3::from_rotation_y(0.2), DVec3::new(0.0, 0.03, 0.1)).expect("finite");
+    for tool in [straight, tilted] {
+        let arm = SrsArm::iiwa7().with_tool(tool);
+        for roll in [Roll::Fixed(FRAC_PI_2), Roll::quarter_turns()] {
+            let config = ExactConfig {
+                roll,
+                ..ExactConfig::default()
+            };
+            check_against_lines(&arm, &config, small_grid());
+        }
+    }
+}
+
+#[test]
+fn look_ups_find_the_nearest_line() {
+    let map = build(
+        &SrsArm::iiwa7(),
+        &ExactConfig::default(),
+        WallGrid::dissertation(),
+    );
+    let mut sampler = Sampler::new(SEED);
+    let (mut found, mut agree) = (0, 0);
+    for _ in 0..20_000 {
+        let heading = sampler.uniform(-1.2, 1.2);
+        let normal = DVec3::new(heading.cos(), heading.sin(), 0.0) * 2.5;
+        let point = sampler.point_in_box(DVec3::new(-1.0, -1.0, -0.4), DVec3::new(1.0, 1.0, 1.4));
+        let Some(up) = map.look_up(point, normal) else {
+            continue;
+        };
+        found += 1;
+        let line = map.line(up.line).expect("of the map");
+        assert!((line.plane.heading_rad() - heading).abs() < 7.6_f64.to_radians());
+        assert!((line.plane.normal().dot(point) - line.plane.distance_m()).abs() < 0.025 + 1e-12);
+        assert!((line.height_m - point.z).abs() < 0.025 + 1e-12);
+        let inside = map
+            .intervals(up.line)
+            .iter()
+            .any(|i| i.span.contains(up.s_m));
+        assert_eq!(inside, up.reachable);
+        agree += usize::from(map.is_reachable(point, normal).expect("finite") == up.reachable);
+    }
+    assert!(found > 5_000, "{found}");
+    // The nearest line is not the point itself: most, but not all.
+    assert!(
+        agree * 100 > found * 90 && agree < found,
+        "{agree} of {found}"
+    );
+    // Off the grid: behind, too far, too high, no direction, NaN.
+    for (point, normal) in [
+        (DVec3::new(0.5, 0.0, 0.3), DVec3::NEG_X),
+        (DVec3::new(1.2, 0.0, 0.3), DVec3::X),
+        (DVec3::new(0.5, 0.0, 1.4), DVec3::X),
+        (DVec3::new(0.5, 0.0, 0.3), DVec3::Z),
+        (DVec3::new(0.5, 0.0, 0.3), DVec3::ZERO),
+        (DVec3::NAN, DVec3::X),
+        (DVec3::new(0.5, 0.0, 0.3), DVec3::NAN),
+    ] {
+        assert_eq!(map.look_up(point, normal), None, "{point} {normal}");
+    }
+    assert!(map.is_reachable(DVec3::NAN, DVec3::X).is_err());
+    let beyond = LineIndex {
+        wall: 9,
+        plane: 0,
+        height: 0,
+    };
+    assert!(map.line(beyond).is_none() && map.intervals(beyond).is_empty());
+}
+
+#[test]
+fn one_wall_of_a_scene_holds_its_own_heights_only() {
+    let wall = WallGrid::for_wall(DVec3::new(0.6, 0.3, 0.1), DVec3::X * 3.0, (0.2, 1.0), 0.05)
+        .expect("vertical");
+    assert_eq!(wall.line_count(), 17);
+    let map = build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall]);
+    assert!(
+        map.look_up(DVec3::new(0.6, 0.3, 0.5), DVec3::X)
+            .expect("on the wall")
+            .reachable
+    );
+    assert_eq!(map.look_up(DVec3::new(0.7, 0.3, 0.5), DVec3::X), None);
+    // A strip with no height is one line.
+    let strip = WallGrid::for_wall(DVec3::X, DVec3::X, (0.2, 0.2), 0.05).expect("vertical");
+    assert_eq!(strip.line_count(), 1);
+}
+
+#[test]
+fn the_nearest_reachable_point() {
+    let arm = SrsArm::iiwa7();
+    let solver = ExactSolver::new(&arm, &ExactConfig::default()).expect("valid");
+    let plane = WallPlane::new(0.0, 0.526).expect("finite");
+    // Before the arm the reachable part is a disc of the stretched arm about the shoulder's foot.
+    let radius = (0.8_f64 * 0.8 - 0.4 * 0.4).sqrt();
+    let mut sampler = Sampler::new(SEED);
+    for _ in 0..50 {
+        let (angle, off) = (sampler.uniform(-PI, PI), sampler.uniform(0.01, 0.8));
+        let at = WallPoint::new(
+            (radius + off) * angle.cos(),
+            0.34 + (radius + off) * angle.sin(),
+        );
+        let near = solver
+            .nearest_reachable(&plane, at)
+            .expect("finite")
+            .expect("some");
+        let pose = plane.board_pose(near, 0.0).expect("finite");
+        assert!(arm.is_reachable(&pose));
+        // Below the base the disc is cut by limits: then the way is longer.
+        let distance = near.distance_m(at);
+        assert!(distance > off - 1e-6, "{distance} {off}");
+        if at.z_m > 0.34 {
+            assert!(distance < off + 2e-5, "{distance} {off}");
+        }
+    }
+    let inside = WallPoint::new(0.1, 0.5);
+    assert_eq!(
+        solver.nearest_reachable(&plane, inside).expect("finite"),
+        Some(inside)
+    );
+    let far = WallPlane::new(0.0, 3.0).expect("finite");
+    assert_eq!(
+        solver.nearest_reachable(&far, inside).expect("finite"),
+        None
+    );
+    assert!(
+        solver
+            .nearest_reachable(&plane, WallPoint::new(f64::NAN, 0.0))
+            .is_err()
+    );
+    // From the lines of a map: half a step of height less exact.
+    let wall = WallGrid {
+        heading_rad: 0.0,
+        distances: steps(0.526, 0.05, 1),
+        heights: steps(-0.26, 0.05, 31),
+    };
+    let map = build(&arm, &ExactConfig::default(), vec![wall]);
+    let at = WallPoint::new(0.9, 0.35);
+    let near = map.nearest_on_lines(0, 0, at).expect("some");
+    assert!((near.distance_m(at) - (0.9 - radius)).abs() < 0.025);
+    assert_eq!(map.nearest_on_lines(0, 7, at), None);
+}
+
+#[test]
+fn margins_are_proven() {
+    let arm = SrsArm::iiwa7();
+    let mut sampler = Sampler::new(SEED);
+    let facing = WallPlane::new(0.0, 0.0)
+        .expect("finite")
+        .board_rotation(0.0);
+    let (mut some, mut none) = (0, 0);
+    for _ in 0..600 {
+        let at = sampler.point_in_box(DVec3::new(-0.4, -0.9, -0.3), DVec3::new(0.95, 0.9, 1.3));
+        let pose = Pose::new(facing, at).expect("finite");
+        let radius = position_margin_m(&arm, &pose, 0.02).expect("finite");
+        let angle = orientation_margin_rad(&arm, &pose, 0.005).expect("finite");
+        if !arm.is_reachable(&pose) {
+            assert_eq!((radius, angle), (None, None));
+            none += 1;
+            continue;
+        }
+        for (radius, cone) in radius
+            .map(|r| (r, 0.02))
+            .into_iter()
+            .chain(angle.map(|a| (0.005, a)))
+        {
+            some += 1;
+            for _ in 0..30 {
+                let turn = DMat3::from_axis_angle(sampler.unit_vector(), cone);
+                let off = at + sampler.unit_vector() * radius;
+                let moved = Pose::new(turn * facing, off).expect("finite");
+                assert!(arm.is_reachable(&moved), "{at} {radius} {cone}");
+            }
+        }
+    }
+    assert!(some > 300 && none > 100, "{some} {none}");
+    let pose = Pose::new(facing, DVec3::new(0.6, 0.0, 0.5)).expect("finite");
+    assert!(position_margin_m(&arm, &pose, f64::NAN).is_err());
+    assert!(position_margin_m(&arm, &pose, -1.0).is_err());
+    assert!(orientation_margin_rad(&arm, &pose, f64::INFINITY).is_err());
+}
+
+#[test]
+fn reasons_add_up() {
+    let solver = ExactSolver::new(&SrsArm::iiwa7(), &ExactConfig::default()).expect("valid");
+    let plane = WallPlane::new(0.3, 0.1).expect("finite");
+    let (s, z) = (Interval::new(-1.0, 1.0), Interval::new(-0.3, 1.3));
+    let reasons = ReachabilityReasons::of_wall(&solver, &plane, s, z, 0.05).expect("counted");
+    assert_eq!(reasons.total(), 41 * 33);
+    assert!(reasons.reachable > 0 && reasons.too_far > 0 && reasons.elbow_limit > 0);
+    assert!(ReachabilityReasons::of_wall(&solver, &plane, s, z, 0.0).is_err());
+    assert!(matches!(
+        ReachabilityReasons::of_wall(&solver, &plane, s, z, 1e-9),
+        Err(ReachabilityError::TooMany { .. })
+    ));
+}
+
+#[test]
+fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
+    assert!(Steps::new(f64::NAN, 0.1, 3).is_err());
+    assert!(Steps::new(0.0, f64::INFINITY, 3).is_err());
+    assert!(matches!(
+        Steps::new(0.0, 0.0, 3),
+        Err(ReachabilityError::Parameter { what: "step", .. })
+    ));
+    assert!(matches!(
+        Steps::new(0.0, 0.1, 0),
+        Err(ReachabilityError::Empty { .. })
+    ));
+    assert!(matches!(
+        Steps::new(0.0, 1e-9, 1_000_000_000),
+        Err(ReachabilityError::TooMany { .. })
+    ));
+    assert!(Steps::spanning(0.0, 1.0, -0.1).is_err());
+    assert!(Steps::spanning(0.0, 1.0, 0.0).is_err());
+    assert!(Steps::spanning(0.0, 1.0, 1e-12).is_err());
+    assert!(Steps::spanning(0.0, f64::NAN, 0.1).is_err());
+    let down = Steps::spanning(1.0, 0.0, 0.1).expect("downwards");
+    assert_eq!(down.count(), 11);
+    assert!((down.at(10) - 0.0).abs() < 1e-12);
+    // 1e9 lines in all, each list alone small enough.
+    let many = steps(0.0, 1e-5, 31_623);
+    let wall = WallGrid {
+        heading_rad: 0.0,
+        distances: many,
+        heights: many,
+    };
+    let arm = SrsArm::iiwa7();
+    let built = ReachabilityMap::build(&arm, &ExactConfig::default(), vec![wall.clone()]);
+    assert!(
+        matches!(built, Err(ReachabilityError::TooMany { count, .. }) if count > 1_000_000_000)
+    );
+    let empty = ReachabilityMap::build(&arm, &ExactConfig::default(), vec![]);
+    assert!(matches!(empty, Err(ReachabilityError::Empty { .. })));
+    let nan = WallGrid {
+        heading_rad: f64::NAN,
+        distances: steps(0.5, 0.1, 1),
+        heights: steps(0.5, 0.1, 1),
+    };
+    assert!(ReachabilityMap::build(&arm, &ExactConfig::default(), vec![nan]).is_err());
+    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, (0.0, 1e9), 1e-3).is_err());
+    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, (0.0, f64::NAN), 0.1).is_err());
+    assert!(WallGrid::for_wall(DVec3::X, DVec3::Z, (0.0, 1.0), 0.1).is_err());
+}
+
+#[test]
+fn building_tells_how_far_it_is_and_can_be_stopped() {
+    let arm = SrsArm::iiwa7();
+    let walls = WallGrid::dissertation();
+    let last = std::sync::Mutex::new(0);
+    let map =
+        ReachabilityMap::build_monitored(&arm, &ExactConfig::default(), walls.clone(), &|p| {
+            assert!(p.done <= p.total);
+            *last.lock().expect("unpoisoned") = p.total;
+            ControlFlow::Continue(())
+        });
+    assert!(map.is_ok() && *last.lock().expect("unpoisoned") > 0);
+    let stopped = ReachabilityMap::build_monitored(&arm, &ExactConfig::default(), walls, &|_| {
+        ControlFlow::Break(())
+    });
+    assert_eq!(stopped.expect_err("stopped"), ReachabilityError::Cancelled);
+}
+
+#[test]
+fn files_bring_back_the_same_map() {
+    let tool = Pose::from_translation(DVec3::Z * 0.02).expect("finite");
+    let arm = SrsArm::iiwa7().with_tool(tool);
+    let config = ExactConfig {
+        roll: Roll::quarter_turns(),
+        ..ExactConfig::default()
+    };
+    let map = build(&arm, &config, small_grid());
+    let bytes = map.to_bytes();
+    let again = ReachabilityMap::from_bytes(&bytes).expect("read");
+    assert_eq!(again, map);
+    assert_eq!(again.to_bytes(), bytes);
+    let path = std::env::temp_dir().join(format!("hwall-map-{}.bin", std::process::id()));
+    map.save(&path).expect("written");
+    assert_eq!(ReachabilityMap::load(&path).expect("read"), map);
+    std::fs::remove_file(&path).expect("removed");
+    assert!(matches!(
+        ReachabilityMap::load(&path),
+        Err(ReachabilityError::File {
+            kind: std::io::ErrorKind::NotFound,
+            ..
+        })
+    ));
+    let mut csv = Vec::new();
+    map.write_csv(&mut csv).expect("written");
+    let csv = String::from_utf8(csv).expect("text");
+    let intervals: usize = map.lines().map(|index| map.intervals(index).len()).sum();
+    assert_eq!(csv.lines().count(), intervals + 1);
+}
+
+#[test]
+fn the_dissertations_map_fits_a_megabyte() {
+    let map = build(
+        &SrsArm::iiwa7(),
+        &ExactConfig::default(),
+        WallGrid::dissertation(),
+    );
+    assert!(map.to_bytes().len() < 1_000_000);
+    let (reachable, unknown) = map.lengths_m();
+    assert!(unknown < 1e-5 * reachable, "{unknown} of {reachable}");
+}
+
+#[test]
+fn bad_files_are_named() {
+    let mut walls = small_grid();
+    walls.truncate(1);
+    let bytes = build(&SrsArm::iiwa7(), &ExactConfig::default(), walls).to_bytes();
+    // Every truncation, and a byte more.
+    for length in 0..bytes.len() {
+        let error = ReachabilityMap::from_bytes(&bytes[..length]).expect_err("truncated");
+        let expected = if length < 8 {
+            matches!(error, ReachabilityError::ForeignFile)
+        } else {
+            matches!(error, ReachabilityError::WrongFileLength { .. })
+        };
+        assert!(expected, "{length}: {error}");
+    }
+    let mut longer = bytes.clone();
+    longer.push(0);
+    assert!(matches!(
+        ReachabilityMap::from_bytes(&longer),
+        Err(ReachabilityError::WrongFileLength { .. })
+    ));
+    // Every byte changed.
+    for at in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0x40;
+        let error = ReachabilityMap::from_bytes(&damaged).expect_err("damaged");
+        let expected = match at {
+            0..8 => matches!(error, ReachabilityError::ForeignFile),
+            8..10 => matches!(error, ReachabilityError::NewerFile { .. }),
+            10..18 => matches!(error, ReachabilityError::WrongFileLength { .. }),
+            _ => matches!(error, ReachabilityError::DamagedFile { .. }),
+        };
+        assert!(expected, "{at}: {error}");
+    }
+    // Foreign ones.
+    for foreign in [&b""[..], b"solid", &[0; 64], b"wall,plane,height\n"] {
+        assert_eq!(
+            ReachabilityMap::from_bytes(foreign).expect_err("foreign"),
+            ReachabilityError::ForeignFile
+        );
+    }
+}
