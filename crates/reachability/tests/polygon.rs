@@ -1,0 +1,477 @@
+//! Outlines against exact lines, verdicts at points and brute force.
+
+use hwall_kinematics::{JointLimit, Pose, SrsArm};
+use hwall_reachability::{
+    ExactConfig, ExactSolver, Interval, PolygonConfig, ReachabilityError, Roll, Touch, WallPlane,
+    WallPoint, WallRegion,
+};
+use hwall_testkit::Sampler;
+use std::f64::consts::PI;
+
+fn solver() -> ExactSolver {
+    precise(&SrsArm::iiwa7(), Roll::Fixed(0.0))
+}
+
+fn precise(arm: &SrsArm, roll: Roll) -> ExactSolver {
+    let config = ExactConfig {
+        accuracy_m: 1e-9,
+        roll,
+        ..ExactConfig::default()
+    };
+    ExactSolver::new(arm, &config).unwrap()
+}
+
+fn region(solver: &ExactSolver, plane: WallPlane, accuracy_m: f64) -> WallRegion {
+    let config = PolygonConfig {
+        accuracy_m,
+        ..PolygonConfig::default()
+    };
+    WallRegion::of_plane(solver, &plane, &config).unwrap()
+}
+
+fn plane(heading_deg: f64, distance_m: f64) -> WallPlane {
+    WallPlane::new(f64::to_radians(heading_deg), distance_m).unwrap()
+}
+
+fn edges(region: &WallRegion) -> Vec<[WallPoint; 2]> {
+    let rings = region.polygons().iter().flat_map(|p| p.rings());
+    rings
+        .flat_map(|ring| (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]))
+        .collect()
+}
+
+fn between(edge: &[WallPoint; 2], share: f64) -> WallPoint {
+    let [a, b] = edge;
+    WallPoint::new(
+        a.s_m + share * (b.s_m - a.s_m),
+        a.z_m + share * (b.z_m - a.z_m),
+    )
+}
+
+fn perimeter_m(region: &WallRegion) -> f64 {
+    edges(region).iter().map(|[a, b]| a.distance_m(*b)).sum()
+}
+
+/// Nearest point of the outline, by trying every edge.
+fn nearest_edge_point(edges: &[[WallPoint; 2]], at: WallPoint) -> WallPoint {
+    let foot = |edge: &[WallPoint; 2]| {
+        let [a, b] = edge;
+        let (s, z) = (b.s_m - a.s_m, b.z_m - a.z_m);
+        let share = ((at.s_m - a.s_m) * s + (at.z_m - a.z_m) * z) / (s * s + z * z);
+        between(edge, share.clamp(0.0, 1.0))
+    };
+    edges
+        .iter()
+        .map(foot)
+        .min_by(|a, b| a.distance_m(at).total_cmp(&b.distance_m(at)))
+        .expect("an outline")
+}
+
+fn reachable(solver: &ExactSolver, plane: WallPlane, at: WallPoint) -> bool {
+    solver.is_reachable(&plane.line(at.z_m), at.s_m).unwrap()
+}
+
+/// Places where verdicts change: on random lines, and up and down random columns.
+fn true_outline(
+    solver: &ExactSolver,
+    plane: WallPlane,
+    sampler: &mut Sampler,
+    heights: (f64, f64),
+    lines: usize,
+) -> Vec<WallPoint> {
+    let mut points = Vec::new();
+    for _ in 0..lines {
+        let z = sampler.uniform(heights.0, heights.1);
+        for interval in solver.line(&plane.line(z)).unwrap().intervals {
+            let Interval { lo_m, hi_m } = interval.span;
+            points.extend([lo_m, hi_m].map(|s| WallPoint::new(s, z)));
+        }
+    }
+    for _ in 0..lines / 4 {
+        let s = sampler.uniform(-0.9, 0.9);
+        let verdict = |z| reachable(solver, plane, WallPoint::new(s, z));
+        let steps = 300;
+        let at = |i: usize| heights.0 + (heights.1 - heights.0) * i as f64 / steps as f64;
+        for i in 0..steps {
+            let (mut lo, mut hi) = (at(i), at(i + 1));
+            let below = verdict(lo);
+            if below == verdict(hi) {
+                continue;
+            }
+            while hi - lo > 1e-9 {
+                let middle = 0.5 * (lo + hi);
+                if verdict(middle) == below {
+                    lo = middle;
+                } else {
+                    hi = middle;
+                }
+            }
+            points.push(WallPoint::new(s, lo));
+        }
+    }
+    points
+}
+
+/// Largest distance of true outline points from the polygons' outline, and how many points of
+/// that have no true outline within the accuracy.
+fn check_hausdorff(solver: &ExactSolver, plane: WallPlane, accuracy_m: f64, lines: usize) -> f64 {
+    let region = region(solver, plane, accuracy_m);
+    let edges = edges(&region);
+    let mut sampler = Sampler::new(7);
+    let worst = true_outline(solver, plane, &mut sampler, (-0.59, 1.27), lines)
+        .into_iter()
+        .map(|at| nearest_edge_point(&edges, at).distance_m(at))
+        .fold(0.0, f64::max);
+    assert!(worst <= accuracy_m, "{plane:?}: {worst} of {accuracy_m} m");
+    for edge in edges.iter().step_by(1 + edges.len() / 2_000) {
+        let at = between(edge, sampler.uniform(0.0, 1.0));
+        let here = reachable(solver, plane, at);
+        let changes = (0..32).any(|i| {
+            let (sin, cos) = (f64::from(i) * PI / 16.0).sin_cos();
+            let near = WallPoint::new(at.s_m + accuracy_m * cos, at.z_m + accuracy_m * sin);
+            reachable(solver, plane, near) != here
+        });
+        assert!(
+            changes,
+            "{plane:?} at {at:?}: no true outline in {accuracy_m} m"
+        );
+    }
+    worst
+}
+
+#[test]
+fn outlines_keep_the_asked_distance() {
+    let solver = solver();
+    for (heading, distance) in [
+        (0.0, 0.876),
+        (15.0, 0.526),
+        (0.0, 0.476),
+        (-45.0, 0.426),
+        (30.0, 0.126),
+        (90.0, 0.0),
+        (-90.0, -0.024),
+        (0.0, -0.324),
+        (179.0, -0.424),
+    ] {
+        check_hausdorff(&solver, plane(heading, distance), 1e-4, 80);
+    }
+}
+
+#[test]
+fn outlines_keep_coarse_and_fine_distances() {
+    let solver = solver();
+    for accuracy_m in [1e-2, 1e-3, 1e-5, 1e-6] {
+        check_hausdorff(&solver, plane(0.0, 0.376), accuracy_m, 200);
+    }
+}
+
+#[test]
+fn outlines_of_other_arms_and_rolls_keep_the_asked_distance() {
+    let board = Pose::from_translation(glam::DVec3::new(0.03, -0.02, 0.08)).unwrap();
+    let tool = SrsArm::iiwa14().with_tool(board);
+    check_hausdorff(
+        &precise(&tool, Roll::Fixed(0.7)),
+        plane(20.0, 0.3),
+        1e-4,
+        80,
+    );
+    let any = precise(&SrsArm::iiwa7(), Roll::quarter_turns());
+    check_hausdorff(&any, plane(0.0, 0.2), 1e-4, 80);
+    let free = precise(&SrsArm::iiwa7(), Roll::Free);
+    check_hausdorff(&free, plane(0.0, 0.2), 1e-4, 80);
+}
+
+/// Arms with random limits have regions in many parts, with corners and thin necks.
+#[test]
+fn random_limits_have_no_contradictions() {
+    let mut sampler = Sampler::new(11);
+    let mut parts = 0;
+    let mut holes = 0;
+    for _ in 0..40 {
+        let arm = SrsArm::iiwa7();
+        let limits = arm.limits().map(|limit| JointLimit {
+            min_rad: limit.min_rad * sampler.uniform(0.1, 1.0),
+            max_rad: limit.max_rad * sampler.uniform(0.1, 1.0),
+        });
+        let solver = precise(&arm.with_limits(limits).unwrap(), Roll::Fixed(0.0));
+        let plane = plane(sampler.uniform(-180.0, 180.0), sampler.uniform(-0.3, 0.7));
+        let region = region(&solver, plane, 1e-3);
+        parts += region.polygons().len();
+        holes += region
+            .polygons()
+            .iter()
+            .map(|p| p.holes.len())
+            .sum::<usize>();
+        let edges = edges(&region);
+        for _ in 0..1_000 {
+            let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(-0.5, 1.2));
+            if region.contains(at) != reachable(&solver, plane, at) {
+                let off = nearest_edge_point(&edges, at).distance_m(at);
+                assert!(off <= 1e-3, "{plane:?} {limits:?} {at:?}: {off}");
+            }
+        }
+        let proof = region.prove(&solver, 0.02).unwrap();
+        assert_eq!(proof.contradictions, [], "{plane:?} {limits:?}");
+    }
+    assert!(parts > 40 && holes > 3, "{parts} parts, {holes} holes");
+}
+
+#[test]
+fn contains_agrees_with_the_solver_away_from_the_outline() {
+    let solver = solver();
+    let mut sampler = Sampler::new(3);
+    let mut differences = 0;
+    for distance in [0.826, 0.426, 0.0, -0.374] {
+        let plane = plane(-30.0, distance);
+        let region = region(&solver, plane, 1e-4);
+        let edges = edges(&region);
+        for _ in 0..20_000 {
+            let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(-0.6, 1.3));
+            if region.contains(at) != reachable(&solver, plane, at) {
+                differences += 1;
+                assert!(nearest_edge_point(&edges, at).distance_m(at) <= 1e-4);
+            }
+        }
+    }
+    // The band of 0.1 mm is about a thousandth of the area.
+    assert!(differences < 80, "{differences}");
+}
+
+#[test]
+fn areas_agree_with_three_other_sums() {
+    let solver = solver();
+    for distance in [0.776, 0.376, 0.026, -0.424] {
+        let plane = plane(0.0, distance);
+        let region = region(&solver, plane, 1e-4);
+        let shoelace: f64 = region.polygons().iter().map(|p| p.area_m2()).sum();
+        assert!((region.area_m2() - shoelace).abs() < 1e-13);
+        let steps = 4_000;
+        let height = 1.9 / f64::from(steps);
+        let lengths: f64 = (0..steps)
+            .map(|i| {
+                let z = -0.6 + height * (f64::from(i) + 0.5);
+                solver.line(&plane.line(z)).unwrap().length_m()
+            })
+            .sum();
+        let off = (region.area_m2() - lengths * height).abs();
+        assert!(off < 1e-4 * perimeter_m(&region), "{distance}: {off}");
+        // Every triangle runs counter-clockwise and lies inside.
+        for &triangle in region.triangles() {
+            let [a, b, c] = triangle.map(|i| region.vertices()[i as usize]);
+            let cross = (b.s_m - a.s_m) * (c.z_m - a.z_m) - (b.z_m - a.z_m) * (c.s_m - a.s_m);
+            assert!(cross > 0.0);
+            let s_m = (a.s_m + b.s_m + c.s_m) / 3.0;
+            assert!(region.contains(WallPoint::new(s_m, (a.z_m + b.z_m + c.z_m) / 3.0)));
+        }
+    }
+}
+
+#[test]
+fn areas_converge() {
+    let solver = solver();
+    let plane = plane(0.0, 0.276);
+    let best = region(&solver, plane, 1e-6);
+    let mut last = f64::INFINITY;
+    for accuracy_m in [1e-2, 1e-3, 1e-4, 1e-5] {
+        let region = region(&solver, plane, accuracy_m);
+        let off = (region.area_m2() - best.area_m2()).abs();
+        assert!(off < accuracy_m * perimeter_m(&best));
+        assert!(off < 0.3 * last, "{accuracy_m}: {off} after {last}");
+        last = off;
+    }
+}
+
+#[test]
+fn rings_are_nested_and_turn_the_right_way() {
+    let region = region(&solver(), plane(0.0, 0.126), 1e-4);
+    assert_eq!(region.polygons().len(), 1);
+    let polygon = &region.polygons()[0];
+    assert_eq!(polygon.holes.len(), 1);
+    let area = |ring: &[WallPoint]| -> f64 {
+        let pairs = (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]));
+        pairs
+            .map(|(a, b)| 0.5 * (a.s_m * b.z_m - b.s_m * a.z_m))
+            .sum()
+    };
+    assert!(area(&polygon.outline) > 1.5);
+    assert!(area(&polygon.holes[0]) < -0.2);
+    // The base's axis is in the hole, both sides are not.
+    assert!(!region.contains(WallPoint::new(0.0, 0.3)));
+    assert!(region.contains(WallPoint::new(0.6, 0.3)));
+    assert!(region.contains(WallPoint::new(-0.6, 0.3)));
+    assert_eq!(region.sliver_count(), 0);
+    assert!(region.line_count() > 50);
+}
+
+#[test]
+fn planes_out_of_reach_are_empty() {
+    let solver = solver();
+    // The last one touches the reach in one point.
+    for distance in [5.0, -0.9, 0.926_000_001, 0.926] {
+        let region = region(&solver, plane(12.0, distance), 1e-4);
+        assert_eq!(region.polygons(), []);
+        assert_eq!((region.area_m2(), region.triangles().len()), (0.0, 0));
+        assert!(!region.contains(WallPoint::new(0.0, 0.34)));
+        assert_eq!(region.nearest(WallPoint::new(0.0, 0.34)), None);
+    }
+    // A hair nearer there is a disc of 4.3 mm; its area is π ((0.8)² - (0.79999)²)... to 1e-3.
+    let region = region(&solver, plane(0.0, 0.926 - 1e-5), 1e-5);
+    let radius = (0.8_f64.powi(2) - (0.8_f64 - 1e-5).powi(2)).sqrt();
+    assert!(region.contains(WallPoint::new(0.9 * radius, 0.34)));
+    assert!(!region.contains(WallPoint::new(1.1 * radius, 0.34)));
+    let disc = std::f64::consts::PI * radius * radius;
+    assert!((region.area_m2() / disc - 1.0).abs() < 5e-3);
+}
+
+#[test]
+fn heights_clip() {
+    let solver = solver();
+    let wall = plane(0.0, 0.326);
+    let all = region(&solver, wall, 1e-4);
+    let config = |lo, hi| PolygonConfig {
+        heights_m: Some(Interval::new(lo, hi)),
+        ..PolygonConfig::default()
+    };
+    let clipped = WallRegion::of_plane(&solver, &wall, &config(0.2, 0.5)).unwrap();
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for vertex in clipped.vertices() {
+        (low, high) = (low.min(vertex.z_m), high.max(vertex.z_m));
+    }
+    assert_eq!((low, high), (0.2, 0.5));
+    // The hole goes through it: two parts.
+    assert_eq!(clipped.polygons().len(), 2);
+    let mut sampler = Sampler::new(5);
+    let edges = edges(&all);
+    for _ in 0..5_000 {
+        let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(0.0, 0.7));
+        let expected = all.contains(at) && (0.2..=0.5).contains(&at.z_m);
+        if clipped.contains(at) != expected {
+            assert!(nearest_edge_point(&edges, at).distance_m(at) < 2e-4);
+        }
+    }
+    let above = WallRegion::of_plane(&solver, &wall, &config(3.0, 4.0)).unwrap();
+    assert_eq!(above.polygons(), []);
+    for (lo, hi) in [
+        (0.5, 0.2),
+        (0.2, 0.2),
+        (f64::NAN, 1.0),
+        (0.0, f64::INFINITY),
+    ] {
+        assert!(WallRegion::of_plane(&solver, &wall, &config(lo, hi)).is_err());
+    }
+}
+
+#[test]
+fn nearest_points_are_those_of_brute_force() {
+    let solver = solver();
+    let mut sampler = Sampler::new(9);
+    for distance in [0.676, 0.126, -0.374] {
+        let region = region(&solver, plane(0.0, distance), 1e-4);
+        let edges = edges(&region);
+        for _ in 0..3_000 {
+            let at = WallPoint::new(sampler.uniform(-2.0, 2.0), sampler.uniform(-1.5, 2.0));
+            let nearest = region.nearest(at).expect("there is a region");
+            if region.contains(at) {
+                assert_eq!(nearest, at);
+                continue;
+            }
+            let expected = nearest_edge_point(&edges, at).distance_m(at);
+            assert!((nearest.distance_m(at) - expected).abs() < 1e-12);
+            assert!(nearest_edge_point(&edges, nearest).distance_m(nearest) < 1e-12);
+        }
+        // On the outline itself.
+        for vertex in region.vertices() {
+            assert!(region.contains(*vertex));
+            assert_eq!(region.nearest(*vertex), Some(*vertex));
+        }
+    }
+}
+
+#[test]
+fn proofs_cover_the_plane_and_find_what_is_wrong() {
+    let solver = solver();
+    for distance in [0.826, 0.376, 0.026] {
+        let region = region(&solver, plane(0.0, distance), 1e-4);
+        let proof = region.prove(&solver, 0.02).unwrap();
+        assert_eq!(proof.contradictions, []);
+        assert_eq!(proof.unproven_m2, 0.0);
+        assert!(proof.outline_m2 < 0.04 * perimeter_m(&region));
+        assert!(proof.proven_m2 > 7.0 * proof.outline_m2 && proof.proven_m2 < 4.0);
+    }
+    // An arm whose elbow bends less than that of the region.
+    let region = region(&solver, plane(0.0, 0.576), 1e-4);
+    let arm = SrsArm::iiwa7();
+    let mut limits = *arm.limits();
+    limits[3] = JointLimit::symmetric_deg(80.0);
+    let other = precise(&arm.with_limits(limits).unwrap(), Roll::Fixed(0.0));
+    let proof = region.prove(&other, 0.02).unwrap();
+    assert!(proof.contradicted_m2 > 0.01, "{proof:?}");
+    let plane = region.plane();
+    for &at in &proof.contradictions {
+        assert!(region.contains(at) && !reachable(&other, plane, at));
+    }
+}
+
+#[test]
+fn boards_touched_anywhere_reach_further() {
+    let config = ExactConfig {
+        accuracy_m: 1e-4,
+        touch: Touch::board_200_mm(),
+        ..ExactConfig::default()
+    };
+    let wide = ExactSolver::new(&SrsArm::iiwa7(), &config).unwrap();
+    let config = PolygonConfig {
+        accuracy_m: 5e-3,
+        heights_m: Some(Interval::new(0.9, 1.2)),
+        ..PolygonConfig::default()
+    };
+    let wall = plane(0.0, 0.526);
+    let wide = WallRegion::of_plane(&wide, &wall, &config).unwrap();
+    let narrow = WallRegion::of_plane(&solver(), &wall, &config).unwrap();
+    assert!(wide.area_m2() > narrow.area_m2() + 0.05);
+    for vertex in narrow.vertices() {
+        for aside in [-0.09, 0.09] {
+            assert!(wide.contains(WallPoint::new(vertex.s_m + aside, vertex.z_m)));
+        }
+    }
+}
+
+#[test]
+fn regions_repeat_to_the_last_bit() {
+    let solver = solver();
+    let [a, b] = [0, 1].map(|_| region(&solver, plane(33.0, 0.2), 1e-4));
+    assert_eq!(a.polygons(), b.polygons());
+    assert_eq!(a.triangles(), b.triangles());
+}
+
+#[test]
+fn bad_settings_are_errors() {
+    let solver = solver();
+    let wall = plane(90.0, 0.4);
+    for accuracy_m in [f64::NAN, f64::INFINITY, 0.0, -1e-4, 1e-9, 1.0] {
+        let config = PolygonConfig {
+            accuracy_m,
+            ..PolygonConfig::default()
+        };
+        let found = WallRegion::of_plane(&solver, &wall, &config);
+        assert!(matches!(
+            found,
+            Err(ReachabilityError::NonFinite { .. } | ReachabilityError::Parameter { .. })
+        ));
+    }
+    for spacing_m in [f64::NAN, 0.0, -1.0, 1e-12] {
+        let config = PolygonConfig {
+            spacing_m,
+            ..PolygonConfig::default()
+        };
+        assert!(WallRegion::of_plane(&solver, &wall, &config).is_err());
+    }
+    let region = region(&solver, wall, 1e-4);
+    for beyond_m in [f64::NAN, 0.0, 9e-4] {
+        assert!(region.prove(&solver, beyond_m).is_err());
+    }
+    for (s, z) in [(f64::NAN, 0.3), (0.3, f64::NAN), (f64::INFINITY, 0.3)] {
+        assert!(!region.contains(WallPoint::new(s, z)));
+        assert_eq!(region.nearest(WallPoint::new(s, z)), None);
+    }
+}
