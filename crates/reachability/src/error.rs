@@ -44,6 +44,10 @@ pub enum ReachabilityError {
         /// The limit.
         limit: u128,
     },
+    /// Keep-out boxes were asked for with a touch anywhere on the board, whose middle is then not
+    /// known.
+    #[error("keep-out boxes need the touch in the middle of the board")]
+    TouchNotInMiddle,
     /// A file cannot be read or written.
     #[error("{path}: {kind}")]
     File {

@@ -236,6 +236,11 @@ impl ExactSolver {
         &self.narrow
     }
 
+    /// The rolls that it may choose from, rad: middles of arcs for a free roll.
+    pub(crate) fn rolls_rad(&self) -> impl Iterator<Item = f64> + '_ {
+        self.freedoms.iter().map(|f| f.roll)
+    }
+
     /// The first roll that it was given, rad.
     pub(crate) fn first_roll_rad(&self) -> f64 {
         self.freedoms[0].roll

@@ -7,6 +7,7 @@
 use crate::exact::ExactConfig;
 use crate::grid::{WallGrid, checked_line_count};
 use crate::line_reach::{LineReach, ReachInterval};
+use crate::map::KeepOut;
 use crate::{Interval, ReachabilityError, ReachabilityMap};
 use hwall_kinematics::{BranchSet, SrsArm, SrsParameters};
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,7 @@ struct Body {
     arm: SrsParameters,
     config: ExactConfig,
     walls: Vec<WallGrid>,
+    keep_out: KeepOut,
     lines: Vec<StoredLine>,
 }
 
@@ -51,6 +53,7 @@ impl ReachabilityMap {
             arm: *self.arm().parameters(),
             config: self.config().clone(),
             walls: self.walls().cloned().collect(),
+            keep_out: self.keep_out_stored().clone(),
             lines: lines.collect(),
         };
         // Plain numbers and lists of known length: postcard has no reason to refuse.
@@ -123,7 +126,8 @@ impl ReachabilityMap {
         let lines = body.lines.into_iter().map(StoredLine::checked);
         let lines: Option<Vec<LineReach>> = lines.collect();
         let lines = lines.ok_or(malformed("intervals"))?;
-        Self::from_lines(&arm, &body.config, body.walls, &lines)
+        let map = Self::from_lines(&arm, &body.config, body.walls, &lines)?;
+        Ok(map.with_keep_out_done(body.keep_out))
     }
 
     /// Writes the map to a file.

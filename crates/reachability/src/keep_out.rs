@@ -14,6 +14,7 @@ use crate::error::{finite, non_negative, positive};
 use crate::{Interval, ReachabilityError, WallLine};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
+use serde::{Deserialize, Serialize};
 
 /// An overlap that is less deep than this, relative to the distances it is computed from, is a
 /// touch: a few hundred roundings, so that bodies placed face to face by other formulas touch.
@@ -26,11 +27,25 @@ const ALL: Interval = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
 const NONE: Interval = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
 
 /// A solid box, fixed in the base frame, that nothing carried may overlap.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "(String, Pose, DVec3)", into = "(String, Pose, DVec3)")]
 pub struct KeepOutBox {
     name: String,
     base_from_box: Pose,
     half_extents_m: DVec3,
+}
+
+impl TryFrom<(String, Pose, DVec3)> for KeepOutBox {
+    type Error = ReachabilityError;
+    fn try_from((name, pose, half_m): (String, Pose, DVec3)) -> Result<Self, Self::Error> {
+        Self::new(name, pose, half_m)
+    }
+}
+
+impl From<KeepOutBox> for (String, Pose, DVec3) {
+    fn from(b: KeepOutBox) -> Self {
+        (b.name, b.base_from_box, b.half_extents_m)
+    }
 }
 
 impl KeepOutBox {
@@ -209,7 +224,7 @@ impl KeepOutBox {
 }
 
 /// What is rigid with the tool frame; by default nothing, then the tool point itself is tested.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Carried {
     /// The board, if it counts.
     pub plate: Option<Plate>,
@@ -251,7 +266,7 @@ impl Carried {
 }
 
 /// A flat board: its face in the plane z = 0 of the tool frame, centred, its body towards -z.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Plate {
     /// Half of the extent along the tool's x axis, m.
     pub half_width_m: f64,
@@ -276,7 +291,7 @@ impl Plate {
 }
 
 /// All points within a radius of a segment, in the tool frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Capsule {
     /// The ends of the segment, m; they may coincide.
     pub ends_m: [DVec3; 2],
@@ -427,68 +442,4 @@ fn ball(start: DVec3, step: DVec3, radius: f64) -> Option<Interval> {
 
 fn hull(a: Interval, b: Interval) -> Interval {
     Interval::new(a.lo_m.min(b.lo_m), a.hi_m.max(b.hi_m))
-}
-
-/// What is left of sorted disjoint closed intervals without open blocked ones, in any order and
-/// overlapping as they may; sorted and closed again.
-///
-/// An end of a blocked interval is free, for there the load only touches. So a single point stays
-/// where a blocked interval begins or ends at an end of a span, or where two blocked ones meet;
-/// nothing is dropped for being short.
-#[cfg_attr(
-    not(test),
-    expect(dead_code, reason = "the solvers do not take boxes yet")
-)]
-pub(crate) fn subtract(spans: &[Interval], blocked: &[Interval]) -> Vec<Interval> {
-    let mut rest = spans.to_vec();
-    for hole in blocked.iter().filter(|hole| hole.lo_m < hole.hi_m) {
-        rest = rest
-            .iter()
-            .flat_map(|span| {
-                let below = Interval::new(span.lo_m, span.hi_m.min(hole.lo_m));
-                let above = Interval::new(span.lo_m.max(hole.hi_m), span.hi_m);
-                [below, above]
-            })
-            .filter(|part| part.lo_m <= part.hi_m)
-            .collect();
-    }
-    rest
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn spans(ends: &[(f64, f64)]) -> Vec<Interval> {
-        ends.iter().map(|e| Interval::new(e.0, e.1)).collect()
-    }
-
-    #[test]
-    fn differences_keep_the_ends_of_the_blocked_parts() {
-        let cases: [[&[(f64, f64)]; 3]; 9] = [
-            [&[(0.0, 4.0)], &[(1.0, 2.0)], &[(0.0, 1.0), (2.0, 4.0)]],
-            // Out of order, overlapping, one inside another.
-            [
-                &[(0.0, 4.0), (5.0, 6.0)],
-                &[(3.0, 5.5), (0.5, 1.0), (2.5, 3.5), (3.1, 3.2)],
-                &[(0.0, 0.5), (1.0, 2.5), (5.5, 6.0)],
-            ],
-            // Touching from outside takes nothing.
-            [&[(0.0, 1.0)], &[(-1.0, 0.0), (1.0, 2.0)], &[(0.0, 1.0)]],
-            // Blocked from end to end: the load can still touch at both.
-            [&[(0.0, 1.0)], &[(0.0, 1.0)], &[(0.0, 0.0), (1.0, 1.0)]],
-            [&[(0.0, 1.0)], &[(-0.1, 1.1)], &[]],
-            // Two blocked intervals that meet leave the point between them.
-            [&[(0.0, 2.0)], &[(-1.0, 1.0), (1.0, 3.0)], &[(1.0, 1.0)]],
-            // A single point stays unless it is truly inside.
-            [&[(1.0, 1.0)], &[(1.0, 2.0)], &[(1.0, 1.0)]],
-            [&[(1.0, 1.0)], &[(0.5, 2.0)], &[]],
-            // An open interval without length holds nothing.
-            [&[(0.0, 1.0)], &[(0.5, 0.5)], &[(0.0, 1.0)]],
-        ];
-        for [from, blocked, left] in cases {
-            assert_eq!(subtract(&spans(from), &spans(blocked)), spans(left));
-        }
-        assert!(subtract(&[], &spans(&[(0.0, 1.0)])).is_empty());
-    }
 }

@@ -126,7 +126,7 @@ impl LineReach {
         }
     }
 
-    /// Without the (open) blocked parts.
+    /// Without the (open) blocked parts; what would be left as a single point goes with them.
     pub(crate) fn unblocked(&self, blocked: &[Interval]) -> Self {
         if blocked.is_empty() {
             return self.clone();

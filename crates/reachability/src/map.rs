@@ -1,13 +1,15 @@
 //! Reachability maps: the intervals of every line of some walls, and look-ups in them.
 
-use crate::exact::{ExactConfig, ExactSolver};
+use crate::exact::{ExactConfig, ExactSolver, Roll, Touch};
 use crate::grid::WallGrid;
+use crate::keep_out::{Carried, KeepOutBox, Plate};
 use crate::line_reach::LineReach;
 use crate::symmetry;
 use crate::threads::{Monitor, Progress};
 use crate::{Interval, ReachInterval, ReachabilityError, WallLine, WallPlane, WallPoint};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// A look-up finds walls whose heading is within this of the asked one, rad: half of the
@@ -71,7 +73,32 @@ pub struct ReachabilityMap {
     starts: Vec<[u32; 2]>,
     intervals: Vec<ReachInterval>,
     unknown: Vec<Interval>,
+    keep_out: KeepOut,
     report: BuildReport,
+}
+
+/// What the board must stay out of, and what is carried with it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct KeepOut {
+    pub(crate) boxes: Vec<KeepOutBox>,
+    pub(crate) carried: Carried,
+}
+
+impl KeepOut {
+    /// Where on a line some box is overlapped, at any of these rolls.
+    fn blocked(
+        &self,
+        line: &WallLine,
+        rolls_rad: impl Iterator<Item = f64>,
+    ) -> Result<Vec<Interval>, ReachabilityError> {
+        let mut blocked = Vec::new();
+        for roll_rad in rolls_rad {
+            for keep_out in &self.boxes {
+                blocked.extend(keep_out.blocked_on_line(&self.carried, line, roll_rad)?);
+            }
+        }
+        Ok(blocked)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -87,6 +114,7 @@ impl PartialEq for ReachabilityMap {
         (&self.arm, &self.config, &self.walls, &self.starts)
             == (&other.arm, &other.config, &other.walls, &other.starts)
             && (&self.intervals, &self.unknown) == (&other.intervals, &other.unknown)
+            && self.keep_out == other.keep_out
     }
 }
 
@@ -122,6 +150,16 @@ impl ReachabilityMap {
         let mut map = Self::from_lines(arm, config, walls, &solved.lines)?;
         map.report = report;
         Ok(map)
+    }
+
+    /// For a map from a file, whose lines are already without the blocked parts.
+    pub(crate) fn with_keep_out_done(mut self, keep_out: KeepOut) -> Self {
+        self.keep_out = keep_out;
+        self
+    }
+
+    pub(crate) const fn keep_out_stored(&self) -> &KeepOut {
+        &self.keep_out
     }
 
     /// From lines in the order of the grids; as many as those ask for.
@@ -160,8 +198,64 @@ impl ReachabilityMap {
             starts,
             intervals,
             unknown,
+            keep_out: KeepOut::default(),
             report: BuildReport::default(),
         })
+    }
+
+    /// The map without the places where the carried board (and hand) would overlap a box, in
+    /// closed form. A place stays only if the load is free at every roll of the map's
+    /// configuration; turned by a free roll, a board counts as the square about its turning circle.
+    ///
+    /// # Errors
+    /// NaN or infinity in what is carried, or a map of touches anywhere on the board.
+    pub fn with_keep_out(
+        self,
+        boxes: Vec<KeepOutBox>,
+        carried: Carried,
+    ) -> Result<Self, ReachabilityError> {
+        if self.config.touch != Touch::Middle {
+            return Err(ReachabilityError::TouchNotInMiddle);
+        }
+        let mut keep_out = self.keep_out.clone();
+        keep_out.boxes.extend(boxes);
+        keep_out.carried = match (carried.plate, &self.config.roll) {
+            (Some(plate), Roll::Free) => {
+                let half = plate.half_width_m.hypot(plate.half_height_m);
+                let plate = Some(Plate {
+                    half_width_m: half,
+                    half_height_m: half,
+                    ..plate
+                });
+                Carried { plate, ..carried }
+            }
+            _ => carried,
+        };
+        let lines = self.lines().map(|index| {
+            let reach = LineReach {
+                intervals: self.intervals(index).to_vec(),
+                unknown: self.unknown(index).to_vec(),
+            };
+            match self.line(index) {
+                Some(line) => {
+                    let blocked = keep_out.blocked(&line, self.solver.rolls_rad())?;
+                    Ok(reach.unblocked(&blocked))
+                }
+                None => Ok(reach),
+            }
+        });
+        let lines: Vec<LineReach> = lines.collect::<Result<_, ReachabilityError>>()?;
+        let walls = self.walls().cloned().collect();
+        let mut map = Self::from_lines(&self.arm, &self.config, walls, &lines)?;
+        map.keep_out = keep_out;
+        map.report = self.report;
+        Ok(map)
+    }
+
+    /// The boxes that it keeps out of, and what is carried.
+    #[must_use]
+    pub fn keep_out(&self) -> (&[KeepOutBox], &Carried) {
+        (&self.keep_out.boxes, &self.keep_out.carried)
     }
 
     /// The arm it was made for, with its tool.
@@ -288,7 +382,13 @@ impl ReachabilityMap {
     pub fn is_reachable(&self, point_m: DVec3, normal: DVec3) -> Result<bool, ReachabilityError> {
         let plane = WallPlane::through(point_m, normal)?;
         let (at, _) = plane.project(point_m);
-        self.solver.is_reachable(&plane.line(at.z_m), at.s_m)
+        let line = plane.line(at.z_m);
+        if !self.solver.is_reachable(&line, at.s_m)? {
+            return Ok(false);
+        }
+        let blocked = self.keep_out.blocked(&line, self.solver.rolls_rad())?;
+        let inside = |hole: &Interval| hole.lo_m < at.s_m && at.s_m < hole.hi_m;
+        Ok(!blocked.iter().any(inside))
     }
 
     /// The reachable point of a plane's lines that is nearest to `at`: at most half the spacing

@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, Interval, LineIndex, ReachabilityError, ReachabilityMap,
-    ReachabilityReasons, Roll, Steps, WallGrid, WallPlane, WallPoint, orientation_margin_rad,
-    position_margin_m,
+    Carried, ExactConfig, ExactSolver, Interval, KeepOutBox, LineIndex, Plate, ReachabilityError,
+    ReachabilityMap, ReachabilityReasons, Roll, Steps, Touch, WallGrid, WallPlane, WallPoint,
+    orientation_margin_rad, position_margin_m,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -396,6 +396,72 @@ fn files_bring_back_the_same_map() {
     let csv = String::from_utf8(csv).expect("text");
     let intervals: usize = map.lines().map(|index| map.intervals(index).len()).sum();
     assert_eq!(csv.lines().count(), intervals + 1);
+}
+
+#[test]
+fn boxes_are_kept_out_of() {
+    let arm = SrsArm::iiwa7();
+    let carried = Carried {
+        plate: Some(Plate {
+            half_width_m: 0.1,
+            half_height_m: 0.1,
+            thickness_m: 0.02,
+        }),
+        hand: None,
+    };
+    let table = KeepOutBox::from_corners(
+        "table",
+        DVec3::new(0.3, -0.2, -0.3),
+        DVec3::new(0.8, 0.25, 0.2),
+    )
+    .expect("solid");
+    let walls = vec![WallGrid {
+        heading_rad: 0.2,
+        distances: steps(0.7, -0.1, 4),
+        heights: steps(-0.2, 0.05, 20),
+    }];
+    let free = build(&arm, &ExactConfig::default(), walls);
+    let map = free
+        .clone()
+        .with_keep_out(vec![table.clone()], carried)
+        .expect("finite");
+    assert_eq!(
+        ReachabilityMap::from_bytes(&map.to_bytes()).expect("read"),
+        map
+    );
+    let mut sampler = Sampler::new(SEED);
+    let (mut blocked, mut kept) = (0, 0);
+    for index in map.lines() {
+        let line = map.line(index).expect("of the map");
+        for _ in 0..60 {
+            let s = sampler.uniform(-0.9, 0.9);
+            let within =
+                |map: &ReachabilityMap| map.intervals(index).iter().any(|i| i.span.contains(s));
+            let pose = line.board_pose(s, 0.0).expect("finite");
+            let hit = table.blocks_pose(&carried, &pose).expect("finite");
+            assert_eq!(within(&map), within(&free) && !hit, "{index:?} {s}");
+            let exact = map
+                .is_reachable(line.point_m(s), line.plane.normal())
+                .expect("finite");
+            let near_end = free.unknown(index).iter().any(|b| b.contains(s));
+            assert!(exact == within(&map) || near_end);
+            blocked += usize::from(hit && within(&free));
+            kept += usize::from(within(&map));
+        }
+    }
+    assert!(blocked > 100 && kept > 500, "{blocked} {kept}");
+    let anywhere = ExactConfig {
+        touch: Touch::board_200_mm(),
+        accuracy_m: 1e-3,
+        ..ExactConfig::default()
+    };
+    let wall = WallGrid::for_wall(DVec3::X * 0.5, DVec3::X, (0.3, 0.3), 0.1).expect("vertical");
+    let map = build(&arm, &anywhere, vec![wall]);
+    assert_eq!(
+        map.with_keep_out(vec![table], carried)
+            .expect_err("middle unknown"),
+        ReachabilityError::TouchNotInMiddle
+    );
 }
 
 #[test]
