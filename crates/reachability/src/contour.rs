@@ -1,8 +1,8 @@
 //! The outline of what a plane holds, from lines.
 //!
 //! Two neighbouring lines bound a strip. Where each end of the one line goes on in one of the
-//! other, the straight chords between them are tested at a third and at two thirds of their height:
-//! the plane must be reachable just inside of them and not just outside. Chords that pass stand.
+//! other, the straight chords between them are tested at places along them: the plane must be
+//! reachable just inside and not just outside. Chords that pass stand.
 //! Otherwise the strip is cut in half, until it is lower than the accuracy; the line of the cut
 //! needs no search, its ends are bisected near the chords. Where ends do not go on, an interval
 //! begins, ends, parts or merges: there the line of the cut is solved as the first ones were, and
@@ -11,19 +11,22 @@
 //! Chords of one strip keep the order of the ends on both of its lines and so cannot cross, and
 //! each end has one neighbour above and one below: the rings are simple, whatever the lines hold.
 
+use crate::exact::Freedom;
 use crate::strips::Strips;
 use crate::{ExactSolver, Interval, LineReach, ReachabilityError, WallPlane, WallPoint};
+use hwall_kinematics::Pose;
 use std::ops::Range;
 
 /// Share of the accuracy that chords may be off where they are tested; lower strips than this are
 /// not cut.
 ///
-/// With one corner between two lines the outline is off by at most 3/2 of what it is at the worse
-/// of the two places, as an arc by 9/8: this and the ends' own error add up to less than 1.
+/// Tested at a third and two thirds, an outline with one corner is off by at most 3/2 of this, an
+/// arc by 9/8: with the ends' own error that is less than the accuracy.
 const CHORD_SHARE: f64 = 0.6;
 
-/// Where chords are tested, as shares of their height.
-const TESTED: [f64; 2] = [1.0 / 3.0, 2.0 / 3.0];
+/// Chords are tested at two places or more, so many accuracies apart: thorns of the outline with
+/// a narrower base may be missed, unless a line or a square of the proof meets them.
+const TESTS_APART: f64 = 20.0;
 
 /// Share of the accuracy for the ends of the lines.
 const LINE_SHARE: f64 = 1.0 / 16.0;
@@ -47,52 +50,10 @@ pub(crate) struct Contour {
     pub(crate) slivers: usize,
 }
 
-/// How lines are placed.
-pub(crate) struct Sampling {
-    pub(crate) accuracy_m: f64,
-    /// Largest distance of neighbouring lines, m.
-    pub(crate) spacing_m: f64,
-    pub(crate) heights_m: Interval,
-}
-
 /// One line: the ends of its intervals, in order. Even ones are lower ends, odd ones upper ends.
 struct Line {
     z: f64,
     ends: Vec<f64>,
-}
-
-/// Traces the reachable set of a plane.
-pub(crate) fn trace(
-    solver: &ExactSolver,
-    plane: WallPlane,
-    sampling: &Sampling,
-) -> Result<Contour, ReachabilityError> {
-    let mut solver = solver.clone();
-    solver.accuracy_m = LINE_SHARE * sampling.accuracy_m;
-    let mut tracer = Tracer {
-        solver,
-        plane,
-        tolerance: CHORD_SHARE * sampling.accuracy_m,
-        furthest: sampling.spacing_m,
-        sampled: SAMPLED_SHARE * sampling.accuracy_m,
-        lines: Vec::new(),
-    };
-    let Interval { lo_m: lo, hi_m: hi } = sampling.heights_m;
-    let steps = ((hi - lo) / sampling.spacing_m).ceil().max(1.0);
-    if steps > MOST_LINES as f64 {
-        return Err(too_many());
-    }
-    tracer.push(lo)?;
-    for step in 1..=steps as usize {
-        let last = step as f64 == steps;
-        let z = if last {
-            hi
-        } else {
-            lo + (hi - lo) * (step as f64 / steps)
-        };
-        tracer.refine_to(z)?;
-    }
-    Ok(connect(&tracer.lines))
 }
 
 fn too_many() -> ReachabilityError {
@@ -103,35 +64,120 @@ fn too_many() -> ReachabilityError {
     }
 }
 
-struct Tracer {
+/// The lines of a plane, as many as the accuracy asks for.
+pub(crate) struct Tracer {
     solver: ExactSolver,
     plane: WallPlane,
+    /// Tool poses at the wall's origin of which one must be possible, where nothing else is free.
+    poses: Option<Vec<Pose>>,
+    /// How far chords may be off where they are tested; no lower strips are cut, m.
     tolerance: f64,
     /// Ends are looked for no further than twice this from their chord, m.
     furthest: f64,
     /// Height of strips in which ends and beginnings are sampled, m.
     sampled: f64,
+    /// Distance of the places where chords are tested, m.
+    tests_apart: f64,
     /// Solved lines, upwards.
     lines: Vec<Line>,
 }
 
 impl Tracer {
+    /// With lines no further than `spacing_m` apart at first.
+    pub(crate) fn new(
+        solver: &ExactSolver,
+        plane: WallPlane,
+        accuracy_m: f64,
+        spacing_m: f64,
+        heights: Interval,
+    ) -> Result<Self, ReachabilityError> {
+        let mut solver = solver.clone();
+        solver.accuracy_m = LINE_SHARE * accuracy_m;
+        let free = |f: &Freedom| f.half_roll > 0.0 || f.half_rise > 0.0;
+        let poses = if solver.half_width_m > 0.0 || solver.freedoms.iter().any(free) {
+            None
+        } else {
+            let origin = WallPoint::new(0.0, 0.0);
+            let freedoms = solver.freedoms.iter();
+            let poses = freedoms.map(|f| plane.board_pose(origin, f.roll));
+            Some(poses.collect::<Result<_, _>>()?)
+        };
+        let mut tracer = Self {
+            solver,
+            plane,
+            poses,
+            tolerance: CHORD_SHARE * accuracy_m,
+            furthest: spacing_m,
+            sampled: SAMPLED_SHARE * accuracy_m,
+            tests_apart: TESTS_APART * accuracy_m,
+            lines: Vec::new(),
+        };
+        let steps = (heights.length_m() / spacing_m).ceil().max(1.0);
+        if steps > MOST_LINES as f64 {
+            return Err(too_many());
+        }
+        let lowest = tracer.solve(heights.lo_m)?;
+        tracer.lines.push(lowest);
+        for step in 1..=steps as usize {
+            let share = step as f64 / steps;
+            let z = heights.lo_m * (1.0 - share) + heights.hi_m * share;
+            let line = tracer.solve(z)?;
+            tracer.refine_to(line)?;
+        }
+        Ok(tracer)
+    }
+
+    /// Puts in lines at more heights, sorted upwards, and what they lead to.
+    pub(crate) fn insert(&mut self, heights: &[f64]) -> Result<(), ReachabilityError> {
+        let mut heights = heights.iter().copied().peekable();
+        let old = std::mem::take(&mut self.lines);
+        for line in old {
+            let Some(lower) = self.lines.last() else {
+                self.lines.push(line);
+                continue;
+            };
+            let mut low = lower.z;
+            let mut changed = false;
+            while let Some(z) = heights.next_if(|&z| z < line.z) {
+                if low < z {
+                    let more = self.solve(z)?;
+                    self.refine_to(more)?;
+                    (low, changed) = (z, true);
+                }
+            }
+            if changed {
+                self.refine_to(line)?;
+            } else {
+                self.lines.push(line);
+            }
+        }
+        Ok(())
+    }
+
+    /// What the lines hold.
+    pub(crate) fn contour(&self) -> Contour {
+        connect(&self.lines)
+    }
+
     fn solve(&self, z: f64) -> Result<Line, ReachabilityError> {
         let reach = self.solver.line(&self.plane.line(z))?;
         let ends = ends(&reach, 1e-3 * self.solver.accuracy_m);
         Ok(Line { z, ends })
     }
 
-    fn push(&mut self, z: f64) -> Result<(), ReachabilityError> {
-        let line = self.solve(z)?;
-        self.lines.push(line);
-        Ok(())
+    fn is_reachable(&self, at: WallPoint) -> Result<bool, ReachabilityError> {
+        let Some(poses) = &self.poses else {
+            return self.solver.is_reachable(&self.plane.line(at.z_m), at.s_m);
+        };
+        let point_m = self.plane.point_m(at);
+        let arm = self.solver.arm();
+        Ok(poses.iter().any(|pose| arm.is_reachable(&pose.at(point_m))))
     }
 
-    /// Appends lines from the last one up to height `z`, as many as it takes.
-    fn refine_to(&mut self, z: f64) -> Result<(), ReachabilityError> {
+    /// Appends lines from the last one up to the given one, as many as it takes.
+    fn refine_to(&mut self, line: Line) -> Result<(), ReachabilityError> {
         // Lines above the last one that are yet to be joined, the nearest at the end.
-        let mut above = vec![self.solve(z)?];
+        let mut above = vec![line];
         while let (Some(lower), Some(upper)) = (self.lines.last(), above.last()) {
             let middle = 0.5 * (lower.z + upper.z);
             let low = upper.z - lower.z <= self.tolerance;
@@ -157,15 +203,17 @@ impl Tracer {
             return Ok(false);
         }
         let rise = upper.z - lower.z;
-        for share in TESTED {
-            let line = self.plane.line(lower.z + share * rise);
-            for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate() {
-                // Along the line this is as far as the tolerance across the chord.
-                let aside = self.tolerance * rise.hypot(b - a) / rise;
-                let at = a + share * (b - a);
-                let inwards = if i % 2 == 0 { aside } else { -aside };
-                if !self.solver.is_reachable(&line, at + inwards)?
-                    || self.solver.is_reachable(&line, at - inwards)?
+        for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate() {
+            let length = rise.hypot(b - a);
+            // Along the line this is as far as the tolerance across the chord.
+            let aside = self.tolerance * length / rise;
+            let inwards = if i % 2 == 0 { aside } else { -aside };
+            let parts = 1.0 + (length / self.tests_apart).ceil().max(2.0);
+            for part in 1..parts as usize {
+                let share = part as f64 / parts;
+                let (z, at) = (lower.z + share * rise, a + share * (b - a));
+                if !self.is_reachable(WallPoint::new(at + inwards, z))?
+                    || self.is_reachable(WallPoint::new(at - inwards, z))?
                 {
                     return Ok(false);
                 }
@@ -211,12 +259,11 @@ impl Tracer {
             ends.push((self.end_near(z, 0.5 * (a + b), aside, is_lower)?, is_lower));
         }
         for (a, b, is_interval) in lids {
-            let line = self.plane.line(z);
             let step = (b - a) / f64::from(SAMPLES);
             let mut found: Option<(f64, f64)> = None;
             for i in 0..SAMPLES {
                 let at = a + (f64::from(i) + 0.5) * step;
-                if self.solver.is_reachable(&line, at)? == is_interval {
+                if self.is_reachable(WallPoint::new(at, z))? == is_interval {
                     found = Some((found.map_or(at, |f| f.0), at));
                 }
             }
@@ -252,9 +299,8 @@ impl Tracer {
         mut step: f64,
         is_lower: bool,
     ) -> Result<Option<f64>, ReachabilityError> {
-        let line = self.plane.line(z);
         let is_left_of_end = |s| -> Result<bool, ReachabilityError> {
-            Ok(self.solver.is_reachable(&line, s)? != is_lower)
+            Ok(self.is_reachable(WallPoint::new(s, z))? != is_lower)
         };
         let go_right = is_left_of_end(at)?;
         let (mut near, mut far) = (at, at);

@@ -1,12 +1,19 @@
 //! The reachable part of a wall as polygons with holes.
 
-use crate::contour::{Contour, Sampling, trace};
+use crate::contour::{Contour, Tracer};
 use crate::error::{finite, positive};
 use crate::exact::size_m;
+use crate::region_proof::{RegionProof, prove};
 use crate::strips::Strips;
 use crate::triangulation::triangulate;
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
 use glam::DVec3;
+
+/// A plane is searched along this many lines at least.
+const LEAST_LINES: f64 = 16.0;
+
+/// Lines are added at most this often; each time they find what the squares have met.
+const REPAIRS: usize = 4;
 
 /// What is asked of a [`WallRegion`].
 #[derive(Debug, Clone, PartialEq)]
@@ -16,10 +23,13 @@ pub struct PolygonConfig {
     pub accuracy_m: f64,
     /// Heights to keep, m; default all that the arm reaches.
     pub heights_m: Option<Interval>,
-    /// Lines to begin with are no further apart than this, m; default 0.02. What lies between two
-    /// lines without touching either is missed, unless it is next to something else:
-    /// [`WallRegion::prove`] finds such parts.
+    /// Lines to begin with are no further apart than this, m; default 0.02.
     pub spacing_m: f64,
+    /// The plane is proven to be as the polygons say wherever the outline is further away than
+    /// this, m; at least ten times the accuracy, else that is taken. Default 0.01; `None` trusts
+    /// the lines and takes about two thirds of the time. Where proof and polygons contradict
+    /// each other, lines are added; [`WallRegion::proof`] says what is left.
+    pub proof_m: Option<f64>,
 }
 
 impl Default for PolygonConfig {
@@ -28,6 +38,7 @@ impl Default for PolygonConfig {
             accuracy_m: 1e-4,
             heights_m: None,
             spacing_m: 0.02,
+            proof_m: Some(0.01),
         }
     }
 }
@@ -66,6 +77,7 @@ pub struct WallRegion {
     vertices: Vec<WallPoint>,
     triangles: Vec<[u32; 3]>,
     strips: Strips,
+    proof: Option<RegionProof>,
     lines: usize,
     slivers: usize,
 }
@@ -92,24 +104,38 @@ impl WallRegion {
         let spacing_m = positive("spacing_m", config.spacing_m)?;
         let clip_m = checked_clip(config.heights_m)?;
         let extent = extent(solver, plane, clip_m)?;
+        let (mut contour, mut proof) = (Contour::default(), None);
+        if let Some(extent) = extent {
+            // At least some lines also where little is in reach.
+            let most_m = (extent[1].length_m() / LEAST_LINES).max(accuracy_m);
+            let spacing_m = spacing_m.min(most_m);
+            let mut tracer = Tracer::new(solver, *plane, accuracy_m, spacing_m, extent[1])?;
+            contour = tracer.contour();
+            if let Some(beyond_m) = config.proof_m {
+                let beyond_m = positive("proof_m", beyond_m)?.max(10.0 * accuracy_m);
+                let check = |contour: &Contour| {
+                    let rings = contour.rings.iter().map(Vec::as_slice);
+                    let edges: Vec<_> = rings.flat_map(edges).collect();
+                    prove(solver, *plane, &contour.strips, &edges, extent, beyond_m)
+                };
+                let mut found = check(&contour)?;
+                for _ in 0..REPAIRS {
+                    if found.contradictions.is_empty() {
+                        break;
+                    }
+                    tracer.insert(&heights(&found.contradictions, 0.1 * beyond_m))?;
+                    contour = tracer.contour();
+                    found = check(&contour)?;
+                }
+                proof = Some(found);
+            }
+        }
         let Contour {
             rings,
             strips,
             lines,
             slivers,
-        } = match extent {
-            Some([_, heights_m]) => trace(
-                solver,
-                *plane,
-                &Sampling {
-                    accuracy_m,
-                    // At least some lines also where little is in reach.
-                    spacing_m: spacing_m.min((heights_m.length_m() / 16.0).max(accuracy_m)),
-                    heights_m,
-                },
-            )?,
-            None => Contour::default(),
-        };
+        } = contour;
         let polygons = nested(rings);
         let rings = || polygons.iter().flat_map(WallPolygon::rings);
         let triangles = triangulate(rings())?;
@@ -121,6 +147,7 @@ impl WallRegion {
             polygons,
             triangles,
             strips,
+            proof,
             lines,
             slivers,
         })
@@ -175,10 +202,11 @@ impl WallRegion {
     /// Every edge of every ring.
     pub(crate) fn edges(&self) -> impl Iterator<Item = [WallPoint; 2]> {
         let rings = self.polygons.iter().flat_map(WallPolygon::rings);
-        rings.flat_map(|ring| {
-            let next = ring.iter().cycle().skip(1);
-            ring.iter().zip(next).map(|(&a, &b)| [a, b])
-        })
+        rings.flat_map(edges)
+    }
+
+    pub(crate) const fn strips(&self) -> &Strips {
+        &self.strips
     }
 
     /// Heights that were asked for, m.
@@ -192,6 +220,13 @@ impl WallRegion {
         self.accuracy_m
     }
 
+    /// What was proven while the region was made, `None` if that was not asked for or nothing is
+    /// near enough to be in reach.
+    #[must_use]
+    pub const fn proof(&self) -> Option<&RegionProof> {
+        self.proof.as_ref()
+    }
+
     /// Lines that were solved.
     #[must_use]
     pub const fn line_count(&self) -> usize {
@@ -203,6 +238,19 @@ impl WallRegion {
     pub const fn sliver_count(&self) -> usize {
         self.slivers
     }
+}
+
+fn edges(ring: &[WallPoint]) -> impl Iterator<Item = [WallPoint; 2]> {
+    let next = ring.iter().cycle().skip(1);
+    ring.iter().zip(next).map(|(&a, &b)| [a, b])
+}
+
+/// Sorted heights of points, without those less than `apart_m` above another.
+fn heights(points: &[WallPoint], apart_m: f64) -> Vec<f64> {
+    let mut heights: Vec<f64> = points.iter().map(|p| p.z_m).collect();
+    heights.sort_by(f64::total_cmp);
+    heights.dedup_by(|z, kept| *z - *kept < apart_m);
+    heights
 }
 
 /// Positive for rings that run counter-clockwise, m².

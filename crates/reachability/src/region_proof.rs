@@ -1,7 +1,7 @@
 //! A proof that a traced region holds between its lines, by squares.
 
 use crate::polygon::extent;
-use crate::strips::meets_square;
+use crate::strips::{Strips, meets_square};
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint, WallRegion};
 use glam::DVec3;
 use hwall_kinematics::{Pose, PoseRegion, RegionReach};
@@ -11,7 +11,7 @@ const FIRST_SIDE: f64 = 0.1;
 
 /// A square away from the outline that nothing is proven of is quartered at most this often
 /// beyond the smallest ones beside the outline.
-const EXTRA_DEPTH: usize = 5;
+const EXTRA_DEPTH: usize = 3;
 
 /// What is proven of a [`WallRegion`], see [`WallRegion::prove`]. The areas add up to that of a
 /// rectangle around all that the arm could reach.
@@ -53,42 +53,60 @@ impl WallRegion {
                 wanted: "at least ten times the accuracy of the polygons",
             });
         }
-        let Some([s, z]) = extent(solver, &self.plane(), self.clip_m())? else {
+        let Some(extent) = extent(solver, &self.plane(), self.clip_m())? else {
             return Ok(RegionProof::default());
         };
-        let [_, longest] = solver.wide.shoulder_wrist_range_m();
-        let rolls = solver
-            .freedoms
-            .iter()
-            .map(|free| self.plane().board_pose(WallPoint::new(0.0, 0.0), free.roll));
-        let mut prover = Prover {
-            region: self,
-            solver,
-            poses: rolls.collect::<Result<_, _>>()?,
-            // A square with a corner this near and a diagonal of the same length is near enough.
-            margin: 0.5 * beyond_m,
-            smallest: 0.5 * beyond_m / std::f64::consts::SQRT_2,
-            proof: RegionProof::default(),
-        };
         let edges: Vec<[WallPoint; 2]> = self.edges().collect();
-        let first = FIRST_SIDE * longest;
-        let [columns, rows] = [s, z].map(|side| (side.length_m() / first).ceil().max(1.0) as usize);
-        let part = |side: Interval, i: usize, n: usize| {
-            let at = |i| side.lo_m + side.length_m() * (i as f64 / n as f64);
-            (0.5 * (at(i) + at(i + 1)), 0.5 * (at(i + 1) - at(i)))
-        };
-        for row in 0..rows {
-            for column in 0..columns {
-                let ((s, half_s), (z, half_z)) = (part(s, column, columns), part(z, row, rows));
-                let cell = Cell {
-                    middle: WallPoint::new(s, z),
-                    half: [half_s, half_z],
-                };
-                prover.visit(cell, &edges, EXTRA_DEPTH);
-            }
-        }
-        Ok(prover.proof)
+        prove(
+            solver,
+            self.plane(),
+            self.strips(),
+            &edges,
+            extent,
+            beyond_m,
+        )
     }
+}
+
+/// As [`WallRegion::prove`], of a region that consists of `strips` and has all of `edges`.
+pub(crate) fn prove(
+    solver: &ExactSolver,
+    plane: WallPlane,
+    strips: &Strips,
+    edges: &[[WallPoint; 2]],
+    [s, z]: [Interval; 2],
+    beyond_m: f64,
+) -> Result<RegionProof, ReachabilityError> {
+    let [_, longest] = solver.wide.shoulder_wrist_range_m();
+    let freedoms = solver.freedoms.iter();
+    let poses = freedoms.map(|free| plane.board_pose(WallPoint::new(0.0, 0.0), free.roll));
+    let mut prover = Prover {
+        solver,
+        plane,
+        strips,
+        poses: poses.collect::<Result<_, _>>()?,
+        // A square with a corner this near and a diagonal of the same length is near enough.
+        margin: 0.5 * beyond_m,
+        smallest: 0.5 * beyond_m / std::f64::consts::SQRT_2,
+        proof: RegionProof::default(),
+    };
+    let first = FIRST_SIDE * longest;
+    let [columns, rows] = [s, z].map(|side| (side.length_m() / first).ceil().max(1.0) as usize);
+    let part = |side: Interval, i: usize, n: usize| {
+        let at = |i| side.lo_m + side.length_m() * (i as f64 / n as f64);
+        (0.5 * (at(i) + at(i + 1)), 0.5 * (at(i + 1) - at(i)))
+    };
+    for row in 0..rows {
+        for column in 0..columns {
+            let ((s, half_s), (z, half_z)) = (part(s, column, columns), part(z, row, rows));
+            let cell = Cell {
+                middle: WallPoint::new(s, z),
+                half: [half_s, half_z],
+            };
+            prover.visit(cell, edges, EXTRA_DEPTH);
+        }
+    }
+    Ok(prover.proof)
 }
 
 #[derive(Clone, Copy)]
@@ -99,8 +117,9 @@ struct Cell {
 }
 
 struct Prover<'a> {
-    region: &'a WallRegion,
     solver: &'a ExactSolver,
+    plane: WallPlane,
+    strips: &'a Strips,
     /// Tool poses at the origin of the wall, one for each freedom.
     poses: Vec<Pose>,
     /// Distance from the outline within which nothing is asked, m.
@@ -123,7 +142,7 @@ impl Prover<'_> {
         let mut left = depth;
         if near.is_empty() {
             // All of the cell is inside, or all of it outside.
-            let expected = self.region.contains(middle);
+            let expected = self.strips.contains(middle);
             match self.verdict(cell) {
                 Some(verdict) if verdict == expected => {
                     self.proof.proven_m2 += area;
@@ -153,9 +172,8 @@ impl Prover<'_> {
 
     /// Is all of the cell reachable, or none of it?
     fn verdict(&self, cell: Cell) -> Option<bool> {
-        let plane: WallPlane = self.region.plane();
+        let (solver, plane) = (self.solver, self.plane);
         let along = plane.along();
-        let solver = self.solver;
         let sides = |wider: f64, higher: f64| {
             [
                 along * (cell.half[0] + wider),
