@@ -470,3 +470,78 @@ fn connect(lines: &[Line]) -> Contour {
     }
     contour
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::triangulation::triangulate;
+    use hwall_testkit::Sampler;
+
+    /// Lines that have nothing to do with each other: every way to begin, end, part and merge.
+    #[test]
+    fn any_lines_make_simple_rings() {
+        let mut sampler = Sampler::new(1);
+        for _ in 0..300 {
+            let lines: Vec<Line> = (0..12)
+                .map(|z| {
+                    let count = 2 * sampler.index(6);
+                    let mut ends: Vec<f64> =
+                        (0..count).map(|_| sampler.uniform(-1.0, 1.0)).collect();
+                    ends.sort_by(f64::total_cmp);
+                    Line {
+                        z: f64::from(z),
+                        ends,
+                    }
+                })
+                .collect();
+            let contour = connect(&lines);
+            let corners: usize = contour.rings.iter().map(Vec::len).sum();
+            let ends: usize = lines.iter().map(|line| line.ends.len()).sum();
+            assert_eq!(corners + 2 * contour.slivers, ends);
+            let triangles = triangulate(contour.rings.iter().map(Vec::as_slice)).expect("simple");
+            let points: Vec<WallPoint> = contour.rings.iter().flatten().copied().collect();
+            // Triangles and trapezoids cover the same points.
+            for _ in 0..200 {
+                let at = WallPoint::new(sampler.uniform(-1.0, 1.0), sampler.uniform(-0.5, 11.5));
+                let covered = triangles.iter().any(|triangle| {
+                    let corners = triangle.map(|i| points[i as usize]);
+                    (0..3).all(|i| {
+                        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                        let (s, z) = (b.s_m - a.s_m, b.z_m - a.z_m);
+                        s * (at.z_m - a.z_m) >= z * (at.s_m - a.s_m)
+                    })
+                });
+                assert_eq!(covered, contour.strips.contains(at), "{at:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn holes_and_islands_get_lids() {
+        let line = |z: f64, ends: &[f64]| Line {
+            z,
+            ends: ends.to_vec(),
+        };
+        let lines = [
+            line(0.0, &[0.0, 9.0]),
+            line(1.0, &[0.0, 3.0, 6.0, 9.0]),
+            line(2.0, &[0.1, 3.0, 4.0, 5.0, 6.0, 9.0]),
+            line(3.0, &[0.0, 3.0, 6.0, 9.0]),
+            line(4.0, &[0.0, 9.0]),
+        ];
+        let contour = connect(&lines);
+        // An outline and a hole; the island on one line only is a sliver.
+        assert_eq!(contour.slivers, 1);
+        let mut corners: Vec<usize> = contour.rings.iter().map(Vec::len).collect();
+        corners.sort_unstable();
+        assert_eq!(corners, [6, 10]);
+        for (s, z, inside) in [
+            (4.5, 0.5, true),
+            (4.5, 1.5, false),
+            (4.5, 2.0, false),
+            (1.0, 2.0, true),
+        ] {
+            assert_eq!(contour.strips.contains(WallPoint::new(s, z)), inside);
+        }
+    }
+}

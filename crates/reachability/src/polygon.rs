@@ -20,15 +20,20 @@ const REPAIRS: usize = 4;
 pub struct PolygonConfig {
     /// Hausdorff distance between the polygons' outline and the true one, m; default 1e-4.
     /// Below 1e-8 or above 0.1 arm lengths is an error.
+    ///
+    /// It is tested at places along the outline, not proven: a thorn with a base narrower than
+    /// twenty accuracies that no line meets may be missed, and so is what is thinner than the
+    /// accuracy. How far such parts can reach is what [`proof_m`](Self::proof_m) bounds. The arms
+    /// of the presets have none; of 400 arms with limits narrowed at random 29 had one.
     pub accuracy_m: f64,
     /// Heights to keep, m; default all that the arm reaches.
     pub heights_m: Option<Interval>,
     /// Lines to begin with are no further apart than this, m; default 0.02.
     pub spacing_m: f64,
     /// The plane is proven to be as the polygons say wherever the outline is further away than
-    /// this, m; at least ten times the accuracy, else that is taken. Default 0.01; `None` trusts
-    /// the lines and takes about two thirds of the time. Where proof and polygons contradict
-    /// each other, lines are added; [`WallRegion::proof`] says what is left.
+    /// this, m; at least ten times the accuracy, else that is taken. Default 0.01; finer costs
+    /// time in proportion, `None` trusts the lines and saves a quarter. Where proof and polygons
+    /// contradict each other lines are added; [`WallRegion::proof`] says what is left.
     pub proof_m: Option<f64>,
 }
 
@@ -68,6 +73,22 @@ impl WallPolygon {
 }
 
 /// The reachable part of a wall.
+///
+/// ```
+/// use hwall_kinematics::SrsArm;
+/// use hwall_reachability::{ExactConfig, ExactSolver, PolygonConfig, WallPlane, WallPoint, WallRegion};
+///
+/// let solver = ExactSolver::new(&SrsArm::iiwa7(), &ExactConfig::default())?;
+/// let wall = WallPlane::new(0.0, 0.426)?;
+/// let region = WallRegion::of_plane(&solver, &wall, &PolygonConfig::default())?;
+/// assert_eq!(region.polygons()[0].holes.len(), 1); // too near to the shoulder
+/// assert!((region.area_m2() - 1.4097).abs() < 1e-4);
+/// let before_the_shoulder = WallPoint::new(0.0, 0.34);
+/// assert!(!region.contains(before_the_shoulder));
+/// let usable = region.nearest(before_the_shoulder).expect("some part is in reach");
+/// assert!(usable.distance_m(before_the_shoulder) > 0.05);
+/// # Ok::<(), hwall_reachability::ReachabilityError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct WallRegion {
     plane: WallPlane,

@@ -181,13 +181,14 @@ fn outlines_of_other_arms_and_rolls_keep_the_asked_distance() {
     check_hausdorff(&free, plane(0.0, 0.2), 1e-4, 80);
 }
 
-/// Arms with random limits have regions in many parts, with corners and thin necks.
+/// Arms with random limits have regions in many parts, with corners, thin necks and thorns. What
+/// the lines miss stays nearer to the outline than was proven.
 #[test]
-fn random_limits_have_no_contradictions() {
+fn random_limits_keep_what_is_proven() {
     let mut sampler = Sampler::new(11);
-    let mut parts = 0;
-    let mut holes = 0;
-    for _ in 0..40 {
+    let (mut parts, mut holes, mut off_count) = (0, 0, 0);
+    let proof_m = 5e-3;
+    for _ in 0..60 {
         let arm = SrsArm::iiwa7();
         let limits = arm.limits().map(|limit| JointLimit {
             min_rad: limit.min_rad * sampler.uniform(0.1, 1.0),
@@ -195,7 +196,14 @@ fn random_limits_have_no_contradictions() {
         });
         let solver = precise(&arm.with_limits(limits).unwrap(), Roll::Fixed(0.0));
         let plane = plane(sampler.uniform(-180.0, 180.0), sampler.uniform(-0.3, 0.7));
-        let region = region(&solver, plane, 1e-3);
+        let config = PolygonConfig {
+            accuracy_m: 5e-4,
+            proof_m: Some(proof_m),
+            ..PolygonConfig::default()
+        };
+        let region = WallRegion::of_plane(&solver, &plane, &config).unwrap();
+        let proof = region.proof().expect("asked for");
+        assert_eq!(proof.contradictions, [], "{plane:?} {limits:?}");
         parts += region.polygons().len();
         holes += region
             .polygons()
@@ -207,13 +215,42 @@ fn random_limits_have_no_contradictions() {
             let at = WallPoint::new(sampler.uniform(-0.9, 0.9), sampler.uniform(-0.5, 1.2));
             if region.contains(at) != reachable(&solver, plane, at) {
                 let off = nearest_edge_point(&edges, at).distance_m(at);
-                assert!(off <= 1e-3, "{plane:?} {limits:?} {at:?}: {off}");
+                assert!(off <= proof_m, "{plane:?} {limits:?} {at:?}: {off}");
+                off_count += usize::from(off > 5e-4);
             }
         }
-        let proof = region.prove(&solver, 0.02).unwrap();
-        assert_eq!(proof.contradictions, [], "{plane:?} {limits:?}");
     }
-    assert!(parts > 40 && holes > 3, "{parts} parts, {holes} holes");
+    assert!(parts > 60 && holes > 3, "{parts} parts, {holes} holes");
+    assert!(off_count <= 3, "{off_count} of 60000 points");
+}
+
+/// The proof finds what lies between two lines, and lines are added there: without them these
+/// limits lose an island.
+#[test]
+fn proofs_repair() {
+    let mut sampler = Sampler::new(11);
+    let (mut before, mut after) = (0.0, 0.0);
+    for _ in 0..30 {
+        let arm = SrsArm::iiwa7();
+        let limits = arm.limits().map(|limit| JointLimit {
+            min_rad: limit.min_rad * sampler.uniform(0.1, 1.0),
+            max_rad: limit.max_rad * sampler.uniform(0.1, 1.0),
+        });
+        let solver = precise(&arm.with_limits(limits).unwrap(), Roll::Fixed(0.0));
+        let plane = plane(sampler.uniform(-180.0, 180.0), sampler.uniform(-0.3, 0.7));
+        let config = |proof_m| PolygonConfig {
+            spacing_m: 0.1,
+            proof_m,
+            ..PolygonConfig::default()
+        };
+        let trusting = WallRegion::of_plane(&solver, &plane, &config(None)).unwrap();
+        assert!(trusting.proof().is_none());
+        before += trusting.prove(&solver, 5e-3).unwrap().contradicted_m2;
+        let proven = WallRegion::of_plane(&solver, &plane, &config(Some(5e-3))).unwrap();
+        after += proven.proof().expect("asked for").contradicted_m2;
+    }
+    assert!(before > 1e-4, "{before}");
+    assert!(after < 1e-3 * before, "{after} of {before}");
 }
 
 #[test]
