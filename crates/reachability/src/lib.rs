@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod ascent;
 mod contour;
 mod error;
 mod exact;
@@ -11,6 +12,7 @@ mod line_reach;
 mod map;
 mod margin;
 mod nearest;
+mod optimization;
 mod polygon;
 mod reasons;
 mod region_proof;
@@ -29,6 +31,7 @@ pub use keep_out::{Capsule, Carried, KeepOutBox, Plate};
 pub use line_reach::{LineReach, ReachInterval};
 pub use map::{BuildReport, LineIndex, LookUp, ReachabilityMap};
 pub use margin::{orientation_margin_rad, position_margin_m};
+pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
 pub use polygon::{PolygonConfig, WallPolygon, WallRegion};
 pub use reasons::ReachabilityReasons;
 pub use region_proof::RegionProof;

@@ -1,0 +1,592 @@
+//! Climbing along a line within limits: the inner part of the optimization solver.
+//!
+//! Feasible configurations form a manifold (the constraints) with walls (the limits). From a point
+//! of it the gradient of s is projected on the tangent space of the constraints among the joints that
+//! are not held at a limit; that space has a few dimensions only, so its Hessian is taken by
+//! differences of projected gradients and a Newton step is made, within a trust radius and up to the
+//! first limit. Gauss-Newton steps lead back onto the manifold. A joint leaves its limit again
+//! when the sign of its multiplier says that it would climb by doing so.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{Chain, ChainScratch, JointLimit, rotation_vector};
+
+/// Largest change of a joint in one step, rad.
+const TRUST_RAD: f64 = 0.3;
+
+/// Half width of the differences for the Hessian, rad.
+const DIFFERENCE_RAD: f64 = 1e-4;
+
+/// A projected gradient (lengths in arm lengths) below this is none.
+const FLAT: f64 = 1e-11;
+
+/// Rows of the constraints whose part across the others is smaller than this are dependent.
+const DEPENDENT: f64 = 1e-9;
+
+/// Most constraints: orientation 3, plane, height.
+const MOST_ROWS: usize = 5;
+
+/// One line of a wall and one arm: s to climb, constraints to keep.
+pub(crate) struct Slope<'a> {
+    chain: &'a Chain,
+    limits: Vec<JointLimit>,
+    normal: DVec3,
+    along: DVec3,
+    distance_m: f64,
+    height_m: f64,
+    /// Orientation of the board, or only its normal where the roll is free.
+    board: Option<DMat3>,
+    /// Length of the arm, m: lengths are counted in it.
+    size_m: f64,
+    scratch: ChainScratch,
+}
+
+/// Value and derivatives at a configuration; lengths in arm lengths.
+#[derive(Clone, Default)]
+struct Point {
+    s: f64,
+    residual: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+    gradient: Vec<f64>,
+}
+
+/// A place that cannot be climbed further.
+pub(crate) struct Summit {
+    pub(crate) q: Vec<f64>,
+    /// Is the projected gradient gone, and would no joint climb by leaving its limit?
+    pub(crate) stationary: bool,
+}
+
+impl<'a> Slope<'a> {
+    pub(crate) fn new(
+        chain: &'a Chain,
+        line: &crate::WallLine,
+        roll_rad: Option<f64>,
+        size_m: f64,
+    ) -> Self {
+        Self {
+            chain,
+            limits: chain.joints().iter().map(|joint| joint.limit).collect(),
+            normal: line.plane.normal(),
+            along: line.plane.along(),
+            distance_m: line.plane.distance_m(),
+            height_m: line.height_m,
+            board: roll_rad.map(|roll| line.plane.board_rotation(roll)),
+            size_m,
+            scratch: chain.scratch(),
+        }
+    }
+
+    pub(crate) fn limits(&self) -> &[JointLimit] {
+        &self.limits
+    }
+
+    /// Place along the line, and how far off it the arm is: m and rad.
+    pub(crate) fn measure(&self, q: &[f64]) -> Option<[f64; 3]> {
+        let pose = self.chain.forward(q).ok()?;
+        let (p, z) = (pose.position_m(), pose.rotation().z_axis);
+        let off_plane = self.normal.dot(p) - self.distance_m;
+        let off = off_plane.abs().max((p.z - self.height_m).abs());
+        let turned = match self.board {
+            Some(board) => rotation_vector(board * pose.rotation().transpose()).length(),
+            None => z.cross(self.normal).length().atan2(z.dot(self.normal)),
+        };
+        Some([self.along.dot(p), off, turned])
+    }
+
+    fn at(&mut self, q: &[f64]) -> Option<Point> {
+        let pose = self
+            .chain
+            .forward_jacobian_into(q, &mut self.scratch)
+            .ok()?;
+        let (p, rotation) = (pose.position_m(), pose.rotation());
+        let unit = 1.0 / self.size_m;
+        let mut residual = vec![
+            (self.normal.dot(p) - self.distance_m) * unit,
+            (p.z - self.height_m) * unit,
+        ];
+        // Axes about which the board may be turned wrongly.
+        let error = match self.board {
+            Some(board) => rotation_vector(rotation * board.transpose()),
+            None => self.normal.cross(rotation.z_axis),
+        };
+        let mut axes = vec![self.along, DVec3::Z];
+        if self.board.is_some() {
+            axes.push(self.normal);
+        } else if rotation.z_axis.dot(self.normal) < 0.0 {
+            // Turned away: the cross product alone would call the opposite normal right, too.
+            residual.extend([3.0 + error.dot(self.along), error.z]);
+        }
+        if residual.len() == 2 {
+            residual.extend(axes.iter().map(|axis| axis.dot(error)));
+        }
+        let columns = self.scratch.jacobian_columns();
+        let linear = |axis: DVec3| {
+            let of = |c: &[f64; 6]| axis.dot(DVec3::new(c[0], c[1], c[2])) * unit;
+            columns.iter().map(of).collect::<Vec<f64>>()
+        };
+        let angular = |axis: &DVec3| {
+            let of = |c: &[f64; 6]| axis.dot(DVec3::new(c[3], c[4], c[5]));
+            columns.iter().map(of).collect::<Vec<f64>>()
+        };
+        let mut rows = vec![linear(self.normal), linear(DVec3::Z)];
+        rows.extend(axes.iter().map(angular));
+        Some(Point {
+            s: self.along.dot(p) * unit,
+            residual,
+            rows,
+            gradient: linear(self.along),
+        })
+    }
+
+    /// Leads a configuration onto the constraints by damped Gauss-Newton steps; joints that are
+    /// held stay, the others stop at their limits. False if that fails.
+    pub(crate) fn restore(&mut self, q: &mut [f64], held: &[bool], most_steps: usize) -> bool {
+        let mut damping = 1e-12;
+        let Some(mut here) = self.at(q) else {
+            return false;
+        };
+        let mut error = square(&here.residual);
+        for _ in 0..most_steps {
+            if error < 1e-30 {
+                return true;
+            }
+            // A joint on its limit that the step would push outwards is held for this step.
+            let mut free: Vec<bool> = held.iter().map(|h| !h).collect();
+            let mut step = least_step(&here, &free, damping);
+            for _ in 0..2 {
+                let mut pushed = false;
+                for (i, limit) in self.limits.iter().enumerate() {
+                    let outwards = (q[i] >= limit.max_rad && step[i] > 0.0)
+                        || (q[i] <= limit.min_rad && step[i] < 0.0);
+                    if free[i] && outwards {
+                        (free[i], pushed) = (false, true);
+                    }
+                }
+                if !pushed {
+                    break;
+                }
+                step = least_step(&here, &free, damping);
+            }
+            let longest = step.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            let scale = (0.8 / longest).min(1.0);
+            let mut next = q.to_vec();
+            for ((x, d), limit) in next.iter_mut().zip(&step).zip(&self.limits) {
+                *x = (*x + scale * d).clamp(limit.min_rad, limit.max_rad);
+            }
+            let Some(there) = self.at(&next) else {
+                return false;
+            };
+            let there_error = square(&there.residual);
+            if there_error < error {
+                q.copy_from_slice(&next);
+                let stalled = there_error > 0.9 * error && damping > 1e-3;
+                (here, error) = (there, there_error);
+                damping = (0.2 * damping).max(1e-14);
+                if stalled {
+                    break;
+                }
+            } else if error < 1e-26 {
+                // As good as rounding allows.
+                return true;
+            } else {
+                damping = (20.0 * damping).max(1e-6);
+                if damping > 1e3 {
+                    break;
+                }
+            }
+        }
+        error < 1e-24
+    }
+
+    /// Climbs from a point of the manifold, up (`sign` 1) or down (-1).
+    pub(crate) fn climb(&mut self, start: &[f64], sign: f64, most_steps: usize) -> Summit {
+        let mut q = start.to_vec();
+        let mut trust = TRUST_RAD;
+        let mut held = self.at_limits(&q);
+        let summit = |q: Vec<f64>, stationary: bool| Summit { q, stationary };
+        for _ in 0..most_steps {
+            let Some(here) = self.at(&q) else {
+                return summit(q, false);
+            };
+            let mut tangent = Tangent::new(&here, &held, sign);
+            // One joint at a time leaves its limit: the one that would climb most by it.
+            if let Some(joint) = tangent.would_climb(&here, &q, &held, &self.limits, sign) {
+                held[joint] = false;
+                tangent = Tangent::new(&here, &held, sign);
+            } else if tangent.length() < FLAT {
+                return summit(q, true);
+            }
+            let direction = self.newton(&q, &held, &tangent, sign, trust);
+            match self.step(&q, &direction, &held, sign * here.s, sign) {
+                Some((next, hit)) => {
+                    let gained = self
+                        .at(&next)
+                        .map_or(0.0, |there| sign * (there.s - here.s));
+                    q = next;
+                    for joint in hit {
+                        held[joint] = true;
+                    }
+                    trust = (2.0 * trust).min(TRUST_RAD);
+                    if gained < 1e-15 && tangent.length() < 1e-7 {
+                        return summit(q, true);
+                    }
+                }
+                None => {
+                    trust *= 0.25;
+                    if trust < 1e-9 {
+                        return summit(q, tangent.length() < 1e-6);
+                    }
+                }
+            }
+        }
+        summit(q, false)
+    }
+
+    fn at_limits(&self, q: &[f64]) -> Vec<bool> {
+        let at = |(x, limit): (&f64, &JointLimit)| *x <= limit.min_rad || *x >= limit.max_rad;
+        q.iter().zip(&self.limits).map(at).collect()
+    }
+
+    /// The ascent direction of a Newton step in the tangent space, at most `trust` long.
+    fn newton(
+        &mut self,
+        q: &[f64],
+        held: &[bool],
+        tangent: &Tangent,
+        sign: f64,
+        trust: f64,
+    ) -> Vec<f64> {
+        let n = tangent.basis.len();
+        let slope: Vec<f64> = tangent
+            .basis
+            .iter()
+            .map(|z| dot(z, &tangent.projected))
+            .collect();
+        let mut hessian = vec![vec![0.0; n]; n];
+        for (i, z) in tangent.basis.iter().enumerate() {
+            let mut sides = [-1.0, 1.0].map(|side| {
+                let mut moved = offset(q, z, side * DIFFERENCE_RAD);
+                // Limits are no matter here: half of the directions point outside.
+                let restored = self.restore_freely(&mut moved, held);
+                restored
+                    .then(|| self.at(&moved))
+                    .flatten()
+                    .map(|p| Tangent::new(&p, held, sign).projected)
+            });
+            let [Some(before), Some(after)] = &mut sides else {
+                continue;
+            };
+            for (j, w) in tangent.basis.iter().enumerate() {
+                hessian[j][i] = (dot(w, after) - dot(w, before)) / (2.0 * DIFFERENCE_RAD);
+            }
+        }
+        let (values, vectors) = eigen(hessian);
+        let mut step = vec![0.0; q.len()];
+        for (value, vector) in values.iter().zip(&vectors) {
+            let along = dot(vector, &slope) / value.abs().max(1e-4);
+            for (coefficient, z) in vector.iter().zip(&tangent.basis) {
+                add(&mut step, z, along * coefficient);
+            }
+        }
+        let longest = step.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        if longest > trust {
+            step.iter_mut().for_each(|x| *x *= trust / longest);
+        }
+        step
+    }
+
+    /// Two Gauss-Newton steps without limits, for differences close to the manifold.
+    fn restore_freely(&mut self, q: &mut [f64], held: &[bool]) -> bool {
+        let free: Vec<bool> = held.iter().map(|h| !h).collect();
+        for _ in 0..3 {
+            let Some(here) = self.at(q) else {
+                return false;
+            };
+            if square(&here.residual) < 1e-28 {
+                return true;
+            }
+            let step = least_step(&here, &free, 1e-14);
+            add(q, &step, 1.0);
+        }
+        true
+    }
+
+    /// Goes along a direction up to the first limits and back onto the manifold; the new
+    /// configuration and the joints that met their limits, if that climbs.
+    fn step(
+        &mut self,
+        q: &[f64],
+        direction: &[f64],
+        held: &[bool],
+        height: f64,
+        sign: f64,
+    ) -> Option<(Vec<f64>, Vec<usize>)> {
+        let mut share: f64 = 1.0;
+        for ((x, d), limit) in q.iter().zip(direction).zip(&self.limits) {
+            let room = if *d > 0.0 {
+                limit.max_rad - x
+            } else {
+                limit.min_rad - x
+            };
+            if *d != 0.0 && room / d < share {
+                share = (room / d).max(0.0);
+            }
+        }
+        let mut next = offset(q, direction, share);
+        let mut holds = held.to_vec();
+        let mut hit = Vec::new();
+        for (i, limit) in self.limits.iter().enumerate() {
+            next[i] = next[i].clamp(limit.min_rad, limit.max_rad);
+            let room = if direction[i] > 0.0 {
+                limit.max_rad - next[i]
+            } else {
+                next[i] - limit.min_rad
+            };
+            if !held[i] && direction[i] != 0.0 && room <= 1e-12 {
+                next[i] = if direction[i] > 0.0 {
+                    limit.max_rad
+                } else {
+                    limit.min_rad
+                };
+                holds[i] = true;
+                hit.push(i);
+            }
+        }
+        if !self.restore(&mut next, &holds, 12) {
+            return None;
+        }
+        // Restoring may have pushed further joints onto their limits.
+        let at = self.at_limits(&next);
+        hit.extend((0..next.len()).filter(|&i| at[i] && !holds[i]));
+        let there = self.at(&next)?;
+        (sign * there.s > height || (share < 1e-9 && !hit.is_empty())).then_some((next, hit))
+    }
+}
+
+/// The projected gradient and a basis of the directions that keep the constraints.
+struct Tangent {
+    projected: Vec<f64>,
+    basis: Vec<Vec<f64>>,
+    /// Multipliers of the constraints.
+    multipliers: Vec<f64>,
+}
+
+impl Tangent {
+    fn new(point: &Point, held: &[bool], sign: f64) -> Self {
+        let n = held.len();
+        let masked = |row: &[f64]| -> Vec<f64> {
+            let of = |(x, held): (&f64, &bool)| if *held { 0.0 } else { *x };
+            row.iter().zip(held).map(of).collect()
+        };
+        // Gram-Schmidt, twice, of the rows: J = T Q with T lower triangular.
+        let mut q: Vec<Vec<f64>> = Vec::with_capacity(MOST_ROWS);
+        let mut triangle: Vec<Vec<f64>> = Vec::with_capacity(MOST_ROWS);
+        let mut independent = Vec::with_capacity(MOST_ROWS);
+        for (k, row) in point.rows.iter().enumerate() {
+            let mut rest = masked(row);
+            let mut coefficients = vec![0.0; q.len()];
+            for _ in 0..2 {
+                for (c, basis) in coefficients.iter_mut().zip(&q) {
+                    let along = dot(basis, &rest);
+                    *c += along;
+                    add(&mut rest, basis, -along);
+                }
+            }
+            let length = square(&rest).sqrt();
+            if length > DEPENDENT {
+                rest.iter_mut().for_each(|x| *x /= length);
+                coefficients.push(length);
+                q.push(rest);
+                triangle.push(coefficients);
+                independent.push(k);
+            }
+        }
+        let gradient: Vec<f64> = masked(&point.gradient).iter().map(|x| sign * x).collect();
+        let mut projected = gradient.clone();
+        for _ in 0..2 {
+            for basis in &q {
+                let along = dot(basis, &projected);
+                add(&mut projected, basis, -along);
+            }
+        }
+        // Jᵀ λ = Q Qᵀ g, from the last row upwards.
+        let mut multipliers = vec![0.0; point.rows.len()];
+        let mut wanted: Vec<f64> = q.iter().map(|basis| dot(basis, &gradient)).collect();
+        for i in (0..q.len()).rev() {
+            let lambda = wanted[i] / triangle[i][i];
+            multipliers[independent[i]] = lambda;
+            for (w, c) in wanted.iter_mut().zip(&triangle[i]) {
+                *w -= lambda * c;
+            }
+        }
+        // What the rows leave of the joints' own directions, the largest first.
+        let free = held.iter().filter(|h| !**h).count();
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        while basis.len() + q.len() < free {
+            let mut best: (f64, Vec<f64>) = (0.0, Vec::new());
+            for i in (0..n).filter(|&i| !held[i]) {
+                let mut unit = vec![0.0; n];
+                unit[i] = 1.0;
+                for _ in 0..2 {
+                    for other in q.iter().chain(&basis) {
+                        let along = dot(other, &unit);
+                        add(&mut unit, other, -along);
+                    }
+                }
+                let length = square(&unit).sqrt();
+                if length > best.0 {
+                    best = (length, unit);
+                }
+            }
+            let (length, mut unit) = best;
+            if length < 1e-6 {
+                break;
+            }
+            unit.iter_mut().for_each(|x| *x /= length);
+            basis.push(unit);
+        }
+        Self {
+            projected,
+            basis,
+            multipliers,
+        }
+    }
+
+    fn length(&self) -> f64 {
+        square(&self.projected).sqrt()
+    }
+
+    /// The held joint that would climb most by leaving its limit.
+    fn would_climb(
+        &self,
+        point: &Point,
+        q: &[f64],
+        held: &[bool],
+        limits: &[JointLimit],
+        sign: f64,
+    ) -> Option<usize> {
+        // Only where the free joints have nothing left to gain do the multipliers mean anything.
+        if self.length() > 1e-6 {
+            return None;
+        }
+        let gain = |i: usize| {
+            let rows = point.rows.iter().zip(&self.multipliers);
+            let slope = sign * point.gradient[i] - rows.map(|(row, l)| l * row[i]).sum::<f64>();
+            // Inwards is down from an upper limit; a joint without room cannot leave.
+            if limits[i].max_rad <= limits[i].min_rad {
+                0.0
+            } else if q[i] >= limits[i].max_rad {
+                -slope
+            } else {
+                slope
+            }
+        };
+        let candidates = (0..held.len()).filter(|&i| held[i]);
+        let best = candidates
+            .map(|i| (gain(i), i))
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (best.0 > 1e-9).then_some(best.1)
+    }
+}
+
+/// The smallest step of the free joints that meets the constraints, damped.
+fn least_step(point: &Point, free: &[bool], damping: f64) -> Vec<f64> {
+    let m = point.rows.len();
+    let mut a = [[0.0; MOST_ROWS + 1]; MOST_ROWS];
+    for i in 0..m {
+        for j in 0..m {
+            let pairs = point.rows[i].iter().zip(&point.rows[j]).zip(free);
+            a[i][j] = pairs.filter(|(_, f)| **f).map(|((x, y), _)| x * y).sum();
+        }
+        a[i][i] += damping;
+        a[i][m] = -point.residual[i];
+    }
+    // Gauss elimination; the matrix is symmetric and, with damping, positive.
+    for i in 0..m {
+        let pivot = (i..m).max_by(|&r, &s| a[r][i].abs().total_cmp(&a[s][i].abs()));
+        a.swap(i, pivot.unwrap_or(i));
+        let head = a[i];
+        if head[i].abs() < 1e-300 {
+            continue;
+        }
+        for row in a.iter_mut().take(m).skip(i + 1) {
+            let factor = row[i] / head[i];
+            for (x, y) in row.iter_mut().zip(head).take(m + 1) {
+                *x -= factor * y;
+            }
+        }
+    }
+    let mut lambda = [0.0; MOST_ROWS];
+    for i in (0..m).rev() {
+        let rest: f64 = (i + 1..m).map(|j| a[i][j] * lambda[j]).sum();
+        lambda[i] = if a[i][i].abs() < 1e-300 {
+            0.0
+        } else {
+            (a[i][m] - rest) / a[i][i]
+        };
+    }
+    let of = |(i, free): (usize, &bool)| {
+        let rows = point.rows.iter().zip(lambda);
+        if *free {
+            rows.map(|(row, l)| row[i] * l).sum()
+        } else {
+            0.0
+        }
+    };
+    free.iter().enumerate().map(of).collect()
+}
+
+/// Eigenvalues and vectors of a small symmetric matrix (its symmetric part), by Jacobi rotations.
+fn eigen(mut a: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let n = a.len();
+    for i in 0..n {
+        for j in 0..i {
+            let mean = 0.5 * (a[i][j] + a[j][i]);
+            (a[i][j], a[j][i]) = (mean, mean);
+        }
+    }
+    let mut vectors: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
+        .collect();
+    for _ in 0..30 {
+        for p in 0..n {
+            for r in p + 1..n {
+                if a[p][r] == 0.0 {
+                    continue;
+                }
+                let angle = 0.5 * (2.0 * a[p][r]).atan2(a[r][r] - a[p][p]);
+                let (sin, cos) = angle.sin_cos();
+                for row in &mut a {
+                    (row[p], row[r]) = (cos * row[p] - sin * row[r], sin * row[p] + cos * row[r]);
+                }
+                for k in 0..n {
+                    let (x, y) = (a[p][k], a[r][k]);
+                    (a[p][k], a[r][k]) = (cos * x - sin * y, sin * x + cos * y);
+                    let (x, y) = (vectors[p][k], vectors[r][k]);
+                    (vectors[p][k], vectors[r][k]) = (cos * x - sin * y, sin * x + cos * y);
+                }
+            }
+        }
+    }
+    ((0..n).map(|i| a[i][i]).collect(), vectors)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn square(a: &[f64]) -> f64 {
+    dot(a, a)
+}
+
+fn add(to: &mut [f64], direction: &[f64], times: f64) {
+    for (x, d) in to.iter_mut().zip(direction) {
+        *x += times * d;
+    }
+}
+
+fn offset(q: &[f64], direction: &[f64], times: f64) -> Vec<f64> {
+    let mut moved = q.to_vec();
+    add(&mut moved, direction, times);
+    moved
+}

@@ -1,0 +1,289 @@
+//! The optimization-based solver against the exact one, and on arms that have no closed form.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose, SrsArm};
+use hwall_reachability::{
+    ExactConfig, ExactSolver, LineExtremes, OptimizationConfig, OptimizationSolver, Progress,
+    ReachabilityError, WallLine, WallPlane,
+};
+use std::ops::ControlFlow;
+
+fn line(heading_deg: f64, distance_m: f64, height_m: f64) -> WallLine {
+    WallPlane::new(heading_deg.to_radians(), distance_m)
+        .expect("finite")
+        .line(height_m)
+}
+
+fn solver(chain: &Chain, starts: usize) -> OptimizationSolver {
+    let config = OptimizationConfig {
+        starts,
+        ..OptimizationConfig::default()
+    };
+    OptimizationSolver::new(chain, config).expect("valid")
+}
+
+fn some_lines() -> Vec<WallLine> {
+    let mut lines = Vec::new();
+    for heading in [-45.0, 20.0, 90.0, -90.0, 170.0] {
+        for distance in [0.8, 0.5, 0.1, 0.0, -0.4] {
+            for height in [-0.1, 0.34, 0.8] {
+                lines.push(line(heading, distance, height));
+            }
+        }
+    }
+    lines
+}
+
+/// Residuals and limits of a result, measured again.
+fn check(chain: &Chain, line: &WallLine, found: &LineExtremes, roll: Option<f64>) {
+    for end in [&found.lo, &found.hi] {
+        chain.check_limits(&end.q).expect("within limits");
+        let pose = chain.forward(&end.q).expect("finite");
+        let (at, off) = line.plane.project(pose.position_m());
+        assert!((at.s_m - end.s_m).abs() < 1e-12);
+        assert!(off.abs() <= end.residual_m && (at.z_m - line.height_m).abs() <= end.residual_m);
+        assert!(end.residual_m < 1e-9 && end.residual_rad < 1e-9, "{end:?}");
+        let z = pose.rotation().z_axis;
+        assert!(z.distance(line.plane.normal()) < 1e-8, "{z}");
+        if let Some(roll) = roll {
+            let x = line.plane.board_rotation(roll).x_axis;
+            assert!(pose.rotation().x_axis.distance(x) < 1e-8);
+        }
+    }
+    assert!(found.lo.s_m <= found.hi.s_m);
+}
+
+#[test]
+fn never_beyond_the_exact_ends_and_nearly_always_at_them() {
+    let (arm, chain) = (SrsArm::iiwa7(), Chain::iiwa7());
+    let exact = ExactSolver::new(&arm, &ExactConfig::default()).expect("valid");
+    let solver = solver(&chain, 20);
+    let (mut ends, mut right) = (0, 0);
+    for line in some_lines() {
+        let truth = exact.line(&line).expect("solved");
+        let found = solver.line(&line).expect("finite");
+        let (Some(first), Some(last)) = (truth.intervals.first(), truth.intervals.last()) else {
+            assert_eq!(found, None, "{line:?}");
+            continue;
+        };
+        let Some(found) = found else {
+            ends += 2;
+            continue;
+        };
+        check(&chain, &line, &found, Some(0.0));
+        let off = [
+            found.lo.s_m - first.span.lo_m,
+            last.span.hi_m - found.hi.s_m,
+        ];
+        for off in off {
+            assert!(off > -1e-6, "{line:?}: {off} beyond the proven end");
+            ends += 1;
+            right += usize::from(off < 1e-6);
+        }
+    }
+    assert!(ends > 80 && right * 100 >= ends * 98, "{right} of {ends}");
+}
+
+#[test]
+fn more_starts_never_find_less() {
+    let chain = Chain::iiwa7();
+    let solvers = [1, 2, 4, 8].map(|starts| solver(&chain, starts));
+    for line in some_lines().into_iter().step_by(3) {
+        let mut before: Option<(f64, f64)> = None;
+        for solver in &solvers {
+            let found = solver.line(&line).expect("finite");
+            let now = found.map(|f| (f.lo.s_m, f.hi.s_m));
+            if let Some((lo, hi)) = before {
+                let (lower, higher) = now.expect("found with fewer starts");
+                assert!(lower <= lo && higher >= hi, "{line:?}");
+            }
+            before = now;
+        }
+    }
+}
+
+#[test]
+fn neighbours_help_in_a_sweep() {
+    let chain = Chain::iiwa7();
+    let few = solver(&chain, 2);
+    let lines: Vec<WallLine> = (0..20)
+        .map(|j| line(15.0, 0.3, -0.2 + 0.07 * f64::from(j)))
+        .collect();
+    let swept = few
+        .sweep(&lines, &mut |_| ControlFlow::Continue(()))
+        .expect("not cancelled");
+    let length =
+        |found: &Option<LineExtremes>| found.as_ref().map_or(0.0, |f| f.interval().length_m());
+    let mut gained = 0.0;
+    for (line, found) in lines.iter().zip(&swept) {
+        let alone = few.line(line).expect("finite");
+        assert!(length(found) >= length(&alone));
+        gained += length(found) - length(&alone);
+        if let Some(found) = found {
+            check(&chain, line, found, Some(0.0));
+        }
+    }
+    assert!(gained > 0.1, "{gained}");
+}
+
+#[test]
+fn a_free_roll_reaches_at_least_as_far() {
+    // The last joint nearly locked: a fixed roll is hard, a free one is not.
+    let mut joints = Chain::iiwa7().joints().to_vec();
+    joints[6].limit = JointLimit::symmetric_deg(10.0);
+    let chain = Chain::new(joints, Chain::iiwa7().link_from_tip()).expect("valid");
+    let fixed = solver(&chain, 6);
+    let config = OptimizationConfig {
+        starts: 6,
+        roll_rad: None,
+        ..OptimizationConfig::default()
+    };
+    let free = OptimizationSolver::new(&chain, config).expect("valid");
+    let mut longer = 0;
+    for height in [0.2, 0.5, 0.8] {
+        let line = line(0.0, 0.5, height);
+        let found = free.line(&line).expect("finite").expect("reachable");
+        check(&chain, &line, &found, None);
+        let own = fixed.line(&line).expect("finite");
+        let own = own.map_or(0.0, |f| f.interval().length_m());
+        longer += usize::from(found.interval().length_m() > own + 1e-3);
+    }
+    assert!(longer >= 2, "{longer}");
+}
+
+/// Six joints in the manner of an industrial arm: no closed form here, no redundancy to climb in.
+fn six_joints() -> Chain {
+    let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z)).expect("finite");
+    let limit = JointLimit::symmetric_deg(170.0);
+    let joints = [
+        (at(0.0, 0.0, 0.4), DVec3::Z),
+        (at(0.05, 0.0, 0.0), DVec3::Y),
+        (at(0.0, 0.0, 0.45), DVec3::Y),
+        (at(0.0, 0.0, 0.05), DVec3::Z),
+        (at(0.0, 0.0, 0.4), DVec3::Y),
+        (at(0.0, 0.0, 0.08), DVec3::Z),
+    ];
+    let joints = joints
+        .into_iter()
+        .enumerate()
+        .map(|(i, (origin, axis))| {
+            ChainJoint::revolute(format!("joint{}", i + 1), origin, axis, limit)
+        })
+        .collect();
+    Chain::new(joints, at(0.0, 0.0, 0.05)).expect("valid")
+}
+
+#[test]
+fn six_joints_without_redundancy() {
+    let chain = six_joints();
+    // Eight branches and no self-motion between them: each needs a start of its own.
+    let solver = solver(&chain, 80);
+    for (distance, height) in [(0.5, 0.5), (0.6, 0.2), (0.4, 0.8)] {
+        let line = line(0.0, distance, height);
+        let found = solver.line(&line).expect("finite").expect("reachable");
+        check(&chain, &line, &found, Some(0.0));
+        // Symmetric arm, symmetric line.
+        assert!((found.lo.s_m + found.hi.s_m).abs() < 1e-6, "{found:?}");
+        // A pose a little further out has no solution that a numeric inverse could find.
+        for (s, wanted) in [(found.hi.s_m - 1e-4, true), (found.hi.s_m + 1e-4, false)] {
+            let pose = line.board_pose(s, 0.0).expect("finite");
+            let config = hwall_kinematics::NumericConfig::thorough();
+            let solved = chain.inverse_numeric(&pose, &found.hi.q, &config);
+            assert_eq!(solved.is_ok(), wanted, "{s}: {solved:?}");
+        }
+    }
+}
+
+#[test]
+fn an_arm_a_thousand_times_smaller() {
+    let scale = 1e-3;
+    let joints = six_joints().joints().to_vec();
+    let shrunk = joints.into_iter().map(|mut joint| {
+        let origin = joint.previous_from_link.position_m() * scale;
+        joint.previous_from_link = Pose::new(DMat3::IDENTITY, origin).expect("finite");
+        joint
+    });
+    let tip = Pose::from_translation(DVec3::Z * 0.05 * scale).expect("finite");
+    let small = Chain::new(shrunk.collect(), tip).expect("valid");
+    let here = solver(&small, 80).line(&line(0.0, 0.5 * scale, 0.5 * scale));
+    let there = solver(&six_joints(), 80).line(&line(0.0, 0.5, 0.5));
+    let here = here.expect("finite").expect("reachable");
+    let there = there.expect("finite").expect("reachable");
+    assert!((here.hi.s_m / scale - there.hi.s_m).abs() < 1e-6);
+}
+
+#[test]
+fn lines_out_of_reach_have_no_extremes() {
+    let solver = solver(&Chain::iiwa7(), 3);
+    for line in [
+        line(0.0, 2.0, 0.3),
+        line(0.0, 0.5, 3.0),
+        line(0.0, 1e9, 1e9),
+    ] {
+        assert_eq!(solver.line(&line).expect("finite"), None);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let chain = Chain::iiwa7();
+    let line = line(10.0, 0.4, 0.5);
+    let run = |seed: u64| {
+        let config = OptimizationConfig {
+            seed,
+            starts: 2,
+            ..OptimizationConfig::default()
+        };
+        let solver = OptimizationSolver::new(&chain, config).expect("valid");
+        solver.line(&line).expect("finite").expect("reachable")
+    };
+    assert_eq!(run(7), run(7));
+    assert_ne!(run(7).lo.q, run(8).lo.q);
+}
+
+#[test]
+fn a_sweep_can_be_stopped() {
+    let solver = solver(&Chain::iiwa7(), 1);
+    let lines = vec![line(0.0, 0.5, 0.3); 4];
+    let mut seen = Vec::new();
+    let stopped = solver.sweep(&lines, &mut |progress: Progress| {
+        seen.push(progress.done);
+        if progress.done == 2 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    assert_eq!(stopped.expect_err("stopped"), ReachabilityError::Cancelled);
+    assert_eq!(seen, [1, 2]);
+}
+
+#[test]
+fn bad_settings_are_named() {
+    let chain = Chain::iiwa7();
+    let with = |change: &dyn Fn(&mut OptimizationConfig)| {
+        let mut config = OptimizationConfig::default();
+        change(&mut config);
+        OptimizationSolver::new(&chain, config).err()
+    };
+    assert!(matches!(
+        with(&|c| c.starts = 0),
+        Some(ReachabilityError::Empty { what: "starts" })
+    ));
+    assert!(matches!(
+        with(&|c| c.starts = usize::MAX),
+        Some(ReachabilityError::TooMany { .. })
+    ));
+    assert!(matches!(
+        with(&|c| c.max_steps = 0),
+        Some(ReachabilityError::Empty { .. })
+    ));
+    assert!(with(&|c| c.tolerance_m = f64::NAN).is_some());
+    assert!(with(&|c| c.tolerance_rad = 0.0).is_some());
+    assert!(with(&|c| c.roll_rad = Some(f64::INFINITY)).is_some());
+    let nan = WallLine {
+        height_m: f64::NAN,
+        ..line(0.0, 0.5, 0.3)
+    };
+    assert!(solver(&chain, 1).line(&nan).is_err());
+}
