@@ -16,6 +16,7 @@ mod optimization;
 mod polygon;
 mod reasons;
 mod region_proof;
+mod rings;
 mod search;
 mod strips;
 mod symmetry;

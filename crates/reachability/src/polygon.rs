@@ -1,9 +1,10 @@
 //! The reachable part of a wall as polygons with holes.
 
-use crate::contour::{Contour, Tracer};
+use crate::contour::Tracer;
 use crate::error::{finite, positive};
 use crate::exact::size_m;
 use crate::region_proof::{RegionProof, prove};
+use crate::rings::Contour;
 use crate::strips::Strips;
 use crate::triangulation::triangulate;
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
@@ -23,16 +24,17 @@ pub struct PolygonConfig {
     ///
     /// It is tested at places along the outline, not proven: a thorn with a base narrower than
     /// twenty accuracies that no line meets may be missed, and so is what is thinner than the
-    /// accuracy. How far such parts can reach is what [`proof_m`](Self::proof_m) bounds. The arms
-    /// of the presets have none; of 400 arms with limits narrowed at random 29 had one.
+    /// accuracy. How far such parts can reach is what [`proof_m`](Self::proof_m) bounds. On the
+    /// planes of the published maps iiwa 7 shows none at 1e-4; of 400 arms with limits narrowed at
+    /// random 29 showed one, of up to 7 mm, and with `proof_m` at 1e-3 seven, of up to 0.5 mm.
     pub accuracy_m: f64,
     /// Heights to keep, m; default all that the arm reaches.
     pub heights_m: Option<Interval>,
     /// Lines to begin with are no further apart than this, m; default 0.02.
     pub spacing_m: f64,
     /// The plane is proven to be as the polygons say wherever the outline is further away than
-    /// this, m; at least ten times the accuracy, else that is taken. Default 0.01; finer costs
-    /// time in proportion, `None` trusts the lines and saves a quarter. Where proof and polygons
+    /// this, m; at least ten times the accuracy, else that is taken. Default 0.01; finer takes
+    /// longer, `None` trusts the lines and saves two fifths of the time. Where proof and polygons
     /// contradict each other lines are added; [`WallRegion::proof`] says what is left.
     pub proof_m: Option<f64>,
 }

@@ -165,6 +165,14 @@ fn outlines_keep_coarse_and_fine_distances() {
     }
 }
 
+/// In one low strip two lobes begin and merge: the space between them was lost.
+#[test]
+fn a_notch_within_a_beginning_is_kept() {
+    for accuracy_m in [3e-3, 1e-3, 3e-4, 1e-4] {
+        check_hausdorff(&solver(), plane(0.0, -0.174), accuracy_m, 1_000);
+    }
+}
+
 #[test]
 fn outlines_of_other_arms_and_rolls_keep_the_asked_distance() {
     let board = Pose::from_translation(glam::DVec3::new(0.03, -0.02, 0.08)).unwrap();
