@@ -96,9 +96,10 @@ impl Steps {
     #[must_use]
     #[inline]
     pub fn nearest(&self, value_m: f64) -> Option<usize> {
-        let index = ((value_m - self.first_m) / self.step_m).round();
-        // NaN fails both comparisons.
-        (index >= 0.0 && index < f64::from(self.count)).then_some(index as usize)
+        // Truncation instead of rounding, which is a call without SSE 4.1; NaN fails both
+        // comparisons.
+        let above = (value_m - self.first_m) / self.step_m + 0.5;
+        (above >= 0.0 && above < f64::from(self.count)).then_some(above as usize)
     }
 }
 

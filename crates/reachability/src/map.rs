@@ -12,9 +12,9 @@ use hwall_kinematics::SrsArm;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// A look-up finds walls whose heading is within this of the asked one, rad: half of the
+/// Square of the cosine of the angle within which a look-up finds walls: half of the
 /// dissertation's 15 degrees, and a hair for rounding.
-const HEADING_TOLERANCE_RAD: f64 = 0.130_9;
+const LEAST_COSINE_SQUARED: f64 = 0.982_962;
 
 /// One line of a map: which wall, plane and height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -69,6 +69,8 @@ pub struct ReachabilityMap {
     arm: SrsArm,
     config: ExactConfig,
     walls: Vec<Wall>,
+    /// x and y of the walls' normals, side by side for look-ups.
+    normals: Vec<[f64; 2]>,
     /// Where the intervals and the bands of each line begin; one more than there are lines.
     starts: Vec<[u32; 2]>,
     intervals: Vec<ReachInterval>,
@@ -194,6 +196,7 @@ impl ReachabilityMap {
             solver: ExactSolver::new(arm, config)?,
             arm: arm.clone(),
             config: config.clone(),
+            normals: walls.iter().map(|w| [w.normal.x, w.normal.y]).collect(),
             walls,
             starts,
             intervals,
@@ -338,33 +341,29 @@ impl ReachabilityMap {
     /// [`is_reachable`](Self::is_reachable).
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<LookUp> {
-        let least = HEADING_TOLERANCE_RAD.cos() * normal.x.hypot(normal.y);
-        let mut best: Option<(f64, f64, LineIndex)> = None;
-        for (wall, w) in self.walls.iter().enumerate() {
-            let along = w.normal.dot(normal);
-            // NaN and a normal without direction find nothing.
-            if along.is_nan() || along < least || along <= 0.0 {
-                continue;
-            }
-            let distance = w.normal.dot(point_m);
-            let (Some(plane), Some(height)) = (
-                w.grid.distances.nearest(distance),
-                w.grid.heights.nearest(point_m.z),
-            ) else {
-                continue;
-            };
-            let off = (distance - w.grid.distances.at(plane)).abs();
-            let nearer = best.is_none_or(|(a, o, _)| along > a || (along == a && off < o));
-            if nearer {
-                let index = LineIndex {
-                    wall,
-                    plane,
-                    height,
-                };
-                best = Some((along, off, index));
-            }
+        // The best heading first, without a branch in the loop; squared, so that a normal of any
+        // length will do. NaN and a normal without direction find nothing.
+        let along = |n: &[f64; 2]| n[0] * normal.x + n[1] * normal.y;
+        let (mut most, mut wall) = (0.0, usize::MAX);
+        for (i, n) in self.normals.iter().enumerate() {
+            let here = along(n);
+            wall = if here > most { i } else { wall };
+            most = if here > most { here } else { most };
         }
-        let (_, _, line) = best?;
+        let across = normal.x * normal.x + normal.y * normal.y;
+        let is_near = |along: f64| along > 0.0 && along * along >= LEAST_COSINE_SQUARED * across;
+        if !is_near(most) {
+            return None;
+        }
+        let line = self.nearest_of(wall, point_m).or_else(|| {
+            // Others may hold the plane where that one does not: walls of a scene share headings.
+            let others = (0..self.walls.len()).filter(|&i| is_near(along(&self.normals[i])));
+            let found = others.filter_map(|i| Some((i, self.nearest_of(i, point_m)?)));
+            let best = found.max_by(|(i, _), (j, _)| {
+                along(&self.normals[*i]).total_cmp(&along(&self.normals[*j]))
+            });
+            best.map(|(_, line)| line)
+        })?;
         let n = self.walls[line.wall].normal;
         let s_m = n.x * point_m.y - n.y * point_m.x;
         let reachable = self.intervals(line).iter().any(|i| i.span.contains(s_m));
@@ -432,6 +431,18 @@ impl ReachabilityMap {
             + size_of_val(&*self.unknown)
             + size_of_val(&*self.walls)
             + size_of::<Self>()
+    }
+
+    /// The nearest line of one wall.
+    #[inline]
+    fn nearest_of(&self, wall: usize, point_m: DVec3) -> Option<LineIndex> {
+        let w = &self.walls[wall];
+        let distance = w.normal.x * point_m.x + w.normal.y * point_m.y;
+        Some(LineIndex {
+            wall,
+            plane: w.grid.distances.nearest(distance)?,
+            height: w.grid.heights.nearest(point_m.z)?,
+        })
     }
 
     #[inline]
