@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::{Parser, ValueEnum};
 use hwall_examples::place::Stand;
 use hwall_examples::stage::{Options, Stage};
+use hwall_examples::wall_maps::WallMaps;
 use hwall_examples::{arms, exit, report, run_figures, session, touches};
 use hwall_haptics::Board;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -100,17 +101,19 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let clock = (1e-3 * args.period_ms, args.seed);
-    let mut run = session::run(&arm, &board, &stage.scene, &stage.hand, clock, |share| {
+    let maps = WallMaps::of_scene(&arm, &stage.scene)?;
+    let place = (&stage.scene, &maps);
+    let mut run = session::run(&arm, &board, place, &stage.hand, clock, |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
     let outcomes = touches::judge(&arm, &board, &stage.touches, &run.ticks)?;
-    let table = report::table(&run, &outcomes).to_string();
+    let table = report::table(&run, &maps, &outcomes).to_string();
     writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     session::mark_touches(&mut run.trace, &outcomes);
-    run_figures::plan(&args.out.join("plan.svg"), &stage.scene, &run.trace)?;
+    run_figures::plan(&args.out.join("plan.svg"), &stage.scene, &maps, &run.trace)?;
     run_figures::over_time(&args.out.join("time.svg"), &run.trace, stage.hand.span_s())?;
     report::touches_csv(&args.out.join("touches.csv"), &outcomes)?;
     std::fs::write(args.out.join("table.md"), table)?;

@@ -3,7 +3,7 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed};
+use hwall_examples::{exit, speed, speed_reach};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -50,6 +50,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed::forward(args.seed, n)?,
         speed::inverse(args.seed, n)?,
         speed::verdict(args.seed, n)?,
+        speed_reach::maps(args.seed, 1_000 * n)?,
+        speed_reach::methods(args.seed)?,
+        speed_reach::queries(args.seed, n)?,
         speed::rays(args.seed, n, args.scene.as_deref())?,
         speed::dynamics(args.seed, n)?,
     ];

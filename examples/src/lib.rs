@@ -6,12 +6,17 @@ pub mod arms;
 pub mod figures;
 pub mod numbers;
 pub mod place;
+pub mod published;
+pub mod reach_figures;
+pub mod reach_maps;
 pub mod report;
 pub mod run_figures;
 pub mod session;
 pub mod speed;
+pub mod speed_reach;
 pub mod stage;
 pub mod touches;
+pub mod wall_maps;
 
 use std::process::ExitCode;
 

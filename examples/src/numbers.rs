@@ -145,11 +145,19 @@ pub fn matrix_names(prefix: &str, rows: usize, columns: usize) -> Vec<String> {
 /// # Errors
 /// A file that cannot be made.
 pub fn writer(path: Option<&Path>) -> anyhow::Result<csv::Writer<Box<dyn Write>>> {
+    Ok(csv::Writer::from_writer(output(path)?))
+}
+
+/// A file, or standard output for `None`, buffered.
+///
+/// # Errors
+/// A file that cannot be created.
+pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
     let sink: Box<dyn Write> = match path {
         Some(path) => Box::new(File::create(path).with_context(|| path.display().to_string())?),
         None => Box::new(std::io::stdout().lock()),
     };
-    Ok(csv::Writer::from_writer(Box::new(BufWriter::new(sink))))
+    Ok(Box::new(BufWriter::new(sink)))
 }
 
 /// Numbers in the shortest form that reads back to the same bits.

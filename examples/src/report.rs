@@ -3,6 +3,7 @@
 use crate::numbers;
 use crate::session::Run;
 use crate::touches::Outcome;
+use crate::wall_maps::WallMaps;
 use hwall_contact::LostReason;
 use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
 use std::collections::BTreeMap;
@@ -10,7 +11,7 @@ use std::path::Path;
 
 /// What the run comes to, one line a figure.
 #[must_use]
-pub fn table(run: &Run, outcomes: &[Outcome]) -> MarkdownTable {
+pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["what", "value"]);
     let mut row = |what: &str, value: String| {
         table.row([what.to_owned(), value]);
@@ -23,6 +24,18 @@ pub fn table(run: &Run, outcomes: &[Outcome]) -> MarkdownTable {
     row("touches", outcomes.len().to_string());
     row("touches within the arm's reach", within.len().to_string());
     row("out of reach, with the reason", reasons(outcomes));
+    let (walls, lines) = maps.size();
+    row(
+        "reachability maps of the walls nearby",
+        format!(
+            "{walls} walls, {lines} lines, {:.1} ms",
+            1e3 * maps.took.as_secs_f64()
+        ),
+    );
+    row(
+        "predictions looked up / sent to the nearest place in reach",
+        format!("{} / {}", run.look_ups, run.moved),
+    );
     let share = match within.len() {
         0 => String::new(),
         n => format!(" ({:.0} %)", 100.0 * in_time.len() as f64 / n as f64),

@@ -1,6 +1,7 @@
 //! The figures of the main job: plan view, and distances over time.
 
 use crate::figures::{COLOURS, TEXT, TITLE, plot_error};
+use crate::wall_maps::WallMaps;
 use glam::DVec3;
 use hwall_scene::{Scene, SurfaceId};
 use plotters::prelude::*;
@@ -37,7 +38,7 @@ const GAP_S: f64 = 0.1;
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
+pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyhow::Result<()> {
     let points = || {
         let hand = trace.hand_m.iter().map(|p| p.1);
         hand.chain(trace.board_m.iter().map(|p| p.1))
@@ -73,6 +74,23 @@ pub fn plan(path: &Path, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
         .draw()
         .map_err(plot_error)?;
     let [blue, orange, green, _, yellow, sky, grey] = COLOURS;
+    // The maps first, under everything: the more heights are in reach, the darker.
+    let stretches = maps.stretches();
+    let veil = green.mix(0.04).stroke_width(9);
+    let seen = stretches
+        .iter()
+        .map(|[a, b]| PathElement::new(vec![(a.x, a.y), (b.x, b.y)], veil));
+    chart.draw_series(seen).map_err(plot_error)?;
+    if !stretches.is_empty() {
+        let key = PathElement::new(vec![(f64::NAN, f64::NAN)], veil);
+        chart
+            .draw_series([key])
+            .map_err(plot_error)?
+            .label("within reach of the board")
+            .legend(move |(x, y)| {
+                PathElement::new(vec![(x, y), (x + 18, y)], green.mix(0.5).stroke_width(7))
+            });
+    }
     for (a, b) in wall_lines(scene)? {
         let line = PathElement::new(vec![(a.x, a.y), (b.x, b.y)], grey.mix(0.75).stroke_width(2));
         chart.draw_series([line]).map_err(plot_error)?;

@@ -2,6 +2,7 @@
 
 use crate::run_figures::Trace;
 use crate::touches::Outcome;
+use crate::wall_maps::{Presented, WallMaps};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::{
@@ -88,6 +89,11 @@ pub struct Run {
     pub sources: [usize; 4],
     /// Frames in which the target was out of reach.
     pub unreachable_frames: usize,
+    /// Predictions that were looked up in the maps, and for which the board was sent to the
+    /// nearest place in reach instead.
+    pub look_ups: usize,
+    /// See `look_ups`.
+    pub moved: usize,
     /// Each loss of the hand: when, and why.
     pub losses: Vec<(f64, LostReason)>,
 }
@@ -99,7 +105,7 @@ pub struct Run {
 pub fn run(
     arm: &SrsArm,
     board: &Board,
-    scene: &Scene,
+    (scene, maps): (&Scene, &WallMaps),
     hand: &Hand,
     (period_s, seed): (f64, u64),
     mut progress: impl FnMut(f64),
@@ -146,7 +152,7 @@ pub fn run(
                 .and_then(|hand| predictor.predict(scene, hand, gaze.as_ref()));
             let found = found.map(|p| steady.step(p));
             target = found.as_ref().map(|p| BoardTarget {
-                point_m: p.point_m,
+                point_m: log.presented(maps, p),
                 normal: p.normal,
                 stamp_s: elapsed_s,
             });
@@ -222,6 +228,8 @@ struct Log {
     trace: Trace,
     sources: [usize; 4],
     unreachable_frames: usize,
+    look_ups: usize,
+    moved: usize,
     losses: Vec<(f64, LostReason)>,
     lost: bool,
 }
@@ -247,8 +255,23 @@ impl Log {
             trace,
             sources: [0; 4],
             unreachable_frames: 0,
+            look_ups: 0,
+            moved: 0,
             losses: Vec::new(),
             lost: false,
+        }
+    }
+
+    /// Where the board is sent for a prediction: there, or to the nearest place in reach.
+    fn presented(&mut self, maps: &WallMaps, prediction: &ContactPrediction) -> DVec3 {
+        let presented = maps.present(prediction.point_m, prediction.normal);
+        self.look_ups += usize::from(presented != Presented::Unknown);
+        match presented {
+            Presented::Nearest(point_m) => {
+                self.moved += 1;
+                point_m
+            }
+            Presented::Reachable | Presented::Unknown => prediction.point_m,
         }
     }
 
@@ -331,6 +354,8 @@ impl Log {
             trace: self.trace,
             sources: self.sources,
             unreachable_frames: self.unreachable_frames,
+            look_ups: self.look_ups,
+            moved: self.moved,
             losses: self.losses,
         }
     }

@@ -47,7 +47,12 @@ pub fn update_readme(path: &Path, machine: &Machine, sections: &[Section]) -> an
     Ok(())
 }
 
-fn summary(part: &str, what: &str, timing: &Timing, error: impl Into<String>) -> [String; 5] {
+pub(crate) fn summary(
+    part: &str,
+    what: &str,
+    timing: &Timing,
+    error: impl Into<String>,
+) -> [String; 5] {
     [
         part.to_owned(),
         what.to_owned(),
@@ -72,6 +77,20 @@ enum Drawing {
 }
 
 impl Figure {
+    /// Time over error.
+    pub(crate) const fn speed_error(
+        name: &'static str,
+        title: &'static str,
+        unit: &'static str,
+        rows: Vec<SpeedErrorRow>,
+    ) -> Self {
+        Self {
+            name,
+            title,
+            drawing: Drawing::SpeedError(unit, rows),
+        }
+    }
+
     /// Writes the SVG into a folder.
     ///
     /// # Errors
@@ -91,7 +110,7 @@ impl Figure {
     }
 }
 
-fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
+pub(crate) fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
     time_batches(1_000, 100, f)
 }
 

@@ -1,7 +1,7 @@
 //! Which lines a map holds: headings, planes and heights.
 
 use crate::error::finite;
-use crate::{ReachabilityError, WallLine, WallPlane};
+use crate::{Interval, ReachabilityError, WallLine, WallPlane};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -125,6 +125,8 @@ pub struct WallGrid {
     pub distances: Steps,
     /// Heights above the base, m.
     pub heights: Steps,
+    /// The part along the wall that counts, m; all of it without one.
+    pub span_m: Option<Interval>,
 }
 
 impl WallGrid {
@@ -140,6 +142,7 @@ impl WallGrid {
                 heading_rad: (-45.0 + 15.0 * f64::from(i)).to_radians(),
                 distances: steps(0.926, -0.05, 38),
                 heights: steps(-0.26, 0.05, 31),
+                span_m: None,
             })
             .collect()
     }
@@ -174,7 +177,33 @@ impl WallGrid {
             heading_rad: plane.heading_rad(),
             distances: Steps::single(plane.distance_m(), 0.5 * step_m)?,
             heights,
+            span_m: None,
         })
+    }
+
+    /// The same walls, ending on the left and on the right: from the smallest to the largest place
+    /// along the wall of these points (corners of a wall, base frame, m).
+    ///
+    /// # Errors
+    /// No points, NaN or infinity.
+    pub fn within(
+        self,
+        points_m: impl IntoIterator<Item = DVec3>,
+    ) -> Result<Self, ReachabilityError> {
+        let along = WallPlane::new(self.heading_rad, 0.0)?.along();
+        let mut span: Option<Interval> = None;
+        for point in points_m {
+            let s = finite("corner of a wall", along.dot(point))?;
+            span = Some(span.map_or(Interval::new(s, s), |i| {
+                Interval::new(i.lo_m.min(s), i.hi_m.max(s))
+            }));
+        }
+        match span {
+            None => Err(ReachabilityError::Empty {
+                what: "corners of a wall",
+            }),
+            span_m => Ok(Self { span_m, ..self }),
+        }
     }
 
     /// How many lines.
@@ -218,6 +247,10 @@ pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, Reachabili
     let mut count: u128 = 0;
     for wall in walls {
         finite("heading_rad", wall.heading_rad)?;
+        if let Some(span) = wall.span_m {
+            let length = finite("end of a wall", span.length_m())?;
+            crate::error::non_negative("length of a wall", length)?;
+        }
         count += wall.distances.count() as u128 * wall.heights.count() as u128;
     }
     if count > MOST_LINES {

@@ -126,6 +126,25 @@ impl LineReach {
         }
     }
 
+    /// Only what lies within a span.
+    pub(crate) fn clipped(&self, span: Interval) -> Self {
+        let part = |i: &Interval| {
+            let part = Interval::new(i.lo_m.max(span.lo_m), i.hi_m.min(span.hi_m));
+            (part.lo_m <= part.hi_m).then_some(part)
+        };
+        let intervals = self.intervals.iter();
+        let intervals = intervals.filter_map(|i| {
+            Some(ReachInterval {
+                span: part(&i.span)?,
+                ..*i
+            })
+        });
+        Self {
+            intervals: intervals.collect(),
+            unknown: self.unknown.iter().filter_map(part).collect(),
+        }
+    }
+
     /// Without the (open) blocked parts; what would be left as a single point goes with them.
     pub(crate) fn unblocked(&self, blocked: &[Interval]) -> Self {
         if blocked.is_empty() {

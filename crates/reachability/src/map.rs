@@ -392,8 +392,17 @@ impl ReachabilityMap {
 
     /// The reachable point of a plane's lines that is nearest to `at`: at most half the spacing
     /// of the heights further than the nearest point of the plane. `None` where none is reachable.
+    ///
+    /// It stays `inset_m` away from the ends of its interval (in the middle of a shorter one), so
+    /// that a board sent there is not at its very limit.
     #[must_use]
-    pub fn nearest_on_lines(&self, wall: usize, plane: usize, at: WallPoint) -> Option<WallPoint> {
+    pub fn nearest_on_lines(
+        &self,
+        wall: usize,
+        plane: usize,
+        at: WallPoint,
+        inset_m: f64,
+    ) -> Option<WallPoint> {
         let heights = self.walls.get(wall)?.grid.heights;
         let mut best: Option<(f64, WallPoint)> = None;
         for height in 0..heights.count() {
@@ -405,7 +414,9 @@ impl ReachabilityMap {
             };
             for interval in self.intervals(index) {
                 let span = interval.span;
-                let point = WallPoint::new(at.s_m.clamp(span.lo_m, span.hi_m), z_m);
+                let inset = inset_m.clamp(0.0, 0.5 * span.length_m());
+                let s_m = at.s_m.max(span.lo_m + inset).min(span.hi_m - inset);
+                let point = WallPoint::new(s_m, z_m);
                 let distance = point.distance_m(at);
                 if best.is_none_or(|(least, _)| distance < least) {
                     best = Some((distance, point));

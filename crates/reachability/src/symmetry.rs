@@ -93,6 +93,16 @@ pub(crate) fn solve(
     for ((index, _), reach) in open.into_iter().zip(singly) {
         lines[index] = reach;
     }
+    let mut next = 0;
+    for wall in walls {
+        let of_wall = &mut lines[next..next + wall.line_count()];
+        if let Some(span) = wall.span_m {
+            of_wall
+                .iter_mut()
+                .for_each(|line| *line = line.clipped(span));
+        }
+        next += of_wall.len();
+    }
     Ok(Solved {
         lines,
         solved: solved + open_count,

@@ -25,6 +25,7 @@ fn small_grid() -> Vec<WallGrid> {
             heading_rad: heading.to_radians(),
             distances: steps(0.85, -0.19, 8),
             heights: steps(-0.26, 0.21, 8),
+            span_m: None,
         })
         .collect()
 }
@@ -187,6 +188,22 @@ fn one_wall_of_a_scene_holds_its_own_heights_only() {
             .reachable
     );
     assert_eq!(map.look_up(DVec3::new(0.7, 0.3, 0.5), DVec3::X), None);
+    // Its left and right borders count too.
+    let (at, normal) = (DVec3::new(0.6, 0.0, 0.0), DVec3::X);
+    let wall = WallGrid::for_wall(at, normal, (0.2, 1.0), 0.05).expect("vertical");
+    let corners = [DVec3::new(0.6, -0.1, 0.2), DVec3::new(0.6, 0.3, 1.0)];
+    let wall = wall.within(corners).expect("finite");
+    assert!(wall.clone().within([]).is_err() && wall.clone().within([DVec3::NAN]).is_err());
+    let narrow = build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall]);
+    let (length, _) = narrow.lengths_m();
+    assert!(length > 4.0 && length <= 17.0 * 0.4 + 1e-9, "{length}");
+    let beside = DVec3::new(0.6, 0.35, 0.5);
+    assert!(
+        !narrow
+            .look_up(beside, normal)
+            .expect("on its plane")
+            .reachable
+    );
     // A strip with no height is one line.
     let strip = WallGrid::for_wall(DVec3::X, DVec3::X, (0.2, 0.2), 0.05).expect("vertical");
     assert_eq!(strip.line_count(), 1);
@@ -239,12 +256,15 @@ fn the_nearest_reachable_point() {
         heading_rad: 0.0,
         distances: steps(0.526, 0.05, 1),
         heights: steps(-0.26, 0.05, 31),
+        span_m: None,
     };
     let map = build(&arm, &ExactConfig::default(), vec![wall]);
     let at = WallPoint::new(0.9, 0.35);
-    let near = map.nearest_on_lines(0, 0, at).expect("some");
+    let near = map.nearest_on_lines(0, 0, at, 0.0).expect("some");
     assert!((near.distance_m(at) - (0.9 - radius)).abs() < 0.025);
-    assert_eq!(map.nearest_on_lines(0, 7, at), None);
+    let inset = map.nearest_on_lines(0, 0, at, 0.01).expect("some");
+    assert!((near.s_m - inset.s_m - 0.01).abs() < 1e-9);
+    assert_eq!(map.nearest_on_lines(0, 7, at, 0.0), None);
 }
 
 #[test]
@@ -330,6 +350,7 @@ fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
         heading_rad: 0.0,
         distances: many,
         heights: many,
+        span_m: None,
     };
     let arm = SrsArm::iiwa7();
     let built = ReachabilityMap::build(&arm, &ExactConfig::default(), vec![wall.clone()]);
@@ -342,6 +363,7 @@ fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
         heading_rad: f64::NAN,
         distances: steps(0.5, 0.1, 1),
         heights: steps(0.5, 0.1, 1),
+        span_m: None,
     };
     assert!(ReachabilityMap::build(&arm, &ExactConfig::default(), vec![nan]).is_err());
     assert!(WallGrid::for_wall(DVec3::X, DVec3::X, (0.0, 1e9), 1e-3).is_err());
@@ -419,6 +441,7 @@ fn boxes_are_kept_out_of() {
         heading_rad: 0.2,
         distances: steps(0.7, -0.1, 4),
         heights: steps(-0.2, 0.05, 20),
+        span_m: None,
     }];
     let free = build(&arm, &ExactConfig::default(), walls);
     let map = free

@@ -1,0 +1,110 @@
+//! Per-plane reachability maps: exact intervals of every line of some walls, or what optimization finds.
+//!
+//! `cargo run --release --example reach_map -- --published`
+
+use anyhow::Context;
+use clap::Parser;
+use hwall_examples::reach_maps::{Grid, Solver, figures, summary};
+use hwall_examples::{exit, numbers, published, reach_maps};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Where on vertical walls can the arm hold its flange, facing outwards?
+///
+/// Writes CSV: orientation,plane,height,y_lo_mm,y_hi_mm, one row an interval; orientation counts
+/// from 1, plane and height from 0; y is the base frame's y of the end, mm. Prints a summary on
+/// standard error.
+#[derive(Parser)]
+struct Args {
+    /// The grid that the files published with the 2018 paper hold [default: the dissertation's grid]
+    #[arg(long, conflicts_with_all = ["orientations", "planes", "heights"])]
+    published: bool,
+    /// Headings of the walls' normals in degrees, counter-clockwise from the base's x axis: a,b,... or from:to:step [default: -45:45:15]
+    #[arg(long, allow_hyphen_values = true)]
+    orientations: Option<String>,
+    /// Distances of the planes along their normal, m: a value or from:to:step [default: 0.926:-0.924:0.05]
+    #[arg(long, allow_hyphen_values = true)]
+    planes: Option<String>,
+    /// Heights above the base, m: a value or from:to:step [default: -0.26:1.24:0.05]
+    #[arg(long, allow_hyphen_values = true)]
+    heights: Option<String>,
+    /// iiwa7, iiwa14, or with --solver optimization a URDF file
+    #[arg(long, default_value = "iiwa7")]
+    arm: String,
+    /// exact: interval sets with proof; optimization: one interval a line, the dissertation's way
+    #[arg(long, value_enum, default_value = "exact")]
+    solver: Solver,
+    /// Starts of the optimization on each line
+    #[arg(long, default_value_t = 5)]
+    starts: usize,
+    /// Ends are known to this, m (exact solver)
+    #[arg(long, default_value_t = 1e-6)]
+    accuracy_m: f64,
+    /// How the board may be turned about the normal: degrees, `quarter` or `free`
+    #[arg(long, default_value = "0", allow_hyphen_values = true)]
+    roll: String,
+    /// Compare with the published files ori_1.txt .. ori_7.txt in this folder (needs --published)
+    #[arg(long, requires = "published")]
+    compare: Option<PathBuf>,
+    /// Write the CSV here instead of to standard output
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Folder for figures: the planes of each orientation, and the comparison
+    #[arg(long)]
+    figures: Option<PathBuf>,
+    /// Save the map as a file that the library loads (exact solver)
+    #[arg(long)]
+    save: Option<PathBuf>,
+    /// Save the map as a multi-layer EXR picture, a layer a plane (exact solver)
+    #[arg(long)]
+    exr: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    let grid = if args.published {
+        published::grids()?
+    } else {
+        let text =
+            |text: &Option<String>, default: &str| text.clone().unwrap_or(default.to_owned());
+        Grid {
+            orientations: &text(&args.orientations, "-45:45:15"),
+            planes: &text(&args.planes, "0.926:-0.924:0.05"),
+            heights: &text(&args.heights, "-0.26:1.24:0.05"),
+        }
+        .parse()?
+    };
+    let solved = reach_maps::solve(&reach_maps::Request {
+        arm: &args.arm,
+        solver: args.solver,
+        starts: args.starts,
+        accuracy_m: args.accuracy_m,
+        roll: &args.roll,
+        save: args.save.as_deref(),
+        exr: args.exr.as_deref(),
+        grid: &grid,
+    })?;
+    let output = numbers::output(args.out.as_deref())?;
+    published::write_rows(&solved.rows, output).context("writing the intervals")?;
+    let published = match &args.compare {
+        Some(folder) => Some(published::read(folder)?),
+        None => None,
+    };
+    let comparisons = published
+        .as_ref()
+        .map(|p| published::compare(&solved.rows, p));
+    if let Some(folder) = &args.figures {
+        figures(
+            folder,
+            &grid,
+            &solved,
+            published.as_deref(),
+            comparisons.as_deref(),
+        )?;
+    }
+    eprint!("{}", summary(&solved, comparisons.as_deref()));
+    Ok(())
+}

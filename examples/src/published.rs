@@ -1,0 +1,217 @@
+//! The reachability maps published with the 2018 paper: their grid, their files, how far off they are.
+//!
+//! The planes that the files really hold were found by fitting them: `n . p = (0.926 - 0.05 k) c`
+//! with `n = (cos g, -sin g, 0)`. File 2 repeats file 3, file 5 is scaled by cos 75 degrees instead
+//! of cos 15, and files 3 and 6 step 50 mm along x where 1, 4 and 7 step along the normal.
+
+use anyhow::{Context, bail, ensure};
+use hwall_reachability::{Steps, WallGrid, WallLine};
+use hwall_testkit::{MarkdownTable, quantile};
+use std::path::Path;
+
+/// Direction g of each file, degrees.
+const DIRECTION_DEG: [f64; 7] = [45.0, 15.0, 15.0, 0.0, -15.0, -30.0, -45.0];
+/// Angle whose cosine c scales the distances of each file, degrees.
+const SCALE_DEG: [f64; 7] = [0.0, 15.0, 15.0, 0.0, 75.0, 30.0, 0.0];
+const PLANES: usize = 38;
+const HEIGHTS: usize = 31;
+
+/// One interval of a line: what a row of the output holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Wall (orientation), plane and height, from 0.
+    pub line: [usize; 3],
+    /// Ends, as the y coordinate in the base frame, mm.
+    pub y_mm: [f64; 2],
+}
+
+impl Row {
+    /// The interval between two places (m) of a line.
+    #[must_use]
+    pub fn new(index: [usize; 3], line: &WallLine, s_m: [f64; 2]) -> Self {
+        let [a, b] = s_m.map(|s| 1e3 * line.point_m(s).y);
+        Self {
+            line: index,
+            y_mm: [a.min(b), a.max(b)],
+        }
+    }
+}
+
+/// The seven grids that the published files really hold.
+///
+/// # Errors
+/// None: the numbers are constants.
+pub fn grids() -> anyhow::Result<Vec<WallGrid>> {
+    DIRECTION_DEG
+        .iter()
+        .zip(SCALE_DEG)
+        .map(|(g, scale)| {
+            let c = scale.to_radians().cos();
+            Ok(WallGrid {
+                heading_rad: -g.to_radians(),
+                distances: Steps::new(0.926 * c, -0.05 * c, PLANES)?,
+                heights: Steps::new(-0.26, 0.05, HEIGHTS)?,
+                span_m: None,
+            })
+        })
+        .collect()
+}
+
+/// The published bounds of all lines, mm; `None` where a file says unreachable.
+pub type Bounds = Vec<Option<[f64; 2]>>;
+
+/// Reads `ori_1.txt` to `ori_7.txt`: for each plane 31 lower, then 31 upper bounds, 0 0 for none.
+///
+/// # Errors
+/// A missing file, another count of numbers, or something that is no number.
+pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
+    (1..=7)
+        .map(|file| {
+            let path = folder.join(format!("ori_{file}.txt"));
+            let text = std::fs::read_to_string(&path)
+                .with_context(|| format!("{}: a published map", path.display()))?;
+            let numbers: Vec<f64> = text
+                .split_whitespace()
+                .map(|word| {
+                    word.parse()
+                        .with_context(|| format!("{word:?} is no number"))
+                })
+                .collect::<anyhow::Result<_>>()
+                .with_context(|| path.display().to_string())?;
+            let expected = 2 * PLANES * HEIGHTS;
+            ensure!(
+                numbers.len() == expected,
+                "{}: {} numbers, expected {expected}",
+                path.display(),
+                numbers.len()
+            );
+            if let Some(bad) = numbers.iter().find(|x| !x.is_finite()) {
+                bail!("{}: {bad} is no bound", path.display());
+            }
+            let lines = (0..PLANES).flat_map(|k| (0..HEIGHTS).map(move |j| (k, j)));
+            let bounds = lines.map(|(k, j)| {
+                let lo = numbers[2 * HEIGHTS * k + j];
+                let hi = numbers[2 * HEIGHTS * k + HEIGHTS + j];
+                (lo != 0.0 || hi != 0.0).then_some([lo, hi])
+            });
+            Ok(bounds.collect())
+        })
+        .collect()
+}
+
+/// How one published file compares.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Comparison {
+    /// Distances of all bounds that both have, mm, sorted.
+    pub off_mm: Vec<f64>,
+    /// Lines that only the published file calls reachable.
+    pub only_published: usize,
+    /// Lines that only our map calls reachable.
+    pub only_ours: usize,
+    /// Lines with more than one interval, which a pair of bounds cannot hold.
+    pub with_holes: usize,
+    /// Lines that both call reachable.
+    pub lines: usize,
+    /// Length of the holes and of the reachable intervals in them, m.
+    pub hole_m: f64,
+    /// Reachable length, m.
+    pub reachable_m: f64,
+}
+
+/// Compares rows of the published grid with the published files, file by file.
+#[must_use]
+pub fn compare(rows: &[Row], published: &[Bounds]) -> Vec<Comparison> {
+    let mut ours: Vec<Vec<Vec<[f64; 2]>>> = published
+        .iter()
+        .map(|bounds| vec![Vec::new(); bounds.len()])
+        .collect();
+    for row in rows {
+        let [wall, plane, height] = row.line;
+        ours[wall][plane * HEIGHTS + height].push(row.y_mm);
+    }
+    let one = |(bounds, ours): (&Bounds, &Vec<Vec<[f64; 2]>>)| {
+        let mut comparison = Comparison::default();
+        for (theirs, intervals) in bounds.iter().zip(ours) {
+            let ends = intervals.first().zip(intervals.last());
+            match (theirs, ends) {
+                (None, None) => {}
+                (Some(_), None) => comparison.only_published += 1,
+                (None, Some(_)) => comparison.only_ours += 1,
+                (Some([lo, hi]), Some((first, last))) => {
+                    comparison.lines += 1;
+                    comparison.off_mm.push((lo - first[0]).abs());
+                    comparison.off_mm.push((hi - last[1]).abs());
+                }
+            }
+            comparison.with_holes += usize::from(intervals.len() > 1);
+            let gaps = intervals.windows(2).map(|w| w[1][0] - w[0][1]);
+            comparison.hole_m += 1e-3 * gaps.sum::<f64>();
+            comparison.reachable_m += 1e-3 * intervals.iter().map(|i| i[1] - i[0]).sum::<f64>();
+        }
+        comparison.off_mm.sort_by(f64::total_cmp);
+        comparison
+    };
+    published.iter().zip(&ours).map(one).collect()
+}
+
+/// One row a file, and one for all.
+#[must_use]
+pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "file",
+        "bounds",
+        "median off",
+        "> 1 mm",
+        "> 10 mm",
+        "largest",
+        "lines only published",
+        "lines only here",
+        "lines with holes",
+    ]);
+    let mut all = Comparison::default();
+    for c in comparisons {
+        all.off_mm.extend(&c.off_mm);
+        all.only_published += c.only_published;
+        all.only_ours += c.only_ours;
+        all.with_holes += c.with_holes;
+        all.lines += c.lines;
+    }
+    all.off_mm.sort_by(f64::total_cmp);
+    let names = (1..=comparisons.len()).map(|i| format!("ori_{i}"));
+    for (name, c) in names
+        .chain(["all".to_owned()])
+        .zip(comparisons.iter().chain([&all]))
+    {
+        let n = c.off_mm.len();
+        let share =
+            |count: usize, of: usize| format!("{:.1} %", 100.0 * count as f64 / of.max(1) as f64);
+        let above = |limit: f64| share(n - c.off_mm.partition_point(|off| *off <= limit), n);
+        let or_none = |text: String| if n == 0 { "none".to_owned() } else { text };
+        let holes = share(c.with_holes, c.lines + c.only_ours);
+        table.row([
+            name,
+            n.to_string(),
+            or_none(format!("{:.1} um", 1e3 * quantile(&c.off_mm, 0.5))),
+            above(1.0),
+            above(10.0),
+            or_none(format!("{:.0} mm", quantile(&c.off_mm, 1.0))),
+            c.only_published.to_string(),
+            c.only_ours.to_string(),
+            format!("{} ({holes})", c.with_holes),
+        ]);
+    }
+    table
+}
+
+/// `orientation,plane,height,y_lo_mm,y_hi_mm`, one row an interval; orientations count from 1.
+///
+/// # Errors
+/// Whatever the writer says.
+pub fn write_rows(rows: &[Row], mut out: impl std::io::Write) -> std::io::Result<()> {
+    writeln!(out, "orientation,plane,height,y_lo_mm,y_hi_mm")?;
+    for row in rows {
+        let ([wall, plane, height], [lo, hi]) = (row.line, row.y_mm);
+        writeln!(out, "{},{plane},{height},{lo:.6},{hi:.6}", wall + 1)?;
+    }
+    out.flush()
+}
