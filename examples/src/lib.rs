@@ -6,6 +6,7 @@ pub mod arms;
 pub mod figures;
 pub mod numbers;
 pub mod place;
+pub mod placement;
 pub mod published;
 pub mod reach_figures;
 pub mod reach_maps;

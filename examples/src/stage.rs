@@ -59,12 +59,7 @@ impl Stage {
     /// # Errors
     /// A file that is missing or malformed, a recording without a reach, no suitable wall.
     pub fn set(arm: &SrsArm, options: &Options) -> anyhow::Result<Self> {
-        let mut remarks = Vec::new();
-        let (scene, report) = match options.scene {
-            Some(path) => Scene::from_obj_file(path, None).map_err(|e| named(path, &e))?,
-            None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
-        };
-        remarks.extend(repairs(&report));
+        let (scene, remarks) = load_scene(options.scene)?;
         match options.hand {
             Some(path) => Self::recorded(scene, path, options, remarks),
             None => Self::simulated(arm, scene, options, remarks),
@@ -150,6 +145,18 @@ impl Stage {
             remarks,
         })
     }
+}
+
+/// The scene in a file, or the built-in room, and what had to be mended.
+///
+/// # Errors
+/// A file that is missing or malformed.
+pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
+    let (scene, report) = match path {
+        Some(path) => Scene::from_obj_file(path, None).map_err(|e| named(path, &e))?,
+        None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
+    };
+    Ok((scene, repairs(&report)))
 }
 
 fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
