@@ -17,6 +17,7 @@ pub mod speed;
 pub mod speed_reach;
 pub mod stage;
 pub mod touches;
+pub mod validation;
 pub mod wall_maps;
 
 use std::process::ExitCode;

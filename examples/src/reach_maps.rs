@@ -4,7 +4,6 @@ use crate::published::{self, Bounds, Comparison, Row};
 use crate::{arms, reach_figures};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
-use hwall_kinematics::SrsArm;
 use hwall_reachability::{
     ExactConfig, OptimizationConfig, OptimizationSolver, ReachabilityMap, Roll, Steps, WallGrid,
     WallLine,
@@ -308,13 +307,4 @@ pub fn figures(
         reach_figures::worst_plane(&path, grid, &solved.rows, published)?;
     }
     Ok(())
-}
-
-/// The exact map of the published grid, for tables and tests.
-///
-/// # Errors
-/// None in practice: arm and grid are constants.
-pub fn published_map(config: &ExactConfig) -> anyhow::Result<ReachabilityMap> {
-    let grid = published::grids()?;
-    Ok(ReachabilityMap::build(&SrsArm::iiwa7(), config, grid)?)
 }

@@ -23,6 +23,9 @@ const BUILDS: usize = 7;
 /// Every so many lines of the published grid the methods are compared.
 const EVERY: usize = 23;
 
+/// Look-ups go round so many places: more, and the memory of the places is what is measured.
+const SOME: usize = 64;
+
 /// Ends of a line that are further off than this count as lost, m.
 const OFF_M: f64 = 1e-3;
 
@@ -185,6 +188,10 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
         .iter()
         .map(|line| ends_of(&reference, line))
         .collect::<anyhow::Result<_>>()?;
+    let touching: Vec<bool> = lines
+        .iter()
+        .map(|line| Ok(!reference.line(line)?.unknown.is_empty()))
+        .collect::<anyhow::Result<_>>()?;
 
     let mut rows = SpeedErrorTable::new("ends of the lines", "setting");
     let mut row = |name: &str,
@@ -194,7 +201,7 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
         let timing = time_each(lines.len(), |i| found.push(solve(i)));
         let found: Vec<Ends> = found.into_iter().collect::<anyhow::Result<_>>()?;
         let (mut off, mut lost, mut invented, mut holes) = (Vec::new(), 0, 0, 0);
-        for (truth, found) in truth.iter().zip(&found) {
+        for (i, (truth, found)) in truth.iter().zip(&found).enumerate() {
             match (truth, found) {
                 (Some((ends, count)), Some((own, own_count))) => {
                     off.extend(ends.iter().zip(own).map(|(a, b)| (a - b).abs()));
@@ -204,6 +211,8 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
                     lost += 1;
                     holes += usize::from(*count > 1);
                 }
+                // A line that touches the reachable set in points has bands and no intervals.
+                (None, Some(_)) if touching[i] => {}
                 (None, Some(_)) => invented += 1,
                 (None, None) => {}
             }
@@ -258,7 +267,8 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
     let text = format!(
         "### Ends of {count} lines of the published grid, by method\n\nErrors: distance of the outermost \
          ends from the exact solver's at 1e-9 m, on lines that both call reachable. Voxels: the \
-         middle of each voxel of the line is asked; a numeric inverse that gives up counts as unreachable. A hole is \
+         middle of each voxel of the line is asked; a numeric inverse that gives up counts as unreachable. Extremes on lines that only touch \
+         the reachable set in points are not counted as invented. A hole is \
          lost where a method knows fewer intervals. Median and p99 are per line.\n\n{}",
         rows.to_markdown()
     );
@@ -321,7 +331,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
             error,
         ]);
     };
-    let look_up = batches(|i| map.look_up(places[i % n].0, places[i % n].1));
+    let look_up = batches(|i| map.look_up(places[i % SOME].0, places[i % SOME].1));
     let (mut asked, mut wrong) = (0_usize, 0_usize);
     for (point, normal) in &places {
         if let Some(found) = map.look_up(*point, *normal) {
@@ -335,7 +345,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
         &look_up,
         format!("{wrong:.1} % other than the exact verdict at the point"),
     );
-    let exact = batches(|i| map.is_reachable(places[i % n].0, places[i % n].1));
+    let exact = batches(|i| map.is_reachable(places[i % SOME].0, places[i % SOME].1));
     row(
         "exact look-up at the point",
         &exact,

@@ -1,0 +1,53 @@
+//! Compares with what others have published, and writes docs/VALIDATION.md.
+//!
+//! `cargo run --release --example validation -- --published DIR`
+
+use anyhow::Context;
+use clap::Parser;
+use hwall_examples::{exit, published, reach_figures, validation};
+use hwall_testkit::Machine;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Writes VALIDATION.md with its figures; every number in it comes from this run.
+#[derive(Parser)]
+struct Args {
+    /// Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper
+    #[arg(long, default_value = "../shared/data/hwall_maps_2018")]
+    published: PathBuf,
+    /// Folder for VALIDATION.md and figures/
+    #[arg(long, default_value = "docs")]
+    out: PathBuf,
+    /// Seed of the random poses
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Random poses
+    #[arg(long, default_value_t = 10_000_000)]
+    poses: usize,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    let published = published::read(&args.published)?;
+    let machine = Machine::detect(args.seed);
+    let found = validation::reachability(&published, args.seed, args.poses)?;
+    let text = format!(
+        "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
+         Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
+         which keep the data they need.\n\n{machine}\n\n{}",
+        found.text
+    );
+    let figures = args.out.join("figures/reachability");
+    std::fs::create_dir_all(&figures).with_context(|| figures.display().to_string())?;
+    reach_figures::comparison(&figures.join("comparison.svg"), &found.comparisons)?;
+    let worst = figures.join("worst_plane.svg");
+    reach_figures::worst_plane(&worst, &published::grids()?, &found.rows, &published)?;
+    let path = args.out.join("VALIDATION.md");
+    std::fs::write(&path, &text).with_context(|| path.display().to_string())?;
+    writeln!(io::stdout(), "{text}\nwrote {}", path.display())?;
+    Ok(())
+}
