@@ -13,6 +13,11 @@ mod map;
 mod margin;
 mod nearest;
 mod optimization;
+#[cfg(feature = "exr")]
+mod picture;
+mod placement;
+mod placement_scene;
+mod placement_search;
 mod polygon;
 mod reasons;
 mod region_proof;
@@ -33,6 +38,12 @@ pub use line_reach::{LineReach, ReachInterval};
 pub use map::{BuildReport, LineIndex, LookUp, ReachabilityMap};
 pub use margin::{orientation_margin_rad, position_margin_m};
 pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
+#[cfg(feature = "exr")]
+pub use picture::PictureConfig;
+pub use placement::{
+    Placement, PlacementCell, PlacementConfig, PlacementScores, Target, place_base,
+    place_base_monitored,
+};
 pub use polygon::{PolygonConfig, WallPolygon, WallRegion};
 pub use reasons::ReachabilityReasons;
 pub use region_proof::RegionProof;

@@ -5,7 +5,8 @@
 //! again only for the other headings. So all headings together cost little more than one.
 
 use crate::error::finite;
-use crate::placement_search::{self, Scene};
+use crate::placement_scene::Scene;
+use crate::placement_search;
 use crate::threads::{Monitor, Progress, map_indexed};
 use crate::{ReachabilityError, Roll, Steps, WallPlane};
 use glam::{DMat3, DVec3};
@@ -60,7 +61,8 @@ impl Target {
             finite("extent in steps", extent.abs() / spacing_m).map(|n| (n - 1e-9).ceil().max(0.0))
         };
         let (across, up) = (intervals(width_m)?, intervals(height)?);
-        let count = (across as u128 + 1).saturating_mul(up as u128 + 1);
+        let lines = |n: f64| (n as u128).saturating_add(1);
+        let count = lines(across).saturating_mul(lines(up));
         refuse_above(MOST_BOARDS, "targets", count)?;
         // From the middle, -1/2 to 1/2; a single one in the middle.
         let share = |i: u32, n: f64| if n > 0.0 { f64::from(i) / n - 0.5 } else { 0.0 };
@@ -229,9 +231,11 @@ impl PlacementScores {
 
     fn of_position(&self, ix: usize, iy: usize) -> Option<&[u32]> {
         let (columns, rows) = (self.config.x.count(), self.config.y.count());
+        if ix >= columns || iy >= rows {
+            return None;
+        }
         let headings = self.config.headings_rad.len();
-        let start = (iy * columns + ix) * headings;
-        (ix < columns && iy < rows).then(|| &self.counts[start..start + headings])
+        Some(&self.counts[(iy * columns + ix) * headings..][..headings])
     }
 }
 

@@ -1,0 +1,636 @@
+//! Base placement against brute force, in turned scenes, and at hard places.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{JointLimit, Pose, SrsArm};
+use hwall_reachability::{
+    ExactConfig, ExactSolver, Placement, PlacementConfig, PlacementScores, Progress,
+    ReachabilityError, Roll, Steps, Target, WallPlane, place_base, place_base_monitored,
+    position_margin_m,
+};
+use hwall_testkit::Sampler;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::ControlFlow;
+
+const SEED: u64 = 11;
+
+fn steps(first: f64, step: f64, count: usize) -> Steps {
+    Steps::new(first, step, count).expect("valid")
+}
+
+fn with_limit(arm: &SrsArm, joint: usize, min_deg: f64, max_deg: f64) -> SrsArm {
+    let mut limits = *arm.limits();
+    limits[joint] = JointLimit {
+        min_rad: min_deg.to_radians(),
+        max_rad: max_deg.to_radians(),
+    };
+    arm.with_limits(limits).expect("valid")
+}
+
+fn place(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) -> PlacementScores {
+    place_base(arm, targets, config).expect("valid")
+}
+
+/// Targets at all kinds of headings about a table 0.7 m high.
+fn scattered_targets(n: usize) -> Vec<Target> {
+    let mut sampler = Sampler::new(SEED);
+    let mut target = || {
+        let heading = sampler.uniform(-PI, PI);
+        Target {
+            point_m: sampler.point_in_box(DVec3::new(1.2, -0.8, 0.5), DVec3::new(2.4, 0.8, 1.7)),
+            normal: 3.0 * DVec3::new(heading.cos(), heading.sin(), 0.0),
+        }
+    };
+    (0..n).map(|_| target()).collect()
+}
+
+fn small_config() -> PlacementConfig {
+    PlacementConfig {
+        headings_rad: vec![0.0, 0.9, 1.9, 3.3, -1.0],
+        best: 4,
+        ..PlacementConfig::new(steps(1.1, 0.27, 5), steps(-0.6, 0.31, 4), 0.7)
+    }
+}
+
+/// The board in the frame of the base, turned with it.
+fn board_from_base(placement: &Placement, target: &Target, roll_rad: f64) -> Pose {
+    let plane = WallPlane::through(target.point_m, target.normal).expect("a wall");
+    let room = Pose::new(plane.board_rotation(roll_rad), target.point_m).expect("finite");
+    placement.room_from_base().expect("finite").inverse() * room
+}
+
+fn rolls(roll: &Roll) -> Vec<f64> {
+    match roll {
+        Roll::Fixed(roll) => vec![*roll],
+        Roll::AnyOf(rolls) => rolls.clone(),
+        Roll::Free => vec![0.0],
+    }
+}
+
+/// The slow way, one verdict after another: targets reached, worst margin, mean margin.
+fn by_hand(
+    arm: &SrsArm,
+    targets: &[Target],
+    config: &PlacementConfig,
+    placement: &Placement,
+) -> (usize, f64, f64) {
+    let arm = match config.roll {
+        Roll::Free => with_limit(arm, 6, -360.0, 360.0),
+        _ => arm.clone(),
+    };
+    let (mut count, mut worst, mut sum) = (0, f64::INFINITY, 0.0);
+    for target in targets {
+        let base = DVec3::new(placement.x_m, placement.y_m, placement.z_m);
+        let behind = target.normal.normalize().dot(target.point_m - base);
+        if config.least_behind_m.is_some_and(|least| behind < least) {
+            continue;
+        }
+        let poses = rolls(&config.roll)
+            .into_iter()
+            .map(|roll| board_from_base(placement, target, roll));
+        let reached: Vec<Pose> = poses.filter(|pose| arm.is_reachable(pose)).collect();
+        if reached.is_empty() {
+            continue;
+        }
+        let margins = reached.iter().map(|pose| {
+            let margin = position_margin_m(&arm, pose, 0.0).expect("finite");
+            margin.unwrap_or(0.0)
+        });
+        let margin = margins.fold(0.0, f64::max);
+        (count, worst, sum) = (count + 1, margin.min(worst), sum + margin);
+    }
+    (count, worst, sum / count as f64)
+}
+
+/// All counts, and the best list, against the slow way.
+fn check(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) -> PlacementScores {
+    let scores = place(arm, targets, config);
+    let mut ranked: Vec<(usize, f64)> = Vec::new();
+    for iy in 0..config.y.count() {
+        for ix in 0..config.x.count() {
+            let mut best = (0, -1.0);
+            for (index, &heading_rad) in config.headings_rad.iter().enumerate() {
+                let candidate = Placement {
+                    x_m: config.x.at(ix),
+                    y_m: config.y.at(iy),
+                    z_m: config.z_m,
+                    heading_rad,
+                    reachable: 0,
+                    total: targets.len(),
+                    worst_margin_m: None,
+                    mean_margin_m: None,
+                };
+                let (count, worst, _) = by_hand(arm, targets, config, &candidate);
+                let found = scores.reachable(ix, iy, index);
+                assert_eq!(found, Some(count), "{candidate:?}");
+                let worst = if count > 0 { worst } else { -1.0 };
+                if count > best.0 || (count == best.0 && worst > best.1) {
+                    best = (count, worst);
+                }
+            }
+            assert_eq!(scores.cell(ix, iy).map(|c| c.reachable), Some(best.0));
+            ranked.push(best);
+        }
+    }
+    ranked.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    assert_eq!(scores.best().len(), config.best.min(ranked.len()));
+    for (placement, (count, worst)) in scores.best().iter().zip(ranked) {
+        assert_eq!(placement.reachable, count);
+        let alone = by_hand(arm, targets, config, placement);
+        assert_eq!(alone.0, count);
+        let Some(found) = placement.worst_margin_m else {
+            assert_eq!((count, placement.mean_margin_m), (0, None));
+            continue;
+        };
+        // Margins come in steps of 1 %; rounding can make one step of difference.
+        for by_hand in [worst, alone.1] {
+            assert!(
+                (found - by_hand).abs() <= 0.025 * by_hand,
+                "{placement:?} {by_hand}"
+            );
+        }
+        let mean = placement.mean_margin_m.expect("some are reached");
+        assert!((mean - alone.2).abs() <= 0.025 * alone.2, "{placement:?}");
+        assert!(mean >= found);
+    }
+    scores
+}
+
+#[test]
+fn counts_and_ranking_are_those_of_brute_force() {
+    let iiwa = SrsArm::iiwa7();
+    let targets = scattered_targets(50);
+    let config = small_config();
+    check(&iiwa, &targets, &config);
+    let arms = [
+        SrsArm::iiwa14(),
+        with_limit(&iiwa, 0, -30.0, 30.0),
+        with_limit(&iiwa, 0, 20.0, 140.0),
+        with_limit(&iiwa, 0, -400.0, 400.0),
+        with_limit(&iiwa, 0, 200.0, 500.0),
+        with_limit(&iiwa, 2, -40.0, 75.0),
+        with_limit(&iiwa, 0, f64::NEG_INFINITY, 0.0),
+    ];
+    for arm in &arms {
+        check(arm, &targets, &config);
+    }
+    for roll in [Roll::Fixed(0.4), Roll::quarter_turns(), Roll::Free] {
+        let config = PlacementConfig {
+            roll,
+            ..config.clone()
+        };
+        check(&iiwa, &targets, &config);
+        check(&arms[1], &targets, &config);
+    }
+    let one = PlacementConfig {
+        headings_rad: vec![2.0],
+        ..config.clone()
+    };
+    check(&iiwa, &targets, &one);
+    check(&arms[1], &targets, &one);
+    let tool = Pose::new(
+        DMat3::from_euler(glam::EulerRot::XYZ, 0.2, -0.3, 0.4),
+        DVec3::new(0.05, -0.02, 0.1),
+    );
+    check(&iiwa.with_tool(tool.expect("valid")), &targets, &config);
+}
+
+#[test]
+fn ties_at_full_share_are_ranked_by_the_worst_margin() {
+    let config = PlacementConfig {
+        best: 7,
+        ..PlacementConfig::new(steps(1.1, 0.06, 14), steps(-0.4, 0.08, 11), 0.8)
+    };
+    let wall = DVec3::new(2.0, 0.0, 0.0);
+    let targets = Target::on_wall(wall, DVec3::X, 0.2, (1.1, 1.3), 0.1).expect("valid");
+    let scores = check(&SrsArm::iiwa7(), &targets, &config);
+    assert!(scores.best().iter().all(|p| p.share() == 1.0));
+    let full = scores.shares().iter().filter(|&&s| s == 1.0).count();
+    assert!(full > 20, "{full} positions tie");
+    // Each position once.
+    for (i, a) in scores.best().iter().enumerate() {
+        let same = |b: &&Placement| (a.x_m, a.y_m) == (b.x_m, b.y_m);
+        assert_eq!(scores.best()[i..].iter().filter(same).count(), 1);
+    }
+}
+
+#[test]
+fn a_free_roll_of_a_tool_off_the_last_axis() {
+    let offset = Pose::new(DMat3::IDENTITY, DVec3::new(0.12, 0.0, 0.05)).expect("valid");
+    let arm = SrsArm::iiwa7().with_tool(offset);
+    let targets = scattered_targets(8);
+    let config = PlacementConfig {
+        roll: Roll::Free,
+        headings_rad: vec![0.3, 2.0],
+        best: 2,
+        ..PlacementConfig::new(steps(1.2, 0.4, 3), steps(-0.3, 0.35, 2), 0.7)
+    };
+    let scores = place(&arm, &targets, &config);
+    let exact = ExactConfig {
+        roll: Roll::Free,
+        ..ExactConfig::default()
+    };
+    let solver = ExactSolver::new(&arm, &exact).expect("valid");
+    for (index, &heading) in config.headings_rad.iter().enumerate() {
+        let turn = DMat3::from_rotation_z(-heading);
+        for (iy, y) in config.y.iter().enumerate() {
+            for (ix, x) in config.x.iter().enumerate() {
+                let base = DVec3::new(x, y, config.z_m);
+                let reached = targets.iter().filter(|t| {
+                    let point = turn * (t.point_m - base);
+                    let plane = WallPlane::through(point, turn * t.normal).expect("a wall");
+                    let line = plane.line(point.z);
+                    solver
+                        .is_reachable(&line, plane.project(point).0.s_m)
+                        .expect("finite")
+                });
+                assert_eq!(scores.reachable(ix, iy, index), Some(reached.count()));
+            }
+        }
+    }
+    assert!(scores.best()[0].worst_margin_m > Some(0.0));
+}
+
+#[test]
+fn turning_scene_and_candidates_together_changes_nothing() {
+    let arm = with_limit(&SrsArm::iiwa7(), 0, -60.0, 100.0);
+    let (targets, config) = (scattered_targets(60), small_config());
+    let scores = place(&arm, &targets, &config);
+    // A quarter turn to the left takes (x, y) to (-y, x); and all of it moves.
+    let shift = DVec3::new(5.0, -3.0, 0.25);
+    let quarter = DMat3::from_rotation_z(FRAC_PI_2);
+    let turned: Vec<Target> = targets
+        .iter()
+        .map(|t| Target {
+            point_m: quarter * t.point_m + shift,
+            normal: quarter * t.normal,
+        })
+        .collect();
+    let turned_config = PlacementConfig {
+        x: steps(-config.y.at(0) + 5.0, -0.31, config.y.count()),
+        y: steps(config.x.at(0) - 3.0, 0.27, config.x.count()),
+        z_m: config.z_m + 0.25,
+        headings_rad: config.headings_rad.iter().map(|h| h + FRAC_PI_2).collect(),
+        ..config.clone()
+    };
+    let again = place(&arm, &turned, &turned_config);
+    for iy in 0..config.y.count() {
+        for ix in 0..config.x.count() {
+            for heading in 0..config.headings_rad.len() {
+                let reachable = scores.reachable(ix, iy, heading);
+                assert!(reachable.is_some());
+                assert_eq!(reachable, again.reachable(iy, ix, heading));
+            }
+        }
+    }
+    for (a, b) in scores.best().iter().zip(again.best()) {
+        assert_eq!(a.reachable, b.reachable);
+        let (a, b) = (
+            a.worst_margin_m.expect("some"),
+            b.worst_margin_m.expect("some"),
+        );
+        assert!((a - b).abs() <= 0.025 * a, "{a} {b}");
+    }
+}
+
+#[test]
+fn the_base_stands_square_before_a_single_target() {
+    let target = Target {
+        point_m: DVec3::new(2.0, 0.5, 1.2),
+        normal: DVec3::X,
+    };
+    let config = PlacementConfig::new(steps(0.9, 0.05, 28), steps(0.0, 0.1, 11), 0.8);
+    let scores = place(&SrsArm::iiwa7(), &[target], &config);
+    let best = scores.best()[0];
+    assert_eq!((best.reachable, best.total), (1, 1));
+    assert!(best.x_m < 2.0, "{best:?}");
+    // Nowhere straight before it is more room than at the best place.
+    for x_m in config.x.iter() {
+        let square = Placement {
+            x_m,
+            y_m: 0.5,
+            heading_rad: 0.0,
+            ..best
+        };
+        let board = board_from_base(&square, &target, 0.0);
+        let margin = position_margin_m(&SrsArm::iiwa7(), &board, 0.0).expect("finite");
+        assert!(
+            margin <= best.worst_margin_m.map(|m| 1.02 * m),
+            "{x_m} {margin:?}"
+        );
+    }
+    assert_eq!(best.worst_margin_m, best.mean_margin_m);
+    // The rule about sides takes away what stands nearer, and nothing else.
+    let behind = PlacementConfig {
+        least_behind_m: Some(0.6),
+        ..config.clone()
+    };
+    let allowed = place(&SrsArm::iiwa7(), &[target], &behind);
+    let mut taken = 0;
+    for iy in 0..config.y.count() {
+        for ix in 0..config.x.count() {
+            let free = scores.cell(ix, iy).expect("in the grid").reachable;
+            let kept = allowed.cell(ix, iy).expect("in the grid").reachable;
+            if 2.0 - config.x.at(ix) >= 0.6 {
+                assert_eq!(free, kept);
+            } else {
+                assert_eq!(kept, 0);
+                taken += free;
+            }
+        }
+    }
+    assert!(taken > 0);
+    assert!(allowed.best().iter().all(|p| p.x_m <= 1.4));
+}
+
+#[test]
+fn the_heading_matters_where_joint_1_is_narrow() {
+    let arm = with_limit(&SrsArm::iiwa7(), 0, -30.0, 30.0);
+    let wall = DVec3::new(1.6, 0.0, 0.0);
+    let targets = Target::on_wall(wall, DVec3::X, 0.3, (0.9, 1.3), 0.1).expect("valid");
+    let config = PlacementConfig::new(steps(0.9, 0.1, 4), steps(-0.1, 0.1, 3), 0.7);
+    let scores = check(&arm, &targets, &config);
+    let best = scores.best()[0];
+    assert_eq!(best.reachable, targets.len());
+    assert!(best.heading_rad.cos() > 0.7, "{best:?}");
+    // At 0.7 m; backwards it can bend over its own shoulder.
+    let at: Vec<_> = (0..8).filter_map(|h| scores.reachable(0, 1, h)).collect();
+    assert!(at[2] < at[0] && at[6] < at[0], "{at:?}");
+    // With the whole joint every heading is the same there.
+    let whole = place(&with_limit(&arm, 0, -180.0, 180.0), &targets, &config);
+    let most = at.iter().max().copied();
+    assert!((0..8).all(|h| whole.reachable(0, 1, h) >= most));
+}
+
+#[test]
+fn nothing_in_reach_gives_zeros_in_the_order_of_the_grid() {
+    let far = Target {
+        point_m: DVec3::new(20.0, 0.0, 1.0),
+        normal: DVec3::Y,
+    };
+    let mut config = small_config();
+    let scores = place(&SrsArm::iiwa7(), &[far, far], &config);
+    assert!(scores.shares().iter().all(|&share| share == 0.0));
+    let firsts: Vec<_> = scores.best().iter().map(|p| (p.x_m, p.y_m)).collect();
+    let x = |i| config.x.at(i);
+    let y = config.y.at(0);
+    assert_eq!(firsts, [(x(0), y), (x(1), y), (x(2), y), (x(3), y)]);
+    for best in scores.best() {
+        assert_eq!((best.reachable, best.total, best.share()), (0, 2, 0.0));
+        assert_eq!((best.worst_margin_m, best.mean_margin_m), (None, None));
+    }
+    config.best = 0;
+    assert!(place(&SrsArm::iiwa7(), &[far], &config).best().is_empty());
+    config.best = 1000;
+    let all = place(&SrsArm::iiwa7(), &scattered_targets(10), &config);
+    assert_eq!(all.best().len(), 20);
+    let order = all.best().iter().map(|p| p.reachable);
+    assert!(order.is_sorted_by(|a, b| a >= b));
+}
+
+#[test]
+fn ties_go_to_the_first_of_the_grid_and_repeat() {
+    // A scene that is its own mirror image: y and -y tie.
+    let wall = DVec3::new(1.8, 0.0, 0.0);
+    let targets = Target::on_wall(wall, DVec3::X, 0.5, (0.9, 1.3), 0.25).expect("valid");
+    let config = PlacementConfig::new(steps(1.0, 0.125, 6), steps(-0.25, 0.125, 5), 0.7);
+    let scores = place(&SrsArm::iiwa7(), &targets, &config);
+    assert_eq!(scores, place(&SrsArm::iiwa7(), &targets, &config));
+    let twice: Vec<Target> = targets.iter().chain(&targets).copied().collect();
+    let doubled = place(&SrsArm::iiwa7(), &twice, &config);
+    for (a, b) in scores.best().iter().zip(doubled.best()) {
+        assert_eq!(
+            (a.x_m, a.y_m, a.worst_margin_m),
+            (b.x_m, b.y_m, b.worst_margin_m)
+        );
+        assert_eq!(2 * a.reachable, b.reachable);
+    }
+    let shares = scores.shares();
+    for iy in 0..5 {
+        for ix in 0..6 {
+            assert_eq!(shares[iy * 6 + ix], shares[(4 - iy) * 6 + ix]);
+        }
+    }
+    for pair in scores.best().windows(2) {
+        let key = |p: &Placement| (p.reachable, p.worst_margin_m);
+        assert!(key(&pair[0]) >= key(&pair[1]));
+        if key(&pair[0]) == key(&pair[1]) {
+            assert!((pair[0].y_m, pair[0].x_m) < (pair[1].y_m, pair[1].x_m));
+        }
+    }
+}
+
+#[test]
+fn margins_are_certified() {
+    let mut sampler = Sampler::new(SEED);
+    let (targets, config) = (scattered_targets(40), small_config());
+    let scores = place(&SrsArm::iiwa7(), &targets, &config);
+    let mut asked = 0;
+    for placement in scores.best() {
+        let worst = placement.worst_margin_m.expect("some are reached");
+        for target in &targets {
+            let board = board_from_base(placement, target, 0.0);
+            if !SrsArm::iiwa7().is_reachable(&board) {
+                continue;
+            }
+            for _ in 0..200 {
+                let off = worst * sampler.unit_vector();
+                let moved = board.at(board.position_m() + off);
+                assert!(
+                    SrsArm::iiwa7().is_reachable(&moved),
+                    "{placement:?} {target:?}"
+                );
+                asked += 1;
+            }
+        }
+    }
+    assert!(asked > 5_000, "{asked}");
+}
+
+#[test]
+fn the_heat_map_has_the_shape_of_the_grid() {
+    let (targets, config) = (scattered_targets(30), small_config());
+    let scores = place(&SrsArm::iiwa7(), &targets, &config);
+    assert_eq!((scores.total(), scores.config()), (30, &config));
+    let shares = scores.shares();
+    assert_eq!(shares.len(), 20);
+    for iy in 0..4 {
+        for ix in 0..5 {
+            let cell = scores.cell(ix, iy).expect("in the grid");
+            let counts = (0..5).filter_map(|h| scores.reachable(ix, iy, h));
+            assert_eq!(counts.clone().max(), Some(cell.reachable));
+            let first = counts.clone().position(|n| n == cell.reachable);
+            let heading = config.headings_rad[first.expect("one of them")];
+            assert_eq!(heading, cell.heading_rad);
+            assert_eq!(shares[iy * 5 + ix], cell.reachable as f64 / 30.0);
+        }
+    }
+    assert!(scores.cell(5, 0).is_none() && scores.cell(0, 4).is_none());
+    assert!(scores.reachable(0, 0, 5).is_none());
+    assert!(scores.cell(usize::MAX, 0).is_none() && scores.cell(0, usize::MAX).is_none());
+}
+
+#[test]
+fn targets_cover_their_rectangle() {
+    let middle = DVec3::new(1.0, 2.0, 9.0);
+    let wall = |width, heights, spacing| {
+        Target::on_wall(middle, DVec3::new(0.0, -2.0, 0.0), width, heights, spacing)
+    };
+    let targets = wall(1.0, (0.5, 1.25), 0.25).expect("valid");
+    assert_eq!(targets.len(), 5 * 4);
+    let points = || targets.iter().map(|t| t.point_m);
+    for (value, wanted) in [
+        (points().map(|p| p.x).fold(f64::INFINITY, f64::min), 0.5),
+        (points().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max), 1.5),
+        (points().map(|p| p.z).fold(f64::INFINITY, f64::min), 0.5),
+        (
+            points().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max),
+            1.25,
+        ),
+    ] {
+        assert!((value - wanted).abs() < 1e-12);
+    }
+    assert!(points().all(|p| (p.y - 2.0).abs() < 1e-12));
+    assert!(targets.iter().all(|t| t.normal == -DVec3::Y));
+    // Evenly, never wider than asked.
+    assert_eq!(wall(1.0, (0.5, 0.5), 0.3).expect("valid").len(), 5);
+    let single = wall(0.0, (0.5, 0.5), 0.3).expect("valid");
+    assert_eq!(single.len(), 1);
+    assert_eq!(single[0].point_m, DVec3::new(1.0, 2.0, 0.5));
+    assert!(wall(-1.0, (0.5, 1.0), 0.1).is_err());
+    assert!(wall(1.0, (0.5, 1.0), 0.0).is_err());
+    assert!(wall(f64::NAN, (0.5, 1.0), 0.1).is_err());
+    assert!(wall(1.0, (f64::NAN, 1.0), 0.1).is_err());
+    assert!(wall(1.0, (-1e308, 1e308), 0.1).is_err());
+    assert!(matches!(
+        wall(1e3, (0.0, 1e3), 1e-3),
+        Err(ReachabilityError::TooMany { .. })
+    ));
+    assert!(matches!(
+        wall(1e300, (0.0, 1e300), 1e-3),
+        Err(ReachabilityError::TooMany { .. })
+    ));
+}
+
+#[test]
+fn bad_requests_are_typed_errors() {
+    use ReachabilityError as Error;
+    let arm = SrsArm::iiwa7();
+    let good = scattered_targets(3);
+    let config = small_config();
+    let with_target = |point_m: DVec3, normal: DVec3| {
+        let targets = [good[0], Target { point_m, normal }];
+        place_base(&arm, &targets, &config).expect_err("bad target")
+    };
+    let error = place_base(&arm, &[], &config).expect_err("empty");
+    assert_eq!(error, Error::Empty { what: "targets" });
+    for (point, normal) in [
+        (DVec3::new(f64::NAN, 0.0, 0.0), DVec3::X),
+        (DVec3::new(0.0, f64::INFINITY, 0.0), DVec3::X),
+        (DVec3::ZERO, DVec3::new(0.0, f64::NAN, 0.0)),
+    ] {
+        assert!(matches!(
+            with_target(point, normal),
+            Error::NonFinite { .. }
+        ));
+    }
+    let error = with_target(DVec3::ZERO, DVec3::ZERO);
+    assert!(matches!(error, Error::Parameter { .. }));
+    let error = with_target(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.1));
+    assert!(matches!(error, Error::NotVertical { .. }));
+
+    let with_config = |change: &dyn Fn(&mut PlacementConfig)| {
+        let mut config = small_config();
+        change(&mut config);
+        place_base(&arm, &good, &config).expect_err("bad configuration")
+    };
+    let error = with_config(&|c| c.headings_rad.clear());
+    assert_eq!(error, Error::Empty { what: "headings" });
+    let error = with_config(&|c| c.roll = Roll::AnyOf(Vec::new()));
+    assert_eq!(error, Error::Empty { what: "rolls" });
+    let changes: [&dyn Fn(&mut PlacementConfig); 5] = [
+        &|c| c.headings_rad[2] = f64::NAN,
+        &|c| c.z_m = f64::INFINITY,
+        &|c| c.roll = Roll::Fixed(f64::NAN),
+        &|c| c.least_behind_m = Some(f64::NAN),
+        &|c| c.x = steps(-1e308, 1.0, 2),
+    ];
+    for (i, change) in changes.into_iter().take(4).enumerate() {
+        assert!(
+            matches!(with_config(change), Error::NonFinite { .. }),
+            "{i}"
+        );
+    }
+    // Finite, but the way between is not.
+    let far = Target {
+        point_m: DVec3::new(1e308, 0.0, 0.0),
+        normal: DVec3::X,
+    };
+    let mut wide = small_config();
+    changes[4](&mut wide);
+    let error = place_base(&arm, &[far], &wide).expect_err("overflow");
+    assert!(matches!(error, Error::NonFinite { .. }));
+    // Far, but finite: nothing is reached.
+    assert_eq!(place(&arm, &[far], &config).best()[0].reachable, 0);
+}
+
+#[test]
+fn more_than_fits_is_refused_before_memory_is_taken() {
+    use ReachabilityError::TooMany;
+    let arm = SrsArm::iiwa7();
+    let targets = scattered_targets(2);
+    let million = steps(0.0, 1e-3, 1_000_000);
+    let huge = PlacementConfig::new(million, steps(0.0, 1e-3, 1000), 0.0);
+    let error = place_base(&arm, &targets, &huge).expect_err("too many");
+    assert!(matches!(
+        error,
+        TooMany {
+            what: "candidates",
+            count: 8_000_000_000,
+            ..
+        }
+    ));
+    let mut config = small_config();
+    config.headings_rad = vec![0.0; 10_000];
+    let error = place_base(&arm, &targets, &config).expect_err("too many");
+    assert!(matches!(
+        error,
+        TooMany {
+            what: "headings",
+            ..
+        }
+    ));
+    let mut config = small_config();
+    config.roll = Roll::AnyOf(vec![0.0; 5_000_000]);
+    let error = place_base(&arm, &targets, &config).expect_err("too many");
+    assert!(matches!(error, TooMany { what: "boards", .. }));
+}
+
+#[test]
+fn progress_is_told_and_cancels() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let (targets, arm) = (scattered_targets(5), SrsArm::iiwa7());
+    let config = PlacementConfig::new(steps(1.0, 0.05, 20), steps(-0.5, 0.05, 20), 0.7);
+    let asked = AtomicUsize::new(0);
+    let watch = |p: Progress| {
+        asked.fetch_add(1, Ordering::Relaxed);
+        assert!(p.done <= p.total, "{p:?}");
+        ControlFlow::Continue(())
+    };
+    let watched = place_base_monitored(&arm, &targets, &config, &watch).expect("valid");
+    assert_eq!(watched, place(&arm, &targets, &config));
+    let all = asked.load(Ordering::Relaxed);
+    assert!(all > 5, "{all}");
+    // At any of these calls it stops.
+    for after in 0..all {
+        let left = AtomicUsize::new(after);
+        let stop = |_: Progress| {
+            let take = |n: usize| n.checked_sub(1);
+            match left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
+                Ok(_) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        };
+        let result = place_base_monitored(&arm, &targets, &config, &stop);
+        assert_eq!(result, Err(ReachabilityError::Cancelled), "after {after}");
+    }
+}
