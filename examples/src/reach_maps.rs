@@ -163,7 +163,7 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
             .push(format!("map saved, {kilobytes} kB: {}", path.display()));
     }
     if let Some(path) = request.exr {
-        // EXR
+        map.write_exr(path, &hwall_reachability::PictureConfig::default())?;
         solved
             .remarks
             .push(format!("picture saved: {}", path.display()));

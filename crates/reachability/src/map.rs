@@ -290,6 +290,12 @@ impl ReachabilityMap {
         self.walls.iter().map(|wall| &wall.grid)
     }
 
+    /// The grid of a wall.
+    #[cfg(feature = "exr")]
+    pub(crate) fn grid(&self, wall: usize) -> &WallGrid {
+        &self.walls[wall].grid
+    }
+
     /// All lines, wall by wall, plane by plane, height by height.
     pub fn lines(&self) -> impl Iterator<Item = LineIndex> + '_ {
         let walls = self.walls.iter().enumerate();

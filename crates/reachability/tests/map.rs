@@ -487,6 +487,18 @@ fn boxes_are_kept_out_of() {
     );
 }
 
+#[cfg(feature = "parallel")]
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads")
+            .install(|| build(&SrsArm::iiwa7(), &ExactConfig::default(), small_grid()).to_bytes())
+    };
+    let one = bytes(1);
+    assert!([2, 5].into_iter().all(|threads| bytes(threads) == one));
+}
+
 #[test]
 fn the_dissertations_map_fits_a_megabyte() {
     let map = build(
