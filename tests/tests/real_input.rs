@@ -121,8 +121,8 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     );
     let maps = hwall_examples::wall_maps::WallMaps::of_scene(&arm, &stage.scene).unwrap();
     let place = (&stage.scene, &maps);
-    let run = hwall_examples::session::run(&arm, &board, place, &stage.hand, (2e-3, 1), |_| {})
-        .unwrap();
+    let run =
+        hwall_examples::session::run(&arm, &board, place, &stage.hand, (2e-3, 1), |_| {}).unwrap();
     assert!(
         run.losses
             .iter()
