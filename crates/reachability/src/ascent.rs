@@ -7,6 +7,7 @@
 //! first limit. Gauss-Newton steps lead back onto the manifold. A joint leaves its limit again
 //! when the sign of its multiplier says that it would climb by doing so.
 
+use crate::linalg::{add, dot, eigen, offset, square};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainScratch, JointLimit, rotation_vector};
 
@@ -490,6 +491,7 @@ impl Tangent {
 }
 
 /// The smallest step of the free joints that meets the constraints, damped.
+#[expect(clippy::needless_range_loop, reason = "rows and columns of one matrix")]
 fn least_step(point: &Point, free: &[bool], damping: f64) -> Vec<f64> {
     let m = point.rows.len();
     let mut a = [[0.0; MOST_ROWS + 1]; MOST_ROWS];
@@ -534,59 +536,4 @@ fn least_step(point: &Point, free: &[bool], damping: f64) -> Vec<f64> {
         }
     };
     free.iter().enumerate().map(of).collect()
-}
-
-/// Eigenvalues and vectors of a small symmetric matrix (its symmetric part), by Jacobi rotations.
-fn eigen(mut a: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let n = a.len();
-    for i in 0..n {
-        for j in 0..i {
-            let mean = 0.5 * (a[i][j] + a[j][i]);
-            (a[i][j], a[j][i]) = (mean, mean);
-        }
-    }
-    let mut vectors: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
-        .collect();
-    for _ in 0..30 {
-        for p in 0..n {
-            for r in p + 1..n {
-                if a[p][r] == 0.0 {
-                    continue;
-                }
-                let angle = 0.5 * (2.0 * a[p][r]).atan2(a[r][r] - a[p][p]);
-                let (sin, cos) = angle.sin_cos();
-                for row in &mut a {
-                    (row[p], row[r]) = (cos * row[p] - sin * row[r], sin * row[p] + cos * row[r]);
-                }
-                for k in 0..n {
-                    let (x, y) = (a[p][k], a[r][k]);
-                    (a[p][k], a[r][k]) = (cos * x - sin * y, sin * x + cos * y);
-                    let (x, y) = (vectors[p][k], vectors[r][k]);
-                    (vectors[p][k], vectors[r][k]) = (cos * x - sin * y, sin * x + cos * y);
-                }
-            }
-        }
-    }
-    ((0..n).map(|i| a[i][i]).collect(), vectors)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-fn square(a: &[f64]) -> f64 {
-    dot(a, a)
-}
-
-fn add(to: &mut [f64], direction: &[f64], times: f64) {
-    for (x, d) in to.iter_mut().zip(direction) {
-        *x += times * d;
-    }
-}
-
-fn offset(q: &[f64], direction: &[f64], times: f64) -> Vec<f64> {
-    let mut moved = q.to_vec();
-    add(&mut moved, direction, times);
-    moved
 }

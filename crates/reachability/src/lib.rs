@@ -8,6 +8,7 @@ mod file;
 mod grid;
 mod interval;
 mod keep_out;
+mod linalg;
 mod line_reach;
 mod map;
 mod margin;

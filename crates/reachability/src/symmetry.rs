@@ -226,7 +226,7 @@ struct Arc {
 impl Arc {
     fn forbidden_by(limit: JointLimit) -> Option<Self> {
         let width = limit.max_rad - limit.min_rad;
-        (width < TAU).then(|| Self {
+        (width < TAU).then_some(Self {
             middle: 0.5 * (limit.min_rad + limit.max_rad) + PI,
             half: PI - 0.5 * width,
         })
