@@ -6,9 +6,12 @@ use crate::exact::size_m;
 use crate::region_proof::{RegionProof, prove};
 use crate::rings::Contour;
 use crate::strips::Strips;
+use crate::threads::{Progress, map_indexed};
 use crate::triangulation::triangulate;
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
 use glam::DVec3;
+use std::collections::HashMap;
+use std::ops::ControlFlow;
 
 /// A plane is searched along this many lines at least.
 const LEAST_LINES: f64 = 16.0;
@@ -106,6 +109,34 @@ pub struct WallRegion {
 }
 
 impl WallRegion {
+    /// Traces many planes, on all cores with the feature `parallel`; equal planes once.
+    ///
+    /// # Errors
+    /// As [`of_plane`](Self::of_plane).
+    pub fn of_planes(
+        solver: &ExactSolver,
+        planes: &[WallPlane],
+        config: &PolygonConfig,
+    ) -> Result<Vec<Self>, ReachabilityError> {
+        let mut first_of = HashMap::new();
+        let mut different = Vec::new();
+        let place_of: Vec<usize> = planes
+            .iter()
+            .map(|plane| {
+                let key = [plane.heading_rad(), plane.distance_m()].map(f64::to_bits);
+                *first_of.entry(key).or_insert_with(|| {
+                    different.push(*plane);
+                    different.len() - 1
+                })
+            })
+            .collect();
+        let silent = |_: Progress| ControlFlow::Continue(());
+        let regions = map_indexed(different.len(), &silent, |i| {
+            Self::of_plane(solver, &different[i], config)
+        })?;
+        Ok(place_of.iter().map(|&i| regions[i].clone()).collect())
+    }
+
     /// Traces what the solver's arm reaches of a plane.
     ///
     /// # Errors
