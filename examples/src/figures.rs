@@ -2,6 +2,7 @@
 
 use anyhow::anyhow;
 use hwall_testkit::{SpeedErrorRow, format_ns};
+use plotters::coord::CoordTranslate;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -24,6 +25,24 @@ pub const TEXT: (&str, u32) = ("sans-serif", 15);
 /// Plotting errors carry types of the backend; only their words matter here.
 pub fn plot_error(error: impl std::fmt::Display) -> anyhow::Error {
     anyhow!("figure: {error}")
+}
+
+/// The series' names in a corner, as all figures have them.
+///
+/// # Errors
+/// Whatever the drawing says.
+pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
+    chart: &mut ChartContext<'a, DB, CT>,
+    position: SeriesLabelPosition,
+) -> anyhow::Result<()> {
+    chart
+        .configure_series_labels()
+        .position(position)
+        .background_style(WHITE.mix(0.85))
+        .border_style(BLACK.mix(0.3))
+        .label_font(TEXT)
+        .draw()
+        .map_err(plot_error)
 }
 
 /// Errors at or below this are drawn at it: a logarithmic axis has no zero.
@@ -101,14 +120,7 @@ pub fn speed_error(
             .label(method)
             .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(TEXT)
-        .draw()
-        .map_err(plot_error)?;
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     root.present().map_err(plot_error)
 }
 
@@ -156,14 +168,7 @@ pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::
                 PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
             });
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(TEXT)
-        .draw()
-        .map_err(plot_error)?;
+    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
     root.present().map_err(plot_error)
 }
 

@@ -1,6 +1,6 @@
 //! Figures of reachability maps.
 
-use crate::figures::{COLOURS, TEXT, TITLE, plot_error};
+use crate::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use crate::published::{Bounds, Comparison, Row};
 use anyhow::Context;
 use hwall_reachability::WallGrid;
@@ -139,14 +139,7 @@ pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()>
         let mark = PathElement::new(vec![(limit, 0.0), (limit, 100.0)], BLACK.mix(0.4));
         chart.draw_series([mark]).map_err(plot_error)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(TEXT)
-        .draw()
-        .map_err(plot_error)?;
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     root.present().map_err(plot_error)
 }
 
@@ -241,13 +234,6 @@ pub fn worst_plane(
         .map_err(plot_error)?
         .label("published y_min and y_max")
         .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(TEXT)
-        .draw()
-        .map_err(plot_error)?;
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     root.present().map_err(plot_error)
 }

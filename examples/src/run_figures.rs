@@ -1,6 +1,6 @@
 //! The figures of the main job: plan view, and distances over time.
 
-use crate::figures::{COLOURS, TEXT, TITLE, plot_error};
+use crate::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use crate::wall_maps::WallMaps;
 use glam::DVec3;
 use hwall_scene::{Scene, SurfaceId};
@@ -142,14 +142,7 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
     if !trace.missed_m.is_empty() {
         dots(&trace.missed_m, 4, yellow, "touched, out of reach")?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(TEXT)
-        .draw()
-        .map_err(plot_error)?;
+    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
     let note = "grey: walls, shelf and pedestal from above; dashes: longest reach of the arm; cross: its base; hand: index tip";
     root.draw_text(
         note,
@@ -229,14 +222,7 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
             .legend(move |(x, y)| {
                 PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
             });
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .label_font(TEXT)
-            .draw()
-            .map_err(plot_error)
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
     };
     let farthest = trace
         .hand_distance_m
