@@ -65,6 +65,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    let published = args.compare.as_deref().map(published::read).transpose()?;
     let grid = if args.published {
         published::grids()?
     } else {
@@ -89,10 +90,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let output = numbers::output(args.out.as_deref())?;
     published::write_rows(&solved.rows, output).context("writing the intervals")?;
-    let published = match &args.compare {
-        Some(folder) => Some(published::read(folder)?),
-        None => None,
-    };
     let comparisons = published
         .as_ref()
         .map(|p| published::compare(&solved.rows, p));
