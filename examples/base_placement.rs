@@ -44,7 +44,7 @@ struct Args {
     /// Height of the base, m
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     base_height_m: f64,
-    /// The base must stand at least this far behind the wall of each target it serves, m; none: any side will do
+    /// The base must stand at least this far behind the wall of each target it serves, m [default: not set, any side will do]
     #[arg(long, allow_hyphen_values = true)]
     behind_m: Option<f64>,
     /// iiwa7 or iiwa14
@@ -66,6 +66,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
         eprintln!("{remark}");
     }
     let [low, high] = arms::parse_list::<2>(&args.heights).context("--heights")?;
+    anyhow::ensure!(
+        low <= high,
+        "--heights {}: {low} is above {high}",
+        args.heights
+    );
     let near = args.near.as_deref().map(arms::parse_list::<3>);
     let wanted = Wanted {
         surfaces: &args.surface,
@@ -85,8 +90,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         roll: Roll::quarter_turns(),
         least_behind_m: args.behind_m,
         ..PlacementConfig::new(
-            Steps::spanning(min.x, max.x, args.grid_m)?,
-            Steps::spanning(min.y, max.y, args.grid_m)?,
+            Steps::spanning(min.x, max.x, args.grid_m).context("--grid-m")?,
+            Steps::spanning(min.y, max.y, args.grid_m).context("--grid-m")?,
             args.base_height_m,
         )
     };

@@ -12,8 +12,9 @@ use std::process::ExitCode;
 /// Where on vertical walls can the arm hold its flange, facing outwards?
 ///
 /// Writes CSV: orientation,plane,height,y_lo_mm,y_hi_mm, one row an interval; orientation counts
-/// from 1, plane and height from 0; y is the base frame's y of the end, mm. Prints a summary on
-/// standard error.
+/// from 1, plane and height from 0; y is the base frame's y of the end, mm, which says little of
+/// walls beside the arm: --map-csv has the places along the wall. Prints a summary on standard
+/// error.
 #[derive(Parser)]
 struct Args {
     /// The grid that the files published with the 2018 paper hold [default: the dissertation's grid]
@@ -22,7 +23,7 @@ struct Args {
     /// Headings of the walls' normals in degrees, counter-clockwise from the base's x axis: a,b,... or from:to:step [default: -45:45:15]
     #[arg(long, allow_hyphen_values = true)]
     orientations: Option<String>,
-    /// Distances of the planes along their normal, m: a value or from:to:step [default: 0.926:-0.924:0.05]
+    /// Distances of the planes along their normal, m: a value or from:to:step, the step always positive [default: 0.926:-0.924:0.05]
     #[arg(long, allow_hyphen_values = true)]
     planes: Option<String>,
     /// Heights above the base, m: a value or from:to:step [default: -0.26:1.24:0.05]
@@ -52,6 +53,9 @@ struct Args {
     /// Folder for figures: the planes of each orientation, and the comparison
     #[arg(long)]
     figures: Option<PathBuf>,
+    /// Write the map's own CSV: heading, distance, height, ends along the wall in m, branches (exact solver)
+    #[arg(long)]
+    map_csv: Option<PathBuf>,
     /// Save the map as a file that the library loads (exact solver)
     #[arg(long)]
     save: Option<PathBuf>,
@@ -84,6 +88,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         starts: args.starts,
         accuracy_m: args.accuracy_m,
         roll: &args.roll,
+        map_csv: args.map_csv.as_deref(),
         save: args.save.as_deref(),
         exr: args.exr.as_deref(),
         grid: &grid,

@@ -146,9 +146,10 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
     let cell = |margin: Option<f64>| margin.map_or(String::new(), |m| m.to_string());
     for place in scores.best() {
         writer.write_record([
-            place.x_m.to_string(),
-            place.y_m.to_string(),
-            place.z_m.to_string(),
+            // Nanometres: the rounding of a grid is no place.
+            format!("{:.9}", place.x_m),
+            format!("{:.9}", place.y_m),
+            format!("{:.9}", place.z_m),
             place.heading_rad.to_string(),
             place.reachable.to_string(),
             place.total.to_string(),

@@ -92,6 +92,8 @@ pub struct Request<'a> {
     pub accuracy_m: f64,
     /// Degrees, `quarter` or `free`.
     pub roll: &'a str,
+    /// Where to write the map's own CSV.
+    pub map_csv: Option<&'a Path>,
     /// Where to save the map.
     pub save: Option<&'a Path>,
     /// Where to save the picture.
@@ -155,6 +157,12 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
         unknown / reachable.max(f64::MIN_POSITIVE),
         report.solved,
     ));
+    if let Some(path) = request.map_csv {
+        map.write_csv(crate::numbers::output(Some(path))?)?;
+        solved
+            .remarks
+            .push(format!("map as CSV: {}", path.display()));
+    }
     if let Some(path) = request.save {
         map.save(path)?;
         let kilobytes = map.to_bytes().len() / 1000;
@@ -173,8 +181,8 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
 
 fn optimization(request: &Request) -> anyhow::Result<Solved> {
     ensure!(
-        request.save.is_none() && request.exr.is_none(),
-        "--save and --exr need --solver exact: two extremes are no map"
+        request.save.is_none() && request.exr.is_none() && request.map_csv.is_none(),
+        "--save, --exr and --map-csv need --solver exact: two extremes are no map"
     );
     let chain = arms::chain(request.arm)?;
     let roll_rad = match roll(request.roll)? {

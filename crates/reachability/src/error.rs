@@ -49,12 +49,14 @@ pub enum ReachabilityError {
     #[error("keep-out boxes need the touch in the middle of the board")]
     TouchNotInMiddle,
     /// A file cannot be read or written.
-    #[error("{path}: {kind}")]
+    #[error("{path}: {reason}")]
     File {
         /// The file.
         path: std::path::PathBuf,
-        /// What the system says.
+        /// What kind of failure it is.
         kind: std::io::ErrorKind,
+        /// What the system says.
+        reason: String,
     },
     /// Not a reachability map at all.
     #[error("no reachability map: it does not begin as one")]

@@ -10,8 +10,8 @@
 use crate::error::{finite, non_negative, positive};
 use crate::line_reach::LineReach;
 use crate::search::{LineSearch, Verdict};
-use crate::{ReachabilityError, WallLine};
-use hwall_kinematics::{JointLimit, SrsArm};
+use crate::{Interval, ReachabilityError, WallLine};
+use hwall_kinematics::{BranchSet, JointLimit, SrsArm};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -19,6 +19,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// and nothing is left to prove.
 const FINEST: f64 = 1e-10;
 const COARSEST: f64 = 0.1;
+
+/// The finest where a touch or a roll is to be searched.
+const FINEST_FREE: f64 = 5e-7;
 
 /// How the board may be turned about the wall's normal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,7 +73,8 @@ impl Touch {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExactConfig {
     /// Each end is known to this, m, and a hole or an island wider than this is found or covered
-    /// by a band; default 1e-6. Below 1e-10 or above 0.1 arm lengths is an error.
+    /// by a band; default 1e-6. Below 1e-10 or above 0.1 arm lengths is an error, below 5e-7 arm
+    /// lengths also where the touch or the roll of a tilted tool is free, which must be searched.
     pub accuracy_m: f64,
     /// How the board may be turned; default fixed at 0.
     pub roll: Roll,
@@ -178,6 +182,23 @@ impl ExactSolver {
         if rolls.is_empty() {
             return Err(ReachabilityError::Empty { what: "rolls" });
         }
+        if half_height_m > 0.0 || half_width_m > 0.0 {
+            // Else the board's sides are neither level nor upright, and its touched part no
+            // rectangle of the wall.
+            for (roll, _) in &rolls {
+                let quarters = roll / FRAC_PI_2;
+                let square = half_height_m == half_width_m;
+                let even = if square { 1.0 } else { 2.0 };
+                let off = (quarters / even - (quarters / even).round()).abs();
+                if off > 1e-9 {
+                    return Err(ReachabilityError::Parameter {
+                        what: "roll_rad with a touch anywhere on the board",
+                        value: *roll,
+                        wanted: "a multiple of a quarter turn (of half a turn unless the board is square)",
+                    });
+                }
+            }
+        }
         let freedoms = rolls.into_iter().map(|(roll, half_roll)| {
             Ok(Freedom {
                 roll: finite("roll_rad", roll)?,
@@ -185,11 +206,20 @@ impl ExactSolver {
                 half_rise: half_height_m,
             })
         });
+        let freedoms: Vec<Freedom> = freedoms.collect::<Result<_, ReachabilityError>>()?;
+        let free = |f: &Freedom| f.half_roll > 0.0 || f.half_rise > 0.0;
+        if accuracy_m < FINEST_FREE * size && freedoms.iter().any(free) {
+            return Err(ReachabilityError::Parameter {
+                what: "accuracy_m",
+                value: accuracy_m,
+                wanted: "at least 5e-7 lengths of the stretched arm where touch or roll are free",
+            });
+        }
         Ok(Self {
             is_family: narrow != wide,
             narrow,
             wide,
-            freedoms: freedoms.collect::<Result<_, ReachabilityError>>()?,
+            freedoms,
             accuracy_m,
             half_width_m,
         })
@@ -219,6 +249,35 @@ impl ExactSolver {
                 reach
             }
         }))
+    }
+
+    /// All branches that provably hold every proven point of a stretch of a line at one roll, and
+    /// that roll, rad: the first of those with most branches. None for a free roll of a tilted
+    /// tool or a touch anywhere on the board.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn branches_along(
+        &self,
+        line: &WallLine,
+        span: Interval,
+    ) -> Result<(f64, BranchSet), ReachabilityError> {
+        finite("lo_m", span.lo_m)?;
+        finite("hi_m", span.hi_m)?;
+        if self.is_free() {
+            return Ok((self.first_roll_rad(), BranchSet::EMPTY));
+        }
+        let mut search = LineSearch::new(self, line)?;
+        // Leaves the pieces of the line behind, each proven by itself.
+        let _ = search.run(false);
+        let (roll, branches) = search.branches_along(span);
+        Ok((self.freedoms[roll].roll, branches))
+    }
+
+    /// Is there something to choose besides a list of rolls?
+    pub(crate) fn is_free(&self) -> bool {
+        let free = |f: &Freedom| f.half_roll > 0.0 || f.half_rise > 0.0;
+        self.freedoms.iter().any(free)
     }
 
     /// The verdict at one point of a line.

@@ -216,9 +216,10 @@ impl StoredLine {
     }
 }
 
-fn file_error(path: &Path, error: &std::io::Error) -> ReachabilityError {
+pub(crate) fn file_error(path: &Path, error: &std::io::Error) -> ReachabilityError {
     ReachabilityError::File {
         path: path.to_owned(),
         kind: error.kind(),
+        reason: error.to_string(),
     }
 }

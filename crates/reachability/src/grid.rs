@@ -55,7 +55,7 @@ impl Steps {
         // A last step that misses the end by rounding counts as whole.
         let steps = (finite("way in steps", way.abs() / step_m)? + 1e-9).floor();
         if steps >= MOST_LINES as f64 {
-            return Err(too_many(steps as u128 + 1));
+            return Err(too_many((steps as u128).saturating_add(1)));
         }
         Self::new(from_m, step_m.copysign(way), steps as usize + 1)
     }
@@ -166,7 +166,7 @@ impl WallGrid {
         let height = finite("upper border", high)? - finite("lower border", low)?;
         let intervals = finite("height in steps", (height.abs() / step_m).ceil())?.max(1.0);
         if intervals >= MOST_LINES as f64 {
-            return Err(too_many(intervals as u128 + 1));
+            return Err(too_many((intervals as u128).saturating_add(1)));
         }
         let heights = if height == 0.0 {
             Steps::new(low, step_m, 1)?
@@ -233,7 +233,7 @@ impl WallGrid {
 
 fn too_many(count: u128) -> ReachabilityError {
     ReachabilityError::TooMany {
-        what: "lines",
+        what: "values or lines",
         count,
         limit: MOST_LINES,
     }

@@ -43,6 +43,11 @@ impl Interval {
     }
 }
 
+/// Sum of lengths; of none it is 0 and not the -0 of an empty sum.
+pub(crate) fn total_m(lengths: impl Iterator<Item = f64>) -> f64 {
+    lengths.fold(0.0, |sum, length| sum + length)
+}
+
 /// The union, sorted and disjoint.
 pub(crate) fn united(mut spans: Vec<Interval>) -> Vec<Interval> {
     spans.sort_by(|a, b| a.lo_m.total_cmp(&b.lo_m));

@@ -1,7 +1,7 @@
 //! What is reachable of one line: intervals, and bands without proof.
 
 use crate::Interval;
-use crate::interval::{united, without};
+use crate::interval::{total_m, united, without};
 use hwall_kinematics::BranchSet;
 
 /// A reachable part of a line.
@@ -11,8 +11,9 @@ pub struct ReachInterval {
     pub span: Interval,
     /// Branches that provably hold every proven point of it at one roll, so that a motion along
     /// it need not change branch; each point has an arm angle, not necessarily a connected set of
-    /// them. Empty where there is no such branch, and for a free roll of a tilted tool or a touch anywhere
-    /// on the board, where it is not looked for.
+    /// them. Some that were met on the way, rarely all:
+    /// [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) looks for all. Empty where there is none, and for a
+    /// free roll of a tilted tool or a touch anywhere on the board, where it is not looked for.
     pub branches: BranchSet,
 }
 
@@ -43,13 +44,13 @@ impl LineReach {
     /// Reachable length, m.
     #[must_use]
     pub fn length_m(&self) -> f64 {
-        self.intervals.iter().map(|i| i.span.length_m()).sum()
+        total_m(self.intervals.iter().map(|i| i.span.length_m()))
     }
 
     /// Length without proof, m.
     #[must_use]
     pub fn unknown_m(&self) -> f64 {
-        self.unknown.iter().map(Interval::length_m).sum()
+        total_m(self.unknown.iter().map(Interval::length_m))
     }
 
     /// The spans alone.

@@ -2,6 +2,7 @@
 
 use crate::exact::{ExactConfig, ExactSolver, Roll, Touch};
 use crate::grid::WallGrid;
+use crate::interval::total_m;
 use crate::keep_out::{Carried, KeepOutBox, Plate};
 use crate::line_reach::LineReach;
 use crate::symmetry;
@@ -82,8 +83,7 @@ pub struct ReachabilityMap {
 /// What the board must stay out of, and what is carried with it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct KeepOut {
-    pub(crate) boxes: Vec<KeepOutBox>,
-    pub(crate) carried: Carried,
+    pairs: Vec<(KeepOutBox, Carried)>,
 }
 
 impl KeepOut {
@@ -95,8 +95,8 @@ impl KeepOut {
     ) -> Result<Vec<Interval>, ReachabilityError> {
         let mut blocked = Vec::new();
         for roll_rad in rolls_rad {
-            for keep_out in &self.boxes {
-                blocked.extend(keep_out.blocked_on_line(&self.carried, line, roll_rad)?);
+            for (keep_out, carried) in &self.pairs {
+                blocked.extend(keep_out.blocked_on_line(carried, line, roll_rad)?);
             }
         }
         Ok(blocked)
@@ -220,9 +220,7 @@ impl ReachabilityMap {
         if self.config.touch != Touch::Middle {
             return Err(ReachabilityError::TouchNotInMiddle);
         }
-        let mut keep_out = self.keep_out.clone();
-        keep_out.boxes.extend(boxes);
-        keep_out.carried = match (carried.plate, &self.config.roll) {
+        let carried = match (carried.plate, &self.config.roll) {
             (Some(plate), Roll::Free) => {
                 let half = plate.half_width_m.hypot(plate.half_height_m);
                 let plate = Some(Plate {
@@ -234,6 +232,9 @@ impl ReachabilityMap {
             }
             _ => carried,
         };
+        let mut keep_out = self.keep_out.clone();
+        let pairs = boxes.into_iter().map(|b| (b, carried));
+        keep_out.pairs.extend(pairs);
         let lines = self.lines().map(|index| {
             let reach = LineReach {
                 intervals: self.intervals(index).to_vec(),
@@ -255,10 +256,10 @@ impl ReachabilityMap {
         Ok(map)
     }
 
-    /// The boxes that it keeps out of, and what is carried.
+    /// The boxes that it keeps out of, each with what is carried past it.
     #[must_use]
-    pub fn keep_out(&self) -> (&[KeepOutBox], &Carried) {
-        (&self.keep_out.boxes, &self.keep_out.carried)
+    pub fn keep_out(&self) -> &[(KeepOutBox, Carried)] {
+        &self.keep_out.pairs
     }
 
     /// The arm it was made for, with its tool.
@@ -435,9 +436,11 @@ impl ReachabilityMap {
     /// Reachable length and length without proof of all lines, m.
     #[must_use]
     pub fn lengths_m(&self) -> (f64, f64) {
-        let reachable = self.intervals.iter().map(|i| i.span.length_m()).sum();
-        let unknown = self.unknown.iter().map(Interval::length_m).sum();
-        (reachable, unknown)
+        let reachable = total_m(self.intervals.iter().map(|i| i.span.length_m()));
+        (
+            reachable,
+            total_m(self.unknown.iter().map(Interval::length_m)),
+        )
     }
 
     /// Memory held, bytes.

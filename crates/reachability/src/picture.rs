@@ -2,12 +2,13 @@
 
 use crate::error::{finite, positive};
 use crate::exact::size_m;
+use crate::file::file_error;
 use crate::{Interval, LineIndex, ReachabilityError, ReachabilityMap};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
     SmallVec, Text, WritableImage,
 };
-use std::io::{Cursor, ErrorKind};
+use std::io::Cursor;
 use std::path::Path;
 
 /// More pixels in all layers together are refused: a gigabyte a channel.
@@ -86,11 +87,7 @@ impl ReachabilityMap {
     /// # Errors
     /// As [`to_exr`](Self::to_exr), or whatever the system says.
     pub fn write_exr(&self, path: &Path, config: &PictureConfig) -> Result<(), ReachabilityError> {
-        let file_error = |kind: ErrorKind| ReachabilityError::File {
-            path: path.to_owned(),
-            kind,
-        };
-        std::fs::write(path, self.to_exr(config)?).map_err(|error| file_error(error.kind()))
+        std::fs::write(path, self.to_exr(config)?).map_err(|error| file_error(path, &error))
     }
 
     fn layer(&self, wall: usize, plane: usize, raster: &Raster) -> Layer<AnyChannels<FlatSamples>> {

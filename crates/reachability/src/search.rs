@@ -1,5 +1,6 @@
 //! The search for the intervals of one line; the method is told in `exact.rs`.
 
+use crate::error::finite;
 use crate::exact::{ExactSolver, Freedom};
 use crate::interval::{united, without};
 use crate::line_reach::{Hold, LineReach, Piece};
@@ -18,7 +19,7 @@ const HAIR: f64 = 1e-13;
 const MOST_UNDECIDED: usize = 20_000;
 
 /// A range of rolls or rises is halved at most this often.
-const FREEDOM_DEPTH: usize = 12;
+const FREEDOM_DEPTH: usize = 22;
 
 /// What is known of one point: the ends of a family of arms may disagree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +52,7 @@ pub(crate) struct LineSearch<'a> {
 
 impl<'a> LineSearch<'a> {
     pub(crate) fn new(solver: &'a ExactSolver, line: &WallLine) -> Result<Self, ReachabilityError> {
+        finite("height_m", line.height_m)?;
         let poses = solver.freedoms.iter();
         let poses = poses.map(|f| line.board_pose(0.0, f.roll));
         Ok(Self {
@@ -66,10 +68,15 @@ impl<'a> LineSearch<'a> {
 
     /// The intervals; `None` where the family of arms does not agree. With `mirror` only s ≥ 0 is
     /// searched.
-    pub(crate) fn run(mut self, mirror: bool) -> Option<LineReach> {
-        // Rounding of the ends themselves is a band like others, if a very narrow one.
-        let certain = self.domain(0.0);
+    pub(crate) fn run(&mut self, mirror: bool) -> Option<LineReach> {
+        // Rounding of the ends themselves is a band like others, if a very narrow one. What a
+        // freedom adds to the domain is an estimate from above, whose ends mean nothing.
         let possible = self.domain(HAIR);
+        let certain = if self.solver.is_free() {
+            possible.clone()
+        } else {
+            self.domain(0.0)
+        };
         for Interval { lo_m: lo, hi_m: hi } in without(&possible, &certain) {
             self.pieces.push(Piece {
                 lo,
@@ -108,10 +115,9 @@ impl<'a> LineSearch<'a> {
         }
         let mut reach = LineReach::from_pieces(&self.pieces);
         // Cells name the first branches they meet; where those have none in common, look closely.
-        let fixed = |f: &Freedom| f.half_roll == 0.0 && f.half_rise == 0.0;
-        if self.solver.freedoms.iter().all(fixed) {
+        if !self.solver.is_free() {
             for i in reach.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
-                i.branches = self.branches_along(i.span);
+                i.branches = self.branches_along(i.span).1;
             }
         } else {
             for interval in &mut reach.intervals {
@@ -202,8 +208,8 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// Branches that hold all proven pieces of an interval at one roll: the most that a roll gives.
-    fn branches_along(&self, span: Interval) -> BranchSet {
+    /// Branches that hold all proven pieces of an interval at one roll: the roll that gives most.
+    pub(crate) fn branches_along(&self, span: Interval) -> (usize, BranchSet) {
         let inside = |piece: &&Piece| {
             piece.reachable && piece.proven.is_some() && span.contains(0.5 * (piece.lo + piece.hi))
         };
@@ -220,7 +226,9 @@ impl<'a> LineSearch<'a> {
             }
             held
         };
-        let most = self.poses.iter().map(of_roll).max_by_key(|set| set.len());
+        // The first of equals.
+        let rolls = self.poses.iter().map(of_roll).enumerate();
+        let most = rolls.rev().max_by_key(|(_, set)| set.len());
         most.unwrap_or_default()
     }
 
@@ -376,8 +384,10 @@ impl<'a> LineSearch<'a> {
     /// The place where the verdict changes, to rounding.
     fn bisect(&self, left: (f64, Verdict), right: (f64, Verdict)) -> Option<f64> {
         let (mut lo, mut hi) = (left.0, right.0);
+        // With a freedom to search, every verdict beside an end takes a search of its own.
+        let share = if self.solver.is_free() { 0.1 } else { 1e-3 };
         let finest =
-            (1e-3 * self.solver.accuracy_m).max(4.0 * f64::EPSILON * lo.abs().max(hi.abs()));
+            (share * self.solver.accuracy_m).max(4.0 * f64::EPSILON * lo.abs().max(hi.abs()));
         while hi - lo > finest {
             let middle = 0.5 * (lo + hi);
             match self.verdict(middle) {

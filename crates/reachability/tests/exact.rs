@@ -474,6 +474,64 @@ fn branches_hold_all_along_an_interval() {
         }
     }
     assert!(named > 150, "{named}");
+    // All of them, at the roll that has most: never fewer than were met on the way.
+    let config = ExactConfig {
+        roll: Roll::quarter_turns(),
+        ..ExactConfig::default()
+    };
+    let solver = ExactSolver::new(&arm, &config).expect("valid");
+    let line = line(0.0, 0.55, 0.9);
+    let reach = solver.line(&line).expect("solved");
+    let interval = reach.intervals[0];
+    let (roll_rad, all) = solver.branches_along(&line, interval.span).expect("finite");
+    assert!(all.len() >= interval.branches.len() && !all.is_empty());
+    for i in 1..100 {
+        let share = f64::from(i) / 100.0;
+        let s = interval.span.lo_m + share * interval.span.length_m();
+        let pose = line.board_pose(s, roll_rad).expect("finite");
+        let feasible = arm.feasible_arm_angles(&pose).expect("reachable");
+        assert!(
+            all.iter()
+                .all(|branch| feasible.arcs(branch).next().is_some())
+        );
+    }
+    assert!(
+        solver
+            .branches_along(&line, Interval::new(f64::NAN, 0.0))
+            .is_err()
+    );
+}
+
+#[test]
+fn a_touch_anywhere_is_proven_to_the_accuracy() {
+    // The height of the middle is searched: the bands at the ends must stay narrow all the same.
+    let tool = Pose::from_translation(DVec3::Z * 0.05).expect("finite");
+    let arm = SrsArm::iiwa14().with_tool(tool);
+    for accuracy_m in [1e-3, 1e-6] {
+        let config = ExactConfig {
+            accuracy_m,
+            touch: Touch::board_200_mm(),
+            ..ExactConfig::default()
+        };
+        let solver = ExactSolver::new(&arm, &config).expect("valid");
+        for height in [0.4, 0.5, 1.0, 1.1] {
+            let reach = solver.line(&line(0.0, 0.55, height)).expect("solved");
+            assert!(reach.length_m() > 0.3, "{height}: {reach:?}");
+            assert!(reach.unknown_m() <= 4.0 * accuracy_m, "{height}: {reach:?}");
+        }
+    }
+    let leaning = ExactConfig {
+        roll: Roll::Fixed(0.3),
+        touch: Touch::board_200_mm(),
+        ..ExactConfig::default()
+    };
+    assert!(ExactSolver::new(&arm, &leaning).is_err());
+    let too_fine = ExactConfig {
+        accuracy_m: 1e-8,
+        touch: Touch::board_200_mm(),
+        ..ExactConfig::default()
+    };
+    assert!(ExactSolver::new(&arm, &too_fine).is_err());
 }
 
 #[test]

@@ -473,6 +473,22 @@ fn boxes_are_kept_out_of() {
         }
     }
     assert!(blocked > 100 && kept > 500, "{blocked} {kept}");
+    // A second box with another load leaves the first as it was.
+    let far = KeepOutBox::from_corners("far", DVec3::splat(5.0), DVec3::splat(6.0)).expect("solid");
+    let twice = map
+        .clone()
+        .with_keep_out(vec![far], Carried::default())
+        .expect("finite");
+    assert_eq!(twice.keep_out().len(), 2);
+    let within = DVec3::new(0.5, 0.0, 0.1);
+    let normal = map
+        .line(map.lines().next().expect("a line"))
+        .expect("of the map")
+        .plane
+        .normal();
+    for map in [&map, &twice] {
+        assert!(!map.is_reachable(within, normal).expect("finite"));
+    }
     let anywhere = ExactConfig {
         touch: Touch::board_200_mm(),
         accuracy_m: 1e-3,
