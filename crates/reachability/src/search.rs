@@ -7,6 +7,7 @@ use crate::line_reach::{Hold, LineReach, Piece};
 use crate::{Interval, ReachabilityError, WallLine};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionReach};
+use std::cell::Cell;
 
 /// A line is cut into this many cells to begin with: wider ones are never decided.
 const FIRST_CELLS: usize = 8;
@@ -17,6 +18,10 @@ const HAIR: f64 = 1e-13;
 /// Undecided cells of one line after which the rest of it is reported as one band: a line that
 /// runs along a limit could be cut for ever.
 const MOST_UNDECIDED: usize = 20_000;
+
+/// The same where each cell takes a search of its own, and regions that such a search looks at.
+const MOST_UNDECIDED_FREE: usize = 400;
+const MOST_REGIONS: u32 = 20_000;
 
 /// A range of rolls or rises is halved at most this often.
 const FREEDOM_DEPTH: usize = 22;
@@ -46,6 +51,8 @@ pub(crate) struct LineSearch<'a> {
     /// Pieces found so far, in order.
     pieces: Vec<Piece>,
     undecided: usize,
+    /// Regions that the search of a freedom may still ask for.
+    budget: Cell<u32>,
     /// Width of a cell beside an end over its distance from the end, as it worked last.
     ratio: f64,
 }
@@ -62,6 +69,7 @@ impl<'a> LineSearch<'a> {
             along: line.plane.along(),
             pieces: Vec::with_capacity(64),
             undecided: 0,
+            budget: Cell::new(0),
             ratio: 0.5,
         })
     }
@@ -165,6 +173,7 @@ impl<'a> LineSearch<'a> {
     /// Is any point of `s ± half` reachable?
     pub(crate) fn verdict_within(&self, s: f64, half: f64) -> Verdict {
         let solver = self.solver;
+        self.budget.set(MOST_REGIONS);
         let mut possible = false;
         for (pose, freedom) in self.poses.iter().zip(&solver.freedoms) {
             let pose = pose.at(pose.position_m() + self.along * s);
@@ -190,6 +199,7 @@ impl<'a> LineSearch<'a> {
 
     fn cell(&self, lo: f64, hi: f64) -> CellVerdict {
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
+        self.budget.set(MOST_REGIONS);
         let mut impossible = true;
         for (roll, (pose, freedom)) in self.poses.iter().zip(&self.solver.freedoms).enumerate() {
             let pose = pose.at(pose.position_m() + self.along * middle);
@@ -272,7 +282,9 @@ impl<'a> LineSearch<'a> {
         // Freedoms much finer than the cell itself cannot decide it.
         let arm = crate::exact::size_m(&self.solver.narrow);
         let extent = (free.half_roll * arm).max(free.half_rise).max(any);
-        if depth == 0 || extent < 0.1 * all {
+        let left = self.budget.get();
+        self.budget.set(left.saturating_sub(1));
+        if depth == 0 || left == 0 || extent < 0.1 * all {
             return CellVerdict::Undecided;
         }
         let mut impossible = true;
@@ -320,8 +332,13 @@ impl<'a> LineSearch<'a> {
             return self.settle_end(left, right);
         }
         let middle = 0.5 * (lo + hi);
+        let most = if self.solver.is_free() {
+            MOST_UNDECIDED_FREE
+        } else {
+            MOST_UNDECIDED
+        };
         let too_small = hi - lo <= 0.5 * self.solver.accuracy_m || middle <= lo || middle >= hi;
-        if too_small || self.undecided > MOST_UNDECIDED {
+        if too_small || self.undecided > most {
             self.pieces.push(Piece {
                 lo,
                 hi,

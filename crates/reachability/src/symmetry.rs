@@ -54,8 +54,13 @@ pub(crate) fn solve(
     // First with the mirror, then what that leaves open without it.
     let mut reduced: Vec<Option<LineReach>> = vec![None; tasks.len()];
     let mut solved = 0;
+    // A searched freedom is no business of families: where they differ the search finds no end.
     let rolls = mirrored_rolls(arm, config);
-    let stages = [rolls.as_deref().map(Some), Some(None)];
+    let stages = if direct.is_free() {
+        [None, None]
+    } else {
+        [rolls.as_deref().map(Some), Some(None)]
+    };
     for rolls in stages.into_iter().flatten() {
         let families = families(arm, config, walls, &sector_of, rolls)?;
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| reduced[i].is_none()).collect();
