@@ -3,7 +3,8 @@
 use crate::Model;
 use crate::model::DofLayout;
 use crate::orthonormal::OrthonormalBasis;
-use crate::square_root::{LANES, Tile, lane_sum, tiles};
+use crate::square_root::{LANES, Tile, add_multiple, lane_sum, tiles};
+use faer::traits::pulp::{Arch, Simd, WithSimd};
 
 /// Entries of the state before the coefficients: phase and phase velocity.
 pub(crate) const PHASE_STATES: usize = 2;
@@ -78,37 +79,53 @@ impl Projector {
 
     /// Row of degree of freedom `d` on the coefficients, handed out tile by tile, and its
     /// prediction for the padded `state` (whose first two entries do not matter).
-    pub(crate) fn row(
-        &self,
-        d: usize,
-        state: &[Tile],
-        mut tile: impl FnMut(usize, Tile),
-    ) -> Predicted {
-        let dof = self.layout[d];
-        let (values, slopes) = (&self.values[dof.group], &self.slopes[dof.group]);
+    pub(crate) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
+        Arch::new().dispatch(Row {
+            projector: self,
+            d,
+            state,
+            tile,
+        })
+    }
+}
+
+/// The work of [`Projector::row`], compiled once more for wide vectors.
+struct Row<'a, F> {
+    projector: &'a Projector,
+    d: usize,
+    state: &'a [Tile],
+    tile: F,
+}
+
+impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
+    type Output = Predicted;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> Predicted {
+        let p = self.projector;
+        let dof = p.layout[self.d];
+        let (values, slopes) = (&p.values[dof.group][..], &p.slopes[dof.group][..]);
         let size = values.len();
         let mut value: Tile = [0.0; LANES];
         let mut slope: Tile = [0.0; LANES];
-        let start = dof.first_weight * self.width;
-        let blocks = self.factor[start..start + size * self.width].chunks_exact(size);
-        for (t, (block, x)) in blocks.zip(state).enumerate() {
+        let start = dof.first_weight * p.width;
+        let blocks = p.factor[start..start + size * p.width].chunks_exact(size);
+        for (t, (block, x)) in blocks.zip(self.state).enumerate() {
             let mut h: Tile = [0.0; LANES];
             let mut g: Tile = [0.0; LANES];
             for ((u, v), s) in block.iter().zip(values).zip(slopes) {
-                for l in 0..LANES {
-                    h[l] += v * u[l];
-                    g[l] += s * u[l];
-                }
+                add_multiple::<S>(&mut h, *v, u);
+                add_multiple::<S>(&mut g, *s, u);
             }
             for l in 0..LANES {
                 value[l] += h[l] * x[l];
                 slope[l] += g[l] * x[l];
             }
-            tile(t, h);
+            (self.tile)(t, h);
         }
-        let mean = &self.mean[dof.first_weight..dof.first_weight + size];
+        let mean = &p.mean[dof.first_weight..dof.first_weight + size];
         Predicted {
-            value: self.offset[d] + crate::dense::dot(values, mean) + lane_sum(&value),
+            value: p.offset[self.d] + crate::dense::dot(values, mean) + lane_sum(&value),
             slope: crate::dense::dot(slopes, mean) + lane_sum(&slope),
         }
     }

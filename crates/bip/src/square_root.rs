@@ -5,6 +5,8 @@
 //!
 //! Source: [Bierman 1977], chapters II and VI (Householder measurement update).
 
+use faer::traits::pulp::{Arch, Simd, WithSimd};
+
 /// Doubles handled together. Rows are padded to whole tiles, which compilers turn into vectors.
 pub(crate) const LANES: usize = 8;
 /// `LANES` neighbouring columns of one row.
@@ -139,6 +141,7 @@ impl SquareRoot {
         self.row(row)[column / LANES][column % LANES]
     }
 
+    #[inline(always)]
     fn row(&self, k: usize) -> &[Tile] {
         let width = tiles(self.n);
         &self.r[k * width..(k + 1) * width]
@@ -153,70 +156,21 @@ impl SquareRoot {
     /// Adds evidence rows. `z` gathers the right-hand side of `R δ = z` for the change of the mean
     /// since `z` was zero; `column` is scratch of the capacity of the rows.
     pub(crate) fn fold(&mut self, rows: &mut Rows, z: &mut [f64], column: &mut [f64]) -> Fold {
-        let width = tiles(self.n);
-        let (m, capacity) = (rows.len, rows.capacity);
-        let v = &mut column[..m];
-        let mut log_determinant = 0.0;
-        let mut product = 1.0;
-        for (k, z) in z.iter_mut().enumerate().take(self.n) {
-            let (first, lane) = (k / LANES, k % LANES);
-            let here = &mut rows.a[first * capacity..first * capacity + m];
-            for (v, row) in v.iter_mut().zip(here.iter()) {
-                *v = row[lane];
-            }
-            let below = sum_of_squares(v);
-            let r = &mut self.r[k * width..(k + 1) * width];
-            let d = r[first][lane];
-            // Weaker than the rounding of the diagonal by twenty orders: nothing to reflect.
-            if below > d * d * 1e-40 {
-                let norm = (d * d + below).sqrt();
-                // d - norm without cancellation; this sign keeps the diagonal positive.
-                let v0 = -below / (d + norm);
-                let beta = 2.0 / (v0 * v0 + below);
-                for (t, r) in r.iter_mut().enumerate().skip(first) {
-                    let block = &mut rows.a[t * capacity..t * capacity + m];
-                    reflect(r, block, v0, v, beta);
-                }
-                let mut w = v0 * *z;
-                for (v, e) in v.iter().zip(&rows.e) {
-                    w += v * e;
-                }
-                w *= beta;
-                *z -= v0 * w;
-                for (v, e) in v.iter().zip(&mut rows.e) {
-                    *e -= v * w;
-                }
-                r[first][lane] = norm;
-                product *= norm / d;
-                if product > 1e100 {
-                    log_determinant += product.ln();
-                    product = 1.0;
-                }
-            }
-            for row in &mut rows.a[first * capacity..first * capacity + m] {
-                row[lane] = 0.0;
-            }
-        }
-        Fold {
-            distance_squared: sum_of_squares(&rows.e[..m]),
-            log_determinant: 2.0 * (log_determinant + product.ln()),
-        }
+        Arch::new().dispatch(Folding {
+            root: self,
+            rows,
+            z,
+            column,
+        })
     }
 
-    /// Solves `R x = z` in place.
+    /// Solves `R x = z` in place; `padded` receives the solution in state columns.
     pub(crate) fn solve(&self, z: &mut [f64], padded: &mut [Tile]) {
-        padded.fill([0.0; LANES]);
-        for k in (0..self.n).rev() {
-            let first = k / LANES;
-            let mut sum: Tile = [0.0; LANES];
-            for (r, x) in self.row(k)[first..].iter().zip(&padded[first..]) {
-                for ((s, r), x) in sum.iter_mut().zip(r).zip(x) {
-                    *s += r * x;
-                }
-            }
-            z[k] = (z[k] - lane_sum(&sum)) / self.get(k, k);
-            padded[first][k % LANES] = z[k];
-        }
+        Arch::new().dispatch(Solving {
+            root: self,
+            z,
+            padded,
+        });
     }
 
     /// Solves `Rᵀ y = h` in place for an `h` that is zero before entry `from`.
@@ -265,27 +219,141 @@ impl SquareRoot {
     }
 }
 
-/// One reflection on `LANES` columns: the diagonal row `r` and the evidence rows below it.
-#[inline(always)]
-fn reflect(r: &mut Tile, block: &mut [Tile], v0: f64, v: &[f64], beta: f64) {
-    let mut w: Tile = r.map(|x| v0 * x);
-    for (v, row) in v.iter().zip(block.iter()) {
-        for (w, x) in w.iter_mut().zip(row) {
-            *w += v * x;
+/// The work of [`SquareRoot::fold`], compiled once more with the widest vectors that can be relied
+/// on and chosen at run time. Machines with fused multiplication and addition round differently
+/// from others, in the last digits.
+struct Folding<'a> {
+    root: &'a mut SquareRoot,
+    rows: &'a mut Rows,
+    z: &'a mut [f64],
+    column: &'a mut [f64],
+}
+
+impl WithSimd for Folding<'_> {
+    type Output = Fold;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Fold {
+        let Self {
+            root,
+            rows,
+            z,
+            column,
+        } = self;
+        let width = tiles(root.n);
+        let (m, capacity) = (rows.len, rows.capacity);
+        let v = &mut column[..m];
+        let mut log_determinant = 0.0;
+        let mut product = 1.0;
+        for (k, z) in z.iter_mut().enumerate().take(root.n) {
+            let (first, lane) = (k / LANES, k % LANES);
+            let here = &mut rows.a[first * capacity..first * capacity + m];
+            for (v, row) in v.iter_mut().zip(here.iter()) {
+                *v = row[lane];
+            }
+            let below = sum_of_squares(v);
+            let r = &mut root.r[k * width..(k + 1) * width];
+            let d = r[first][lane];
+            // Weaker than the rounding of the diagonal by twenty orders: nothing to reflect.
+            if below > d * d * 1e-40 {
+                let norm = (d * d + below).sqrt();
+                // d - norm without cancellation; this sign keeps the diagonal positive.
+                let v0 = -below / (d + norm);
+                let beta = 2.0 / (v0 * v0 + below);
+                for (t, r) in r.iter_mut().enumerate().skip(first) {
+                    let block = &mut rows.a[t * capacity..t * capacity + m];
+                    reflect::<S>(r, block, v0, v, beta);
+                }
+                let mut w = v0 * *z;
+                for (v, e) in v.iter().zip(&rows.e) {
+                    w += v * e;
+                }
+                w *= beta;
+                *z -= v0 * w;
+                for (v, e) in v.iter().zip(&mut rows.e) {
+                    *e -= v * w;
+                }
+                r[first][lane] = norm;
+                product *= norm / d;
+                if product > 1e100 {
+                    log_determinant += product.ln();
+                    product = 1.0;
+                }
+            }
+            for row in &mut rows.a[first * capacity..first * capacity + m] {
+                row[lane] = 0.0;
+            }
         }
-    }
-    w = w.map(|x| beta * x);
-    for (r, w) in r.iter_mut().zip(w) {
-        *r -= v0 * w;
-    }
-    for (v, row) in v.iter().zip(block.iter_mut()) {
-        for (x, w) in row.iter_mut().zip(w) {
-            *x -= v * w;
+        Fold {
+            distance_squared: sum_of_squares(&rows.e[..m]),
+            log_determinant: 2.0 * (log_determinant + product.ln()),
         }
     }
 }
 
+/// The work of [`SquareRoot::solve`], compiled once more for wide vectors.
+struct Solving<'a> {
+    root: &'a SquareRoot,
+    z: &'a mut [f64],
+    padded: &'a mut [Tile],
+}
+
+impl WithSimd for Solving<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.padded.fill([0.0; LANES]);
+        for k in (0..self.root.n).rev() {
+            let first = k / LANES;
+            let row = &self.root.row(k)[first..];
+            let mut sum: Tile = [0.0; LANES];
+            for (r, x) in row.iter().zip(&self.padded[first..]) {
+                for ((s, r), x) in sum.iter_mut().zip(r).zip(x) {
+                    *s += r * x;
+                }
+            }
+            self.z[k] = (self.z[k] - lane_sum(&sum)) / row[0][k % LANES];
+            self.padded[first][k % LANES] = self.z[k];
+        }
+    }
+}
+
+/// One reflection on `LANES` columns: the diagonal row `r` and the evidence rows below it.
+#[inline(always)]
+fn reflect<S: Simd>(r: &mut Tile, block: &mut [Tile], v0: f64, v: &[f64], beta: f64) {
+    // Two chains of additions, because each waits for the one before it.
+    let (mut even, mut odd) = (r.map(|x| v0 * x), [0.0; LANES]);
+    for (v, row) in v.chunks(2).zip(block.chunks(2)) {
+        add_multiple::<S>(&mut even, v[0], &row[0]);
+        if let (Some(v), Some(row)) = (v.get(1), row.get(1)) {
+            add_multiple::<S>(&mut odd, *v, row);
+        }
+    }
+    let mut w = [0.0; LANES];
+    for l in 0..LANES {
+        w[l] = -beta * (even[l] + odd[l]);
+    }
+    add_multiple::<S>(r, v0, &w);
+    for (v, row) in v.iter().zip(block.iter_mut()) {
+        add_multiple::<S>(row, *v, &w);
+    }
+}
+
+/// `to += factor · from`, fused where the machine does that in one instruction.
+#[inline(always)]
+pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
+    for l in 0..LANES {
+        to[l] = if S::IS_SCALAR {
+            to[l] + factor * from[l]
+        } else {
+            factor.mul_add(from[l], to[l])
+        };
+    }
+}
+
 /// In four chains: an addition waits for the one before it.
+#[inline(always)]
 fn sum_of_squares(v: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let mut chunks = v.chunks_exact(4);
@@ -299,6 +367,7 @@ fn sum_of_squares(v: &[f64]) -> f64 {
 }
 
 /// Sum of the lanes, pairwise.
+#[inline(always)]
 pub(crate) fn lane_sum(t: &Tile) -> f64 {
     ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]))
 }

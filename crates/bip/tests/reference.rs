@@ -165,6 +165,9 @@ fn training_agrees_with_the_published_prior() {
 
 /// The published convention on all weights. Steps up to `roundoff_ok_steps` only,
 /// which in these cases are all.
+///
+/// After a pause that filter throws the phase to and fro by a third a step, which magnifies the
+/// rounding of an innovation covariance with entries of 1e-6 and 1e4: less is asked there.
 #[test]
 fn full_filter_agrees_with_the_published_one() {
     let Some(reference) = reference() else { return };
@@ -173,12 +176,17 @@ fn full_filter_agrees_with_the_published_one() {
         let prior = Model::train(&demonstrations, &TrainingConfig::published(groups(basis)))
             .unwrap()
             .to_prior();
-        let mut out = Differences::default();
+        let (mut moving, mut paused) = (Differences::default(), Differences::default());
         for run in json(&reference.join(case).join("ekf_intprim.json"))["tests"]
             .as_array()
             .unwrap()
             .iter()
         {
+            let out = if run["kind"] == "pause" {
+                &mut paused
+            } else {
+                &mut moving
+            };
             let id = run["id"].as_u64().unwrap();
             let steps = run["roundoff_ok_steps"].as_u64().unwrap() as usize;
             let samples = csv(&reference.join(format!("workload/test_{id:03}.csv")));
@@ -197,7 +205,12 @@ fn full_filter_agrees_with_the_published_one() {
                 }
             }
         }
-        out.check(case, [1e-8, 1e-8, 1e-6, 1e-6, 1e-6, 1e-6]);
+        // Measured 9.3e-9; the last digits of training depend on the machine.
+        moving.check(case, [2e-8, 1e-7, 1e-6, 1e-7, 1e-6, 0.0]);
+        paused.check(
+            &format!("{case}, pause"),
+            [1e-7, 1e-6, 1e-5, 1e-7, 1e-5, 0.0],
+        );
     }
     assert_eq!(
         groups(cases()[0].1).iter().map(|g| g.dofs).sum::<usize>(),
