@@ -259,7 +259,8 @@ impl WithSimd for Folding<'_> {
                 let norm = (d * d + below).sqrt();
                 // d - norm without cancellation; this sign keeps the diagonal positive.
                 let v0 = -below / (d + norm);
-                let beta = 2.0 / (v0 * v0 + below);
+                // 2 / (v0² + below), ready as soon as v0 is.
+                let beta = (d + norm) / (norm * below);
                 for (t, r) in r.iter_mut().enumerate().skip(first) {
                     let block = &mut rows.a[t * capacity..t * capacity + m];
                     reflect::<S>(r, block, v0, v, beta);
@@ -324,11 +325,14 @@ impl WithSimd for Solving<'_> {
 fn reflect<S: Simd>(r: &mut Tile, block: &mut [Tile], v0: f64, v: &[f64], beta: f64) {
     // Two chains of additions, because each waits for the one before it.
     let (mut even, mut odd) = (r.map(|x| v0 * x), [0.0; LANES]);
-    for (v, row) in v.chunks(2).zip(block.chunks(2)) {
-        add_multiple::<S>(&mut even, v[0], &row[0]);
-        if let (Some(v), Some(row)) = (v.get(1), row.get(1)) {
-            add_multiple::<S>(&mut odd, *v, row);
-        }
+    let (v_pairs, v_last) = v.as_chunks::<2>();
+    let (row_pairs, row_last) = block.as_chunks::<2>();
+    for (v, rows) in v_pairs.iter().zip(row_pairs) {
+        add_multiple::<S>(&mut even, v[0], &rows[0]);
+        add_multiple::<S>(&mut odd, v[1], &rows[1]);
+    }
+    for (v, row) in v_last.iter().zip(row_last) {
+        add_multiple::<S>(&mut even, *v, row);
     }
     let mut w = [0.0; LANES];
     for l in 0..LANES {
@@ -369,7 +373,15 @@ fn sum_of_squares(v: &[f64]) -> f64 {
 /// Sum of the lanes, pairwise.
 #[inline(always)]
 pub(crate) fn lane_sum(t: &Tile) -> f64 {
-    ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]))
+    let mut t = *t;
+    let mut half = LANES / 2;
+    while half > 0 {
+        for l in 0..half {
+            t[l] += t[l + half];
+        }
+        half /= 2;
+    }
+    t[0]
 }
 
 /// Dot product of two padded vectors.
