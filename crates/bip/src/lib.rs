@@ -1,0 +1,24 @@
+#![doc = include_str!("../README.md")]
+
+mod basis;
+pub mod compat;
+mod demonstration;
+mod dense;
+mod error;
+mod filter;
+mod model;
+mod observation;
+mod orthonormal;
+mod posterior;
+mod projector;
+mod square_root;
+mod training;
+
+pub use basis::Basis;
+pub use demonstration::Demonstration;
+pub use error::BipError;
+pub use filter::{Filter, FilterConfig, NoiseSource};
+pub use model::{Group, Model, PhaseVelocity, Prior, Role};
+pub use observation::{Observation, Update};
+pub use posterior::TimeToEnd;
+pub use training::{PhaseRate, TrainingConfig};

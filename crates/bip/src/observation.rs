@@ -1,0 +1,101 @@
+//! Evidence: which degrees of freedom were seen, where, and how well.
+
+use crate::BipError;
+use crate::dense::cholesky;
+use crate::error::{finite, length, positive};
+
+/// Values of some degrees of freedom. Whatever is not listed is not observed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation<'a> {
+    pub(crate) dofs: &'a [usize],
+    pub(crate) values: &'a [f64],
+    pub(crate) noise: Noise<'a>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Noise<'a> {
+    Model,
+    Variances(&'a [f64]),
+    Covariance(&'a [f64]),
+}
+
+impl<'a> Observation<'a> {
+    /// With the measurement noise of the filter.
+    #[must_use]
+    pub fn new(dofs: &'a [usize], values: &'a [f64]) -> Self {
+        Self {
+            dofs,
+            values,
+            noise: Noise::Model,
+        }
+    }
+
+    /// With a variance for each value instead, in the squared unit of the degree of freedom.
+    #[must_use]
+    pub fn with_variances(self, variances: &'a [f64]) -> Self {
+        Self {
+            noise: Noise::Variances(variances),
+            ..self
+        }
+    }
+
+    /// With a covariance of all values instead, row-major. Its lower triangle is read.
+    #[must_use]
+    pub fn with_covariance(self, covariance: &'a [f64]) -> Self {
+        Self {
+            noise: Noise::Covariance(covariance),
+            ..self
+        }
+    }
+
+    /// Checks everything but the covariance; `seen` is scratch, one entry a degree of freedom.
+    pub(crate) fn validate(&self, seen: &mut [bool]) -> Result<(), BipError> {
+        length("values", self.dofs.len(), self.values.len())?;
+        finite("values", self.values)?;
+        seen.fill(false);
+        for &dof in self.dofs {
+            if dof >= seen.len() {
+                return Err(BipError::UnknownDof {
+                    dof,
+                    dofs: seen.len(),
+                });
+            }
+            if std::mem::replace(&mut seen[dof], true) {
+                return Err(BipError::DuplicateDof { dof });
+            }
+        }
+        match self.noise {
+            Noise::Model => Ok(()),
+            Noise::Variances(v) => {
+                length("variances", self.dofs.len(), v.len())?;
+                v.iter().try_for_each(|v| positive("variance", *v))
+            }
+            Noise::Covariance(c) => {
+                length("covariance", self.dofs.len().pow(2), c.len())?;
+                finite("covariance", c)
+            }
+        }
+    }
+
+    /// Lower Cholesky factor of the noise into `lower` where it is a full covariance.
+    pub(crate) fn factor_noise(&self, lower: &mut [f64]) -> Result<(), BipError> {
+        if let Noise::Covariance(c) = self.noise {
+            let lower = &mut lower[..c.len()];
+            lower.copy_from_slice(c);
+            cholesky("covariance", self.dofs.len(), lower)?;
+        }
+        Ok(())
+    }
+}
+
+/// What an observation said about the belief before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Update {
+    /// Numbers observed.
+    pub rows: usize,
+    /// Squared Mahalanobis distance of the observation from its prediction; its mean is `rows`
+    /// where the model is right.
+    pub distance_squared: f64,
+    /// Natural logarithm of the density of the observation.
+    pub log_likelihood: f64,
+}

@@ -1,0 +1,244 @@
+//! What a filter believes: now, at any phase, at any later time, at the end.
+
+use crate::error::{finite, length, not_negative};
+use crate::projector::PHASE_STATES;
+use crate::square_root::{LANES, tile_dot};
+use crate::{BipError, Filter};
+
+/// Time left until the motion ends, to first order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeToEnd {
+    /// `(1 - phase) / phase velocity`, in the unit of the demonstrations.
+    pub mean: f64,
+    /// Its standard deviation, by linearisation: an underestimate where the velocity is uncertain.
+    pub sd: f64,
+}
+
+/// Variances here are those of the trajectory itself; a measurement of it adds the noise of
+/// [`noise_variance`](Filter::noise_variance). Queries with variances borrow the filter mutably
+/// because they use its scratch; they do not change the belief.
+impl Filter {
+    /// Mean of the phase.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        self.state[0][0]
+    }
+
+    /// Mean of the phase velocity, 1/time.
+    #[must_use]
+    pub fn phase_velocity(&self) -> f64 {
+        self.state[0][1]
+    }
+
+    /// Covariance of phase and phase velocity.
+    #[must_use]
+    pub fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
+        let scratch = &mut self.scratch;
+        scratch.rows.reset(2);
+        for k in 0..2 {
+            scratch.padded.fill([0.0; LANES]);
+            scratch.padded[0][k] = 1.0;
+            self.root.solve_transposed(&mut scratch.padded, k);
+            for (t, y) in scratch.padded.iter().enumerate() {
+                *scratch.rows.tile_mut(k, t) = *y;
+            }
+        }
+        let width = self.state.len();
+        let [variance, covariance, velocity_variance] =
+            [(0, 0), (0, 1), (1, 1)].map(|(i, j)| scratch.rows.dot(i, j, width));
+        [[variance, covariance], [covariance, velocity_variance]]
+    }
+
+    /// Means of the coefficients, one a direction in which the demonstrations differ; before any
+    /// evidence they are independent standard normal variables.
+    pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
+        self.state
+            .as_flattened()
+            .iter()
+            .copied()
+            .skip(PHASE_STATES)
+            .take(self.size - PHASE_STATES)
+    }
+
+    /// Covariance of phase, phase velocity and coefficients, row-major. Allocates.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<f64> {
+        self.root.covariance()
+    }
+
+    /// Variance of the measurement noise of a degree of freedom; `None` if there is no such one.
+    #[must_use]
+    pub fn noise_variance(&self, dof: usize) -> Option<f64> {
+        self.noise_sd.get(dof).map(|sd| sd * sd)
+    }
+
+    /// Mean and variance of some degrees of freedom at a phase: 1 is the end point.
+    ///
+    /// The phase is taken as given; the uncertainty is that of the shape of the motion.
+    ///
+    /// # Errors
+    /// A phase that is not finite or overflows, an unknown degree of freedom, other lengths.
+    pub fn moments_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        finite("phase", &[phase])?;
+        self.moments(phase, [0.0, 0.0], 0.0, dofs, mean, variance)
+    }
+
+    /// Mean and variance of some degrees of freedom after a time `dt`, the uncertainty of phase
+    /// and phase velocity included, to first order.
+    ///
+    /// The phase reached is held within `[0, 1]`: the motion rests at its end.
+    ///
+    /// # Errors
+    /// As [`moments_at`](Self::moments_at); a `dt` that is negative or not finite.
+    pub fn moments_after(
+        &mut self,
+        dt: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        not_negative("dt", dt)?;
+        let phase = (self.phase() + dt * self.phase_velocity()).clamp(0.0, 1.0);
+        let noise = 0.5 * self.acceleration_sd * dt * dt;
+        self.moments(phase, [1.0, dt], noise, dofs, mean, variance)
+    }
+
+    fn moments(
+        &mut self,
+        phase: f64,
+        phase_row: [f64; 2],
+        phase_noise_sd: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        length("mean", dofs.len(), mean.len())?;
+        length("variance", dofs.len(), variance.len())?;
+        self.projector.set_phase(phase);
+        let count = self.projector.dofs();
+        let h = &mut self.scratch.padded;
+        for ((&d, mean), variance) in dofs.iter().zip(mean).zip(variance) {
+            if d >= count {
+                return Err(BipError::UnknownDof {
+                    dof: d,
+                    dofs: count,
+                });
+            }
+            let predicted = self.projector.row(d, &self.state, |t, tile| h[t] = tile);
+            let from = if phase_row == [0.0, 0.0] {
+                PHASE_STATES
+            } else {
+                h[0][0] = predicted.slope * phase_row[0];
+                h[0][1] = predicted.slope * phase_row[1];
+                0
+            };
+            self.root.solve_transposed(h, from);
+            *mean = predicted.value;
+            *variance = tile_dot(h, h) + (predicted.slope * phase_noise_sd).powi(2);
+            if !(mean.is_finite() && variance.is_finite()) {
+                return Err(BipError::Overflow { phase });
+            }
+        }
+        Ok(())
+    }
+
+    /// Mean and covariance (row-major) of some degrees of freedom at a given phase, such as the
+    /// three coordinates of a contact point at phase 1.
+    ///
+    /// # Errors
+    /// As [`moments_at`](Self::moments_at); more degrees of freedom than the model has.
+    pub fn covariance_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        covariance: &mut [f64],
+    ) -> Result<(), BipError> {
+        finite("phase", &[phase])?;
+        let m = dofs.len();
+        let count = self.projector.dofs();
+        length("mean", m, mean.len())?;
+        length("covariance", m * m, covariance.len())?;
+        if m > count {
+            return Err(BipError::WrongLength {
+                what: "dofs",
+                expected: count,
+                got: m,
+            });
+        }
+        self.projector.set_phase(phase);
+        let scratch = &mut self.scratch;
+        scratch.rows.reset(m);
+        for (i, &d) in dofs.iter().enumerate() {
+            if d >= count {
+                return Err(BipError::UnknownDof {
+                    dof: d,
+                    dofs: count,
+                });
+            }
+            let h = &mut scratch.padded;
+            mean[i] = self
+                .projector
+                .row(d, &self.state, |t, tile| h[t] = tile)
+                .value;
+            self.root.solve_transposed(h, PHASE_STATES);
+            for (t, y) in h.iter().enumerate() {
+                *scratch.rows.tile_mut(i, t) = *y;
+            }
+            for j in 0..=i {
+                let sum = scratch.rows.dot(i, j, h.len());
+                covariance[i * m + j] = sum;
+                covariance[j * m + i] = sum;
+            }
+        }
+        finite("mean", mean).map_err(|_| BipError::Overflow { phase })?;
+        finite("covariance", covariance).map_err(|_| BipError::Overflow { phase })
+    }
+
+    /// Time left until phase 1; `None` while the phase does not move forward.
+    #[must_use]
+    pub fn time_to_end(&mut self) -> Option<TimeToEnd> {
+        let velocity = self.phase_velocity();
+        if velocity <= 0.0 {
+            return None;
+        }
+        let mean = (1.0 - self.phase()).max(0.0) / velocity;
+        let p = self.phase_covariance();
+        // d(mean) = -(d phase + mean d velocity) / velocity
+        let variance = p[0][0] + 2.0 * mean * p[0][1] + mean * mean * p[1][1];
+        let estimate = TimeToEnd {
+            mean,
+            sd: variance.max(0.0).sqrt() / velocity,
+        };
+        (estimate.mean.is_finite() && estimate.sd.is_finite()).then_some(estimate)
+    }
+
+    /// How many standard deviations the phase reached after `dt` lies beyond the end: the motion
+    /// is over by then with probability `Φ` of it, the normal distribution function. Exact for the
+    /// belief as it stands, also where the velocity is as likely backwards.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite.
+    pub fn end_score(&mut self, dt: f64) -> Result<f64, BipError> {
+        not_negative("dt", dt)?;
+        let p = self.phase_covariance();
+        let noise = 0.5 * self.acceleration_sd * dt * dt;
+        let variance = p[0][0] + 2.0 * dt * p[0][1] + dt * dt * p[1][1] + noise * noise;
+        let score = (self.phase() + dt * self.phase_velocity() - 1.0) / variance.sqrt();
+        finite("dt", &[score])?;
+        Ok(score)
+    }
+
+    /// Smallest and largest diagonal entry of the square-root information matrix; the square of
+    /// their ratio is a lower bound of its condition number.
+    #[must_use]
+    pub fn conditioning(&self) -> (f64, f64) {
+        self.root.diagonal_range()
+    }
+}

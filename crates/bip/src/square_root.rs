@@ -1,0 +1,396 @@
+//! Gaussian belief as a square root of its information matrix, updated by reflections.
+//!
+//! `R` is upper triangular with a positive diagonal and `(Rᵀ R)⁻¹` is the covariance: symmetric
+//! and positive definite whatever happens, because nothing is ever subtracted from it.
+//!
+//! Source: [Bierman 1977], chapters II and VI (Householder measurement update).
+
+use faer::traits::pulp::{Arch, Simd, WithSimd};
+
+/// Doubles handled together. Rows are padded to whole tiles, which compilers turn into vectors.
+pub(crate) const LANES: usize = 8;
+/// `LANES` neighbouring columns of one row.
+pub(crate) type Tile = [f64; LANES];
+
+/// Number of tiles that hold `n` columns.
+pub(crate) fn tiles(n: usize) -> usize {
+    n.div_ceil(LANES)
+}
+
+/// Rows `A x = e` of evidence with unit noise, stored tile by tile: a tile column is contiguous.
+#[derive(Debug, Clone)]
+pub(crate) struct Rows {
+    capacity: usize,
+    len: usize,
+    a: Vec<Tile>,
+    /// Right-hand sides.
+    pub(crate) e: Vec<f64>,
+}
+
+impl Rows {
+    pub(crate) fn new(n: usize, capacity: usize) -> Self {
+        Self {
+            capacity,
+            len: 0,
+            a: vec![[0.0; LANES]; tiles(n) * capacity],
+            e: vec![0.0; capacity],
+        }
+    }
+
+    /// Takes `len` rows, whose old contents stay until they are overwritten.
+    pub(crate) fn reset(&mut self, len: usize) {
+        debug_assert!(len <= self.capacity);
+        self.len = len;
+    }
+
+    pub(crate) fn tile_mut(&mut self, row: usize, tile: usize) -> &mut Tile {
+        &mut self.a[tile * self.capacity + row]
+    }
+
+    /// Dot product of two rows of `width` tiles.
+    pub(crate) fn dot(&self, i: usize, j: usize, width: usize) -> f64 {
+        let mut sum: Tile = [0.0; LANES];
+        for column in self.a.chunks_exact(self.capacity).take(width) {
+            for ((s, a), b) in sum.iter_mut().zip(&column[i]).zip(&column[j]) {
+                *s += a * b;
+            }
+        }
+        lane_sum(&sum)
+    }
+
+    pub(crate) fn set(&mut self, row: usize, column: usize, value: f64) {
+        self.tile_mut(row, column / LANES)[column % LANES] = value;
+    }
+
+    /// Divides rows by a lower triangular matrix (row-major, `len × len`) from the left, which
+    /// gives evidence with covariance `L Lᵀ` unit noise.
+    pub(crate) fn whiten(&mut self, lower: &[f64]) {
+        let m = self.len;
+        for column in self.a.chunks_exact_mut(self.capacity) {
+            for i in 0..m {
+                for j in 0..i {
+                    let l = lower[i * m + j];
+                    let from = column[j];
+                    for (x, y) in column[i].iter_mut().zip(from) {
+                        *x -= l * y;
+                    }
+                }
+                for x in &mut column[i] {
+                    *x /= lower[i * m + i];
+                }
+            }
+        }
+        for i in 0..m {
+            for j in 0..i {
+                self.e[i] -= lower[i * m + j] * self.e[j];
+            }
+            self.e[i] /= lower[i * m + i];
+        }
+    }
+
+    /// Is every entry finite?
+    pub(crate) fn is_finite(&self) -> bool {
+        // 0 x is zero or NaN, so the sum tells without a branch an entry.
+        let mut sum: Tile = [0.0; LANES];
+        for column in self.a.chunks_exact(self.capacity.max(1)) {
+            for row in &column[..self.len] {
+                for (s, x) in sum.iter_mut().zip(row) {
+                    *s += 0.0 * x;
+                }
+            }
+        }
+        let rest: f64 = self.e[..self.len].iter().map(|x| 0.0 * x).sum();
+        sum.iter().sum::<f64>() == 0.0 && rest == 0.0
+    }
+}
+
+/// What folding rows into a belief says about them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fold {
+    /// Squared Mahalanobis distance of the rows from their prediction.
+    pub(crate) distance_squared: f64,
+    /// `ln det(1 + A P Aᵀ)`.
+    pub(crate) log_determinant: f64,
+}
+
+/// Upper triangular square root of an information matrix.
+#[derive(Debug, Clone)]
+pub(crate) struct SquareRoot {
+    n: usize,
+    r: Vec<Tile>,
+}
+
+impl SquareRoot {
+    /// From the standard deviations of independent variables, which must be positive.
+    pub(crate) fn from_deviations(deviations: &[f64]) -> Self {
+        let n = deviations.len();
+        let width = tiles(n);
+        let mut r = vec![[0.0; LANES]; n * width];
+        for (k, sd) in deviations.iter().enumerate() {
+            r[k * width + k / LANES][k % LANES] = 1.0 / sd;
+        }
+        Self { n, r }
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.n = other.n;
+        self.r.copy_from_slice(&other.r);
+    }
+
+    pub(crate) fn get(&self, row: usize, column: usize) -> f64 {
+        self.row(row)[column / LANES][column % LANES]
+    }
+
+    #[inline(always)]
+    fn row(&self, k: usize) -> &[Tile] {
+        let width = tiles(self.n);
+        &self.r[k * width..(k + 1) * width]
+    }
+
+    /// The first two rows, mutable at once.
+    pub(crate) fn top_two_mut(&mut self) -> (&mut [Tile], &mut [Tile]) {
+        let width = tiles(self.n);
+        self.r[..2 * width].split_at_mut(width)
+    }
+
+    /// Adds evidence rows. `z` gathers the right-hand side of `R δ = z` for the change of the mean
+    /// since `z` was zero; `column` is scratch of the capacity of the rows.
+    pub(crate) fn fold(&mut self, rows: &mut Rows, z: &mut [f64], column: &mut [f64]) -> Fold {
+        Arch::new().dispatch(Folding {
+            root: self,
+            rows,
+            z,
+            column,
+        })
+    }
+
+    /// Solves `R x = z` in place; `padded` receives the solution in state columns.
+    pub(crate) fn solve(&self, z: &mut [f64], padded: &mut [Tile]) {
+        Arch::new().dispatch(Solving {
+            root: self,
+            z,
+            padded,
+        });
+    }
+
+    /// Solves `Rᵀ y = h` in place for an `h` that is zero before entry `from`.
+    pub(crate) fn solve_transposed(&self, h: &mut [Tile], from: usize) {
+        for k in from..self.n {
+            let (first, lane) = (k / LANES, k % LANES);
+            let y = h[first][lane] / self.get(k, k);
+            for (h, r) in h[first..].iter_mut().zip(&self.row(k)[first..]) {
+                for (h, r) in h.iter_mut().zip(r) {
+                    *h -= y * r;
+                }
+            }
+            h[first][lane] = y;
+        }
+    }
+
+    /// The covariance, row-major; for reports and tests.
+    pub(crate) fn covariance(&self) -> Vec<f64> {
+        let n = self.n;
+        // Columns of R⁻ᵀ, so that P = (R⁻ᵀ)ᵀ R⁻ᵀ.
+        let columns: Vec<Vec<Tile>> = (0..n)
+            .map(|k| {
+                let mut h = vec![[0.0; LANES]; tiles(n)];
+                h[k / LANES][k % LANES] = 1.0;
+                self.solve_transposed(&mut h, k);
+                h
+            })
+            .collect();
+        let mut p = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..=i {
+                let value = tile_dot(&columns[i], &columns[j]);
+                p[i * n + j] = value;
+                p[j * n + i] = value;
+            }
+        }
+        p
+    }
+
+    /// Smallest and largest diagonal entry; their ratio bounds the condition number from below.
+    pub(crate) fn diagonal_range(&self) -> (f64, f64) {
+        (0..self.n).fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), k| {
+            let d = self.get(k, k);
+            (low.min(d), high.max(d))
+        })
+    }
+}
+
+/// The work of [`SquareRoot::fold`], compiled once more with the widest vectors that can be relied
+/// on and chosen at run time. Machines with fused multiplication and addition round differently
+/// from others, in the last digits.
+struct Folding<'a> {
+    root: &'a mut SquareRoot,
+    rows: &'a mut Rows,
+    z: &'a mut [f64],
+    column: &'a mut [f64],
+}
+
+impl WithSimd for Folding<'_> {
+    type Output = Fold;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Fold {
+        let Self {
+            root,
+            rows,
+            z,
+            column,
+        } = self;
+        let width = tiles(root.n);
+        let (m, capacity) = (rows.len, rows.capacity);
+        let v = &mut column[..m];
+        let mut log_determinant = 0.0;
+        let mut product = 1.0;
+        for (k, z) in z.iter_mut().enumerate().take(root.n) {
+            let (first, lane) = (k / LANES, k % LANES);
+            let here = &mut rows.a[first * capacity..first * capacity + m];
+            for (v, row) in v.iter_mut().zip(here.iter()) {
+                *v = row[lane];
+            }
+            let below = sum_of_squares(v);
+            let r = &mut root.r[k * width..(k + 1) * width];
+            let d = r[first][lane];
+            // Weaker than the rounding of the diagonal by twenty orders: nothing to reflect.
+            if below > d * d * 1e-40 {
+                let norm = (d * d + below).sqrt();
+                // d - norm without cancellation; this sign keeps the diagonal positive.
+                let v0 = -below / (d + norm);
+                // 2 / (v0² + below), ready as soon as v0 is.
+                let beta = (d + norm) / (norm * below);
+                for (t, r) in r.iter_mut().enumerate().skip(first) {
+                    let block = &mut rows.a[t * capacity..t * capacity + m];
+                    reflect::<S>(r, block, v0, v, beta);
+                }
+                let mut w = v0 * *z;
+                for (v, e) in v.iter().zip(&rows.e) {
+                    w += v * e;
+                }
+                w *= beta;
+                *z -= v0 * w;
+                for (v, e) in v.iter().zip(&mut rows.e) {
+                    *e -= v * w;
+                }
+                r[first][lane] = norm;
+                product *= norm / d;
+                if product > 1e100 {
+                    log_determinant += product.ln();
+                    product = 1.0;
+                }
+            }
+            for row in &mut rows.a[first * capacity..first * capacity + m] {
+                row[lane] = 0.0;
+            }
+        }
+        Fold {
+            distance_squared: sum_of_squares(&rows.e[..m]),
+            log_determinant: 2.0 * (log_determinant + product.ln()),
+        }
+    }
+}
+
+/// The work of [`SquareRoot::solve`], compiled once more for wide vectors.
+struct Solving<'a> {
+    root: &'a SquareRoot,
+    z: &'a mut [f64],
+    padded: &'a mut [Tile],
+}
+
+impl WithSimd for Solving<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.padded.fill([0.0; LANES]);
+        for k in (0..self.root.n).rev() {
+            let first = k / LANES;
+            let row = &self.root.row(k)[first..];
+            let mut sum: Tile = [0.0; LANES];
+            for (r, x) in row.iter().zip(&self.padded[first..]) {
+                for ((s, r), x) in sum.iter_mut().zip(r).zip(x) {
+                    *s += r * x;
+                }
+            }
+            self.z[k] = (self.z[k] - lane_sum(&sum)) / row[0][k % LANES];
+            self.padded[first][k % LANES] = self.z[k];
+        }
+    }
+}
+
+/// One reflection on `LANES` columns: the diagonal row `r` and the evidence rows below it.
+#[inline(always)]
+fn reflect<S: Simd>(r: &mut Tile, block: &mut [Tile], v0: f64, v: &[f64], beta: f64) {
+    // Two chains of additions, because each waits for the one before it.
+    let (mut even, mut odd) = (r.map(|x| v0 * x), [0.0; LANES]);
+    let (v_pairs, v_last) = v.as_chunks::<2>();
+    let (row_pairs, row_last) = block.as_chunks::<2>();
+    for (v, rows) in v_pairs.iter().zip(row_pairs) {
+        add_multiple::<S>(&mut even, v[0], &rows[0]);
+        add_multiple::<S>(&mut odd, v[1], &rows[1]);
+    }
+    for (v, row) in v_last.iter().zip(row_last) {
+        add_multiple::<S>(&mut even, *v, row);
+    }
+    let mut w = [0.0; LANES];
+    for l in 0..LANES {
+        w[l] = -beta * (even[l] + odd[l]);
+    }
+    add_multiple::<S>(r, v0, &w);
+    for (v, row) in v.iter().zip(block.iter_mut()) {
+        add_multiple::<S>(row, *v, &w);
+    }
+}
+
+/// `to += factor · from`, fused where the machine does that in one instruction.
+#[inline(always)]
+pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
+    for l in 0..LANES {
+        to[l] = if S::IS_SCALAR {
+            to[l] + factor * from[l]
+        } else {
+            factor.mul_add(from[l], to[l])
+        };
+    }
+}
+
+/// In four chains: an addition waits for the one before it.
+#[inline(always)]
+fn sum_of_squares(v: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let mut chunks = v.chunks_exact(4);
+    for chunk in &mut chunks {
+        for (s, x) in sums.iter_mut().zip(chunk) {
+            *s += x * x;
+        }
+    }
+    let rest: f64 = chunks.remainder().iter().map(|x| x * x).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+/// Sum of the lanes, pairwise.
+#[inline(always)]
+pub(crate) fn lane_sum(t: &Tile) -> f64 {
+    let mut t = *t;
+    let mut half = LANES / 2;
+    while half > 0 {
+        for l in 0..half {
+            t[l] += t[l + half];
+        }
+        half /= 2;
+    }
+    t[0]
+}
+
+/// Dot product of two padded vectors.
+pub(crate) fn tile_dot(a: &[Tile], b: &[Tile]) -> f64 {
+    let mut sum: Tile = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+            *s += a * b;
+        }
+    }
+    lane_sum(&sum)
+}

@@ -1,0 +1,367 @@
+//! What must hold whatever the data are.
+
+use hwall_bip::compat::FullFilter;
+use hwall_bip::{
+    Basis, Demonstration, Filter, FilterConfig, Group, Model, NoiseSource, Observation,
+    TrainingConfig,
+};
+use hwall_testkit::{Sampler, central_difference};
+
+fn all_bases() -> Vec<Basis> {
+    vec![
+        Basis::gaussian(1),
+        Basis::gaussian(6),
+        Basis::Gaussian {
+            count: 12,
+            variance: 0.07,
+        },
+        Basis::normalized_gaussian(8),
+        Basis::NormalizedGaussian {
+            count: 5,
+            variance: 1e-3,
+        },
+        Basis::Sigmoid {
+            count: 6,
+            width: 0.02,
+        },
+        Basis::Polynomial { count: 8 },
+        Basis::Legendre { count: 8 },
+        Basis::Chebyshev { count: 8 },
+    ]
+}
+
+fn evaluate(basis: Basis, phase: f64) -> (Vec<f64>, Vec<f64>) {
+    let (mut v, mut d) = (vec![0.0; basis.count()], vec![0.0; basis.count()]);
+    basis.evaluate_into(phase, &mut v, &mut d).unwrap();
+    (v, d)
+}
+
+/// Random smooth motions of `dofs` values: a cubic with random coefficients plus noise.
+fn motions(seed: u64, count: usize, dofs: usize, noise: f64) -> Vec<Demonstration> {
+    let mut sampler = Sampler::new(seed);
+    (0..count)
+        .map(|_| {
+            let samples = 40 + sampler.index(60);
+            let shape: Vec<[f64; 4]> = (0..dofs)
+                .map(|d| {
+                    let x = [0; 4].map(|_| 0.2 * sampler.normal());
+                    [x[0] + d as f64, x[1] + 1.0, x[2], x[3]]
+                })
+                .collect();
+            let mut values = Vec::new();
+            for k in 0..samples {
+                let t = k as f64 / (samples - 1) as f64;
+                for [a, b, c, d] in &shape {
+                    values.push(a + t * (b + t * (c + t * d)) + noise * sampler.normal());
+                }
+            }
+            Demonstration::from_samples(1.0, dofs, values).unwrap()
+        })
+        .collect()
+}
+
+#[test]
+fn derivatives_are_central_differences() {
+    for basis in all_bases() {
+        for i in 0..=60 {
+            let phase = -1.0 + i as f64 * 0.05;
+            let (_, slopes) = evaluate(basis, phase);
+            let largest = slopes.iter().fold(1.0, |m: f64, s| m.max(s.abs()));
+            for (b, slope) in slopes.iter().enumerate() {
+                let numeric = central_difference(|x| evaluate(basis, x).0[b], phase, 1e-6);
+                assert!(
+                    (numeric - slope).abs() < 1e-6 * largest,
+                    "{basis:?} function {b} at {phase}: {slope} against {numeric}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn normalized_gaussians_add_up_to_one_everywhere() {
+    for phase in [-1e9, -40.0, -0.3, 0.0, 0.5, 1.0, 7.0, 1e9] {
+        let (values, slopes) = evaluate(Basis::normalized_gaussian(7), phase);
+        assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!(slopes.iter().sum::<f64>().abs() < 1e-12);
+    }
+}
+
+#[test]
+fn condition_numbers_are_those_of_the_reference() {
+    // Computed with numpy on 100 phases; see the README of the data for the versions.
+    for (basis, expected) in [
+        (Basis::Polynomial { count: 4 }, 8.048562738003309),
+        (Basis::Polynomial { count: 8 }, 225.7755081229652),
+        (Basis::gaussian(6), 40.783087839855845),
+    ] {
+        let condition = basis.condition_number(100).unwrap();
+        assert!((condition / expected - 1.0).abs() < 1e-9, "{condition}");
+    }
+    let wide = Basis::Gaussian {
+        count: 12,
+        variance: 0.07,
+    };
+    assert!(wide.condition_number(100).unwrap() > 1e8);
+    assert!(Basis::Legendre { count: 8 }.condition_number(100).unwrap() < 5.0);
+    assert!(wide.condition_number(6).unwrap().is_infinite());
+}
+
+#[test]
+fn training_recovers_planted_motions() {
+    // Cubics lie in the span of all polynomials from degree 3 on: the fit is exact.
+    for basis in [
+        Basis::Polynomial { count: 4 },
+        Basis::Legendre { count: 7 },
+        Basis::Chebyshev { count: 5 },
+    ] {
+        let demonstrations = motions(1, 6, 3, 0.0);
+        let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
+        let model = Model::train(&demonstrations, &config).unwrap();
+        assert_eq!(model.rank(), 5);
+        for phase in [0.0, 0.31, 0.5, 1.0] {
+            let mut mean = [0.0; 3];
+            model.mean_at(phase, &mut mean).unwrap();
+            for (d, mean) in mean.iter().enumerate() {
+                let truth: f64 = demonstrations
+                    .iter()
+                    .map(|m| {
+                        // Lagrange through four samples gives the planted cubic at any phase.
+                        let at = [0, 13, 26, m.len() - 1];
+                        at.iter()
+                            .map(|&i| {
+                                let weight: f64 = at
+                                    .iter()
+                                    .filter(|j| **j != i)
+                                    .map(|&j| (phase - m.phase(j)) / (m.phase(i) - m.phase(j)))
+                                    .product();
+                                weight * m.sample(i)[d]
+                            })
+                            .sum::<f64>()
+                    })
+                    .sum::<f64>()
+                    / 6.0;
+                assert!((mean - truth).abs() < 1e-11, "{basis:?}: {mean} {truth}");
+            }
+        }
+    }
+}
+
+/// All observed, so that the published convention is the textbook one too.
+#[test]
+fn low_rank_equals_full_state() {
+    for (seed, basis) in [
+        (2, Basis::Polynomial { count: 4 }),
+        (3, Basis::Legendre { count: 6 }),
+        (4, Basis::normalized_gaussian(5)),
+        (5, Basis::gaussian(5)),
+    ] {
+        let demonstrations = motions(seed, 9, 4, 0.01);
+        let config = TrainingConfig {
+            centre: false,
+            ..TrainingConfig::new(vec![Group::observed("hand", 4, basis)])
+        };
+        let model = Model::train(&demonstrations, &config).unwrap();
+        let mut low = Filter::new(
+            &model,
+            &FilterConfig {
+                acceleration_variance: Some(1e-8),
+                noise: NoiseSource::Fit,
+                ..FilterConfig::default()
+            },
+        )
+        .unwrap();
+        let mut full = FullFilter::new(&model.to_prior(), 1e-4, 1e-8).unwrap();
+        let unseen = &motions(seed + 100, 1, 4, 0.01)[0];
+        for k in 0..unseen.len() {
+            let dt = [1.0, 0.4, 1.7][k % 3];
+            low.predict(dt).unwrap();
+            low.observe(&Observation::new(&[0, 1, 2, 3], unseen.sample(k)))
+                .unwrap();
+            full.step(dt, &[0, 1, 2, 3], unseen.sample(k)).unwrap();
+            assert!((low.phase() - full.phase()).abs() < 1e-8, "{basis:?} {k}");
+            let (mut mean, mut variance) = ([0.0; 4], [0.0; 4]);
+            low.moments_at(1.0, &[0, 1, 2, 3], &mut mean, &mut variance)
+                .unwrap();
+            for (d, mean) in mean.iter().enumerate() {
+                assert!((mean - full.mean_at(1.0, d).unwrap()).abs() < 1e-6);
+            }
+        }
+    }
+}
+
+#[test]
+fn prior_survives_the_round_trip_through_named_weights() {
+    let demonstrations = motions(6, 5, 2, 0.01);
+    let groups = vec![
+        Group::observed("a", 1, Basis::Polynomial { count: 6 }),
+        Group::controlled("b", 1, Basis::gaussian(4)),
+    ];
+    let config = TrainingConfig {
+        centre: false,
+        ..TrainingConfig::new(groups)
+    };
+    let model = Model::train(&demonstrations, &config).unwrap();
+    let again = Model::from_prior(&model.to_prior()).unwrap();
+    for phase in [0.0, 0.2, 0.9] {
+        let (mut a, mut b) = ([0.0; 2], [0.0; 2]);
+        model.mean_at(phase, &mut a).unwrap();
+        again.mean_at(phase, &mut b).unwrap();
+        assert!((a[0] - b[0]).abs().max((a[1] - b[1]).abs()) < 1e-12);
+    }
+}
+
+fn small_filter() -> Filter {
+    let demonstrations = motions(7, 6, 3, 0.01);
+    let basis = Basis::Legendre { count: 5 };
+    let config = TrainingConfig::new(vec![Group::observed("hand", 3, basis)]);
+    let model = Model::train(&demonstrations, &config).unwrap();
+    let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
+    filter.predict(20.0).unwrap();
+    filter
+}
+
+/// The covariance from its own definition: evidence with unit gain on a linear row.
+#[test]
+fn evidence_at_a_phase_is_the_textbook_update() {
+    let mut filter = small_filter();
+    let dofs = [0, 2];
+    let (mut mean, mut p) = ([0.0; 2], [0.0; 4]);
+    filter.covariance_at(0.8, &dofs, &mut mean, &mut p).unwrap();
+    let r = [0.02, 0.007, 0.007, 0.01];
+    let y = [mean[0] + 0.1, mean[1] - 0.05];
+    let s = [p[0] + r[0], p[1] + r[1], p[2] + r[2], p[3] + r[3]];
+    let det = s[0] * s[3] - s[1] * s[2];
+    let inverse = [s[3] / det, -s[1] / det, -s[2] / det, s[0] / det];
+    let e = [0.1, -0.05];
+    let v = [
+        inverse[0] * e[0] + inverse[1] * e[1],
+        inverse[2] * e[0] + inverse[3] * e[1],
+    ];
+    let expected = [
+        mean[0] + p[0] * v[0] + p[1] * v[1],
+        mean[1] + p[2] * v[0] + p[3] * v[1],
+    ];
+    let distance = e[0] * v[0] + e[1] * v[1];
+    let likelihood = -0.5 * (distance + det.ln()) - std::f64::consts::TAU.ln();
+    let phase = (filter.phase(), filter.phase_covariance());
+    let update = filter
+        .observe_at(0.8, &Observation::new(&dofs, &y).with_covariance(&r))
+        .unwrap();
+    filter.covariance_at(0.8, &dofs, &mut mean, &mut p).unwrap();
+    for (got, want) in mean.iter().zip(expected) {
+        assert!((got - want).abs() < 1e-12);
+    }
+    assert!((update.distance_squared - distance).abs() < 1e-11);
+    assert!((update.log_likelihood - likelihood).abs() < 1e-11);
+    // Evidence about the shape, before anything linked it to the phase, leaves the phase alone.
+    let after = filter.phase_covariance();
+    assert!((phase.0 - filter.phase()).abs() < 1e-14);
+    assert!((phase.1[0][0] / after[0][0] - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn full_covariance_that_is_diagonal_is_the_same_as_variances() {
+    let (mut a, mut b) = (small_filter(), small_filter());
+    let y = [0.4, 1.3, 2.5];
+    let first = a
+        .observe(&Observation::new(&[0, 1, 2], &y).with_variances(&[0.01, 0.02, 0.03]))
+        .unwrap();
+    let r = [0.01, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03];
+    let second = b
+        .observe(&Observation::new(&[0, 1, 2], &y).with_covariance(&r))
+        .unwrap();
+    assert!((first.log_likelihood - second.log_likelihood).abs() < 1e-9);
+    assert!((a.phase() - b.phase()).abs() < 1e-12);
+}
+
+#[test]
+fn order_of_degrees_of_freedom_does_not_matter() {
+    let (mut a, mut b) = (small_filter(), small_filter());
+    a.observe(&Observation::new(&[0, 1, 2], &[0.4, 1.3, 2.5]))
+        .unwrap();
+    b.observe(&Observation::new(&[2, 0, 1], &[2.5, 0.4, 1.3]))
+        .unwrap();
+    assert!((a.phase() - b.phase()).abs() < 1e-13);
+    for (x, y) in a.covariance().iter().zip(b.covariance()) {
+        assert!((x - y).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn evidence_on_the_phase_is_the_scalar_update() {
+    let mut filter = small_filter();
+    let (phase, p) = (filter.phase(), filter.phase_covariance());
+    let update = filter.observe_phase(0.5, 1e-3).unwrap();
+    let gain = p[0][0] / (p[0][0] + 1e-3);
+    let expected = phase + gain * (0.5 - phase);
+    assert!((filter.phase() - expected).abs() < 1e-13);
+    let after = filter.phase_covariance();
+    assert!((after[0][0] - (1.0 - gain) * p[0][0]).abs() < 1e-13);
+    assert!((after[1][1] - (p[1][1] - p[0][1].powi(2) / (p[0][0] + 1e-3))).abs() < 1e-13);
+    assert_eq!(update.rows, 1);
+}
+
+#[test]
+fn prediction_is_the_textbook_one() {
+    let mut filter = small_filter();
+    filter
+        .observe(&Observation::new(&[0, 1], &[0.3, 1.4]))
+        .unwrap();
+    let n = (filter.covariance().len() as f64).sqrt() as usize;
+    let before = filter.covariance();
+    let (phase, velocity) = (filter.phase(), filter.phase_velocity());
+    let dt: f64 = 0.7;
+    filter.predict(dt).unwrap();
+    assert!((filter.phase() - (phase + dt * velocity)).abs() < 1e-15);
+    let after = filter.covariance();
+    // F P Fᵀ + Q by rows, then by columns.
+    let mut expected = before;
+    for j in 0..n {
+        expected[j] += dt * expected[n + j];
+    }
+    for i in 0..n {
+        expected[i * n] += dt * expected[i * n + 1];
+    }
+    let model_q = (0.01 * prior_velocity()).powi(2);
+    expected[0] += model_q * dt.powi(4) / 4.0;
+    expected[1] += model_q * dt.powi(3) / 2.0;
+    expected[n] += model_q * dt.powi(3) / 2.0;
+    expected[n + 1] += model_q * dt * dt;
+    for (a, b) in after.iter().zip(&expected) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+}
+
+/// Mean phase velocity of the motions of [`small_filter`].
+fn prior_velocity() -> f64 {
+    let rates: Vec<f64> = motions(7, 6, 3, 0.01)
+        .iter()
+        .map(|m| 1.0 / m.duration())
+        .collect();
+    rates.iter().sum::<f64>() / 6.0
+}
+
+#[test]
+fn moments_after_no_time_are_those_of_the_present() {
+    let mut filter = small_filter();
+    filter
+        .observe(&Observation::new(&[0, 1], &[0.3, 1.4]))
+        .unwrap();
+    let phase = filter.phase();
+    let (mut m1, mut v1, mut m2, mut v2) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
+    filter
+        .moments_after(0.0, &[0, 1, 2], &mut m1, &mut v1)
+        .unwrap();
+    filter
+        .moments_at(phase, &[0, 1, 2], &mut m2, &mut v2)
+        .unwrap();
+    assert_eq!(m1, m2);
+    // The uncertain phase is included only in the first; correlated with the shape, it may
+    // lower the variance, as it does for what was observed.
+    assert!(v1[0] < v2[0] && v1[0] > 0.0);
+    let time = filter.time_to_end().unwrap();
+    assert!((time.mean - (1.0 - phase) / filter.phase_velocity()).abs() < 1e-12);
+    assert!(filter.end_score(time.mean).unwrap().abs() < 1e-9);
+    assert!(filter.end_score(10.0 * time.mean).unwrap() > 0.0);
+}
