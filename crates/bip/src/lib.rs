@@ -1,24 +1,41 @@
 #![doc = include_str!("../README.md")]
 
+mod bank;
+mod bank_posterior;
 mod basis;
+mod branching;
 pub mod compat;
 mod demonstration;
 mod dense;
 mod error;
+mod evaluation;
 mod filter;
+mod gate;
+mod health;
 mod model;
+mod motion_filter;
 mod observation;
 mod orthonormal;
 mod posterior;
 mod projector;
 mod square_root;
+mod threads;
 mod training;
+mod transition;
+mod tuning;
 
+pub use bank::{Bank, BankConfig, Mode};
+pub use bank_posterior::HypothesisView;
 pub use basis::Basis;
 pub use demonstration::Demonstration;
 pub use error::BipError;
+pub use evaluation::{EndPrediction, Evaluation, EvaluationConfig, follow, leave_one_out};
 pub use filter::{Filter, FilterConfig, NoiseSource};
-pub use model::{Group, Model, PhaseVelocity, Prior, Role};
+pub use gate::Gate;
+pub use health::Health;
+pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
+pub use motion_filter::MotionFilter;
 pub use observation::{Observation, Update};
 pub use posterior::TimeToEnd;
 pub use training::{PhaseRate, TrainingConfig};
+pub use tuning::{Trial, TuningConfig, tune};

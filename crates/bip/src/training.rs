@@ -131,6 +131,7 @@ impl Model {
             sampling_period: demonstrations.iter().map(mean_period).sum::<f64>()
                 / demonstrations.len() as f64,
             demonstrations: demonstrations.len(),
+            tuning: None,
         };
         model.noise_held_out = held_out_noise(&model, &fits, config)?;
         Ok(model)
