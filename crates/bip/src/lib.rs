@@ -12,6 +12,7 @@ mod evaluation;
 mod filter;
 mod gate;
 mod health;
+mod mixture;
 mod model;
 mod motion_filter;
 mod observation;
@@ -33,6 +34,7 @@ pub use evaluation::{EndPrediction, Evaluation, EvaluationConfig, follow, leave_
 pub use filter::{Filter, FilterConfig, NoiseSource};
 pub use gate::Gate;
 pub use health::Health;
+pub use mixture::{Grouping, Mixture};
 pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
 pub use motion_filter::MotionFilter;
 pub use observation::{Observation, Update};

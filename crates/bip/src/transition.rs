@@ -79,3 +79,94 @@ impl Filter {
         self.state[0][1] = velocity;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, PhaseVelocity,
+        TrainingConfig,
+    };
+
+    /// A filter some way into a motion, so that everything is correlated.
+    fn under_way() -> Filter {
+        let demonstrations: Vec<Demonstration> = (0..6_u32)
+            .map(|i| {
+                let values = (0..30_u32)
+                    .flat_map(|k| {
+                        let t = f64::from(k) / 29.0;
+                        let goal = 0.3 + 0.05 * f64::from(i);
+                        [goal * t * t, (3.0 + goal) * t + 0.01 * f64::from(k * i % 7)]
+                    })
+                    .collect();
+                Demonstration::from_samples(1.0 + 0.02 * f64::from(i), 2, values).unwrap()
+            })
+            .collect();
+        let basis = Basis::Legendre { count: 5 };
+        let config = TrainingConfig::new(vec![Group::observed("hand", 2, basis)]);
+        let model = Model::train(&demonstrations, &config).unwrap();
+        let mut filter = Filter::new(&model, &FilterConfig::default()).unwrap();
+        for k in 0..8 {
+            filter.predict(1.1).unwrap();
+            let y = demonstrations[2].sample(k);
+            filter.observe(&Observation::new(&[0, 1], y)).unwrap();
+        }
+        filter
+    }
+
+    fn assert_close(got: f64, want: f64, scale: f64) {
+        assert!((got - want).abs() < 1e-10 * scale, "{got:e} {want:e}");
+    }
+
+    #[test]
+    fn a_velocity_drawn_anew_leaves_the_marginal_of_the_rest() {
+        let mut filter = under_way();
+        let n = filter.size;
+        let (before, mean) = (filter.covariance(), filter.state.clone());
+        let velocity = PhaseVelocity {
+            mean: 0.02,
+            variance: 1e-5,
+        };
+        filter.redraw_velocity(velocity);
+        let after = filter.covariance();
+        for i in 0..n {
+            for j in 0..n {
+                let want = match (i, j) {
+                    (1, 1) => 1e-5,
+                    (1, _) | (_, 1) => 0.0,
+                    _ => before[i * n + j],
+                };
+                let scale = (before[i * n + i] * before[j * n + j]).sqrt();
+                assert_close(after[i * n + j], want, scale.max(1e-5));
+            }
+        }
+        assert_eq!(filter.phase_velocity(), 0.02);
+        assert_eq!(filter.phase(), mean[0][0]);
+    }
+
+    #[test]
+    fn a_forgotten_shape_leaves_phase_and_velocity() {
+        let mut filter = under_way();
+        let n = filter.size;
+        let before = filter.phase_covariance();
+        let phase = (filter.phase(), filter.phase_velocity());
+        filter.forget_shape();
+        assert_eq!(phase, (filter.phase(), filter.phase_velocity()));
+        let after = filter.covariance();
+        for i in 0..n {
+            for j in 0..n {
+                let want = match (i, j) {
+                    (0..2, 0..2) => before[i][j],
+                    _ if i == j => 1.0,
+                    _ => 0.0,
+                };
+                let scale = if i < 2 && j < 2 {
+                    (before[i][i] * before[j][j]).sqrt()
+                } else {
+                    1.0
+                };
+                assert_close(after[i * n + j], want, scale);
+            }
+        }
+        assert!(filter.coefficients().all(|c| c == 0.0));
+    }
+}
