@@ -4,8 +4,10 @@ mod basis;
 pub mod compat;
 mod demonstration;
 mod dense;
+mod ensemble;
 mod error;
 mod filter;
+mod members;
 mod model;
 mod observation;
 mod orthonormal;
@@ -16,6 +18,7 @@ mod training;
 
 pub use basis::Basis;
 pub use demonstration::Demonstration;
+pub use ensemble::{EnsembleConfig, EnsembleFilter, EnsembleUpdate};
 pub use error::BipError;
 pub use filter::{Filter, FilterConfig, NoiseSource};
 pub use model::{Group, Model, PhaseVelocity, Prior, Role};

@@ -1,0 +1,453 @@
+//! The ensemble filter: the belief as a set of possible motions instead of a mean and a covariance.
+
+use crate::dense::cholesky;
+use crate::error::{finite, length, not_negative};
+use crate::members::{At, Predictor, Table};
+use crate::observation::Noise;
+use crate::projector::PHASE_STATES;
+use crate::{BipError, Filter, FilterConfig, Model, Observation, Update};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+
+/// How the members of an ensemble take an observation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EnsembleUpdate {
+    /// Each member sees the observation with noise of its own, drawn with the standard deviation
+    /// of the measurement. Source: [Burgers 1998]; what [Campbell 2019] describes.
+    Perturbed,
+    /// As the code published with [Campbell 2019] does it, for comparison only: the noise is drawn
+    /// with the *variance* as standard deviation. Below a variance of one unit the members end up
+    /// too close together, above it too far apart. A full covariance counts with its diagonal.
+    Published,
+    /// Nothing is drawn for the observation: mean and deviations of the members are moved so that
+    /// their mean and covariance are exactly those of the linear update. Source: the square root
+    /// of [Andrews 1968] as in [Whitaker 2002], eq. 10, for all rows at once.
+    Deterministic,
+}
+
+/// Parameters of an ensemble filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnsembleConfig {
+    /// Number of members, at least 2. Default 300. With fewer members than the state has
+    /// variables, directions that no member shows are taken as certain.
+    pub members: usize,
+    /// Seed of all draws. Default 0.
+    pub seed: u64,
+    /// Default [`EnsembleUpdate::Deterministic`].
+    pub update: EnsembleUpdate,
+    /// Shift the first members so that their mean is that of the prior. Default `true`.
+    pub centred: bool,
+    /// Start, process noise and measurement noise, as for [`Filter`].
+    pub filter: FilterConfig,
+}
+
+impl Default for EnsembleConfig {
+    fn default() -> Self {
+        Self {
+            members: 300,
+            seed: 0,
+            update: EnsembleUpdate::Deterministic,
+            centred: true,
+            filter: FilterConfig::default(),
+        }
+    }
+}
+
+/// A belief about one motion in progress, as an ensemble of phases, phase velocities and
+/// coefficients.
+///
+/// The same model, observations, units and errors as [`Filter`]; the first members are drawn from
+/// its prior. The difference: each member predicts the observation at its own phase, so nothing is
+/// linearised, and mean and covariance are those of a sample, with its sampling error.
+/// Where [`FilterConfig::clip_phase`] is set, the mean of the phases is kept within `[0, 1]` and a
+/// member beyond expects the motion to rest at its start or end.
+///
+/// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do
+/// not allocate. An error leaves members and draws as they were. The same seed gives the same
+/// answer on machines with the same vector instructions.
+///
+/// Source: [Campbell 2019] (ensemble Bayesian interaction primitives), in the span of the
+/// demonstrations, with rows of the innovation only for what was observed.
+#[derive(Debug, Clone)]
+pub struct EnsembleFilter {
+    predictor: Predictor,
+    noise_sd: Vec<f64>,
+    acceleration_sd: f64,
+    clip: bool,
+    update: EnsembleUpdate,
+    generator: Pcg64,
+    state: Table,
+    size: usize,
+    scratch: Scratch,
+}
+
+/// Scratch of one step, allocated once.
+#[derive(Debug, Clone)]
+struct Scratch {
+    state: Table,
+    /// What the members expect: deviations from their mean, in units of the noise.
+    expected: Table,
+    /// By how much each observed row moves each member.
+    change: Table,
+    /// Covariance of one state variable with each row of `expected`.
+    gain: Vec<f64>,
+    innovation: Vec<f64>,
+    /// `S⁻¹` times the innovation.
+    solved: Vec<f64>,
+    /// Cholesky factor of the innovation covariance `S`.
+    root: Vec<f64>,
+    /// Cholesky factor of a full noise covariance.
+    lower: Vec<f64>,
+    seen: Vec<bool>,
+}
+
+/// `ln(2 π)`.
+const LN_TAU: f64 = 1.837_877_066_409_345_5;
+
+impl EnsembleFilter {
+    /// Members drawn from the prior, before anything is seen.
+    ///
+    /// # Errors
+    /// Fewer than two members; as [`Filter::new`].
+    pub fn new(model: &Model, config: &EnsembleConfig) -> Result<Self, BipError> {
+        let members = config.members;
+        if members < 2 {
+            return Err(BipError::Parameter {
+                what: "members",
+                value: members as f64,
+                wanted: "at least 2",
+            });
+        }
+        // Checks the parameters and resolves their defaults.
+        let exact = Filter::new(model, &config.filter)?;
+        let (size, dofs) = (PHASE_STATES + model.rank(), model.dofs());
+        let velocity = model.phase_velocity();
+        let mut generator = Pcg64::seed_from_u64(config.seed);
+        let mut state = Table::new(size, members);
+        for k in 0..size {
+            let (mean, sd) = match k {
+                0 => (exact.phase(), config.filter.phase_variance.sqrt()),
+                1 => (velocity.mean, velocity.variance.sqrt()),
+                _ => (0.0, 1.0),
+            };
+            for x in state.row_mut(k) {
+                *x = StandardNormal.sample(&mut generator);
+            }
+            if config.centred {
+                state.centre(k);
+            }
+            for x in state.row_mut(k) {
+                *x = mean + sd * *x;
+            }
+        }
+        let mut filter = Self {
+            predictor: Predictor::new(model),
+            noise_sd: exact.noise_sd,
+            acceleration_sd: exact.acceleration_sd,
+            clip: config.filter.clip_phase,
+            update: config.update,
+            generator,
+            size,
+            scratch: Scratch {
+                state: state.clone(),
+                expected: Table::new(dofs, members),
+                change: Table::new(dofs, members),
+                gain: vec![0.0; dofs],
+                innovation: vec![0.0; dofs],
+                solved: vec![0.0; dofs],
+                root: vec![0.0; dofs * dofs],
+                lower: vec![0.0; dofs * dofs],
+                seen: vec![false; dofs],
+            },
+            state,
+        };
+        filter.clip_phase();
+        Ok(filter)
+    }
+
+    /// Lets `dt` pass: every member moves on at its own velocity with an acceleration drawn for
+    /// it, whatever the update.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite.
+    pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
+        not_negative("dt", dt)?;
+        let scratch = &mut self.scratch.state;
+        scratch.copy_from(&self.state);
+        let mut generator = self.generator.clone();
+        let (phase, velocity) = scratch.top_two_mut();
+        for (phase, velocity) in phase.iter_mut().zip(velocity) {
+            let draw: f64 = StandardNormal.sample(&mut generator);
+            let gained = self.acceleration_sd * dt * draw;
+            *phase += dt * (*velocity + 0.5 * gained);
+            *velocity += gained;
+        }
+        if !scratch.is_finite(PHASE_STATES) {
+            return Err(BipError::NonFinite {
+                what: "dt",
+                index: 0,
+                value: dt * self.phase_velocity(),
+            });
+        }
+        std::mem::swap(&mut self.state, scratch);
+        self.generator = generator;
+        self.clip_phase();
+        Ok(())
+    }
+
+    /// Takes an observation of the present: each member compares it with its own phase.
+    ///
+    /// # Errors
+    /// As [`Filter::observe`]; a noise so small beside the spread of the members that their
+    /// covariance has no positive definite rest.
+    pub fn observe(&mut self, observation: &Observation<'_>) -> Result<Update, BipError> {
+        let at = if self.clip { At::OwnWithin } else { At::Own };
+        self.observe_rows(at, observation)
+    }
+
+    /// Takes evidence about another phase, such as an end point. The members are asked there, so
+    /// with [`EnsembleUpdate::Deterministic`] this is the exact update of their mean and covariance.
+    ///
+    /// # Errors
+    /// As [`observe`](Self::observe); a phase that is not finite or so far out that a basis overflows.
+    pub fn observe_at(
+        &mut self,
+        phase: f64,
+        observation: &Observation<'_>,
+    ) -> Result<Update, BipError> {
+        finite("phase", &[phase])?;
+        self.observe_rows(At::Phase(phase), observation)
+    }
+
+    fn observe_rows(&mut self, at: At, observation: &Observation<'_>) -> Result<Update, BipError> {
+        let s = &mut self.scratch;
+        observation.validate(&mut s.seen)?;
+        observation.factor_noise(&mut s.lower)?;
+        let m = observation.dofs.len();
+        let overflow = BipError::Overflow {
+            phase: match at {
+                At::Phase(phase) => phase,
+                At::Own | At::OwnWithin => self.state.mean(0),
+            },
+        };
+        let mut generator = self.generator.clone();
+        self.predictor
+            .predict(&self.state, at, observation.dofs, &mut s.expected);
+        if !s.expected.is_finite(m) {
+            return Err(overflow);
+        }
+        let log_sd = s.innovations(observation, &self.noise_sd, self.update, &mut generator);
+        let scale = 1.0 / (self.state.members() - 1) as f64;
+        let (distance_squared, log_determinant) = s.factor(m, scale)?;
+        s.changes(m, self.update);
+        s.state.copy_from(&self.state);
+        for k in 0..self.size {
+            for (i, gain) in s.gain[..m].iter_mut().enumerate() {
+                // The rows of `expected` sum to zero, so the mean of the state cancels.
+                *gain = scale * self.state.product(k, &s.expected, i);
+            }
+            s.state.add_combination(k, &s.gain[..m], &s.change);
+        }
+        if !(s.state.is_finite(self.size) && distance_squared.is_finite()) {
+            return Err(overflow);
+        }
+        std::mem::swap(&mut self.state, &mut s.state);
+        self.generator = generator;
+        self.clip_phase();
+        Ok(Update {
+            rows: m,
+            distance_squared,
+            log_likelihood: -0.5 * (distance_squared + log_determinant + m as f64 * LN_TAU)
+                - log_sd,
+        })
+    }
+
+    fn clip_phase(&mut self) {
+        let mean = self.phase();
+        let shift = mean.clamp(0.0, 1.0) - mean;
+        if self.clip && shift != 0.0 {
+            self.state.row_mut(0).iter_mut().for_each(|x| *x += shift);
+        }
+    }
+
+    /// Number of members.
+    #[must_use]
+    pub fn members(&self) -> usize {
+        self.state.members()
+    }
+
+    /// Mean of the phases.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        self.state.mean(0)
+    }
+
+    /// Mean of the phase velocities, 1/time.
+    #[must_use]
+    pub fn phase_velocity(&self) -> f64 {
+        self.state.mean(1)
+    }
+
+    /// Sample covariance of phase and phase velocity.
+    #[must_use]
+    pub fn phase_covariance(&self) -> [[f64; 2]; 2] {
+        [0, 1].map(|i| [0, 1].map(|j| self.state.covariance(i, j)))
+    }
+
+    /// Phases of the members: a sample of the belief, which may lean to one side or have two humps.
+    #[must_use]
+    pub fn phases(&self) -> &[f64] {
+        self.state.row(0)
+    }
+
+    /// Means of the coefficients.
+    pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
+        (PHASE_STATES..self.size).map(|k| self.state.mean(k))
+    }
+
+    /// Sample covariance of phase, phase velocity and coefficients, row-major. Allocates.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<f64> {
+        (0..self.size * self.size)
+            .map(|at| self.state.covariance(at / self.size, at % self.size))
+            .collect()
+    }
+
+    /// Mean and variance of some degrees of freedom at a phase, over the members: 1 is the end.
+    ///
+    /// # Errors
+    /// As [`Filter::moments_at`].
+    pub fn moments_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        finite("phase", &[phase])?;
+        length("mean", dofs.len(), mean.len())?;
+        length("variance", dofs.len(), variance.len())?;
+        let count = self.predictor.dofs();
+        if let Some(&dof) = dofs.iter().find(|d| **d >= count) {
+            return Err(BipError::UnknownDof { dof, dofs: count });
+        }
+        let values = &mut self.scratch.expected;
+        for ((dof, mean), variance) in dofs.iter().zip(mean).zip(variance) {
+            self.predictor
+                .predict(&self.state, At::Phase(phase), &[*dof], values);
+            (*mean, *variance) = (values.mean(0), values.covariance(0, 0));
+            if !(mean.is_finite() && variance.is_finite()) {
+                return Err(BipError::Overflow { phase });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Scratch {
+    /// From what the members expect to deviations and innovations in units of the noise; returns
+    /// half the logarithm of the determinant of the noise.
+    fn innovations(
+        &mut self,
+        observation: &Observation<'_>,
+        noise_sd: &[f64],
+        update: EnsembleUpdate,
+        generator: &mut Pcg64,
+    ) -> f64 {
+        let m = observation.dofs.len();
+        let sd = |i: usize| match observation.noise {
+            Noise::Model => noise_sd[observation.dofs[i]],
+            Noise::Variances(v) => v[i].sqrt(),
+            Noise::Covariance(c) => c[i * m + i].sqrt(),
+        };
+        for i in 0..m {
+            self.innovation[i] = observation.values[i] - self.expected.centre(i);
+        }
+        self.change.copy_rows_from(&self.expected, m);
+        for i in 0..m {
+            let published = sd(i).powi(2);
+            for change in self.change.row_mut(i) {
+                *change = self.innovation[i] - *change;
+                if update == EnsembleUpdate::Published {
+                    let draw: f64 = StandardNormal.sample(generator);
+                    *change += published * draw;
+                }
+            }
+        }
+        let log_sd = if let Noise::Covariance(_) = observation.noise {
+            let lower = &self.lower[..m * m];
+            self.expected.divide_lower(m, lower, 0.0);
+            self.change.divide_lower(m, lower, 0.0);
+            divide_lower(m, lower, &mut self.innovation);
+            (0..m).map(|i| lower[i * m + i].ln()).sum()
+        } else {
+            for i in 0..m {
+                let weight = 1.0 / sd(i);
+                self.expected.scale(i, weight);
+                self.change.scale(i, weight);
+                self.innovation[i] *= weight;
+            }
+            (0..m).map(|i| sd(i).ln()).sum()
+        };
+        if update == EnsembleUpdate::Perturbed {
+            for i in 0..m {
+                for change in self.change.row_mut(i) {
+                    let draw: f64 = StandardNormal.sample(generator);
+                    *change += draw;
+                }
+            }
+        }
+        log_sd
+    }
+
+    /// Factors the innovation covariance in units of the noise, `S = scale · Y Yᵀ + 1`; returns the
+    /// squared length of the innovation in it and `ln det S`.
+    fn factor(&mut self, m: usize, scale: f64) -> Result<(f64, f64), BipError> {
+        let root = &mut self.root[..m * m];
+        for i in 0..m {
+            for j in 0..=i {
+                let own = if i == j { 1.0 } else { 0.0 };
+                root[i * m + j] = own + scale * self.expected.product(i, &self.expected, j);
+            }
+        }
+        cholesky("innovation covariance", m, root)?;
+        let solved = &mut self.solved[..m];
+        solved.copy_from_slice(&self.innovation[..m]);
+        divide_lower(m, root, solved);
+        let distance_squared = solved.iter().map(|x| x * x).sum();
+        for i in (0..m).rev() {
+            let later: f64 = (i + 1..m).map(|j| root[j * m + i] * solved[j]).sum();
+            solved[i] = (solved[i] - later) / root[i * m + i];
+        }
+        let log_determinant = (0..m).map(|i| 2.0 * root[i * m + i].ln()).sum();
+        Ok((distance_squared, log_determinant))
+    }
+
+    /// What the gain multiplies: for each member `S⁻¹` times its own innovation, or the common one
+    /// for the mean and the reduced one `-L⁻ᵀ (L + 1)⁻¹ Y` for the deviations, `S = L Lᵀ`.
+    fn changes(&mut self, m: usize, update: EnsembleUpdate) {
+        let root = &self.root[..m * m];
+        if update == EnsembleUpdate::Deterministic {
+            self.change.copy_rows_from(&self.expected, m);
+            self.change.divide_lower(m, root, 1.0);
+            self.change.divide_transposed(m, root);
+            for (i, common) in self.solved[..m].iter().enumerate() {
+                for change in self.change.row_mut(i) {
+                    *change = common - *change;
+                }
+            }
+        } else {
+            self.change.divide_lower(m, root, 0.0);
+            self.change.divide_transposed(m, root);
+        }
+    }
+}
+
+/// Solves `L x = b` in place.
+fn divide_lower(m: usize, lower: &[f64], b: &mut [f64]) {
+    for i in 0..m {
+        let before: f64 = (0..i).map(|j| lower[i * m + j] * b[j]).sum();
+        b[i] = (b[i] - before) / lower[i * m + i];
+    }
+}
