@@ -13,6 +13,7 @@ mod observation;
 mod orthonormal;
 mod posterior;
 mod projector;
+mod selection;
 mod square_root;
 mod training;
 
@@ -24,4 +25,8 @@ pub use filter::{Filter, FilterConfig, NoiseSource};
 pub use model::{Group, Model, PhaseVelocity, Prior, Role};
 pub use observation::{Observation, Update};
 pub use posterior::TimeToEnd;
+pub use selection::{
+    Criterion, Score, SelectionConfig, at_edge, default_candidates, score_bases, select_basis,
+    select_groups,
+};
 pub use training::{PhaseRate, TrainingConfig};
