@@ -63,6 +63,13 @@ impl Default for EnsembleConfig {
 /// Where [`FilterConfig::clip_phase`] is set, the mean of the phases is kept within `[0, 1]` and a
 /// member beyond expects the motion to rest at its start or end.
 ///
+/// When to take it: where the phase is so uncertain that a linearisation at its mean misleads, or
+/// where the shape of the belief itself is of interest ([`phases`](Self::phases)). It costs tens of
+/// times the exact filter. On 18 reaches with 47 demonstrations, 300 members with the deterministic
+/// update were a little more accurate than the exact filter, their intervals no better; 50
+/// members with perturbed observations, about as many as state variables, diverged by metres in
+/// some runs. The published draws were the worst once half of a motion was seen.
+///
 /// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do
 /// not allocate. An error leaves members and draws as they were. The same seed gives the same
 /// answer on machines with the same vector instructions.

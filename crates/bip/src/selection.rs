@@ -15,8 +15,8 @@ const TAU: f64 = std::f64::consts::TAU;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Criterion {
-    /// Akaike's, smallest. Keeps adding functions as long as they find anything in the residual,
-    /// so with hundreds of samples it tends to the upper end of the grid.
+    /// Akaike's, smallest. Its penalty does not grow with the samples, so it takes as many functions
+    /// as [`Bic`](Self::Bic) or more, and ends at the upper edge of a narrow grid first.
     Aic,
     /// Schwarz's, smallest: dearer functions, hence fewer.
     Bic,
@@ -25,7 +25,7 @@ pub enum Criterion {
     LeaveOneOut,
     /// As the published implementation computes it, smallest. Its penalty counts a basis once
     /// instead of once per degree of freedom, and its fixed variance of 0.05 drowns the residuals
-    /// of anything in metres: it nearly always ends at the lower edge of the grid.
+    /// of anything in metres: there it ended at the lower edge of every grid tried.
     PublishedAic,
     /// The same with the logarithm of the samples as penalty.
     PublishedBic,
