@@ -5,6 +5,7 @@ pub mod compat;
 mod demonstration;
 mod dense;
 mod ensemble;
+mod ensemble_update;
 mod error;
 mod filter;
 mod members;
