@@ -8,7 +8,7 @@ use crate::square_root::{Rows, SquareRoot, Tile, tiles};
 use crate::{BipError, Demonstration, Group, Model, PhaseVelocity, Role};
 
 /// Directions below this share of the largest are rounding, not data.
-const NEGLIGIBLE: f64 = 1e-12;
+pub(crate) const NEGLIGIBLE: f64 = 1e-12;
 
 /// How a demonstration's length becomes a phase velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,14 +164,14 @@ fn phase_velocity(demonstrations: &[Demonstration], config: &TrainingConfig) -> 
 }
 
 /// Mean and range of each degree of freedom over all samples.
-struct Columns {
+pub(crate) struct Columns {
     mean: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
 }
 
 impl Columns {
-    fn of(demonstrations: &[Demonstration], dofs: usize) -> Self {
+    pub(crate) fn of(demonstrations: &[Demonstration], dofs: usize) -> Self {
         let mut columns = Self {
             mean: vec![0.0; dofs],
             low: vec![f64::INFINITY; dofs],
@@ -193,7 +193,7 @@ impl Columns {
     }
 
     /// Variance below which the noise of a degree of freedom is not taken.
-    fn noise_floor(&self, d: usize, share: f64) -> f64 {
+    pub(crate) fn noise_floor(&self, d: usize, share: f64) -> f64 {
         let range = self.high[d] - self.low[d];
         let size = self.low[d].abs().max(self.high[d].abs());
         // A constant column has the range of its rounding; an all-zero one has no size either.
@@ -209,17 +209,17 @@ impl Columns {
 }
 
 /// Weights of one demonstration, and what is needed to fit it again with other weights.
-struct Fit {
-    weights: Vec<f64>,
+pub(crate) struct Fit {
+    pub(crate) weights: Vec<f64>,
     /// Mean squared residual per degree of freedom.
-    residual: Vec<f64>,
-    samples: usize,
+    pub(crate) residual: Vec<f64>,
+    pub(crate) samples: usize,
     /// Per group `G` with `Gᵀ G = Ψᵀ Ψ` over the samples: size × size, row-major.
-    compact: Vec<Vec<f64>>,
+    pub(crate) compact: Vec<Vec<f64>>,
 }
 
 impl Fit {
-    fn of(
+    pub(crate) fn of(
         demonstration: &Demonstration,
         bases: &[OrthonormalBasis],
         layout: &[DofLayout],
@@ -308,14 +308,14 @@ fn compact(size: usize, svd: &Svd) -> Vec<f64> {
 }
 
 /// Mean and covariance factor of the weights of several fits.
-struct Spread {
-    mean: Vec<f64>,
-    factor: Vec<f64>,
-    rank: usize,
+pub(crate) struct Spread {
+    pub(crate) mean: Vec<f64>,
+    pub(crate) factor: Vec<f64>,
+    pub(crate) rank: usize,
 }
 
 impl Spread {
-    fn of(
+    pub(crate) fn of(
         fits: &[&Fit],
         layout: &[DofLayout],
         bases: &[OrthonormalBasis],
