@@ -18,6 +18,14 @@ pub struct NumberRow {
     cells: csv::StringRecord,
 }
 
+impl NumberRow {
+    /// Line of the file, from 1.
+    #[must_use]
+    pub fn line(&self) -> u64 {
+        self.line
+    }
+}
+
 impl NumberReader {
     /// Opens a file, or standard input for `None`.
     ///
@@ -57,6 +65,12 @@ impl NumberReader {
     #[must_use]
     pub fn has(&self, column: &str) -> bool {
         self.header.iter().any(|h| h == column)
+    }
+
+    /// The names of the columns, in their order.
+    #[must_use]
+    pub fn header(&self) -> &[String] {
+        &self.header
     }
 
     /// Places of the columns.
@@ -103,20 +117,35 @@ impl NumberReader {
     /// # Errors
     /// A cell that is no finite number.
     pub fn values(&self, row: &NumberRow, places: &[usize]) -> anyhow::Result<Vec<f64>> {
-        places
-            .iter()
-            .map(|&place| {
-                let text = &row.cells[place];
-                let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
-                value.with_context(|| {
-                    let column = &self.header[place];
-                    format!(
-                        "{} line {}, column {column}: {text:?} is no finite number",
-                        self.name, row.line
-                    )
-                })
-            })
-            .collect()
+        places.iter().map(|&p| self.number(row, p)).collect()
+    }
+
+    /// As [`values`](Self::values); an empty cell is a missing value.
+    ///
+    /// # Errors
+    /// A cell that is neither empty nor a finite number.
+    pub fn values_or_missing(
+        &self,
+        row: &NumberRow,
+        places: &[usize],
+    ) -> anyhow::Result<Vec<Option<f64>>> {
+        let cell = |&place: &usize| match &row.cells[place] {
+            "" => Ok(None),
+            _ => self.number(row, place).map(Some),
+        };
+        places.iter().map(cell).collect()
+    }
+
+    fn number(&self, row: &NumberRow, place: usize) -> anyhow::Result<f64> {
+        let text = &row.cells[place];
+        let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
+        value.with_context(|| {
+            let column = &self.header[place];
+            format!(
+                "{} line {}, column {column}: {text:?} is no finite number",
+                self.name, row.line
+            )
+        })
     }
 
     /// Says where a row stood, for errors about what it means.
