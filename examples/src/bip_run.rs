@@ -267,6 +267,7 @@ impl TestRun {
         self.covariance.push(p01);
         self.velocity_variance.push(p11);
         self.end.push(mean);
-        self.end_sd.push(variance.iter().map(|v| v.sqrt()).collect());
+        self.end_sd
+            .push(variance.iter().map(|v| v.sqrt()).collect());
     }
 }

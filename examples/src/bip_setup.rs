@@ -196,12 +196,14 @@ impl Setup {
         let dofs = set.columns.len();
         let Indices(observed) = &self.observed;
         if let Some(far) = observed.iter().find(|d| **d >= dofs) {
-            bail!("--observed names column {far}, the files have 0 to {}", dofs - 1);
+            bail!(
+                "--observed names column {far}, the files have 0 to {}",
+                dofs - 1
+            );
         }
         let seen: Vec<bool> = (0..dofs).map(|d| observed.contains(&d)).collect();
         let groups = self.groups(&set.columns, &seen);
-        let published = self.published || self.mode == Mode::Compat;
-        let mut config = if published {
+        let mut config = if self.trains_as_published() {
             TrainingConfig::published(groups)
         } else {
             TrainingConfig::new(groups)
@@ -229,6 +231,12 @@ impl Setup {
             inferred: (0..dofs).filter(|d| !seen[*d]).collect(),
             noise,
         })
+    }
+
+    /// The published filter comes with the published training.
+    #[must_use]
+    pub fn trains_as_published(&self) -> bool {
+        self.published || self.mode == Mode::Compat
     }
 
     /// Neighbouring columns with the same role share a group.

@@ -6,6 +6,7 @@ pub mod arms;
 pub mod bip_figures;
 pub mod bip_report;
 pub mod bip_run;
+pub mod bip_scores;
 pub mod bip_setup;
 pub mod figures;
 pub mod numbers;

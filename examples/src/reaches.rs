@@ -45,7 +45,9 @@ pub fn sets(seed: u64, train: usize, test: usize) -> [TrajectorySet; 2] {
 }
 
 fn columns() -> Vec<String> {
-    let points = ["palm", "thumb", "index", "middle", "ring", "little", "board", "normal"];
+    let points = [
+        "palm", "thumb", "index", "middle", "ring", "little", "board", "normal",
+    ];
     let coordinates = points
         .iter()
         .flat_map(|p| ["x", "y", "z"].map(|c| format!("{p}_{c}")));
@@ -76,10 +78,16 @@ fn reach(sampler: &mut Sampler, name: String, id: u64) -> Trajectory {
         let palm_end = target - spread * (glam::DQuat::from_rotation_z(heading) * TIPS_M[1]);
         let palm = start.lerp(palm_end, gone) + bump * bow;
         let open = spread * (1.0 + 0.15 * bump);
-        let hand = [palm].into_iter().chain(TIPS_M.map(|tip| palm + open * (turn * tip)));
+        let hand = [palm]
+            .into_iter()
+            .chain(TIPS_M.map(|tip| palm + open * (turn * tip)));
         let mut row: Vec<f64> = Vec::with_capacity(25);
         for point in hand {
-            row.extend(point.to_array().map(|x| x + HAND_NOISE_M * sampler.normal()));
+            row.extend(
+                point
+                    .to_array()
+                    .map(|x| x + HAND_NOISE_M * sampler.normal()),
+            );
         }
         let normal = DVec3::X.lerp(normal_end, gone).normalize();
         for point in [BOARD_M.lerp(target, gone), normal] {

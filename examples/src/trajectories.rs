@@ -268,7 +268,9 @@ impl Kinds {
             Some((file.to_owned(), kind.to_owned()))
         };
         let tests = meta["test"].as_array();
-        Ok(Self(tests.into_iter().flatten().filter_map(entry).collect()))
+        Ok(Self(
+            tests.into_iter().flatten().filter_map(entry).collect(),
+        ))
     }
 
     fn of(&self, file: &Path) -> Option<String> {
