@@ -1,9 +1,8 @@
 //! Error and coverage of the predicted end point against the share of a motion that was seen.
 
-use crate::bip_report::short;
 use crate::bip_run::TestRun;
 use crate::bip_scores::{Accuracy, INTERVALS, Side, kinds};
-use crate::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use crate::figures::{COLOURS, TEXT, TITLE, plot_error};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;
@@ -23,7 +22,7 @@ const SMALLEST: f64 = 1e-4;
 /// A file that cannot be written.
 pub fn errors(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<()> {
     let height = 400;
-    let root = SVGBackend::new(path, (860, height * sides.len() as u32)).into_drawing_area();
+    let root = SVGBackend::new(path, (980, height * sides.len() as u32)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     for (panel, side) in root.split_evenly((sides.len(), 1)).iter().zip(sides) {
         errors_panel(panel, side, runs)?;
@@ -32,6 +31,37 @@ pub fn errors(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<(
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// Room for the key to the right of a chart, pixels: within it, it would hide curves.
+const KEY_WIDTH: u32 = 235;
+
+/// Names beside a chart, with the stroke or the band they belong to.
+fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> {
+    let left = (area.dim_in_pixel().0 - KEY_WIDTH) as i32 + 14;
+    for (i, (name, style)) in entries.iter().enumerate() {
+        let y = 64 + 24 * i as i32;
+        // A filled style is a band, another one a line.
+        let half = if style.filled { 7 } else { 0 };
+        let sample = Rectangle::new([(left, y - half), (left + 24, y + half)], *style);
+        area.draw(&sample).map_err(plot_error)?;
+        area.draw_text(name, &TextStyle::from(TEXT), (left + 32, y - 8))
+            .map_err(plot_error)?;
+    }
+    Ok(())
+}
+
+/// Ticks of a logarithmic axis that do not crowd: 1, 2, 5 of each decade, or decades alone.
+fn ticks(range: &std::ops::Range<f64>) -> Vec<f64> {
+    let (low, high) = (range.start.log10(), range.end.log10());
+    let digits: &[u8] = if high - low < 2.5 { &[1, 2, 5] } else { &[1] };
+    let decades = low.floor() as i32..=high.ceil() as i32;
+    decades
+        .flat_map(|e| digits.iter().map(move |d| format!("{d}e{e}")))
+        // Through text, because 10^-2 as a power is not quite 0.01.
+        .filter_map(|text| text.parse().ok())
+        .filter(|tick| range.contains(tick))
+        .collect()
+}
 
 fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Result<()> {
     let curves = |kind: Option<&str>, levels: &[f64]| -> Vec<Vec<(f64, f64)>> {
@@ -68,48 +98,47 @@ fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Resul
     let mut chart = ChartBuilder::on(area)
         .caption(title, TITLE)
         .margin(14)
+        .margin_right(KEY_WIDTH)
         .x_label_area_size(52)
         .y_label_area_size(84)
-        .build_cartesian_2d(0.0..100.0, y.log_scale())
+        .build_cartesian_2d(0.0..100.0, y.clone().log_scale().with_key_points(ticks(&y)))
         .map_err(plot_error)?;
     chart
         .configure_mesh()
         .x_desc("samples seen, %")
         .y_desc("distance, columns' unit")
-        .y_label_formatter(&|v| short(*v))
+        .x_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_formatter(&|v| v.to_string())
         .label_style(TEXT)
         .light_line_style(WHITE)
         .draw()
         .map_err(plot_error)?;
     let blue = COLOURS[0];
-    for (low, high, shade, label) in [
-        (0, 4, 0.14, "5 to 95 % of the motions"),
+    let mut names = Vec::new();
+    for (low, high, shade, name) in [
+        (0, 4, 0.14, "5 to 95 % of motions"),
         (1, 3, 0.28, "25 to 75 %"),
     ] {
         let mut outline = lift(&all[low]);
         outline.extend(lift(&all[high]).into_iter().rev());
+        let style = blue.mix(shade).filled();
         chart
-            .draw_series([Polygon::new(outline, blue.mix(shade))])
-            .map_err(plot_error)?
-            .label(label)
-            .legend(move |(x, y)| {
-                Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.mix(shade).filled())
-            });
+            .draw_series([Polygon::new(outline, style)])
+            .map_err(plot_error)?;
+        names.push((name.to_owned(), style));
     }
-    chart
-        .draw_series(LineSeries::new(lift(&all[2]), blue.stroke_width(3)))
-        .map_err(plot_error)?
-        .label("median")
-        .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], blue.stroke_width(3)));
+    let mut lines = vec![("median".to_owned(), all[2].clone(), blue.stroke_width(3))];
     for (kind, colour) in kinds(runs).into_iter().zip(&COLOURS[1..]) {
-        let median = lift(&curves(Some(kind), &[0.5])[0]);
-        chart
-            .draw_series(LineSeries::new(median, colour.stroke_width(2)))
-            .map_err(plot_error)?
-            .label(format!("median, {kind}"))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+        let median = curves(Some(kind), &[0.5]).concat();
+        lines.push((format!("median, {kind}"), median, colour.stroke_width(2)));
     }
-    legend(&mut chart, SeriesLabelPosition::LowerLeft)
+    for (name, line, style) in lines {
+        chart
+            .draw_series(LineSeries::new(lift(&line), style))
+            .map_err(plot_error)?;
+        names.push((name, style));
+    }
+    key(area, &names)
 }
 
 /// Share of the true end points within the 50 % and 90 % intervals; right is where the dashed
@@ -118,7 +147,7 @@ fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Resul
 /// # Errors
 /// A file that cannot be written.
 pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (860, 440)).into_drawing_area();
+    let root = SVGBackend::new(path, (980, 440)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
@@ -126,6 +155,7 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
             TITLE,
         )
         .margin(14)
+        .margin_right(KEY_WIDTH)
         .x_label_area_size(52)
         .y_label_area_size(64)
         .build_cartesian_2d(0.0..100.0, 0.0..100.0)
@@ -134,6 +164,8 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
         .configure_mesh()
         .x_desc("samples seen, %")
         .y_desc("end points within, %")
+        .x_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_formatter(&|v| format!("{v:.0}"))
         .label_style(TEXT)
         .light_line_style(WHITE)
         .draw()
@@ -144,6 +176,7 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
             .draw_series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))
             .map_err(plot_error)?;
     }
+    let mut names = vec![("as it should be".to_owned(), BLACK.mix(0.6).into())];
     let mut colours = COLOURS.iter();
     for side in sides {
         for (i, (share, _)) in INTERVALS.iter().enumerate().rev() {
@@ -151,15 +184,13 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
             let points = percents()
                 .map(|p| (p as f64, 100.0 * Accuracy::at(runs, side, p).covered[i]))
                 .filter(|p| p.1.is_finite());
+            let style = colour.stroke_width(2);
             chart
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))
-                .map_err(plot_error)?
-                .label(format!("{:.0} % interval, {}", 100.0 * share, side.name))
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
-                });
+                .draw_series(LineSeries::new(points, style))
+                .map_err(plot_error)?;
+            names.push((format!("{:.0} %, {}", 100.0 * share, side.name), style));
         }
     }
-    legend(&mut chart, SeriesLabelPosition::LowerLeft)?;
+    key(&root, &names)?;
     root.present().map_err(plot_error)
 }

@@ -116,44 +116,35 @@ impl Runner for FullFilter {
     }
 }
 
-/// A filter before anything is seen, to be cloned for each motion.
-enum Fresh {
-    Exact(Filter),
-    Compat(Box<FullFilter>),
-}
+/// Makes a filter that has not seen anything, as often as it is called.
+type Start = Box<dyn Fn() -> Box<dyn Runner>>;
 
-impl Fresh {
-    fn new(setup: &Setup, trained: &Trained) -> anyhow::Result<Self> {
-        let model = &trained.model;
-        let config = FilterConfig {
-            phase_variance: setup.phase_variance,
-            acceleration_variance: setup.process_variance,
-            noise: setup.noise_source(),
-            ..FilterConfig::default()
-        };
-        Ok(match setup.mode {
-            Mode::Exact => Self::Exact(Filter::new(model, &config)?),
-            Mode::Compat => {
-                let process = setup
-                    .process_variance
-                    .context("--mode compat needs --process-var")?;
-                let prior = Prior {
-                    noise: trained.noise.clone(),
-                    ..model.to_prior()
-                };
-                let filter = FullFilter::new(&prior, setup.phase_variance, process)?;
-                Self::Compat(Box::new(filter))
-            }
-            mode @ (Mode::Bank | Mode::Ensemble(_)) => bail!("--mode {mode} is not built yet"),
-        })
-    }
-
-    fn start(&self) -> Box<dyn Runner> {
-        match self {
-            Self::Exact(filter) => Box::new(filter.clone()),
-            Self::Compat(filter) => filter.clone(),
+fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
+    let model = &trained.model;
+    let config = FilterConfig {
+        phase_variance: setup.phase_variance,
+        acceleration_variance: setup.process_variance,
+        noise: setup.noise_source(),
+        ..FilterConfig::default()
+    };
+    Ok(match setup.mode {
+        Mode::Exact => {
+            let filter = Filter::new(model, &config)?;
+            Box::new(move || Box::new(filter.clone()))
         }
-    }
+        Mode::Compat => {
+            let process = setup
+                .process_variance
+                .context("--mode compat needs --process-var")?;
+            let prior = Prior {
+                noise: trained.noise.clone(),
+                ..model.to_prior()
+            };
+            let filter = FullFilter::new(&prior, setup.phase_variance, process)?;
+            Box::new(move || Box::new(filter.clone()))
+        }
+        mode @ (Mode::Bank | Mode::Ensemble(_)) => bail!("--mode {mode} is not built yet"),
+    })
 }
 
 /// One test motion: what the filter believed after each sample, in the layout of the JSON file.
@@ -207,27 +198,27 @@ pub struct Runs {
 /// # Errors
 /// A filter that cannot be made; a filter that fails, with the motion and the sample.
 pub fn run(setup: &Setup, trained: &Trained, tests: &TrajectorySet) -> anyhow::Result<Runs> {
-    let fresh = Fresh::new(setup, trained)?;
+    let start = start(setup, trained)?;
     let own_noise = setup.own_noise(trained);
     let (mut step_ns, mut query_ns) = (Vec::new(), Vec::new());
     let tests = tests
         .trajectories
         .iter()
         .map(|trajectory| {
-            let mut runner = fresh.start();
+            let mut runner = start();
             let mut out = TestRun::new(trajectory);
             let steps = trajectory.steps(trained.model.sampling_period());
             for (k, (row, dt)) in trajectory.rows.iter().zip(steps).enumerate() {
                 let seen = Seen::of(row, &trained.observed, own_noise);
-                let start = Instant::now();
+                let clock = Instant::now();
                 let result = runner.step(dt, &seen);
-                step_ns.push(start.elapsed().as_nanos() as f64);
+                step_ns.push(clock.elapsed().as_nanos() as f64);
                 let place = || format!("{}, sample {}", trajectory.name, k + 1);
                 result.with_context(place)?;
                 let (mut mean, mut variance) = (vec![0.0; row.len()], vec![0.0; row.len()]);
-                let start = Instant::now();
+                let clock = Instant::now();
                 let result = runner.end(&mut mean, &mut variance);
-                query_ns.push(start.elapsed().as_nanos() as f64);
+                query_ns.push(clock.elapsed().as_nanos() as f64);
                 result.with_context(place)?;
                 out.push(runner.belief(), mean, &variance);
             }
