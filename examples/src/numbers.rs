@@ -1,6 +1,6 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers a line.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
@@ -16,14 +16,6 @@ pub struct NumberReader {
 pub struct NumberRow {
     line: u64,
     cells: csv::StringRecord,
-}
-
-impl NumberRow {
-    /// Line of the file, from 1.
-    #[must_use]
-    pub fn line(&self) -> u64 {
-        self.line
-    }
 }
 
 impl NumberReader {
@@ -105,10 +97,26 @@ impl NumberReader {
         match self.records.next() {
             None => Ok(None),
             Some(record) => {
-                let cells = record.with_context(|| self.name.clone())?;
+                let cells = match record {
+                    Ok(cells) => cells,
+                    Err(error) => return Err(self.refused(error)),
+                };
                 let line = cells.position().map_or(0, csv::Position::line);
                 Ok(Some(NumberRow { line, cells }))
             }
+        }
+    }
+
+    fn refused(&self, error: csv::Error) -> anyhow::Error {
+        let line = error.position().map_or(0, csv::Position::line);
+        match *error.kind() {
+            csv::ErrorKind::UnequalLengths {
+                expected_len, len, ..
+            } => anyhow!(
+                "{} line {line}: {len} cells, the header has {expected_len}",
+                self.name
+            ),
+            _ => anyhow::Error::new(error).context(self.name.clone()),
         }
     }
 

@@ -161,6 +161,7 @@ fn numbers_in_names(files: &[PathBuf]) -> Option<Vec<u64>> {
 
 fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> {
     let name = path.display().to_string();
+    ensure_no_blank_line(path)?;
     let mut reader = NumberReader::open(Some(path))?;
     let header = reader.header().to_vec();
     if let Some(i) = header.iter().position(String::is_empty) {
@@ -180,9 +181,6 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
     let mut times_s: Vec<f64> = Vec::new();
     let mut rows = Vec::new();
     while let Some(row) = reader.next_row()? {
-        // A sample without any value still takes its time, but a blank line may be anything.
-        let expected = rows.len() as u64 + 2;
-        ensure!(row.line() <= expected, "{name} line {expected}: blank line");
         if let [time] = reader.values(&row, times)?[..] {
             if let Some(&before) = times_s.last().filter(|before| **before >= time) {
                 let place = reader.place(&row);
@@ -201,6 +199,17 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
         rows,
     };
     Ok((columns, trajectory))
+}
+
+/// A CSV reader skips blank lines, and with one the time that its sample took.
+fn ensure_no_blank_line(path: &Path) -> anyhow::Result<()> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    // At the end of a file they mean nothing.
+    let blank = text.trim_end().lines().position(|l| l.trim().is_empty());
+    match blank {
+        Some(i) => bail!("{} line {}: blank line", path.display(), i + 1),
+        None => Ok(()),
+    }
 }
 
 impl Trajectory {
