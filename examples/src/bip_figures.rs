@@ -40,10 +40,13 @@ fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> 
     let left = (area.dim_in_pixel().0 - KEY_WIDTH) as i32 + 14;
     for (i, (name, style)) in entries.iter().enumerate() {
         let y = 64 + 24 * i as i32;
-        // A filled style is a band, another one a line.
-        let half = if style.filled { 7 } else { 0 };
-        let sample = Rectangle::new([(left, y - half), (left + 24, y + half)], *style);
-        area.draw(&sample).map_err(plot_error)?;
+        if style.filled {
+            let band = Rectangle::new([(left, y - 7), (left + 24, y + 7)], *style);
+            area.draw(&band).map_err(plot_error)?;
+        } else {
+            let line = PathElement::new([(left, y), (left + 24, y)], *style);
+            area.draw(&line).map_err(plot_error)?;
+        }
         area.draw_text(name, &TextStyle::from(TEXT), (left + 32, y - 8))
             .map_err(plot_error)?;
     }
@@ -128,9 +131,11 @@ fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Resul
         names.push((name.to_owned(), style));
     }
     let mut lines = vec![("median".to_owned(), all[2].clone(), blue.stroke_width(3))];
-    for (kind, colour) in kinds(runs).into_iter().zip(&COLOURS[1..]) {
+    for (kind, colour) in kinds(runs).into_iter().zip(COLOURS[1..].iter().cycle()) {
+        // Longer names would run out of the picture.
+        let name: String = kind.chars().take(15).collect();
         let median = curves(Some(kind), &[0.5]).concat();
-        lines.push((format!("median, {kind}"), median, colour.stroke_width(2)));
+        lines.push((format!("median, {name}"), median, colour.stroke_width(2)));
     }
     for (name, line, style) in lines {
         chart
@@ -151,7 +156,10 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
-            format!("True end points in the intervals: {} motions", runs.len()),
+            format!(
+                "True end points in the intervals, dashed: as it should be ({} motions)",
+                runs.len()
+            ),
             TITLE,
         )
         .margin(14)
@@ -176,7 +184,7 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
             .draw_series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))
             .map_err(plot_error)?;
     }
-    let mut names = vec![("as it should be".to_owned(), BLACK.mix(0.6).into())];
+    let mut names = Vec::new();
     let mut colours = COLOURS.iter();
     for side in sides {
         for (i, (share, _)) in INTERVALS.iter().enumerate().rev() {

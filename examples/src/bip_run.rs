@@ -133,9 +133,9 @@ fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
             Box::new(move || Box::new(filter.clone()))
         }
         Mode::Compat => {
-            let process = setup
-                .process_variance
-                .context("--mode compat needs --process-var")?;
+            // The default of the other filter.
+            let usual = 0.01 * model.phase_velocity().mean / model.sampling_period();
+            let process = setup.process_variance.unwrap_or(usual * usual);
             let prior = Prior {
                 noise: trained.noise.clone(),
                 ..model.to_prior()

@@ -84,7 +84,7 @@ impl Accuracy {
             }
             let own = &errors[before..];
             if !own.is_empty() {
-                distances.push(own.iter().map(|e| e * e).sum::<f64>().sqrt());
+                distances.push(own.iter().copied().fold(0.0, f64::hypot));
             }
         }
         errors.sort_by(f64::total_cmp);

@@ -128,6 +128,23 @@ fn a_missing_value_is_an_error_in_training_only() {
     }
 }
 
+/// What the last samples do not hold cannot be judged, and is not.
+#[test]
+fn an_end_that_nobody_saw_is_unknown() {
+    let unseen = folder("unseen", &[("u.csv", "x,y\n0,\n0.5,\n1,\n")]);
+    let [train, test] = trajectories::read_both(&good("unseen"), &unseen).unwrap();
+    for observed in ["0", "1"] {
+        let setup = setup(observed, "exact", "fit");
+        let trained = setup.train(&train).unwrap();
+        let runs = bip_run::run(&setup, &trained, &test).unwrap();
+        let text = bip_report::tables(&setup, &trained, &runs);
+        assert!(text.contains("unknown") && !text.contains("NaN"), "{text}");
+        let sides = sides(&trained);
+        bip_figures::errors(&unseen.join("error.svg"), &sides, &runs.tests).unwrap();
+        bip_figures::coverage(&unseen.join("coverage.svg"), &sides, &runs.tests).unwrap();
+    }
+}
+
 #[test]
 fn folders_that_are_missing_or_empty_are_named() {
     let good = good("folders");
@@ -158,7 +175,6 @@ fn what_cannot_run_says_why() {
         (setup("0,7", "exact", "fit"), "column 7"),
         (setup("0", "bank", "fit"), "not built yet"),
         (setup("0", "ensemble:50", "fit"), "not built yet"),
-        (setup("0", "compat", "fit"), "--process-var"),
     ] {
         let line = one_line(&go(&good, &good, &setup).unwrap_err());
         assert!(line.contains(wanted), "{line}");
