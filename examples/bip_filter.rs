@@ -66,6 +66,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
         (Some(train), Some(test)) => trajectories::read_both(train, test)?,
         _ => reaches::sets(args.seed, 40, 30),
     };
+    if train == test {
+        eprintln!("note: the test motions are the training motions");
+    }
     let setup = Setup {
         basis: args.basis,
         observed: match &args.observed {
