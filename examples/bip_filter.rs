@@ -4,8 +4,7 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_bip::Basis;
-use hwall_examples::bip_setup::{self, Indices, Mode, Noise, Setup};
+use hwall_examples::bip_setup::{BasisChoice, Indices, Mode, Noise, Setup};
 use hwall_examples::{bip_figures, bip_report, bip_run, bip_scores, exit, reaches, trajectories};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -28,21 +27,22 @@ struct Args {
     /// Columns that the filter sees, from 0, not counting `t`: a-b,c,... [default of the synthetic ones: 0-17]
     #[arg(long, requires = "train")]
     observed: Option<Indices>,
-    /// poly:N, legendre:N, chebyshev:N, gauss:N[:VARIANCE], ngauss:N[:VARIANCE], sigmoid:N:WIDTH
-    #[arg(long, default_value = "legendre:8", value_parser = bip_setup::basis)]
-    basis: Basis,
+    /// poly:N, legendre:N, chebyshev:N, gauss:N[:VARIANCE], ngauss:N[:VARIANCE], sigmoid:N:WIDTH, auto
+    #[arg(long, default_value = "legendre:10")]
+    basis: BasisChoice,
     /// exact, compat (the published one; implies --published), bank, ensemble:N
     #[arg(long, default_value = "exact")]
     mode: Mode,
     /// Variance of the phase at the start
     #[arg(long, default_value_t = 1e-4)]
     phase_var: f64,
-    /// Variance of the acceleration of the phase, 1/time^4 [default: the library's]
+    /// Variance of the acceleration of the phase, 1/time^4 [default: tuned by loo, else the library's]
     #[arg(long)]
     process_var: Option<f64>,
-    /// Measurement noise: fit, loo (training motions left out one at a time), or a factor on the variance of the fit
-    #[arg(long, default_value = "loo")]
-    noise: Noise,
+    /// Measurement noise: fit, loo (chosen on training motions left out one at a time), or a factor
+    /// on the variance of the fit [default: fit for compat, else loo]
+    #[arg(long)]
+    noise: Option<Noise>,
     /// Train by the published conventions: no centring, phase velocity 1 / samples
     #[arg(long)]
     published: bool,
@@ -76,7 +76,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
             None => reaches::OBSERVED.parse()?,
         },
         mode: args.mode,
-        noise: args.noise,
+        noise: args.noise.unwrap_or(match args.mode {
+            Mode::Compat => Noise::Fit,
+            _ => Noise::HeldOut,
+        }),
         phase_variance: args.phase_var,
         process_variance: args.process_var,
         published: args.published,
@@ -88,7 +91,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     }
     if let Some(folder) = &args.svg {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        let sides = bip_scores::sides(&trained);
+        let sides = bip_scores::sides(&setup, &trained);
         bip_figures::errors(&folder.join("error.svg"), &sides, &runs.tests)?;
         bip_figures::coverage(&folder.join("coverage.svg"), &sides, &runs.tests)?;
     }

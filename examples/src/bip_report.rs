@@ -5,6 +5,7 @@ use crate::bip_scores::{Accuracy, INTERVALS, Side, kinds, sides};
 use crate::bip_setup::{Mode, Setup, Trained};
 use crate::numbers;
 use anyhow::Context;
+use hwall_bip::BankConfig;
 use hwall_testkit::{MarkdownTable, format_ns};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -14,7 +15,7 @@ use std::path::Path;
 /// The tables of errors and coverage, of all motions and of each kind, then sizes and times.
 #[must_use]
 pub fn tables(setup: &Setup, trained: &Trained, runs: &Runs) -> String {
-    let sides = sides(trained);
+    let sides = sides(setup, trained);
     let all: Vec<&TestRun> = runs.tests.iter().collect();
     let mut text = format!(
         "End point after a share of the samples of each of {} motions, errors in the columns' units.\n\
@@ -77,6 +78,21 @@ fn costs(setup: &Setup, trained: &Trained, runs: &Runs) -> MarkdownTable {
         format!("{demonstrations}, {dofs}, {}", trained.observed.len()),
     );
     row("state of the filter", state.to_string());
+    for group in trained.model.groups() {
+        row(
+            &format!("basis of {}", group.name),
+            format!("{:?}", group.basis),
+        );
+    }
+    if let Some(t) = trained.model.tuning() {
+        row(
+            "chosen by leave-one-out: noise variance, variance of the acceleration, spread",
+            format!(
+                "{} x held out, {:.2e}, {:.3}",
+                t.noise_factor, t.acceleration_variance, t.spread
+            ),
+        );
+    }
     let (kib, what) = memory_kib(setup, trained);
     row(
         "memory of one filter, estimated",
@@ -123,11 +139,20 @@ fn state_size(setup: &Setup, trained: &Trained) -> usize {
 /// Matrices only, and which they are.
 fn memory_kib(setup: &Setup, trained: &Trained) -> (f64, &'static str) {
     let (n, m) = (state_size(setup, trained), trained.model.dofs());
+    let directions = weights(trained) * n;
     let (numbers, what) = match setup.mode {
         Mode::Compat => (n * n, "covariance"),
-        Mode::Exact | Mode::Bank | Mode::Ensemble(_) => (
-            2 * n * n + (m + weights(trained)) * n,
+        Mode::Exact => (
+            2 * n * n + m * n + directions,
             "two square roots, measurement rows, directions of the weights",
+        ),
+        Mode::Bank => (
+            (1 + 3 * BankConfig::default().hypotheses) * n * n + m * n + directions,
+            "square roots of all hypotheses and spares, rows, directions of the weights",
+        ),
+        Mode::Ensemble(members) => (
+            (2 * n + 2 * m) * members + directions,
+            "members twice, their expectations, directions of the weights",
         ),
     };
     ((numbers * size_of::<f64>()) as f64 / 1024.0, what)
@@ -149,7 +174,7 @@ pub(crate) fn short(value: f64) -> String {
 #[derive(Serialize)]
 struct File<'a> {
     convention: String,
-    basis: String,
+    basis: Vec<String>,
     noise: String,
     published: bool,
     rank: usize,
@@ -157,6 +182,8 @@ struct File<'a> {
     columns: &'a [String],
     observed: &'a [usize],
     noise_variance: &'a [f64],
+    /// Is `final_sd` that of what will be measured, or of the mean motion alone?
+    final_sd_of_measurement: bool,
     initial_phase_var: f64,
     proc_var: Option<f64>,
     tests: &'a [TestRun],
@@ -175,7 +202,12 @@ pub fn write_json(
 ) -> anyhow::Result<()> {
     let file = File {
         convention: setup.mode.to_string(),
-        basis: format!("{:?}", setup.basis),
+        basis: trained
+            .model
+            .groups()
+            .iter()
+            .map(|g| format!("{}: {:?}", g.name, g.basis))
+            .collect(),
         noise: setup.noise.to_string(),
         published: setup.trains_as_published(),
         rank: trained.model.rank(),
@@ -183,6 +215,7 @@ pub fn write_json(
         columns,
         observed: &trained.observed,
         noise_variance: &trained.noise,
+        final_sd_of_measurement: setup.predicts_measurements(),
         initial_phase_var: setup.phase_variance,
         proc_var: setup.process_variance,
         tests: &runs.tests,

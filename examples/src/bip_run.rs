@@ -2,9 +2,12 @@
 
 use crate::bip_setup::{Mode, Setup, Trained};
 use crate::trajectories::{Trajectory, TrajectorySet};
-use anyhow::{Context, bail};
+use anyhow::Context;
 use hwall_bip::compat::FullFilter;
-use hwall_bip::{BipError, Filter, FilterConfig, Observation, Prior};
+use hwall_bip::{
+    Bank, BankConfig, BipError, EnsembleConfig, EnsembleFilter, Filter, MotionFilter, Observation,
+    Prior,
+};
 use hwall_testkit::Timing;
 use serde::Serialize;
 use std::time::Instant;
@@ -16,29 +19,14 @@ pub struct Seen {
     pub dofs: Vec<usize>,
     /// The values.
     pub values: Vec<f64>,
-    /// Variances of their noise, where they are not those of the filter.
-    pub variances: Option<Vec<f64>>,
 }
 
 impl Seen {
     /// The observed part of a sample.
-    fn of(row: &[Option<f64>], observed: &[usize], own_noise: Option<&[f64]>) -> Self {
+    fn of(row: &[Option<f64>], observed: &[usize]) -> Self {
         let present = |d: &usize| row[*d].map(|value| (*d, value));
-        let (dofs, values): (Vec<usize>, _) = observed.iter().filter_map(present).unzip();
-        let variances = own_noise.map(|noise| dofs.iter().map(|&d| noise[d]).collect());
-        Self {
-            dofs,
-            values,
-            variances,
-        }
-    }
-
-    fn observation(&self) -> Observation<'_> {
-        let observation = Observation::new(&self.dofs, &self.values);
-        match &self.variances {
-            None => observation,
-            Some(variances) => observation.with_variances(variances),
-        }
+        let (dofs, values) = observed.iter().filter_map(present).unzip();
+        Self { dofs, values }
     }
 }
 
@@ -64,30 +52,45 @@ pub trait Runner {
     /// The phase.
     fn belief(&mut self) -> Belief;
 
-    /// Mean and variance of all degrees of freedom at phase 1, without measurement noise.
+    /// Mean and variance of all degrees of freedom at phase 1.
     ///
     /// # Errors
     /// Whatever the filter says.
     fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError>;
 }
 
-impl Runner for Filter {
+/// A filter of the library. With `measured`, ends are those of what will be measured: with the
+/// residual of held-out motions and the spread that made their intervals right.
+struct Common<F> {
+    filter: F,
+    measured: bool,
+}
+
+impl<F: MotionFilter> Runner for Common<F> {
     fn step(&mut self, dt: f64, seen: &Seen) -> Result<(), BipError> {
-        self.predict(dt)?;
-        self.observe(&seen.observation()).map(|_| ())
+        self.filter.predict(dt)?;
+        self.filter
+            .observe(&Observation::new(&seen.dofs, &seen.values))
     }
 
     fn belief(&mut self) -> Belief {
         Belief {
-            phase: self.phase(),
-            velocity: self.phase_velocity(),
-            covariance: self.phase_covariance(),
+            phase: self.filter.phase(),
+            velocity: self.filter.phase_velocity(),
+            covariance: self.filter.phase_covariance(),
         }
     }
 
     fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError> {
         let all: Vec<usize> = (0..mean.len()).collect();
-        self.moments_at(1.0, &all, mean, variance)
+        self.filter.moments_at(1.0, &all, mean, variance)?;
+        if self.measured {
+            for (d, v) in variance.iter_mut().enumerate() {
+                let residual = self.filter.residual_variance(d).unwrap_or(0.0);
+                *v = self.filter.spread().powi(2) * (*v + residual);
+            }
+        }
+        Ok(())
     }
 }
 
@@ -121,16 +124,23 @@ type Start = Box<dyn Fn() -> Box<dyn Runner>>;
 
 fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
     let model = &trained.model;
-    let config = FilterConfig {
-        phase_variance: setup.phase_variance,
-        acceleration_variance: setup.process_variance,
-        noise: setup.noise_source(),
-        ..FilterConfig::default()
-    };
+    let (config, measured) = (setup.filter(), setup.predicts_measurements());
     Ok(match setup.mode {
-        Mode::Exact => {
-            let filter = Filter::new(model, &config)?;
-            Box::new(move || Box::new(filter.clone()))
+        Mode::Exact => begin(Filter::new(model, &config)?, measured),
+        Mode::Bank => {
+            let bank = BankConfig {
+                filter: config,
+                ..BankConfig::default()
+            };
+            begin(Bank::new(model, &bank)?, measured)
+        }
+        Mode::Ensemble(members) => {
+            let ensemble = EnsembleConfig {
+                members,
+                filter: config,
+                ..EnsembleConfig::default()
+            };
+            begin(EnsembleFilter::new(model, &ensemble)?, measured)
         }
         Mode::Compat => {
             // The default of the other filter.
@@ -143,7 +153,13 @@ fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
             let filter = FullFilter::new(&prior, setup.phase_variance, process)?;
             Box::new(move || Box::new(filter.clone()))
         }
-        mode @ (Mode::Bank | Mode::Ensemble(_)) => bail!("--mode {mode} is not built yet"),
+    })
+}
+
+fn begin<F: MotionFilter + Clone + 'static>(filter: F, measured: bool) -> Start {
+    Box::new(move || {
+        let filter = filter.clone();
+        Box::new(Common { filter, measured })
     })
 }
 
@@ -199,7 +215,6 @@ pub struct Runs {
 /// A filter that cannot be made; a filter that fails, with the motion and the sample.
 pub fn run(setup: &Setup, trained: &Trained, tests: &TrajectorySet) -> anyhow::Result<Runs> {
     let start = start(setup, trained)?;
-    let own_noise = setup.own_noise(trained);
     let (mut step_ns, mut query_ns) = (Vec::new(), Vec::new());
     let tests = tests
         .trajectories
@@ -209,7 +224,7 @@ pub fn run(setup: &Setup, trained: &Trained, tests: &TrajectorySet) -> anyhow::R
             let mut out = TestRun::new(trajectory);
             let steps = trajectory.steps(trained.model.sampling_period());
             for (k, (row, dt)) in trajectory.rows.iter().zip(steps).enumerate() {
-                let seen = Seen::of(row, &trained.observed, own_noise);
+                let seen = Seen::of(row, &trained.observed);
                 let clock = Instant::now();
                 let result = runner.step(dt, &seen);
                 step_ns.push(clock.elapsed().as_nanos() as f64);

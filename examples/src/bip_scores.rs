@@ -1,7 +1,7 @@
 //! How far off the predicted end point was, and how often its intervals held the true one.
 
 use crate::bip_run::TestRun;
-use crate::bip_setup::Trained;
+use crate::bip_setup::{Setup, Trained};
 use hwall_testkit::quantile;
 
 /// Shares of the normal distribution within an interval, and its half width in deviations.
@@ -14,13 +14,19 @@ pub struct Side {
     pub name: String,
     /// The degrees of freedom.
     pub dofs: Vec<usize>,
-    /// Variance of the noise of the true end point, of every degree of freedom of the model.
+    /// Variance of the noise of the true end point that the filter has not counted, of every
+    /// degree of freedom of the model.
     noise: Vec<f64>,
 }
 
 /// The observed degrees of freedom and, if there are any, the others.
 #[must_use]
-pub fn sides(trained: &Trained) -> Vec<Side> {
+pub fn sides(setup: &Setup, trained: &Trained) -> Vec<Side> {
+    let noise = if setup.predicts_measurements() {
+        vec![0.0; trained.noise.len()]
+    } else {
+        trained.noise.clone()
+    };
     let parts = [
         ("observed", &trained.observed),
         ("others", &trained.inferred),
@@ -31,7 +37,7 @@ pub fn sides(trained: &Trained) -> Vec<Side> {
         .map(|(name, dofs)| Side {
             name: name.to_owned(),
             dofs: dofs.clone(),
-            noise: trained.noise.clone(),
+            noise: noise.clone(),
         })
         .collect()
 }
@@ -50,7 +56,7 @@ pub struct Accuracy {
     /// The distance of each motion, sorted.
     pub distances: Vec<f64>,
     /// Share of the true end points within each of [`INTERVALS`]; the last sample is a
-    /// measurement, so the variance of its noise is added to the filter's.
+    /// measurement, so the variance of its noise counts.
     pub covered: [f64; 2],
 }
 

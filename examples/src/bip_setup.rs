@@ -2,7 +2,10 @@
 
 use crate::trajectories::TrajectorySet;
 use anyhow::{Context, bail, ensure};
-use hwall_bip::{Basis, Group, Model, NoiseSource, TrainingConfig};
+use hwall_bip::{
+    Basis, Criterion, FilterConfig, Group, Model, NoiseSource, SelectionConfig, TrainingConfig,
+    TuningConfig, default_candidates, select_groups, tune,
+};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -40,11 +43,32 @@ impl FromStr for Indices {
     }
 }
 
+/// Which basis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BasisChoice {
+    /// This one for every degree of freedom.
+    Given(Basis),
+    /// The best of the library's candidates by leave-one-out, for the observed degrees of freedom
+    /// and for the others.
+    Automatic,
+}
+
+impl FromStr for BasisChoice {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        Ok(match text {
+            "auto" => Self::Automatic,
+            _ => Self::Given(basis(text)?),
+        })
+    }
+}
+
 /// `poly:8`, `gauss:6:0.04`, `gauss:6`, `ngauss:8`, `sigmoid:6:0.1`, `legendre:8`, `chebyshev:8`.
 ///
 /// # Errors
 /// Another name, a count outside 1 to 100, a variance or width that is not positive.
-pub fn basis(text: &str) -> anyhow::Result<Basis> {
+fn basis(text: &str) -> anyhow::Result<Basis> {
     let words: Vec<&str> = text.split(':').collect();
     let count = |word: &str| {
         let count: Option<usize> = word.parse().ok().filter(|n| (1..=100).contains(n));
@@ -122,7 +146,8 @@ impl fmt::Display for Mode {
 pub enum Noise {
     /// Residual of the fit.
     Fit,
-    /// Residual of demonstrations left out one at a time.
+    /// Chosen on demonstrations left out one at a time: their residual, times a factor and with
+    /// a variance of the acceleration that foresee their ends best.
     HeldOut,
     /// Residual of the fit, its variance times this.
     FitTimes(f64),
@@ -158,8 +183,8 @@ impl fmt::Display for Noise {
 /// Everything about the model and the filter that the user chooses.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// Basis of every degree of freedom.
-    pub basis: Basis,
+    /// Basis of the degrees of freedom.
+    pub basis: BasisChoice,
     /// Degrees of freedom that the filter sees.
     pub observed: Indices,
     /// Which filter.
@@ -168,7 +193,8 @@ pub struct Setup {
     pub noise: Noise,
     /// Variance of the phase at the start.
     pub phase_variance: f64,
-    /// Variance of the acceleration of the phase, 1/time⁴; `None`: the default of the library.
+    /// Variance of the acceleration of the phase, 1/time⁴; `None`: the one that was tuned, else
+    /// the default of the library.
     pub process_variance: Option<f64>,
     /// Train as the published implementation does.
     pub published: bool,
@@ -202,28 +228,48 @@ impl Setup {
             );
         }
         let seen: Vec<bool> = (0..dofs).map(|d| observed.contains(&d)).collect();
-        let groups = self.groups(&set.columns, &seen);
-        let mut config = if self.trains_as_published() {
-            TrainingConfig::published(groups)
-        } else {
-            TrainingConfig::new(groups)
-        };
-        if self.noise != Noise::HeldOut {
-            config.held_out = 0;
-        }
         let demonstrations = set
             .trajectories
             .iter()
             .map(|t| t.to_demonstration())
             .collect::<anyhow::Result<Vec<_>>>()?;
-        let model = Model::train(&demonstrations, &config).context("training")?;
+        let mut groups = groups(&set.columns, &seen, self.first_basis());
+        if self.basis == BasisChoice::Automatic {
+            let (criterion, config) = (Criterion::LeaveOneOut, SelectionConfig::default());
+            let candidates = default_candidates();
+            groups = select_groups(&demonstrations, &groups, &candidates, criterion, &config)
+                .context("choosing a basis")?;
+        }
+        let mut config = if self.trains_as_published() {
+            TrainingConfig::published(groups)
+        } else {
+            TrainingConfig::new(groups)
+        };
+        let tuned = self.noise == Noise::HeldOut && self.mode != Mode::Compat;
+        let model = if tuned {
+            let mut tuning = TuningConfig::new(&config);
+            tuning.filter.phase_variance = self.phase_variance;
+            let (model, _) = tune(&demonstrations, &config, &tuning)
+                .context("--noise loo, on training motions left out")?;
+            model
+        } else {
+            if self.noise != Noise::HeldOut {
+                config.held_out = 0;
+            }
+            Model::train(&demonstrations, &config).context("training")?
+        };
+        let factor = model.tuning().map_or(1.0, |t| t.noise_factor);
+        let times = |noise: &[f64], factor: f64| noise.iter().map(|v| v * factor).collect();
         let noise = match self.noise {
-            Noise::Fit => model.noise_fit().to_vec(),
-            Noise::FitTimes(factor) => model.noise_fit().iter().map(|v| v * factor).collect(),
-            Noise::HeldOut => model
-                .noise_held_out()
-                .context("--noise loo needs two training files or more")?
-                .to_vec(),
+            Noise::Fit => times(model.noise_fit(), 1.0),
+            Noise::FitTimes(factor) => times(model.noise_fit(), factor),
+            Noise::HeldOut => {
+                let noise = model.noise_held_out();
+                times(
+                    noise.context("--noise loo needs two training files or more")?,
+                    factor,
+                )
+            }
         };
         Ok(Trained {
             model,
@@ -233,40 +279,57 @@ impl Setup {
         })
     }
 
+    /// What stands in until the basis is chosen.
+    fn first_basis(&self) -> Basis {
+        match self.basis {
+            BasisChoice::Given(basis) => basis,
+            BasisChoice::Automatic => Basis::Legendre { count: 8 },
+        }
+    }
+
     /// The published filter comes with the published training.
     #[must_use]
     pub fn trains_as_published(&self) -> bool {
         self.published || self.mode == Mode::Compat
     }
 
-    /// Neighbouring columns with the same role share a group.
-    fn groups(&self, columns: &[String], seen: &[bool]) -> Vec<Group> {
-        let runs = seen.chunk_by(|a, b| a == b);
-        let mut first = 0;
-        runs.map(|run| {
-            let name = format!("{}..{}", columns[first], columns[first + run.len() - 1]);
-            first += run.len();
-            if run[0] {
-                Group::observed(&name, run.len(), self.basis)
-            } else {
-                Group::controlled(&name, run.len(), self.basis)
-            }
-        })
-        .collect()
+    /// Are predictions those of what will be measured, residual and all, rather than of the mean
+    /// motion alone, as in the published convention?
+    #[must_use]
+    pub fn predicts_measurements(&self) -> bool {
+        self.noise == Noise::HeldOut && self.mode != Mode::Compat
     }
 
-    /// The noise that must accompany each observation, because the model does not have it.
+    /// The filter that was asked for.
     #[must_use]
-    pub fn own_noise<'a>(&self, trained: &'a Trained) -> Option<&'a [f64]> {
-        matches!(self.noise, Noise::FitTimes(_)).then_some(&trained.noise)
-    }
-
-    /// The noise that the library's filter can take from the model by itself.
-    #[must_use]
-    pub fn noise_source(&self) -> NoiseSource {
-        match self.noise {
-            Noise::Fit | Noise::FitTimes(_) => NoiseSource::Fit,
-            Noise::HeldOut => NoiseSource::HeldOut,
+    pub fn filter(&self) -> FilterConfig {
+        let (noise, noise_factor) = match self.noise {
+            Noise::Fit => (NoiseSource::Fit, None),
+            Noise::FitTimes(factor) => (NoiseSource::Fit, Some(factor)),
+            Noise::HeldOut => (NoiseSource::HeldOut, None),
+        };
+        FilterConfig {
+            phase_variance: self.phase_variance,
+            acceleration_variance: self.process_variance,
+            noise,
+            noise_factor,
+            ..FilterConfig::default()
         }
     }
+}
+
+/// Neighbouring columns with the same role share a group.
+fn groups(columns: &[String], seen: &[bool], basis: Basis) -> Vec<Group> {
+    let runs = seen.chunk_by(|a, b| a == b);
+    let mut first = 0;
+    runs.map(|run| {
+        let name = format!("{}..{}", columns[first], columns[first + run.len() - 1]);
+        first += run.len();
+        if run[0] {
+            Group::observed(&name, run.len(), basis)
+        } else {
+            Group::controlled(&name, run.len(), basis)
+        }
+    })
+    .collect()
 }

@@ -2,7 +2,7 @@
 
 use hwall_examples::bip_run::{self, Runs};
 use hwall_examples::bip_scores::{Accuracy, sides};
-use hwall_examples::bip_setup::{self, Indices, Mode, Noise, Setup};
+use hwall_examples::bip_setup::{BasisChoice, Indices, Mode, Noise, Setup};
 use hwall_examples::trajectories::{self, TrajectorySet};
 use hwall_examples::{bip_figures, bip_report, reaches};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
 
 fn setup(observed: &str, mode: &str, noise: &str) -> Setup {
     Setup {
-        basis: bip_setup::basis("legendre:4").unwrap(),
+        basis: "legendre:4".parse().unwrap(),
         observed: observed.parse().unwrap(),
         mode: mode.parse().unwrap(),
         noise: noise.parse().unwrap(),
@@ -139,7 +139,7 @@ fn an_end_that_nobody_saw_is_unknown() {
         let runs = bip_run::run(&setup, &trained, &test).unwrap();
         let text = bip_report::tables(&setup, &trained, &runs);
         assert!(text.contains("unknown") && !text.contains("NaN"), "{text}");
-        let sides = sides(&trained);
+        let sides = sides(&setup, &trained);
         bip_figures::errors(&unseen.join("error.svg"), &sides, &runs.tests).unwrap();
         bip_figures::coverage(&unseen.join("coverage.svg"), &sides, &runs.tests).unwrap();
     }
@@ -173,16 +173,17 @@ fn what_cannot_run_says_why() {
     let good = good("why");
     for (setup, wanted) in [
         (setup("0,7", "exact", "fit"), "column 7"),
-        (setup("0", "bank", "fit"), "not built yet"),
-        (setup("0", "ensemble:50", "fit"), "not built yet"),
+        (setup("1,9", "bank", "fit"), "column 9"),
     ] {
         let line = one_line(&go(&good, &good, &setup).unwrap_err());
         assert!(line.contains(wanted), "{line}");
     }
     let one = folder("one", &[("one.csv", GOOD)]);
     let line = one_line(&go(&one, &good, &setup("0", "exact", "loo")).unwrap_err());
-    assert!(line.contains("two training files"), "{line}");
-    assert!(go(&one, &good, &setup("0", "exact", "fit")).is_ok());
+    assert!(line.contains("3 are needed"), "{line}");
+    for mode in ["exact", "compat", "bank", "ensemble:20"] {
+        assert!(go(&one, &good, &setup("0", mode, "fit")).is_ok());
+    }
     for variance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let setup = Setup {
             phase_variance: variance,
@@ -225,7 +226,7 @@ fn words_of_the_command_line_that_mean_nothing_are_refused() {
         "sigmoid:6:inf",
         "fourier:3",
     ] {
-        one_line(&bip_setup::basis(text).expect_err(text));
+        one_line(&text.parse::<BasisChoice>().expect_err(text));
     }
     for text in [
         "",
@@ -304,7 +305,7 @@ fn one_folder_for_both_comes_back_as_it_was_written() {
     bip_report::write_json(&json, &setup, &trained, &test_read.columns, &runs).unwrap();
     let json = std::fs::read_to_string(json).unwrap();
     assert!(!json.contains("null,null") && json.contains("\"P01\""));
-    let sides = sides(&trained);
+    let sides = sides(&setup, &trained);
     bip_figures::errors(&both.join("error.svg"), &sides, &runs.tests).unwrap();
     bip_figures::coverage(&both.join("coverage.svg"), &sides, &runs.tests).unwrap();
 }
@@ -340,12 +341,12 @@ fn steps_follow_the_time_stamps() {
 fn the_end_of_a_synthetic_reach_is_foreseen() {
     let [train, test] = reaches::sets(1, 40, 10);
     let mut setup = setup(reaches::OBSERVED, "exact", "loo");
-    setup.basis = bip_setup::basis("legendre:8").unwrap();
+    setup.basis = "legendre:8".parse().unwrap();
     let trained = setup.train(&train).unwrap();
     let runs = bip_run::run(&setup, &trained, &test).unwrap();
     let again = bip_run::run(&setup, &trained, &test).unwrap();
     assert_eq!(runs.tests, again.tests);
-    for side in sides(&trained) {
+    for side in sides(&setup, &trained) {
         let median = |percent| Accuracy::at(&runs.tests, &side, percent).median;
         println!(
             "{}: {} {} {}",

@@ -5,7 +5,7 @@ pub(crate) fn map_indexed<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync) 
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
-        (0..count).into_par_iter().map(f).collect()
+        (0..count).into_par_iter().map(&f).collect()
     }
     #[cfg(not(feature = "parallel"))]
     (0..count).map(f).collect()
