@@ -28,7 +28,7 @@ struct Args {
     #[arg(long, requires = "train")]
     observed: Option<Indices>,
     /// poly:N, legendre:N, chebyshev:N, gauss:N[:VARIANCE], ngauss:N[:VARIANCE], sigmoid:N:WIDTH, auto
-    #[arg(long, default_value = "legendre:10")]
+    #[arg(long, default_value = "ngauss:9")]
     basis: BasisChoice,
     /// exact, compat (the published one; implies --published), bank, ensemble:N
     #[arg(long, default_value = "exact")]

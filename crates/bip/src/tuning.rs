@@ -46,9 +46,9 @@ impl TuningConfig {
 pub struct Trial {
     /// The setting.
     pub tuning: Tuning,
-    /// Mean log score of the ends of the held-out motions; larger is better.
+    /// Mean log score of the ends of the held-out motions, with the spread; larger is better.
     pub log_score: f64,
-    /// Share of 90 % intervals that hold the truth.
+    /// Share of 90 % intervals that hold the truth without the spread.
     pub coverage_90: f64,
 }
 
@@ -103,15 +103,17 @@ pub fn tune(
         if let Some(known) = trials.iter().find(same) {
             return Ok(known.log_score);
         }
-        let evaluation = folds.evaluate(tuning)?;
+        let mut evaluation = folds.evaluate(tuning)?;
         let scored: Vec<usize> = (0..config.evaluation.scored.len()).collect();
+        let coverage_90 = evaluation.coverage(&scored, 0.9);
+        let spread = evaluation.spread(&scored, 0.9).unwrap_or(1.0);
+        for p in &mut evaluation.predictions {
+            p.sd.iter_mut().for_each(|sd| *sd *= spread);
+        }
         let trial = Trial {
-            tuning: Tuning {
-                spread: evaluation.spread(&scored, 0.9).unwrap_or(1.0),
-                ..tuning
-            },
+            tuning: Tuning { spread, ..tuning },
             log_score: evaluation.log_score(&scored),
-            coverage_90: evaluation.coverage(&scored, 0.9),
+            coverage_90,
         };
         let score = trial.log_score;
         trials.push(trial);
