@@ -70,6 +70,14 @@ pub enum BipError {
         /// Demonstrations there are.
         got: usize,
     },
+    /// The degrees of freedom of an onset stay where they are, or move no faster than their noise.
+    #[error("nothing moves: peak speed {peak_speed} with noise {noise_speed}")]
+    NothingMoves {
+        /// Largest smoothed speed, in the unit of the degrees of freedom per unit of time.
+        peak_speed: f64,
+        /// Standard deviation of the noise of that speed.
+        noise_speed: f64,
+    },
     /// A parameter is outside its range.
     #[error("{what} is {value}, it must be {wanted}")]
     Parameter {
@@ -79,6 +87,12 @@ pub enum BipError {
         value: f64,
         /// The range it must lie in.
         wanted: &'static str,
+    },
+    /// A demonstration that the trainer does not hold, or no longer.
+    #[error("no demonstration with number {id}")]
+    UnknownDemonstration {
+        /// Its number: how many were added before it.
+        id: u64,
     },
     /// A degree of freedom that the model does not have.
     #[error("degree of freedom {dof} of {dofs}")]

@@ -105,6 +105,7 @@ pub struct Model {
     pub(crate) phase_velocity: PhaseVelocity,
     pub(crate) sampling_period: f64,
     pub(crate) demonstrations: usize,
+    pub(crate) shrinkage: f64,
 }
 
 /// Bases of the groups and the place of every degree of freedom among the weights.
@@ -189,6 +190,7 @@ impl Model {
             phase_velocity: prior.phase_velocity,
             sampling_period: prior.sampling_period,
             demonstrations: prior.rank + 1,
+            shrinkage: 0.0,
         })
     }
 
@@ -204,7 +206,8 @@ impl Model {
         self.layout.len()
     }
 
-    /// Independent directions in which the demonstrations differ; the state of a filter has two more.
+    /// Independent directions in which motions of the prior differ; the state of a filter has two
+    /// more. Without shrinkage those in which the demonstrations differ.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.rank
@@ -214,6 +217,12 @@ impl Model {
     #[must_use]
     pub fn demonstrations(&self) -> usize {
         self.demonstrations
+    }
+
+    /// The `α` of the covariance, see [`Shrinkage`](crate::Shrinkage): as given, or as chosen.
+    #[must_use]
+    pub fn shrinkage(&self) -> f64 {
+        self.shrinkage
     }
 
     /// Condition number of the named basis of a group over the motion (257 phases or more).
