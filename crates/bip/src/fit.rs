@@ -213,9 +213,10 @@ impl Design {
             }
         }
         w.fill(0.0);
-        for j in 0..svd.rank(NEGLIGIBLE) {
-            for (i, w) in w.iter_mut().enumerate() {
-                *w += svd.right[i * stride + j] * along[j] / svd.singular[j];
+        for (j, along) in along.iter().enumerate().take(svd.rank(NEGLIGIBLE)) {
+            let along = along / svd.singular[j];
+            for (w, v) in w.iter_mut().zip(svd.right.chunks_exact(stride)) {
+                *w += v[j] * along;
             }
         }
     }

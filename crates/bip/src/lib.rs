@@ -5,6 +5,8 @@ pub mod compat;
 mod demonstration;
 mod dense;
 mod error;
+#[cfg(feature = "serde")]
+mod file;
 mod filter;
 mod fit;
 mod held_out;

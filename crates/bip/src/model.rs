@@ -116,9 +116,18 @@ pub(crate) fn lay_out(
         .iter()
         .map(|g| OrthonormalBasis::new(g.basis))
         .collect::<Result<_, _>>()?;
+    let (layout, weights) = lay_out_with(groups, &bases)?;
+    Ok((bases, layout, weights))
+}
+
+/// The same for bases that are known.
+pub(crate) fn lay_out_with(
+    groups: &[Group],
+    bases: &[OrthonormalBasis],
+) -> Result<(Vec<DofLayout>, usize), BipError> {
     let mut layout = Vec::new();
     let mut weights = 0;
-    for (group, (g, basis)) in groups.iter().zip(&bases).enumerate() {
+    for (group, (g, basis)) in groups.iter().zip(bases).enumerate() {
         for _ in 0..g.dofs {
             layout.push(DofLayout {
                 group,
@@ -134,7 +143,7 @@ pub(crate) fn lay_out(
             wanted: "at least 1",
         });
     }
-    Ok((bases, layout, weights))
+    Ok((layout, weights))
 }
 
 impl Model {
@@ -177,6 +186,8 @@ impl Model {
             }
             from += count;
         }
+        finite("mean", &mean)?;
+        finite("factor", &factor)?;
         Ok(Self {
             groups: prior.groups.clone(),
             offset: vec![0.0; layout.len()],

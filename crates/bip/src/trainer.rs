@@ -1,5 +1,6 @@
 //! Demonstrations added and removed one at a time.
 
+use crate::error::finite;
 use crate::fit::{Centred, Fit};
 use crate::held_out::HeldOut;
 use crate::model::{DofLayout, lay_out};
@@ -166,6 +167,10 @@ impl Trainer {
         };
         let mut prior = spread.shrunk(shrinkage, &self.layout, &self.bases)?;
         prior.truncate(self.config.max_rank.unwrap_or(usize::MAX));
+        finite("mean weights", &prior.mean)?;
+        finite("covariance factor", &prior.factor)?;
+        finite("measurement noise", &noise_fit)?;
+        finite("held-out noise", noise_held_out.as_deref().unwrap_or(&[]))?;
         Ok(Model {
             groups: self.config.groups.clone(),
             bases: self.bases.clone(),

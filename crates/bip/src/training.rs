@@ -1,6 +1,6 @@
 //! How a model is made of demonstrations.
 
-use crate::error::{not_negative, positive};
+use crate::error::{not_negative, positive, share};
 use crate::{BipError, Demonstration, Group, Model, Onset, Trainer};
 
 /// How a demonstration's length becomes a phase velocity.
@@ -93,14 +93,8 @@ impl TrainingConfig {
     pub(crate) fn validate(&self) -> Result<(), BipError> {
         not_negative("noise floor", self.noise_floor)?;
         positive("velocity floor", self.velocity_floor)?;
-        if let Shrinkage::Fixed(alpha) = self.shrinkage
-            && !(0.0..=1.0).contains(&alpha)
-        {
-            return Err(BipError::Parameter {
-                what: "shrinkage",
-                value: alpha,
-                wanted: "between 0 and 1",
-            });
+        if let Shrinkage::Fixed(alpha) = self.shrinkage {
+            share("shrinkage", alpha)?;
         }
         self.onset.as_ref().map_or(Ok(()), Onset::validate)
     }
