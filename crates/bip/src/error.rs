@@ -71,11 +71,11 @@ pub enum BipError {
         got: usize,
     },
     /// The degrees of freedom of an onset stay where they are, or move no faster than their noise.
-    #[error("nothing moves: peak speed {peak_speed} with noise {noise_speed}")]
+    #[error("nothing moves: peak speed {peak_speed}, noise reaches {noise_speed}")]
     NothingMoves {
         /// Largest smoothed speed, in the unit of the degrees of freedom per unit of time.
         peak_speed: f64,
-        /// Standard deviation of the noise of that speed.
+        /// Speed that noise alone hardly ever has.
         noise_speed: f64,
     },
     /// A parameter is outside its range.
