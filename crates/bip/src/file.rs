@@ -1,9 +1,9 @@
 //! Model files: versioned JSON that gives back the model bit by bit, or says what is wrong.
 
-use crate::error::{finite, length, positive};
+use crate::error::{finite, length, not_negative, positive, share};
 use crate::model::lay_out_with;
 use crate::orthonormal::OrthonormalBasis;
-use crate::{Basis, BipError, Group, Model, PhaseVelocity, Role};
+use crate::{Basis, BipError, Group, Model, PhaseVelocity, Role, Tuning};
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 
@@ -33,6 +33,7 @@ struct File {
     phase_velocity_mean: f64,
     phase_velocity_variance: f64,
     shrinkage: f64,
+    tuning: Option<FileTuning>,
     groups: Vec<FileGroup>,
     offset: Vec<f64>,
     noise_fit: Vec<f64>,
@@ -40,6 +41,14 @@ struct File {
     mean: Vec<f64>,
     rank: usize,
     factor: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(deny_unknown_fields)]
+struct FileTuning {
+    noise_factor: f64,
+    acceleration_variance: f64,
+    spread: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -171,6 +180,11 @@ impl File {
             phase_velocity_mean: model.phase_velocity.mean,
             phase_velocity_variance: model.phase_velocity.variance,
             shrinkage: model.shrinkage,
+            tuning: model.tuning.map(|t| FileTuning {
+                noise_factor: t.noise_factor,
+                acceleration_variance: t.acceleration_variance,
+                spread: t.spread,
+            }),
             groups,
             offset: model.offset.clone(),
             noise_fit: model.noise_fit.clone(),
@@ -218,7 +232,12 @@ impl File {
             self.phase_velocity_variance,
         )?;
         positive("sampling period", self.sampling_period)?;
-        crate::error::share("shrinkage", self.shrinkage)?;
+        share("shrinkage", self.shrinkage)?;
+        if let Some(t) = self.tuning {
+            positive("noise factor", t.noise_factor)?;
+            not_negative("acceleration variance", t.acceleration_variance)?;
+            positive("spread", t.spread)?;
+        }
         let digest = self.digest();
         let groups: Vec<Group> = self
             .groups
@@ -262,6 +281,11 @@ impl File {
             sampling_period: self.sampling_period,
             demonstrations: self.demonstrations,
             shrinkage: self.shrinkage,
+            tuning: self.tuning.map(|t| Tuning {
+                noise_factor: t.noise_factor,
+                acceleration_variance: t.acceleration_variance,
+                spread: t.spread,
+            }),
         })
     }
 
@@ -275,6 +299,10 @@ impl File {
             self.phase_velocity_variance,
             self.shrinkage,
         ]);
+        let tuning = self
+            .tuning
+            .map(|t| [t.noise_factor, t.acceleration_variance, t.spread]);
+        d.optional(tuning.as_ref().map(|t| &t[..]));
         d.count(self.groups.len());
         for g in &self.groups {
             d.count(g.name.len());
@@ -296,8 +324,7 @@ impl File {
         }
         d.numbers(&self.offset);
         d.numbers(&self.noise_fit);
-        d.count(usize::from(self.noise_held_out.is_some()));
-        d.numbers(self.noise_held_out.as_deref().unwrap_or_default());
+        d.optional(self.noise_held_out.as_deref());
         d.numbers(&self.mean);
         d.count(self.rank);
         d.numbers(&self.factor);
@@ -323,6 +350,11 @@ impl Digest {
 
     fn count(&mut self, n: usize) {
         self.bytes(&(n as u64).to_le_bytes());
+    }
+
+    fn optional(&mut self, numbers: Option<&[f64]>) {
+        self.count(usize::from(numbers.is_some()));
+        self.numbers(numbers.unwrap_or_default());
     }
 
     /// Their number, then their bits.

@@ -3,8 +3,8 @@
 use crate::error::{finite, not_negative, positive};
 use crate::observation::Noise;
 use crate::projector::{PHASE_STATES, Projector};
-use crate::square_root::{LANES, Rows, SquareRoot, Tile, tiles};
-use crate::{BipError, Model, Observation, Update};
+use crate::square_root::{LANES, Rows, SquareRoot, Tile, tile_dot, tiles};
+use crate::{BipError, Gate, Health, Model, Observation, Update};
 
 /// Which measurement noise a filter starts with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,11 +25,21 @@ pub struct FilterConfig {
     /// Variance of the phase at the start. Default 1e-4: one hundredth of the motion.
     pub phase_variance: f64,
     /// Variance of the random acceleration of the phase, 1/time⁴, constant within a step: a step
-    /// of length dt adds `[dt⁴/4, dt³/2; dt³/2, dt²]` times it. Default `None`: in one sampling
-    /// period the phase velocity changes by one hundredth of its mean.
+    /// of length dt adds `[dt⁴/4, dt³/2; dt³/2, dt²]` times it. Default `None`: as the model was
+    /// [tuned](crate::tune), else such that in one sampling period the phase velocity changes by
+    /// one hundredth of its mean.
     pub acceleration_variance: Option<f64>,
     /// Measurement noise. Default [`NoiseSource::Best`].
     pub noise: NoiseSource,
+    /// Factor on the variance of that noise. A person deviates from the demonstrations for many
+    /// samples in the same direction, which independent noise has to make up for by its size.
+    /// Default `None`: as the model was [tuned](crate::tune) (for held-out noise), else 1.
+    pub noise_factor: Option<f64>,
+    /// Refusal of outliers. Default `None`: everything is believed.
+    pub gate: Option<Gate>,
+    /// Linearisations an observation of the present; more than one iterates the update around its
+    /// own result, which helps where one observation moves the phase far. Default 1.
+    pub iterations: usize,
     /// Keep the mean of the phase within `[0, 1]`. Default `true`.
     pub clip_phase: bool,
 }
@@ -41,6 +51,9 @@ impl Default for FilterConfig {
             phase_variance: 1e-4,
             acceleration_variance: None,
             noise: NoiseSource::Best,
+            noise_factor: None,
+            gate: None,
+            iterations: 1,
             clip_phase: true,
         }
     }
@@ -56,6 +69,10 @@ pub(crate) struct Scratch {
     pub(crate) padded: Vec<Tile>,
     pub(crate) lower: Vec<f64>,
     pub(crate) seen: Vec<bool>,
+    /// Places in an observation of the values that are believed.
+    pub(crate) kept: Vec<usize>,
+    /// Where an iterated update is linearised.
+    pub(crate) point: Vec<Tile>,
 }
 
 /// A belief about one motion in progress.
@@ -71,8 +88,15 @@ pub(crate) struct Scratch {
 pub struct Filter {
     pub(crate) projector: Projector,
     pub(crate) noise_sd: Vec<f64>,
+    pub(crate) residual_sd: Vec<f64>,
+    pub(crate) spread: f64,
     pub(crate) acceleration_sd: f64,
     clip: bool,
+    gate: Option<Gate>,
+    iterations: usize,
+    /// Observations in a row that were mostly refused.
+    pub(crate) refused: usize,
+    pub(crate) health: Health,
     /// Mean of the state, padded.
     pub(crate) state: Vec<Tile>,
     pub(crate) size: usize,
@@ -91,17 +115,34 @@ impl Filter {
     pub fn new(model: &Model, config: &FilterConfig) -> Result<Self, BipError> {
         finite("phase", &[config.phase])?;
         positive("phase variance", config.phase_variance)?;
+        if let Some(gate) = config.gate {
+            positive("deviations of the gate", gate.deviations)?;
+        }
+        if config.iterations == 0 {
+            return Err(BipError::Parameter {
+                what: "iterations",
+                value: 0.0,
+                wanted: "at least 1",
+            });
+        }
         let velocity = model.phase_velocity();
-        let acceleration_sd = match config.acceleration_variance {
+        let tuning = model.tuning();
+        let acceleration = config
+            .acceleration_variance
+            .or(tuning.map(|t| t.acceleration_variance));
+        let acceleration_sd = match acceleration {
             Some(v) => {
                 not_negative("acceleration variance", v)?;
                 v.sqrt()
             }
             None => 0.01 * velocity.mean.abs() / model.sampling_period(),
         };
-        let noise = match (config.noise, model.noise_held_out()) {
-            (NoiseSource::Fit, _) | (NoiseSource::Best, None) => model.noise_fit(),
-            (NoiseSource::Best | NoiseSource::HeldOut, Some(noise)) => noise,
+        let residual = model.noise_held_out().unwrap_or(model.noise_fit());
+        let (noise, tuned) = match (config.noise, model.noise_held_out()) {
+            (NoiseSource::Fit, _) | (NoiseSource::Best, None) => (model.noise_fit(), 1.0),
+            (NoiseSource::Best | NoiseSource::HeldOut, Some(noise)) => {
+                (noise, tuning.map_or(1.0, |t| t.noise_factor))
+            }
             (NoiseSource::HeldOut, None) => {
                 return Err(BipError::TooFewDemonstrations {
                     needed: 2,
@@ -109,6 +150,8 @@ impl Filter {
                 });
             }
         };
+        let factor = config.noise_factor.unwrap_or(tuned);
+        positive("noise factor", factor)?;
         let size = PHASE_STATES + model.rank();
         let mut deviations = vec![1.0; size];
         deviations[0] = config.phase_variance.sqrt();
@@ -120,10 +163,15 @@ impl Filter {
         let dofs = model.dofs();
         let mut filter = Self {
             projector: Projector::new(model),
-            noise_sd: noise.iter().map(|v| v.sqrt()).collect(),
+            noise_sd: noise.iter().map(|v| (factor * v).sqrt()).collect(),
+            residual_sd: residual.iter().map(|v| v.sqrt()).collect(),
+            spread: tuning.map_or(1.0, |t| t.spread),
             acceleration_sd,
             clip: config.clip_phase,
-            state,
+            gate: config.gate,
+            iterations: config.iterations,
+            refused: 0,
+            health: Health::NEW,
             size,
             scratch: Scratch {
                 // Two at least, for the phase and its velocity.
@@ -134,46 +182,14 @@ impl Filter {
                 padded: vec![[0.0; LANES]; tiles(size)],
                 lower: vec![0.0; dofs * dofs],
                 seen: vec![false; dofs],
+                kept: Vec::with_capacity(dofs),
+                point: state.clone(),
             },
+            state,
             root,
         };
         filter.clip_phase();
         Ok(filter)
-    }
-
-    /// Lets `dt` pass: the phase moves on at its velocity, and both become less certain.
-    ///
-    /// Steps may have any length. Two steps of half the length add less uncertainty than one,
-    /// because each draws its own acceleration.
-    ///
-    /// # Errors
-    /// A `dt` that is negative or not finite.
-    pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
-        not_negative("dt", dt)?;
-        let moved = self.phase() + dt * self.phase_velocity();
-        let noise = self.acceleration_sd * dt;
-        finite("dt", &[moved, noise * dt])?;
-        // With p = F⁻¹ (p' - g v), v ~ N(0, 1), the top rows [A B] on (p, c) become
-        // [-A F⁻¹ g, A F⁻¹, B] on (v, p', c); rotating v away leaves them triangular.
-        let (g0, g1) = (0.5 * noise * dt, noise);
-        let (top, second) = self.root.top_two_mut();
-        top[0][1] -= dt * top[0][0];
-        let a0 = -(top[0][0] * g0 + top[0][1] * g1);
-        let a1 = -second[0][1] * g1;
-        let h = a1.hypot(1.0);
-        let (c, s) = (1.0 / h, a1 / h);
-        let h2 = a0.hypot(h);
-        let (c2, s2) = (h / h2, a0 / h2);
-        for (top, second) in top.iter_mut().zip(second) {
-            for (x, y) in top.iter_mut().zip(second) {
-                let noise_row = s * *y;
-                *y *= c;
-                *x = c2 * *x - s2 * noise_row;
-            }
-        }
-        self.state[0][0] = moved;
-        self.clip_phase();
-        Ok(())
     }
 
     /// Takes an observation of the present, at the phase the filter believes in.
@@ -215,7 +231,9 @@ impl Filter {
         }
         rows.set(0, 0, 1.0 / sd);
         rows.e[0] = innovation / sd;
-        self.fold(1, sd.ln(), phase)
+        let mut update = self.fold(1, phase)?;
+        update.log_likelihood -= sd.ln();
+        self.accept(update)
     }
 
     /// `fixed`: the phase the observation speaks about, or `None` for the present one.
@@ -225,38 +243,148 @@ impl Filter {
         observation: &Observation<'_>,
     ) -> Result<Update, BipError> {
         observation.validate(&mut self.scratch.seen)?;
-        observation.factor_noise(&mut self.scratch.lower)?;
-        let phase = fixed.unwrap_or(self.phase());
-        let present = if fixed.is_none() { 1.0 } else { 0.0 };
-        let m = observation.dofs.len();
-        let rows = &mut self.scratch.rows;
+        self.scratch.kept.clear();
+        self.scratch.kept.extend(0..observation.dofs.len());
+        observation.factor_noise(&self.scratch.kept, &mut self.scratch.lower)?;
+        let refused = self.refuse_outliers(fixed, observation)?;
+        let m = self.scratch.kept.len();
+        self.scratch.point.copy_from_slice(&self.state);
+        let iterations = if fixed.is_some() { 1 } else { self.iterations };
+        let mut first = None;
+        for _ in 0..iterations {
+            let phase = fixed.unwrap_or(self.scratch.point[0][0]);
+            let log_sd = self.linearize(fixed.is_some(), phase, observation);
+            let mut update = self.fold(m, phase)?;
+            update.log_likelihood -= log_sd;
+            // The density of an observation is that of its prediction, before any iteration.
+            first.get_or_insert(update);
+            let moved = self.scratch.padded[0][0] + self.state[0][0] - self.scratch.point[0][0];
+            for ((point, x), dx) in self
+                .scratch
+                .point
+                .as_flattened_mut()
+                .iter_mut()
+                .zip(self.state.as_flattened())
+                .zip(self.scratch.padded.as_flattened())
+            {
+                *point = x + dx;
+            }
+            if self.clip {
+                self.scratch.point[0][0] = self.scratch.point[0][0].clamp(0.0, 1.0);
+            }
+            if moved.abs() < 1e-9 {
+                break;
+            }
+        }
+        let mut update = first.unwrap_or(Update::NOTHING);
+        update.gated = refused.rows;
+        update.log_likelihood += refused.log_likelihood;
+        self.accept(update)
+    }
+
+    /// Rows of the kept values around the point: slopes in the state, residuals as seen from the
+    /// state before the update. Returns the sum of the logarithms of the standard deviations.
+    fn linearize(&mut self, at_phase: bool, phase: f64, observation: &Observation<'_>) -> f64 {
+        let present = if at_phase { 0.0 } else { 1.0 };
+        let scratch = &mut self.scratch;
+        let rows = &mut scratch.rows;
+        let m = scratch.kept.len();
         rows.reset(m);
         self.projector.set_phase(phase);
         let mut log_sd = 0.0;
-        for (i, (&d, y)) in observation.dofs.iter().zip(observation.values).enumerate() {
+        let moved = scratch.point[0][0] - self.state[0][0];
+        for (i, &at) in scratch.kept.iter().enumerate() {
+            let d = observation.dofs[at];
             let sd = match observation.noise {
                 Noise::Model => self.noise_sd[d],
-                Noise::Variances(v) => v[i].sqrt(),
+                Noise::Variances(v) => v[at].sqrt(),
                 Noise::Covariance(_) => 1.0,
             };
             let scale = 1.0 / sd;
+            // The prediction is linear in the coefficients: only the slope and the value that
+            // belongs to the phase come from the point, the coefficients may stay at the state.
             let predicted = self.projector.row(d, &self.state, |t, h| {
                 *rows.tile_mut(i, t) = h.map(|x| x * scale);
             });
-            rows.set(i, 0, present * predicted.slope * scale);
-            rows.e[i] = (y - predicted.value) * scale;
+            let slope = if moved == 0.0 {
+                predicted.slope
+            } else {
+                self.projector.row(d, &scratch.point, |_, _| ()).slope
+            };
+            rows.set(i, 0, present * slope * scale);
+            rows.e[i] =
+                (observation.values[at] - predicted.value + present * slope * moved) * scale;
             log_sd += sd.ln();
         }
         if let Noise::Covariance(_) = observation.noise {
-            let lower = &self.scratch.lower[..m * m];
+            let lower = &scratch.lower[..m * m];
             rows.whiten(lower);
             log_sd = (0..m).map(|i| lower[i * m + i].ln()).sum();
         }
-        self.fold(m, log_sd, phase)
+        log_sd
     }
 
-    /// Folds the prepared rows into the belief.
-    fn fold(&mut self, m: usize, log_sd: f64, phase: f64) -> Result<Update, BipError> {
+    /// Leaves in `kept` the places of the values that lie within the gate.
+    fn refuse_outliers(
+        &mut self,
+        fixed: Option<f64>,
+        observation: &Observation<'_>,
+    ) -> Result<Refused, BipError> {
+        let mut refused = Refused::default();
+        let Some(gate) = self.gate else {
+            return Ok(refused);
+        };
+        let phase = fixed.unwrap_or(self.phase());
+        self.projector.set_phase(phase);
+        let scratch = &mut self.scratch;
+        scratch.kept.clear();
+        for (at, (&d, y)) in observation.dofs.iter().zip(observation.values).enumerate() {
+            let h = &mut scratch.padded;
+            let predicted = self.projector.row(d, &self.state, |t, tile| h[t] = tile);
+            let from = if fixed.is_some() {
+                PHASE_STATES
+            } else {
+                h[0][0] = predicted.slope;
+                0
+            };
+            self.root.solve_transposed(h, from);
+            let variance = tile_dot(h, h)
+                + match observation.noise {
+                    Noise::Model => self.noise_sd[d].powi(2),
+                    Noise::Variances(v) => v[at],
+                    Noise::Covariance(c) => c[at * observation.dofs.len() + at],
+                };
+            let away = (y - predicted.value).powi(2);
+            let limit = gate.deviations.powi(2);
+            if away <= limit * variance {
+                scratch.kept.push(at);
+            } else if away.is_finite() {
+                refused.rows += 1;
+                refused.log_likelihood -= 0.5 * (limit + variance.ln() + LN_TAU);
+            } else {
+                return Err(BipError::Overflow { phase });
+            }
+        }
+        if 2 * refused.rows > observation.dofs.len() {
+            if self.refused >= gate.patience {
+                self.scratch.kept.clear();
+                self.scratch.kept.extend(0..observation.dofs.len());
+                refused = Refused::default();
+                self.refused = 0;
+            } else {
+                self.refused += 1;
+            }
+        } else if !observation.dofs.is_empty() {
+            self.refused = 0;
+        }
+        if refused.rows > 0 {
+            observation.factor_noise(&self.scratch.kept, &mut self.scratch.lower)?;
+        }
+        Ok(refused)
+    }
+
+    /// Folds the prepared rows into a copy of the belief; [`accept`](Self::accept) makes it ours.
+    fn fold(&mut self, m: usize, phase: f64) -> Result<Update, BipError> {
         let scratch = &mut self.scratch;
         if !scratch.rows.is_finite() {
             return Err(BipError::Overflow { phase });
@@ -271,25 +399,37 @@ impl Filter {
         if !(change == 0.0 && fold.distance_squared.is_finite()) {
             return Err(BipError::Overflow { phase });
         }
-        for (x, dx) in self.state.iter_mut().zip(&scratch.padded) {
+        Ok(Update {
+            rows: m,
+            gated: 0,
+            distance_squared: fold.distance_squared,
+            log_likelihood: -0.5
+                * (fold.distance_squared + fold.log_determinant + m as f64 * LN_TAU),
+        })
+    }
+
+    fn accept(&mut self, update: Update) -> Result<Update, BipError> {
+        for (x, dx) in self.state.iter_mut().zip(&self.scratch.padded) {
             for (x, dx) in x.iter_mut().zip(dx) {
                 *x += dx;
             }
         }
-        std::mem::swap(&mut self.root, &mut scratch.root);
+        std::mem::swap(&mut self.root, &mut self.scratch.root);
         self.clip_phase();
-        Ok(Update {
-            rows: m,
-            distance_squared: fold.distance_squared,
-            log_likelihood: -0.5
-                * (fold.distance_squared + fold.log_determinant + m as f64 * LN_TAU)
-                - log_sd,
-        })
+        self.health.count(&update);
+        Ok(update)
     }
 
-    fn clip_phase(&mut self) {
+    pub(crate) fn clip_phase(&mut self) {
         if self.clip {
             self.state[0][0] = self.state[0][0].clamp(0.0, 1.0);
         }
     }
+}
+
+/// Values that were not believed, and the density they would have had at the gate.
+#[derive(Debug, Clone, Copy, Default)]
+struct Refused {
+    rows: usize,
+    log_likelihood: f64,
 }

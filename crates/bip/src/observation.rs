@@ -77,12 +77,18 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// Lower Cholesky factor of the noise into `lower` where it is a full covariance.
-    pub(crate) fn factor_noise(&self, lower: &mut [f64]) -> Result<(), BipError> {
+    /// Lower Cholesky factor of the noise of the kept values into `lower` where it is a full
+    /// covariance.
+    pub(crate) fn factor_noise(&self, kept: &[usize], lower: &mut [f64]) -> Result<(), BipError> {
         if let Noise::Covariance(c) = self.noise {
-            let lower = &mut lower[..c.len()];
-            lower.copy_from_slice(c);
-            cholesky("covariance", self.dofs.len(), lower)?;
+            let m = kept.len();
+            let lower = &mut lower[..m * m];
+            for (i, row) in kept.iter().enumerate() {
+                for (j, column) in kept.iter().enumerate() {
+                    lower[i * m + j] = c[row * self.dofs.len() + column];
+                }
+            }
+            cholesky("covariance", m, lower)?;
         }
         Ok(())
     }
@@ -91,11 +97,24 @@ impl<'a> Observation<'a> {
 /// What an observation said about the belief before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Update {
-    /// Numbers observed.
+    /// Numbers observed and believed.
     pub rows: usize,
+    /// Numbers refused as outliers.
+    pub gated: usize,
     /// Squared Mahalanobis distance of the observation from its prediction; its mean is `rows`
     /// where the model is right.
     pub distance_squared: f64,
-    /// Natural logarithm of the density of the observation.
+    /// Natural logarithm of the density of the observation; a refused number counts as if it lay
+    /// at the gate.
     pub log_likelihood: f64,
+}
+
+impl Update {
+    /// An observation of nothing.
+    pub(crate) const NOTHING: Self = Self {
+        rows: 0,
+        gated: 0,
+        distance_squared: 0.0,
+        log_likelihood: 0.0,
+    };
 }

@@ -175,7 +175,7 @@ impl Demonstration {
         // The peak itself reaches both thresholds.
         let reach = |share: f64| (0..self.len()).filter(move |k| speed.reaches(*k, share));
         let first = reach(onset.start_share).next().unwrap_or(0);
-        let last = reach(onset.end_share).last().unwrap_or(self.len() - 1);
+        let last = reach(onset.end_share).next_back().unwrap_or(self.len() - 1);
         // A demonstration has two samples at least.
         let first = first.min(last).min(self.len() - 2);
         let last = last.max(first + 1);

@@ -132,6 +132,34 @@ impl SquareRoot {
         Self { n, r }
     }
 
+    /// Makes the variables independent, with these diagonal entries.
+    pub(crate) fn set_diagonal(&mut self, entry: impl Fn(usize) -> f64) {
+        let width = tiles(self.n);
+        self.r.fill([0.0; LANES]);
+        for k in 0..self.n {
+            self.r[k * width + k / LANES][k % LANES] = entry(k);
+        }
+    }
+
+    /// `|R x|²` of a padded vector: its squared distance from zero in standard deviations.
+    pub(crate) fn distance_squared(&self, x: &[Tile]) -> f64 {
+        (0..self.n)
+            .map(|k| {
+                let first = k / LANES;
+                tile_dot(&self.row(k)[first..], &x[first..]).powi(2)
+            })
+            .sum()
+    }
+
+    /// Do the diagonals agree to a factor of `e^log_ratio`?
+    pub(crate) fn differs_by_at_most(&self, other: &Self, log_ratio: f64) -> bool {
+        let most = log_ratio.exp();
+        (0..self.n).all(|k| {
+            let (a, b) = (self.get(k, k), other.get(k, k));
+            a <= most * b && b <= most * a
+        })
+    }
+
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.n = other.n;
         self.r.copy_from_slice(&other.r);

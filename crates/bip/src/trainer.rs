@@ -185,6 +185,7 @@ impl Trainer {
             sampling_period: self.fits.iter().map(|(_, f)| f.period()).sum::<f64>() / n as f64,
             demonstrations: n,
             shrinkage,
+            tuning: None,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use hwall_bip::{
     Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, Role,
-    Shrinkage, TrainingConfig,
+    Shrinkage, TrainingConfig, Tuning,
 };
 use hwall_testkit::Sampler;
 use serde_json::Value;
@@ -60,6 +60,15 @@ fn small() -> Model {
     Model::train(&demonstrations(3), &config).unwrap()
 }
 
+fn tuned(model: Model) -> Model {
+    let tuning = Tuning {
+        noise_factor: 16.0,
+        acceleration_variance: 0.1 + 0.2,
+        spread: 1.25,
+    };
+    model.with_tuning(tuning).unwrap()
+}
+
 /// The bits of everything that a model lets out, which `==` of NaN or of ±0 would not tell.
 fn bits(model: &Model) -> Vec<u64> {
     let prior = model.to_prior();
@@ -86,6 +95,7 @@ fn every_basis_survives_to_the_last_bit() {
     models.push(model(legendre, |c| c.held_out = 0));
     models.push(model(legendre, |c| c.shrinkage = Shrinkage::Fixed(0.1)));
     models.push(model(legendre, |c| c.max_rank = Some(0)));
+    models.push(tuned(models[5].clone()));
     models.push(Model::from_prior(&small().to_prior()).unwrap());
     for model in models {
         let text = model.to_json();
@@ -218,6 +228,15 @@ fn each_damage_has_its_error() {
         assert!(
             matches!(error, BipError::Parameter { .. }),
             "{path:?}: {error}"
+        );
+    }
+    let text_tuned = tuned(small()).to_json();
+    for (from, to) in [("16.0", "-16.0"), ("1.25", "0.0")] {
+        assert!(text_tuned.contains(from));
+        let error = error(&text_tuned.replacen(from, to, 1));
+        assert!(
+            matches!(error, BipError::Parameter { .. }),
+            "{from}: {error}"
         );
     }
     // Another basis than the one whose functions are stored.

@@ -1,0 +1,217 @@
+//! Noise and restlessness of the phase, chosen by how well held-out motions are foreseen.
+//!
+//! A person deviates from the demonstrations in the same direction for many samples; the filter
+//! counts every sample as new evidence. The size of the noise has to make up for that, and only
+//! motions that the model has not seen can say by how much.
+
+use crate::error::positive;
+use crate::evaluation::{Evaluation, EvaluationConfig, follow, without};
+use crate::threads::map_indexed;
+use crate::{
+    BipError, Demonstration, Filter, FilterConfig, Model, NoiseSource, TrainingConfig, Tuning,
+};
+
+/// Where to look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TuningConfig {
+    /// Factors on the variance of the held-out noise, increasing. Default 1, 2, 4 ... 1024.
+    pub noise_factors: Vec<f64>,
+    /// Changes of the phase velocity within one sampling period, as shares of its mean,
+    /// increasing. Default 0.003, 0.01, 0.03, 0.1.
+    pub velocity_changes: Vec<f64>,
+    /// What is observed and judged.
+    pub evaluation: EvaluationConfig,
+    /// Demonstrations to hold out one at a time, spread evenly. Default 48.
+    pub folds: usize,
+    /// Parameters that are not searched for, such as the variance of the phase at the start.
+    pub filter: FilterConfig,
+}
+
+impl TuningConfig {
+    /// Defaults for these groups.
+    #[must_use]
+    pub fn new(training: &TrainingConfig) -> Self {
+        Self {
+            noise_factors: (0..11).map(|k| f64::from(1 << k)).collect(),
+            velocity_changes: vec![0.003, 0.01, 0.03, 0.1],
+            evaluation: EvaluationConfig::new(training),
+            folds: 48,
+            filter: FilterConfig::default(),
+        }
+    }
+}
+
+/// One setting that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// The setting.
+    pub tuning: Tuning,
+    /// Mean log score of the ends of the held-out motions; larger is better.
+    pub log_score: f64,
+    /// Share of 90 % intervals that hold the truth.
+    pub coverage_90: f64,
+}
+
+/// Trains a model and chooses noise factor and acceleration variance by leave-one-out log score of
+/// the end of the motion. Returns the model and everything that was tried, in order; the model has
+/// the best of them.
+///
+/// The search goes along the noise with the second of the velocity changes, then along those, and
+/// once more along the noise if they moved.
+///
+/// # Errors
+/// Fewer than three demonstrations, empty or bad lists, whatever training or filtering refuses.
+pub fn tune(
+    demonstrations: &[Demonstration],
+    training: &TrainingConfig,
+    config: &TuningConfig,
+) -> Result<(Model, Vec<Trial>), BipError> {
+    let n = demonstrations.len();
+    if n < 3 {
+        return Err(BipError::TooFewDemonstrations { needed: 3, got: n });
+    }
+    for list in [&config.noise_factors, &config.velocity_changes] {
+        if list.is_empty() || config.folds == 0 {
+            return Err(BipError::Parameter {
+                what: "settings to try",
+                value: 0.0,
+                wanted: "at least 1",
+            });
+        }
+        list.iter()
+            .try_for_each(|v| positive("setting to try", *v))?;
+    }
+    let held_out = TrainingConfig {
+        held_out: training.held_out.max(1),
+        ..training.clone()
+    };
+    let model = Model::train(demonstrations, &held_out)?;
+    let folds = Folds::new(demonstrations, training, config, &model)?;
+    let mut trials: Vec<Trial> = Vec::new();
+    let mut search = |noise: usize, change: usize| -> Result<f64, BipError> {
+        let change = config.velocity_changes[change];
+        let velocity = model.phase_velocity().mean / model.sampling_period();
+        let tuning = Tuning {
+            noise_factor: config.noise_factors[noise],
+            acceleration_variance: (change * velocity).powi(2),
+            spread: 1.0,
+        };
+        let same = |t: &&Trial| {
+            t.tuning.noise_factor == tuning.noise_factor
+                && t.tuning.acceleration_variance == tuning.acceleration_variance
+        };
+        if let Some(known) = trials.iter().find(same) {
+            return Ok(known.log_score);
+        }
+        let evaluation = folds.evaluate(tuning)?;
+        let scored: Vec<usize> = (0..config.evaluation.scored.len()).collect();
+        let trial = Trial {
+            tuning: Tuning {
+                spread: evaluation.spread(&scored, 0.9).unwrap_or(1.0),
+                ..tuning
+            },
+            log_score: evaluation.log_score(&scored),
+            coverage_90: evaluation.coverage(&scored, 0.9),
+        };
+        let score = trial.log_score;
+        trials.push(trial);
+        Ok(score)
+    };
+    let start = 1.min(config.velocity_changes.len() - 1);
+    let noise = climb(config.noise_factors.len(), 0, |i| search(i, start))?;
+    let change = climb(config.velocity_changes.len(), start, |i| search(noise, i))?;
+    if change != start {
+        climb(config.noise_factors.len(), noise, |i| search(i, change))?;
+    }
+    let best = trials
+        .iter()
+        .max_by(|a, b| a.log_score.total_cmp(&b.log_score))
+        .map(|t| t.tuning);
+    let model = match best {
+        Some(tuning) => model.with_tuning(tuning)?,
+        None => model,
+    };
+    Ok((model, trials))
+}
+
+/// Place of the highest value of a list with one hill, from a start uphill.
+fn climb(
+    count: usize,
+    start: usize,
+    mut value: impl FnMut(usize) -> Result<f64, BipError>,
+) -> Result<usize, BipError> {
+    let (mut at, mut best) = (start, value(start)?);
+    for step in [1, -1_isize] {
+        let before = at;
+        while let Some(next) = at.checked_add_signed(step).filter(|i| *i < count) {
+            let here = value(next)?;
+            if here <= best {
+                break;
+            }
+            (at, best) = (next, here);
+        }
+        if at != before {
+            break;
+        }
+    }
+    Ok(at)
+}
+
+/// The models of all folds, trained once.
+struct Folds<'a> {
+    demonstrations: &'a [Demonstration],
+    config: &'a TuningConfig,
+    models: Vec<(usize, Model)>,
+}
+
+impl<'a> Folds<'a> {
+    fn new(
+        demonstrations: &'a [Demonstration],
+        training: &TrainingConfig,
+        config: &'a TuningConfig,
+        all: &Model,
+    ) -> Result<Self, BipError> {
+        let n = demonstrations.len();
+        let folds = config.folds.min(n);
+        let quick = TrainingConfig {
+            held_out: 0,
+            ..training.clone()
+        };
+        let models = map_indexed(folds, |f| {
+            let left_out = f * n / folds;
+            let mut model = Model::train(&without(demonstrations, left_out), &quick)?;
+            // The size of the noise is one number a degree of freedom: that the motion left out
+            // has a share of one in n in it does not matter, and spares n² fits.
+            model.noise_held_out = all.noise_held_out.clone();
+            Ok((left_out, model))
+        });
+        Ok(Self {
+            demonstrations,
+            config,
+            models: models.into_iter().collect::<Result<_, BipError>>()?,
+        })
+    }
+
+    fn evaluate(&self, tuning: Tuning) -> Result<Evaluation, BipError> {
+        let filter = FilterConfig {
+            noise: NoiseSource::HeldOut,
+            noise_factor: Some(tuning.noise_factor),
+            acceleration_variance: Some(tuning.acceleration_variance),
+            ..self.config.filter.clone()
+        };
+        let folds = map_indexed(self.models.len(), |f| {
+            let (left_out, model) = &self.models[f];
+            follow(
+                &mut Filter::new(model, &filter)?,
+                *left_out,
+                &self.demonstrations[*left_out],
+                &self.config.evaluation,
+            )
+        });
+        let mut evaluation = Evaluation::default();
+        for fold in folds {
+            evaluation.predictions.extend(fold?);
+        }
+        Ok(evaluation)
+    }
+}

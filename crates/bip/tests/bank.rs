@@ -1,0 +1,418 @@
+//! Hypotheses: pauses, changes of mind, late starts, and priors of several components.
+
+use hwall_bip::{
+    Bank, BankConfig, Basis, BipError, Demonstration, Filter, FilterConfig, Group, Grouping,
+    Mixture, Mode, Model, Observation, TrainingConfig,
+};
+use hwall_testkit::Sampler;
+
+const HAND: [usize; 3] = [0, 1, 2];
+
+/// How far a reach has come after a share of its time.
+fn reached(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
+}
+
+/// A hand reaches from the origin to a goal, a fourth value answers it; `progress` is the share
+/// of the motion that is over at each sample.
+fn motion(sampler: &mut Sampler, goal: [f64; 3], progress: &[f64]) -> Demonstration {
+    let mut values = Vec::new();
+    for &t in progress {
+        let r = reached(t);
+        for x in goal {
+            values.push(x * r + 0.3 * t + 1e-3 * sampler.normal());
+        }
+        values.push(goal.iter().sum::<f64>() * r + 1e-3 * sampler.normal());
+    }
+    Demonstration::from_samples(1.0, 4, values).unwrap()
+}
+
+fn evenly(samples: usize) -> Vec<f64> {
+    (0..samples)
+        .map(|k| k as f64 / (samples - 1) as f64)
+        .collect()
+}
+
+fn goal(sampler: &mut Sampler) -> [f64; 3] {
+    [
+        sampler.uniform(0.4, 0.8),
+        sampler.uniform(-0.3, 0.3),
+        sampler.uniform(-0.3, 0.3),
+    ]
+}
+
+fn training() -> TrainingConfig {
+    let basis = Basis::Legendre { count: 8 };
+    TrainingConfig::new(vec![
+        Group::observed("hand", 3, basis),
+        Group::controlled("arm", 1, basis),
+    ])
+}
+
+fn demonstrations(seed: u64, count: usize) -> Vec<Demonstration> {
+    let mut sampler = Sampler::new(seed);
+    (0..count)
+        .map(|_| {
+            let g = goal(&mut sampler);
+            let samples = 60 + sampler.index(60);
+            motion(&mut sampler, g, &evenly(samples))
+        })
+        .collect()
+}
+
+fn model() -> Model {
+    Model::train(&demonstrations(1, 20), &training()).unwrap()
+}
+
+/// Independent noise as it is here needs no factor; a tracker of a real person does.
+fn config() -> BankConfig {
+    BankConfig {
+        filter: FilterConfig {
+            noise_factor: Some(16.0),
+            ..FilterConfig::default()
+        },
+        ..BankConfig::default()
+    }
+}
+
+/// Distance of the predicted end of the hand from a goal.
+fn miss(bank: &mut Bank, goal: [f64; 3]) -> f64 {
+    let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+    bank.moments_at(1.0, &HAND, &mut mean, &mut variance)
+        .unwrap();
+    mean.iter()
+        .zip(goal)
+        .map(|(m, g)| (m - g - 0.3).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+fn step(bank: &mut Bank, sample: &[f64]) {
+    bank.predict(1.0).unwrap();
+    bank.observe(&Observation::new(&HAND, &sample[..3]))
+        .unwrap();
+    let sum: f64 = bank.hypotheses().map(|h| h.probability).sum();
+    assert!((sum - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn without_turns_a_bank_is_its_filter() {
+    let model = model();
+    let mut sampler = Sampler::new(2);
+    let still = BankConfig {
+        split_velocity: false,
+        pauses: 0.0,
+        changes: 0.0,
+        not_begun: 0.0,
+        ..config()
+    };
+    let mut bank = Bank::new(&model, &still).unwrap();
+    let mut filter = Filter::new(&model, &still.filter).unwrap();
+    let g = goal(&mut sampler);
+    let seen = motion(&mut sampler, g, &evenly(80));
+    for k in 0..80 {
+        step(&mut bank, seen.sample(k));
+        filter.predict(1.0).unwrap();
+        let single = filter
+            .observe(&Observation::new(&HAND, &seen.sample(k)[..3]))
+            .unwrap();
+        assert!(single.log_likelihood.is_finite());
+        assert!((bank.phase() - filter.phase()).abs() < 1e-12);
+    }
+    let (mut a, mut va, mut b, mut vb) = ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
+    bank.moments_at(1.0, &[0, 1, 2, 3], &mut a, &mut va)
+        .unwrap();
+    filter
+        .moments_at(1.0, &[0, 1, 2, 3], &mut b, &mut vb)
+        .unwrap();
+    for d in 0..4 {
+        assert!((a[d] - b[d]).abs() < 1e-12);
+        assert!((va[d] / vb[d] - 1.0).abs() < 1e-9);
+    }
+    let difference = bank.health().log_likelihood - filter.health().log_likelihood;
+    assert!(difference.abs() < 1e-8);
+}
+
+#[test]
+fn a_pause_is_recognised_and_overcome() {
+    let model = model();
+    let mut sampler = Sampler::new(3);
+    let mut worst_filter: f64 = 0.0;
+    for _ in 0..5 {
+        let g = goal(&mut sampler);
+        // Rests for 40 samples after 0.4 of the way.
+        let progress: Vec<f64> = (0..130)
+            .map(|k| match k {
+                0..36 => f64::from(k) / 90.0,
+                36..76 => 0.4,
+                _ => 0.4 + f64::from(k - 76) / 90.0,
+            })
+            .collect();
+        let seen = motion(&mut sampler, g, &progress);
+        let mut bank = Bank::new(&model, &config()).unwrap();
+        let mut filter = Filter::new(&model, &config().filter).unwrap();
+        let mut resting: f64 = 0.0;
+        for k in 0..130 {
+            step(&mut bank, seen.sample(k));
+            filter.predict(1.0).unwrap();
+            filter
+                .observe(&Observation::new(&HAND, &seen.sample(k)[..3]))
+                .unwrap();
+            if (50..76).contains(&k) {
+                resting = resting.max(bank.resting());
+            }
+        }
+        assert!(resting > 0.9, "rest not seen: {resting}");
+        assert!(bank.resting() < 0.5 || bank.phase() > 0.95);
+        let missed = miss(&mut bank, g);
+        assert!(missed < 0.02, "{missed} m off at the end");
+        let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+        filter
+            .moments_at(1.0, &HAND, &mut mean, &mut variance)
+            .unwrap();
+        for (m, g) in mean.iter().zip(g) {
+            worst_filter = worst_filter.max((m - g - 0.3).abs());
+        }
+    }
+    assert!(
+        worst_filter > 0.02,
+        "the single filter recovers too: {worst_filter}"
+    );
+}
+
+#[test]
+fn a_change_of_mind_is_followed() {
+    let model = model();
+    let mut sampler = Sampler::new(4);
+    let mut missed = Vec::new();
+    for _ in 0..8 {
+        let (first, second) = (goal(&mut sampler), goal(&mut sampler));
+        // Turns to the second goal between 0.35 and 0.55 of the time.
+        let mut values = Vec::new();
+        for t in evenly(100) {
+            let over = reached((t - 0.35) / 0.2);
+            for d in 0..3 {
+                let g = first[d] + over * (second[d] - first[d]);
+                values.push(g * reached(t) + 0.3 * t + 1e-3 * sampler.normal());
+            }
+        }
+        let mut bank = Bank::new(&model, &config()).unwrap();
+        for k in 0..100 {
+            bank.predict(1.0).unwrap();
+            bank.observe(&Observation::new(&HAND, &values[3 * k..3 * k + 3]))
+                .unwrap();
+            if k == 77 {
+                missed.push(miss(&mut bank, second));
+            }
+        }
+        assert!(miss(&mut bank, second) < 0.02);
+    }
+    missed.sort_by(f64::total_cmp);
+    assert!(missed[4] < 0.06, "half way after the change: {missed:?}");
+}
+
+#[test]
+fn a_hand_that_dwells_before_it_starts() {
+    let model = model();
+    let mut sampler = Sampler::new(5);
+    let g = goal(&mut sampler);
+    let progress: Vec<f64> = (0..150)
+        .map(|k| (f64::from(k) - 60.0).max(0.0) / 89.0)
+        .collect();
+    let seen = motion(&mut sampler, g, &progress);
+    let mut bank = Bank::new(&model, &config()).unwrap();
+    for k in 0..150 {
+        step(&mut bank, seen.sample(k));
+        if k == 58 {
+            assert!(bank.resting() > 0.9);
+            assert!(bank.phase() < 0.05);
+            assert_eq!(bank.phase_velocity() < 0.002, bank.resting() > 0.9);
+        }
+        if k == 60 + 71 {
+            assert!((bank.phase() - 0.8).abs() < 0.05, "{}", bank.phase());
+        }
+    }
+    assert!(miss(&mut bank, g) < 0.02);
+}
+
+#[test]
+fn time_to_end_counts_the_rest() {
+    let model = model();
+    let mut bank = Bank::new(&model, &config()).unwrap();
+    let mut sampler = Sampler::new(6);
+    let g = goal(&mut sampler);
+    let moving = motion(&mut sampler, g, &evenly(90));
+    for k in 0..45 {
+        step(&mut bank, moving.sample(k));
+    }
+    let going = bank.time_to_end().unwrap();
+    assert!((going.mean - 45.0).abs() < 6.0, "{going:?}");
+    assert!(going.sd > 0.5 && going.sd < 20.0, "{going:?}");
+    for _ in 0..30 {
+        step(&mut bank, moving.sample(45));
+    }
+    let resting = bank.time_to_end().unwrap();
+    assert!(
+        resting.mean > going.mean && resting.sd > going.sd,
+        "{resting:?}"
+    );
+}
+
+#[test]
+fn hypotheses_stay_few_and_their_modes_are_told() {
+    let model = model();
+    let few = BankConfig {
+        hypotheses: 3,
+        ..config()
+    };
+    let mut bank = Bank::new(&model, &few).unwrap();
+    let mut sampler = Sampler::new(7);
+    let g = goal(&mut sampler);
+    let seen = motion(&mut sampler, g, &evenly(70));
+    for k in 0..70 {
+        step(&mut bank, seen.sample(k));
+    }
+    assert!(bank.hypotheses().count() <= 3);
+    assert!(bank.hypotheses().any(|h| h.mode == Mode::Moving));
+    assert!(miss(&mut bank, g) < 0.02);
+}
+
+#[test]
+fn bad_evidence_changes_nothing() {
+    let model = model();
+    let mut bank = Bank::new(&model, &config()).unwrap();
+    bank.predict(1.0).unwrap();
+    let before: Vec<_> = bank.hypotheses().collect();
+    for (dofs, values) in [
+        (vec![0, 0], vec![0.1, 0.1]),
+        (vec![9], vec![0.1]),
+        (vec![0], vec![f64::NAN]),
+        (vec![0, 1], vec![0.1]),
+    ] {
+        assert!(bank.observe(&Observation::new(&dofs, &values)).is_err());
+    }
+    assert!(bank.predict(f64::NAN).is_err());
+    assert!(bank.predict(-1.0).is_err());
+    assert!(bank.observe_phase(0.3, 0.0).is_err());
+    assert_eq!(before, bank.hypotheses().collect::<Vec<_>>());
+    bank.observe(&Observation::new(&[], &[])).unwrap();
+    let (mut one, mut two) = ([0.0; 1], [0.0; 2]);
+    assert!(bank.moments_at(1.0, &[0], &mut one, &mut two).is_err());
+    assert!(
+        bank.moments_at(f64::NAN, &[0], &mut one, &mut [0.0])
+            .is_err()
+    );
+    assert!(bank.moments_at(1.0, &[7], &mut one, &mut [0.0]).is_err());
+}
+
+#[test]
+fn malformed_banks_are_typed_errors() {
+    let model = model();
+    for config in [
+        BankConfig {
+            hypotheses: 0,
+            ..config()
+        },
+        BankConfig {
+            pauses: -1.0,
+            ..config()
+        },
+        BankConfig {
+            pause_length: 0.0,
+            ..config()
+        },
+        BankConfig {
+            not_begun: 1.0,
+            ..config()
+        },
+        BankConfig {
+            changes: f64::NAN,
+            ..config()
+        },
+    ] {
+        assert!(matches!(
+            Bank::new(&model, &config),
+            Err(BipError::Parameter { .. })
+        ));
+    }
+    assert!(Bank::of_components(&[], &config()).is_err());
+    assert!(Bank::of_components(&[(&model, 0.0)], &config()).is_err());
+    assert!(Bank::of_components(&[(&model, f64::NAN)], &config()).is_err());
+}
+
+/// Two people: one reaches high in a curve, the other low. Whoever it is must be recognised, and
+/// the end foreseen better than by one blurred prior.
+#[test]
+fn a_mixture_by_person_recognises_the_person() {
+    let mut sampler = Sampler::new(8);
+    let person = |sampler: &mut Sampler, who: usize| {
+        let bow = if who == 0 { 0.15 } else { -0.15 };
+        let depth = sampler.uniform(0.5, 0.7);
+        let samples = 60 + sampler.index(40);
+        let mut values = Vec::new();
+        for t in evenly(samples) {
+            let r = reached(t);
+            values.push(depth * r + 0.3 * t + 2e-3 * sampler.normal());
+            values.push(bow * (2.0 * t - r) + 2e-3 * sampler.normal());
+            values.push(bow * depth * r + 2e-3 * sampler.normal());
+            values.push(depth * r + 2e-3 * sampler.normal());
+        }
+        Demonstration::from_samples(1.0, 4, values).unwrap()
+    };
+    let labels: Vec<usize> = (0..16).map(|i| i % 2).collect();
+    let all: Vec<_> = labels.iter().map(|w| person(&mut sampler, *w)).collect();
+    let mixture = Mixture::train(&all, &training(), &Grouping::Labels(labels.clone())).unwrap();
+    assert_eq!(mixture.models().len(), 2);
+    assert_eq!(mixture.members()[1][0], 1);
+    for who in [0, 1] {
+        let seen = person(&mut sampler, who);
+        let mut bank = mixture.bank(&config()).unwrap();
+        for k in 0..seen.len() / 2 {
+            step(&mut bank, seen.sample(k));
+        }
+        assert!(bank.component_probability(who) > 0.99);
+    }
+    // The clusters of their end points are the two people.
+    let found = Grouping::EndPoints {
+        clusters: 2,
+        seed: 1,
+    };
+    let clustered = Mixture::train(&all, &training(), &found).unwrap();
+    let mut groups = clustered.members().to_vec();
+    groups.sort();
+    let mut expected = mixture.members().to_vec();
+    expected.sort();
+    assert_eq!(groups, expected);
+}
+
+#[test]
+fn groupings_at_their_limits() {
+    let all = demonstrations(9, 6);
+    let train = |grouping: &Grouping| Mixture::train(&all, &training(), grouping);
+    let ends = |clusters| Grouping::EndPoints { clusters, seed: 3 };
+    assert_eq!(train(&ends(1)).unwrap().models().len(), 1);
+    let many = train(&ends(1000)).unwrap();
+    assert!(many.members().iter().all(|m| m.len() >= 2));
+    assert!((many.probabilities().iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    assert_eq!(many, train(&ends(1000)).unwrap());
+    assert!(matches!(train(&ends(0)), Err(BipError::Parameter { .. })));
+    assert!(matches!(
+        train(&Grouping::Labels(vec![0; 5])),
+        Err(BipError::WrongLength { .. })
+    ));
+    assert!(matches!(
+        train(&Grouping::Labels(vec![0, 0, 0, 0, 0, 1])),
+        Err(BipError::TooFewDemonstrations { needed: 2, got: 1 })
+    ));
+    assert!(Mixture::train(&[], &training(), &ends(2)).is_err());
+    // Identical demonstrations are one cluster.
+    let same = vec![all[0].clone(); 5];
+    assert_eq!(
+        Mixture::train(&same, &training(), &ends(3))
+            .unwrap()
+            .models()
+            .len(),
+        1
+    );
+}

@@ -1,0 +1,261 @@
+//! Outliers, iterated updates, and what the filter says about its own health.
+
+use hwall_bip::{
+    Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Group, Model, Observation,
+    TrainingConfig,
+};
+use hwall_testkit::Sampler;
+
+const DOFS: usize = 6;
+const ALL: [usize; DOFS] = [0, 1, 2, 3, 4, 5];
+
+fn motion(sampler: &mut Sampler) -> Demonstration {
+    let samples = 60 + sampler.index(40);
+    let goal: Vec<f64> = (0..DOFS).map(|_| sampler.uniform(0.2, 0.7)).collect();
+    let mut values = Vec::new();
+    for k in 0..samples {
+        let t = k as f64 / (samples - 1) as f64;
+        let r = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+        values.extend(
+            goal.iter()
+                .map(|g| g * r + 0.2 * t + 1.5e-3 * sampler.normal()),
+        );
+    }
+    Demonstration::from_samples(1.0, DOFS, values).unwrap()
+}
+
+fn model() -> Model {
+    let mut sampler = Sampler::new(11);
+    let demonstrations: Vec<_> = (0..15).map(|_| motion(&mut sampler)).collect();
+    let basis = Basis::Legendre { count: 8 };
+    let groups = vec![Group::observed("hand", DOFS, basis)];
+    Model::train(&demonstrations, &TrainingConfig::new(groups)).unwrap()
+}
+
+fn gated(model: &Model, gate: Option<Gate>) -> Filter {
+    let config = FilterConfig {
+        gate,
+        noise_factor: Some(4.0),
+        ..FilterConfig::default()
+    };
+    Filter::new(model, &config).unwrap()
+}
+
+fn end(filter: &mut Filter) -> [f64; DOFS] {
+    let (mut mean, mut variance) = ([0.0; DOFS], [0.0; DOFS]);
+    filter
+        .moments_at(1.0, &ALL, &mut mean, &mut variance)
+        .unwrap();
+    mean
+}
+
+fn worst(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs()))
+}
+
+#[test]
+fn a_finger_that_jumps_is_refused_alone() {
+    let model = model();
+    let mut sampler = Sampler::new(12);
+    let seen = motion(&mut sampler);
+    let (mut open, mut safe) = (gated(&model, None), gated(&model, Some(Gate::default())));
+    for k in 0..seen.len() {
+        let mut y = seen.sample(k).to_vec();
+        // The tracker exchanges fingers now and then: half a metre off.
+        if k % 7 == 3 {
+            y[k % DOFS] += 0.5;
+        }
+        for filter in [&mut open, &mut safe] {
+            filter.predict(1.0).unwrap();
+            let update = filter.observe(&Observation::new(&ALL, &y)).unwrap();
+            assert_eq!(update.rows + update.gated, DOFS);
+            assert!(update.log_likelihood.is_finite());
+        }
+    }
+    let truth = seen.sample(seen.len() - 1);
+    assert!(worst(&end(&mut safe), truth) < 0.01);
+    assert!(worst(&end(&mut open), truth) > 0.02);
+    let health = safe.health();
+    let jumps = (0..seen.len()).filter(|k| k % 7 == 3).count() as u64;
+    assert!(
+        health.gated >= jumps && health.gated <= jumps + 3,
+        "{health:?}"
+    );
+    assert!(health.gated_share() < 0.05);
+    assert_eq!(open.health().gated, 0);
+}
+
+#[test]
+fn refusing_is_not_listing() {
+    let model = model();
+    let mut sampler = Sampler::new(13);
+    let seen = motion(&mut sampler);
+    let covariance: Vec<f64> = (0..DOFS * DOFS)
+        .map(|at| if at % (DOFS + 1) == 0 { 4e-4 } else { 1e-4 })
+        .collect();
+    let part: Vec<f64> = (0..25)
+        .map(|at| if at % 6 == 0 { 4e-4 } else { 1e-4 })
+        .collect();
+    let mut gate = gated(&model, Some(Gate::default()));
+    let mut less = gated(&model, None);
+    for k in 0..20 {
+        let mut y = seen.sample(k).to_vec();
+        y[2] = -9.0;
+        let kept = [y[0], y[1], y[3], y[4], y[5]];
+        gate.predict(1.0).unwrap();
+        less.predict(1.0).unwrap();
+        gate.observe(&Observation::new(&ALL, &y).with_covariance(&covariance))
+            .unwrap();
+        less.observe(&Observation::new(&[0, 1, 3, 4, 5], &kept).with_covariance(&part))
+            .unwrap();
+        assert_eq!(gate.phase(), less.phase());
+    }
+    assert_eq!(gate.covariance(), less.covariance());
+}
+
+#[test]
+fn a_filter_that_refuses_everything_listens_again() {
+    let model = model();
+    let mut sampler = Sampler::new(14);
+    let (first, second) = (motion(&mut sampler), motion(&mut sampler));
+    let gate = Gate {
+        deviations: 4.0,
+        patience: 3,
+    };
+    let mut filter = gated(&model, Some(gate));
+    for k in 0..30 {
+        filter.predict(1.0).unwrap();
+        filter
+            .observe(&Observation::new(&ALL, first.sample(k)))
+            .unwrap();
+    }
+    // Another hand, somewhere else: the belief is wrong, not the tracker.
+    let mut refused = 0;
+    for k in 30..second.len() {
+        let y: Vec<f64> = second.sample(k).iter().map(|y| y + 0.3).collect();
+        filter.predict(1.0).unwrap();
+        refused += filter.observe(&Observation::new(&ALL, &y)).unwrap().gated;
+    }
+    assert!(refused > 0);
+    assert!(filter.health().rows > 30 * DOFS as u64 + 20);
+    let bad = Gate {
+        deviations: 0.0,
+        patience: 1,
+    };
+    let config = FilterConfig {
+        gate: Some(bad),
+        ..FilterConfig::default()
+    };
+    assert!(matches!(
+        Filter::new(&model, &config),
+        Err(BipError::Parameter { .. })
+    ));
+}
+
+#[test]
+fn health_adds_up() {
+    let model = model();
+    let mut sampler = Sampler::new(15);
+    let seen = motion(&mut sampler);
+    let mut filter = gated(&model, None);
+    let mut sum = 0.0;
+    for k in 0..seen.len() {
+        filter.predict(1.0).unwrap();
+        let update = filter
+            .observe(&Observation::new(&ALL, seen.sample(k)))
+            .unwrap();
+        sum += update.log_likelihood;
+    }
+    let health = filter.health();
+    assert_eq!(health.updates, seen.len() as u64);
+    assert_eq!(health.rows, (seen.len() * DOFS) as u64);
+    assert!((health.log_likelihood - sum).abs() < 1e-9);
+    assert!(health.condition >= 1.0 && health.condition.is_finite());
+    // Noise four times too large in variance: distances a quarter of what they would be.
+    assert!(health.recent_distance > 0.05 && health.recent_distance < 1.0);
+    for _ in 0..30 {
+        filter.observe(&Observation::new(&[0], &[5.0])).unwrap();
+    }
+    assert!(
+        filter.health().recent_distance > 2.0,
+        "{:?}",
+        filter.health()
+    );
+}
+
+/// One demonstration, so only the phase is unknown: the most probable one can be searched for.
+#[test]
+fn an_iterated_update_finds_the_most_probable_phase() {
+    let values = (0..101)
+        .flat_map(|k| {
+            let t = f64::from(k) / 100.0;
+            [t * t * (3.0 - 2.0 * t), t * t]
+        })
+        .collect();
+    let demonstration = Demonstration::from_samples(1.0, 2, values).unwrap();
+    let basis = Basis::Legendre { count: 6 };
+    let groups = vec![Group::observed("hand", 2, basis)];
+    let model = Model::train(&[demonstration], &TrainingConfig::new(groups)).unwrap();
+    let filter = |iterations| {
+        let config = FilterConfig {
+            phase: 0.3,
+            phase_variance: 0.04,
+            iterations,
+            ..FilterConfig::default()
+        };
+        Filter::new(&model, &config).unwrap()
+    };
+    let y = [0.5, 0.25]; // at phase 0.5
+    let noise = [1e-4, 1e-4];
+    let cost = |phase: f64| {
+        let mut mean = [0.0; 2];
+        model.mean_at(phase, &mut mean).unwrap();
+        let misfit: f64 = mean
+            .iter()
+            .zip(y)
+            .map(|(m, y)| (m - y).powi(2) / 1e-4)
+            .sum();
+        misfit + (phase - 0.3).powi(2) / 0.04
+    };
+    let best = (0..100_000)
+        .map(|k| f64::from(k) * 1e-5)
+        .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
+        .unwrap();
+    let [plain, iterated] = [1, 10].map(|iterations| {
+        let mut filter = filter(iterations);
+        filter
+            .observe(&Observation::new(&[0, 1], &y).with_variances(&noise))
+            .unwrap();
+        (filter.phase() - best).abs()
+    });
+    assert!(iterated < 2e-5, "{iterated}");
+    assert!(plain > 1e-2, "{plain}");
+    let config = FilterConfig {
+        iterations: 0,
+        ..FilterConfig::default()
+    };
+    assert!(Filter::new(&model, &config).is_err());
+}
+
+#[test]
+fn iterating_a_linear_update_changes_nothing() {
+    let model = model();
+    let mut sampler = Sampler::new(16);
+    let seen = motion(&mut sampler);
+    let filter = |iterations| {
+        let config = FilterConfig {
+            iterations,
+            ..FilterConfig::default()
+        };
+        Filter::new(&model, &config).unwrap()
+    };
+    let (mut once, mut often) = (filter(1), filter(5));
+    for filter in [&mut once, &mut often] {
+        filter
+            .observe_at(1.0, &Observation::new(&ALL, seen.sample(seen.len() - 1)))
+            .unwrap();
+    }
+    assert_eq!(once.covariance(), often.covariance());
+}
