@@ -62,15 +62,15 @@ impl Spread {
                 block.fill(0.0);
             }
         }
-        let (factor, right, rank) = strongest(&away, n, layout, bases, usize::MAX)?;
-        let rank_of_data = rank.min(n - 1);
+        let (factor, right, rank) = strongest(&away, n, layout, bases)?;
         let mut spread = Self {
             mean,
             factor,
             rank,
             right,
         };
-        spread.truncate(rank_of_data);
+        // The mean was taken away: a further direction is rounding.
+        spread.truncate(n - 1);
         Ok(spread)
     }
 
@@ -172,7 +172,7 @@ impl Spread {
             }
             column += stride;
         }
-        let (factor, _, rank) = strongest(&wide, width, layout, bases, usize::MAX)?;
+        let (factor, _, rank) = strongest(&wide, width, layout, bases)?;
         Ok(Self {
             mean: self.mean.clone(),
             factor,
@@ -191,7 +191,6 @@ fn strongest(
     columns: usize,
     layout: &[DofLayout],
     bases: &[OrthonormalBasis],
-    max_rank: usize,
 ) -> Result<(Vec<f64>, Vec<f64>, usize), BipError> {
     let weights = matrix.len() / columns;
     let mut scaled = matrix.to_vec();
@@ -206,7 +205,7 @@ fn strongest(
         }
     }
     let svd = Svd::of(weights, columns, &scaled)?;
-    let rank = svd.rank(NEGLIGIBLE).min(max_rank);
+    let rank = svd.rank(NEGLIGIBLE);
     let stride = svd.singular.len();
     let mut factor = Vec::with_capacity(weights * rank);
     for (row, scale) in svd.left.chunks_exact(stride).zip(&scale) {
