@@ -8,6 +8,8 @@ use crate::spread::Spread;
 use crate::square_root::{Rows, SquareRoot, Tile, tiles};
 use crate::{BipError, Group, Role};
 
+/// Values of `α` that [`Shrinkage::LeaveOneOut`](crate::Shrinkage::LeaveOneOut) compares.
+const SHRINKAGES: [f64; 10] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0];
 /// `ln(2 π)`.
 const LN_TAU: f64 = 1.837_877_066_409_345_5;
 
@@ -20,8 +22,6 @@ pub(crate) struct HeldOut<'a> {
     /// Of all fits, no direction dropped.
     pub(crate) spread: &'a Spread,
     pub(crate) noise_fit: &'a [f64],
-    /// Demonstrations to hold out, spread evenly.
-    pub(crate) count: usize,
 }
 
 /// Prior and noise of one comparison.
@@ -34,19 +34,37 @@ struct Belief<'a> {
 }
 
 impl HeldOut<'_> {
-    /// Which demonstrations are held out.
-    fn left_out(&self) -> impl Iterator<Item = usize> {
-        let (n, count) = (self.fits.len(), self.count);
+    /// Which demonstrations are held out: `count` of them, spread evenly.
+    fn left_out(&self, count: usize) -> impl Iterator<Item = usize> {
+        let n = self.fits.len();
         (0..count).map(move |h| h * n / count)
+    }
+
+    /// The `α` under which held-out demonstrations have the highest density; 0 if none is held out.
+    pub(crate) fn best_alpha(&self, count: usize) -> Result<f64, BipError> {
+        let mut best = (f64::NEG_INFINITY, 0.0);
+        for alpha in SHRINKAGES.into_iter().take_while(|_| count > 0) {
+            let noise = self.noise(count, alpha, None)?;
+            let density = self.log_density(count, alpha, &noise)?;
+            if density > best.0 {
+                best = (density, alpha);
+            }
+        }
+        Ok(best.1)
     }
 
     /// Measurement noise per degree of freedom: each held-out demonstration is fitted with the
     /// prior of the others on what a filter observes; mean squared residuals of all.
     ///
     /// `alpha`: shrinkage of the priors. `max_rank`: directions that they keep.
-    pub(crate) fn noise(&self, alpha: f64, max_rank: Option<usize>) -> Result<Vec<f64>, BipError> {
+    pub(crate) fn noise(
+        &self,
+        count: usize,
+        alpha: f64,
+        max_rank: Option<usize>,
+    ) -> Result<Vec<f64>, BipError> {
         let mut sums = vec![0.0; self.layout.len()];
-        for i in self.left_out() {
+        for i in self.left_out(count) {
             let (prior, own) = match max_rank {
                 Some(rank) => (self.truncated(i, alpha, rank)?, Vec::new()),
                 None => self.shrunk(i, alpha),
@@ -65,14 +83,14 @@ impl HeldOut<'_> {
         Ok(sums
             .iter()
             .zip(self.noise_fit)
-            .map(|(s, fit)| (s / self.count as f64).max(*fit))
+            .map(|(s, fit)| (s / count as f64).max(*fit))
             .collect())
     }
 
     /// Sum over the held-out demonstrations of the logarithm of the density of all their samples.
-    pub(crate) fn log_likelihood(&self, alpha: f64, noise: &[f64]) -> Result<f64, BipError> {
+    fn log_density(&self, count: usize, alpha: f64, noise: &[f64]) -> Result<f64, BipError> {
         let mut sum = 0.0;
-        for i in self.left_out() {
+        for i in self.left_out(count) {
             let (prior, own) = self.shrunk(i, alpha);
             let belief = Belief {
                 prior: &prior,

@@ -9,6 +9,8 @@ const CLEAR: f64 = 7.0;
 const FEWEST: usize = 10;
 /// Longest smoothing while nothing moves clearly, as a share of the recording.
 const LONGEST: f64 = 0.25;
+/// The same in samples on either side: keeps the time linear in the length of the recording.
+const LONGEST_HALF: usize = 500;
 /// Longest smoothing of a clear motion, as a share of the time above half of its peak speed:
 /// beyond, the window blurs the start more than the noise does.
 const LONGEST_OF_MOTION: f64 = 0.3;
@@ -133,7 +135,7 @@ impl Onset {
             clear: 2.0 * (CLEAR * squares).sqrt() + 2.0 * CLEAR * largest,
         };
         let share = self.start_share.min(self.end_share);
-        let longest = ((LONGEST * n as f64) as usize).clamp(1, (n - 1) / 2 + 1);
+        let longest = ((LONGEST * n as f64) as usize).clamp(1, LONGEST_HALF);
         let mut half = 1;
         loop {
             let speed = smoothed(demonstration, &self.dofs, half, &noise);

@@ -6,10 +6,8 @@ use crate::held_out::HeldOut;
 use crate::model::{DofLayout, lay_out};
 use crate::orthonormal::OrthonormalBasis;
 use crate::spread::Spread;
+use crate::training::HELD_OUT;
 use crate::{BipError, Demonstration, Model, PhaseRate, PhaseVelocity, Shrinkage, TrainingConfig};
-
-/// Values of `α` that [`Shrinkage::LeaveOneOut`] compares.
-const SHRINKAGES: [f64; 10] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0];
 
 /// Names a demonstration within the trainer that it was added to; never given twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -127,7 +125,8 @@ impl Trainer {
     /// demonstration gives rank 0: only the phase is filtered.
     ///
     /// # Errors
-    /// No demonstration; values so large that their squares overflow.
+    /// No demonstration; values so large that their squares overflow; singular values that do not
+    /// converge.
     pub fn model(&self) -> Result<Model, BipError> {
         let n = self.fits.len();
         if n == 0 {
@@ -154,16 +153,24 @@ impl Trainer {
             fits: &fits,
             spread: &spread,
             noise_fit: &noise_fit,
-            count: if n < 2 {
-                0
-            } else {
-                self.config.held_out.min(n)
-            },
         };
-        let shrinkage = self.shrinkage(&held_out)?;
-        let noise_held_out = match held_out.count {
+        let count = if n < 2 {
+            0
+        } else {
+            self.config.held_out.min(n)
+        };
+        let shrinkage = match self.config.shrinkage {
+            Shrinkage::None => 0.0,
+            Shrinkage::Fixed(alpha) => alpha,
+            // Chosen whether or not the held-out noise is wanted.
+            Shrinkage::LeaveOneOut if n > 1 && count == 0 => {
+                held_out.best_alpha(HELD_OUT.min(n))?
+            }
+            Shrinkage::LeaveOneOut => held_out.best_alpha(count)?,
+        };
+        let noise_held_out = match count {
             0 => None,
-            _ => Some(held_out.noise(shrinkage, self.config.max_rank)?),
+            _ => Some(held_out.noise(count, shrinkage, self.config.max_rank)?),
         };
         let mut prior = spread.shrunk(shrinkage, &self.layout, &self.bases)?;
         prior.truncate(self.config.max_rank.unwrap_or(usize::MAX));
@@ -187,29 +194,6 @@ impl Trainer {
             shrinkage,
             tuning: None,
         })
-    }
-
-    /// `α`: given, or the best of the grid.
-    fn shrinkage(&self, held_out: &HeldOut<'_>) -> Result<f64, BipError> {
-        match self.config.shrinkage {
-            Shrinkage::None => Ok(0.0),
-            Shrinkage::Fixed(alpha) => Ok(alpha),
-            Shrinkage::LeaveOneOut if held_out.count == 0 => Err(BipError::TooFewDemonstrations {
-                needed: 2,
-                got: self.len(),
-            }),
-            Shrinkage::LeaveOneOut => {
-                let mut best = (f64::NEG_INFINITY, 0.0);
-                for alpha in SHRINKAGES {
-                    let noise = held_out.noise(alpha, None)?;
-                    let score = held_out.log_likelihood(alpha, &noise)?;
-                    if score > best.0 {
-                        best = (score, alpha);
-                    }
-                }
-                Ok(best.1)
-            }
-        }
     }
 
     /// Mean over all samples, or zero without centring.

@@ -3,6 +3,9 @@
 use crate::error::{not_negative, positive, share};
 use crate::{BipError, Demonstration, Group, Model, Onset, Trainer};
 
+/// Demonstrations held out unless told otherwise.
+pub(crate) const HELD_OUT: usize = 64;
+
 /// How a demonstration's length becomes a phase velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PhaseRate {
@@ -27,7 +30,8 @@ pub enum Shrinkage {
     /// `α` as given, in `[0, 1]`.
     Fixed(f64),
     /// The `α` of a fixed grid, 0 included, under which demonstrations that were held out have the
-    /// highest density at their own phases, each with the noise estimated for that `α`.
+    /// highest density at their own phases, each with the noise estimated for that `α`. 0 of one
+    /// or two demonstrations.
     LeaveOneOut,
 }
 
@@ -73,7 +77,7 @@ impl TrainingConfig {
             onset: None,
             shrinkage: Shrinkage::None,
             max_rank: None,
-            held_out: 64,
+            held_out: HELD_OUT,
             noise_floor: 1e-4,
             velocity_floor: 0.05,
         }

@@ -1,4 +1,5 @@
 //! Model files: bit by bit there and back, and every damage an error.
+#![cfg(feature = "serde")]
 
 use hwall_bip::{
     Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, Role,

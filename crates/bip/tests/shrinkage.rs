@@ -3,7 +3,7 @@
 mod common;
 
 use hwall_bip::{
-    Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, Shrinkage,
+    Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, Shrinkage,
     TrainingConfig,
 };
 use hwall_testkit::Sampler;
@@ -188,10 +188,8 @@ fn chosen_directions_are_bounded_after_shrinkage() {
 #[test]
 fn few_demonstrations() {
     let demonstrations = motions(8, 3, true);
-    assert_eq!(
-        Model::train(&demonstrations[..1], &config(Shrinkage::LeaveOneOut)),
-        Err(BipError::TooFewDemonstrations { needed: 2, got: 1 })
-    );
+    let one = train(&demonstrations[..1], Shrinkage::LeaveOneOut);
+    assert_eq!((one.shrinkage(), one.rank()), (0.0, 0));
     let one = train(&demonstrations[..1], Shrinkage::Fixed(0.5));
     assert_eq!(one.rank(), 0);
     for count in [2, 3] {
@@ -204,6 +202,19 @@ fn few_demonstrations() {
                 .all(|v| *v > 0.0 && v.is_finite())
         );
     }
+}
+
+#[test]
+fn choosing_does_not_need_the_held_out_noise() {
+    let demonstrations = motions(9, 10, true);
+    let config = TrainingConfig {
+        held_out: 0,
+        ..config(Shrinkage::LeaveOneOut)
+    };
+    let model = Model::train(&demonstrations, &config).unwrap();
+    assert_eq!(model.noise_held_out(), None);
+    let with_noise = train(&demonstrations, Shrinkage::LeaveOneOut);
+    assert_eq!(model.shrinkage(), with_noise.shrinkage());
 }
 
 /// The hand and the arm of the reference move together: `α` is small or zero.
