@@ -3,6 +3,11 @@
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
 pub mod arms;
+pub mod bip_figures;
+pub mod bip_report;
+pub mod bip_run;
+pub mod bip_scores;
+pub mod bip_setup;
 pub mod figures;
 pub mod numbers;
 pub mod place;
@@ -10,6 +15,7 @@ pub mod placement;
 pub mod published;
 pub mod reach_figures;
 pub mod reach_maps;
+pub mod reaches;
 pub mod report;
 pub mod run_figures;
 pub mod session;
@@ -17,6 +23,7 @@ pub mod speed;
 pub mod speed_reach;
 pub mod stage;
 pub mod touches;
+pub mod trajectories;
 pub mod validation;
 pub mod wall_maps;
 

@@ -1,6 +1,6 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers a line.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
@@ -59,6 +59,12 @@ impl NumberReader {
         self.header.iter().any(|h| h == column)
     }
 
+    /// The names of the columns, in their order.
+    #[must_use]
+    pub fn header(&self) -> &[String] {
+        &self.header
+    }
+
     /// Places of the columns.
     ///
     /// # Errors
@@ -91,10 +97,26 @@ impl NumberReader {
         match self.records.next() {
             None => Ok(None),
             Some(record) => {
-                let cells = record.with_context(|| self.name.clone())?;
+                let cells = match record {
+                    Ok(cells) => cells,
+                    Err(error) => return Err(self.refused(error)),
+                };
                 let line = cells.position().map_or(0, csv::Position::line);
                 Ok(Some(NumberRow { line, cells }))
             }
+        }
+    }
+
+    fn refused(&self, error: csv::Error) -> anyhow::Error {
+        let line = error.position().map_or(0, csv::Position::line);
+        match *error.kind() {
+            csv::ErrorKind::UnequalLengths {
+                expected_len, len, ..
+            } => anyhow!(
+                "{} line {line}: {len} cells, the header has {expected_len}",
+                self.name
+            ),
+            _ => anyhow::Error::new(error).context(self.name.clone()),
         }
     }
 
@@ -103,20 +125,35 @@ impl NumberReader {
     /// # Errors
     /// A cell that is no finite number.
     pub fn values(&self, row: &NumberRow, places: &[usize]) -> anyhow::Result<Vec<f64>> {
-        places
-            .iter()
-            .map(|&place| {
-                let text = &row.cells[place];
-                let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
-                value.with_context(|| {
-                    let column = &self.header[place];
-                    format!(
-                        "{} line {}, column {column}: {text:?} is no finite number",
-                        self.name, row.line
-                    )
-                })
-            })
-            .collect()
+        places.iter().map(|&p| self.number(row, p)).collect()
+    }
+
+    /// As [`values`](Self::values); an empty cell is a missing value.
+    ///
+    /// # Errors
+    /// A cell that is neither empty nor a finite number.
+    pub fn values_or_missing(
+        &self,
+        row: &NumberRow,
+        places: &[usize],
+    ) -> anyhow::Result<Vec<Option<f64>>> {
+        let cell = |&place: &usize| match &row.cells[place] {
+            "" => Ok(None),
+            _ => self.number(row, place).map(Some),
+        };
+        places.iter().map(cell).collect()
+    }
+
+    fn number(&self, row: &NumberRow, place: usize) -> anyhow::Result<f64> {
+        let text = &row.cells[place];
+        let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
+        value.with_context(|| {
+            let column = &self.header[place];
+            format!(
+                "{} line {}, column {column}: {text:?} is no finite number",
+                self.name, row.line
+            )
+        })
     }
 
     /// Says where a row stood, for errors about what it means.

@@ -206,6 +206,18 @@ impl FullFilter {
         let (values, _) = self.functions(phase);
         Some(dot(&values[g], &self.state[first..first + values[g].len()]))
     }
+
+    /// Variance of a degree of freedom at a given phase, without measurement noise; `None` if
+    /// there is no such one. Negative where rounding has cost the covariance its definiteness.
+    #[must_use]
+    pub fn variance_at(&self, phase: f64, dof: usize) -> Option<f64> {
+        let &(g, first) = self.layout.get(dof)?;
+        let (values, _) = self.functions(phase);
+        let (psi, n) = (&values[g], self.state.len());
+        let row = |i: usize| &self.covariance[(first + i) * n + first..][..psi.len()];
+        let weighted = psi.iter().enumerate().map(|(i, x)| x * dot(row(i), psi));
+        Some(weighted.sum())
+    }
 }
 
 /// Solves `L Lᵀ x = b` in place.

@@ -245,7 +245,7 @@ impl Filter {
         observation.validate(&mut self.scratch.seen)?;
         self.scratch.kept.clear();
         self.scratch.kept.extend(0..observation.dofs.len());
-        observation.factor_noise(&self.scratch.kept, &mut self.scratch.lower)?;
+        observation.factor_noise(&mut self.scratch.lower)?;
         let refused = self.refuse_outliers(fixed, observation)?;
         let m = self.scratch.kept.len();
         self.scratch.point.copy_from_slice(&self.state);
@@ -378,7 +378,7 @@ impl Filter {
             self.refused = 0;
         }
         if refused.rows > 0 {
-            observation.factor_noise(&self.scratch.kept, &mut self.scratch.lower)?;
+            observation.factor_noise_of(&self.scratch.kept, &mut self.scratch.lower)?;
         }
         Ok(refused)
     }

@@ -88,7 +88,12 @@ impl HeldOut<'_> {
     }
 
     /// Sum over the held-out demonstrations of the logarithm of the density of all their samples.
-    fn log_density(&self, count: usize, alpha: f64, noise: &[f64]) -> Result<f64, BipError> {
+    pub(crate) fn log_density(
+        &self,
+        count: usize,
+        alpha: f64,
+        noise: &[f64],
+    ) -> Result<f64, BipError> {
         let mut sum = 0.0;
         for i in self.left_out(count) {
             let (prior, own) = self.shrunk(i, alpha);

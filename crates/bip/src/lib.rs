@@ -7,6 +7,8 @@ mod branching;
 pub mod compat;
 mod demonstration;
 mod dense;
+mod ensemble;
+mod ensemble_update;
 mod error;
 mod evaluation;
 #[cfg(feature = "serde")]
@@ -16,6 +18,7 @@ mod fit;
 mod gate;
 mod health;
 mod held_out;
+mod members;
 mod mixture;
 mod model;
 mod motion_filter;
@@ -24,6 +27,7 @@ mod onset;
 mod orthonormal;
 mod posterior;
 mod projector;
+mod selection;
 mod spread;
 mod square_root;
 mod threads;
@@ -36,6 +40,7 @@ pub use bank::{Bank, BankConfig, Mode};
 pub use bank_posterior::HypothesisView;
 pub use basis::Basis;
 pub use demonstration::Demonstration;
+pub use ensemble::{EnsembleConfig, EnsembleFilter, EnsembleUpdate};
 pub use error::BipError;
 pub use evaluation::{EndPrediction, Evaluation, EvaluationConfig, follow, leave_one_out};
 pub use filter::{Filter, FilterConfig, NoiseSource};
@@ -47,6 +52,10 @@ pub use motion_filter::MotionFilter;
 pub use observation::{Observation, Update};
 pub use onset::Onset;
 pub use posterior::TimeToEnd;
+pub use selection::{
+    Criterion, Score, SelectionConfig, at_edge, default_candidates, score_bases, select_basis,
+    select_groups,
+};
 pub use trainer::{DemonstrationId, Trainer};
 pub use training::{PhaseRate, Shrinkage, TrainingConfig};
 pub use tuning::{Trial, TuningConfig, tune};

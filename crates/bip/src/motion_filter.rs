@@ -1,6 +1,6 @@
 //! What all filters of this crate have in common, so that they can be compared.
 
-use crate::{Bank, BipError, Filter, Observation};
+use crate::{Bank, BipError, EnsembleFilter, Filter, Observation};
 
 /// A belief about one motion in progress that takes evidence and predicts.
 pub trait MotionFilter {
@@ -86,7 +86,7 @@ macro_rules! motion_filter {
             }
 
             fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
-                self.phase_covariance()
+                <$filter>::phase_covariance(self)
             }
         }
     };
@@ -94,3 +94,4 @@ macro_rules! motion_filter {
 
 motion_filter!(Filter);
 motion_filter!(Bank);
+motion_filter!(EnsembleFilter);

@@ -77,9 +77,22 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// Lower Cholesky factor of the noise of the kept values into `lower` where it is a full
-    /// covariance.
-    pub(crate) fn factor_noise(&self, kept: &[usize], lower: &mut [f64]) -> Result<(), BipError> {
+    /// Lower Cholesky factor of the noise into `lower` where it is a full covariance.
+    pub(crate) fn factor_noise(&self, lower: &mut [f64]) -> Result<(), BipError> {
+        if let Noise::Covariance(c) = self.noise {
+            let lower = &mut lower[..c.len()];
+            lower.copy_from_slice(c);
+            cholesky("covariance", self.dofs.len(), lower)?;
+        }
+        Ok(())
+    }
+
+    /// The same for some of the values, by their places.
+    pub(crate) fn factor_noise_of(
+        &self,
+        kept: &[usize],
+        lower: &mut [f64],
+    ) -> Result<(), BipError> {
         if let Noise::Covariance(c) = self.noise {
             let m = kept.len();
             let lower = &mut lower[..m * m];

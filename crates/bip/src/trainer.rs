@@ -133,11 +133,7 @@ impl Trainer {
             return Err(BipError::TooFewDemonstrations { needed: 1, got: 0 });
         }
         let offset = self.offset();
-        let fits: Vec<Centred<'_>> = self
-            .fits
-            .iter()
-            .map(|(_, fit)| fit.less(&offset, &self.layout))
-            .collect();
+        let fits = self.centred(&offset);
         let fits: Vec<&Centred<'_>> = fits.iter().collect();
         let noise_fit: Vec<f64> = (0..self.layout.len())
             .map(|d| {
@@ -196,6 +192,35 @@ impl Trainer {
         })
     }
 
+    /// Mean over held-out demonstrations of the logarithm of their density under the prior of the
+    /// others, with the held-out noise of the model of all; `None` if it has none.
+    pub(crate) fn held_out_density(&self, model: &Model) -> Result<Option<f64>, BipError> {
+        let Some(noise) = model.noise_held_out() else {
+            return Ok(None);
+        };
+        let fits = self.centred(&model.offset);
+        let fits: Vec<&Centred<'_>> = fits.iter().collect();
+        let held_out = HeldOut {
+            groups: &self.config.groups,
+            bases: &self.bases,
+            layout: &self.layout,
+            fits: &fits,
+            spread: &Spread::of(&fits, &self.layout, &self.bases)?,
+            noise_fit: model.noise_fit(),
+        };
+        let count = self.config.held_out.min(self.len());
+        let sum = held_out.log_density(count, model.shrinkage(), noise)?;
+        Ok(Some(sum / count as f64))
+    }
+
+    /// The fits of the values less an offset.
+    pub(crate) fn centred(&self, offset: &[f64]) -> Vec<Centred<'_>> {
+        self.fits
+            .iter()
+            .map(|(_, fit)| fit.less(offset, &self.layout))
+            .collect()
+    }
+
     /// Mean over all samples, or zero without centring.
     fn offset(&self) -> Vec<f64> {
         let samples: usize = self.fits.iter().map(|(_, f)| f.samples).sum();
@@ -213,7 +238,7 @@ impl Trainer {
     }
 
     /// Variance below which the noise of a degree of freedom is not taken.
-    fn noise_floor(&self, d: usize) -> f64 {
+    pub(crate) fn noise_floor(&self, d: usize) -> f64 {
         let (low, high) = self
             .fits
             .iter()

@@ -185,6 +185,8 @@ fn low_rank_equals_full_state() {
                 .unwrap();
             for (d, mean) in mean.iter().enumerate() {
                 assert!((mean - full.mean_at(1.0, d).unwrap()).abs() < 1e-6);
+                let full_variance = full.variance_at(1.0, d).unwrap();
+                assert!((variance[d] / full_variance - 1.0).abs() < 1e-6);
             }
         }
     }

@@ -1,0 +1,354 @@
+//! The ensemble filter: the belief as a set of possible motions instead of a mean and a covariance.
+
+use crate::ensemble_update::Scratch;
+use crate::error::{finite, length, not_negative};
+use crate::members::{At, Predictor, Table};
+use crate::projector::PHASE_STATES;
+use crate::{BipError, Filter, FilterConfig, Model, Observation, Update};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+
+/// How the members of an ensemble take an observation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EnsembleUpdate {
+    /// Each member sees the observation with noise of its own, drawn with the standard deviation
+    /// of the measurement. Source: [Burgers 1998]; what [Campbell 2019] describes.
+    Perturbed,
+    /// As the code published with [Campbell 2019] does it, for comparison only: the noise is drawn
+    /// with the *variance* as standard deviation. Below a variance of one unit the members end up
+    /// too close together, above it too far apart. A full covariance counts with its diagonal.
+    Published,
+    /// Nothing is drawn for the observation: mean and deviations of the members are moved so that
+    /// their mean and covariance are exactly those of the linear update. Source: the square root
+    /// of [Andrews 1968] as in [Whitaker 2002], eq. 10, for all rows at once.
+    Deterministic,
+}
+
+/// Parameters of an ensemble filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnsembleConfig {
+    /// Number of members, at least 2. Default 300. With fewer members than the state has
+    /// variables, directions that no member shows are taken as certain.
+    pub members: usize,
+    /// Seed of all draws. Default 0.
+    pub seed: u64,
+    /// Default [`EnsembleUpdate::Deterministic`].
+    pub update: EnsembleUpdate,
+    /// Shift the first members so that their mean is that of the prior. Default `true`.
+    pub centred: bool,
+    /// Start, process noise and measurement noise, as for [`Filter`].
+    pub filter: FilterConfig,
+}
+
+impl Default for EnsembleConfig {
+    fn default() -> Self {
+        Self {
+            members: 300,
+            seed: 0,
+            update: EnsembleUpdate::Deterministic,
+            centred: true,
+            filter: FilterConfig::default(),
+        }
+    }
+}
+
+/// A belief about one motion in progress, as an ensemble of phases, phase velocities and
+/// coefficients.
+///
+/// The same model, observations, units and errors as [`Filter`]; the first members are drawn from
+/// its prior. The difference: each member predicts the observation at its own phase, so nothing is
+/// linearised, and mean and covariance are those of a sample, with its sampling error.
+/// Where [`FilterConfig::clip_phase`] is set, the mean of the phases is kept within `[0, 1]` and a
+/// member beyond expects the motion to rest at its start or end.
+///
+/// When to take it: where the phase is so uncertain that a linearisation at its mean misleads, or
+/// where the shape of the belief itself is of interest ([`phases`](Self::phases)). It costs tens of
+/// times the exact filter. On 18 reaches with 47 demonstrations, 300 members with the deterministic
+/// update were a little more accurate than the exact filter, their intervals no better; 50
+/// members with perturbed observations, about as many as state variables, diverged by metres in
+/// some runs. The published draws were the worst once half of a motion was seen.
+///
+/// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do
+/// not allocate. An error leaves members and draws as they were. The same seed gives the same
+/// answer on machines with the same vector instructions.
+///
+/// Source: [Campbell 2019] (ensemble Bayesian interaction primitives), in the span of the
+/// demonstrations, with rows of the innovation only for what was observed.
+#[derive(Debug, Clone)]
+pub struct EnsembleFilter {
+    predictor: Predictor,
+    noise_sd: Vec<f64>,
+    residual_sd: Vec<f64>,
+    spread: f64,
+    acceleration_sd: f64,
+    clip: bool,
+    update: EnsembleUpdate,
+    generator: Pcg64,
+    state: Table,
+    size: usize,
+    scratch: Scratch,
+}
+
+/// `ln(2 π)`.
+const LN_TAU: f64 = 1.837_877_066_409_345_5;
+
+impl EnsembleFilter {
+    /// Members drawn from the prior, before anything is seen.
+    ///
+    /// # Errors
+    /// Fewer than two members, a gate, more than one iteration; as [`Filter::new`].
+    pub fn new(model: &Model, config: &EnsembleConfig) -> Result<Self, BipError> {
+        let members = config.members;
+        if members < 2 {
+            return Err(BipError::Parameter {
+                what: "members",
+                value: members as f64,
+                wanted: "at least 2",
+            });
+        }
+        if let Some(gate) = config.filter.gate {
+            return Err(BipError::Parameter {
+                what: "deviations of the gate",
+                value: gate.deviations,
+                wanted: "none: an ensemble has no gate",
+            });
+        }
+        if config.filter.iterations > 1 {
+            return Err(BipError::Parameter {
+                what: "iterations",
+                value: config.filter.iterations as f64,
+                wanted: "1: an ensemble does not linearise",
+            });
+        }
+        // Checks the parameters and resolves their defaults.
+        let exact = Filter::new(model, &config.filter)?;
+        let (size, dofs) = (PHASE_STATES + model.rank(), model.dofs());
+        let velocity = model.phase_velocity();
+        let mut generator = Pcg64::seed_from_u64(config.seed);
+        let mut state = Table::new(size, members);
+        for k in 0..size {
+            let (mean, sd) = match k {
+                0 => (exact.phase(), config.filter.phase_variance.sqrt()),
+                1 => (velocity.mean, velocity.variance.sqrt()),
+                _ => (0.0, 1.0),
+            };
+            for x in state.row_mut(k) {
+                *x = StandardNormal.sample(&mut generator);
+            }
+            if config.centred {
+                state.centre(k);
+            }
+            for x in state.row_mut(k) {
+                *x = mean + sd * *x;
+            }
+        }
+        let mut filter = Self {
+            predictor: Predictor::new(model),
+            noise_sd: exact.noise_sd,
+            residual_sd: exact.residual_sd,
+            spread: exact.spread,
+            acceleration_sd: exact.acceleration_sd,
+            clip: config.filter.clip_phase,
+            update: config.update,
+            generator,
+            size,
+            scratch: Scratch::new(&state, dofs),
+            state,
+        };
+        filter.clip_phase();
+        Ok(filter)
+    }
+
+    /// Lets `dt` pass: every member moves on at its own velocity with an acceleration drawn for
+    /// it, whatever the update.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite.
+    pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
+        not_negative("dt", dt)?;
+        let scratch = &mut self.scratch.state;
+        scratch.copy_from(&self.state);
+        let mut generator = self.generator.clone();
+        let (phase, velocity) = scratch.top_two_mut();
+        for (phase, velocity) in phase.iter_mut().zip(velocity) {
+            let draw: f64 = StandardNormal.sample(&mut generator);
+            let gained = self.acceleration_sd * dt * draw;
+            *phase += dt * (*velocity + 0.5 * gained);
+            *velocity += gained;
+        }
+        if !scratch.is_finite(PHASE_STATES) {
+            return Err(BipError::NonFinite {
+                what: "dt",
+                index: 0,
+                value: dt * self.phase_velocity(),
+            });
+        }
+        std::mem::swap(&mut self.state, scratch);
+        self.generator = generator;
+        self.clip_phase();
+        Ok(())
+    }
+
+    /// Takes an observation of the present: each member compares it with its own phase.
+    ///
+    /// # Errors
+    /// As [`Filter::observe`]; a noise so small beside the spread of the members that their
+    /// covariance has no positive definite rest.
+    pub fn observe(&mut self, observation: &Observation<'_>) -> Result<Update, BipError> {
+        let at = if self.clip { At::OwnWithin } else { At::Own };
+        self.observe_rows(at, observation)
+    }
+
+    /// Takes evidence about another phase, such as an end point. The members are asked there, so
+    /// with [`EnsembleUpdate::Deterministic`] this is the exact update of their mean and covariance.
+    ///
+    /// # Errors
+    /// As [`observe`](Self::observe); a phase that is not finite or so far out that a basis overflows.
+    pub fn observe_at(
+        &mut self,
+        phase: f64,
+        observation: &Observation<'_>,
+    ) -> Result<Update, BipError> {
+        finite("phase", &[phase])?;
+        self.observe_rows(At::Phase(phase), observation)
+    }
+
+    fn observe_rows(&mut self, at: At, observation: &Observation<'_>) -> Result<Update, BipError> {
+        let s = &mut self.scratch;
+        observation.validate(&mut s.seen)?;
+        observation.factor_noise(&mut s.lower)?;
+        let m = observation.dofs.len();
+        let overflow = BipError::Overflow {
+            phase: match at {
+                At::Phase(phase) => phase,
+                At::Own | At::OwnWithin => self.state.mean(0),
+            },
+        };
+        let mut generator = self.generator.clone();
+        self.predictor
+            .predict(&self.state, at, observation.dofs, &mut s.expected);
+        if !s.expected.is_finite(m) {
+            return Err(overflow);
+        }
+        let log_sd = s.innovations(observation, &self.noise_sd, self.update, &mut generator);
+        let scale = 1.0 / (self.state.members() - 1) as f64;
+        let (distance_squared, log_determinant) = s.factor(m, scale)?;
+        s.changes(m, self.update);
+        s.state.copy_from(&self.state);
+        for k in 0..self.size {
+            for (i, gain) in s.gain[..m].iter_mut().enumerate() {
+                // The rows of `expected` sum to zero, so the mean of the state cancels.
+                *gain = scale * self.state.product(k, &s.expected, i);
+            }
+            s.state.add_combination(k, &s.gain[..m], &s.change);
+        }
+        if !(s.state.is_finite(self.size) && distance_squared.is_finite()) {
+            return Err(overflow);
+        }
+        std::mem::swap(&mut self.state, &mut s.state);
+        self.generator = generator;
+        self.clip_phase();
+        Ok(Update {
+            rows: m,
+            gated: 0,
+            distance_squared,
+            log_likelihood: -0.5 * (distance_squared + log_determinant + m as f64 * LN_TAU)
+                - log_sd,
+        })
+    }
+
+    fn clip_phase(&mut self) {
+        let mean = self.phase();
+        let shift = mean.clamp(0.0, 1.0) - mean;
+        if self.clip && shift != 0.0 {
+            self.state.row_mut(0).iter_mut().for_each(|x| *x += shift);
+        }
+    }
+
+    /// Variance of a new motion around what the model can express of it; see
+    /// [`Filter::residual_variance`].
+    #[must_use]
+    pub fn residual_variance(&self, dof: usize) -> Option<f64> {
+        self.residual_sd.get(dof).map(|sd| sd * sd)
+    }
+
+    /// Factor on standard deviations; see [`Filter::spread`].
+    #[must_use]
+    pub fn spread(&self) -> f64 {
+        self.spread
+    }
+
+    /// Number of members.
+    #[must_use]
+    pub fn members(&self) -> usize {
+        self.state.members()
+    }
+
+    /// Mean of the phases.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        self.state.mean(0)
+    }
+
+    /// Mean of the phase velocities, 1/time.
+    #[must_use]
+    pub fn phase_velocity(&self) -> f64 {
+        self.state.mean(1)
+    }
+
+    /// Sample covariance of phase and phase velocity.
+    #[must_use]
+    pub fn phase_covariance(&self) -> [[f64; 2]; 2] {
+        [0, 1].map(|i| [0, 1].map(|j| self.state.covariance(i, j)))
+    }
+
+    /// Phases of the members: a sample of the belief, which may lean to one side or have two humps.
+    #[must_use]
+    pub fn phases(&self) -> &[f64] {
+        self.state.row(0)
+    }
+
+    /// Means of the coefficients.
+    pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
+        (PHASE_STATES..self.size).map(|k| self.state.mean(k))
+    }
+
+    /// Sample covariance of phase, phase velocity and coefficients, row-major. Allocates.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<f64> {
+        (0..self.size * self.size)
+            .map(|at| self.state.covariance(at / self.size, at % self.size))
+            .collect()
+    }
+
+    /// Mean and variance of some degrees of freedom at a phase, over the members: 1 is the end.
+    ///
+    /// # Errors
+    /// As [`Filter::moments_at`].
+    pub fn moments_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        finite("phase", &[phase])?;
+        length("mean", dofs.len(), mean.len())?;
+        length("variance", dofs.len(), variance.len())?;
+        let count = self.predictor.dofs();
+        if let Some(&dof) = dofs.iter().find(|d| **d >= count) {
+            return Err(BipError::UnknownDof { dof, dofs: count });
+        }
+        let values = &mut self.scratch.expected;
+        for ((dof, mean), variance) in dofs.iter().zip(mean).zip(variance) {
+            self.predictor
+                .predict(&self.state, At::Phase(phase), &[*dof], values);
+            (*mean, *variance) = (values.mean(0), values.covariance(0, 0));
+            if !(mean.is_finite() && variance.is_finite()) {
+                return Err(BipError::Overflow { phase });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,97 @@
+//! Learns from a folder of motions, filters another one, and says how well the end was foreseen.
+//!
+//! `cargo run --release --example bip_filter`
+
+use anyhow::Context;
+use clap::Parser;
+use hwall_bip::Basis;
+use hwall_examples::bip_setup::{self, Indices, Mode, Noise, Setup};
+use hwall_examples::{bip_figures, bip_report, bip_run, bip_scores, exit, reaches, trajectories};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Where will a motion end, seen from its beginning? Trains on CSV files, runs a filter over others.
+///
+/// One file a motion, one row a sample, a header, one column a degree of freedom in any unit. A
+/// first column `t` holds time, s; without it time counts samples. An empty cell of a test file
+/// was not observed. A folder that is given twice is split by names that start with train and
+/// test. Without folders: synthetic reaches. Prints errors, coverage and times.
+#[derive(Parser)]
+struct Args {
+    /// Folder of training motions
+    #[arg(long, requires_all = ["test", "observed"])]
+    train: Option<PathBuf>,
+    /// Folder of test motions
+    #[arg(long, requires = "train")]
+    test: Option<PathBuf>,
+    /// Columns that the filter sees, from 0, not counting `t`: a-b,c,... [default of the synthetic ones: 0-17]
+    #[arg(long, requires = "train")]
+    observed: Option<Indices>,
+    /// poly:N, legendre:N, chebyshev:N, gauss:N[:VARIANCE], ngauss:N[:VARIANCE], sigmoid:N:WIDTH
+    #[arg(long, default_value = "legendre:8", value_parser = bip_setup::basis)]
+    basis: Basis,
+    /// exact, compat (the published one; implies --published), bank, ensemble:N
+    #[arg(long, default_value = "exact")]
+    mode: Mode,
+    /// Variance of the phase at the start
+    #[arg(long, default_value_t = 1e-4)]
+    phase_var: f64,
+    /// Variance of the acceleration of the phase, 1/time^4 [default: the library's]
+    #[arg(long)]
+    process_var: Option<f64>,
+    /// Measurement noise: fit, loo (training motions left out one at a time), or a factor on the variance of the fit
+    #[arg(long, default_value = "loo")]
+    noise: Noise,
+    /// Train by the published conventions: no centring, phase velocity 1 / samples
+    #[arg(long)]
+    published: bool,
+    /// Seed of the synthetic reaches
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write what the filter believed after every sample, JSON
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Folder for the figures: error and coverage against the share seen
+    #[arg(long)]
+    svg: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    let [train, test] = match (&args.train, &args.test) {
+        (Some(train), Some(test)) => trajectories::read_both(train, test)?,
+        _ => reaches::sets(args.seed, 40, 30),
+    };
+    if train == test {
+        eprintln!("note: the test motions are the training motions");
+    }
+    let setup = Setup {
+        basis: args.basis,
+        observed: match &args.observed {
+            Some(observed) => observed.clone(),
+            None => reaches::OBSERVED.parse()?,
+        },
+        mode: args.mode,
+        noise: args.noise,
+        phase_variance: args.phase_var,
+        process_variance: args.process_var,
+        published: args.published,
+    };
+    let trained = setup.train(&train)?;
+    let runs = bip_run::run(&setup, &trained, &test)?;
+    if let Some(path) = &args.out {
+        bip_report::write_json(path, &setup, &trained, &test.columns, &runs)?;
+    }
+    if let Some(folder) = &args.svg {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let sides = bip_scores::sides(&trained);
+        bip_figures::errors(&folder.join("error.svg"), &sides, &runs.tests)?;
+        bip_figures::coverage(&folder.join("coverage.svg"), &sides, &runs.tests)?;
+    }
+    let text = bip_report::tables(&setup, &trained, &runs);
+    write!(io::stdout(), "{text}").context("standard output")
+}

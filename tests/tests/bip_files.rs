@@ -1,0 +1,360 @@
+//! Folders of trajectories: what is in them arrives, and what is wrong ends in one clear line.
+
+use hwall_examples::bip_run::{self, Runs};
+use hwall_examples::bip_scores::{Accuracy, sides};
+use hwall_examples::bip_setup::{self, Indices, Mode, Noise, Setup};
+use hwall_examples::trajectories::{self, TrajectorySet};
+use hwall_examples::{bip_figures, bip_report, reaches};
+use std::path::{Path, PathBuf};
+
+/// A fresh folder with these files.
+fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("bip_files")
+        .join(name);
+    // Nothing may be left of an earlier run.
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    for (file, content) in files {
+        std::fs::write(path.join(file), content).unwrap();
+    }
+    path
+}
+
+fn setup(observed: &str, mode: &str, noise: &str) -> Setup {
+    Setup {
+        basis: bip_setup::basis("legendre:4").unwrap(),
+        observed: observed.parse().unwrap(),
+        mode: mode.parse().unwrap(),
+        noise: noise.parse().unwrap(),
+        phase_variance: 1e-4,
+        process_variance: None,
+        published: false,
+    }
+}
+
+fn one_line(error: &anyhow::Error) -> String {
+    let line = format!("{error:#}");
+    println!("{line}");
+    assert!(!line.contains('\n') && line.len() < 400, "{line}");
+    line
+}
+
+/// The whole way of the example, from folders to runs.
+fn go(train: &Path, test: &Path, setup: &Setup) -> anyhow::Result<Runs> {
+    let [train, test] = trajectories::read_both(train, test)?;
+    let trained = setup.train(&train)?;
+    bip_run::run(setup, &trained, &test)
+}
+
+const GOOD: &str = "x,y\n0,0\n0.5,0.2\n1,1\n";
+const OTHER: &str = "x,y\n0,0.1\n0.4,0.2\n0.8,0.5\n1.1,1.2\n";
+
+/// Tests run side by side, so each has its own.
+fn good(name: &str) -> PathBuf {
+    let name = format!("good_{name}");
+    folder(&name, &[("a.csv", GOOD), ("b.csv", OTHER)])
+}
+
+#[test]
+fn a_malformed_file_is_named_with_line_and_column() {
+    let good = good("malformed");
+    let setup = setup("0", "exact", "fit");
+    for (i, (content, wanted)) in [
+        ("x,y\n0,0\n1\n", vec!["line 3"]),
+        ("x,y\n0,0\n1,2,3\n", vec!["line 3"]),
+        ("x,y\n0,0\n1,here\n", vec!["line 3", "column y", "here"]),
+        ("x,y\n0,0\n1,NaN\n", vec!["line 3", "column y", "NaN"]),
+        ("x,y\n0,inf\n1,1\n", vec!["line 2", "column y", "inf"]),
+        ("x,y\n0,1e999\n1,1\n", vec!["line 2", "column y", "1e999"]),
+        ("x,y\n0,0\n\n1,1\n", vec!["line 3", "blank"]),
+        ("x,y\n", vec!["no samples"]),
+        ("", vec!["header"]),
+        ("x,x\n0,0\n", vec!["\"x\"", "twice"]),
+        ("x,\n0,0\n", vec!["line 1", "column 2", "no name"]),
+        ("x,t\n0,0\n", vec!["line 1", "t is column 2"]),
+        ("t\n0\n1\n", vec!["line 1", "no column"]),
+        (
+            "t,x,y\n0,1,2\n0,1,2\n",
+            vec!["line 3", "column t", "follow"],
+        ),
+        ("t,x,y\n1,1,2\n0.5,1,2\n", vec!["line 3", "column t", "0.5"]),
+        ("t,x,y\n0,1,2\n,1,2\n", vec!["line 3", "column t"]),
+        ("x,z\n0,0\n1,1\n", vec!["column y", "column z"]),
+        ("x,y,z\n0,0,0\n1,1,1\n", vec!["2", "3"]),
+        ("t,x,y\n0,0,0\n1,1,1\n", vec!["only one has time stamps"]),
+        ("y,x\n0,0\n1,1\n", vec!["degree of freedom 0"]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let bad = folder(&format!("bad_{i}"), &[("bad_1.csv", content)]);
+        // As training and as test data.
+        for (train, test) in [(&bad, &good), (&good, &bad)] {
+            let line = one_line(&go(train, test, &setup).expect_err(content));
+            assert!(line.contains("bad_1.csv"), "{content:?}: {line}");
+            for wanted in &wanted {
+                assert!(line.contains(wanted), "{content:?}: {wanted} in {line}");
+            }
+        }
+    }
+    let image = folder("image", &[]);
+    std::fs::write(image.join("image.csv"), b"\x89PNG\r\n\x1a\n\xff\xfe").unwrap();
+    assert!(one_line(&go(&image, &good, &setup).unwrap_err()).contains("image.csv"));
+}
+
+#[test]
+fn a_missing_value_is_an_error_in_training_only() {
+    let gap = folder("gap", &[("gap.csv", "x,y\n0,0\n0.5,\n1,1\n")]);
+    let good = good("missing");
+    let setup = setup("0-1", "exact", "fit");
+    let line = one_line(&go(&gap, &good, &setup).unwrap_err());
+    for wanted in ["gap.csv", "line 3", "column y", "missing"] {
+        assert!(line.contains(wanted), "{line}");
+    }
+    let runs = go(&good, &gap, &setup).unwrap();
+    assert_eq!(runs.tests[0].samples, 3);
+    // A sample without any value takes its time and says nothing more.
+    let nothing = folder("nothing", &[("n.csv", "x,y\n0,0\n,\n,\n,\n1,\n")]);
+    for mode in ["exact", "compat"] {
+        let mut setup = setup.clone();
+        setup.mode = mode.parse().unwrap();
+        setup.process_variance = Some(1e-6);
+        let test = go(&good, &nothing, &setup).unwrap().tests.remove(0);
+        assert!(test.phase_variance[3] > test.phase_variance[0], "{mode}");
+        assert_eq!(test.end[1], test.end[3], "{mode}");
+        assert_eq!(test.truth, [Some(1.0), None]);
+        assert!(test.end.iter().flatten().all(|x| x.is_finite()));
+    }
+}
+
+/// What the last samples do not hold cannot be judged, and is not.
+#[test]
+fn an_end_that_nobody_saw_is_unknown() {
+    let unseen = folder("unseen", &[("u.csv", "x,y\n0,\n0.5,\n1,\n")]);
+    let [train, test] = trajectories::read_both(&good("unseen"), &unseen).unwrap();
+    for observed in ["0", "1"] {
+        let setup = setup(observed, "exact", "fit");
+        let trained = setup.train(&train).unwrap();
+        let runs = bip_run::run(&setup, &trained, &test).unwrap();
+        let text = bip_report::tables(&setup, &trained, &runs);
+        assert!(text.contains("unknown") && !text.contains("NaN"), "{text}");
+        let sides = sides(&trained);
+        bip_figures::errors(&unseen.join("error.svg"), &sides, &runs.tests).unwrap();
+        bip_figures::coverage(&unseen.join("coverage.svg"), &sides, &runs.tests).unwrap();
+    }
+}
+
+#[test]
+fn folders_that_are_missing_or_empty_are_named() {
+    let good = good("folders");
+    let empty = folder("empty", &[("notes.txt", "x,y\n0,0\n")]);
+    let nowhere = empty.join("nowhere");
+    let setup = setup("0", "exact", "fit");
+    for (train, test, wanted) in [
+        (&empty, &good, "no CSV files"),
+        (&good, &empty, "no CSV files"),
+        (&nowhere, &good, "nowhere"),
+        (&good, &nowhere, "nowhere"),
+    ] {
+        let line = one_line(&go(train, test, &setup).unwrap_err());
+        assert!(line.contains(wanted), "{line}");
+    }
+    let meta = folder("meta", &[("a.csv", GOOD), ("workload_meta.json", "{")]);
+    assert!(one_line(&go(&good, &meta, &setup).unwrap_err()).contains("workload_meta.json"));
+    // Too short to train on, long enough to filter.
+    let short = folder("short", &[("short.csv", "x,y\n0,0\n")]);
+    assert!(one_line(&go(&short, &good, &setup).unwrap_err()).contains("short.csv"));
+    assert_eq!(go(&good, &short, &setup).unwrap().tests[0].samples, 1);
+}
+
+#[test]
+fn what_cannot_run_says_why() {
+    let good = good("why");
+    for (setup, wanted) in [
+        (setup("0,7", "exact", "fit"), "column 7"),
+        (setup("0", "bank", "fit"), "not built yet"),
+        (setup("0", "ensemble:50", "fit"), "not built yet"),
+    ] {
+        let line = one_line(&go(&good, &good, &setup).unwrap_err());
+        assert!(line.contains(wanted), "{line}");
+    }
+    let one = folder("one", &[("one.csv", GOOD)]);
+    let line = one_line(&go(&one, &good, &setup("0", "exact", "loo")).unwrap_err());
+    assert!(line.contains("two training files"), "{line}");
+    assert!(go(&one, &good, &setup("0", "exact", "fit")).is_ok());
+    for variance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let setup = Setup {
+            phase_variance: variance,
+            ..setup("0", "exact", "fit")
+        };
+        one_line(&go(&good, &good, &setup).unwrap_err());
+    }
+}
+
+#[test]
+fn words_of_the_command_line_that_mean_nothing_are_refused() {
+    for text in [
+        "",
+        "-",
+        "1-",
+        "5-3",
+        "a",
+        "0,0",
+        "0-3,2",
+        "-1",
+        "99999999999",
+        "1,,2",
+    ] {
+        one_line(&text.parse::<Indices>().expect_err(text));
+    }
+    assert_eq!(
+        "0-2, 7".parse::<Indices>().unwrap(),
+        "0,1,2,7".parse().unwrap()
+    );
+    for text in [
+        "",
+        "poly",
+        "poly:0",
+        "poly:-1",
+        "poly:8:1",
+        "poly:101",
+        "gauss:6:0",
+        "gauss:6:nan",
+        "sigmoid:6",
+        "sigmoid:6:inf",
+        "fourier:3",
+    ] {
+        one_line(&bip_setup::basis(text).expect_err(text));
+    }
+    for text in [
+        "",
+        "Exact",
+        "ensemble",
+        "ensemble:1",
+        "ensemble:x",
+        "bank:2",
+    ] {
+        one_line(&text.parse::<Mode>().expect_err(text));
+    }
+    for text in ["", "fitted", "0", "-1", "nan", "inf"] {
+        one_line(&text.parse::<Noise>().expect_err(text));
+    }
+}
+
+/// A set as files, numbers in the shortest form that reads back to the same bits.
+fn write(folder: &Path, prefix: &str, set: &TrajectorySet) {
+    for t in &set.trajectories {
+        let times = t.times_s.as_ref().unwrap();
+        let mut text = format!("t,{}\n", set.columns.join(","));
+        for (time, row) in times.iter().zip(&t.rows) {
+            let cells = row
+                .iter()
+                .map(|v| v.map_or(String::new(), |v| v.to_string()));
+            text += &format!("{time},{}\n", cells.collect::<Vec<_>>().join(","));
+        }
+        std::fs::write(folder.join(format!("{prefix}_{:03}.csv", t.id)), text).unwrap();
+    }
+}
+
+#[test]
+fn one_folder_for_both_comes_back_as_it_was_written() {
+    let [train, mut test] = reaches::sets(3, 6, 4);
+    test.trajectories[1].rows[5][2] = None;
+    let both = folder("both", &[]);
+    write(&both, "train", &train);
+    write(&both, "test", &test);
+    let entries: Vec<String> = (0..4)
+        .map(|i| {
+            format!(
+                r#"{{"file": "csv/test_{i:03}.csv", "kind": "kind{}"}}"#,
+                i % 2
+            )
+        })
+        .collect();
+    let meta = format!(r#"{{"test": [{}]}}"#, entries.join(","));
+    std::fs::write(both.join("workload_meta.json"), meta).unwrap();
+    let [train_read, test_read] = trajectories::read_both(&both, &both).unwrap();
+    assert_eq!(train_read.columns, train.columns);
+    assert_eq!(
+        (train_read.trajectories.len(), test_read.trajectories.len()),
+        (6, 4)
+    );
+    for (read, made) in test_read.trajectories.iter().zip(&test.trajectories) {
+        assert_eq!(
+            (read.id, &read.times_s, &read.rows),
+            (made.id, &made.times_s, &made.rows)
+        );
+        assert_eq!(
+            read.kind.as_deref(),
+            Some(["kind0", "kind1"][read.id as usize % 2])
+        );
+    }
+    // From here to the tables, the file and the figures.
+    let setup = setup(reaches::OBSERVED, "exact", "2.5");
+    let trained = setup.train(&train_read).unwrap();
+    let runs = bip_run::run(&setup, &trained, &test_read).unwrap();
+    let text = bip_report::tables(&setup, &trained, &runs);
+    assert!(
+        text.contains("kind0 (2)") && text.contains("kind1 (2)"),
+        "{text}"
+    );
+    assert!(!text.contains("NaN"), "{text}");
+    let json = both.join("out.json");
+    bip_report::write_json(&json, &setup, &trained, &test_read.columns, &runs).unwrap();
+    let json = std::fs::read_to_string(json).unwrap();
+    assert!(!json.contains("null,null") && json.contains("\"P01\""));
+    let sides = sides(&trained);
+    bip_figures::errors(&both.join("error.svg"), &sides, &runs.tests).unwrap();
+    bip_figures::coverage(&both.join("coverage.svg"), &sides, &runs.tests).unwrap();
+}
+
+#[test]
+fn numbers_in_names_become_ids_only_where_all_differ() {
+    let ids = |files: &[&str]| -> Vec<u64> {
+        let files: Vec<(&str, &str)> = files.iter().map(|f| (*f, GOOD)).collect();
+        let [_, test] = trajectories::read_both(&good("ids"), &folder("ids", &files)).unwrap();
+        test.trajectories.iter().map(|t| t.id).collect()
+    };
+    assert_eq!(ids(&["test_007.csv", "test_012.csv"]), [7, 12]);
+    assert_eq!(ids(&["p2_reach10.csv", "p2_reach9.csv"]), [9, 10]);
+    assert_eq!(ids(&["a1.csv", "b1.csv"]), [0, 1]);
+    assert_eq!(ids(&["a.csv", "b1.CSV"]), [0, 1]);
+    assert_eq!(ids(&["99999999999999999999999.csv", "1.csv"]), [0, 1]);
+}
+
+#[test]
+fn steps_follow_the_time_stamps() {
+    let timed = folder("timed", &[("a.csv", "t,x\n5,0\n5.1,1\n5.4,2\n5.5,3\n")]);
+    let set = trajectories::read(&timed, trajectories::Part::All).unwrap();
+    let steps = set.trajectories[0].steps(9.0);
+    for (got, want) in steps.iter().zip([0.1, 0.1, 0.3, 0.1]) {
+        assert!((got - want).abs() < 1e-12, "{steps:?}");
+    }
+    let set = trajectories::read(&good("steps"), trajectories::Part::All).unwrap();
+    assert_eq!(set.trajectories[0].steps(9.0), [1.0; 3]);
+}
+
+/// The end of a synthetic reach is foreseen, better the more of it was seen.
+#[test]
+fn the_end_of_a_synthetic_reach_is_foreseen() {
+    let [train, test] = reaches::sets(1, 40, 10);
+    let mut setup = setup(reaches::OBSERVED, "exact", "loo");
+    setup.basis = bip_setup::basis("legendre:8").unwrap();
+    let trained = setup.train(&train).unwrap();
+    let runs = bip_run::run(&setup, &trained, &test).unwrap();
+    let again = bip_run::run(&setup, &trained, &test).unwrap();
+    assert_eq!(runs.tests, again.tests);
+    for side in sides(&trained) {
+        let median = |percent| Accuracy::at(&runs.tests, &side, percent).median;
+        println!(
+            "{}: {} {} {}",
+            side.name,
+            median(10),
+            median(50),
+            median(100)
+        );
+        assert!(median(10) > 2.0 * median(50) && median(50) > 4.0 * median(100));
+        assert!(median(100) < 3e-3);
+    }
+}
