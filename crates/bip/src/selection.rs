@@ -78,7 +78,7 @@ pub struct Score {
     /// prior of the others, all degrees of freedom of the group together; `None` where none was
     /// held out.
     ///
-    /// The measurement noise in it is [`Model::noise_held_out`], the one that filters use.
+    /// The measurement noise in it is [`Model::noise_held_out`](crate::Model::noise_held_out), the one that filters use.
     pub leave_one_out: Option<f64>,
 }
 
