@@ -4,6 +4,9 @@ use crate::BipError;
 use crate::dense::Svd;
 use crate::error::{finite, length, positive};
 
+/// More functions than this are a mistake, and would take minutes to make orthonormal.
+const MAX_COUNT: usize = 1024;
+
 /// A family of functions of the phase; the motion is `0` at its start and `1` at its end.
 ///
 /// Centres are spread evenly over `[0, 1]`, both ends included (a single one sits at 0). All
@@ -142,13 +145,13 @@ impl Basis {
         rows
     }
 
-    /// Rejects an empty family and widths that are not positive.
+    /// Rejects an empty or absurdly large family and widths that are not positive.
     pub(crate) fn validate(&self) -> Result<(), BipError> {
-        if self.count() == 0 {
+        if !(1..=MAX_COUNT).contains(&self.count()) {
             return Err(BipError::Parameter {
                 what: "number of basis functions",
-                value: 0.0,
-                wanted: "at least 1",
+                value: self.count() as f64,
+                wanted: "between 1 and 1024",
             });
         }
         match *self {

@@ -70,6 +70,14 @@ pub enum BipError {
         /// Demonstrations there are.
         got: usize,
     },
+    /// The degrees of freedom of an onset stay where they are, or move no faster than their noise.
+    #[error("nothing moves: peak speed {peak_speed}, noise reaches {noise_speed}")]
+    NothingMoves {
+        /// Largest smoothed speed, in the unit of the degrees of freedom per unit of time.
+        peak_speed: f64,
+        /// Speed that noise alone hardly ever has.
+        noise_speed: f64,
+    },
     /// A parameter is outside its range.
     #[error("{what} is {value}, it must be {wanted}")]
     Parameter {
@@ -79,6 +87,12 @@ pub enum BipError {
         value: f64,
         /// The range it must lie in.
         wanted: &'static str,
+    },
+    /// A demonstration that the trainer does not hold, or no longer.
+    #[error("no demonstration with number {id}")]
+    UnknownDemonstration {
+        /// Its number: how many were added before it.
+        id: u64,
     },
     /// A degree of freedom that the model does not have.
     #[error("degree of freedom {dof} of {dofs}")]
@@ -109,6 +123,68 @@ pub enum BipError {
     Overflow {
         /// The phase.
         phase: f64,
+    },
+    /// Reading or writing a file failed.
+    #[error("file: {kind}")]
+    Io {
+        /// What the system says.
+        kind: std::io::ErrorKind,
+    },
+    /// The file is something else.
+    #[error("the file says it is {found:?}, not {expected:?}")]
+    FileFormat {
+        /// What a model file says.
+        expected: &'static str,
+        /// What this one says.
+        found: String,
+    },
+    /// The file is of a version that this crate does not know.
+    #[error("the file has version {found}, the newest one known is {newest}")]
+    FileVersion {
+        /// Newest version that can be read; the oldest is 1.
+        newest: u64,
+        /// Version of the file.
+        found: u64,
+    },
+    /// The file ends before the model does.
+    #[error("the file ends too early, at line {line}, column {column}")]
+    FileTruncated {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+    },
+    /// The file is no JSON.
+    #[error("no JSON at line {line}, column {column}")]
+    FileSyntax {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+    },
+    /// A field of the file is missing, unknown or of another type.
+    #[error("the file has no model at line {line}, column {column}: {problem}")]
+    FileContents {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// The field and what is wrong with it, in the words of the JSON reader.
+        problem: String,
+    },
+    /// The numbers of the file are not those that were written.
+    #[error("the file was changed: its digest is {computed}, it says {stored}")]
+    FileDigest {
+        /// Digest in the file.
+        stored: String,
+        /// Digest of its numbers.
+        computed: String,
+    },
+    /// The functions stored for a basis are not orthonormal ones of that basis.
+    #[error("the stored functions of a basis are {deviation} from orthonormal")]
+    FileBasis {
+        /// Largest entry of the difference of their products from the identity.
+        deviation: f64,
     },
     /// A singular value decomposition did not converge.
     #[error("the singular values of a {rows} x {columns} matrix did not converge")]
@@ -167,6 +243,19 @@ pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<(), BipErro
             what,
             value,
             wanted: "finite and not negative",
+        })
+    }
+}
+
+/// Rejects a number outside `[0, 1]`.
+pub(crate) fn share(what: &'static str, value: f64) -> Result<(), BipError> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(())
+    } else {
+        Err(BipError::Parameter {
+            what,
+            value,
+            wanted: "between 0 and 1",
         })
     }
 }

@@ -11,20 +11,27 @@ mod ensemble;
 mod ensemble_update;
 mod error;
 mod evaluation;
+#[cfg(feature = "serde")]
+mod file;
 mod filter;
+mod fit;
 mod gate;
 mod health;
+mod held_out;
 mod members;
 mod mixture;
 mod model;
 mod motion_filter;
 mod observation;
+mod onset;
 mod orthonormal;
 mod posterior;
 mod projector;
 mod selection;
+mod spread;
 mod square_root;
 mod threads;
+mod trainer;
 mod training;
 mod transition;
 mod tuning;
@@ -43,10 +50,12 @@ pub use mixture::{Grouping, Mixture};
 pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
 pub use motion_filter::MotionFilter;
 pub use observation::{Observation, Update};
+pub use onset::Onset;
 pub use posterior::TimeToEnd;
 pub use selection::{
     Criterion, Score, SelectionConfig, at_edge, default_candidates, score_bases, select_basis,
     select_groups,
 };
-pub use training::{PhaseRate, TrainingConfig};
+pub use trainer::{DemonstrationId, Trainer};
+pub use training::{PhaseRate, Shrinkage, TrainingConfig};
 pub use tuning::{Trial, TuningConfig, tune};

@@ -117,6 +117,7 @@ pub struct Model {
     pub(crate) phase_velocity: PhaseVelocity,
     pub(crate) sampling_period: f64,
     pub(crate) demonstrations: usize,
+    pub(crate) shrinkage: f64,
     pub(crate) tuning: Option<Tuning>,
 }
 
@@ -128,9 +129,18 @@ pub(crate) fn lay_out(
         .iter()
         .map(|g| OrthonormalBasis::new(g.basis))
         .collect::<Result<_, _>>()?;
+    let (layout, weights) = lay_out_with(groups, &bases)?;
+    Ok((bases, layout, weights))
+}
+
+/// The same for bases that are known.
+pub(crate) fn lay_out_with(
+    groups: &[Group],
+    bases: &[OrthonormalBasis],
+) -> Result<(Vec<DofLayout>, usize), BipError> {
     let mut layout = Vec::new();
     let mut weights = 0;
-    for (group, (g, basis)) in groups.iter().zip(&bases).enumerate() {
+    for (group, (g, basis)) in groups.iter().zip(bases).enumerate() {
         for _ in 0..g.dofs {
             layout.push(DofLayout {
                 group,
@@ -146,7 +156,7 @@ pub(crate) fn lay_out(
             wanted: "at least 1",
         });
     }
-    Ok((bases, layout, weights))
+    Ok((layout, weights))
 }
 
 impl Model {
@@ -189,6 +199,8 @@ impl Model {
             }
             from += count;
         }
+        finite("mean", &mean)?;
+        finite("factor", &factor)?;
         Ok(Self {
             groups: prior.groups.clone(),
             offset: vec![0.0; layout.len()],
@@ -202,6 +214,7 @@ impl Model {
             phase_velocity: prior.phase_velocity,
             sampling_period: prior.sampling_period,
             demonstrations: prior.rank + 1,
+            shrinkage: 0.0,
             tuning: None,
         })
     }
@@ -218,7 +231,8 @@ impl Model {
         self.layout.len()
     }
 
-    /// Independent directions in which the demonstrations differ; the state of a filter has two more.
+    /// Independent directions in which motions of the prior differ; the state of a filter has two
+    /// more. Without shrinkage those in which the demonstrations differ.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.rank
@@ -228,6 +242,12 @@ impl Model {
     #[must_use]
     pub fn demonstrations(&self) -> usize {
         self.demonstrations
+    }
+
+    /// The `α` of the covariance, see [`Shrinkage`](crate::Shrinkage): as given, or as chosen.
+    #[must_use]
+    pub fn shrinkage(&self) -> f64 {
+        self.shrinkage
     }
 
     /// Condition number of the named basis of a group over the motion (257 phases or more).

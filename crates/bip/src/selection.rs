@@ -2,9 +2,8 @@
 
 use crate::dense::dot;
 use crate::error::not_negative;
-use crate::square_root::{Rows, SquareRoot};
-use crate::training::{Columns, Fit, NEGLIGIBLE, Spread};
-use crate::{Basis, BipError, Demonstration, Group, Model, TrainingConfig};
+use crate::fit::{Centred, NEGLIGIBLE};
+use crate::{Basis, BipError, Demonstration, Group, Trainer, TrainingConfig};
 use std::ops::Range;
 
 /// Fixed noise variance of the published criteria, whatever the unit of the data.
@@ -79,7 +78,7 @@ pub struct Score {
     /// prior of the others, all degrees of freedom of the group together; `None` where none was
     /// held out.
     ///
-    /// The measurement noise in it is [`Model::noise_held_out`], the one that filters use.
+    /// The measurement noise in it is [`Model::noise_held_out`](crate::Model::noise_held_out), the one that filters use.
     pub leave_one_out: Option<f64>,
 }
 
@@ -110,8 +109,8 @@ pub fn default_candidates() -> Vec<Basis> {
 
 /// Scores each candidate on the neighbouring degrees of freedom `dofs`, in the order given.
 ///
-/// Fits are those of [`Model::train`]. Time grows with candidates, degrees of freedom and, where
-/// demonstrations are held out, with the third power of their number.
+/// Fits are those of [`Model::train`](crate::Model::train). Time grows with candidates, degrees of
+/// freedom and, where demonstrations are held out, with the cube of their number (up to 64).
 ///
 /// # Errors
 /// No demonstration, degrees of freedom that a demonstration does not have, bad parameters.
@@ -245,41 +244,34 @@ fn score(
     config: &SelectionConfig,
 ) -> Result<Score, BipError> {
     let dofs = demonstrations.first().map_or(1, Demonstration::dofs);
-    let model = Model::train(
-        demonstrations,
-        &TrainingConfig {
-            centre: config.centre,
-            noise_floor: config.noise_floor,
-            held_out: config.held_out,
-            ..TrainingConfig::new(vec![Group::observed("", dofs, basis)])
-        },
-    )?;
-    let fits = demonstrations
-        .iter()
-        .map(|d| {
-            Fit::of(
-                d,
-                &model.bases,
-                &model.layout,
-                model.mean.len(),
-                &model.offset,
-            )
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let samples: usize = fits.iter().map(|f| f.samples).sum();
-    let (n, range) = (samples as f64, Columns::of(demonstrations, dofs));
+    let mut trainer = Trainer::new(TrainingConfig {
+        centre: config.centre,
+        noise_floor: config.noise_floor,
+        held_out: config.held_out,
+        ..TrainingConfig::new(vec![Group::observed("", dofs, basis)])
+    })?;
+    for demonstration in demonstrations {
+        trainer.add(demonstration)?;
+    }
+    let model = trainer.model()?;
+    let fits = trainer.centred(&model.offset);
+    let samples: usize = fits.iter().map(|f| f.fit.samples).sum();
+    let n = samples as f64;
     let mut log_likelihood = 0.0;
     for d in 0..dofs {
-        let squares: f64 = fits.iter().map(|f| f.residual[d] * f.samples as f64).sum();
-        let variance = (squares / n).max(range.noise_floor(d, config.noise_floor));
+        let squares: f64 = fits
+            .iter()
+            .map(|f| f.residual[d] * f.fit.samples as f64)
+            .sum();
+        let variance = (squares / n).max(trainer.noise_floor(d));
         log_likelihood -= 0.5 * (n * (TAU * variance).ln() + squares / variance);
     }
     let basis_size = model.bases[0].size();
     let weights: usize = fits.iter().map(|f| rank(f, basis_size)).sum();
     let parameters = dofs * (weights + 1);
     let published = |penalty: fn(f64) -> f64| {
-        let of = |f: &Fit| {
-            let samples = f.samples as f64;
+        let of = |f: &Centred<'_>| {
+            let samples = f.fit.samples as f64;
             let squares = samples * f.residual.iter().sum::<f64>() / PUBLISHED_VARIANCE;
             samples * dofs as f64 * (TAU * PUBLISHED_VARIANCE).ln()
                 + squares
@@ -295,72 +287,17 @@ fn score(
         bic: n.ln() * parameters as f64 - 2.0 * log_likelihood,
         published_aic: published(|_| 2.0),
         published_bic: published(f64::ln),
-        leave_one_out: leave_one_out(&model, &fits, config.held_out)?,
+        leave_one_out: trainer.held_out_density(&model)?,
     })
-}
-
-/// Mean logarithm of the density of each held-out demonstration under the prior of the others.
-fn leave_one_out(model: &Model, fits: &[Fit], held_out: usize) -> Result<Option<f64>, BipError> {
-    let n = fits.len();
-    let held_out = held_out.min(n);
-    let Some(noise) = model.noise_held_out() else {
-        return Ok(None);
-    };
-    let mut sum = 0.0;
-    for h in 0..held_out {
-        let left_out = h * n / held_out;
-        let others: Vec<&Fit> = (0..n)
-            .filter(|i| *i != left_out)
-            .map(|i| &fits[i])
-            .collect();
-        let spread = Spread::of(&others, &model.layout, &model.bases, None)?;
-        sum += log_density(model, &spread, &fits[left_out], noise);
-    }
-    Ok(Some(sum / held_out as f64))
-}
-
-/// Logarithm of the density of all samples of a demonstration: `N(Ψ mean, Ψ U Uᵀ Ψᵀ + R)`.
-///
-/// The residual of the fit is perpendicular to `Ψ`, so it meets the noise alone; what lies in the
-/// span of `Ψ` is a compact observation of the coefficients.
-fn log_density(model: &Model, spread: &Spread, fit: &Fit, noise: &[f64]) -> f64 {
-    let rank = spread.rank;
-    let capacity = model.bases.iter().map(|b| b.size()).max().unwrap_or(0);
-    let mut root = SquareRoot::from_deviations(&vec![1.0; rank]);
-    let mut rows = Rows::new(rank, capacity);
-    let (mut column, mut z) = (vec![0.0; capacity], vec![0.0; rank]);
-    let mut minus_two_log = 0.0;
-    for (d, dof) in model.layout.iter().enumerate() {
-        let size = model.bases[dof.group].size();
-        let samples = fit.samples as f64;
-        minus_two_log += samples * ((TAU * noise[d]).ln() + fit.residual[d] / noise[d]);
-        rows.reset(size);
-        let weights = dof.first_weight..dof.first_weight + size;
-        for (i, g) in fit.compact[dof.group].chunks_exact(size).enumerate() {
-            let (mut away, scale) = (0.0, 1.0 / noise[d].sqrt());
-            for (g, w) in g.iter().zip(weights.clone()) {
-                away += g * (fit.weights[w] - spread.mean[w]);
-            }
-            rows.e[i] = away * scale;
-            for c in 0..rank {
-                let u: f64 = g
-                    .iter()
-                    .zip(weights.clone())
-                    .map(|(g, w)| g * spread.factor[w * rank + c])
-                    .sum();
-                rows.set(i, c, u * scale);
-            }
-        }
-        let fold = root.fold(&mut rows, &mut z, &mut column);
-        minus_two_log += fold.distance_squared + fold.log_determinant;
-    }
-    -0.5 * minus_two_log
 }
 
 /// Number of functions that the samples of a demonstration tell apart. Rows of the compact form
 /// are as long as the singular values.
-fn rank(fit: &Fit, size: usize) -> usize {
-    let squares = fit.compact[0].chunks_exact(size).map(|row| dot(row, row));
+fn rank(fit: &Centred<'_>, size: usize) -> usize {
+    let squares = fit.fit.groups[0]
+        .compact
+        .chunks_exact(size)
+        .map(|row| dot(row, row));
     let largest = squares.clone().fold(0.0, f64::max);
     squares
         .filter(|s| *s > NEGLIGIBLE * NEGLIGIBLE * largest)
