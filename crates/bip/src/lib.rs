@@ -46,7 +46,7 @@ pub use evaluation::{EndPrediction, Evaluation, EvaluationConfig, follow, leave_
 pub use filter::{Filter, FilterConfig, NoiseSource};
 pub use gate::Gate;
 pub use health::Health;
-pub use mixture::{Grouping, Mixture};
+pub use mixture::{Covariance, Grouping, Mixture};
 pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
 pub use motion_filter::MotionFilter;
 pub use observation::{Observation, Update};

@@ -3,7 +3,7 @@
 //! One normal distribution over many targets and people is a blurred prior. A mixture keeps each
 //! group's own mean and covariance; a [`Bank`] weighs the components while it observes.
 
-use crate::{Bank, BankConfig, BipError, Demonstration, Model, TrainingConfig, Tuning};
+use crate::{Bank, BankConfig, BipError, Demonstration, Model, Trainer, TrainingConfig, Tuning};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -24,6 +24,18 @@ pub enum Grouping {
     },
 }
 
+/// Whose covariance a component has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Covariance {
+    /// That of all demonstrations around the means of their groups: with a few dozen
+    /// demonstrations the better choice, because none of the directions in which people differ is
+    /// lost. Shrinkage is not applied.
+    #[default]
+    Shared,
+    /// That of its own group, which needs many demonstrations a group, at least two.
+    Own,
+}
+
 /// Models of several groups of demonstrations and their prior probabilities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mixture {
@@ -36,14 +48,18 @@ impl Mixture {
     /// Trains one model a group; its probability is its share of the demonstrations.
     ///
     /// # Errors
-    /// A group of fewer than two demonstrations, another number of labels than demonstrations, no
-    /// cluster, whatever [`Model::train`] refuses.
+    /// No demonstration, another number of labels than demonstrations, no cluster, with
+    /// [`Covariance::Own`] a group of one demonstration, whatever [`Model::train`] refuses.
     pub fn train(
         demonstrations: &[Demonstration],
         config: &TrainingConfig,
         grouping: &Grouping,
+        covariance: Covariance,
     ) -> Result<Self, BipError> {
         let n = demonstrations.len();
+        if n == 0 {
+            return Err(BipError::TooFewDemonstrations { needed: 1, got: 0 });
+        }
         let labels = match grouping {
             Grouping::Labels(labels) if labels.len() == n => labels.clone(),
             Grouping::Labels(labels) => {
@@ -67,29 +83,42 @@ impl Mixture {
         let mut names = labels.clone();
         names.sort_unstable();
         names.dedup();
-        let mut mixture = Self {
-            models: Vec::new(),
-            probabilities: Vec::new(),
-            members: Vec::new(),
-        };
-        for name in names {
-            let members: Vec<usize> = (0..n).filter(|i| labels[*i] == name).collect();
-            if members.len() < 2 {
-                return Err(BipError::TooFewDemonstrations {
-                    needed: 2,
-                    got: members.len(),
-                });
+        let members: Vec<Vec<usize>> = names
+            .iter()
+            .map(|name| (0..n).filter(|i| labels[*i] == *name).collect())
+            .collect();
+        let models = match covariance {
+            Covariance::Shared => {
+                let mut trainer = Trainer::new(config.clone())?;
+                for demonstration in demonstrations {
+                    trainer.add(demonstration)?;
+                }
+                let places: Vec<usize> = labels
+                    .iter()
+                    .map(|label| names.partition_point(|name| name < label))
+                    .collect();
+                trainer.models_of_groups(&places, names.len())?
             }
-            let group: Vec<Demonstration> =
-                members.iter().map(|&i| demonstrations[i].clone()).collect();
-            mixture.models.push(Model::train(&group, config)?);
-            mixture.probabilities.push(members.len() as f64 / n as f64);
-            mixture.members.push(members);
-        }
-        if mixture.models.is_empty() {
-            return Err(BipError::TooFewDemonstrations { needed: 2, got: 0 });
-        }
-        Ok(mixture)
+            Covariance::Own => members
+                .iter()
+                .map(|members| {
+                    if members.len() < 2 {
+                        return Err(BipError::TooFewDemonstrations {
+                            needed: 2,
+                            got: members.len(),
+                        });
+                    }
+                    let group: Vec<Demonstration> =
+                        members.iter().map(|&i| demonstrations[i].clone()).collect();
+                    Model::train(&group, config)
+                })
+                .collect::<Result<_, _>>()?,
+        };
+        Ok(Self {
+            models,
+            probabilities: members.iter().map(|m| m.len() as f64 / n as f64).collect(),
+            members,
+        })
     }
 
     /// Models of the components, in the order of their labels.

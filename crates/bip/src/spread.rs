@@ -74,6 +74,51 @@ impl Spread {
         Ok(spread)
     }
 
+    /// One mean a group, all with the covariance around the means of their groups (with
+    /// `demonstrations - groups`). `labels` are 0 .. groups - 1, every one of them taken.
+    pub(crate) fn within_groups(
+        fits: &[&Centred<'_>],
+        labels: &[usize],
+        groups: usize,
+        layout: &[DofLayout],
+        bases: &[OrthonormalBasis],
+    ) -> Result<Vec<Self>, BipError> {
+        let (n, weights) = (fits.len(), fits[0].weights.len());
+        let mut means = vec![vec![0.0; weights]; groups];
+        let mut sizes = vec![0.0; groups];
+        for label in labels {
+            sizes[*label] += 1.0;
+        }
+        for (fit, &label) in fits.iter().zip(labels) {
+            for (mean, w) in means[label].iter_mut().zip(&fit.weights) {
+                *mean += w / sizes[label];
+            }
+        }
+        let (mut factor, mut rank) = (Vec::new(), 0);
+        if n > groups {
+            let share = 1.0 / ((n - groups) as f64).sqrt();
+            let mut away = vec![0.0; weights * n];
+            for (w, row) in away.chunks_exact_mut(n).enumerate() {
+                for ((a, fit), &label) in row.iter_mut().zip(fits).zip(labels) {
+                    *a = (fit.weights[w] - means[label][w]) * share;
+                }
+            }
+            (factor, _, rank) = strongest(&away, n, layout, bases)?;
+        }
+        let spread = |mean| {
+            let mut spread = Self {
+                mean,
+                factor: factor.clone(),
+                rank,
+                right: Vec::new(),
+            };
+            // Every mean that was taken away costs a direction.
+            spread.truncate(n - groups);
+            spread
+        };
+        Ok(means.into_iter().map(spread).collect())
+    }
+
     /// The same with the strongest directions only.
     pub(crate) fn truncate(&mut self, rank: usize) {
         if rank < self.rank {

@@ -213,6 +213,32 @@ impl Trainer {
         Ok(Some(sum / count as f64))
     }
 
+    /// One model a group of demonstrations: their own mean, and the covariance around the means of
+    /// the groups, which all share. Everything else is that of the model of all.
+    pub(crate) fn models_of_groups(
+        &self,
+        labels: &[usize],
+        groups: usize,
+    ) -> Result<Vec<Model>, BipError> {
+        let all = self.model()?;
+        let fits = self.centred(&all.offset);
+        let fits: Vec<&Centred<'_>> = fits.iter().collect();
+        Spread::within_groups(&fits, labels, groups, &self.layout, &self.bases)?
+            .into_iter()
+            .map(|mut prior| {
+                prior.truncate(self.config.max_rank.unwrap_or(usize::MAX));
+                finite("mean weights", &prior.mean)?;
+                finite("covariance factor", &prior.factor)?;
+                Ok(Model {
+                    mean: prior.mean,
+                    factor: prior.factor,
+                    rank: prior.rank,
+                    ..all.clone()
+                })
+            })
+            .collect()
+    }
+
     /// The fits of the values less an offset.
     pub(crate) fn centred(&self, offset: &[f64]) -> Vec<Centred<'_>> {
         self.fits

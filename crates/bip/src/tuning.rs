@@ -120,7 +120,15 @@ pub fn tune(
         Ok(score)
     };
     let start = 1.min(config.velocity_changes.len() - 1);
-    let noise = climb(config.noise_factors.len(), 0, |i| search(i, start))?;
+    // Every third first: the score may have more than one hill along the noise.
+    let mut coarse = (0, f64::NEG_INFINITY);
+    for i in (0..config.noise_factors.len()).step_by(3) {
+        let score = search(i, start)?;
+        if score > coarse.1 {
+            coarse = (i, score);
+        }
+    }
+    let noise = climb(config.noise_factors.len(), coarse.0, |i| search(i, start))?;
     let change = climb(config.velocity_changes.len(), start, |i| search(noise, i))?;
     if change != start {
         climb(config.noise_factors.len(), noise, |i| search(i, change))?;

@@ -1,8 +1,8 @@
 //! Hypotheses: pauses, changes of mind, late starts, and priors of several components.
 
 use hwall_bip::{
-    Bank, BankConfig, Basis, BipError, Demonstration, Filter, FilterConfig, Group, Grouping,
-    Mixture, Mode, Model, Observation, TrainingConfig,
+    Bank, BankConfig, Basis, BipError, Covariance, Demonstration, Filter, FilterConfig, Group,
+    Grouping, Mixture, Mode, Model, Observation, TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
@@ -362,7 +362,13 @@ fn a_mixture_by_person_recognises_the_person() {
     };
     let labels: Vec<usize> = (0..16).map(|i| i % 2).collect();
     let all: Vec<_> = labels.iter().map(|w| person(&mut sampler, *w)).collect();
-    let mixture = Mixture::train(&all, &training(), &Grouping::Labels(labels.clone())).unwrap();
+    let mixture = Mixture::train(
+        &all,
+        &training(),
+        &Grouping::Labels(labels.clone()),
+        Covariance::Own,
+    )
+    .unwrap();
     assert_eq!(mixture.models().len(), 2);
     assert_eq!(mixture.members()[1][0], 1);
     for who in [0, 1] {
@@ -378,7 +384,7 @@ fn a_mixture_by_person_recognises_the_person() {
         clusters: 2,
         seed: 1,
     };
-    let clustered = Mixture::train(&all, &training(), &found).unwrap();
+    let clustered = Mixture::train(&all, &training(), &found, Covariance::Shared).unwrap();
     let mut groups = clustered.members().to_vec();
     groups.sort();
     let mut expected = mixture.members().to_vec();
@@ -389,7 +395,14 @@ fn a_mixture_by_person_recognises_the_person() {
 #[test]
 fn groupings_at_their_limits() {
     let all = demonstrations(9, 6);
-    let train = |grouping: &Grouping| Mixture::train(&all, &training(), grouping);
+    let train = |grouping: &Grouping| {
+        let own = Mixture::train(&all, &training(), grouping, Covariance::Own);
+        let shared = Mixture::train(&all, &training(), grouping, Covariance::Shared);
+        if own.is_ok() {
+            assert_eq!(own.as_ref().unwrap().members(), shared.unwrap().members());
+        }
+        own
+    };
     let ends = |clusters| Grouping::EndPoints { clusters, seed: 3 };
     assert_eq!(train(&ends(1)).unwrap().models().len(), 1);
     let many = train(&ends(1000)).unwrap();
@@ -405,14 +418,26 @@ fn groupings_at_their_limits() {
         train(&Grouping::Labels(vec![0, 0, 0, 0, 0, 1])),
         Err(BipError::TooFewDemonstrations { needed: 2, got: 1 })
     ));
-    assert!(Mixture::train(&[], &training(), &ends(2)).is_err());
+    assert!(Mixture::train(&[], &training(), &ends(2), Covariance::Shared).is_err());
     // Identical demonstrations are one cluster.
     let same = vec![all[0].clone(); 5];
     assert_eq!(
-        Mixture::train(&same, &training(), &ends(3))
+        Mixture::train(&same, &training(), &ends(3), Covariance::Own)
             .unwrap()
             .models()
             .len(),
         1
     );
+    // Each demonstration a group of its own: nothing is left to differ within groups.
+    let each = Grouping::Labels((0..6).collect());
+    let alone = Mixture::train(&all, &training(), &each, Covariance::Shared).unwrap();
+    assert!(alone.models().iter().all(|m| m.rank() == 0));
+    let one = Grouping::Labels(vec![4; 6]);
+    let single = Mixture::train(&all, &training(), &one, Covariance::Shared).unwrap();
+    let plain = Model::train(&all, &training()).unwrap();
+    let (mut a, mut b) = ([0.0; 4], [0.0; 4]);
+    single.models()[0].mean_at(0.7, &mut a).unwrap();
+    plain.mean_at(0.7, &mut b).unwrap();
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert_eq!(single.models()[0].rank(), plain.rank());
 }
