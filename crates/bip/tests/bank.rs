@@ -398,8 +398,8 @@ fn groupings_at_their_limits() {
     let train = |grouping: &Grouping| {
         let own = Mixture::train(&all, &training(), grouping, Covariance::Own);
         let shared = Mixture::train(&all, &training(), grouping, Covariance::Shared);
-        if own.is_ok() {
-            assert_eq!(own.as_ref().unwrap().members(), shared.unwrap().members());
+        if let Ok(own) = &own {
+            assert_eq!(own.members(), shared.unwrap().members());
         }
         own
     };
