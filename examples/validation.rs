@@ -4,7 +4,7 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::{exit, published, reach_figures, validation};
+use hwall_examples::{bip_validation, exit, published, reach_figures, validation};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -16,6 +16,9 @@ struct Args {
     /// Folder with ori_1.txt .. ori_7.txt, the maps published with the 2018 paper
     #[arg(long, default_value = "../shared/data/hwall_maps_2018")]
     published: PathBuf,
+    /// Folder with the reference runs of Bayesian Interaction Primitives and their workload
+    #[arg(long, default_value = "../shared/reference/bip")]
+    bip: PathBuf,
     /// Folder for VALIDATION.md and figures/
     #[arg(long, default_value = "docs")]
     out: PathBuf,
@@ -35,10 +38,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let published = published::read(&args.published)?;
     let machine = Machine::detect(args.seed);
     let found = validation::reachability(&published, args.seed, args.poses)?;
+    let bip = bip_validation::section(&args.bip)?;
     let text = format!(
         "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
          Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}",
+         which keep the data they need.\n\n{machine}\n\n{}\n{bip}",
         found.text
     );
     let figures = args.out.join("figures/reachability");

@@ -19,14 +19,25 @@ pub struct Side {
     noise: Vec<f64>,
 }
 
+impl Side {
+    /// Some degrees of freedom, judged together.
+    #[must_use]
+    pub fn of(setup: &Setup, trained: &Trained, name: &str, dofs: &[usize]) -> Self {
+        Self {
+            name: name.to_owned(),
+            dofs: dofs.to_vec(),
+            noise: if setup.predicts_measurements() {
+                vec![0.0; trained.noise.len()]
+            } else {
+                trained.noise.clone()
+            },
+        }
+    }
+}
+
 /// The observed degrees of freedom and, if there are any, the others.
 #[must_use]
 pub fn sides(setup: &Setup, trained: &Trained) -> Vec<Side> {
-    let noise = if setup.predicts_measurements() {
-        vec![0.0; trained.noise.len()]
-    } else {
-        trained.noise.clone()
-    };
     let parts = [
         ("observed", &trained.observed),
         ("others", &trained.inferred),
@@ -34,11 +45,7 @@ pub fn sides(setup: &Setup, trained: &Trained) -> Vec<Side> {
     parts
         .into_iter()
         .filter(|(_, dofs)| !dofs.is_empty())
-        .map(|(name, dofs)| Side {
-            name: name.to_owned(),
-            dofs: dofs.clone(),
-            noise: noise.clone(),
-        })
+        .map(|(name, dofs)| Side::of(setup, trained, name, dofs))
         .collect()
 }
 

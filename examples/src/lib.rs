@@ -8,6 +8,7 @@ pub mod bip_report;
 pub mod bip_run;
 pub mod bip_scores;
 pub mod bip_setup;
+pub mod bip_validation;
 pub mod figures;
 pub mod numbers;
 pub mod place;
