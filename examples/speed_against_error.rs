@@ -3,7 +3,7 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed, speed_reach};
+use hwall_examples::{exit, speed, speed_bip, speed_reach};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -53,6 +53,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_reach::maps(args.seed, 1_000 * n)?,
         speed_reach::methods(args.seed)?,
         speed_reach::queries(args.seed, n)?,
+        speed_bip::filters(args.seed)?,
         speed::rays(args.seed, n, args.scene.as_deref())?,
         speed::dynamics(args.seed, n)?,
     ];

@@ -21,6 +21,7 @@ pub mod report;
 pub mod run_figures;
 pub mod session;
 pub mod speed;
+pub mod speed_bip;
 pub mod speed_reach;
 pub mod stage;
 pub mod touches;
