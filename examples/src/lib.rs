@@ -3,6 +3,8 @@
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
 pub mod arms;
+pub mod bip_baselines;
+pub mod bip_recordings;
 pub mod figures;
 pub mod numbers;
 pub mod place;
