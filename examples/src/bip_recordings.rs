@@ -146,13 +146,15 @@ fn reach_to_grasp(dir: &Path) -> anyhow::Result<Reaches> {
 fn strokes(file: &Path) -> anyhow::Result<Reaches> {
     let recording = read_recording(file)?;
     let cut = SegmentConfig {
+        point: Some(HandPoint::Index),
+        onset_m_per_s: 0.15,
         min_length_m: 0.1,
         ..SegmentConfig::default()
     };
     let mut set = Reaches {
         name: "strokes",
         source: "palm and four finger tips, optical, 100 Hz; strokes of 0.1 m and more, from and \
-                 to 0.1 m/s of the palm; the thumb is left out, 8 % of it is missing"
+                 to 0.1 m/s of the index tip; the thumb is left out, 8 % of it is missing"
             .to_owned(),
         points: vec![
             HandPoint::Palm,
