@@ -95,15 +95,19 @@ impl<'a> EndRegression<'a> {
         let n = self.demonstrations.len();
         let nearest = |i: usize| {
             let away = |k: &usize| self.distance(&so_far[last], &self.progress[i][*k]);
-            (0..self.progress[i].len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0)
+            (0..self.progress[i].len())
+                .min_by(|a, b| away(a).total_cmp(&away(b)))
+                .unwrap_or(0)
         };
         let matches: Vec<usize> = (0..n).map(nearest).collect();
         let features: Vec<Vec<f64>> = (0..n)
             .map(|i| self.features(&self.demonstrations[i], matches[i]))
             .collect();
         let here = self.features(motion, last);
-        let left: Vec<DVec3> = self.demonstrations
-            .iter().zip(&matches)
+        let left: Vec<DVec3> = self
+            .demonstrations
+            .iter()
+            .zip(&matches)
             .map(|(d, k)| point(d, d.len() - 1, self.scored) - point(d, *k, self.scored))
             .collect();
 
@@ -131,14 +135,20 @@ impl<'a> EndRegression<'a> {
                 continue;
             };
             let weights: Vec<DVec3> = (0..n)
-                .map(|i| (0..n).map(|j| inverse[i * n + j] * (left[j] - mean_left)).sum())
+                .map(|i| {
+                    (0..n)
+                        .map(|j| inverse[i * n + j] * (left[j] - mean_left))
+                        .sum()
+                })
                 .collect();
             // What the others say of each, in closed form.
             let errors: Vec<DVec3> = (0..n).map(|i| weights[i] / inverse[i * n + i]).collect();
             let squares = errors.iter().map(|e| e.length_squared()).sum::<f64>();
             if best.as_ref().is_none_or(|(least, ..)| squares < *least) {
                 let end = mean_left
-                    + (0..n).map(|i| (dot(&rows[i], &here) + INTERCEPT * size) * weights[i]).sum::<DVec3>();
+                    + (0..n)
+                        .map(|i| (dot(&rows[i], &here) + INTERCEPT * size) * weights[i])
+                        .sum::<DVec3>();
                 best = Some((squares, end, errors));
             }
         }
@@ -173,14 +183,19 @@ impl<'a> EndRegression<'a> {
     }
 }
 pub static W: std::sync::Mutex<[f64; 4]> = std::sync::Mutex::new([1.0; 4]);
-fn weights() -> [f64; 4] { *W.lock().unwrap() }
+fn weights() -> [f64; 4] {
+    *W.lock().unwrap()
+}
 
 fn progress(d: &Demonstration, scored: usize, last: usize) -> Vec<Progress> {
     let points: Vec<DVec3> = (0..=last).map(|k| point(d, k, scored)).collect();
     let mut peak = 1e-9_f64;
     (0..=last)
         .map(|k| {
-            let seen = Seen { times_s: &d.times()[..=k], points_m: &points[..=k] };
+            let seen = Seen {
+                times_s: &d.times()[..=k],
+                points_m: &points[..=k],
+            };
             let speed_m_per_s = seen.velocity_m_per_s().length();
             peak = peak.max(speed_m_per_s);
             Progress {

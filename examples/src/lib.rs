@@ -6,6 +6,7 @@ pub mod arms;
 pub mod bip_baselines;
 pub mod bip_recordings;
 pub mod bip_regression;
+pub mod bip_study;
 pub mod figures;
 pub mod numbers;
 pub mod place;
