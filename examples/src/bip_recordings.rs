@@ -233,3 +233,90 @@ impl Reaches {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bip_baselines::minimum_jerk_share;
+    use hwall_contact::HandFrame;
+
+    /// Rest, a reach of one second, rest; the thumb is missing in every `gaps`-th frame.
+    fn recording(gaps: usize) -> Recording {
+        let frames = (0..200).map(|k| {
+            let mut frame = HandFrame::empty(f64::from(k) * 0.01);
+            let way = 0.4 * minimum_jerk_share((frame.t_s - 0.5) / 1.0);
+            frame.set_point(HandPoint::Index, Some(DVec3::new(way, 0.1, 1.0)));
+            if k as usize % gaps != 0 {
+                frame.set_point(HandPoint::Thumb, Some(DVec3::new(way, 0.05, 1.0)));
+            }
+            frame
+        });
+        Recording::from_frames(frames).unwrap()
+    }
+
+    fn taken(gaps: usize) -> Reaches {
+        let recording = recording(gaps);
+        let mut set = Reaches {
+            name: "made",
+            source: String::new(),
+            points: vec![HandPoint::Index, HandPoint::Thumb],
+            scored: 0,
+            demonstrations: Vec::new(),
+            left_out: Vec::new(),
+        };
+        let cut = SegmentConfig {
+            freeze: None,
+            ..SegmentConfig::default()
+        };
+        let found = reaches(&recording, &cut).unwrap();
+        assert_eq!(found.len(), 1);
+        set.take(&recording, &found[0]).unwrap();
+        set
+    }
+
+    #[test]
+    fn incomplete_samples_are_left_out_and_the_clock_goes_on() {
+        let (whole, gaps) = (taken(1000), taken(20));
+        let (whole, gaps) = (&whole.demonstrations[0], &gaps.demonstrations[0]);
+        assert!(gaps.len() < whole.len());
+        assert!((gaps.duration() - whole.duration()).abs() < 0.021);
+        let seen = taken(1000).from_start().unwrap();
+        let moved = &seen.demonstrations[0];
+        assert_eq!(point(moved, 0, 0), DVec3::ZERO);
+        // The thumb stays where it is beside the index finger.
+        let last = moved.len() - 1;
+        let offset = point(moved, last, 1) - point(moved, last, 0);
+        assert!(offset.distance(DVec3::new(0.0, -0.05, 0.0)) < 1e-12);
+    }
+
+    #[test]
+    fn a_reach_with_too_many_gaps_is_left_out_with_the_reason() {
+        let set = taken(3);
+        assert!(set.demonstrations.is_empty());
+        assert!(set.left_out[0].contains("incomplete"), "{:?}", set.left_out);
+    }
+
+    #[test]
+    fn a_folder_without_recordings_is_an_error() {
+        let error = read(Path::new("no such folder")).unwrap_err();
+        assert!(error.to_string().contains("kinesis_rtg"), "{error}");
+    }
+
+    #[test]
+    fn recordings_beside_the_project_give_all_their_reaches() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+        if !dir.join("kinesis_rtg").is_dir() {
+            println!("skipped: recordings are not beside the project");
+            return;
+        }
+        let counts: Vec<(&str, usize)> = read(&dir)
+            .unwrap()
+            .iter()
+            .map(|set| (set.name, set.demonstrations.len()))
+            .collect();
+        assert_eq!(
+            counts,
+            [("reach-to-grasp", 45), ("strokes", 41), ("headset", 6)]
+        );
+    }
+}

@@ -7,8 +7,12 @@ use glam::DVec3;
 use hwall_bip::Demonstration;
 
 /// How far back positions are looked up, s.
-const LAGS_S: [f64; 4] = [0.0, 0.03, 0.06, 0.12];
-/// A constant is a feature too, of this size: next to free of the ridge.
+const LAGS_S: [f64; 3] = [0.03, 0.06, 0.12];
+/// Displacements of the past are scaled to this much time.
+const HORIZON_S: f64 = 0.2;
+/// Lowest standard deviation of an end, m.
+const SENSOR_M: f64 = 1e-4;
+/// Square of the constant feature, as a multiple of the others: next to free of the ridge.
 const INTERCEPT: f64 = 1e3;
 /// Fewest reaches to learn from.
 const FEWEST: usize = 10;
@@ -24,7 +28,7 @@ pub struct EndEstimate {
     pub covariance_m2: [f64; 9],
 }
 
-/// How a motion goes at one sample, as far as was seen, in the units of [`Progress::distance`].
+/// How a motion goes at one sample, as far as was seen.
 #[derive(Debug, Clone, Copy)]
 struct Progress {
     elapsed_s: f64,
@@ -81,110 +85,119 @@ impl<'a> EndRegression<'a> {
 
     fn distance(&self, a: &Progress, b: &Progress) -> f64 {
         let s = &self.spread;
-        let w = weights();
-        w[0] * ((a.elapsed_s - b.elapsed_s) / s.elapsed_s).powi(2)
-            + w[1] * ((a.speed_m_per_s - b.speed_m_per_s) / s.speed_m_per_s).powi(2)
-            + w[2] * ((a.of_peak - b.of_peak) / s.of_peak).powi(2)
-            + w[3] * ((a.gone_m - b.gone_m) / s.gone_m).powi(2)
+        ((a.elapsed_s - b.elapsed_s) / s.elapsed_s).powi(2)
+            + ((a.speed_m_per_s - b.speed_m_per_s) / s.speed_m_per_s).powi(2)
+            + ((a.of_peak - b.of_peak) / s.of_peak).powi(2)
+            + ((a.gone_m - b.gone_m) / s.gone_m).powi(2)
     }
 
     /// The end of a motion of which samples up to `last` were seen.
+    ///
+    /// Every known reach is taken at the sample where it went most like this motion goes now: time
+    /// since the start, speed, speed over its peak, way gone. What was left of it there is linear in
+    /// where the scored point started, where all points are as seen from there, and how far they went
+    /// in the last 0.03, 0.06 and 0.12 s. The ridge is the one with the least leave-one-out error.
     #[must_use]
     pub fn predict(&self, motion: &Demonstration, last: usize) -> EndEstimate {
-        let so_far = progress(motion, self.scored, last);
-        let n = self.demonstrations.len();
-        let nearest = |i: usize| {
-            let away = |k: &usize| self.distance(&so_far[last], &self.progress[i][*k]);
-            (0..self.progress[i].len())
-                .min_by(|a, b| away(a).total_cmp(&away(b)))
-                .unwrap_or(0)
-        };
-        let matches: Vec<usize> = (0..n).map(nearest).collect();
-        let features: Vec<Vec<f64>> = (0..n)
-            .map(|i| self.features(&self.demonstrations[i], matches[i]))
-            .collect();
-        let here = self.features(motion, last);
-        let left: Vec<DVec3> = self
-            .demonstrations
-            .iter()
-            .zip(&matches)
-            .map(|(d, k)| point(d, d.len() - 1, self.scored) - point(d, *k, self.scored))
-            .collect();
-
-        // Centred features: the mean end belongs to the mean reach.
-        let mean: Vec<f64> = (0..here.len())
-            .map(|j| features.iter().map(|f| f[j]).sum::<f64>() / n as f64)
-            .collect();
-        let mean_left = left.iter().sum::<DVec3>() / n as f64;
-        let centred = |f: &[f64]| -> Vec<f64> { f.iter().zip(&mean).map(|(a, b)| a - b).collect() };
-        let rows: Vec<Vec<f64>> = features.iter().map(|f| centred(f)).collect();
-        let here = centred(&here);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let size = rows.iter().map(|r| dot(r, r)).sum::<f64>() / n as f64;
-
-        let mut best: Option<(f64, DVec3, Vec<DVec3>)> = None;
-        for ridge in RIDGES {
-            let mut gram = vec![0.0; n * n];
-            for i in 0..n {
-                for j in 0..n {
-                    gram[i * n + j] = dot(&rows[i], &rows[j]) + INTERCEPT * size;
-                }
-                gram[i * n + i] += ridge * size + f64::MIN_POSITIVE;
-            }
-            let Some(inverse) = inverse(n, gram) else {
-                continue;
-            };
-            let weights: Vec<DVec3> = (0..n)
-                .map(|i| {
-                    (0..n)
-                        .map(|j| inverse[i * n + j] * (left[j] - mean_left))
-                        .sum()
-                })
-                .collect();
-            // What the others say of each, in closed form.
-            let errors: Vec<DVec3> = (0..n).map(|i| weights[i] / inverse[i * n + i]).collect();
-            let squares = errors.iter().map(|e| e.length_squared()).sum::<f64>();
-            if best.as_ref().is_none_or(|(least, ..)| squares < *least) {
-                let end = mean_left
-                    + (0..n)
-                        .map(|i| (dot(&rows[i], &here) + INTERCEPT * size) * weights[i])
-                        .sum::<DVec3>();
-                best = Some((squares, end, errors));
-            }
+        let now = progress(motion, self.scored, last)[last];
+        let (mut features, mut left_m) = (Vec::new(), Vec::new());
+        for (d, progress) in self.demonstrations.iter().zip(&self.progress) {
+            let away = |k: &usize| self.distance(&now, &progress[*k]);
+            let nearest = (0..progress.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
+            let at = nearest.unwrap_or(0);
+            features.push(self.features(d, at));
+            left_m.push(point(d, d.len() - 1, self.scored) - point(d, at, self.scored));
         }
-        let (_, end, errors) = best.unwrap_or((0.0, mean_left, left.clone()));
+        let fit = ridge(features, &left_m, self.features(motion, last));
         let mut covariance_m2 = [0.0; 9];
         for (at, c) in covariance_m2.iter_mut().enumerate() {
-            let products = errors.iter().map(|e| e[at / 3] * e[at % 3]).sum::<f64>();
-            *c = products / n as f64 + if at % 4 == 0 { 1e-8 } else { 0.0 };
+            let (i, j) = (at / 3, at % 3);
+            let products: f64 = fit.errors.iter().map(|e| e[i] * e[j]).sum();
+            *c = products / fit.errors.len() as f64;
+            if i == j {
+                *c += SENSOR_M * SENSOR_M;
+            }
         }
         EndEstimate {
-            mean_m: point(motion, last, self.scored) + end,
+            mean_m: point(motion, last, self.scored) + fit.value,
             covariance_m2,
         }
     }
 
     fn features(&self, d: &Demonstration, last: usize) -> Vec<f64> {
         let origin = point(d, 0, self.scored);
-        let t_s = d.times()[last] - d.times()[0];
-        let mut features = origin.to_array().to_vec();
         let now = d.sample(last);
+        let mut features = origin.to_array().to_vec();
+        features.extend(now.iter().enumerate().map(|(dof, x)| x - origin[dof % 3]));
         for lag_s in LAGS_S {
-            let then = after(d, (t_s - lag_s).max(0.0));
-            for (dof, x) in then.iter().enumerate() {
-                features.push(if lag_s == 0.0 {
-                    x - origin[dof % 3]
-                } else {
-                    (now[dof] - x) * 0.2 / lag_s
-                });
-            }
+            let then = before(d, d.times()[last] - lag_s);
+            // Of the size of the displacements, so that the ridge treats both alike.
+            features.extend(
+                now.iter()
+                    .zip(then)
+                    .map(|(x, y)| (x - y) * HORIZON_S / lag_s),
+            );
         }
         features
     }
 }
-pub static W: std::sync::Mutex<[f64; 4]> = std::sync::Mutex::new([1.0; 4]);
-fn weights() -> [f64; 4] {
-    *W.lock().unwrap()
+
+/// A prediction, and what it would have missed each of the known targets by.
+struct RidgeFit {
+    value: DVec3,
+    errors: Vec<DVec3>,
+}
+
+/// Ridge regression in its dual form (as many unknowns as examples), of the ridge with the least
+/// leave-one-out error. With `α = (K + λ)⁻¹ y` that error is `α_i / ((K + λ)⁻¹)_ii` [Allen 1974].
+fn ridge(mut features: Vec<Vec<f64>>, targets: &[DVec3], mut here: Vec<f64>) -> RidgeFit {
+    let n = targets.len();
+    let mean: Vec<f64> = (0..here.len())
+        .map(|j| features.iter().map(|f| f[j]).sum::<f64>() / n as f64)
+        .collect();
+    for row in features.iter_mut().chain([&mut here]) {
+        for (x, m) in row.iter_mut().zip(&mean) {
+            *x -= m;
+        }
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let size = features.iter().map(|f| dot(f, f)).sum::<f64>() / n as f64 + f64::MIN_POSITIVE;
+    // The intercept has to be a feature: centring alone would make `K` singular, and the errors of a
+    // small ridge then look far smaller than they are.
+    let kernel = |a: &[f64], b: &[f64]| dot(a, b) / size + INTERCEPT;
+    let gram: Vec<f64> = features
+        .iter()
+        .flat_map(|a| features.iter().map(|b| kernel(a, b)).collect::<Vec<_>>())
+        .collect();
+    let mut best: Option<(f64, RidgeFit)> = None;
+    for ridge in RIDGES {
+        let mut ridged = gram.clone();
+        for i in 0..n {
+            ridged[i * n + i] += ridge;
+        }
+        let Some(inverse) = inverse(n, ridged) else {
+            continue;
+        };
+        let weights: Vec<DVec3> = inverse
+            .chunks_exact(n)
+            .map(|row| row.iter().zip(targets).map(|(a, y)| *a * *y).sum())
+            .collect();
+        let errors: Vec<DVec3> = (0..n).map(|i| weights[i] / inverse[i * n + i]).collect();
+        let squares = errors.iter().map(|e| e.length_squared()).sum();
+        if best.as_ref().is_none_or(|(least, _)| squares < *least) {
+            let terms = features.iter().zip(&weights);
+            let value = terms.map(|(f, w)| kernel(f, &here) * *w).sum();
+            best = Some((squares, RidgeFit { value, errors }));
+        }
+    }
+    // The largest ridge always has an inverse.
+    best.map_or_else(
+        || RidgeFit {
+            value: DVec3::ZERO,
+            errors: targets.to_vec(),
+        },
+        |(_, fit)| fit,
+    )
 }
 
 fn progress(d: &Demonstration, scored: usize, last: usize) -> Vec<Progress> {
@@ -208,12 +221,14 @@ fn progress(d: &Demonstration, scored: usize, last: usize) -> Vec<Progress> {
         .collect()
 }
 
-/// All degrees of freedom at a time since the start, s, on straight lines between samples.
-fn after(d: &Demonstration, t_s: f64) -> Vec<f64> {
+/// All degrees of freedom at a time stamp, on straight lines between samples; the first sample
+/// before it.
+fn before(d: &Demonstration, t_s: f64) -> Vec<f64> {
     let times = d.times();
-    let t = times[0] + t_s;
-    let next = times.partition_point(|x| *x < t).clamp(1, times.len() - 1);
-    let share = ((t - times[next - 1]) / (times[next] - times[next - 1])).clamp(0.0, 1.0);
+    let next = times
+        .partition_point(|x| *x < t_s)
+        .clamp(1, times.len() - 1);
+    let share = ((t_s - times[next - 1]) / (times[next] - times[next - 1])).clamp(0.0, 1.0);
     d.sample(next - 1)
         .iter()
         .zip(d.sample(next))
@@ -260,6 +275,23 @@ mod tests {
             }
         }
         assert!(inverse(2, vec![1.0, 2.0, 2.0, 1.0]).is_none());
+    }
+
+    #[test]
+    fn leave_one_out_errors_are_those_of_leaving_out() {
+        let mut sampler = hwall_testkit::Sampler::new(7);
+        let features: Vec<Vec<f64>> = (0..12)
+            .map(|_| (0..20).map(|_| sampler.normal()).collect())
+            .collect();
+        let targets: Vec<DVec3> = (0..12).map(|_| sampler.unit_vector()).collect();
+        let all = ridge(features.clone(), &targets, features[3].clone());
+        let (mut fewer, mut rest) = (features.clone(), targets.clone());
+        let here = fewer.remove(3);
+        let truth = rest.remove(3);
+        let without = ridge(fewer, &rest, here);
+        // Centre, scale and choice of the ridge change a little with what is left out.
+        let difference = all.errors[3].distance(truth - without.value);
+        assert!(difference < 0.15 * all.errors[3].length(), "{difference}");
     }
 
     #[test]

@@ -4,6 +4,8 @@
 
 pub mod arms;
 pub mod bip_baselines;
+pub mod bip_figures;
+pub mod bip_held_out;
 pub mod bip_recordings;
 pub mod bip_regression;
 pub mod bip_study;
