@@ -246,7 +246,7 @@ mod tests {
             let mut frame = HandFrame::empty(f64::from(k) * 0.01);
             let way = 0.4 * minimum_jerk_share((frame.t_s - 0.5) / 1.0);
             frame.set_point(HandPoint::Index, Some(DVec3::new(way, 0.1, 1.0)));
-            if k as usize % gaps != 0 {
+            if !(k as usize).is_multiple_of(gaps) {
                 frame.set_point(HandPoint::Thumb, Some(DVec3::new(way, 0.05, 1.0)));
             }
             frame

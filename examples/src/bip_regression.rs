@@ -148,7 +148,7 @@ struct RidgeFit {
     errors: Vec<DVec3>,
 }
 
-/// Ridge regression in its dual form (as many unknowns as examples), of the ridge with the least
+/// Ridge regression in its dual form (as many unknowns as examples); of the ridges the one with the least
 /// leave-one-out error. With `α = (K + λ)⁻¹ y` that error is `α_i / ((K + λ)⁻¹)_ii` [Allen 1974].
 fn ridge(mut features: Vec<Vec<f64>>, targets: &[DVec3], mut here: Vec<f64>) -> RidgeFit {
     let n = targets.len();
@@ -296,13 +296,13 @@ mod tests {
 
     #[test]
     fn an_end_that_is_linear_in_what_was_seen_is_found() {
-        // Straight reaches with direction and length at random, all of one second: the end is a
-        // multiple of the present displacement.
+        // Straight reaches anywhere in any direction, all of one length and one second: what is left
+        // is a multiple of the present displacement.
         let mut sampler = hwall_testkit::Sampler::new(5);
         let mut reaches: Vec<Demonstration> = (0..21)
             .map(|_| {
                 let from = sampler.point_in_box(DVec3::splat(-0.1), DVec3::splat(0.1));
-                let way = sampler.point_in_box(DVec3::splat(0.1), DVec3::splat(0.5));
+                let way = 0.4 * sampler.unit_vector();
                 let values = (0..=50).flat_map(|k| {
                     let share = crate::bip_baselines::minimum_jerk_share(f64::from(k) / 50.0);
                     (from + share * way).to_array()
