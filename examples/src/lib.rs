@@ -4,7 +4,7 @@
 
 pub mod arms;
 pub mod bip_baselines;
-pub mod bip_figures;
+pub mod bip_recording_figures;
 pub mod bip_held_out;
 pub mod bip_recordings;
 pub mod bip_regression;
