@@ -5,7 +5,9 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_examples::bip_setup::{BasisChoice, Indices, Mode, Noise, Setup};
-use hwall_examples::{bip_figures, bip_report, bip_run, bip_scores, exit, reaches, trajectories};
+use hwall_examples::{
+    bip_figures, bip_report, bip_run, bip_scores, bip_study, exit, reaches, trajectories,
+};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -46,6 +48,9 @@ struct Args {
     /// Train by the published conventions: no centring, phase velocity 1 / samples
     #[arg(long)]
     published: bool,
+    /// Instead: leave-one-out study of the recorded reaches in this folder, beside simple means
+    #[arg(long, conflicts_with_all = ["train", "out"])]
+    recordings: Option<PathBuf>,
     /// Seed of the synthetic reaches
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -62,6 +67,16 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(folder) = &args.svg {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    if let Some(recordings) = &args.recordings {
+        let report = bip_study::recordings_report(recordings)?;
+        if let Some(folder) = &args.svg {
+            report.draw(folder)?;
+        }
+        return write!(io::stdout(), "{}", report.text).context("standard output");
+    }
     let [train, test] = match (&args.train, &args.test) {
         (Some(train), Some(test)) => trajectories::read_both(train, test)?,
         _ => reaches::sets(args.seed, 40, 30),
@@ -90,7 +105,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
         bip_report::write_json(path, &setup, &trained, &test.columns, &runs)?;
     }
     if let Some(folder) = &args.svg {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         let sides = bip_scores::sides(&setup, &trained);
         bip_figures::errors(&folder.join("error.svg"), &sides, &runs.tests)?;
         bip_figures::coverage(&folder.join("coverage.svg"), &sides, &runs.tests)?;

@@ -4,7 +4,7 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::{bip_validation, exit, published, reach_figures, validation};
+use hwall_examples::{bip_study, bip_validation, exit, published, reach_figures, validation};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -19,6 +19,9 @@ struct Args {
     /// Folder with the reference runs of Bayesian Interaction Primitives and their workload
     #[arg(long, default_value = "../shared/reference/bip")]
     bip: PathBuf,
+    /// Folder with recorded reaches
+    #[arg(long, default_value = "../shared/data")]
+    recordings: PathBuf,
     /// Folder for VALIDATION.md and figures/
     #[arg(long, default_value = "docs")]
     out: PathBuf,
@@ -37,13 +40,18 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<()> {
     let published = published::read(&args.published)?;
     let machine = Machine::detect(args.seed);
+    let bip_figures = args.out.join("figures/bip");
+    std::fs::create_dir_all(&bip_figures).with_context(|| bip_figures.display().to_string())?;
     let found = validation::reachability(&published, args.seed, args.poses)?;
     let bip = bip_validation::section(&args.bip)?;
+    let recorded = bip_study::recordings_report(&args.recordings)?;
     let text = format!(
         "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
          Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}\n{bip}",
-        found.text
+         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n## Recorded reaches\n\n{}\n{}",
+        found.text,
+        recorded.text,
+        figures_of("bip", &recorded.draw(&bip_figures)?)
     );
     let figures = args.out.join("figures/reachability");
     std::fs::create_dir_all(&figures).with_context(|| figures.display().to_string())?;
@@ -54,4 +62,13 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::write(&path, &text).with_context(|| path.display().to_string())?;
     writeln!(io::stdout(), "{text}\nwrote {}", path.display())?;
     Ok(())
+}
+
+/// Markdown that shows the files of a folder under figures/.
+fn figures_of(folder: &str, files: &[PathBuf]) -> String {
+    files
+        .iter()
+        .filter_map(|path| path.file_name()?.to_str())
+        .map(|name| format!("![{name}](figures/{folder}/{name})\n"))
+        .collect()
 }

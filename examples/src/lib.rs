@@ -3,11 +3,17 @@
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
 pub mod arms;
+pub mod bip_baselines;
 pub mod bip_figures;
+pub mod bip_held_out;
+pub mod bip_recording_figures;
+pub mod bip_recordings;
+pub mod bip_regression;
 pub mod bip_report;
 pub mod bip_run;
 pub mod bip_scores;
 pub mod bip_setup;
+pub mod bip_study;
 pub mod bip_validation;
 pub mod figures;
 pub mod numbers;
