@@ -96,7 +96,7 @@ impl EndPrediction {
     /// Continuous ranked probability score, in the unit of the degree of freedom; smaller is
     /// better, and a sure prediction has its absolute error.
     ///
-    /// Source: [Gneiting 2007], eq. (21).
+    /// Source: [Gneiting 2007], section 4.2.
     #[must_use]
     pub fn crps(&self, at: usize) -> f64 {
         let z = self.z(at);
