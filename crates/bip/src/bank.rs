@@ -7,6 +7,7 @@
 
 use crate::branching::Candidate;
 use crate::error::{finite, not_negative, positive};
+use crate::past::Past;
 use crate::square_root::{SquareRoot, Tile};
 use crate::{BipError, Filter, FilterConfig, Health, Model, Observation, PhaseVelocity, Update};
 
@@ -64,6 +65,7 @@ pub(crate) struct Belief {
     pub(crate) state: Vec<Tile>,
     pub(crate) root: SquareRoot,
     refused: usize,
+    past: Past,
 }
 
 impl Belief {
@@ -72,6 +74,7 @@ impl Belief {
             state: filter.state.clone(),
             root: filter.root.clone(),
             refused: 0,
+            past: filter.past.clone(),
         }
     }
 
@@ -79,6 +82,7 @@ impl Belief {
         self.state.copy_from_slice(&other.state);
         self.root.copy_from(&other.root);
         self.refused = other.refused;
+        self.past.copy_from(&other.past);
     }
 }
 
@@ -259,6 +263,11 @@ impl Bank {
                     h.score = f64::NEG_INFINITY;
                     failed = Some(error);
                 }
+            } else {
+                let filter = &mut self.filters[h.component];
+                exchange(filter, &mut h.belief);
+                filter.rest(dt);
+                exchange(filter, &mut h.belief);
             }
         }
         self.adopt_scores(failed).map(|_| ())
@@ -398,4 +407,5 @@ pub(crate) fn exchange(filter: &mut Filter, belief: &mut Belief) {
     std::mem::swap(&mut filter.state, &mut belief.state);
     std::mem::swap(&mut filter.root, &mut belief.root);
     std::mem::swap(&mut filter.refused, &mut belief.refused);
+    std::mem::swap(&mut filter.past, &mut belief.past);
 }

@@ -119,6 +119,22 @@ impl Bank {
         })
     }
 
+    /// Mean and variance of what will be measured at a phase; see [`Filter::predict_at`].
+    ///
+    /// # Errors
+    /// As [`Filter::moments_at`].
+    pub fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        self.mix(dofs, mean, variance, false, |filter, _, mean, variance| {
+            filter.predict_at(phase, dofs, mean, variance)
+        })
+    }
+
     /// Mean and variance of some degrees of freedom after a time `dt` without further turns: who
     /// rests is taken to rest on.
     ///

@@ -241,12 +241,8 @@ fn predict_end(
 ) -> Result<EndPrediction, BipError> {
     let mut mean = vec![0.0; scored.len()];
     let mut variance = vec![0.0; scored.len()];
-    filter.moments_at(1.0, scored, &mut mean, &mut variance)?;
-    let sd: Vec<f64> = variance
-        .iter()
-        .zip(scored)
-        .map(|(v, &d)| filter.spread() * (v + filter.residual_variance(d).unwrap_or(0.0)).sqrt())
-        .collect();
+    filter.predict_at(1.0, scored, &mut mean, &mut variance)?;
+    let sd: Vec<f64> = variance.iter().map(|v| v.sqrt()).collect();
     length("standard deviations", scored.len(), sd.len())?;
     finite("standard deviations", &sd)?;
     Ok(EndPrediction {

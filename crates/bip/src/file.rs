@@ -49,6 +49,7 @@ struct FileTuning {
     noise_factor: f64,
     acceleration_variance: f64,
     spread: f64,
+    correlation_time: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -184,6 +185,7 @@ impl File {
                 noise_factor: t.noise_factor,
                 acceleration_variance: t.acceleration_variance,
                 spread: t.spread,
+                correlation_time: t.correlation_time,
             }),
             groups,
             offset: model.offset.clone(),
@@ -285,6 +287,7 @@ impl File {
                 noise_factor: t.noise_factor,
                 acceleration_variance: t.acceleration_variance,
                 spread: t.spread,
+                correlation_time: t.correlation_time,
             }),
         })
     }

@@ -2,6 +2,7 @@
 
 use crate::error::{finite, not_negative, positive};
 use crate::observation::Noise;
+use crate::past::Past;
 use crate::projector::{PHASE_STATES, Projector};
 use crate::square_root::{LANES, Rows, SquareRoot, Tile, tile_dot, tiles};
 use crate::{BipError, Gate, Health, Model, Observation, Update};
@@ -40,6 +41,11 @@ pub struct FilterConfig {
     /// Linearisations an observation of the present; more than one iterates the update around its
     /// own result, which helps where one observation moves the phase far. Default 1.
     pub iterations: usize,
+    /// Time over which a deviation of the motion from what the model can express lasts: deviations
+    /// are taken as a first-order Markov process of the variance of the noise, beside independent
+    /// noise of the variance of the fit. Default `None`: as the model was [tuned](crate::tune),
+    /// else 0, independent from sample to sample.
+    pub correlation_time: Option<f64>,
     /// Keep the mean of the phase within `[0, 1]`. Default `true`.
     pub clip_phase: bool,
 }
@@ -54,6 +60,7 @@ impl Default for FilterConfig {
             noise_factor: None,
             gate: None,
             iterations: 1,
+            correlation_time: None,
             clip_phase: true,
         }
     }
@@ -90,8 +97,12 @@ pub struct Filter {
     pub(crate) noise_sd: Vec<f64>,
     pub(crate) residual_sd: Vec<f64>,
     pub(crate) spread: f64,
+    /// Variance of the independent part of the noise.
+    pub(crate) white: Vec<f64>,
+    pub(crate) correlation_time: f64,
+    pub(crate) past: Past,
     pub(crate) acceleration_sd: f64,
-    clip: bool,
+    pub(crate) clip: bool,
     gate: Option<Gate>,
     iterations: usize,
     /// Observations in a row that were mostly refused.
@@ -150,6 +161,11 @@ impl Filter {
                 });
             }
         };
+        let correlation_time = config
+            .correlation_time
+            .or(tuning.map(|t| t.correlation_time))
+            .unwrap_or(0.0);
+        not_negative("correlation time", correlation_time)?;
         let factor = config.noise_factor.unwrap_or(tuned);
         positive("noise factor", factor)?;
         let size = PHASE_STATES + model.rank();
@@ -165,6 +181,9 @@ impl Filter {
             projector: Projector::new(model),
             noise_sd: noise.iter().map(|v| (factor * v).sqrt()).collect(),
             residual_sd: residual.iter().map(|v| v.sqrt()).collect(),
+            white: model.noise_fit().to_vec(),
+            correlation_time,
+            past: Past::new(model.dofs()),
             spread: tuning.map_or(1.0, |t| t.spread),
             acceleration_sd,
             clip: config.clip_phase,
@@ -279,6 +298,12 @@ impl Filter {
         let mut update = first.unwrap_or(Update::NOTHING);
         update.gated = refused.rows;
         update.log_likelihood += refused.log_likelihood;
+        if fixed.is_none() && observation.noise == Noise::Model {
+            for &at in &self.scratch.kept {
+                self.past
+                    .remember(observation.dofs[at], observation.values[at]);
+            }
+        }
         self.accept(update)
     }
 
@@ -316,8 +341,13 @@ impl Filter {
                 (observation.values[at] - predicted.value + present * slope * moved) * scale;
             log_sd += sd.ln();
         }
+        if !at_phase && self.correlation_time > 0.0 && observation.noise == Noise::Model {
+            log_sd = self.subtract_past(observation);
+        }
+        let scratch = &mut self.scratch;
         if let Noise::Covariance(_) = observation.noise {
             let lower = &scratch.lower[..m * m];
+            let rows = &mut scratch.rows;
             rows.whiten(lower);
             log_sd = (0..m).map(|i| lower[i * m + i].ln()).sum();
         }

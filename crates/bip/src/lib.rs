@@ -25,6 +25,7 @@ mod motion_filter;
 mod observation;
 mod onset;
 mod orthonormal;
+mod past;
 mod posterior;
 mod projector;
 mod selection;

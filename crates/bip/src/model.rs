@@ -70,6 +70,8 @@ pub struct Tuning {
     /// Factor on the standard deviations of predictions with which 90 % intervals held 90 % of the
     /// ends of held-out motions. What a filter returns is without it.
     pub spread: f64,
+    /// Time over which deviations last; 0: independent from sample to sample.
+    pub correlation_time: f64,
 }
 
 /// A prior that was computed elsewhere, in the weights of the named bases.

@@ -28,6 +28,24 @@ pub trait MotionFilter {
         variance: &mut [f64],
     ) -> Result<(), BipError>;
 
+    /// Mean and variance of what will be measured at a phase.
+    ///
+    /// # Errors
+    /// As [`moments_at`](Self::moments_at).
+    fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        self.moments_at(phase, dofs, mean, variance)?;
+        for (v, &d) in variance.iter_mut().zip(dofs) {
+            *v = self.spread().powi(2) * (*v + self.residual_variance(d).unwrap_or(0.0));
+        }
+        Ok(())
+    }
+
     /// Variance of a new motion around what the model can express of it, which is not part of
     /// [`moments_at`](Self::moments_at).
     fn residual_variance(&self, dof: usize) -> Option<f64>;
@@ -49,8 +67,10 @@ pub trait MotionFilter {
 }
 
 macro_rules! motion_filter {
-    ($filter:ty) => {
+    ($filter:ty, $($more:item)?) => {
         impl MotionFilter for $filter {
+            $($more)?
+
             fn predict(&mut self, dt: f64) -> Result<(), BipError> {
                 self.predict(dt)
             }
@@ -92,6 +112,28 @@ macro_rules! motion_filter {
     };
 }
 
-motion_filter!(Filter);
-motion_filter!(Bank);
-motion_filter!(EnsembleFilter);
+motion_filter!(
+    Filter,
+    fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        self.predict_at(phase, dofs, mean, variance)
+    }
+);
+motion_filter!(
+    Bank,
+    fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        self.predict_at(phase, dofs, mean, variance)
+    }
+);
+motion_filter!(EnsembleFilter,);

@@ -37,7 +37,14 @@ impl Filter {
         }
         self.state[0][0] = moved;
         self.clip_phase();
+        self.past.clock += dt;
+        self.past.travelled += dt;
         Ok(())
+    }
+
+    /// Lets `dt` pass at rest.
+    pub(crate) fn rest(&mut self, dt: f64) {
+        self.past.clock += dt;
     }
 
     /// Forgets how fast the motion went: the velocity becomes an independent draw. What was known
@@ -57,6 +64,7 @@ impl Filter {
         top[0][1] = 0.0;
         second[0][1] = 1.0 / velocity.variance.sqrt();
         self.state[0][1] = velocity.mean;
+        self.past.travelled_anew();
     }
 
     /// Forgets the shape of the motion: the coefficients become those of the prior, independent of
@@ -77,6 +85,7 @@ impl Filter {
         self.state.fill([0.0; LANES]);
         self.state[0][0] = phase;
         self.state[0][1] = velocity;
+        self.past.forget();
     }
 }
 

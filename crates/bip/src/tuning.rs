@@ -23,6 +23,8 @@ pub struct TuningConfig {
     pub evaluation: EvaluationConfig,
     /// Demonstrations to hold out one at a time, spread evenly. Default 48.
     pub folds: usize,
+    /// test
+    pub correlation: f64,
     /// Parameters that are not searched for, such as the variance of the phase at the start.
     pub filter: FilterConfig,
 }
@@ -36,6 +38,7 @@ impl TuningConfig {
             velocity_changes: vec![0.003, 0.01, 0.03, 0.1],
             evaluation: EvaluationConfig::new(training),
             folds: 48,
+            correlation: 0.0,
             filter: FilterConfig::default(),
         }
     }
@@ -95,6 +98,7 @@ pub fn tune(
             noise_factor: config.noise_factors[noise],
             acceleration_variance: (change * velocity).powi(2),
             spread: 1.0,
+            correlation_time: config.correlation,
         };
         let same = |t: &&Trial| {
             t.tuning.noise_factor == tuning.noise_factor
@@ -207,6 +211,7 @@ impl<'a> Folds<'a> {
             noise: NoiseSource::HeldOut,
             noise_factor: Some(tuning.noise_factor),
             acceleration_variance: Some(tuning.acceleration_variance),
+            correlation_time: Some(tuning.correlation_time),
             ..self.config.filter.clone()
         };
         let folds = map_indexed(self.models.len(), |f| {
