@@ -181,6 +181,8 @@ struct Setting {
     from_start: bool,
     published: bool,
     tuned: bool,
+    /// Does tuning look for deviations that last?
+    lasting: bool,
     filter: FilterConfig,
 }
 
@@ -191,6 +193,7 @@ impl Default for Setting {
             from_start: false,
             published: false,
             tuned: true,
+            lasting: true,
             filter: FilterConfig::default(),
         }
     }
@@ -236,6 +239,14 @@ impl Setting {
             folds: TUNING_FOLDS,
             filter: self.filter.clone(),
             ..TuningConfig::new(&training)
+        };
+        let config = if self.lasting {
+            config
+        } else {
+            TuningConfig {
+                correlation_times: vec![0.0],
+                ..config
+            }
         };
         Ok(tune(demonstrations, &training, &config)?.0)
     }
@@ -289,11 +300,7 @@ impl Rows {
                     informed.observe_end(&end.with_covariance(&covariance))?;
                 }
                 let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-                informed.moments_at(1.0, &scored, &mut mean, &mut variance)?;
-                for (v, dof) in variance.iter_mut().zip(scored) {
-                    *v += informed.residual_variance(dof).unwrap_or(0.0);
-                    *v *= informed.spread().powi(2);
-                }
+                informed.predict_at(1.0, &scored, &mut mean, &mut variance)?;
                 let mean = DVec3::from_array(mean);
                 self.add(name, held_out.prediction(at, mean, variance));
                 at += 1;
@@ -311,6 +318,13 @@ pub(crate) fn ablation(raw: &Reaches) -> anyhow::Result<Vec<Row>> {
     let default = Setting::default();
     let settings = [
         ("as above", default.clone()),
+        (
+            "deviations independent",
+            Setting {
+                lasting: false,
+                ..default.clone()
+            },
+        ),
         (
             "seen from the start of the reach",
             Setting {

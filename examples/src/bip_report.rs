@@ -86,10 +86,10 @@ fn costs(setup: &Setup, trained: &Trained, runs: &Runs) -> MarkdownTable {
     }
     if let Some(t) = trained.model.tuning() {
         row(
-            "chosen by leave-one-out: noise variance, variance of the acceleration, spread",
+            "chosen by leave-one-out: noise variance, variance of the acceleration, spread, time that deviations last",
             format!(
-                "{} x held out, {:.2e}, {:.3}",
-                t.noise_factor, t.acceleration_variance, t.spread
+                "{} x held out, {:.2e}, {:.3}, {:.3}",
+                t.noise_factor, t.acceleration_variance, t.spread, t.correlation_time
             ),
         );
     }

@@ -83,14 +83,11 @@ impl<F: MotionFilter> Runner for Common<F> {
 
     fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError> {
         let all: Vec<usize> = (0..mean.len()).collect();
-        self.filter.moments_at(1.0, &all, mean, variance)?;
         if self.measured {
-            for (d, v) in variance.iter_mut().enumerate() {
-                let residual = self.filter.residual_variance(d).unwrap_or(0.0);
-                *v = self.filter.spread().powi(2) * (*v + residual);
-            }
+            self.filter.predict_at(1.0, &all, mean, variance)
+        } else {
+            self.filter.moments_at(1.0, &all, mean, variance)
         }
-        Ok(())
     }
 }
 

@@ -249,6 +249,9 @@ impl Setup {
         let model = if tuned {
             let mut tuning = TuningConfig::new(&config);
             tuning.filter.phase_variance = self.phase_variance;
+            if let Mode::Ensemble(_) = self.mode {
+                tuning.correlation_times = vec![0.0];
+            }
             let (model, _) = tune(&demonstrations, &config, &tuning)
                 .context("--noise loo, on training motions left out")?;
             model

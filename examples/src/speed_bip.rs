@@ -79,7 +79,7 @@ fn common<F: MotionFilter + Clone>(tests: &[Demonstration], filter: &F) -> anyho
         },
         |filter: &mut F| {
             let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
-            filter.moments_at(1.0, &PALM, &mut mean, &mut variance)?;
+            filter.predict_at(1.0, &PALM, &mut mean, &mut variance)?;
             Ok(mean)
         },
     )
@@ -112,10 +112,23 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     let state = |model: &Model| format!("state {}", 2 + model.rank());
     let plain = FilterConfig::default();
     let config = training(Basis::Legendre { count: QUOTED });
-    let (model, _) = tune(&train, &config, &TuningConfig::new(&config))?;
+    let independent = |config: &TrainingConfig| TuningConfig {
+        correlation_times: vec![0.0],
+        ..TuningConfig::new(config)
+    };
+    let (model, _) = tune(&train, &config, &independent(&config))?;
+    let (lasting, _) = tune(&train, &config, &TuningConfig::new(&config))?;
+    let run = common(&tests, &Filter::new(&lasting, &plain)?)?;
+    let time_s = lasting.tuning().map_or(0.0, |t| t.correlation_time);
+    add(
+        "exact filter, deviations last",
+        format!("{QUOTED} functions"),
+        &run,
+        format!("{}, for {:.0} ms", state(&lasting), 1e3 * time_s),
+    );
     for count in [4, 6, 8, 10, 12, 18] {
         let config = training(Basis::Legendre { count });
-        let (model, _) = tune(&train, &config, &TuningConfig::new(&config))?;
+        let (model, _) = tune(&train, &config, &independent(&config))?;
         let exact = common(&tests, &Filter::new(&model, &plain)?)?;
         add(
             "exact filter",

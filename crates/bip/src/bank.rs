@@ -9,7 +9,9 @@ use crate::branching::Candidate;
 use crate::error::{finite, not_negative, positive};
 use crate::past::Past;
 use crate::square_root::{SquareRoot, Tile};
-use crate::{BipError, Filter, FilterConfig, Health, Model, Observation, PhaseVelocity, Update};
+use crate::{
+    BipError, Filter, FilterConfig, Gate, Health, Model, Observation, PhaseVelocity, Update,
+};
 
 /// What a hypothesis says the person is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +26,7 @@ pub enum Mode {
 /// average duration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BankConfig {
-    /// Filter of every hypothesis.
+    /// Filter of every hypothesis; its default here refuses outliers.
     pub filter: FilterConfig,
     /// Split the prior of the phase velocity into a slow, a usual and a fast hypothesis. Default
     /// `true`.
@@ -33,26 +35,33 @@ pub struct BankConfig {
     pub pauses: f64,
     /// Expected length of a pause. Default 0.3.
     pub pause_length: f64,
-    /// Expected number of changes of mind: the shape of the motion is drawn anew from the prior,
-    /// the phase goes on. Default 0.2.
+    /// Expected number of changes of mind: the shape of the motion is drawn anew from the prior of
+    /// all components, the phase goes on; evidence about the old end is forgotten. Default 0.2.
     pub changes: f64,
     /// Probability that the motion has not begun when the filter starts. Default 0.2.
     pub not_begun: f64,
+    /// Probability that it is well under way by then, anywhere. Default 0.05.
+    pub under_way: f64,
     /// Time between two moments at which hypotheses branch. Default 0.02.
     pub branching: f64,
-    /// Most hypotheses kept. Default 8; the time of a step grows in proportion.
+    /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth
+    /// of a motion two a component are kept, if that is more.
     pub hypotheses: usize,
 }
 
 impl Default for BankConfig {
     fn default() -> Self {
         Self {
-            filter: FilterConfig::default(),
+            filter: FilterConfig {
+                gate: Some(Gate::default()),
+                ..FilterConfig::default()
+            },
             split_velocity: true,
             pauses: 0.3,
             pause_length: 0.3,
             changes: 0.2,
             not_begun: 0.2,
+            under_way: 0.05,
             branching: 0.02,
             hypotheses: 8,
         }
@@ -78,8 +87,15 @@ impl Belief {
         }
     }
 
+    /// The clock of another belief.
+    pub(crate) fn take_time_of(&mut self, other: &Self) {
+        self.past.clock = other.past.clock;
+        self.past.travelled = other.past.travelled;
+    }
+
     pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.state.copy_from_slice(&other.state);
+        self.state.clear();
+        self.state.extend_from_slice(&other.state);
         self.root.copy_from(&other.root);
         self.refused = other.refused;
         self.past.copy_from(&other.past);
@@ -123,13 +139,26 @@ pub struct Bank {
     pub(crate) filters: Vec<Filter>,
     pub(crate) velocities: Vec<PhaseVelocity>,
     pub(crate) hypotheses: Vec<Hypothesis>,
-    pub(crate) spare: Vec<Vec<Belief>>,
+    /// Prior probabilities of the components.
+    pub(crate) priors: Vec<f64>,
+    /// A belief of each component, for its size.
+    pub(crate) blanks: Vec<Belief>,
+    pub(crate) spare: Vec<Belief>,
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) config: BankConfig,
     pub(crate) moments: [Vec<f64>; 2],
+    /// Shares of a motion since the last branching, and since the start.
     since_branching: f64,
+    pub(crate) elapsed: f64,
     health: Health,
 }
+
+/// Where a motion that is under way may be, and how far off that.
+const UNDER_WAY: [f64; 3] = [0.25, 0.5, 0.75];
+const UNDER_WAY_VARIANCE: f64 = 0.01;
+
+/// Hypotheses beyond which a bank is no longer meant.
+const MOST: usize = 10_000;
 
 fn probability(what: &'static str, value: f64) -> Result<(), BipError> {
     if (0.0..1.0).contains(&value) {
@@ -167,12 +196,20 @@ impl Bank {
         not_negative("changes", config.changes)?;
         not_negative("branching", config.branching)?;
         probability("probability of not having begun", config.not_begun)?;
-        if config.hypotheses == 0 || components.is_empty() {
-            return Err(BipError::Parameter {
-                what: "hypotheses",
-                value: 0.0,
-                wanted: "at least 1",
-            });
+        probability("probability of being under way", config.under_way)?;
+        let begins = 1.0 - config.not_begun - config.under_way;
+        probability("probability of neither", 1.0 - begins)?;
+        for (what, count) in [
+            ("hypotheses", config.hypotheses),
+            ("components", components.len()),
+        ] {
+            if !(1..=MOST).contains(&count) {
+                return Err(BipError::Parameter {
+                    what,
+                    value: count as f64,
+                    wanted: "1 to 10000",
+                });
+            }
         }
         let dofs = components[0].0.dofs();
         let mut total = 0.0;
@@ -198,43 +235,64 @@ impl Bank {
             filters: Vec::new(),
             velocities: Vec::new(),
             hypotheses: Vec::new(),
+            priors: Vec::new(),
+            blanks: Vec::new(),
             spare: Vec::new(),
             candidates: Vec::new(),
             config: config.clone(),
             moments: [vec![0.0; dofs * dofs], vec![0.0; dofs * dofs]],
             since_branching: 0.0,
+            elapsed: 0.0,
             health: Health::NEW,
         };
         for (component, (model, weight)) in components.iter().enumerate() {
             let filter = Filter::new(model, &config.filter)?;
             let weight = weight / total;
             let velocity = model.phase_velocity();
-            for (share, rate) in split(velocity, config.split_velocity) {
+            // With several components there are hypotheses enough to begin with.
+            let parts = split(velocity, config.split_velocity && components.len() == 1);
+            for (share, rate) in parts {
                 let mut moving = filter.clone();
                 moving.redraw_velocity(rate);
-                let weight = weight * share * (1.0 - config.not_begun);
-                let belief = Belief::of(&moving);
-                bank.hypotheses
-                    .push(Hypothesis::new(belief, weight, Mode::Moving, component));
+                bank.add(&moving, weight * share * begins, Mode::Moving, component);
             }
-            if config.not_begun > 0.0 {
-                let belief = Belief::of(&filter);
-                let weight = weight * config.not_begun;
-                bank.hypotheses
-                    .push(Hypothesis::new(belief, weight, Mode::Resting, component));
+            bank.add(&filter, weight * config.not_begun, Mode::Resting, component);
+            for phase in UNDER_WAY {
+                let under_way = FilterConfig {
+                    phase,
+                    phase_variance: UNDER_WAY_VARIANCE,
+                    ..config.filter.clone()
+                };
+                let share = config.under_way / UNDER_WAY.len() as f64;
+                bank.add(
+                    &Filter::new(model, &under_way)?,
+                    weight * share,
+                    Mode::Moving,
+                    component,
+                );
             }
             bank.velocities.push(velocity);
+            bank.priors.push(weight);
+            bank.blanks.push(Belief::of(&filter));
             bank.filters.push(filter);
         }
-        let most = config.hypotheses.max(bank.hypotheses.len());
-        bank.candidates.reserve(Candidate::A_HYPOTHESIS * most);
+        let most = bank.most().max(bank.hypotheses.len());
+        bank.candidates
+            .reserve((2 + components.len()).saturating_mul(most));
         bank.hypotheses.reserve(2 * most);
-        bank.spare = bank
-            .filters
-            .iter()
-            .map(|f| (0..2 * most).map(|_| Belief::of(f)).collect())
-            .collect();
+        let largest = bank.blanks.iter().max_by_key(|b| b.state.len()).cloned();
+        bank.spare = largest.map_or(Vec::new(), |b| vec![b; bank.most()]);
+        // Each dropped hypothesis is kept for the next.
+        bank.spare.reserve(2 * most);
         Ok(bank)
+    }
+
+    fn add(&mut self, filter: &Filter, weight: f64, mode: Mode, component: usize) {
+        if weight > 0.0 {
+            let belief = Belief::of(filter);
+            self.hypotheses
+                .push(Hypothesis::new(belief, weight, mode, component));
+        }
     }
 
     /// Lets `dt` pass.
@@ -246,7 +304,13 @@ impl Bank {
         let mean = self.velocities.iter().map(|v| v.mean.abs()).sum::<f64>()
             / self.velocities.len() as f64;
         finite("dt", &[dt * mean])?;
+        for h in &self.hypotheses {
+            let [phase, velocity] = [h.belief.state[0][0], h.belief.state[0][1]];
+            let noise = self.filters[h.component].acceleration_sd * dt;
+            finite("dt", &[phase + dt * velocity, noise * noise, noise * dt])?;
+        }
         self.since_branching += dt * mean;
+        self.elapsed += dt * mean;
         if self.since_branching >= self.config.branching {
             self.branch(self.since_branching);
             self.since_branching = 0.0;
@@ -374,7 +438,7 @@ impl Bank {
                 at += 1;
             } else {
                 let dropped = self.hypotheses.swap_remove(at);
-                self.spare[dropped.component].push(dropped.belief);
+                self.spare.push(dropped.belief);
             }
         }
         Ok(best + sum.ln())

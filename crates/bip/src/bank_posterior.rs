@@ -232,6 +232,23 @@ impl Bank {
         finite("variance", second)
     }
 
+    /// Probability that the motion is over after a time `dt` without further turns.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite.
+    pub fn probability_ended(&mut self, dt: f64) -> Result<f64, BipError> {
+        let mut sum = 0.0;
+        for h in &mut self.hypotheses {
+            let filter = &mut self.filters[h.component];
+            exchange(filter, &mut h.belief);
+            let dt = if h.mode == Mode::Moving { dt } else { 0.0 * dt };
+            let ended = filter.probability_ended(dt);
+            exchange(filter, &mut h.belief);
+            sum += h.weight * ended?;
+        }
+        Ok(sum)
+    }
+
     /// Time left until phase 1. Who rests is expected to rest for the average pause and to go on
     /// at the average velocity. `None` while most of the belief does not move forward.
     #[must_use]
@@ -242,7 +259,10 @@ impl Bank {
             let filter = &mut self.filters[h.component];
             exchange(filter, &mut h.belief);
             let left = match h.mode {
-                Mode::Moving => filter.time_to_end(),
+                // One that hardly moves would give no time but a pole.
+                Mode::Moving => filter
+                    .time_to_end()
+                    .filter(|t| t.mean.max(t.sd) * usual.mean < LONGEST),
                 Mode::Resting if usual.mean > 0.0 => {
                     let going = (1.0 - filter.phase()).max(0.0) / usual.mean;
                     let pause = self.config.pause_length / usual.mean;
@@ -272,6 +292,9 @@ impl Bank {
         (weight > 0.5 && estimate.mean.is_finite() && estimate.sd.is_finite()).then_some(estimate)
     }
 }
+
+/// Motions of average duration beyond which a hypothesis says nothing about the time of the end.
+const LONGEST: f64 = 5.0;
 
 fn velocity(h: &Hypothesis) -> f64 {
     match h.mode {

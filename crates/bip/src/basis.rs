@@ -95,7 +95,8 @@ impl Basis {
     /// Error: derivatives agree with central differences to 1e-8 of the largest one.
     ///
     /// # Errors
-    /// A phase that is not finite, a slice of another length, a width that is not positive.
+    /// A phase that is not finite or so far out that a function overflows, a slice of another
+    /// length, a width below 1e-6 or a variance below its square.
     pub fn evaluate_into(
         &self,
         phase: f64,
@@ -107,7 +108,9 @@ impl Basis {
         length("values", self.count(), values.len())?;
         length("derivatives", self.count(), derivatives.len())?;
         self.fill(phase, values, derivatives);
-        Ok(())
+        finite("values", values)
+            .and_then(|()| finite("derivatives", derivatives))
+            .map_err(|_| BipError::Overflow { phase })
     }
 
     /// Largest over smallest singular value of the functions at evenly spaced phases; infinite
@@ -124,6 +127,13 @@ impl Basis {
         }
         if samples < self.count() {
             return Ok(f64::INFINITY);
+        }
+        if samples > MOST_SAMPLES {
+            return Err(BipError::Parameter {
+                what: "samples",
+                value: samples as f64,
+                wanted: "at most 1e6",
+            });
         }
         let svd = Svd::of(samples, self.count(), &self.on_grid(samples))?;
         let (largest, smallest) = (svd.singular[0], svd.singular[self.count() - 1]);
@@ -156,9 +166,9 @@ impl Basis {
         }
         match *self {
             Self::Gaussian { variance, .. } | Self::NormalizedGaussian { variance, .. } => {
-                positive("variance of the basis", variance)
+                narrow("variance of the basis", variance, NARROWEST * NARROWEST)
             }
-            Self::Sigmoid { width, .. } => positive("width of the basis", width),
+            Self::Sigmoid { width, .. } => narrow("width of the basis", width, NARROWEST),
             _ => Ok(()),
         }
     }
@@ -188,6 +198,25 @@ impl Basis {
             Self::Legendre { .. } => legendre(2.0 * phase - 1.0, values, derivatives),
             Self::Chebyshev { .. } => chebyshev(2.0 * phase - 1.0, values, derivatives),
         }
+    }
+}
+
+/// Phases at which a condition number is asked for.
+const MOST_SAMPLES: usize = 1_000_000;
+
+/// A bell or step narrower than this, in phase, falls between the samples of any recording.
+const NARROWEST: f64 = 1e-6;
+
+fn narrow(what: &'static str, value: f64, least: f64) -> Result<(), BipError> {
+    positive(what, value)?;
+    if value >= least {
+        Ok(())
+    } else {
+        Err(BipError::Parameter {
+            what,
+            value,
+            wanted: "at least 1e-6 phase wide",
+        })
     }
 }
 

@@ -25,13 +25,13 @@ pub(crate) enum Turn {
 pub(crate) struct Candidate {
     from: usize,
     turn: Turn,
+    /// Component it has afterwards.
+    component: usize,
     weight: f64,
 }
 
-impl Candidate {
-    /// Most candidates that come out of one hypothesis.
-    pub(crate) const A_HYPOTHESIS: usize = 3;
-}
+/// Share of a motion in which no component is dropped for want of room.
+const SETTLING: f64 = 0.1;
 
 impl Bank {
     /// Lets every hypothesis take a turn within a `share` of a motion, and keeps the most probable.
@@ -42,24 +42,32 @@ impl Bank {
         let resume = at_least_one(1.0 / self.config.pause_length);
         self.candidates.clear();
         for (from, h) in self.hypotheses.iter().enumerate() {
-            let turns: &[(Turn, f64)] = match h.mode {
-                Mode::Moving => &[(Turn::Pause, pause), (Turn::ChangeOfMind, change)],
-                Mode::Resting => &[(Turn::Resume, resume)],
-            };
-            let taken: f64 = turns.iter().map(|(_, p)| p).sum();
-            let stays = (Turn::None, 1.0 - taken);
-            for (turn, p) in turns.iter().copied().chain([stays]) {
+            let mut add = |turn, component, probability: f64| {
                 self.candidates.push(Candidate {
                     from,
                     turn,
-                    weight: h.weight * p,
+                    component,
+                    weight: h.weight * probability,
                 });
+            };
+            match h.mode {
+                Mode::Moving => {
+                    add(Turn::None, h.component, 1.0 - pause - change);
+                    add(Turn::Pause, h.component, pause);
+                    for (component, prior) in self.priors.iter().enumerate() {
+                        add(Turn::ChangeOfMind, component, change * prior);
+                    }
+                }
+                Mode::Resting => {
+                    add(Turn::None, h.component, 1.0 - resume);
+                    add(Turn::Resume, h.component, resume);
+                }
             }
         }
         self.candidates
             .sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
         let heaviest = self.candidates[0].weight;
-        self.candidates.truncate(self.config.hypotheses);
+        self.candidates.truncate(self.most());
         self.candidates.retain(|c| c.weight > NEGLIGIBLE * heaviest);
         let parents = self.hypotheses.len();
         for h in &mut self.hypotheses {
@@ -86,36 +94,56 @@ impl Bank {
         }
     }
 
+    /// Most hypotheses at this time.
+    pub(crate) fn most(&self) -> usize {
+        if self.elapsed < SETTLING {
+            self.config.hypotheses.max(2 * self.priors.len())
+        } else {
+            self.config.hypotheses
+        }
+    }
+
     /// Adds the hypothesis of a turn.
     fn turn(&mut self, candidate: Candidate) {
-        let parent = &self.hypotheses[candidate.from];
-        let component = parent.component;
-        let mode = match candidate.turn {
-            Turn::Pause => Mode::Resting,
-            _ => Mode::Moving,
+        let component = candidate.component;
+        let (mode, changes) = match candidate.turn {
+            Turn::Pause => (Mode::Resting, false),
+            turn => (Mode::Moving, turn == Turn::ChangeOfMind),
         };
-        let mut belief = match self.spare[component].pop() {
-            Some(mut belief) => {
-                belief.copy_from(&parent.belief);
-                belief
+        let mut belief = match self.spare.pop() {
+            Some(belief) => belief,
+            None => self.blanks[component].clone(),
+        };
+        if changes {
+            // The shape of the old component means nothing in the new one.
+            let parent = &mut self.hypotheses[candidate.from];
+            let filter = &mut self.filters[parent.component];
+            exchange(filter, &mut parent.belief);
+            let mean = [filter.phase(), filter.phase_velocity()];
+            let covariance = filter.phase_covariance();
+            exchange(filter, &mut parent.belief);
+            belief.copy_from(&self.blanks[component]);
+            belief.take_time_of(&parent.belief);
+            let filter = &mut self.filters[component];
+            exchange(filter, &mut belief);
+            filter.begin_with_phase(mean, covariance);
+            exchange(filter, &mut belief);
+        } else {
+            belief.copy_from(&self.hypotheses[candidate.from].belief);
+            if candidate.turn == Turn::Resume {
+                let filter = &mut self.filters[component];
+                exchange(filter, &mut belief);
+                filter.redraw_velocity(self.velocities[component]);
+                exchange(filter, &mut belief);
             }
-            None => parent.belief.clone(),
-        };
-        let filter = &mut self.filters[component];
-        exchange(filter, &mut belief);
-        match candidate.turn {
-            Turn::Resume => filter.redraw_velocity(self.velocities[component]),
-            Turn::ChangeOfMind => filter.forget_shape(),
-            Turn::None | Turn::Pause => {}
         }
-        exchange(filter, &mut belief);
         self.hypotheses
             .push(Hypothesis::new(belief, candidate.weight, mode, component));
     }
 
     fn discard(&mut self, at: usize) {
         let dropped = self.hypotheses.swap_remove(at);
-        self.spare[dropped.component].push(dropped.belief);
+        self.spare.push(dropped.belief);
     }
 
     /// Gives the weight of a hypothesis to a heavier one that says the same.
@@ -128,7 +156,7 @@ impl Bank {
                 Some(heavier) => {
                     self.hypotheses[heavier].weight += self.hypotheses[lighter].weight;
                     let dropped = self.hypotheses.remove(lighter);
-                    self.spare[dropped.component].push(dropped.belief);
+                    self.spare.push(dropped.belief);
                 }
                 None => lighter += 1,
             }

@@ -20,6 +20,7 @@ pub struct FullFilter {
     bases: Vec<Basis>,
     /// Basis and first weight of each degree of freedom.
     layout: Vec<(usize, usize)>,
+    offset: Vec<f64>,
     noise: Vec<f64>,
     process_variance: f64,
     state: Vec<f64>,
@@ -48,8 +49,11 @@ impl FullFilter {
             }
         }
         length("mean", n - 2, prior.mean.len())?;
-        length("factor", (n - 2) * prior.rank, prior.factor.len())?;
+        let entries = (n - 2).saturating_mul(prior.rank);
+        length("factor", entries, prior.factor.len())?;
         length("noise", layout.len(), prior.noise.len())?;
+        length("offset", layout.len(), prior.offset.len())?;
+        finite("offset", &prior.offset)?;
         let mut state = vec![0.0, prior.phase_velocity.mean];
         state.extend(&prior.mean);
         let mut covariance = vec![0.0; n * n];
@@ -66,6 +70,7 @@ impl FullFilter {
         Ok(Self {
             bases,
             layout,
+            offset: prior.offset.clone(),
             noise: prior.noise.clone(),
             process_variance,
             state,
@@ -125,7 +130,7 @@ impl FullFilter {
         let mut slope = vec![0.0; m];
         for (d, &(g, first)) in self.layout.iter().enumerate() {
             let weights = &self.state[first..first + values[g].len()];
-            predicted[d] = dot(&values[g], weights);
+            predicted[d] = self.offset[d] + dot(&values[g], weights);
             slope[d] = dot(&slopes[g], weights);
         }
         let mut hp = vec![0.0; m * n];
@@ -204,7 +209,7 @@ impl FullFilter {
     pub fn mean_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
         let (values, _) = self.functions(phase);
-        Some(dot(&values[g], &self.state[first..first + values[g].len()]))
+        Some(self.offset[dof] + dot(&values[g], &self.state[first..first + values[g].len()]))
     }
 
     /// Variance of a degree of freedom at a given phase, without measurement noise; `None` if

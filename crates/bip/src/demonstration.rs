@@ -43,10 +43,11 @@ impl Demonstration {
                 wanted: "at least 1",
             });
         }
-        if values.len() != times.len() * dofs {
+        let expected = times.len().saturating_mul(dofs);
+        if values.len() != expected {
             return Err(BipError::WrongLength {
                 what: "values",
-                expected: times.len() * dofs,
+                expected,
                 got: values.len(),
             });
         }

@@ -97,7 +97,9 @@ impl EnsembleFilter {
     /// Members drawn from the prior, before anything is seen.
     ///
     /// # Errors
-    /// Fewer than two members, a gate, more than one iteration; as [`Filter::new`].
+    /// Fewer than two members, a gate, more than one iteration, a correlation time (also one that
+    /// the model was tuned with: see [`TuningConfig::correlation_times`](crate::TuningConfig)); as
+    /// [`Filter::new`].
     pub fn new(model: &Model, config: &EnsembleConfig) -> Result<Self, BipError> {
         let members = config.members;
         if members < 2 {
@@ -123,6 +125,13 @@ impl EnsembleFilter {
         }
         // Checks the parameters and resolves their defaults.
         let exact = Filter::new(model, &config.filter)?;
+        if exact.correlation_time > 0.0 {
+            return Err(BipError::Parameter {
+                what: "correlation time",
+                value: exact.correlation_time,
+                wanted: "0: an ensemble takes deviations as independent, tune it so",
+            });
+        }
         let (size, dofs) = (PHASE_STATES + model.rank(), model.dofs());
         let velocity = model.phase_velocity();
         let mut generator = Pcg64::seed_from_u64(config.seed);

@@ -33,7 +33,19 @@ impl EvaluationConfig {
         }
     }
 
-    fn validate(&self) -> Result<(), BipError> {
+    pub(crate) fn validate(&self) -> Result<(), BipError> {
+        for (what, count) in [
+            ("fractions", self.fractions.len()),
+            ("scored degrees of freedom", self.scored.len()),
+        ] {
+            if count == 0 {
+                return Err(BipError::Parameter {
+                    what,
+                    value: 0.0,
+                    wanted: "at least 1",
+                });
+            }
+        }
         let mut last = 0.0;
         for &f in &self.fractions {
             if !(f > last && f <= 1.0) {
@@ -106,7 +118,10 @@ impl EndPrediction {
     }
 }
 
-/// All predictions of an evaluation, and their averages at one fraction.
+/// All predictions of an evaluation, and averages over them; for one fraction, keep those of
+/// [`at`](Self::at).
+///
+/// Places `at` among the scored degrees of freedom must exist: the averages panic like an index.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Evaluation {
     /// By motion, then by fraction.
@@ -141,9 +156,13 @@ impl Evaluation {
     }
 
     /// Factor on the standard deviations with which central intervals of this probability would
-    /// hold just that share of the truth; `None` where there is no prediction.
+    /// hold just that share of the truth; `None` where there is no prediction or no such
+    /// probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
+        if !(probability > 0.0 && probability < 1.0) {
+            return None;
+        }
         let mut distances: Vec<f64> = self
             .predictions
             .iter()
@@ -255,7 +274,7 @@ fn predict_end(
 }
 
 /// Leave-one-out cross-validation: every demonstration is followed by a filter that was trained on
-/// the others. With the feature `parallel` on all cores; the result does not depend on it.
+/// the others; with [`TrainingConfig::onset`], rest before and after is cut off both. With the feature `parallel` on all cores; the result does not depend on it.
 ///
 /// # Errors
 /// Fewer than two demonstrations, whatever training or filtering refuses.
@@ -269,8 +288,9 @@ pub fn leave_one_out<F: MotionFilter>(
     if n < 2 {
         return Err(BipError::TooFewDemonstrations { needed: 2, got: n });
     }
+    let (demonstrations, training) = training.trimmed(demonstrations)?;
     let folds = map_indexed(n, |left_out| {
-        let model = Model::train(&without(demonstrations, left_out), training)?;
+        let model = Model::train(&without(&demonstrations, left_out), &training)?;
         follow(
             &mut filter(&model)?,
             left_out,

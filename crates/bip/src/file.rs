@@ -239,6 +239,7 @@ impl File {
             positive("noise factor", t.noise_factor)?;
             not_negative("acceleration variance", t.acceleration_variance)?;
             positive("spread", t.spread)?;
+            not_negative("correlation time", t.correlation_time)?;
         }
         let digest = self.digest();
         let groups: Vec<Group> = self
@@ -302,9 +303,14 @@ impl File {
             self.phase_velocity_variance,
             self.shrinkage,
         ]);
-        let tuning = self
-            .tuning
-            .map(|t| [t.noise_factor, t.acceleration_variance, t.spread]);
+        let tuning = self.tuning.map(|t| {
+            [
+                t.noise_factor,
+                t.acceleration_variance,
+                t.spread,
+                t.correlation_time,
+            ]
+        });
         d.optional(tuning.as_ref().map(|t| &t[..]));
         d.count(self.groups.len());
         for g in &self.groups {

@@ -221,7 +221,9 @@ impl Filter {
     }
 
     /// Takes evidence about another phase: a via-point, or an end point estimated elsewhere.
-    /// It speaks about the shape of the motion only, not about the present phase.
+    /// It speaks about the shape of the motion only, not about the present phase. Each call is new
+    /// evidence: an estimate that is renewed at every frame from the same samples must not be given
+    /// again and again, but once, or to a copy of the filter.
     ///
     /// # Errors
     /// As [`observe`](Self::observe); a phase that is not finite or so far out that a basis overflows.
@@ -277,7 +279,7 @@ impl Filter {
             update.log_likelihood -= log_sd;
             // The density of an observation is that of its prediction, before any iteration.
             first.get_or_insert(update);
-            let moved = self.scratch.padded[0][0] + self.state[0][0] - self.scratch.point[0][0];
+            let before = self.scratch.point[0][0];
             for ((point, x), dx) in self
                 .scratch
                 .point
@@ -291,11 +293,12 @@ impl Filter {
             if self.clip {
                 self.scratch.point[0][0] = self.scratch.point[0][0].clamp(0.0, 1.0);
             }
-            if moved.abs() < 1e-9 {
+            if (self.scratch.point[0][0] - before).abs() < 1e-9 {
                 break;
             }
         }
         let mut update = first.unwrap_or(Update::NOTHING);
+        self.refused = refused.in_a_row;
         update.gated = refused.rows;
         update.log_likelihood += refused.log_likelihood;
         if fixed.is_none() && observation.noise == Noise::Model {
@@ -331,7 +334,7 @@ impl Filter {
             let predicted = self.projector.row(d, &self.state, |t, h| {
                 *rows.tile_mut(i, t) = h.map(|x| x * scale);
             });
-            let slope = if moved == 0.0 {
+            let slope = if scratch.point[..] == self.state[..] {
                 predicted.slope
             } else {
                 self.projector.row(d, &scratch.point, |_, _| ()).slope
@@ -395,17 +398,16 @@ impl Filter {
                 return Err(BipError::Overflow { phase });
             }
         }
+        refused.in_a_row = self.refused;
         if 2 * refused.rows > observation.dofs.len() {
+            refused.in_a_row += 1;
             if self.refused >= gate.patience {
                 self.scratch.kept.clear();
                 self.scratch.kept.extend(0..observation.dofs.len());
                 refused = Refused::default();
-                self.refused = 0;
-            } else {
-                self.refused += 1;
             }
         } else if !observation.dofs.is_empty() {
-            self.refused = 0;
+            refused.in_a_row = 0;
         }
         if refused.rows > 0 {
             observation.factor_noise_of(&self.scratch.kept, &mut self.scratch.lower)?;
@@ -461,5 +463,7 @@ impl Filter {
 #[derive(Debug, Clone, Copy, Default)]
 struct Refused {
     rows: usize,
+    /// Observations in a row that were mostly refused, with this one.
+    in_a_row: usize,
     log_likelihood: f64,
 }

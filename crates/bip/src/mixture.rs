@@ -60,6 +60,8 @@ impl Mixture {
         if n == 0 {
             return Err(BipError::TooFewDemonstrations { needed: 1, got: 0 });
         }
+        let (demonstrations, config) = config.trimmed(demonstrations)?;
+        let (demonstrations, config) = (&demonstrations[..], &config);
         let labels = match grouping {
             Grouping::Labels(labels) if labels.len() == n => labels.clone(),
             Grouping::Labels(labels) => {

@@ -85,6 +85,8 @@ pub struct Prior {
     pub factor: Vec<f64>,
     /// Columns of the factor; may be 0.
     pub rank: usize,
+    /// What is added to the functions' sum in each degree of freedom.
+    pub offset: Vec<f64>,
     /// Variance of the measurement noise of each degree of freedom; positive.
     pub noise: Vec<f64>,
     /// Phase velocity.
@@ -171,8 +173,11 @@ impl Model {
         let (bases, layout, weights) = lay_out(&prior.groups)?;
         let named: usize = prior.groups.iter().map(|g| g.dofs * g.basis.count()).sum();
         length("mean", named, prior.mean.len())?;
-        length("factor", named * prior.rank, prior.factor.len())?;
+        let entries = named.saturating_mul(prior.rank);
+        length("factor", entries, prior.factor.len())?;
         length("noise", layout.len(), prior.noise.len())?;
+        length("offset", layout.len(), prior.offset.len())?;
+        finite("offset", &prior.offset)?;
         finite("mean", &prior.mean)?;
         finite("factor", &prior.factor)?;
         for v in &prior.noise {
@@ -205,7 +210,7 @@ impl Model {
         finite("factor", &factor)?;
         Ok(Self {
             groups: prior.groups.clone(),
-            offset: vec![0.0; layout.len()],
+            offset: prior.offset.clone(),
             bases,
             layout,
             mean,
@@ -302,6 +307,7 @@ impl Model {
         positive("noise factor", tuning.noise_factor)?;
         not_negative("acceleration variance", tuning.acceleration_variance)?;
         positive("spread", tuning.spread)?;
+        not_negative("correlation time", tuning.correlation_time)?;
         self.tuning = Some(tuning);
         Ok(self)
     }
@@ -330,8 +336,8 @@ impl Model {
         finite("mean", mean).map_err(|_| BipError::Overflow { phase })
     }
 
-    /// The prior in the weights of the named bases. With centred data it describes
-    /// `x - `[`offset`](Self::offset).
+    /// The prior in the weights of the named bases, with the noise of the fit. Held-out noise and
+    /// tuning have no place in it.
     #[must_use]
     pub fn to_prior(&self) -> Prior {
         let mut mean = Vec::new();
@@ -357,6 +363,7 @@ impl Model {
             mean,
             factor,
             rank: self.rank,
+            offset: self.offset.clone(),
             noise: self.noise_fit.clone(),
             phase_velocity: self.phase_velocity,
             sampling_period: self.sampling_period,

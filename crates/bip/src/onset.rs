@@ -27,7 +27,9 @@ const CLEAR_SHARE: f64 = 0.25;
 ///
 /// Error: reaches of 0.6 to 1.4 s with 1.5 mm of noise, 600 of them at 50, 90 and 150 Hz: first and
 /// last sample 6 to 10 ms (median) and at worst 45 ms from where the true speed passes the
-/// thresholds. A recording that was cut before loses some samples more to the noise at its ends.
+/// thresholds. That is for independent noise: tremor or a smoothing tracker, whose noise is
+/// correlated, move for it, and the cut may come half a second early where the rest is longer
+/// than that; look at what [`Demonstration::trimmed`] leaves. A recording that was cut before loses some samples more to the noise at its ends.
 ///
 /// A filter must see the same motion. Start it when the hand starts to move: with a speed smoothed
 /// alike, at [`start_share`](Self::start_share) of the [`peak_speed`](Self::peak_speed) that

@@ -2,13 +2,12 @@
 //!
 //! A motion differs from what the model can express of it for many samples in the same direction.
 //! As a Markov process `r(t + dt) = a r(t) + noise`, `a = exp(-dt / correlation time)`, that needs
-//! no further state: the difference of a measurement and `a` times the one before it has
+//! no further state: the difference of a measurement and a share of the one before it has nearly
 //! independent noise, and speaks about the motion at two phases [Bryson 1968].
 
 use crate::error::{finite, length};
 use crate::observation::Observation;
-use crate::projector::PHASE_STATES;
-use crate::square_root::{LANES, tile_dot};
+use crate::square_root::tile_dot;
 use crate::{BipError, Filter};
 
 /// The last measurement of a degree of freedom.
@@ -66,53 +65,63 @@ impl Past {
 }
 
 impl Filter {
+    /// Share of the present deviation that is expected after a time, and the variance of the
+    /// deviation then, both by the best linear prediction from one measurement. Of the noise,
+    /// `noise_sd²`, the fit's variance is independent and the rest lasts.
+    fn lasting(&self, d: usize, time: f64) -> (f64, f64) {
+        let all = self.noise_sd[d].powi(2);
+        let lasting = (all - self.white[d]).max(0.0);
+        let share = (-time / self.correlation_time).exp() * lasting / all;
+        (share, all * (1.0 - share * share))
+    }
+
+    /// Phase at which a degree of freedom was measured last, as seen from a phase and velocity.
+    fn phase_before(&self, age: f64, [phase, velocity]: [f64; 2]) -> f64 {
+        let before = phase - age * velocity;
+        if self.clip {
+            before.clamp(0.0, 1.0)
+        } else {
+            before
+        }
+    }
+
     /// Turns the prepared rows of an observation into differences to the last measurements.
     /// Returns the sum of the logarithms of the standard deviations.
     pub(crate) fn subtract_past(&mut self, observation: &Observation<'_>) -> f64 {
-        let scratch = &mut self.scratch;
-        let (phase, velocity) = (scratch.point[0][0], scratch.point[0][1]);
+        let point = [self.scratch.point[0][0], self.scratch.point[0][1]];
+        let moved = [point[0] - self.phase(), point[1] - self.phase_velocity()];
         let mut log_sd = 0.0;
         let mut evaluated = None;
-        for (i, &at) in scratch.kept.iter().enumerate() {
+        for (i, &at) in self.scratch.kept.iter().enumerate() {
             let d = observation.dofs[at];
-            let own = self.noise_sd[d].powi(2);
-            let rows = &mut scratch.rows;
             let Some(last) = self.past.last[d] else {
                 log_sd += self.noise_sd[d].ln();
                 continue;
             };
             let age = self.past.travelled - last.travelled;
             if evaluated != Some(age) {
-                let before = phase - age * velocity;
-                let before = if self.clip {
-                    before.clamp(0.0, 1.0)
-                } else {
-                    before
-                };
-                self.projector.set_phase(before);
+                self.projector.set_phase(self.phase_before(age, point));
                 evaluated = Some(age);
             }
-            let a = (-(self.past.clock - last.clock) / self.correlation_time).exp();
-            let white = self.white[d].min(own);
-            let variance = (own - white) * (1.0 - a * a) + white * (1.0 + a * a);
+            let (share, variance) = self.lasting(d, self.past.clock - last.clock);
             let sd = variance.sqrt();
             // The rows were made for the noise of the model.
             let scale = self.noise_sd[d] / sd;
-            let old = a / sd;
+            let old = share / sd;
+            let rows = &mut self.scratch.rows;
             let predicted = self.projector.row(d, &self.state, |t, h| {
-                let row = rows.tile_mut(i, t);
-                for (r, h) in row.iter_mut().zip(h) {
-                    *r = *r * scale - h * old;
+                for (r, h) in rows.tile_mut(i, t).iter_mut().zip(h) {
+                    *r = *r * scale - old * h;
                 }
             });
-            let moved = [phase - self.state[0][0], velocity - self.state[0][1]];
-            let slope = predicted.slope;
+            // That phase is the present one less the way since: d/dphase 1, d/dvelocity -age.
+            let slope = old * predicted.slope;
             let first = rows.tile_mut(i, 0);
-            first[0] = first[0] - old * slope;
-            first[1] = old * slope * age;
+            first[0] -= slope;
+            first[1] += slope * age;
             rows.e[i] = rows.e[i] * scale
                 - old * (last.value - predicted.value)
-                - old * slope * (moved[0] - age * moved[1]);
+                - slope * (moved[0] - age * moved[1]);
             log_sd += sd.ln();
         }
         log_sd
@@ -132,49 +141,38 @@ impl Filter {
     ) -> Result<(), BipError> {
         self.moments_at(phase, dofs, mean, variance)?;
         length("mean", dofs.len(), mean.len())?;
-        let (now, velocity) = (self.phase(), self.phase_velocity());
-        let left = if velocity > 0.0 {
-            ((phase - now) / velocity).max(0.0)
+        let now = [self.phase(), self.phase_velocity()];
+        let left = if now[1] > 0.0 {
+            ((phase - now[0]) / now[1]).max(0.0)
         } else {
             f64::INFINITY
         };
+        let spread = self.spread.powi(2);
         for ((&d, mean), variance) in dofs.iter().zip(mean.iter_mut()).zip(variance.iter_mut()) {
-            let own = self.noise_sd[d].powi(2).max(self.white[d]);
-            let residual = self.residual_sd[d].powi(2);
             let last = self.past.last[d].filter(|_| self.correlation_time > 0.0);
             let Some(last) = last else {
-                *variance = self.spread.powi(2) * (*variance + residual);
+                *variance = spread * (*variance + self.residual_sd[d].powi(2));
                 continue;
             };
             let age = self.past.travelled - last.travelled;
-            let waited = left + self.past.clock - last.clock;
-            let a = (-waited / self.correlation_time).exp();
-            self.projector.set_phase(phase);
+            let (share, rest) = self.lasting(d, left + self.past.clock - last.clock);
             let h = &mut self.scratch.padded;
+            self.projector.set_phase(phase);
             let then = self.projector.row(d, &self.state, |t, tile| h[t] = tile);
-            let before = now - age * velocity;
-            let before = if self.clip {
-                before.clamp(0.0, 1.0)
-            } else {
-                before
-            };
+            let before = self.phase_before(age, now);
             self.projector.set_phase(before);
+            let h = &mut self.scratch.padded;
             let old = self.projector.row(d, &self.state, |t, tile| {
                 for (h, x) in h[t].iter_mut().zip(tile) {
-                    *h -= a * x;
+                    *h -= share * x;
                 }
             });
-            h[0][0] = -a * old.slope;
-            h[0][1] = a * old.slope * age;
+            h[0][0] = -share * old.slope;
+            h[0][1] = share * old.slope * age;
             self.root.solve_transposed(h, 0);
-            let white = self.white[d];
-            let kept = (own - white).max(0.0);
-            // The last measurement is the deviation and its own noise: trusted by their shares.
-            *mean = then.value + a * (last.value - old.value);
-            *variance = self.spread.powi(2)
-                * (tile_dot(h, h) + kept * (1.0 - a * a) + white * (1.0 + a * a));
+            *mean = then.value + share * (last.value - old.value);
+            *variance = spread * (tile_dot(h, h) + rest);
         }
-        let _ = (PHASE_STATES, LANES);
         finite("mean", mean).map_err(|_| BipError::Overflow { phase })?;
         finite("variance", variance).map_err(|_| BipError::Overflow { phase })
     }

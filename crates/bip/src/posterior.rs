@@ -118,9 +118,20 @@ impl Filter {
         variance: &mut [f64],
     ) -> Result<(), BipError> {
         not_negative("dt", dt)?;
-        let phase = (self.phase() + dt * self.phase_velocity()).clamp(0.0, 1.0);
+        let reached = self.phase() + dt * self.phase_velocity();
         let noise = 0.5 * self.acceleration_sd * dt * dt;
-        self.moments(phase, [1.0, dt], noise, dofs, mean, variance)
+        // The motion does not go beyond its ends: the phase varies less by this share.
+        let sd = self.phase_sd_after(dt);
+        let share = spread_within(-reached / sd, (1.0 - reached) / sd);
+        let phase = reached.clamp(0.0, 1.0);
+        self.moments(
+            phase,
+            [share, share * dt],
+            share * noise,
+            dofs,
+            mean,
+            variance,
+        )
     }
 
     fn moments(
@@ -233,20 +244,23 @@ impl Filter {
         (estimate.mean.is_finite() && estimate.sd.is_finite()).then_some(estimate)
     }
 
-    /// How many standard deviations the phase reached after `dt` lies beyond the end: the motion
-    /// is over by then with probability `Φ` of it, the normal distribution function. Exact for the
-    /// belief as it stands, also where the velocity is as likely backwards.
+    /// Probability that the motion is over after a time `dt`: that the phase, as the belief stands,
+    /// has reached 1 by then.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite.
-    pub fn end_score(&mut self, dt: f64) -> Result<f64, BipError> {
+    pub fn probability_ended(&mut self, dt: f64) -> Result<f64, BipError> {
         not_negative("dt", dt)?;
+        let score = (self.phase() + dt * self.phase_velocity() - 1.0) / self.phase_sd_after(dt);
+        finite("dt", &[score])?;
+        Ok(below(score))
+    }
+
+    /// Standard deviation of the phase after a time `dt`.
+    fn phase_sd_after(&mut self, dt: f64) -> f64 {
         let p = self.phase_covariance();
         let noise = 0.5 * self.acceleration_sd * dt * dt;
-        let variance = p[0][0] + 2.0 * dt * p[0][1] + dt * dt * p[1][1] + noise * noise;
-        let score = (self.phase() + dt * self.phase_velocity() - 1.0) / variance.sqrt();
-        finite("dt", &[score])?;
-        Ok(score)
+        (p[0][0] + 2.0 * dt * p[0][1] + dt * dt * p[1][1] + noise * noise).sqrt()
     }
 
     /// Smallest and largest diagonal entry of the square-root information matrix; the square of
@@ -255,4 +269,25 @@ impl Filter {
     pub fn conditioning(&self) -> (f64, f64) {
         self.root.diagonal_range()
     }
+}
+
+/// Probability of a standard normal variable below `z`.
+pub(crate) fn below(z: f64) -> f64 {
+    0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// Standard deviation of a standard normal variable that is held within an interval.
+fn spread_within(low: f64, high: f64) -> f64 {
+    /// Beyond this many deviations there is nothing.
+    const NOTHING: f64 = 8.0;
+    if !(low < NOTHING && high > -NOTHING) {
+        return 0.0;
+    }
+    let (low, high) = (low.max(-NOTHING), high.min(NOTHING));
+    let density = |z: f64| (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+    let (under, over) = (below(low), below(-high));
+    let mean = low * under + high * over + density(low) - density(high);
+    let square = low * low * under + high * high * over + (1.0 - under - over) + low * density(low)
+        - high * density(high);
+    (square - mean * mean).clamp(0.0, 1.0).sqrt()
 }

@@ -46,22 +46,7 @@ impl Spread {
                 *a = (fit.weights[w] - mean) * share;
             }
         }
-        for (d, dof) in layout.iter().enumerate() {
-            let rows = dof.first_weight..dof.first_weight + bases[dof.group].size();
-            let block = &mut away[rows.start * n..rows.end * n];
-            let weight = fits
-                .iter()
-                .flat_map(|f| &f.weights[rows.clone()])
-                .fold(0.0, |m: f64, w| m.max(w.abs()));
-            let value = fits.iter().fold(0.0, |m: f64, f| {
-                let column = &f.fit.columns[d];
-                m.max(column.low.abs()).max(column.high.abs())
-            });
-            // Equal demonstrations differ by rounding, which is no direction of motion.
-            if dot(block, block).sqrt() <= (1e-13 * weight).max(1e-14 * value) {
-                block.fill(0.0);
-            }
-        }
+        drop_rounding(&mut away, fits, layout, bases);
         let (factor, right, rank) = strongest(&away, n, layout, bases)?;
         let mut spread = Self {
             mean,
@@ -103,6 +88,7 @@ impl Spread {
                     *a = (fit.weights[w] - means[label][w]) * share;
                 }
             }
+            drop_rounding(&mut away, fits, layout, bases);
             (factor, _, rank) = strongest(&away, n, layout, bases)?;
         }
         let spread = |mean| {
@@ -224,6 +210,31 @@ impl Spread {
             rank,
             right: Vec::new(),
         })
+    }
+}
+
+/// Equal demonstrations differ by rounding, which is no direction of motion: where a degree of
+/// freedom differs by no more, it does not differ.
+fn drop_rounding(
+    away: &mut [f64],
+    fits: &[&Centred<'_>],
+    layout: &[DofLayout],
+    bases: &[OrthonormalBasis],
+) {
+    for (d, dof) in layout.iter().enumerate() {
+        let rows = dof.first_weight..dof.first_weight + bases[dof.group].size();
+        let block = &mut away[rows.start * fits.len()..rows.end * fits.len()];
+        let weight = fits
+            .iter()
+            .flat_map(|f| &f.weights[rows.clone()])
+            .fold(0.0, |m: f64, w| m.max(w.abs()));
+        let value = fits.iter().fold(0.0, |m: f64, f| {
+            let column = &f.fit.columns[d];
+            m.max(column.low.abs()).max(column.high.abs())
+        });
+        if dot(block, block).sqrt() <= (1e-13 * weight).max(1e-14 * value) {
+            block.fill(0.0);
+        }
     }
 }
 

@@ -160,9 +160,11 @@ impl SquareRoot {
         })
     }
 
+    /// Does not allocate where there was room for as many variables before.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.n = other.n;
-        self.r.copy_from_slice(&other.r);
+        self.r.clear();
+        self.r.extend_from_slice(&other.r);
     }
 
     pub(crate) fn get(&self, row: usize, column: usize) -> f64 {
@@ -288,7 +290,7 @@ impl WithSimd for Folding<'_> {
                 // d - norm without cancellation; this sign keeps the diagonal positive.
                 let v0 = -below / (d + norm);
                 // 2 / (v0² + below), ready as soon as v0 is.
-                let beta = (d + norm) / (norm * below);
+                let beta = (1.0 + d / norm) / below;
                 for (t, r) in r.iter_mut().enumerate().skip(first) {
                     let block = &mut rows.a[t * capacity..t * capacity + m];
                     reflect::<S>(r, block, v0, v, beta);

@@ -1,6 +1,6 @@
 //! Demonstrations added and removed one at a time.
 
-use crate::error::finite;
+use crate::error::{finite, positive};
 use crate::fit::{Centred, Fit};
 use crate::held_out::HeldOut;
 use crate::model::{DofLayout, lay_out};
@@ -173,6 +173,9 @@ impl Trainer {
         finite("mean weights", &prior.mean)?;
         finite("covariance factor", &prior.factor)?;
         finite("measurement noise", &noise_fit)?;
+        let phase_velocity = self.phase_velocity();
+        positive("mean phase velocity", phase_velocity.mean)?;
+        positive("variance of the phase velocity", phase_velocity.variance)?;
         finite("held-out noise", noise_held_out.as_deref().unwrap_or(&[]))?;
         Ok(Model {
             groups: self.config.groups.clone(),
@@ -184,7 +187,7 @@ impl Trainer {
             rank: prior.rank,
             noise_fit,
             noise_held_out,
-            phase_velocity: self.phase_velocity(),
+            phase_velocity,
             sampling_period: self.fits.iter().map(|(_, f)| f.period()).sum::<f64>() / n as f64,
             demonstrations: n,
             shrinkage,

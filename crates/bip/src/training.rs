@@ -2,6 +2,7 @@
 
 use crate::error::{not_negative, positive, share};
 use crate::{BipError, Demonstration, Group, Model, Onset, Trainer};
+use std::borrow::Cow;
 
 /// Demonstrations held out unless told otherwise.
 pub(crate) const HELD_OUT: usize = 64;
@@ -101,6 +102,22 @@ impl TrainingConfig {
             share("shrinkage", alpha)?;
         }
         self.onset.as_ref().map_or(Ok(()), Onset::validate)
+    }
+
+    /// The demonstrations as training sees them, rest cut off, and the configuration that takes
+    /// them as they are.
+    pub(crate) fn trimmed<'a>(
+        &self,
+        demonstrations: &'a [Demonstration],
+    ) -> Result<(Cow<'a, [Demonstration]>, Self), BipError> {
+        let mut config = self.clone();
+        Ok(match config.onset.take() {
+            None => (Cow::Borrowed(demonstrations), config),
+            Some(onset) => {
+                let trimmed = demonstrations.iter().map(|d| d.trimmed(&onset));
+                (Cow::Owned(trimmed.collect::<Result<_, _>>()?), config)
+            }
+        })
     }
 }
 

@@ -21,13 +21,15 @@ impl Filter {
         // [-A F⁻¹ g, A F⁻¹, B] on (v, p', c); rotating v away leaves them triangular.
         let (g0, g1) = (0.5 * noise * dt, noise);
         let (top, second) = self.root.top_two_mut();
-        top[0][1] -= dt * top[0][0];
-        let a0 = -(top[0][0] * g0 + top[0][1] * g1);
+        let shifted = top[0][1] - dt * top[0][0];
+        let a0 = -(top[0][0] * g0 + shifted * g1);
         let a1 = -second[0][1] * g1;
         let h = a1.hypot(1.0);
         let (c, s) = (1.0 / h, a1 / h);
         let h2 = a0.hypot(h);
+        finite("dt", &[h2, shifted])?;
         let (c2, s2) = (h / h2, a0 / h2);
+        top[0][1] = shifted;
         for (top, second) in top.iter_mut().zip(second) {
             for (x, y) in top.iter_mut().zip(second) {
                 let noise_row = s * *y;
@@ -67,10 +69,10 @@ impl Filter {
         self.past.travelled_anew();
     }
 
-    /// Forgets the shape of the motion: the coefficients become those of the prior, independent of
-    /// phase and velocity, whose belief is kept.
-    pub(crate) fn forget_shape(&mut self) {
-        let [[variance, covariance], [_, velocity_variance]] = self.phase_covariance();
+    /// As before any evidence, but for phase and velocity: the coefficients become those of the
+    /// prior, independent of both.
+    pub(crate) fn begin_with_phase(&mut self, mean: [f64; 2], covariance: [[f64; 2]; 2]) {
+        let [[variance, covariance], [_, velocity_variance]] = covariance;
         // Variance of the phase where the velocity is known: positive however close the two are tied.
         let tied = covariance / velocity_variance;
         let phase_alone = (variance - tied * covariance).max(variance * f64::EPSILON);
@@ -81,10 +83,8 @@ impl Filter {
         });
         let (top, _) = self.root.top_two_mut();
         top[0][1] = -tied * top[0][0];
-        let [phase, velocity] = [self.state[0][0], self.state[0][1]];
         self.state.fill([0.0; LANES]);
-        self.state[0][0] = phase;
-        self.state[0][1] = velocity;
+        self.state[0][..2].copy_from_slice(&mean);
         self.past.forget();
     }
 }
@@ -158,7 +158,7 @@ mod tests {
         let n = filter.size;
         let before = filter.phase_covariance();
         let phase = (filter.phase(), filter.phase_velocity());
-        filter.forget_shape();
+        filter.begin_with_phase([phase.0, phase.1], before);
         assert_eq!(phase, (filter.phase(), filter.phase_velocity()));
         let after = filter.covariance();
         for i in 0..n {

@@ -105,6 +105,7 @@ fn without_turns_a_bank_is_its_filter() {
         pauses: 0.0,
         changes: 0.0,
         not_begun: 0.0,
+        under_way: 0.0,
         ..config()
     };
     let mut bank = Bank::new(&model, &still).unwrap();
@@ -440,4 +441,128 @@ fn groupings_at_their_limits() {
     plain.mean_at(0.7, &mut b).unwrap();
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12));
     assert_eq!(single.models()[0].rank(), plain.rank());
+}
+
+/// The filter starts when the motion has long begun: nothing of the beginning is ever seen.
+#[test]
+fn a_motion_that_is_under_way_is_joined() {
+    let model = model();
+    let mut sampler = Sampler::new(41);
+    for late in [10, 20, 30, 40] {
+        for _ in 0..4 {
+            let g = goal(&mut sampler);
+            let seen = motion(&mut sampler, g, &evenly(100));
+            let mut bank = Bank::new(&model, &BankConfig::default()).unwrap();
+            for k in late..100 {
+                step(&mut bank, seen.sample(k));
+            }
+            let missed = miss(&mut bank, g);
+            assert!(missed < 0.03, "joined at {late} %: {missed} m off");
+        }
+    }
+}
+
+/// A hand that appears away from the start and stays: no runaway, and a motion after it is seen.
+#[test]
+fn a_hand_frozen_away_from_the_start() {
+    let model = model();
+    let mut sampler = Sampler::new(42);
+    let g = goal(&mut sampler);
+    let seen = motion(&mut sampler, g, &evenly(100));
+    let mut bank = Bank::new(&model, &BankConfig::default()).unwrap();
+    for _ in 0..2_000 {
+        step(&mut bank, seen.sample(30));
+    }
+    let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+    bank.moments_at(1.0, &HAND, &mut mean, &mut variance)
+        .unwrap();
+    assert!(mean.iter().all(|m| m.abs() < 2.0), "{mean:?}");
+    for k in 30..100 {
+        step(&mut bank, seen.sample(k));
+    }
+    assert!(miss(&mut bank, g) < 0.05, "{}", miss(&mut bank, g));
+}
+
+/// Ten targets, as many components: none is lost before it could be told, and a change of target
+/// is a change of component.
+#[test]
+fn components_of_many_targets_are_kept_and_changed() {
+    let mut sampler = Sampler::new(43);
+    let targets: Vec<[f64; 3]> = (0..10).map(|_| goal(&mut sampler)).collect();
+    let labels: Vec<usize> = (0..50).map(|i| i % 10).collect();
+    let near = |sampler: &mut Sampler, t: usize| targets[t].map(|x| x + 0.01 * sampler.normal());
+    let all: Vec<_> = labels
+        .iter()
+        .map(|&t| {
+            let g = near(&mut sampler, t);
+            let samples = 70 + sampler.index(40);
+            motion(&mut sampler, g, &evenly(samples))
+        })
+        .collect();
+    let mixture = Mixture::train(
+        &all,
+        &training(),
+        &Grouping::Labels(labels),
+        Covariance::Shared,
+    )
+    .unwrap();
+    for (truth, &target) in targets.iter().enumerate() {
+        let seen = motion(&mut sampler, target, &evenly(90));
+        let mut bank = mixture.bank(&config()).unwrap();
+        for k in 0..60 {
+            step(&mut bank, seen.sample(k));
+        }
+        assert!(bank.component_probability(truth) > 0.5, "target {truth}");
+    }
+    // From the first target to the second, between 0.3 and 0.45 of the time.
+    let mut bank = mixture.bank(&config()).unwrap();
+    for t in evenly(100) {
+        let over = reached((t - 0.3) / 0.15);
+        let y = [0, 1, 2].map(|d| {
+            let g = targets[0][d] + over * (targets[1][d] - targets[0][d]);
+            g * reached(t) + 0.3 * t + 1e-3 * sampler.normal()
+        });
+        bank.predict(1.0).unwrap();
+        bank.observe(&Observation::new(&HAND, &y)).unwrap();
+    }
+    assert!(bank.component_probability(1) > 0.5);
+    assert!(miss(&mut bank, targets[1]) < 0.02);
+}
+
+#[test]
+fn time_to_end_stays_bounded_through_a_pause() {
+    let model = model();
+    let mut sampler = Sampler::new(44);
+    let g = goal(&mut sampler);
+    let progress: Vec<f64> = (0..150)
+        .map(|k| match k {
+            0..36 => f64::from(k) / 90.0,
+            36..96 => 0.4,
+            _ => (0.4 + f64::from(k - 96) / 90.0).min(1.0),
+        })
+        .collect();
+    let seen = motion(&mut sampler, g, &progress);
+    let mut bank = Bank::new(&model, &config()).unwrap();
+    for k in 0..150 {
+        step(&mut bank, seen.sample(k));
+        if let Some(left) = bank.time_to_end() {
+            assert!(left.mean < 500.0 && left.sd < 500.0, "{k}: {left:?}");
+        }
+        let now = bank.probability_ended(0.0).unwrap();
+        let later = bank.probability_ended(1e4).unwrap();
+        assert!((0.0..=1.0 + 1e-12).contains(&now) && now <= later + 1e-12);
+    }
+    assert!(bank.probability_ended(0.0).is_ok());
+}
+
+#[test]
+fn steps_no_clock_takes_are_refused_before_anything_changes() {
+    let model = model();
+    let mut bank = Bank::new(&model, &config()).unwrap();
+    let before: Vec<_> = bank.hypotheses().collect();
+    for dt in [1e160, 1e300] {
+        assert!(bank.predict(dt).is_err());
+    }
+    assert_eq!(before, bank.hypotheses().collect::<Vec<_>>());
+    bank.predict(1.0).unwrap();
 }

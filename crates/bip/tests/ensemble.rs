@@ -272,6 +272,7 @@ fn published_noise_leaves_the_members_too_close() {
         mean: vec![1.0],
         factor: vec![0.2],
         rank: 1,
+        offset: vec![0.0],
         noise: vec![0.04],
         phase_velocity: PhaseVelocity {
             mean: 0.01,

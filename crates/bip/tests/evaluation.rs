@@ -216,3 +216,105 @@ fn malformed_evaluations_are_typed_errors() {
         ));
     }
 }
+
+/// Columns that never change are foreseen without error; they must not narrow the intervals of the
+/// others.
+#[test]
+fn constant_columns_do_not_spoil_the_tuning() {
+    let moving = motions(25, 16, 0.004);
+    let with_constants = |constants: usize| -> Vec<Demonstration> {
+        moving
+            .iter()
+            .map(|d| {
+                let values = (0..d.len())
+                    .flat_map(|k| {
+                        let constant = vec![0.7; constants];
+                        d.sample(k)
+                            .iter()
+                            .copied()
+                            .chain(constant)
+                            .collect::<Vec<_>>()
+                    })
+                    .collect();
+                Demonstration::from_samples(0.02, 3 + constants, values).unwrap()
+            })
+            .collect()
+    };
+    let spread = |constants: usize| {
+        let basis = Basis::Legendre { count: 7 };
+        let mut groups = training().groups;
+        if constants > 0 {
+            groups.push(Group::observed("fixed", constants, basis));
+        }
+        let training = TrainingConfig::new(groups);
+        let config = TuningConfig::new(&training);
+        let (model, _) = tune(&with_constants(constants), &training, &config).unwrap();
+        model.tuning().unwrap()
+    };
+    let (none, many) = (spread(0), spread(9));
+    assert!(
+        (many.spread / none.spread - 1.0).abs() < 0.2,
+        "{none:?} {many:?}"
+    );
+    let all_fixed = TrainingConfig::new(vec![Group::observed(
+        "fixed",
+        2,
+        Basis::Legendre { count: 3 },
+    )]);
+    let still = vec![Demonstration::from_samples(0.02, 2, vec![1.0; 60]).unwrap(); 4];
+    tune(&still, &all_fixed, &TuningConfig::new(&all_fixed)).unwrap();
+}
+
+/// Rest before and after is cut off the motion that is followed as off those trained on.
+#[test]
+fn onset_is_that_of_training() {
+    let mut sampler = Sampler::new(26);
+    let rested: Vec<Demonstration> = motions(27, 14, 0.002)
+        .iter()
+        .map(|d| {
+            let (before, after) = (20 + sampler.index(40), sampler.index(20));
+            let mut values = Vec::new();
+            for k in 0..before + d.len() + after {
+                let at = k.saturating_sub(before).min(d.len() - 1);
+                values.extend(d.sample(at).iter().map(|x| x + 2e-4 * sampler.normal()));
+            }
+            Demonstration::from_samples(0.02, 3, values).unwrap()
+        })
+        .collect();
+    let onset = hwall_bip::Onset::new(vec![0, 1]);
+    let cut: Vec<_> = rested.iter().map(|d| d.trimmed(&onset).unwrap()).collect();
+    let make = |m: &hwall_bip::Model| Filter::new(m, &FilterConfig::default());
+    let config = EvaluationConfig::new(&training());
+    let with = TrainingConfig {
+        onset: Some(onset),
+        ..training()
+    };
+    let by_config = leave_one_out(&rested, &with, &config, make).unwrap();
+    let by_hand = leave_one_out(&cut, &training(), &config, make).unwrap();
+    assert_eq!(by_config, by_hand);
+    let tuning = TuningConfig::new(&with);
+    let (a, _) = tune(&rested, &with, &tuning).unwrap();
+    let (b, _) = tune(&cut, &training(), &tuning).unwrap();
+    assert_eq!(a.tuning(), b.tuning());
+}
+
+#[test]
+fn nothing_to_score_is_an_error() {
+    let motions = motions(28, 4, 0.002);
+    let training = training();
+    for (fractions, scored) in [(vec![], vec![0]), (vec![0.5], vec![])] {
+        let evaluation = EvaluationConfig {
+            fractions,
+            scored,
+            ..EvaluationConfig::new(&training)
+        };
+        let config = TuningConfig {
+            evaluation,
+            ..TuningConfig::new(&training)
+        };
+        assert!(matches!(
+            tune(&motions, &training, &config),
+            Err(BipError::Parameter { .. })
+        ));
+    }
+}

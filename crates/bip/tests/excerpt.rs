@@ -18,6 +18,7 @@ fn excerpt() -> (Prior, Value) {
     let data = json(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/poly_b4.json"));
     let number = |key: &str| data[key].as_f64().unwrap();
     let prior = Prior {
+        offset: vec![0.0; 25],
         groups: groups(Basis::Polynomial { count: 4 }),
         mean: floats(&data["mean"]),
         factor: floats(&data["factor"]),

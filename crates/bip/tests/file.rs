@@ -66,6 +66,7 @@ fn tuned(model: Model) -> Model {
         noise_factor: 16.0,
         acceleration_variance: 0.1 + 0.2,
         spread: 1.25,
+        correlation_time: 0.3,
     };
     model.with_tuning(tuning).unwrap()
 }

@@ -364,6 +364,6 @@ fn moments_after_no_time_are_those_of_the_present() {
     assert!(v1[0] < v2[0] && v1[0] > 0.0);
     let time = filter.time_to_end().unwrap();
     assert!((time.mean - (1.0 - phase) / filter.phase_velocity()).abs() < 1e-12);
-    assert!(filter.end_score(time.mean).unwrap().abs() < 1e-9);
-    assert!(filter.end_score(10.0 * time.mean).unwrap() > 0.0);
+    assert!((filter.probability_ended(time.mean).unwrap() - 0.5).abs() < 1e-9);
+    assert!(filter.probability_ended(10.0 * time.mean).unwrap() > 0.5);
 }

@@ -259,3 +259,102 @@ fn iterating_a_linear_update_changes_nothing() {
     }
     assert_eq!(once.covariance(), often.covariance());
 }
+
+#[test]
+fn evidence_more_precise_than_any_sensor_is_still_taken() {
+    let model = model();
+    for variance in [1e-30, 1e-190, 1e-206, 1e-250] {
+        let mut filter = gated(&model, None);
+        filter.observe_phase(0.4, variance).unwrap();
+        assert!(
+            (filter.phase() - 0.4).abs() < 1e-12,
+            "variance {variance:e}"
+        );
+        let y = [0.5];
+        filter
+            .observe_at(1.0, &Observation::new(&[0], &y).with_variances(&[variance]))
+            .unwrap();
+        assert!(
+            (end(&mut filter)[0] - 0.5).abs() < 1e-9,
+            "variance {variance:e}"
+        );
+    }
+}
+
+#[test]
+fn steps_that_overflow_leave_the_belief() {
+    let model = model();
+    let config = FilterConfig {
+        phase_variance: 1e-20,
+        ..FilterConfig::default()
+    };
+    let mut filter = Filter::new(&model, &config).unwrap();
+    let before = filter.covariance();
+    for dt in [1e152, 1e200, 1e308] {
+        if filter.predict(dt).is_ok() {
+            assert!(filter.covariance().iter().all(|p| p.is_finite()), "{dt:e}");
+            filter = Filter::new(&model, &config).unwrap();
+        } else {
+            assert_eq!(before, filter.covariance());
+        }
+    }
+}
+
+/// Beyond the end the motion rests, and so does what is not known about it.
+#[test]
+fn uncertainty_rests_with_the_motion() {
+    let model = model();
+    let mut sampler = Sampler::new(17);
+    let seen = motion(&mut sampler);
+    let mut filter = gated(&model, None);
+    for k in 0..seen.len() / 2 {
+        filter.predict(1.0).unwrap();
+        filter
+            .observe(&Observation::new(&ALL, seen.sample(k)))
+            .unwrap();
+    }
+    let (mut mean, mut at_end, mut later) = ([0.0; DOFS], [0.0; DOFS], [0.0; DOFS]);
+    filter
+        .moments_at(1.0, &ALL, &mut mean, &mut at_end)
+        .unwrap();
+    for dt in [200.0, 1e3, 1e5] {
+        filter
+            .moments_after(dt, &ALL, &mut mean, &mut later)
+            .unwrap();
+        for (later, end) in later.iter().zip(at_end) {
+            // The slope at the end is 0.2, the phase is at most half a motion off.
+            assert!(later.sqrt() < end.sqrt() + 0.12, "{}", later.sqrt());
+        }
+    }
+    let ended = [10.0, 50.0, 1e3].map(|dt| filter.probability_ended(dt).unwrap());
+    assert!(
+        ended[0] < 0.01 && ended[0] <= ended[1] && ended[2] > 0.5,
+        "{ended:?}"
+    );
+}
+
+/// A failed observation does not count as a refused one.
+#[test]
+fn an_error_leaves_the_patience_of_the_gate() {
+    let model = model();
+    let gate = Gate {
+        deviations: 4.0,
+        patience: 1,
+    };
+    let mut filter = gated(&model, Some(gate));
+    filter.predict(1.0).unwrap();
+    filter
+        .observe(&Observation::new(&ALL, &[0.0; DOFS]))
+        .unwrap();
+    for _ in 0..3 {
+        assert!(
+            filter
+                .observe(&Observation::new(&ALL, &[1e308; DOFS]))
+                .is_err()
+        );
+    }
+    let update = filter
+        .observe(&Observation::new(&ALL, &[9.0; DOFS]))
+        .unwrap();
+    assert_eq!(update.gated, DOFS);
+}
