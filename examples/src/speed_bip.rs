@@ -118,12 +118,12 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     };
     let (model, _) = tune(&train, &config, &independent(&config))?;
     let (lasting, _) = tune(&train, &config, &TuningConfig::new(&config))?;
-    let run = common(&tests, &Filter::new(&lasting, &plain)?)?;
+    let found = common(&tests, &Filter::new(&lasting, &plain)?)?;
     let time_s = lasting.tuning().map_or(0.0, |t| t.correlation_time);
     add(
         "exact filter, deviations last",
         format!("{QUOTED} functions"),
-        &run,
+        &found,
         format!("{}, for {:.0} ms", state(&lasting), 1e3 * time_s),
     );
     for count in [4, 6, 8, 10, 12, 18] {
