@@ -101,13 +101,7 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     let mut table = SpeedErrorTable::new("filters of motions", "setting");
     let (mut quoted, mut remarks) = (Vec::new(), Vec::new());
     let mut add = |method: &str, setting: String, run: &Run, note: String| {
-        table.row(
-            method,
-            setting,
-            run.timing.clone(),
-            (run.errors.clone(), "m"),
-            note,
-        );
+        table.row(method, setting, run.timing, (run.errors, "m"), note);
     };
     let state = |model: &Model| format!("state {}", 2 + model.rank());
     let plain = FilterConfig::default();
