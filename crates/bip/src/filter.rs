@@ -4,7 +4,7 @@ use crate::error::{finite, not_negative, positive};
 use crate::observation::Noise;
 use crate::past::Past;
 use crate::projector::{PHASE_STATES, Projector};
-use crate::square_root::{LANES, Rows, SquareRoot, Tile, tile_dot, tiles};
+use crate::square_root::{LANES, Rows, SquareRoot, Tile, tiles};
 use crate::{BipError, Gate, Health, Model, Observation, Update};
 
 /// Which measurement noise a filter starts with.
@@ -370,24 +370,27 @@ impl Filter {
         let phase = fixed.unwrap_or(self.phase());
         self.projector.set_phase(phase);
         let scratch = &mut self.scratch;
-        scratch.kept.clear();
+        let rows = &mut scratch.rows;
+        rows.reset(observation.dofs.len());
         for (at, (&d, y)) in observation.dofs.iter().zip(observation.values).enumerate() {
-            let h = &mut scratch.padded;
-            let predicted = self.projector.row(d, &self.state, |t, tile| h[t] = tile);
-            let from = if fixed.is_some() {
-                PHASE_STATES
-            } else {
-                h[0][0] = predicted.slope;
-                0
-            };
-            self.root.solve_transposed(h, from);
-            let variance = tile_dot(h, h)
+            let predicted = self
+                .projector
+                .row(d, &self.state, |t, tile| *rows.tile_mut(at, t) = tile);
+            if fixed.is_none() {
+                rows.set(at, 0, predicted.slope);
+            }
+            rows.e[at] = y - predicted.value;
+        }
+        self.root.solve_transposed(rows, 0, &mut scratch.column);
+        scratch.kept.clear();
+        for (at, &d) in observation.dofs.iter().enumerate() {
+            let variance = rows.dot(at, at, self.state.len())
                 + match observation.noise {
                     Noise::Model => self.noise_sd[d].powi(2),
                     Noise::Variances(v) => v[at],
                     Noise::Covariance(c) => c[at * observation.dofs.len() + at],
                 };
-            let away = (y - predicted.value).powi(2);
+            let away = rows.e[at].powi(2);
             let limit = gate.deviations.powi(2);
             if away <= limit * variance {
                 scratch.kept.push(at);

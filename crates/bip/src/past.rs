@@ -7,7 +7,6 @@
 
 use crate::error::{finite, length};
 use crate::observation::Observation;
-use crate::square_root::tile_dot;
 use crate::{BipError, Filter};
 
 /// The last measurement of a degree of freedom.
@@ -139,41 +138,58 @@ impl Filter {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        self.moments_at(phase, dofs, mean, variance)?;
+        finite("phase", &[phase])?;
         length("mean", dofs.len(), mean.len())?;
+        length("variance", dofs.len(), variance.len())?;
+        self.known(dofs)?;
         let now = [self.phase(), self.phase_velocity()];
         let left = if now[1] > 0.0 {
             ((phase - now[0]) / now[1]).max(0.0)
         } else {
             f64::INFINITY
         };
-        let spread = self.spread.powi(2);
-        for ((&d, mean), variance) in dofs.iter().zip(mean.iter_mut()).zip(variance.iter_mut()) {
-            let last = self.past.last[d].filter(|_| self.correlation_time > 0.0);
-            let Some(last) = last else {
-                *variance = spread * (*variance + self.residual_sd[d].powi(2));
-                continue;
-            };
-            let age = self.past.travelled - last.travelled;
-            let (share, rest) = self.lasting(d, left + self.past.clock - last.clock);
-            let h = &mut self.scratch.padded;
+        let capacity = self.scratch.rows.capacity();
+        for (dofs, (mean, variance)) in dofs
+            .chunks(capacity)
+            .zip(mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity)))
+        {
+            let rows = &mut self.scratch.rows;
+            rows.reset(dofs.len());
             self.projector.set_phase(phase);
-            let then = self.projector.row(d, &self.state, |t, tile| h[t] = tile);
-            let before = self.phase_before(age, now);
-            self.projector.set_phase(before);
-            let h = &mut self.scratch.padded;
-            let old = self.projector.row(d, &self.state, |t, tile| {
-                for (h, x) in h[t].iter_mut().zip(tile) {
-                    *h -= share * x;
-                }
-            });
-            h[0][0] = -share * old.slope;
-            h[0][1] = share * old.slope * age;
-            self.root.solve_transposed(h, 0);
-            *mean = then.value + share * (last.value - old.value);
-            *variance = spread * (tile_dot(h, h) + rest);
+            for (i, (&d, mean)) in dofs.iter().zip(mean.iter_mut()).enumerate() {
+                let then = self
+                    .projector
+                    .row(d, &self.state, |t, tile| *rows.tile_mut(i, t) = tile);
+                *mean = then.value;
+            }
+            for (i, &d) in dofs.iter().enumerate() {
+                variance[i] = self.residual_sd[d].powi(2);
+                let last = self.past.last[d].filter(|_| self.correlation_time > 0.0);
+                let Some(last) = last else { continue };
+                let age = self.past.travelled - last.travelled;
+                let (share, rest) = self.lasting(d, left + self.past.clock - last.clock);
+                self.projector.set_phase(self.phase_before(age, now));
+                let rows = &mut self.scratch.rows;
+                let old = self.projector.row(d, &self.state, |t, tile| {
+                    for (h, x) in rows.tile_mut(i, t).iter_mut().zip(tile) {
+                        *h -= share * x;
+                    }
+                });
+                rows.set(i, 0, -share * old.slope);
+                rows.set(i, 1, share * old.slope * age);
+                mean[i] += share * (last.value - old.value);
+                variance[i] = rest;
+            }
+            let rows = &mut self.scratch.rows;
+            self.root
+                .solve_transposed(rows, 0, &mut self.scratch.column);
+            for (i, variance) in variance.iter_mut().enumerate() {
+                *variance += rows.dot(i, i, self.state.len());
+                *variance *= self.spread.powi(2);
+            }
         }
-        finite("mean", mean).map_err(|_| BipError::Overflow { phase })?;
-        finite("variance", variance).map_err(|_| BipError::Overflow { phase })
+        finite("mean", mean)
+            .and_then(|()| finite("variance", variance))
+            .map_err(|_| BipError::Overflow { phase })
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::error::{finite, length, not_negative};
 use crate::projector::PHASE_STATES;
-use crate::square_root::{LANES, tile_dot};
 use crate::{BipError, Filter};
 
 /// Time left until the motion ends, to first order.
@@ -36,13 +35,11 @@ impl Filter {
         let scratch = &mut self.scratch;
         scratch.rows.reset(2);
         for k in 0..2 {
-            scratch.padded.fill([0.0; LANES]);
-            scratch.padded[0][k] = 1.0;
-            self.root.solve_transposed(&mut scratch.padded, k);
-            for (t, y) in scratch.padded.iter().enumerate() {
-                *scratch.rows.tile_mut(k, t) = *y;
-            }
+            scratch.rows.clear(k);
+            scratch.rows.set(k, k, 1.0);
         }
+        self.root
+            .solve_transposed(&mut scratch.rows, 0, &mut scratch.column);
         let width = self.state.len();
         let [variance, covariance, velocity_variance] =
             [(0, 0), (0, 1), (1, 1)].map(|(i, j)| scratch.rows.dot(i, j, width));
@@ -145,32 +142,48 @@ impl Filter {
     ) -> Result<(), BipError> {
         length("mean", dofs.len(), mean.len())?;
         length("variance", dofs.len(), variance.len())?;
+        self.known(dofs)?;
         self.projector.set_phase(phase);
-        let count = self.projector.dofs();
-        let h = &mut self.scratch.padded;
-        for ((&d, mean), variance) in dofs.iter().zip(mean).zip(variance) {
-            if d >= count {
-                return Err(BipError::UnknownDof {
-                    dof: d,
-                    dofs: count,
-                });
+        // As many at once as there is scratch for; somebody may ask for one twice.
+        let capacity = self.scratch.rows.capacity();
+        let from = if phase_row == [0.0, 0.0] {
+            PHASE_STATES
+        } else {
+            0
+        };
+        for (dofs, (mean, variance)) in dofs
+            .chunks(capacity)
+            .zip(mean.chunks_mut(capacity).zip(variance.chunks_mut(capacity)))
+        {
+            let rows = &mut self.scratch.rows;
+            rows.reset(dofs.len());
+            for (i, (&d, mean)) in dofs.iter().zip(mean.iter_mut()).enumerate() {
+                let predicted = self
+                    .projector
+                    .row(d, &self.state, |t, tile| *rows.tile_mut(i, t) = tile);
+                rows.set(i, 0, predicted.slope * phase_row[0]);
+                rows.set(i, 1, predicted.slope * phase_row[1]);
+                *mean = predicted.value;
+                variance[i] = (predicted.slope * phase_noise_sd).powi(2);
             }
-            let predicted = self.projector.row(d, &self.state, |t, tile| h[t] = tile);
-            let from = if phase_row == [0.0, 0.0] {
-                PHASE_STATES
-            } else {
-                h[0][0] = predicted.slope * phase_row[0];
-                h[0][1] = predicted.slope * phase_row[1];
-                0
-            };
-            self.root.solve_transposed(h, from);
-            *mean = predicted.value;
-            *variance = tile_dot(h, h) + (predicted.slope * phase_noise_sd).powi(2);
-            if !(mean.is_finite() && variance.is_finite()) {
-                return Err(BipError::Overflow { phase });
+            self.root
+                .solve_transposed(rows, from, &mut self.scratch.column);
+            for (i, variance) in variance.iter_mut().enumerate() {
+                *variance += rows.dot(i, i, self.state.len());
             }
         }
-        Ok(())
+        finite("mean", mean)
+            .and_then(|()| finite("variance", variance))
+            .map_err(|_| BipError::Overflow { phase })
+    }
+
+    /// Refuses degrees of freedom that the model does not have.
+    pub(crate) fn known(&self, dofs: &[usize]) -> Result<(), BipError> {
+        let count = self.projector.dofs();
+        match dofs.iter().find(|d| **d >= count) {
+            None => Ok(()),
+            Some(&dof) => Err(BipError::UnknownDof { dof, dofs: count }),
+        }
     }
 
     /// Mean and covariance (row-major) of some degrees of freedom at a given phase, such as the
@@ -197,27 +210,21 @@ impl Filter {
                 got: m,
             });
         }
+        self.known(dofs)?;
         self.projector.set_phase(phase);
-        let scratch = &mut self.scratch;
-        scratch.rows.reset(m);
-        for (i, &d) in dofs.iter().enumerate() {
-            if d >= count {
-                return Err(BipError::UnknownDof {
-                    dof: d,
-                    dofs: count,
-                });
-            }
-            let h = &mut scratch.padded;
-            mean[i] = self
+        let rows = &mut self.scratch.rows;
+        rows.reset(m);
+        for (i, (&d, mean)) in dofs.iter().zip(mean.iter_mut()).enumerate() {
+            let predicted = self
                 .projector
-                .row(d, &self.state, |t, tile| h[t] = tile)
-                .value;
-            self.root.solve_transposed(h, PHASE_STATES);
-            for (t, y) in h.iter().enumerate() {
-                *scratch.rows.tile_mut(i, t) = *y;
-            }
+                .row(d, &self.state, |t, tile| *rows.tile_mut(i, t) = tile);
+            *mean = predicted.value;
+        }
+        self.root
+            .solve_transposed(rows, PHASE_STATES, &mut self.scratch.column);
+        for i in 0..m {
             for j in 0..=i {
-                let sum = scratch.rows.dot(i, j, h.len());
+                let sum = rows.dot(i, j, self.state.len());
                 covariance[i * m + j] = sum;
                 covariance[j * m + i] = sum;
             }

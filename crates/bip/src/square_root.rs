@@ -43,6 +43,18 @@ impl Rows {
         self.len = len;
     }
 
+    /// Most rows there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Makes a row zero.
+    pub(crate) fn clear(&mut self, row: usize) {
+        for column in self.a.chunks_exact_mut(self.capacity) {
+            column[row] = [0.0; LANES];
+        }
+    }
+
     pub(crate) fn tile_mut(&mut self, row: usize, tile: usize) -> &mut Tile {
         &mut self.a[tile * self.capacity + row]
     }
@@ -203,36 +215,32 @@ impl SquareRoot {
         });
     }
 
-    /// Solves `Rᵀ y = h` in place for an `h` that is zero before entry `from`.
-    pub(crate) fn solve_transposed(&self, h: &mut [Tile], from: usize) {
-        for k in from..self.n {
-            let (first, lane) = (k / LANES, k % LANES);
-            let y = h[first][lane] / self.get(k, k);
-            for (h, r) in h[first..].iter_mut().zip(&self.row(k)[first..]) {
-                for (h, r) in h.iter_mut().zip(r) {
-                    *h -= y * r;
-                }
-            }
-            h[first][lane] = y;
-        }
+    /// Solves `Rᵀ y = h` in place for every row `h`, all of them zero before entry `from`; the
+    /// dot products of what is left are the covariances of the rows. `column` is scratch of the
+    /// capacity of the rows.
+    pub(crate) fn solve_transposed(&self, rows: &mut Rows, from: usize, column: &mut [f64]) {
+        Arch::new().dispatch(SolvingTransposed {
+            root: self,
+            rows,
+            from,
+            column,
+        });
     }
 
     /// The covariance, row-major; for reports and tests.
     pub(crate) fn covariance(&self) -> Vec<f64> {
         let n = self.n;
         // Columns of R⁻ᵀ, so that P = (R⁻ᵀ)ᵀ R⁻ᵀ.
-        let columns: Vec<Vec<Tile>> = (0..n)
-            .map(|k| {
-                let mut h = vec![[0.0; LANES]; tiles(n)];
-                h[k / LANES][k % LANES] = 1.0;
-                self.solve_transposed(&mut h, k);
-                h
-            })
-            .collect();
+        let mut rows = Rows::new(n, n);
+        rows.reset(n);
+        for k in 0..n {
+            rows.set(k, k, 1.0);
+        }
+        self.solve_transposed(&mut rows, 0, &mut vec![0.0; n]);
         let mut p = vec![0.0; n * n];
         for i in 0..n {
             for j in 0..=i {
-                let value = tile_dot(&columns[i], &columns[j]);
+                let value = rows.dot(i, j, tiles(n));
                 p[i * n + j] = value;
                 p[j * n + i] = value;
             }
@@ -346,6 +354,49 @@ impl WithSimd for Solving<'_> {
             }
             self.z[k] = (self.z[k] - lane_sum(&sum)) / row[0][k % LANES];
             self.padded[first][k % LANES] = self.z[k];
+        }
+    }
+}
+
+/// The work of [`SquareRoot::solve_transposed`], compiled once more for wide vectors.
+struct SolvingTransposed<'a> {
+    root: &'a SquareRoot,
+    rows: &'a mut Rows,
+    from: usize,
+    column: &'a mut [f64],
+}
+
+impl WithSimd for SolvingTransposed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            root,
+            rows,
+            from,
+            column,
+        } = self;
+        let (m, capacity, width) = (rows.len, rows.capacity, tiles(root.n));
+        let y = &mut column[..m];
+        for k in from..root.n {
+            let (first, lane) = (k / LANES, k % LANES);
+            let r = &root.row(k)[first..];
+            let inverse = 1.0 / r[0][lane];
+            let here = &rows.a[first * capacity..first * capacity + m];
+            for (y, row) in y.iter_mut().zip(here) {
+                *y = row[lane] * inverse;
+            }
+            for (t, r) in (first..width).zip(r) {
+                let block = &mut rows.a[t * capacity..t * capacity + m];
+                for (row, y) in block.iter_mut().zip(y.iter()) {
+                    add_multiple::<S>(row, -y, r);
+                }
+            }
+            let here = &mut rows.a[first * capacity..first * capacity + m];
+            for (row, y) in here.iter_mut().zip(y.iter()) {
+                row[lane] = *y;
+            }
         }
     }
 }
