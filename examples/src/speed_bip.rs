@@ -115,8 +115,8 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     let found = common(&tests, &Filter::new(&lasting, &plain)?)?;
     let time_s = lasting.tuning().map_or(0.0, |t| t.correlation_time);
     add(
-        "exact filter, deviations last",
-        format!("{QUOTED} functions"),
+        "exact filter",
+        format!("{QUOTED} functions, deviations last"),
         &found,
         format!("{}, for {:.0} ms", state(&lasting), 1e3 * time_s),
     );
