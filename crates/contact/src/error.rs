@@ -112,6 +112,20 @@ pub enum ContactError {
         /// NaN or an infinity.
         value: f64,
     },
+    /// Fewer point pairs than a rigid map needs.
+    #[error("{got} point pairs, {needed} are needed")]
+    TooFewPairs {
+        /// Pairs needed.
+        needed: usize,
+        /// Pairs given.
+        got: usize,
+    },
+    /// The points lie on one line or in one place: the turn about it is open.
+    #[error("the points lie on one line: {ratio} of their extent fixes the turn about it")]
+    Collinear {
+        /// What fixes the turn beside the extent of the points.
+        ratio: f64,
+    },
     /// A map between frames does not keep lengths and handedness.
     #[error("not rigid: {deviation} away from a rotation")]
     NotRigid {

@@ -49,6 +49,19 @@ impl HandPoint {
         Self::Little,
     ];
 
+    /// Its number among the 26 joints of a hand in OpenXR (`XR_EXT_hand_tracking`).
+    #[must_use]
+    pub const fn openxr_joint(self) -> usize {
+        match self {
+            Self::Palm => 0,
+            Self::Thumb => 5,
+            Self::Index => 10,
+            Self::Middle => 15,
+            Self::Ring => 20,
+            Self::Little => 25,
+        }
+    }
+
     /// Name in column headers: `palm`, `thumb`, `index`, `middle`, `ring`, `little`.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -99,6 +112,17 @@ impl HandFrame {
             t_s,
             ..Self::default()
         }
+    }
+
+    /// From the 26 joints of a hand in OpenXR, m, in the order of `XrHandJointEXT`; a joint whose
+    /// position is not valid is `None`.
+    #[must_use]
+    pub fn from_openxr(t_s: f64, joints_m: &[Option<DVec3>; 26]) -> Self {
+        let mut frame = Self::empty(t_s);
+        for point in HandPoint::ALL {
+            frame.set_point(point, joints_m[point.openxr_joint()]);
+        }
+        frame
     }
 
     /// A point of the hand, m; `None` where it is missing or no usable number.

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod axes;
+mod calibration;
 mod error;
 mod frame;
 mod freeze;
@@ -8,11 +9,13 @@ mod gaze;
 mod predict;
 mod recording;
 mod recording_csv;
+mod resample;
 mod segment;
 mod steady;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};
+pub use calibration::Calibration;
 pub use error::ContactError;
 pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
 pub use freeze::{FreezeConfig, FreezeKind};

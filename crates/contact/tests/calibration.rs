@@ -1,0 +1,177 @@
+//! Rigid calibration from point pairs: planted truth, noise, and clouds that fix nothing.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use hwall_contact::{Calibration, ContactError, RigidMap};
+use hwall_testkit::Sampler;
+
+fn random_map(sampler: &mut Sampler) -> RigidMap {
+    let q = DQuat::from_xyzw(
+        sampler.normal(),
+        sampler.normal(),
+        sampler.normal(),
+        sampler.normal(),
+    )
+    .normalize();
+    let t = DVec3::from_array([0; 3].map(|_| sampler.uniform(-3.0, 3.0)));
+    RigidMap::from_affine(DAffine3 {
+        matrix3: DMat3::from_quat(q),
+        translation: t,
+    })
+    .unwrap()
+}
+
+fn cloud(sampler: &mut Sampler, n: usize, size: DVec3) -> Vec<DVec3> {
+    (0..n)
+        .map(|_| size * DVec3::from_array([0; 3].map(|_| sampler.uniform(-1.0, 1.0))))
+        .collect()
+}
+
+fn pairs(map: RigidMap, points: &[DVec3]) -> Vec<(DVec3, DVec3)> {
+    points.iter().map(|&b| (map.point(b), b)).collect()
+}
+
+fn angle_between(a: RigidMap, b: RigidMap) -> f64 {
+    let turn = a.inverse().to_affine().matrix3 * b.to_affine().matrix3;
+    // From the sine as well: the cosine alone loses half of the digits near 0.
+    let sine = DVec3::new(
+        turn.y_axis.z - turn.z_axis.y,
+        turn.z_axis.x - turn.x_axis.z,
+        turn.x_axis.y - turn.y_axis.x,
+    )
+    .length();
+    let trace = turn.x_axis.x + turn.y_axis.y + turn.z_axis.z;
+    sine.atan2(trace - 1.0)
+}
+
+#[test]
+fn exact_pairs_give_the_map_back() {
+    let mut sampler = Sampler::new(1);
+    for n in [3, 4, 10, 1000] {
+        for _ in 0..200 {
+            let truth = random_map(&mut sampler);
+            let points = cloud(&mut sampler, n, DVec3::new(1.0, 0.7, 0.4));
+            let found = Calibration::from_pairs(&pairs(truth, &points)).unwrap();
+            // Three random points may be nearly in line: then the turn is known less well.
+            assert!(found.rms_m() < 1e-12, "{n}: {}", found.rms_m());
+            assert!(found.worst().1 < 1e-11);
+        }
+    }
+}
+
+/// Points of one plane, as the corners of a board are: no mirror image is taken for them.
+#[test]
+fn a_plane_is_enough_and_half_turns_too() {
+    let corners =
+        [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        for angle in [
+            0.0,
+            1e-9,
+            1.0,
+            std::f64::consts::PI - 1e-9,
+            std::f64::consts::PI,
+        ] {
+            let truth = RigidMap::from_affine(DAffine3 {
+                matrix3: DMat3::from_axis_angle(axis, angle),
+                translation: DVec3::new(0.6, -0.2, 0.9),
+            })
+            .unwrap();
+            let found = Calibration::from_pairs(&pairs(truth, &corners)).unwrap();
+            assert!(angle_between(truth, found.a_from_b) < 1e-12);
+            assert!(found.rms_m() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn noise_averages_out() {
+    let mut sampler = Sampler::new(2);
+    let mut mean_rms = 0.0;
+    for _ in 0..100 {
+        let truth = random_map(&mut sampler);
+        let points = cloud(&mut sampler, 400, DVec3::splat(0.5));
+        let noisy: Vec<_> = points
+            .iter()
+            .map(|&b| {
+                let noise = DVec3::from_array([0; 3].map(|_| 2e-3 * sampler.normal()));
+                (truth.point(b) + noise, b)
+            })
+            .collect();
+        let found = Calibration::from_pairs(&noisy).unwrap();
+        let centre = found.a_from_b.point(DVec3::ZERO) - truth.point(DVec3::ZERO);
+        assert!(centre.length() < 5.0 * 2e-3 * (3.0_f64 / 400.0).sqrt());
+        assert!(angle_between(truth, found.a_from_b) < 2e-3);
+        mean_rms += found.rms_m() / 100.0;
+    }
+    // Three coordinates of noise, less the six numbers that were fitted.
+    let expected = 2e-3 * 3.0_f64.sqrt();
+    assert!((mean_rms / expected - 1.0).abs() < 0.02, "{mean_rms}");
+}
+
+#[test]
+fn the_worst_pair_is_named() {
+    let mut sampler = Sampler::new(3);
+    let truth = random_map(&mut sampler);
+    let points = cloud(&mut sampler, 20, DVec3::ONE);
+    let mut pairs = pairs(truth, &points);
+    pairs[7].0.x += 0.3;
+    assert_eq!(Calibration::from_pairs(&pairs).unwrap().worst().0, 7);
+}
+
+#[test]
+fn far_away_and_at_other_scales() {
+    let mut sampler = Sampler::new(4);
+    for (size, far, tolerance) in [(1e-3, 0.0, 1e-15), (1e3, 0.0, 1e-9), (1.0, 1e4, 1e-8)] {
+        let truth = random_map(&mut sampler);
+        let points: Vec<_> = cloud(&mut sampler, 12, DVec3::splat(size))
+            .into_iter()
+            .map(|p| p + DVec3::splat(far))
+            .collect();
+        let found = Calibration::from_pairs(&pairs(truth, &points)).unwrap();
+        assert!(
+            found.rms_m() < tolerance,
+            "{size} {far}: {:e}",
+            found.rms_m()
+        );
+    }
+}
+
+#[test]
+fn clouds_that_fix_nothing_are_typed_errors() {
+    let line: Vec<_> = (0..5)
+        .map(|k| DVec3::new(0.1, 0.2, -0.3) * f64::from(k))
+        .collect();
+    let place = vec![DVec3::ONE; 5];
+    for points in [line, place] {
+        assert!(matches!(
+            Calibration::from_pairs(&pairs(RigidMap::IDENTITY, &points)),
+            Err(ContactError::Collinear { .. })
+        ));
+    }
+    assert!(matches!(
+        Calibration::from_pairs(&[(DVec3::ZERO, DVec3::ZERO), (DVec3::X, DVec3::X)]),
+        Err(ContactError::TooFewPairs { needed: 3, got: 2 })
+    ));
+    let bad = [
+        (DVec3::ZERO, DVec3::ZERO),
+        (DVec3::X, DVec3::X),
+        (DVec3::Y, DVec3::new(0.0, f64::NAN, 0.0)),
+    ];
+    assert!(matches!(
+        Calibration::from_pairs(&bad),
+        Err(ContactError::NonFinite { .. })
+    ));
+}
+
+/// A mirrored copy is no rigid motion: the best turn is found and the residual says so.
+#[test]
+fn a_mirror_shows_in_the_residual() {
+    let mut sampler = Sampler::new(5);
+    let points = cloud(&mut sampler, 10, DVec3::new(1.0, 0.6, 0.3));
+    let mirrored: Vec<_> = points
+        .iter()
+        .map(|b| (*b * DVec3::new(1.0, 1.0, -1.0), *b))
+        .collect();
+    let found = Calibration::from_pairs(&mirrored).unwrap();
+    assert!(found.rms_m() > 0.05);
+}
