@@ -331,6 +331,24 @@ impl EnsembleFilter {
             .collect()
     }
 
+    /// Mean and variance of what will be measured at a phase; see [`Filter::predict_at`].
+    ///
+    /// # Errors
+    /// As [`Filter::moments_at`].
+    pub fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError> {
+        self.moments_at(phase, dofs, mean, variance)?;
+        for (v, &d) in variance.iter_mut().zip(dofs) {
+            *v = self.spread.powi(2) * (*v + self.residual_sd[d].powi(2));
+        }
+        Ok(())
+    }
+
     /// Mean and variance of some degrees of freedom at a phase, over the members: 1 is the end.
     ///
     /// # Errors

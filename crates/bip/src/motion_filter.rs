@@ -38,23 +38,7 @@ pub trait MotionFilter {
         dofs: &[usize],
         mean: &mut [f64],
         variance: &mut [f64],
-    ) -> Result<(), BipError> {
-        self.moments_at(phase, dofs, mean, variance)?;
-        for (v, &d) in variance.iter_mut().zip(dofs) {
-            *v = self.spread().powi(2) * (*v + self.residual_variance(d).unwrap_or(0.0));
-        }
-        Ok(())
-    }
-
-    /// Variance of a new motion around what the model can express of it, which is not part of
-    /// [`moments_at`](Self::moments_at).
-    fn residual_variance(&self, dof: usize) -> Option<f64>;
-
-    /// Factor on standard deviations, of shape and residual together, that makes intervals hold
-    /// what they promise; 1 where nothing is known.
-    fn spread(&self) -> f64 {
-        1.0
-    }
+    ) -> Result<(), BipError>;
 
     /// Mean of the phase.
     fn phase(&self) -> f64;
@@ -66,17 +50,16 @@ pub trait MotionFilter {
     fn phase_covariance(&mut self) -> [[f64; 2]; 2];
 }
 
+/// Hands on to the methods of the same names that each filter has of its own.
 macro_rules! motion_filter {
-    ($filter:ty, $($more:item)?) => {
+    ($filter:ty) => {
         impl MotionFilter for $filter {
-            $($more)?
-
             fn predict(&mut self, dt: f64) -> Result<(), BipError> {
-                self.predict(dt)
+                <$filter>::predict(self, dt)
             }
 
             fn observe(&mut self, observation: &Observation<'_>) -> Result<(), BipError> {
-                self.observe(observation).map(|_| ())
+                <$filter>::observe(self, observation).map(|_| ())
             }
 
             fn moments_at(
@@ -86,23 +69,25 @@ macro_rules! motion_filter {
                 mean: &mut [f64],
                 variance: &mut [f64],
             ) -> Result<(), BipError> {
-                self.moments_at(phase, dofs, mean, variance)
+                <$filter>::moments_at(self, phase, dofs, mean, variance)
             }
 
-            fn residual_variance(&self, dof: usize) -> Option<f64> {
-                self.residual_variance(dof)
-            }
-
-            fn spread(&self) -> f64 {
-                self.spread()
+            fn predict_at(
+                &mut self,
+                phase: f64,
+                dofs: &[usize],
+                mean: &mut [f64],
+                variance: &mut [f64],
+            ) -> Result<(), BipError> {
+                <$filter>::predict_at(self, phase, dofs, mean, variance)
             }
 
             fn phase(&self) -> f64 {
-                self.phase()
+                <$filter>::phase(self)
             }
 
             fn phase_velocity(&self) -> f64 {
-                self.phase_velocity()
+                <$filter>::phase_velocity(self)
             }
 
             fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
@@ -112,28 +97,6 @@ macro_rules! motion_filter {
     };
 }
 
-motion_filter!(
-    Filter,
-    fn predict_at(
-        &mut self,
-        phase: f64,
-        dofs: &[usize],
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError> {
-        self.predict_at(phase, dofs, mean, variance)
-    }
-);
-motion_filter!(
-    Bank,
-    fn predict_at(
-        &mut self,
-        phase: f64,
-        dofs: &[usize],
-        mean: &mut [f64],
-        variance: &mut [f64],
-    ) -> Result<(), BipError> {
-        self.predict_at(phase, dofs, mean, variance)
-    }
-);
-motion_filter!(EnsembleFilter,);
+motion_filter!(Filter);
+motion_filter!(Bank);
+motion_filter!(EnsembleFilter);
