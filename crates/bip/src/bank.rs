@@ -132,7 +132,8 @@ impl Hypothesis {
 /// model would instead mix all histories of a mode into one Gaussian at every step: a change of
 /// mind, whose two sides are far apart, does not survive that.
 ///
-/// Steps do not allocate. An error leaves the bank as it was, unless it is an overflow of the
+/// Steps do not allocate, unless a belief passes to a component of larger rank for the first time.
+/// An error leaves the bank as it was, unless it is an overflow of the
 /// arithmetic in some of the hypotheses, which are then dropped.
 #[derive(Debug, Clone)]
 pub struct Bank {
@@ -318,20 +319,19 @@ impl Bank {
         let mut failed = None;
         for h in &mut self.hypotheses {
             h.score = h.weight.ln();
-            if h.mode == Mode::Moving {
-                let filter = &mut self.filters[h.component];
-                exchange(filter, &mut h.belief);
-                let moved = filter.predict(dt);
-                exchange(filter, &mut h.belief);
-                if let Err(error) = moved {
-                    h.score = f64::NEG_INFINITY;
-                    failed = Some(error);
+            let filter = &mut self.filters[h.component];
+            exchange(filter, &mut h.belief);
+            let moved = match h.mode {
+                Mode::Moving => filter.predict(dt),
+                Mode::Resting => {
+                    filter.rest(dt);
+                    Ok(())
                 }
-            } else {
-                let filter = &mut self.filters[h.component];
-                exchange(filter, &mut h.belief);
-                filter.rest(dt);
-                exchange(filter, &mut h.belief);
+            };
+            exchange(filter, &mut h.belief);
+            if let Err(error) = moved {
+                h.score = f64::NEG_INFINITY;
+                failed = Some(error);
             }
         }
         self.adopt_scores(failed).map(|_| ())

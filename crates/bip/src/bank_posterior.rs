@@ -88,21 +88,6 @@ impl Bank {
         sum
     }
 
-    /// Variance of a new motion around what the components can express of it.
-    #[must_use]
-    pub fn residual_variance(&self, dof: usize) -> Option<f64> {
-        self.hypotheses
-            .iter()
-            .map(|h| Some(h.weight * self.filters[h.component].residual_variance(dof)?))
-            .sum()
-    }
-
-    /// Factor on standard deviations, averaged over the components; see [`Filter::spread`].
-    #[must_use]
-    pub fn spread(&self) -> f64 {
-        self.average(|h| self.filters[h.component].spread())
-    }
-
     /// Mean and variance of some degrees of freedom at a phase, over all hypotheses.
     ///
     /// # Errors

@@ -275,19 +275,6 @@ impl EnsembleFilter {
         }
     }
 
-    /// Variance of a new motion around what the model can express of it; see
-    /// [`Filter::residual_variance`].
-    #[must_use]
-    pub fn residual_variance(&self, dof: usize) -> Option<f64> {
-        self.residual_sd.get(dof).map(|sd| sd * sd)
-    }
-
-    /// Factor on standard deviations; see [`Filter::spread`].
-    #[must_use]
-    pub fn spread(&self) -> f64 {
-        self.spread
-    }
-
     /// Number of members.
     #[must_use]
     pub fn members(&self) -> usize {

@@ -44,7 +44,8 @@ pub struct FilterConfig {
     /// Time over which a deviation of the motion from what the model can express lasts: deviations
     /// are taken as a first-order Markov process of the variance of the noise, beside independent
     /// noise of the variance of the fit. Default `None`: as the model was [tuned](crate::tune),
-    /// else 0, independent from sample to sample.
+    /// else 0, independent from sample to sample. Observations that bring their own noise are taken
+    /// as independent.
     pub correlation_time: Option<f64>,
     /// Keep the mean of the phase within `[0, 1]`. Default `true`.
     pub clip_phase: bool,
@@ -247,9 +248,7 @@ impl Filter {
         let innovation = phase - self.phase();
         let rows = &mut self.scratch.rows;
         rows.reset(1);
-        for t in 0..self.state.len() {
-            *rows.tile_mut(0, t) = [0.0; LANES];
-        }
+        rows.clear(0);
         rows.set(0, 0, 1.0 / sd);
         rows.e[0] = innovation / sd;
         let mut update = self.fold(1, phase)?;

@@ -68,7 +68,7 @@ pub struct Tuning {
     /// Variance of the random acceleration of the phase, 1/time⁴.
     pub acceleration_variance: f64,
     /// Factor on the standard deviations of predictions with which 90 % intervals held 90 % of the
-    /// ends of held-out motions. What a filter returns is without it.
+    /// ends of held-out motions. Part of `predict_at`, not of moments.
     pub spread: f64,
     /// Time over which deviations last; 0: independent from sample to sample.
     pub correlation_time: f64,

@@ -69,20 +69,6 @@ impl Filter {
         self.noise_sd.get(dof).map(|sd| sd * sd)
     }
 
-    /// Variance of a new motion around what the model can express of it, from held-out
-    /// demonstrations where the model has them: what a prediction adds to cover the motion itself.
-    #[must_use]
-    pub fn residual_variance(&self, dof: usize) -> Option<f64> {
-        self.residual_sd.get(dof).map(|sd| sd * sd)
-    }
-
-    /// Factor on standard deviations, of shape and residual together, that makes intervals hold
-    /// what they promise on held-out motions; 1 unless the model was [tuned](crate::tune).
-    #[must_use]
-    pub fn spread(&self) -> f64 {
-        self.spread
-    }
-
     /// Mean and variance of some degrees of freedom at a phase: 1 is the end point.
     ///
     /// The phase is taken as given; the uncertainty is that of the shape of the motion.

@@ -58,8 +58,8 @@ pub struct Trial {
     pub coverage_90: f64,
 }
 
-/// Trains a model and chooses noise factor, acceleration variance and correlation time by leave-one-out log score of
-/// the end of the motion. Returns the model and everything that was tried, in order; the model has
+/// Trains a model and chooses noise factor, acceleration variance and correlation time by the
+/// leave-one-out log score of the end of the motion. Returns the model and everything that was tried, in order; the model has
 /// the best of them.
 ///
 /// The search goes along the noise with the second of the velocity changes, then along those, then
