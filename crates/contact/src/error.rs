@@ -21,6 +21,25 @@ pub enum ContactError {
     /// The CSV holds a header and nothing below it.
     #[error("no samples below the header line")]
     NoSamples,
+    /// A reach that nothing can be learnt from or judged by.
+    #[error("reach {reach}: {what}")]
+    Reach {
+        /// Person and trial.
+        reach: String,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// Too few reaches to learn from.
+    #[error("{got} reaches, at least {needed} are needed")]
+    TooFewReaches {
+        /// How many there are.
+        got: usize,
+        /// How many there must be.
+        needed: usize,
+    },
+    /// The interaction primitive cannot be trained or run.
+    #[error(transparent)]
+    Primitive(#[from] hwall_bip::BipError),
     /// A column that must be there is missing: `t`, or one coordinate of a point of which another is given.
     #[error("no column {column:?}")]
     MissingColumn {

@@ -3,9 +3,11 @@
 mod axes;
 mod calibration;
 mod error;
+mod estimate;
 mod frame;
 mod freeze;
 mod gaze;
+mod labelled;
 mod predict;
 mod recording;
 mod recording_csv;
@@ -17,9 +19,11 @@ mod tracking;
 pub use axes::{RIGID_TOLERANCE, RigidMap};
 pub use calibration::Calibration;
 pub use error::ContactError;
+pub use estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
 pub use freeze::{FreezeConfig, FreezeKind};
 pub use gaze::GazeFilter;
+pub use labelled::LabelledReach;
 pub use predict::{
     ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
 };

@@ -1,0 +1,65 @@
+//! Where and when a reach ends, without a scene: one trait for what is learnt and what is not.
+
+use crate::HandFrame;
+use glam::{DMat3, DVec3};
+
+/// Where and when the hand is going to touch, as far as its own motion tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactEstimate {
+    /// Time of the sample the estimate is of, s.
+    pub t_s: f64,
+    /// Where the touching point of the hand will be at contact, m, in the frame of the samples.
+    pub point_m: DVec3,
+    /// Covariance of the error of `point_m`, symmetric, m²; `None` from an estimator that has none.
+    pub covariance_m2: Option<DMat3>,
+    /// Unit normal of the surface there, towards the hand; `None` where none was learnt.
+    pub normal: Option<DVec3>,
+    /// Time from `t_s` to the contact and the standard deviation of its error, s.
+    pub time_to_contact_s: Option<TimeToContact>,
+}
+
+/// Time left until the contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeToContact {
+    /// Expected time left, s; not negative.
+    pub mean_s: f64,
+    /// Standard deviation of its error, s; `None` from an estimator that has none.
+    pub sd_s: Option<f64>,
+}
+
+impl ContactEstimate {
+    /// A point alone, m, for a sample at `t_s`.
+    #[must_use]
+    pub const fn of_point(t_s: f64, point_m: DVec3) -> Self {
+        Self {
+            t_s,
+            point_m,
+            covariance_m2: None,
+            normal: None,
+            time_to_contact_s: None,
+        }
+    }
+}
+
+/// Follows one reach after the other and says, sample by sample, where and when it ends.
+///
+/// All samples are in one frame, by convention the robot's base frame, in order of time. Points of
+/// the hand may be missing in any of them.
+pub trait ContactEstimator {
+    /// A new reach begins: forgets the samples of the one before.
+    fn begin(&mut self);
+
+    /// Takes the next sample of the reach; `None` while nothing can be said, as before the first
+    /// sample in which a point of the hand was seen. No number of the answer is NaN or infinite.
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
+}
+
+impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
+    fn begin(&mut self) {
+        (**self).begin();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        (**self).step(frame)
+    }
+}

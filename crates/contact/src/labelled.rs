@@ -1,0 +1,67 @@
+//! Reaches of which the end is known: what estimators learn from and are judged by.
+
+use crate::{ContactError, HandFrame, HandPoint};
+use glam::DVec3;
+
+/// One reach from the start of the movement to its contact, and where and when that was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelledReach {
+    /// Who moved, where the study says so.
+    pub person: Option<String>,
+    /// Which trial, where the study says so.
+    pub trial: Option<String>,
+    /// The point of the hand that touches.
+    pub point: HandPoint,
+    /// The samples from the start of the movement to the contact, times increasing strictly; all in
+    /// one frame.
+    pub frames: Vec<HandFrame>,
+    /// Where the touching point is at contact, or the target where the study names it, m.
+    pub contact_m: DVec3,
+    /// When it touches, s, on the clock of the frames.
+    pub contact_s: f64,
+    /// Unit normal of the surface touched, towards the hand, where it is known.
+    pub normal: Option<DVec3>,
+}
+
+impl LabelledReach {
+    /// Refuses what nothing can be learnt from.
+    ///
+    /// # Errors
+    /// Fewer than two samples in which the touching point was seen, times that do not increase or lie
+    /// behind the contact, or a label that is not finite.
+    pub fn validate(&self) -> Result<(), ContactError> {
+        let name = || {
+            let part = |p: &Option<String>| p.clone().unwrap_or_else(|| "?".to_owned());
+            format!("{}/{}", part(&self.person), part(&self.trial))
+        };
+        let bad = |what| ContactError::Reach {
+            reach: name(),
+            what,
+        };
+        let seen = self.frames.iter().filter(|f| f.point(self.point).is_some());
+        if seen.count() < 2 {
+            return Err(bad("fewer than two samples of the touching point"));
+        }
+        if self.frames.windows(2).any(|w| !(w[0].t_s < w[1].t_s)) {
+            return Err(bad("times that do not increase strictly"));
+        }
+        if !self.contact_m.is_finite() || !self.contact_s.is_finite() {
+            return Err(bad("a contact that is not finite"));
+        }
+        if self.frames.last().is_some_and(|f| f.t_s > self.contact_s) {
+            return Err(bad("samples after the contact"));
+        }
+        if self.normal.is_some_and(|n| !n.is_normalized()) {
+            return Err(bad("a normal that is no unit vector"));
+        }
+        Ok(())
+    }
+
+    /// Time from the first sample to the contact, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.frames
+            .first()
+            .map_or(0.0, |first| self.contact_s - first.t_s)
+    }
+}
