@@ -37,6 +37,12 @@ pub enum ContactError {
         /// How many there must be.
         needed: usize,
     },
+    /// A regression whose normal equations are singular or hold numbers that are not finite.
+    #[error("normal equations of size {size} cannot be solved")]
+    Singular {
+        /// Number of coefficients.
+        size: usize,
+    },
     /// The interaction primitive cannot be trained or run.
     #[error(transparent)]
     Primitive(#[from] hwall_bip::BipError),

@@ -6,9 +6,14 @@ mod error;
 mod estimate;
 mod frame;
 mod freeze;
+mod gates;
 mod gaze;
 mod labelled;
+mod learned;
+mod local_ridge;
 mod predict;
+mod primitive;
+mod reach_track;
 mod recording;
 mod recording_csv;
 mod resample;
@@ -24,6 +29,7 @@ pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
 pub use freeze::{FreezeConfig, FreezeKind};
 pub use gaze::GazeFilter;
 pub use labelled::LabelledReach;
+pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
 pub use predict::{
     ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
 };

@@ -1,0 +1,108 @@
+//! Soft regions of how far a reach has come.
+
+use crate::reach_track::PROGRESS;
+
+/// Width of a region, in mean squared distances of samples from their centres. Wider ones share more
+/// samples: fewer reaches are then enough.
+const OVERLAP: f64 = 4.0;
+/// Rounds of the search for centres; it is over long before.
+const ROUNDS: usize = 50;
+
+/// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Gates {
+    /// One over the spread of every scalar over the samples learnt from.
+    scale: [f64; PROGRESS],
+    centres: Vec<[f64; PROGRESS]>,
+    /// Twice the square of the width of a region, in scaled units.
+    width: f64,
+}
+
+impl Gates {
+    /// At most `count` regions over these samples: k-means from points far from each other, so the
+    /// same samples always give the same regions.
+    pub(crate) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
+        let n = samples.len().max(1) as f64;
+        let scale = std::array::from_fn(|k| {
+            let mean = samples.iter().map(|s| s[k]).sum::<f64>() / n;
+            let squares: f64 = samples.iter().map(|s| (s[k] - mean).powi(2)).sum();
+            1.0 / (squares / n).sqrt().max(1e-6)
+        });
+        let scaled: Vec<[f64; PROGRESS]> = samples.iter().map(|s| times(s, &scale)).collect();
+        let mut centres = spread_out(&scaled, count);
+        for _ in 0..ROUNDS {
+            let mut sums = vec![([0.0; PROGRESS], 0.0); centres.len()];
+            for s in &scaled {
+                let (sum, weight) = &mut sums[nearest(s, &centres).0];
+                sum.iter_mut().zip(s).for_each(|(a, b)| *a += b);
+                *weight += 1.0;
+            }
+            let before = centres.clone();
+            for (centre, (sum, weight)) in centres.iter_mut().zip(sums) {
+                if weight > 0.0 {
+                    *centre = sum.map(|x| x / weight);
+                }
+            }
+            if centres == before {
+                break;
+            }
+        }
+        let spread = scaled.iter().map(|s| nearest(s, &centres).1).sum::<f64>() / n;
+        Self {
+            scale,
+            centres,
+            width: (OVERLAP * spread).max(1e-9),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.centres.len()
+    }
+
+    /// The weights of the regions at a progress.
+    pub(crate) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
+        let at = times(progress, &self.scale);
+        out.clear();
+        out.extend(self.centres.iter().map(|c| squared(&at, c)));
+        // Relative to the nearest: far from all regions none would have a weight.
+        let least = out.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut sum = 0.0;
+        for w in out.iter_mut() {
+            *w = ((least - *w) / self.width).exp();
+            sum += *w;
+        }
+        out.iter_mut().for_each(|w| *w /= sum);
+    }
+}
+
+fn times(a: &[f64; PROGRESS], b: &[f64; PROGRESS]) -> [f64; PROGRESS] {
+    std::array::from_fn(|k| a[k] * b[k])
+}
+
+fn squared(a: &[f64; PROGRESS], b: &[f64; PROGRESS]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
+/// The nearest centre and the squared distance to it.
+fn nearest(s: &[f64; PROGRESS], centres: &[[f64; PROGRESS]]) -> (usize, f64) {
+    let distances = centres.iter().map(|c| squared(s, c)).enumerate();
+    distances
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0, 0.0))
+}
+
+/// Samples each of which is the furthest from those before; fewer than asked for when samples coincide.
+fn spread_out(samples: &[[f64; PROGRESS]], count: usize) -> Vec<[f64; PROGRESS]> {
+    let mut centres: Vec<[f64; PROGRESS]> = samples.first().copied().into_iter().collect();
+    while centres.len() < count {
+        let furthest = samples
+            .iter()
+            .map(|s| (nearest(s, &centres).1, s))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        match furthest {
+            Some((distance, s)) if distance > 0.0 => centres.push(*s),
+            _ => break,
+        }
+    }
+    centres
+}

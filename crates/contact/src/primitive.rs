@@ -1,0 +1,176 @@
+//! The end of a reach by an interaction primitive of the hand.
+
+use crate::reach_track::{Inputs, ReachTrack};
+use crate::{ContactError, LabelledReach};
+use glam::DVec3;
+use hwall_bip::{
+    Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
+    TrainingConfig, Tuning, TuningConfig, tune,
+};
+
+/// Reaches that the noise is tuned on, spread evenly over all: more change little and take long.
+const TUNED_ON: usize = 60;
+/// Of those, held out one at a time.
+const TUNING_FOLDS: usize = 16;
+/// Demonstrations held out one at a time for the noise of the model.
+const HELD_OUT: usize = 16;
+/// Most directions of the prior: what a step costs grows with them.
+const MAX_RANK: usize = 48;
+/// Share of the motion seen when the tuning judges it.
+const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
+const POINT: [usize; 3] = [0, 1, 2];
+
+/// A trained primitive, ready to follow reaches.
+#[derive(Debug, Clone)]
+pub(crate) struct Primitive {
+    filter: Filter,
+    period_s: f64,
+    /// Mean of the contact as labelled relative to the last place of the touching point, m.
+    label_offset_m: DVec3,
+}
+
+/// The hand over a reach, as the filter sees it: the touching point, then the others.
+pub(crate) fn demonstration(
+    inputs: &Inputs,
+    reach: &LabelledReach,
+) -> Result<Demonstration, ContactError> {
+    let mut track = ReachTrack::new(inputs);
+    let (mut times, mut values, mut points) = (Vec::new(), Vec::new(), Vec::new());
+    for frame in &reach.frames {
+        if track.push(inputs, frame)
+            && let (Some((t_s, _)), Some((start_s, _))) = (track.now(), track.start())
+        {
+            times.push(t_s - start_s);
+            track.points_into(inputs, &mut points);
+            values.extend(&points);
+        }
+    }
+    Ok(Demonstration::from_timestamps(
+        times,
+        3 * inputs.points(),
+        values,
+    )?)
+}
+
+/// How the primitive is trained.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Training {
+    basis: Basis,
+    dofs: usize,
+    tuning: Option<Tuning>,
+}
+
+impl Training {
+    fn config(&self) -> TrainingConfig {
+        TrainingConfig {
+            held_out: HELD_OUT,
+            max_rank: Some(MAX_RANK),
+            ..TrainingConfig::new(vec![Group::observed("hand", self.dofs, self.basis)])
+        }
+    }
+
+    /// The noise that foresees held-out reaches best.
+    pub(crate) fn tuned(basis: Basis, all: &[Demonstration]) -> Result<Self, ContactError> {
+        let dofs = all.first().map_or(3, Demonstration::dofs);
+        let training = Self {
+            basis,
+            dofs,
+            tuning: None,
+        }
+        .config();
+        let step = all.len().div_ceil(TUNED_ON).max(1);
+        let some: Vec<Demonstration> = all.iter().step_by(step).cloned().collect();
+        let search = TuningConfig {
+            evaluation: EvaluationConfig {
+                fractions: TUNED_AT.to_vec(),
+                scored: POINT.to_vec(),
+                ..EvaluationConfig::new(&training)
+            },
+            folds: TUNING_FOLDS,
+            ..TuningConfig::new(&training)
+        };
+        let (model, _) = tune(&some, &training, &search)?;
+        Ok(Self {
+            basis,
+            dofs,
+            tuning: model.tuning(),
+        })
+    }
+
+    /// A primitive of these reaches and their demonstrations.
+    pub(crate) fn primitive<'a>(
+        &self,
+        reaches: impl Iterator<Item = (&'a LabelledReach, &'a Demonstration)>,
+    ) -> Result<Primitive, ContactError> {
+        let (mut demonstrations, mut offset_m) = (Vec::new(), DVec3::ZERO);
+        for (reach, demonstration) in reaches {
+            let last = demonstration.sample(demonstration.len() - 1);
+            offset_m += reach.contact_m - DVec3::from_slice(&last[..3]);
+            demonstrations.push(demonstration.clone());
+        }
+        let count = demonstrations.len().max(1) as f64;
+        let mut model = Model::train(&demonstrations, &self.config())?;
+        if let Some(tuning) = self.tuning {
+            model = model.with_tuning(tuning)?;
+        }
+        Ok(Primitive {
+            filter: Filter::new(&model, &FilterConfig::default())?,
+            period_s: model.sampling_period(),
+            label_offset_m: offset_m / count,
+        })
+    }
+}
+
+/// A primitive following one reach.
+#[derive(Debug, Clone)]
+pub(crate) struct Follower {
+    fresh: Primitive,
+    filter: Filter,
+    dofs: Vec<usize>,
+    values: Vec<f64>,
+    last_s: Option<f64>,
+}
+
+impl Follower {
+    pub(crate) fn new(inputs: &Inputs, primitive: &Primitive) -> Self {
+        Self {
+            fresh: primitive.clone(),
+            filter: primitive.filter.clone(),
+            dofs: (0..3 * inputs.points()).collect(),
+            values: Vec::with_capacity(3 * inputs.points()),
+            last_s: None,
+        }
+    }
+
+    pub(crate) fn begin(&mut self) {
+        self.filter.clone_from(&self.fresh.filter);
+        self.last_s = None;
+    }
+
+    /// Takes the latest sample of a track.
+    pub(crate) fn step(&mut self, inputs: &Inputs, track: &ReachTrack) -> Result<(), ContactError> {
+        let Some((t_s, _)) = track.now() else {
+            return Ok(());
+        };
+        let dt_s = self
+            .last_s
+            .map_or(self.fresh.period_s, |last_s| t_s - last_s);
+        self.last_s = Some(t_s);
+        self.filter.predict(dt_s)?;
+        track.points_into(inputs, &mut self.values);
+        self.filter
+            .observe(&Observation::new(&self.dofs, &self.values))?;
+        Ok(())
+    }
+
+    /// Where it ends and the variance of each coordinate, m and m².
+    pub(crate) fn end(&mut self) -> Result<(DVec3, DVec3), ContactError> {
+        let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+        self.filter
+            .predict_at(1.0, &POINT, &mut mean, &mut variance)?;
+        Ok((
+            DVec3::from_array(mean) + self.fresh.label_offset_m,
+            DVec3::from_array(variance),
+        ))
+    }
+}

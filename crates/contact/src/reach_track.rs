@@ -1,0 +1,308 @@
+//! The reach so far as numbers: what a regression of its end looks at.
+
+use crate::{HandFrame, HandPoint, LabelledReach};
+use glam::{DMat3, DVec3};
+
+/// How far back positions are compared with the present one, s.
+const LAGS_S: [f64; 4] = [0.03, 0.06, 0.12, 0.24];
+/// Displacements of the past are scaled to this much time, so that all have one size.
+const HORIZON_S: f64 = 0.2;
+/// The speed is the slope over this much of the past, s.
+const SPEED_WINDOW_S: f64 = 0.05;
+/// An input takes part when this share of the samples learnt from has it.
+const USUALLY_SEEN: f64 = 0.8;
+/// Samples of one reach that are kept; older ones are only needed for the lags.
+const KEPT: usize = 512;
+/// Scalars that say how far a reach has come.
+pub(crate) const PROGRESS: usize = 4;
+
+/// What is looked at: the touching point, and what else was usually seen.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Inputs {
+    pub(crate) point: HandPoint,
+    /// Other points of the hand, relative to the touching one.
+    others: Vec<HandPoint>,
+    head: bool,
+    gaze: bool,
+    /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
+    /// reach in which it is missing.
+    offsets_m: [Option<DVec3>; 6],
+    /// Means of head and gaze, which stand in until they are seen.
+    head_m: DVec3,
+    mean_gaze: DVec3,
+}
+
+impl Inputs {
+    /// What the reaches have in common. The touching point is the most frequent one.
+    pub(crate) fn of(reaches: &[LabelledReach], use_gaze: bool) -> Self {
+        let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
+        // The last of equals wins: the first by contact.
+        let order = HandPoint::BY_CONTACT.into_iter().rev();
+        let point = order
+            .max_by_key(|&p| touching(p))
+            .unwrap_or(HandPoint::Index);
+        let frames = || reaches.iter().flat_map(|r| &r.frames);
+        let total = frames().count() as f64;
+        let usual = |seen: &dyn Fn(&HandFrame) -> bool| {
+            frames().filter(|f| seen(f)).count() as f64 >= USUALLY_SEEN * total
+        };
+        let mean = |value: &dyn Fn(&HandFrame) -> Option<DVec3>| {
+            let (sum, n) = frames()
+                .filter_map(value)
+                .fold((DVec3::ZERO, 0.0), |(s, n), v| (s + v, n + 1.0));
+            (n > 0.0).then(|| sum / n)
+        };
+        let others = HandPoint::ALL
+            .into_iter()
+            .filter(|&p| p != point && usual(&|f| f.point(p).is_some()))
+            .collect();
+        let head = |f: &HandFrame| f.gaze_ray().map(|g| g.origin_m).or(head_of(f));
+        let gaze = |f: &HandFrame| f.gaze_ray().map(|g| g.direction);
+        Self {
+            point,
+            others,
+            head: usual(&|f| head(f).is_some()),
+            gaze: use_gaze && usual(&|f| gaze(f).is_some()),
+            offsets_m: HandPoint::ALL
+                .map(|p| mean(&|f| Some(f.point(point)? - f.point(p)?)))
+                .map(|offset| offset.filter(|o| o.is_finite())),
+            head_m: mean(&head).unwrap_or(DVec3::ZERO),
+            mean_gaze: mean(&gaze).unwrap_or(DVec3::ZERO),
+        }
+    }
+
+    /// Points of the hand that take part.
+    pub(crate) fn points(&self) -> usize {
+        1 + self.others.len()
+    }
+
+    /// Length of the feature vector.
+    pub(crate) fn len(&self) -> usize {
+        let vectors =
+            2 + LAGS_S.len() + self.others.len() + usize::from(self.head) + usize::from(self.gaze);
+        3 * vectors + SCALARS
+    }
+}
+
+/// Time, speed, peak speed, their ratio, way gone, time since the peak.
+const SCALARS: usize = 6;
+
+fn head_of(frame: &HandFrame) -> Option<DVec3> {
+    frame.head_m.filter(|h| h.is_finite())
+}
+
+/// One reach from its start to now.
+///
+/// Samples without the touching point are bridged by another point and the last known offset
+/// between the two, so a finger that is missing does not stop the prediction.
+#[derive(Debug, Clone)]
+pub(crate) struct ReachTrack {
+    /// Times, s, and places of the touching point, m.
+    history: Vec<(f64, DVec3)>,
+    start: Option<(f64, DVec3)>,
+    offsets_m: [Option<DVec3>; 6],
+    /// Touching point from the others, m, as last seen; by [`HandPoint`].
+    relative_m: [Option<DVec3>; 6],
+    head_m: Option<DVec3>,
+    gaze: Option<DVec3>,
+    velocity_m_per_s: DVec3,
+    /// Largest speed so far, m/s, and when it was reached, s.
+    peak: (f64, f64),
+}
+
+impl ReachTrack {
+    pub(crate) fn new(inputs: &Inputs) -> Self {
+        Self {
+            history: Vec::with_capacity(KEPT),
+            start: None,
+            offsets_m: inputs.offsets_m,
+            relative_m: [None; 6],
+            head_m: None,
+            gaze: None,
+            velocity_m_per_s: DVec3::ZERO,
+            peak: (0.0, 0.0),
+        }
+    }
+
+    pub(crate) fn begin(&mut self, inputs: &Inputs) {
+        self.history.clear();
+        self.start = None;
+        self.offsets_m = inputs.offsets_m;
+        self.relative_m = [None; 6];
+        (self.head_m, self.gaze) = (None, None);
+        self.velocity_m_per_s = DVec3::ZERO;
+        self.peak = (0.0, 0.0);
+    }
+
+    /// Takes a sample; says whether there was anything in it to follow. A sample that is not later
+    /// than the last is no news.
+    pub(crate) fn push(&mut self, inputs: &Inputs, frame: &HandFrame) -> bool {
+        let t_s = frame.t_s;
+        let late_enough = self.history.last().is_none_or(|last| t_s > last.0);
+        if !t_s.is_finite() || !late_enough {
+            return false;
+        }
+        let points = frame.points();
+        let own = points[inputs.point as usize];
+        let bridged = || {
+            HandPoint::BY_CONTACT
+                .into_iter()
+                .find_map(|p| Some(points[p as usize]? + self.offsets_m[p as usize]?))
+        };
+        let Some(position_m) = own.or_else(bridged) else {
+            return false;
+        };
+        for (k, seen_m) in points.into_iter().enumerate() {
+            let Some(seen_m) = seen_m else { continue };
+            if own.is_some() {
+                self.offsets_m[k] = Some(position_m - seen_m);
+            }
+            self.relative_m[k] = Some(seen_m - position_m);
+        }
+        self.head_m = frame
+            .gaze_ray()
+            .map(|g| g.origin_m)
+            .or(head_of(frame))
+            .or(self.head_m);
+        self.gaze = frame.gaze_ray().map(|g| g.direction).or(self.gaze);
+        if self.history.len() == KEPT {
+            self.history.drain(..KEPT / 2);
+        }
+        self.history.push((t_s, position_m));
+        self.start.get_or_insert((t_s, position_m));
+        self.velocity_m_per_s = self.slope(SPEED_WINDOW_S);
+        let speed = self.velocity_m_per_s.length();
+        if speed > self.peak.0 {
+            self.peak = (speed, t_s);
+        }
+        true
+    }
+
+    /// Time and place of the touching point now; `None` before the first sample.
+    pub(crate) fn now(&self) -> Option<(f64, DVec3)> {
+        self.history.last().copied()
+    }
+
+    /// Places of all points that take part, the touching one first, m: those not seen now where they
+    /// were last relative to it.
+    pub(crate) fn points_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
+        out.clear();
+        let Some((_, now_m)) = self.now() else { return };
+        out.extend(now_m.to_array());
+        for &other in &inputs.others {
+            out.extend((now_m + self.relative(inputs, other)).to_array());
+        }
+    }
+
+    fn relative(&self, inputs: &Inputs, other: HandPoint) -> DVec3 {
+        let usual_m = || inputs.offsets_m[other as usize].map_or(DVec3::ZERO, |o| -o);
+        self.relative_m[other as usize].unwrap_or_else(usual_m)
+    }
+
+    /// Time and place of the start.
+    pub(crate) fn start(&self) -> Option<(f64, DVec3)> {
+        self.start
+    }
+
+    /// Slope of the straight line through the last samples, m/s; zero for a single one.
+    fn slope(&self, window_s: f64) -> DVec3 {
+        let n = self.history.len();
+        let since = self.history[n - 1].0 - window_s;
+        // At least two samples, however slow the tracker.
+        let back = self.history.iter().rev().take_while(|h| h.0 >= since);
+        let window = &self.history[n - back.count().max(2).min(n)..];
+        let count = window.len() as f64;
+        let (t_sum, p_sum) = window
+            .iter()
+            .fold((0.0, DVec3::ZERO), |(t, p), h| (t + h.0, p + h.1));
+        let (t_mean, p_mean) = (t_sum / count, p_sum / count);
+        let (mut cross, mut spread) = (DVec3::ZERO, 0.0);
+        for (t, p) in window {
+            cross += (t - t_mean) * (*p - p_mean);
+            spread += (t - t_mean).powi(2);
+        }
+        if spread > 0.0 {
+            cross / spread
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    /// Where the touching point was at a time, on straight lines between samples; at the start for
+    /// times before it, m.
+    fn before(&self, t_s: f64) -> DVec3 {
+        let next = self.history.iter().rposition(|h| h.0 <= t_s);
+        let Some(k) = next else {
+            return self.history[0].1;
+        };
+        match self.history.get(k + 1) {
+            Some(b) => {
+                let a = self.history[k];
+                a.1.lerp(b.1, (t_s - a.0) / (b.0 - a.0))
+            }
+            None => self.history[k].1,
+        }
+    }
+
+    /// How far the reach has come: time, way gone, speed, speed over its peak.
+    pub(crate) fn progress(&self) -> [f64; PROGRESS] {
+        let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
+            return [0.0; PROGRESS];
+        };
+        let speed = self.velocity_m_per_s.length();
+        [
+            t_s - start_s,
+            now_m.distance(start_m),
+            speed,
+            speed / self.peak.0.max(1e-9),
+        ]
+    }
+
+    /// The features, m except for the scalars at the end, which have the size of a reach in metres.
+    pub(crate) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
+        out.clear();
+        let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
+            out.resize(inputs.len(), 0.0);
+            return;
+        };
+        out.extend(start_m.to_array());
+        out.extend((now_m - start_m).to_array());
+        for lag_s in LAGS_S {
+            let moved_m = (now_m - self.before(t_s - lag_s)) * (HORIZON_S / lag_s);
+            out.extend(moved_m.to_array());
+        }
+        for &other in &inputs.others {
+            out.extend(self.relative(inputs, other).to_array());
+        }
+        if inputs.head {
+            let head_m = self.head_m.unwrap_or(inputs.head_m);
+            out.extend((head_m - now_m).to_array());
+        }
+        if inputs.gaze {
+            out.extend(self.gaze.unwrap_or(inputs.mean_gaze).to_array());
+        }
+        let [elapsed_s, gone_m, speed, of_peak] = self.progress();
+        out.extend([
+            elapsed_s,
+            speed * HORIZON_S,
+            self.peak.0 * HORIZON_S,
+            of_peak,
+            gone_m,
+            t_s - self.peak.1.max(start_s),
+        ]);
+    }
+}
+
+/// Axes along which errors of an end point differ: from the start towards the end, level and across
+/// it, and across both. Columns are unit vectors of the frame of the samples.
+///
+/// People miss along their way more than beside it. "Level" is across z, which the frame of a
+/// y-up tracker has elsewhere: any fixed choice does, as long as training and use have the same.
+pub(crate) fn way_axes(start_m: DVec3, end_m: DVec3) -> DMat3 {
+    let ahead = (end_m - start_m).try_normalize().unwrap_or(DVec3::X);
+    let level = ahead
+        .cross(DVec3::Z)
+        .try_normalize()
+        .unwrap_or_else(|| ahead.any_orthonormal_vector());
+    DMat3::from_cols(ahead, level, ahead.cross(level))
+}
