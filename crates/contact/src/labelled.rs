@@ -42,7 +42,8 @@ impl LabelledReach {
         if seen.count() < 2 {
             return Err(bad("fewer than two samples of the touching point"));
         }
-        if self.frames.windows(2).any(|w| !(w[0].t_s < w[1].t_s)) {
+        let increase = |w: &[HandFrame]| w[0].t_s < w[1].t_s;
+        if !self.frames.windows(2).all(increase) {
             return Err(bad("times that do not increase strictly"));
         }
         if !self.contact_m.is_finite() || !self.contact_s.is_finite() {

@@ -255,7 +255,9 @@ impl ContactEstimator for LearnedEstimator {
         let estimate = ContactEstimate {
             t_s,
             point_m,
-            covariance_m2: Some(axes * (covariance * errors.spread) * axes.transpose()),
+            covariance_m2: Some(symmetric(
+                axes * (covariance * errors.spread) * axes.transpose(),
+            )),
             normal: normal.and_then(DVec3::try_normalize),
             time_to_contact_s: Some(TimeToContact {
                 mean_s: out[3].max(0.0),
@@ -534,6 +536,11 @@ fn errors(
 
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// Without the asymmetry of rounding.
+fn symmetric(m: DMat3) -> DMat3 {
+    (m + m.transpose()) * 0.5
 }
 
 /// The value that 90 % of the weight lie below.

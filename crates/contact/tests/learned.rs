@@ -1,0 +1,336 @@
+//! The learned estimator on reaches whose truth is planted.
+
+use glam::{DMat3, DVec3};
+use hwall_contact::{
+    Combination, ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint,
+    LabelledReach, LearnedConfig, LearnedModel,
+};
+use hwall_testkit::Sampler;
+
+/// Reaches of half a metre to a wall at x = 0, minimum jerk with a bow, by people who differ.
+fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
+    let mut sampler = Sampler::new(seed);
+    let mut all = Vec::new();
+    for person in 0..people {
+        let pace = sampler.uniform(0.8, 1.2);
+        let bow_m = DVec3::Z * (0.03 + 0.02 * sampler.normal());
+        for trial in 0..each {
+            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
+            let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
+            let duration_s = pace * sampler.uniform(0.7, 0.9);
+            let count = (duration_s * 90.0) as usize;
+            let frames = (0..=count)
+                .map(|k| {
+                    let tau = k as f64 / count as f64;
+                    let share = tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
+                    let noise = 7e-4 * gaussian(&mut sampler);
+                    let tip = from.lerp(to, share) + 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
+                    frame(tau * duration_s, tip + noise)
+                })
+                .collect();
+            all.push(LabelledReach {
+                person: Some(format!("person {person}")),
+                trial: Some(format!("{trial}")),
+                point: HandPoint::Index,
+                frames,
+                contact_m: to,
+                contact_s: duration_s,
+                normal: Some(DVec3::X),
+            });
+        }
+    }
+    all
+}
+
+fn gaussian(sampler: &mut Sampler) -> DVec3 {
+    DVec3::from_array([(); 3].map(|()| sampler.normal()))
+}
+
+/// Index tip and palm behind it.
+fn frame(t_s: f64, tip_m: DVec3) -> HandFrame {
+    let mut frame = HandFrame::empty(t_s);
+    frame.set_point(HandPoint::Index, Some(tip_m));
+    frame.set_point(HandPoint::Palm, Some(tip_m + DVec3::new(0.1, 0.0, -0.01)));
+    frame
+}
+
+fn model(combination: Combination) -> LearnedModel {
+    let config = LearnedConfig {
+        combination,
+        ..LearnedConfig::default()
+    };
+    LearnedModel::train(&reaches(1, 4, 15), &config).expect("good reaches")
+}
+
+fn follow(estimator: &mut impl ContactEstimator, frames: &[HandFrame]) -> Vec<ContactEstimate> {
+    estimator.begin();
+    frames.iter().filter_map(|f| estimator.step(f)).collect()
+}
+
+/// Mean distance from the contact after a share of the time, m.
+fn mean_error_m(model: &LearnedModel, test: &[LabelledReach], share: f64) -> f64 {
+    let mut estimator = model.estimator();
+    let mut sum_m = 0.0;
+    for reach in test {
+        let seen = &reach.frames[..=(share * (reach.frames.len() - 1) as f64) as usize];
+        let last = *follow(&mut estimator, seen).last().expect("tracked");
+        sum_m += last.point_m.distance(reach.contact_m);
+    }
+    sum_m / test.len() as f64
+}
+
+#[test]
+fn people_that_were_not_learnt_from_are_foreseen() {
+    let test = reaches(2, 3, 10);
+    for combination in [
+        Combination::Regression,
+        Combination::Primitive,
+        Combination::Both,
+    ] {
+        let model = model(combination);
+        let errors_m = [0.3, 0.5, 0.7, 0.9].map(|share| mean_error_m(&model, &test, share));
+        println!("{combination:?}: {errors_m:.4?} m");
+        for (error_m, limit_m) in errors_m.into_iter().zip([0.12, 0.045, 0.02, 0.012]) {
+            assert!(error_m < limit_m, "{combination:?}: {errors_m:?}");
+        }
+    }
+}
+
+#[test]
+fn regions_of_ninety_percent_hold_about_ninety_percent() {
+    let model = model(Combination::Both);
+    let mut estimator = model.estimator();
+    let (mut held, mut timely, mut total) = (0, 0, 0);
+    for reach in reaches(3, 6, 12) {
+        for estimate in follow(&mut estimator, &reach.frames) {
+            let miss = estimate.point_m - reach.contact_m;
+            let covariance = estimate.covariance_m2.expect("learnt");
+            held += usize::from(miss.dot(covariance.inverse() * miss) <= 6.251);
+            let time = estimate.time_to_contact_s.expect("learnt");
+            let late_s = time.mean_s - (reach.contact_s - estimate.t_s);
+            timely += usize::from(late_s.abs() <= 1.645 * time.sd_s.expect("learnt"));
+            total += 1;
+        }
+    }
+    let share = |n: usize| n as f64 / f64::from(total);
+    assert!((0.82..=0.97).contains(&share(held)), "{}", share(held));
+    assert!((0.75..=0.99).contains(&share(timely)), "{}", share(timely));
+}
+
+#[test]
+fn the_normal_is_learnt_and_faces_the_hand() {
+    let test = &reaches(4, 1, 1)[0];
+    let mut estimator = model(Combination::Both).estimator();
+    let last = *follow(&mut estimator, &test.frames)
+        .last()
+        .expect("tracked");
+    let normal = last.normal.expect("all reaches had one");
+    assert!(normal.dot(DVec3::X) > 0.9999, "{normal}");
+}
+
+#[test]
+fn index_tip_missing_from_the_start_or_under_way() {
+    let model = model(Combination::Both);
+    let mut estimator = model.estimator();
+    for reach in reaches(5, 2, 4) {
+        let whole = *follow(&mut estimator, &reach.frames)
+            .last()
+            .expect("tracked");
+        for from in [0, reach.frames.len() / 3] {
+            let mut frames = reach.frames.clone();
+            frames[from..].iter_mut().for_each(|f| f.tips_m = [None; 5]);
+            let estimates = follow(&mut estimator, &frames);
+            assert_eq!(estimates.len(), frames.len(), "the palm stands in");
+            let apart_m = estimates[frames.len() - 1].point_m.distance(whole.point_m);
+            assert!(apart_m < 0.01, "{apart_m} m apart");
+        }
+    }
+}
+
+#[test]
+fn samples_that_say_nothing_get_no_answer_and_do_no_harm() {
+    let model = model(Combination::Both);
+    let reach = &reaches(6, 1, 1)[0];
+    let (mut clean, mut disturbed) = (model.estimator(), model.estimator());
+    clean.begin();
+    disturbed.begin();
+    for (k, f) in reach.frames.iter().enumerate() {
+        let expected = clean.step(f);
+        assert_eq!(disturbed.step(f), expected);
+        if k % 5 == 2 {
+            let nan = frame(f.t_s + 1e-3, DVec3::NAN);
+            let infinite = frame(f.t_s + 1e-3, DVec3::INFINITY);
+            let timeless = frame(f64::NAN, DVec3::ZERO);
+            let empty = HandFrame::empty(f.t_s + 1e-3);
+            for bad in [nan, infinite, timeless, empty, *f, reach.frames[0]] {
+                assert_eq!(disturbed.step(&bad), None);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hand_that_rests_jumps_or_goes_on_for_ever_keeps_numbers_finite() {
+    let model = model(Combination::Both);
+    let mut estimator = model.estimator();
+    estimator.begin();
+    let check = |e: Option<ContactEstimate>| {
+        let e = e.expect("tracked");
+        let covariance = e.covariance_m2.expect("learnt");
+        assert!(e.point_m.is_finite() && covariance.is_finite());
+        assert!(covariance.determinant() > 0.0, "{covariance}");
+        assert_eq!(covariance, covariance.transpose());
+        let time = e.time_to_contact_s.expect("learnt");
+        assert!(time.mean_s >= 0.0 && time.sd_s.expect("learnt") > 0.0);
+    };
+    for k in 0..3000 {
+        check(estimator.step(&frame(f64::from(k) * 0.011, DVec3::new(0.6, 0.1, 0.1))));
+    }
+    check(estimator.step(&frame(40.0, DVec3::new(1e5, -1e5, 3.0))));
+    check(estimator.step(&frame(1e6, DVec3::ZERO)));
+}
+
+#[test]
+fn the_same_reach_again_gets_the_same_answers() {
+    let test = &reaches(7, 1, 2);
+    let mut estimator = model(Combination::Both).estimator();
+    let first = follow(&mut estimator, &test[0].frames);
+    follow(&mut estimator, &test[1].frames);
+    assert_eq!(follow(&mut estimator, &test[0].frames), first);
+    let again = follow(&mut model(Combination::Both).estimator(), &test[0].frames);
+    assert_eq!(again, first);
+}
+
+#[test]
+fn ten_kilometres_from_the_origin() {
+    let offset_m = DVec3::new(1e4, -1e4, 1e3);
+    let moved = |mut reach: LabelledReach| {
+        for f in &mut reach.frames {
+            *f = frame(
+                f.t_s,
+                f.point(HandPoint::Index).expect("made so") + offset_m,
+            );
+        }
+        reach.contact_m += offset_m;
+        reach
+    };
+    let here = model(Combination::Both);
+    let far_reaches: Vec<_> = reaches(1, 4, 15).into_iter().map(moved).collect();
+    let far = LearnedModel::train(&far_reaches, &LearnedConfig::default()).expect("good");
+    let test = reaches(8, 1, 1).remove(0);
+    let near_by = follow(&mut here.estimator(), &test.frames);
+    let far_off = follow(&mut far.estimator(), &moved(test).frames);
+    for (a, b) in near_by.iter().zip(&far_off) {
+        let apart_m = (a.point_m + offset_m).distance(b.point_m);
+        assert!(apart_m < 1e-4, "{apart_m} m at {} s", a.t_s);
+    }
+}
+
+#[test]
+fn one_person_nine_reaches_and_one_region_are_enough() {
+    let few = reaches(9, 1, 9);
+    let config = LearnedConfig {
+        regions: 1,
+        samples_per_reach: 5,
+        ..LearnedConfig::default()
+    };
+    let model = LearnedModel::train(&few, &config).expect("enough");
+    let error_m = mean_error_m(&model, &reaches(9, 1, 12)[9..], 0.9);
+    assert!(error_m < 0.06, "{error_m}");
+}
+
+#[test]
+fn all_reaches_alike_leave_no_singular_equations() {
+    let one = reaches(10, 1, 1).remove(0);
+    let model = LearnedModel::train(&vec![one.clone(); 12], &LearnedConfig::default());
+    let mut estimator = model.expect("alike is no fault").estimator();
+    let last = *follow(&mut estimator, &one.frames).last().expect("tracked");
+    assert!(last.point_m.distance(one.contact_m) < 1e-3);
+    assert!(last.covariance_m2.expect("learnt").determinant() > 0.0);
+}
+
+#[test]
+fn what_cannot_be_learnt_from_is_refused_by_name() {
+    let train = |reaches: &[LabelledReach], config: &LearnedConfig| {
+        LearnedModel::train(reaches, config).expect_err("must be refused")
+    };
+    let good = reaches(11, 2, 6);
+    let standard = LearnedConfig::default();
+    assert!(matches!(
+        train(&good[..5], &standard),
+        ContactError::TooFewReaches { got: 5, needed: 8 }
+    ));
+    assert!(matches!(
+        train(&[], &standard),
+        ContactError::TooFewReaches { got: 0, .. }
+    ));
+    let mut bad = good.clone();
+    bad[3].contact_m.y = f64::NAN;
+    let message = train(&bad, &standard).to_string();
+    assert!(message.contains("person 0/3"), "{message}");
+    let mut bad = good.clone();
+    bad[7].frames.iter_mut().for_each(|f| f.tips_m = [None; 5]);
+    assert!(train(&bad, &standard).to_string().contains("person 1/1"));
+    let mut bad = good.clone();
+    bad[2].frames.reverse();
+    assert!(train(&bad, &standard).to_string().contains("increase"));
+    for config in [
+        LearnedConfig {
+            regions: 0,
+            ..standard
+        },
+        LearnedConfig {
+            samples_per_reach: 0,
+            ..standard
+        },
+        LearnedConfig {
+            folds: 1,
+            ..standard
+        },
+    ] {
+        assert!(matches!(
+            train(&good, &config),
+            ContactError::Parameter { .. }
+        ));
+    }
+}
+
+#[test]
+fn covariances_are_in_the_frame_of_the_samples() {
+    // Seen in a frame turned about z, everything turns with it.
+    let turn = DMat3::from_rotation_z(0.7);
+    let turned = |mut reach: LabelledReach| {
+        for f in &mut reach.frames {
+            let (tip, palm) = (f.point(HandPoint::Index), f.point(HandPoint::Palm));
+            f.set_point(HandPoint::Index, tip.map(|p| turn * p));
+            f.set_point(HandPoint::Palm, palm.map(|p| turn * p));
+        }
+        reach.contact_m = turn * reach.contact_m;
+        reach.normal = reach.normal.map(|n| turn * n);
+        reach
+    };
+    let config = LearnedConfig {
+        combination: Combination::Primitive,
+        ..LearnedConfig::default()
+    };
+    let here = LearnedModel::train(&reaches(1, 4, 15), &config).expect("good");
+    let there: Vec<_> = reaches(1, 4, 15).into_iter().map(turned).collect();
+    let there = LearnedModel::train(&there, &config).expect("good");
+    let test = reaches(12, 1, 1).remove(0);
+    let a = follow(&mut here.estimator(), &test.frames);
+    let b = follow(&mut there.estimator(), &turned(test).frames);
+    let k = a.len() / 2;
+    let apart_m = (turn * a[k].point_m).distance(b[k].point_m);
+    assert!(apart_m < 0.02, "{apart_m}");
+    let (a, b) = (
+        a[k].covariance_m2.expect("learnt"),
+        b[k].covariance_m2.expect("learnt"),
+    );
+    let expected = turn * a * turn.transpose();
+    let scale = expected.x_axis.x + expected.y_axis.y + expected.z_axis.z;
+    let apart = (expected - b)
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |m: f64, x| m.max(x.abs()));
+    assert!(apart < 0.2 * scale, "{expected}\n{b}");
+}
