@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod axes;
+mod board_choice;
 mod calibration;
 mod deterministic;
 mod error;
@@ -23,6 +24,7 @@ mod surface_share;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};
+pub use board_choice::{BoardChoice, BoardChooser, BoardConfig};
 pub use calibration::Calibration;
 pub use deterministic::{DeterministicPredictor, PredictorConfig};
 pub use error::ContactError;

@@ -121,22 +121,17 @@ impl ReachWatch {
         }
         self.last_s = t_s;
         let velocity = hand.map(|h| h.velocity_m_per_s).filter(|v| v.is_finite());
-        let speed = velocity.map(DVec3::length);
-        if self.recent.len() == self.config.buffer {
-            self.recent.pop_front();
-        }
-        // While nobody knows the speed, the movement may have begun.
-        self.recent
-            .push_back((*frame, speed.unwrap_or(f64::INFINITY)));
+        self.remember(frame, velocity.map(DVec3::length));
         let begins = match (&mut self.reach, velocity) {
             (None, Some(v)) => v.length() >= self.config.onset_m_per_s,
-            (None, None) => {
-                self.keep_known_gap();
-                false
-            }
+            (None, None) => false,
             (Some(reach), v) => {
                 let turned = reach.follow(t_s, v, &self.config);
                 if reach.over(t_s, &self.config) {
+                    // A hand that comes back after a loss does not come from where it was lost.
+                    if reach.unseen_since_s.is_some() {
+                        self.recent.clear();
+                    }
                     self.reach = None;
                     return None;
                 }
@@ -190,19 +185,37 @@ impl ReachWatch {
         estimate
     }
 
-    /// Samples before a gap do not belong to the reach after it.
-    fn keep_known_gap(&mut self) {
-        let seen_s = self
-            .recent
-            .iter()
-            .rev()
-            .find(|(_, speed)| speed.is_finite())
-            .map(|(frame, _)| frame.t_s);
-        if seen_s.is_some_and(|seen_s| self.last_s - seen_s > self.config.max_gap_s) {
-            self.recent.clear();
+    /// Keeps a sample and the speed of the hand at it.
+    fn remember(&mut self, frame: &HandFrame, filtered_m_per_s: Option<f64>) {
+        let seen = frame.contact_point();
+        if self.reach.is_none() {
+            let gap_s = self.recent.back().map(|(f, _)| frame.t_s - f.t_s);
+            // What lies before a gap does not belong to the reach after it.
+            if gap_s.is_some_and(|gap_s| gap_s > self.config.max_gap_s) {
+                self.recent.clear();
+            }
+            if seen.is_none() {
+                return;
+            }
         }
+        // The filter is silent at first and after a fault; then the samples themselves tell.
+        let raw = || {
+            let (which, now_m) = seen?;
+            let near = |(f, _): &&(HandFrame, f64)| frame.t_s - f.t_s <= SPEED_WINDOW_S;
+            let (before, _) = self.recent.iter().rev().take_while(near).last()?;
+            Some(now_m.distance(before.point(which)?) / (frame.t_s - before.t_s))
+        };
+        // The first sample of all may be in mid movement.
+        let speed = filtered_m_per_s.or_else(raw).unwrap_or(f64::INFINITY);
+        if self.recent.len() == self.config.buffer {
+            self.recent.pop_front();
+        }
+        self.recent.push_back((*frame, speed));
     }
 }
+
+/// Unfiltered speeds are taken over this long, s.
+const SPEED_WINDOW_S: f64 = 0.06;
 
 impl Reaching {
     /// Takes the velocity of now; has the hand turned back?

@@ -204,7 +204,7 @@ impl SurfaceShares {
     ) {
         let face = self.faces[index];
         let cut = gaussian.in_plane(face.met_m, face.normal);
-        let (mut all, mut met) = (Moments::default(), Moments::default());
+        let (mut all, mut met) = (Moments::ZERO, Moments::ZERO);
         let mut blocked = false;
         for ray in &self.rays {
             let slope = ray.direction.dot(face.normal);
@@ -231,9 +231,9 @@ impl SurfaceShares {
         let face = &mut self.faces[index];
         face.log_mass = log_weight + cut.log_density + share.max(least_share).ln();
         if blocked && met.weight > 1e-9 {
-            let within = 1.0 / self.nodes.len() as f64;
+            // Few rays say little about the spread: each stands for a piece of the whole.
             face.mean_m = cut.mean_m + met.mean() - all.mean();
-            face.covariance_m2 = met.covariance() + cut.covariance_m2 * within;
+            face.covariance_m2 = met.covariance() + cut.covariance_m2 * (1.0 / met.effective());
         } else {
             face.mean_m = cut.mean_m;
             face.covariance_m2 = cut.covariance_m2;
@@ -242,18 +242,32 @@ impl SurfaceShares {
 }
 
 /// Sums of weighted points.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Moments {
     weight: f64,
     first: DVec3,
     second: DMat3,
+    weight_squared: f64,
 }
 
 impl Moments {
+    const ZERO: Self = Self {
+        weight: 0.0,
+        first: DVec3::ZERO,
+        second: DMat3::ZERO,
+        weight_squared: 0.0,
+    };
+
     fn add(&mut self, weight: f64, x: DVec3) {
         self.weight += weight;
+        self.weight_squared += weight * weight;
         self.first += x * weight;
         self.second += outer(x) * weight;
+    }
+
+    /// How many points of one weight would say as much.
+    fn effective(&self) -> f64 {
+        self.weight * self.weight / self.weight_squared
     }
 
     fn mean(&self) -> DVec3 {

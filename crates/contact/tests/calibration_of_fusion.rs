@@ -101,21 +101,25 @@ fn stated_probabilities_are_frequencies_and_regions_hold_what_they_say() {
                     "{name}, gaze {with_gaze}, {surfaces} surfaces: right {:.1} %, in the 90 % region {:.1} %, squared {:.2}, error {:.1} -> {:.1} mm",
                     100.0 * right,
                     100.0 * inside,
- t.squared / t.right,
+                    t.squared / t.right,
                     1e3 * raw,
                     1e3 * fused
                 );
-                let mut off = 0.0;
-                for [stated, hits, count] in t.bins {
-                    if count < 30.0 {
-                        continue;
-                    }
+                // Surfaces that hold little of the Gaussian are seen by few rays, hence the bound
+                // beside three standard deviations of the count.
+                let mut worst: f64 = 0.0;
+                for [stated, hits, count] in t.bins.into_iter().filter(|b| b[2] >= 50.0) {
                     let (p, f) = (stated / count, hits / count);
-                    let sampling = (p * (1.0 - p) / count).sqrt();
-                    off += (p - f).abs() * count / t.bins.iter().map(|b| b[2]).sum::<f64>();
-                    println!("    stated {p:.3} was {f:.3} of {count} (+- {sampling:.3})");
+                    let allowed = 3.0 * (p * (1.0 - p) / count).sqrt() + 0.04;
+                    assert!(
+                        (p - f).abs() <= allowed,
+                        "stated {p:.3} was {f:.3} of {count}"
+                    );
+                    worst = worst.max((p - f).abs());
                 }
-                println!("    mean deviation {off:.4}");
+                println!("    worst deviation of a tenth: {worst:.3}");
+                assert!((0.87..=0.94).contains(&inside), "{inside}");
+                assert!(fused < 0.85 * raw);
             }
         }
     }
