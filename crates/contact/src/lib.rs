@@ -1,12 +1,17 @@
 #![doc = include_str!("../README.md")]
 
 mod axes;
+mod baseline;
+mod baseline_minimum_jerk;
+mod baseline_neighbour;
+mod baseline_ridge;
 mod calibration;
 mod error;
 mod estimate;
 mod frame;
 mod freeze;
 mod gaze;
+mod label;
 mod labelled;
 mod predict;
 mod recording;
@@ -17,12 +22,17 @@ mod steady;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};
+pub use baseline::{ConstantVelocity, Hold};
+pub use baseline_minimum_jerk::MinimumJerk;
+pub use baseline_neighbour::NearestNeighbour;
+pub use baseline_ridge::RidgeWindow;
 pub use calibration::Calibration;
 pub use error::ContactError;
 pub use estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
 pub use freeze::{FreezeConfig, FreezeKind};
 pub use gaze::GazeFilter;
+pub use label::{LabelConfig, Labelled, LeftOut, ReachCut, labelled_reaches};
 pub use labelled::LabelledReach;
 pub use predict::{
     ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
