@@ -1,6 +1,10 @@
 #![doc = include_str!("../README.md")]
 
 mod axes;
+mod baseline;
+mod baseline_minimum_jerk;
+mod baseline_neighbour;
+mod baseline_ridge;
 mod board_choice;
 mod calibration;
 mod deterministic;
@@ -12,6 +16,7 @@ mod fused;
 mod gaussian;
 mod gaze;
 mod gaze_evidence;
+mod label;
 mod labelled;
 mod onset;
 mod predict;
@@ -24,6 +29,10 @@ mod surface_share;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};
+pub use baseline::{ConstantVelocity, Hold};
+pub use baseline_minimum_jerk::MinimumJerk;
+pub use baseline_neighbour::NearestNeighbour;
+pub use baseline_ridge::RidgeWindow;
 pub use board_choice::{BoardChoice, BoardChooser, BoardConfig};
 pub use calibration::Calibration;
 pub use deterministic::{DeterministicPredictor, PredictorConfig};
@@ -34,6 +43,7 @@ pub use freeze::{FreezeConfig, FreezeKind};
 pub use fused::{FusedConfig, FusedPredictor};
 pub use gaze::GazeFilter;
 pub use gaze_evidence::GazeModel;
+pub use label::{LabelConfig, Labelled, LeftOut, ReachCut, labelled_reaches};
 pub use labelled::LabelledReach;
 pub use onset::{ReachWatch, WatchConfig};
 pub use predict::{ContactPrediction, PredictionSource, Predictor, Seen};
