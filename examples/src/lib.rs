@@ -15,6 +15,8 @@ pub mod bip_scores;
 pub mod bip_setup;
 pub mod bip_study;
 pub mod bip_validation;
+pub mod contact_rooms;
+pub mod contact_rooms_scores;
 pub mod figures;
 pub mod numbers;
 pub mod place;

@@ -86,10 +86,10 @@ pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable 
         format!("{} of {}, {after}", felt.len(), within.len()),
     );
     row("hand lost", losses(&run.losses));
-    let [gaze, direction, nearest, none] = run.sources;
+    let [gaze, direction, nearest, motion, none] = run.sources;
     row(
-        "frames led by gaze / hand direction / nearest / none",
-        format!("{gaze} / {direction} / {nearest} / {none}"),
+        "frames led by gaze / hand direction / nearest / motion / none",
+        format!("{gaze} / {direction} / {nearest} / {motion} / {none}"),
     );
     row(
         "frames with the target out of reach",

@@ -7,7 +7,7 @@ use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, GazeFilter, HandFilter, HandFilterConfig, HandFrame,
-    LostReason, PredictionSource, Predictor, PredictorConfig, SteadyPoint, Tracking,
+    LostReason, PredictionSource, Predictor, PredictorConfig, Seen, SteadyPoint, Tracking,
 };
 use hwall_haptics::{Arm, Board, BoardTarget, Phase, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
@@ -85,8 +85,8 @@ pub struct Run {
     pub step_ns: Vec<f64>,
     /// For the figures.
     pub trace: Trace,
-    /// Frames by what pointed to the surface: gaze, hand direction, nearest, none.
-    pub sources: [usize; 4],
+    /// Frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
+    pub sources: [usize; 5],
     /// Frames in which the target was out of reach.
     pub unreachable_frames: usize,
     /// Predictions that were looked up in the maps, and for which the board was sent to the
@@ -147,9 +147,12 @@ pub fn run(
             let gaze = frame
                 .gaze_ray()
                 .and_then(|ray| gaze_filter.step(frame.t_s, &ray));
-            let found = tracking
-                .state()
-                .and_then(|hand| predictor.predict(scene, hand, gaze.as_ref()));
+            let seen = Seen {
+                frame: &frame,
+                hand: tracking.state(),
+                gaze: gaze.as_ref(),
+            };
+            let found = predictor.predict(scene, &seen).first().copied();
             let found = found.map(|p| steady.step(p));
             target = found.as_ref().map(|p| BoardTarget {
                 point_m: log.presented(maps, p),
@@ -226,7 +229,7 @@ struct Log {
     ticks: Vec<Tick>,
     step_ns: Vec<f64>,
     trace: Trace,
-    sources: [usize; 4],
+    sources: [usize; 5],
     unreachable_frames: usize,
     look_ups: usize,
     moved: usize,
@@ -253,7 +256,7 @@ impl Log {
             ticks: Vec::with_capacity(steps + 1),
             step_ns: Vec::with_capacity(steps + 1),
             trace,
-            sources: [0; 4],
+            sources: [0; 5],
             unreachable_frames: 0,
             look_ups: 0,
             moved: 0,
@@ -299,7 +302,8 @@ impl Log {
             Some(PredictionSource::Gaze) => 0,
             Some(PredictionSource::HandDirection) => 1,
             Some(PredictionSource::Nearest) => 2,
-            None => 3,
+            Some(PredictionSource::Motion) => 3,
+            None => 4,
         };
         self.sources[source] += 1;
         if let Some(prediction) = found {

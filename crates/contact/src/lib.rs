@@ -1,16 +1,27 @@
 #![doc = include_str!("../README.md")]
 
 mod axes;
+mod baseline;
+mod baseline_minimum_jerk;
+mod baseline_neighbour;
+mod baseline_ridge;
+mod board_choice;
 mod calibration;
+mod deterministic;
 mod error;
 mod estimate;
 mod frame;
 mod freeze;
+mod fused;
 mod gates;
+mod gaussian;
 mod gaze;
+mod gaze_evidence;
+mod label;
 mod labelled;
 mod learned;
 mod local_ridge;
+mod onset;
 mod predict;
 mod primitive;
 mod reach_track;
@@ -19,19 +30,31 @@ mod recording_csv;
 mod resample;
 mod segment;
 mod steady;
+mod surface_share;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};
+pub use baseline::{ConstantVelocity, Hold};
+pub use baseline_minimum_jerk::MinimumJerk;
+pub use baseline_neighbour::NearestNeighbour;
+pub use baseline_ridge::RidgeWindow;
+pub use board_choice::{BoardChoice, BoardChooser, BoardConfig};
 pub use calibration::Calibration;
+pub use deterministic::{DeterministicPredictor, PredictorConfig};
 pub use error::ContactError;
 pub use estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M};
 pub use freeze::{FreezeConfig, FreezeKind};
+pub use fused::{FusedConfig, FusedPredictor};
 pub use gaze::GazeFilter;
+pub use gaze_evidence::GazeModel;
+pub use label::{LabelConfig, Labelled, LeftOut, ReachCut, labelled_reaches};
 pub use labelled::LabelledReach;
-pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
-pub use predict::{
     ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
+pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
+pub use onset::{ReachWatch, WatchConfig};
+pub use predict::{
+pub use predict::{ContactPrediction, PredictionSource, Predictor, Seen};
 };
 pub use recording::{Quantity, Recording, Sample};
 pub use recording_csv::{read_recordings, write_recordings};

@@ -1,29 +1,47 @@
-//! Deterministic contact prediction.
+//! What a prediction of contact is, with a scene: one trait for one ray and for all evidence.
 
-use crate::{ContactError, GazeRay, HandState, error::positive};
-use glam::DVec3;
+use crate::{GazeRay, HandFrame, HandState, TimeToContact};
+use glam::{DMat3, DVec3};
 use hwall_scene::{Scene, SurfaceId};
 
-/// Where and when the hand is about to touch, in the frame of the scene.
+/// What is known at one time: a sample and what the filters made of it; all in the frame of the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    /// The sample as the tracker gave it.
+    pub frame: &'a HandFrame,
+    /// The hand, filtered; `None` while it is lost.
+    pub hand: Option<&'a HandState>,
+    /// The line of sight, filtered; `None` where there is none.
+    pub gaze: Option<&'a GazeRay>,
+}
+
+/// One answer to where and when the hand is about to touch, in the frame of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPrediction {
     /// The surface.
     pub surface: SurfaceId,
-    /// The point on it, m.
+    /// The point on it, m: the expected one, if it is this surface.
     pub point_m: DVec3,
+    /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` from a
+    /// predictor that has none.
+    pub covariance_m2: Option<DMat3>,
     /// Unit normal of the surface there, on the person's side.
     pub normal: DVec3,
+    /// Roughness level of the surface, on the scale of the scene, where it has one.
+    pub roughness: Option<f64>,
     /// Distance of the hand from the surface, m; negative for a hand that is already behind the
     /// surface, then along the normal.
     pub distance_m: f64,
-    /// Time until the hand is there at its present velocity, s: the distance by the speed at which
-    /// it shrinks. 0 for a hand behind the surface, `None` for one that does not approach.
-    pub time_to_contact_s: Option<f64>,
+    /// Time until the hand is there, s: 0 for a hand behind the surface, `None` for one that does
+    /// not approach.
+    pub time_to_contact_s: Option<TimeToContact>,
+    /// That it is this surface rather than another; those of all answers add up to 1.
+    pub probability: f64,
     /// What pointed to the surface.
     pub source: PredictionSource,
 }
 
-/// What pointed to the predicted surface, most telling first.
+/// What pointed to the predicted surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PredictionSource {
     /// The gaze ray meets it.
@@ -32,240 +50,22 @@ pub enum PredictionSource {
     HandDirection,
     /// It is the closest touchable surface.
     Nearest,
+    /// An estimate of where the hand's motion ends, the gaze weighed in.
+    Motion,
 }
 
-/// Predicts contact from a scene, a tracked hand and, where there is one, a gaze; all in one frame.
+/// Predicts contact from a scene, a tracked hand and, where there is one, a gaze.
+///
+/// Samples come in order of time, those in which the hand is lost included. A new scene with every
+/// sample is fine; doors move.
 pub trait Predictor {
-    /// The contact that comes next; `None` when none is in sight.
-    fn predict(
-        &mut self,
-        scene: &Scene,
-        hand: &HandState,
-        gaze: Option<&GazeRay>,
-    ) -> Option<ContactPrediction>;
+    /// The contact that comes next: answers by probability, the most probable first; empty when
+    /// none is in sight. No number of an answer is NaN or infinite.
+    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction];
 }
 
-/// Limits of the deterministic predictor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictorConfig {
-    /// Surfaces further from the hand are not about to be touched, m. Default 1.5: an arm's length
-    /// and a step. Looking at a far wall then does not hide the panel under the hand.
-    pub max_distance_m: f64,
-    /// Reach of the last resort, the closest touchable surface, m. Default 0.3.
-    pub nearest_radius_m: f64,
-    /// Slower approach is none, m/s. Default 0.02: the noise of a resting hand.
-    pub min_closing_speed_m_per_s: f64,
-    /// Two distances of the hand, m: beyond the second the point is where the ray that found the
-    /// surface (gaze, or direction of motion) meets it; within the first it is where the hand's
-    /// own motion leads, or the hand's projection if it does not approach; between them a mixture
-    /// in proportion. Default `None`: the projection always, as in the dissertation.
-    pub ray_leads_m: Option<[f64; 2]>,
-}
-
-impl Default for PredictorConfig {
-    fn default() -> Self {
-        Self {
-            max_distance_m: 1.5,
-            nearest_radius_m: 0.3,
-            min_closing_speed_m_per_s: 0.02,
-            ray_leads_m: None,
-        }
+impl<P: Predictor + ?Sized> Predictor for Box<P> {
+    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+        (**self).predict(scene, seen)
     }
-}
-
-impl PredictorConfig {
-    /// The ray leads while the hand is more than 0.06 m away and has no say below 0.02 m.
-    ///
-    /// A person looks at the place before the hand gets there, so an arm that is slower than the
-    /// hand gains the time of the reach. The hand's own way there is curved and becomes the better
-    /// witness only at the very end: with the ray leading until 0.25 m instead, a simulated iiwa
-    /// was in place at half as many touches.
-    #[must_use]
-    pub fn ray_led() -> Self {
-        Self {
-            ray_leads_m: Some([0.02, 0.06]),
-            ..Self::default()
-        }
-    }
-}
-
-/// The predictor of the dissertation (section III.C): the gaze ray finds the surface, the hand
-/// projected on it gives point and normal, its velocity the time.
-///
-/// Without a gaze, or when it meets nothing that can be touched within reach, the ray along the
-/// hand's direction of motion finds the surface, else the closest touchable surface is taken;
-/// [`ContactPrediction::source`] says which. By default the point is the projection of the hand in
-/// every case, so a change of source within one surface does not make the board leap;
-/// [`PredictorConfig::ray_led`] trades that for earlier points.
-///
-/// Known failures, kept as tests: a gaze that meets an object before the meant one predicts the
-/// front object; near a corner the prediction changes wall as soon as the gaze does; a hand that
-/// approaches at a slant touches beside its projection, the less the nearer it is; without a
-/// gaze, a hand that has passed through a wall is taken for one that stands behind it.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct DeterministicPredictor {
-    config: PredictorConfig,
-}
-
-impl DeterministicPredictor {
-    /// A predictor with these limits.
-    ///
-    /// # Errors
-    /// A limit that is no positive number.
-    pub fn new(config: PredictorConfig) -> Result<Self, ContactError> {
-        positive("max_distance_m", config.max_distance_m)?;
-        positive("nearest_radius_m", config.nearest_radius_m)?;
-        positive(
-            "min_closing_speed_m_per_s",
-            config.min_closing_speed_m_per_s,
-        )?;
-        if let Some([near, far]) = config.ray_leads_m {
-            positive("ray_leads_m", near)?;
-            positive("ray_leads_m", far - near)?;
-        }
-        Ok(Self { config })
-    }
-
-    /// Where a ray meets the scene first, if what it meets first is touchable.
-    fn aimed_at(scene: &Scene, origin_m: DVec3, direction: DVec3) -> Option<Aim> {
-        // The scene only refuses rays that are no rays: nothing is aimed at.
-        let hit = scene.ray_cast(origin_m, direction).ok().flatten()?;
-        let aim = Aim {
-            surface: hit.surface,
-            point_m: Some(hit.point_m),
-        };
-        scene.surface(hit.surface).touchable().then_some(aim)
-    }
-
-    /// The hand projected on a surface, or led there by the ray, unless that is out of reach.
-    fn project(
-        &self,
-        scene: &Scene,
-        Aim {
-            surface,
-            point_m: aimed_m,
-        }: Aim,
-        hand: &HandState,
-        gaze: Option<&GazeRay>,
-        source: PredictionSource,
-    ) -> Option<ContactPrediction> {
-        let hand_m = hand.point_m;
-        let behind = gaze.and_then(|gaze| entry(scene, surface, gaze.origin_m, hand_m));
-        let (point_m, normal, distance_m) = match behind {
-            Some((face_m, normal)) => {
-                // Onto the face through which the hand went: a thick wall has a back, too.
-                let foot_m = hand_m - normal * (hand_m - face_m).dot(normal);
-                let point_m = scene.project_on(surface, foot_m).ok()?.point_m;
-                (point_m, normal, (hand_m - point_m).dot(normal).min(0.0))
-            }
-            None => {
-                let closest = scene.project_on(surface, hand_m).ok()?;
-                (closest.point_m, closest.normal, closest.distance_m)
-            }
-        };
-        if distance_m.abs() > self.config.max_distance_m {
-            return None;
-        }
-        let time_to_contact_s = if behind.is_some() || distance_m == 0.0 {
-            Some(0.0)
-        } else {
-            let closing = hand.velocity_m_per_s.dot(point_m - hand_m) / distance_m;
-            (closing >= self.config.min_closing_speed_m_per_s).then(|| distance_m / closing)
-        };
-        let (point_m, normal) = match self.config.ray_leads_m {
-            Some([near, far]) if distance_m > 0.0 => {
-                let ahead_m = self
-                    .ahead(scene, surface, hand, time_to_contact_s)
-                    .unwrap_or(point_m);
-                let share = ((distance_m - near) / (far - near)).clamp(0.0, 1.0);
-                let led = scene
-                    .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
-                    .ok()?;
-                // The normal on the hand's side, whatever side the led point was met from.
-                let facing = if led.normal.dot(normal) < 0.0 {
-                    -led.normal
-                } else {
-                    led.normal
-                };
-                (led.point_m, facing)
-            }
-            _ => (point_m, normal),
-        };
-        Some(ContactPrediction {
-            surface,
-            point_m,
-            normal,
-            distance_m,
-            time_to_contact_s,
-            source,
-        })
-    }
-}
-
-impl DeterministicPredictor {
-    /// Where a hand that clearly approaches a surface would meet it on its way.
-    fn ahead(
-        &self,
-        scene: &Scene,
-        surface: SurfaceId,
-        hand: &HandState,
-        time_to_contact_s: Option<f64>,
-    ) -> Option<DVec3> {
-        let hit = scene.ray_cast(hand.point_m, hand.direction?).ok()??;
-        let soon = time_to_contact_s? <= AHEAD_S;
-        (soon && hit.surface == surface).then_some(hit.point_m)
-    }
-}
-
-/// The direction of motion counts for this long ahead, s; a hand further from contact still turns.
-const AHEAD_S: f64 = 0.4;
-
-/// A surface, and where the ray that found it meets it.
-#[derive(Clone, Copy)]
-struct Aim {
-    surface: SurfaceId,
-    point_m: Option<DVec3>,
-}
-
-impl Predictor for DeterministicPredictor {
-    fn predict(
-        &mut self,
-        scene: &Scene,
-        hand: &HandState,
-        gaze: Option<&GazeRay>,
-    ) -> Option<ContactPrediction> {
-        if !(hand.point_m.is_finite() && hand.velocity_m_per_s.is_finite()) {
-            return None;
-        }
-        let by_gaze = || {
-            let ray = gaze?;
-            let aim = Self::aimed_at(scene, ray.origin_m, ray.direction)?;
-            self.project(scene, aim, hand, gaze, PredictionSource::Gaze)
-        };
-        let by_hand = || {
-            let aim = Self::aimed_at(scene, hand.point_m, hand.direction?)?;
-            self.project(scene, aim, hand, gaze, PredictionSource::HandDirection)
-        };
-        let by_distance = || {
-            let closest = scene
-                .closest_touchable(hand.point_m, self.config.nearest_radius_m)
-                .ok()??;
-            let aim = Aim {
-                surface: closest.surface,
-                point_m: None,
-            };
-            self.project(scene, aim, hand, gaze, PredictionSource::Nearest)
-        };
-        by_gaze().or_else(by_hand).or_else(by_distance)
-    }
-}
-
-/// Where the line from the eye to the hand goes through the surface: point, m, and normal towards
-/// the eye. `None` when the surface does not lie between the two.
-fn entry(scene: &Scene, surface: SurfaceId, eye_m: DVec3, hand_m: DVec3) -> Option<(DVec3, DVec3)> {
-    let sight = hand_m - eye_m;
-    let hit = scene.ray_cast(eye_m, sight).ok().flatten()?;
-    // A hand that lies on the surface, to rounding, is not behind it.
-    let before_hand = hit.distance_m < sight.length() * (1.0 - 1e-9);
-    (hit.surface == surface && before_hand).then_some((hit.point_m, hit.normal))
 }

@@ -149,7 +149,7 @@ pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reac
 }
 
 impl SegmentConfig {
-    fn validate(&self) -> Result<(), ContactError> {
+    pub(crate) fn validate(&self) -> Result<(), ContactError> {
         positive("onset_m_per_s", self.onset_m_per_s)?;
         positive("offset_m_per_s", self.offset_m_per_s)?;
         positive("min_length_m", self.min_length_m)?;
@@ -170,14 +170,14 @@ impl SegmentConfig {
 
 /// A tracked sample of the followed point.
 #[derive(Clone, Copy)]
-struct Knot {
-    index: usize,
-    t_s: f64,
-    position_m: DVec3,
+pub(crate) struct Knot {
+    pub(crate) index: usize,
+    pub(crate) t_s: f64,
+    pub(crate) position_m: DVec3,
 }
 
 impl Knot {
-    fn breaks_from(&self, before: &Self, config: &SegmentConfig) -> bool {
+    pub(crate) fn breaks_from(&self, before: &Self, config: &SegmentConfig) -> bool {
         let step_s = self.t_s - before.t_s;
         let reach_m = config.max_speed_m_per_s * step_s + config.jump_slack_m;
         step_s > config.max_gap_s || self.position_m.distance(before.position_m) > reach_m
@@ -262,7 +262,7 @@ fn cut(
 ///
 /// A window holds the sample itself and at least one neighbour, so that a slow tracker still
 /// has a speed; a lone sample has none and gets 0.
-fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
+pub(crate) fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
     let n = stretch.len();
     let (mut from, mut to) = (0, 0);
     (0..n)

@@ -69,9 +69,12 @@ mod tests {
         ContactPrediction {
             surface,
             point_m,
+            covariance_m2: None,
             normal,
+            roughness: None,
             distance_m,
             time_to_contact_s,
+            probability: 1.0,
             source: PredictionSource::Gaze,
         }
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, GazeRay, HandFilter, HandFilterConfig, HandFrame,
-    HandPoint, HandState, PredictionSource, Predictor, PredictorConfig,
+    HandPoint, HandState, PredictionSource, Predictor, PredictorConfig, Seen,
 };
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, Tol, assert_close};
@@ -51,7 +51,21 @@ fn gaze_at(target_m: DVec3) -> GazeRay {
 }
 
 fn predict(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> Option<ContactPrediction> {
-    DeterministicPredictor::default().predict(scene, hand, gaze.as_ref())
+    predict_with(&mut DeterministicPredictor::default(), scene, hand, gaze)
+}
+
+fn predict_with(
+    predictor: &mut DeterministicPredictor,
+    scene: &Scene,
+    hand: &HandState,
+    gaze: Option<GazeRay>,
+) -> Option<ContactPrediction> {
+    let seen = Seen {
+        frame: &HandFrame::empty(hand.t_s),
+        hand: Some(hand),
+        gaze: gaze.as_ref(),
+    };
+    predictor.predict(scene, &seen).first().copied()
 }
 
 #[test]
@@ -66,7 +80,11 @@ fn the_hand_is_projected_on_the_wall_that_is_gazed_at() {
     assert_close!(p.point_m, DVec3::new(1.0, 0.1, 1.2), Tol::abs(1e-12));
     assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
     assert_close!(p.distance_m, 0.6, Tol::abs(1e-12));
-    assert_close!(p.time_to_contact_s.unwrap(), 0.6 / 0.5, Tol::abs(1e-12));
+    assert_close!(
+        p.time_to_contact_s.unwrap().mean_s,
+        0.6 / 0.5,
+        Tol::abs(1e-12)
+    );
 }
 
 #[test]
@@ -89,7 +107,7 @@ fn a_hand_on_the_wall_touches_now() {
     let state = hand(DVec3::new(1.0, 0.0, 1.2), DVec3::X);
     let p = predict(&scene, &state, Some(gaze_at(DVec3::new(1.0, 0.0, 1.0)))).unwrap();
     assert_close!(p.distance_m, 0.0, Tol::abs(1e-9));
-    assert_eq!(p.time_to_contact_s, Some(0.0));
+    assert_eq!(p.time_to_contact_s.map(|t| t.mean_s), Some(0.0));
 }
 
 #[test]
@@ -174,7 +192,7 @@ fn failure_the_hand_is_already_behind_the_surface() {
             );
             assert_close!(p.point_m, DVec3::new(1.0, 0.1, 1.3), Tol::abs(1e-12));
             assert_close!(p.distance_m, -0.08, Tol::abs(1e-12));
-            assert_eq!(p.time_to_contact_s, Some(0.0));
+            assert_eq!(p.time_to_contact_s.map(|t| t.mean_s), Some(0.0));
         }
     }
     // Without a gaze nobody knows where the person stands: the back is taken for the front.
@@ -208,8 +226,16 @@ fn failure_two_surfaces_meet_in_a_corner() {
     assert_close!(beside.point_m, DVec3::new(0.8, 1.0, 1.2), Tol::abs(1e-12));
     assert_close!(front.normal, DVec3::NEG_X, Tol::abs(1e-12));
     assert_close!(beside.normal, DVec3::NEG_Y, Tol::abs(1e-12));
-    assert_close!(front.time_to_contact_s.unwrap(), 0.4, Tol::abs(1e-12));
-    assert_close!(beside.time_to_contact_s.unwrap(), 0.2, Tol::abs(1e-12));
+    assert_close!(
+        front.time_to_contact_s.unwrap().mean_s,
+        0.4,
+        Tol::abs(1e-12)
+    );
+    assert_close!(
+        beside.time_to_contact_s.unwrap().mean_s,
+        0.2,
+        Tol::abs(1e-12)
+    );
 }
 
 #[test]
@@ -304,7 +330,7 @@ fn random_hands_and_walls_agree_with_the_plane() {
         assert_close!(p.point_m, foot, Tol::abs(1e-9));
         assert_close!(p.normal, side, Tol::abs(1e-9));
         assert_close!(
-            p.time_to_contact_s.unwrap(),
+            p.time_to_contact_s.unwrap().mean_s,
             height / speed,
             Tol::new(1e-9, 1e-9)
         );
@@ -329,11 +355,10 @@ fn a_simulated_reach_is_predicted_before_it_arrives() {
         frame.gaze = Some(gaze_at(target).direction);
         frame.tips_m[1] = Some(index);
         if let Some(hand) = filter.step(&frame).state() {
-            let p = predictor
-                .predict(&scene, hand, frame.gaze_ray().as_ref())
-                .unwrap();
+            let p = predict_with(&mut predictor, &scene, hand, frame.gaze_ray()).unwrap();
             assert_eq!(p.source, PredictionSource::Gaze);
-            errors.push((s, p.point_m.distance(target), p.time_to_contact_s));
+            let time_s = p.time_to_contact_s.map(|t| t.mean_s);
+            errors.push((s, p.point_m.distance(target), time_s));
         }
     }
     let at = |share: f64| *errors.iter().find(|e| e.0 >= share).unwrap();
@@ -351,7 +376,7 @@ fn a_simulated_reach_is_predicted_before_it_arrives() {
 
 fn predict_led(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> ContactPrediction {
     let mut predictor = DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap();
-    predictor.predict(scene, hand, gaze.as_ref()).unwrap()
+    predict_with(&mut predictor, scene, hand, gaze).unwrap()
 }
 
 #[test]
@@ -367,7 +392,7 @@ fn led_by_the_ray_the_point_is_where_the_gaze_rests_until_the_hand_is_near() {
     assert_close!(far.normal, DVec3::NEG_X, Tol::abs(1e-12));
     // Distance and time stay those of the hand.
     assert_close!(far.distance_m, 0.6, Tol::abs(1e-12));
-    assert_close!(far.time_to_contact_s.unwrap(), 0.6, Tol::abs(1e-12));
+    assert_close!(far.time_to_contact_s.unwrap().mean_s, 0.6, Tol::abs(1e-12));
     // Within 0.02 m the hand decides, half way to 0.06 m both.
     let resting = |distance: f64| hand(DVec3::new(1.0 - distance, 0.1, 1.2), DVec3::ZERO);
     let near = predict_led(&scene, &resting(0.015), Some(gaze_at(seen)));

@@ -5,7 +5,7 @@
 use glam::DVec3;
 use hwall_contact::{
     DeterministicPredictor, GazeFilter, HandFilter, HandFilterConfig, HandFrame, Predictor,
-    PredictorConfig, SteadyPoint, Tracking,
+    PredictorConfig, Seen, SteadyPoint, Tracking,
 };
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, BoardTarget, Phase, RenderStep, Renderer, RendererConfig,
@@ -193,8 +193,12 @@ impl Loop {
         let gaze = frame
             .gaze_ray()
             .and_then(|ray| self.gaze.step(frame.t_s, &ray));
-        let hand = tracking.state();
-        let found = hand.and_then(|hand| self.predictor.predict(&self.scene, hand, gaze.as_ref()));
+        let seen = Seen {
+            frame,
+            hand: tracking.state(),
+            gaze: gaze.as_ref(),
+        };
+        let found = self.predictor.predict(&self.scene, &seen).first().copied();
         self.target = found
             .map(|found| self.steady.step(found))
             .map(|found| BoardTarget {

@@ -1,0 +1,204 @@
+//! The minimum-jerk motion nearest to what was seen.
+
+use crate::baseline::{Durations, Follower, TouchPath, mean_and_sd};
+use crate::{
+    ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
+};
+use glam::DVec3;
+
+/// Samples that a fit looks at: more change nothing but the time it takes.
+const MOST_SAMPLES: usize = 16;
+/// How far a real hand strays from a minimum-jerk motion, m: weighs what was seen against what is usual.
+const STRAY_M: f64 = 2e-3;
+/// The start lies around the first sample with this deviation, as a share of the duration: who cuts by
+/// speed misses the first, slow part.
+const START_SD: f64 = 0.05;
+/// First grid, steps to either side: durations in deviations, starts in theirs.
+const GRID: (i32, i32) = (5, 2);
+/// Spacing of the first grid, deviations.
+const SPACING: f64 = 0.5;
+/// Times that the grid is halved around its best place.
+const HALVINGS: usize = 10;
+
+/// Fits a minimum-jerk motion, `p(t) = a + b (10 τ³ - 15 τ⁴ + 6 τ⁵)` with `τ = (t - start) / duration`,
+/// to the way of the touching point so far, and takes its end.
+///
+/// Start and duration are searched on a grid that is halved ten times, `a` and `b` are the least squares
+/// solution for each. A motion that has hardly begun fits almost any duration, so durations and
+/// lengths weigh as often as they are in training, with a normal density.
+///
+/// Source of the motion: [Flash 1985]. Exact on minimum-jerk motions of a trained duration and length.
+#[derive(Debug, Clone)]
+pub struct MinimumJerk {
+    follower: Follower,
+    usual: Usual,
+}
+
+/// Mean and deviation of durations, s, and of lengths, m.
+#[derive(Debug, Clone, Copy)]
+struct Usual {
+    duration_s: (f64, f64),
+    length_m: (f64, f64),
+}
+
+impl MinimumJerk {
+    /// Learns which point touches and how long reaches are and last.
+    ///
+    /// # Errors
+    /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
+    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+        let follower = Follower::train(reaches)?;
+        let lengths: Vec<f64> = reaches
+            .iter()
+            .filter_map(|r| {
+                let start_m = r.frames.iter().find_map(|f| f.point(r.point))?;
+                Some(start_m.distance(r.contact_m))
+            })
+            .collect();
+        // A few reaches that happen to be alike do not rule out all others.
+        let wide = |(mean, sd): (f64, Option<f64>)| (mean, sd.unwrap_or(0.0).max(0.1 * mean));
+        Ok(Self {
+            follower,
+            usual: Usual {
+                duration_s: wide(Durations::of(reaches).mean_and_sd_s()),
+                length_m: wide(mean_and_sd(&lengths)),
+            },
+        })
+    }
+}
+
+impl ContactEstimator for MinimumJerk {
+    fn begin(&mut self) {
+        self.follower.begin();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        let usual = self.usual;
+        self.follower.step(frame, |path| usual.end_of(path))
+    }
+}
+
+/// A candidate: its cost, its end and when that is.
+#[derive(Clone, Copy)]
+struct Fit {
+    cost: f64,
+    end_m: DVec3,
+    end_s: f64,
+}
+
+impl Usual {
+    fn end_of(&self, path: &TouchPath) -> ContactEstimate {
+        let mut seen = Seen::of(path);
+        let (mean_s, sd_s) = self.duration_s;
+        // Deviations of duration and start; a motion lasts at least a fifth of the usual time.
+        let mut fit = |(d, s): (f64, f64)| {
+            let duration_s = (mean_s + d * sd_s).max(0.2 * mean_s);
+            let start_s = s * START_SD * duration_s;
+            let mut fit = seen.fit(start_s, duration_s, self.length_m);
+            fit.cost += d * d + s * s;
+            fit
+        };
+        let mut best = ((0.0, 0.0), fit((0.0, 0.0)));
+        let mut try_at = |at: (f64, f64), best: &mut ((f64, f64), Fit)| {
+            let found = fit(at);
+            if found.cost < best.1.cost {
+                *best = (at, found);
+            }
+        };
+        for i in -GRID.0..=GRID.0 {
+            for j in -GRID.1..=GRID.1 {
+                let at = (SPACING * f64::from(i), 2.0 * SPACING * f64::from(j));
+                try_at(at, &mut best);
+            }
+        }
+        let mut step = SPACING;
+        for _ in 0..HALVINGS {
+            step /= 2.0;
+            let (d, s) = best.0;
+            for (i, j) in [
+                (-1.0, -1.0),
+                (-1.0, 0.0),
+                (-1.0, 1.0),
+                (0.0, -1.0),
+                (0.0, 1.0),
+                (1.0, -1.0),
+                (1.0, 0.0),
+                (1.0, 1.0),
+            ] {
+                try_at((d + i * step, s + 2.0 * j * step), &mut best);
+            }
+        }
+        let left_s = (best.1.end_s - (path.now_s() - path.times_s()[0])).max(0.0);
+        ContactEstimate {
+            time_to_contact_s: Some(TimeToContact {
+                mean_s: left_s,
+                sd_s: None,
+            }),
+            ..ContactEstimate::of_point(path.now_s(), best.1.end_m)
+        }
+    }
+}
+
+/// Some of the samples, evenly chosen, the first and the last among them.
+struct Seen {
+    count: usize,
+    /// Since the first sample, s.
+    times_s: [f64; MOST_SAMPLES],
+    points_m: [DVec3; MOST_SAMPLES],
+    shares: [f64; MOST_SAMPLES],
+}
+
+impl Seen {
+    fn of(path: &TouchPath) -> Self {
+        let n = path.len();
+        let count = n.min(MOST_SAMPLES);
+        let (mut times_s, mut points_m) = ([0.0; MOST_SAMPLES], [DVec3::ZERO; MOST_SAMPLES]);
+        for i in 0..count {
+            let at = i * (n - 1) / (count - 1).max(1);
+            times_s[i] = path.times_s()[at] - path.times_s()[0];
+            points_m[i] = path.points_m()[at];
+        }
+        Self {
+            count,
+            times_s,
+            points_m,
+            shares: [0.0; MOST_SAMPLES],
+        }
+    }
+
+    /// `a` and `b` by least squares on all axes at once.
+    fn fit(&mut self, start_s: f64, duration_s: f64, length_m: (f64, f64)) -> Fit {
+        let n = self.count as f64;
+        let (points, shares) = (&self.points_m[..self.count], &mut self.shares[..self.count]);
+        for (share, t) in shares.iter_mut().zip(&self.times_s) {
+            *share = minimum_jerk_share((t - start_s) / duration_s);
+        }
+        let mean_share = shares.iter().sum::<f64>() / n;
+        let mean_m = points.iter().sum::<DVec3>() / n;
+        let (mut cross, mut spread, mut squares) = (DVec3::ZERO, 0.0, 0.0);
+        for (s, p) in shares.iter().zip(points) {
+            cross += (s - mean_share) * (*p - mean_m);
+            spread += (s - mean_share).powi(2);
+            squares += (*p - mean_m).length_squared();
+        }
+        // Nothing has moved yet, by this candidate: it stays where it is.
+        let b = if spread > 1e-9 {
+            cross / spread
+        } else {
+            DVec3::ZERO
+        };
+        let left = (squares - b.dot(cross)).max(0.0);
+        let unusual = (b.length() - length_m.0) / length_m.1.max(1e-6);
+        Fit {
+            cost: left / (STRAY_M * STRAY_M) + unusual * unusual,
+            end_m: mean_m + (1.0 - mean_share) * b,
+            end_s: start_s + duration_s,
+        }
+    }
+}
+
+/// Share of a minimum-jerk motion that is done at a share of its time; constant outside.
+fn minimum_jerk_share(tau: f64) -> f64 {
+    let t = tau.clamp(0.0, 1.0);
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}

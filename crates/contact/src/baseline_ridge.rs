@@ -1,0 +1,371 @@
+//! Linear regression of what is left of a reach, from its start and its last five frames.
+
+use crate::baseline::{Durations, Follower, TouchPath};
+use crate::{
+    ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
+    TimeToContact,
+};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use glam::{DMat3, DVec3};
+
+/// Frames of the window.
+const FRAMES: usize = 5;
+/// Displacements of the window are scaled to this much time, s, so that all are of one size.
+const HORIZON_S: f64 = 0.2;
+/// Regressions over the mean duration of the training reaches.
+const REGRESSIONS: f64 = 25.0;
+/// A regression needs this many reaches that last as long.
+const FEWEST: usize = 8;
+/// Reaches of nobody in particular are held out in this many groups.
+const GROUPS: usize = 10;
+/// Fewest people that are held out one at a time.
+const FEWEST_PEOPLE: usize = 3;
+/// Other points count if they are seen in this share of the training frames.
+const SEEN_SHARE: f64 = 0.9;
+/// Candidates for the ridge, as shares of the number of samples; features have variance 1.
+const RIDGES: [f64; 7] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0];
+/// Lowest standard deviation of an end, m: the noise of a tracker.
+const SENSOR_M: f64 = 1e-3;
+/// What is predicted: the way left, and the time left.
+const OUTPUTS: usize = 4;
+
+/// Ridge regression of the way and the time that are left, in a window of frames.
+///
+/// Features: where the touching point started, how far it has come, how far it went in the last one to
+/// four frames (of the median length of the training frames, between samples on straight lines), where
+/// the other points of the hand are beside it, the time since the start. One regression for every
+/// twenty-fifth of the mean duration, learnt from all reaches that last as long.
+///
+/// The ridge is the one with the least error on held-out people, one at a time, of three and more; else on
+/// held-out tenths of the reaches. The errors there are the covariance. Held-out errors are exact: normal
+/// equations less those of whom is held out. Source: [Allen 1974].
+#[derive(Debug, Clone)]
+pub struct RidgeWindow {
+    follower: Follower,
+    layout: Layout,
+    spacing_s: f64,
+    regressions: Vec<Regression>,
+}
+
+/// Which features there are.
+#[derive(Debug, Clone)]
+struct Layout {
+    frame_s: f64,
+    others: Vec<HandPoint>,
+}
+
+#[derive(Debug, Clone)]
+struct Regression {
+    /// Mean and deviation of each feature.
+    scales: Vec<(f64, f64)>,
+    /// Of each output, the constant first.
+    weights: [Vec<f64>; OUTPUTS],
+    covariance_m2: DMat3,
+    sd_s: f64,
+}
+
+impl RidgeWindow {
+    /// Fits the regressions.
+    ///
+    /// # Errors
+    /// Fewer than eight reaches, one that [`LabelledReach::validate`] refuses, or several touching
+    /// points.
+    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+        if reaches.len() < FEWEST {
+            return Err(ContactError::TooFewReaches {
+                got: reaches.len(),
+                needed: FEWEST,
+            });
+        }
+        let follower = Follower::train(reaches)?;
+        let layout = Layout::of(reaches);
+        let spacing_s = Durations::of(reaches).mean_and_sd_s().0 / REGRESSIONS;
+        let groups = groups(reaches);
+        let mut samples: Vec<Vec<Example>> = Vec::new();
+        for (reach, group) in reaches.iter().zip(groups) {
+            let mut path = follower.path().clone();
+            for frame in &reach.frames {
+                if !path.take(frame) {
+                    continue;
+                }
+                let place = (path.elapsed_s() / spacing_s).round() as usize;
+                if samples.len() <= place {
+                    samples.resize_with(place + 1, Vec::new);
+                }
+                let left_m = reach.contact_m - path.now_m();
+                let left_s = reach.contact_s - path.now_s();
+                let mut features = Vec::new();
+                layout.features(&path, &mut features);
+                samples[place].push(Example {
+                    group,
+                    features,
+                    left: [left_m.x, left_m.y, left_m.z, left_s],
+                });
+            }
+        }
+        // Where few reaches last as long, the last regression with enough goes on.
+        let mut regressions: Vec<Regression> = Vec::new();
+        for (place, examples) in samples.iter().enumerate() {
+            let end_s = (place as f64 - 0.5) * spacing_s;
+            let lasting = reaches.iter().filter(|r| r.duration_s() >= end_s).count();
+            if lasting < FEWEST {
+                break;
+            }
+            match Regression::fit(examples) {
+                Some(regression) => regressions.push(regression),
+                // Slow trackers leave gaps between their frames.
+                None => match regressions.last() {
+                    Some(before) => regressions.push(before.clone()),
+                    None => continue,
+                },
+            }
+        }
+        if regressions.is_empty() {
+            return Err(ContactError::TooFewReaches {
+                got: reaches.len(),
+                needed: FEWEST,
+            });
+        }
+        Ok(Self {
+            follower,
+            layout,
+            spacing_s,
+            regressions,
+        })
+    }
+}
+
+impl ContactEstimator for RidgeWindow {
+    fn begin(&mut self) {
+        self.follower.begin();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        let (layout, regressions) = (&self.layout, &self.regressions);
+        let spacing_s = self.spacing_s;
+        self.follower.step(frame, |path| {
+            let place = (path.elapsed_s() / spacing_s).round() as usize;
+            let regression = &regressions[place.min(regressions.len() - 1)];
+            let mut features = Vec::with_capacity(regression.scales.len());
+            layout.features(path, &mut features);
+            let [x, y, z, t] = regression.left(&features);
+            ContactEstimate {
+                t_s: path.now_s(),
+                point_m: path.now_m() + DVec3::new(x, y, z),
+                covariance_m2: Some(regression.covariance_m2),
+                normal: None,
+                time_to_contact_s: Some(TimeToContact {
+                    mean_s: t.max(0.0),
+                    sd_s: Some(regression.sd_s),
+                }),
+            }
+        })
+    }
+}
+
+impl Layout {
+    fn of(reaches: &[LabelledReach]) -> Self {
+        let frames = || reaches.iter().flat_map(|r| &r.frames);
+        let mut steps: Vec<f64> = reaches
+            .iter()
+            .flat_map(|r| r.frames.windows(2).map(|w| w[1].t_s - w[0].t_s))
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        let count = frames().count() as f64;
+        let others = HandPoint::ALL.into_iter().filter(|&p| {
+            let seen = frames().filter(|f| f.point(p).is_some()).count() as f64;
+            p != reaches[0].point && seen >= SEEN_SHARE * count
+        });
+        Self {
+            frame_s: steps[steps.len() / 2],
+            others: others.collect(),
+        }
+    }
+
+    fn features(&self, path: &TouchPath, features: &mut Vec<f64>) {
+        let (now_s, now_m) = (path.now_s(), path.now_m());
+        features.push(path.elapsed_s());
+        features.extend(path.start_m().to_array());
+        features.extend((now_m - path.start_m()).to_array());
+        for lag in 1..FRAMES {
+            let lag_s = lag as f64 * self.frame_s;
+            let gone_m = now_m - path.at_m(now_s - lag_s);
+            features.extend((gone_m * (HORIZON_S / lag_s)).to_array());
+        }
+        for &other in &self.others {
+            let offset_m = path.offset_m(other).unwrap_or(DVec3::ZERO);
+            features.extend(offset_m.to_array());
+        }
+    }
+}
+
+/// One frame of a training reach.
+struct Example {
+    group: usize,
+    features: Vec<f64>,
+    left: [f64; OUTPUTS],
+}
+
+/// `Σ x xᵀ` and `Σ x yᵀ`, the constant first among the features.
+#[derive(Clone)]
+struct Normal {
+    gram: Mat<f64>,
+    cross: Mat<f64>,
+    count: f64,
+}
+
+impl Normal {
+    fn zero(dim: usize) -> Self {
+        Self {
+            gram: Mat::zeros(dim, dim),
+            cross: Mat::zeros(dim, OUTPUTS),
+            count: 0.0,
+        }
+    }
+
+    /// Lower triangle only.
+    fn add(&mut self, x: &[f64], y: &[f64; OUTPUTS]) {
+        for (j, xj) in x.iter().enumerate() {
+            for (i, xi) in x.iter().enumerate().skip(j) {
+                self.gram[(i, j)] += xi * xj;
+            }
+            for (o, yo) in y.iter().enumerate() {
+                self.cross[(j, o)] += xj * yo;
+            }
+        }
+        self.count += 1.0;
+    }
+
+    /// Weights without a part of the samples; `None` where they are not determined.
+    fn solve(&self, without: Option<&Self>, ridge: f64) -> Option<Mat<f64>> {
+        let (mut gram, mut cross, mut count) = (self.gram.clone(), self.cross.clone(), self.count);
+        if let Some(part) = without {
+            gram -= &part.gram;
+            cross -= &part.cross;
+            count -= part.count;
+        }
+        for i in 1..gram.nrows() {
+            gram[(i, i)] += ridge * count;
+        }
+        let weights = gram.llt(Side::Lower).ok()?.solve(&cross);
+        (0..OUTPUTS)
+            .all(|o| (0..weights.nrows()).all(|i| weights[(i, o)].is_finite()))
+            .then_some(weights)
+    }
+}
+
+impl Regression {
+    /// `None` from samples of fewer than two groups.
+    fn fit(examples: &[Example]) -> Option<Self> {
+        let dim = examples.first()?.features.len();
+        let scales: Vec<(f64, f64)> = (0..dim)
+            .map(|j| {
+                let column = || examples.iter().map(|e| e.features[j]);
+                let n = examples.len() as f64;
+                let mean = column().sum::<f64>() / n;
+                let squares: f64 = column().map(|x| (x - mean).powi(2)).sum();
+                // A feature that never changes says nothing: it stays zero.
+                (mean, (squares / n).sqrt().max(1e-6))
+            })
+            .collect();
+        let rows: Vec<Vec<f64>> = examples
+            .iter()
+            .map(|e| with_constant(&scales, &e.features))
+            .collect();
+        let group_count = examples.iter().map(|e| e.group).max()? + 1;
+        let mut parts = vec![Normal::zero(dim + 1); group_count];
+        for (row, example) in rows.iter().zip(examples) {
+            parts[example.group].add(row, &example.left);
+        }
+        let mut all = Normal::zero(dim + 1);
+        for part in &parts {
+            all.gram += &part.gram;
+            all.cross += &part.cross;
+            all.count += part.count;
+        }
+        let mut best: Option<(f64, f64, Vec<[f64; OUTPUTS]>)> = None;
+        for ridge in RIDGES {
+            let held_out: Option<Vec<Option<Mat<f64>>>> = parts
+                .iter()
+                .map(|part| match part.count {
+                    // Nobody of this group is here.
+                    0.0 => Some(None),
+                    count if count == all.count => None,
+                    _ => all.solve(Some(part), ridge).map(Some),
+                })
+                .collect();
+            let Some(held_out) = held_out else { continue };
+            let errors: Vec<[f64; OUTPUTS]> = rows
+                .iter()
+                .zip(examples)
+                .filter_map(|(row, e)| {
+                    let weights = held_out[e.group].as_ref()?;
+                    Some(std::array::from_fn(|o| {
+                        let value: f64 = row
+                            .iter()
+                            .enumerate()
+                            .map(|(i, x)| x * weights[(i, o)])
+                            .sum();
+                        e.left[o] - value
+                    }))
+                })
+                .collect();
+            let squares = errors
+                .iter()
+                .map(|e| e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+            let squares: f64 = squares.sum();
+            if best.as_ref().is_none_or(|(least, ..)| squares < *least) {
+                best = Some((squares, ridge, errors));
+            }
+        }
+        let (_, ridge, errors) = best?;
+        let weights = all.solve(None, ridge)?;
+        let n = errors.len() as f64;
+        let mut covariance_m2 = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
+        for e in &errors {
+            let e = DVec3::new(e[0], e[1], e[2]);
+            covariance_m2 += DMat3::from_cols(e * e.x, e * e.y, e * e.z) * (1.0 / n);
+        }
+        let variance_s2 = errors.iter().map(|e| e[3] * e[3]).sum::<f64>() / n;
+        Some(Self {
+            scales,
+            weights: std::array::from_fn(|o| (0..=dim).map(|i| weights[(i, o)]).collect()),
+            covariance_m2,
+            sd_s: variance_s2.sqrt().max(1e-4),
+        })
+    }
+
+    fn left(&self, features: &[f64]) -> [f64; OUTPUTS] {
+        let row = with_constant(&self.scales, features);
+        std::array::from_fn(|o| row.iter().zip(&self.weights[o]).map(|(x, w)| x * w).sum())
+    }
+}
+
+fn with_constant(scales: &[(f64, f64)], features: &[f64]) -> Vec<f64> {
+    let scaled = features
+        .iter()
+        .zip(scales)
+        .map(|(x, (mean, sd))| (x - mean) / sd);
+    std::iter::once(1.0).chain(scaled).collect()
+}
+
+/// Who is held out together: people, or every tenth reach.
+fn groups(reaches: &[LabelledReach]) -> Vec<usize> {
+    let mut people: Vec<&str> = Vec::new();
+    let by_person: Option<Vec<usize>> = reaches
+        .iter()
+        .map(|r| {
+            let person = r.person.as_deref()?;
+            let known = people.iter().position(|p| *p == person);
+            Some(known.unwrap_or_else(|| {
+                people.push(person);
+                people.len() - 1
+            }))
+        })
+        .collect();
+    match by_person {
+        Some(groups) if people.len() >= FEWEST_PEOPLE => groups,
+        _ => (0..reaches.len()).map(|i| i % GROUPS).collect(),
+    }
+}

@@ -1,0 +1,384 @@
+//! Prediction from all evidence: the hand's motion, the gaze, the surfaces and the time.
+
+use crate::error::positive;
+use crate::gaussian::Gaussian;
+use crate::gaze_evidence::{Belief, GazeMemory, GazeModel};
+use crate::onset::{ReachWatch, WatchConfig};
+use crate::surface_share::{Face, SurfaceShares, outer};
+use crate::{
+    ContactError, ContactEstimate, ContactEstimator, ContactPrediction, DeterministicPredictor,
+    HandState, PredictionSource, Predictor, PredictorConfig, Seen, TimeToContact,
+};
+use glam::{DMat3, DVec3};
+use hwall_scene::{Hit, Scene};
+
+/// Settings of a [`FusedPredictor`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct FusedConfig {
+    /// How people look while they reach. Worth fitting to the eye tracker at hand.
+    pub gaze: GazeModel,
+    /// What begins and ends a reach.
+    pub watch: WatchConfig,
+    /// Spread of an estimate that comes without a covariance, in each axis, m. Default 0.1.
+    pub default_sd_m: f64,
+    /// Factor on every covariance of the estimator. Default 1; above for one that is too sure.
+    pub inflation: f64,
+    /// Where a hand at rest may touch next: spread about the hand in each axis, m. Default 0.4.
+    pub rest_sd_m: f64,
+    /// Surfaces further from the hand are not about to be touched, m. Default 1.5.
+    pub max_distance_m: f64,
+    /// Rays for each hypothesis. Default 19; more for scenes of many small surfaces.
+    pub rays: usize,
+    /// Share of the places looked at that can be reached although the straight way of the hand to
+    /// them is barred, in [0, 1]. Default 0.1.
+    pub round_about_share: f64,
+    /// Answers below this probability are left out, the rest adds up to 1 again. Default 0.005.
+    pub min_probability: f64,
+    /// What answers when no surface lies where the evidence points.
+    pub fallback: PredictorConfig,
+}
+
+impl Default for FusedConfig {
+    fn default() -> Self {
+        Self {
+            gaze: GazeModel::default(),
+            watch: WatchConfig::default(),
+            default_sd_m: 0.1,
+            inflation: 1.0,
+            rest_sd_m: 0.4,
+            max_distance_m: 1.5,
+            rays: 19,
+            round_about_share: 0.1,
+            min_probability: 0.005,
+            fallback: PredictorConfig::ray_led(),
+        }
+    }
+}
+
+/// Fuses an estimate of where the hand's motion ends with the gaze and the surfaces of the scene.
+///
+/// In every sample, from what is known then:
+/// 1. The estimator says N(m, C) for the contact point; a hand at rest may touch anywhere near.
+/// 2. The gaze makes it a mixture: of the Gaussian times a Gaussian about the present line of
+///    sight, the same about the fixation before, and the one without a look at the target, each
+///    weighed by how probable it makes both lines of sight ([`GazeModel`]).
+/// 3. Each part of the mixture divides among the surfaces: density in the plane of a face times
+///    the share of it that straight ways from the hand meet first. Surfaces that cannot be
+///    touched bar the way.
+/// 4. Per surface the parts add up to a probability, an expected point and a covariance.
+///
+/// Estimates of successive samples hold the same history, and a fixation has one error and not one
+/// a sample: so nothing is multiplied over time, and the answer to a sample follows from the
+/// estimate and the two fixations of that time. A change of mind is followed as fast as the
+/// estimator and the eyes follow it.
+///
+/// A hand that went through a surface is taken to touch the one it went through, from the side it
+/// came from. When no surface lies where the evidence points, a [`DeterministicPredictor`]
+/// answers. No allocation after the first samples apart from the estimator's own.
+#[derive(Debug, Clone)]
+pub struct FusedPredictor<E> {
+    estimator: E,
+    config: FusedConfig,
+    watch: ReachWatch,
+    gaze: GazeMemory,
+    shares: SurfaceShares,
+    /// Last place of the hand on the free side of all surfaces, m.
+    free_m: Option<DVec3>,
+    estimate: Option<ContactEstimate>,
+    fallback: DeterministicPredictor,
+    answers: Vec<ContactPrediction>,
+}
+
+impl<E: ContactEstimator> FusedPredictor<E> {
+    /// A predictor that has seen nothing.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(estimator: E, config: FusedConfig) -> Result<Self, ContactError> {
+        config.gaze.validate()?;
+        positive("default_sd_m", config.default_sd_m)?;
+        positive("inflation", config.inflation)?;
+        positive("rest_sd_m", config.rest_sd_m)?;
+        positive("max_distance_m", config.max_distance_m)?;
+        positive("rays", config.rays as f64)?;
+        for (what, value) in [
+            ("round_about_share", config.round_about_share),
+            ("min_probability", config.min_probability),
+        ] {
+            if !(0.0..1.0).contains(&value) {
+                let wanted = "in [0, 1)";
+                return Err(ContactError::Parameter {
+                    what,
+                    value,
+                    wanted,
+                });
+            }
+        }
+        Ok(Self {
+            watch: ReachWatch::new(config.watch)?,
+            shares: SurfaceShares::new(config.rays),
+            fallback: DeterministicPredictor::new(config.fallback)?,
+            estimator,
+            config,
+            gaze: GazeMemory::default(),
+            free_m: None,
+            estimate: None,
+            answers: Vec::with_capacity(16),
+        })
+    }
+
+    /// The estimate of the last sample, before gaze and scene; `None` at rest.
+    #[must_use]
+    pub const fn estimate(&self) -> Option<&ContactEstimate> {
+        self.estimate.as_ref()
+    }
+
+    /// The estimator.
+    #[must_use]
+    pub const fn estimator(&self) -> &E {
+        &self.estimator
+    }
+
+    /// Forgets every sample; the next one may be of another person or time.
+    pub fn reset(&mut self) {
+        self.watch.reset();
+        self.gaze.forget();
+        self.free_m = None;
+        self.estimate = None;
+        self.answers.clear();
+    }
+
+    /// What the motion alone says, and whether it says anything.
+    fn by_motion(&self, hand: &HandState) -> Option<(Gaussian, bool)> {
+        let spread = |covariance: Option<DMat3>| {
+            let sd = self.config.default_sd_m;
+            covariance.unwrap_or(DMat3::from_diagonal(DVec3::splat(sd * sd)))
+                * self.config.inflation
+        };
+        let moving = self
+            .estimate
+            .and_then(|e| Gaussian::new(e.point_m, spread(e.covariance_m2)));
+        match moving {
+            Some(gaussian) => Some((gaussian, true)),
+            None => Some((Gaussian::ball(hand.point_m, self.config.rest_sd_m)?, false)),
+        }
+    }
+
+    /// The faces for every belief. Returns false when nothing is met.
+    fn divide(&mut self, scene: &Scene, hand: &HandState, origin_m: DVec3) -> bool {
+        self.shares.clear();
+        let Some((gaussian, moving)) = self.by_motion(hand) else {
+            return false;
+        };
+        // A resting hand has no direction yet: whatever the person sees is open to it.
+        let (from_m, heading) = match (moving, self.gaze.ray()) {
+            (false, Some(ray)) => (ray.origin_m, Some(ray.direction)),
+            _ => (origin_m, hand.direction),
+        };
+        let seen = self.gaze.ray().and_then(|ray| {
+            let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
+            let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
+            (near && scene.surface(hit.surface).touchable()).then_some(hit)
+        });
+        let reach_m = self.config.max_distance_m + from_m.distance(hand.point_m);
+        for belief in self
+            .config
+            .gaze
+            .weigh(&gaussian, &self.gaze, hand.t_s)
+            .into_iter()
+            .flatten()
+        {
+            let Belief {
+                log_weight,
+                gaussian,
+                looked_at,
+            } = belief;
+            let seen = seen
+                .as_ref()
+                .filter(|_| looked_at)
+                .map(|hit| (facing(hit, origin_m), self.config.round_about_share));
+            let seen = seen.as_ref().map(|(hit, share)| (hit, *share));
+            self.shares.add(
+                scene,
+                (from_m, heading, reach_m),
+                &gaussian,
+                log_weight,
+                seen,
+            );
+        }
+        let met = |shares: &SurfaceShares| shares.faces().iter().any(|f| f.log_mass.is_finite());
+        if !met(&self.shares) && moving {
+            // The estimate lies beyond an edge of all there is.
+            self.shares.clear();
+            let radius_m = 4.0 * gaussian.sd_m();
+            self.shares
+                .add_closest(scene, origin_m, &gaussian, radius_m);
+        }
+        met(&self.shares)
+    }
+
+    /// Adds up the faces of each surface.
+    fn rank(&mut self, scene: &Scene, hand: &HandState, behind: bool) {
+        let faces = self.shares.faces();
+        let most = faces
+            .iter()
+            .fold(f64::NEG_INFINITY, |m, f| m.max(f.log_mass));
+        let mass = |f: &Face| (f.log_mass - most).exp();
+        let total: f64 = faces.iter().map(mass).sum();
+        for (index, face) in faces.iter().enumerate() {
+            if faces[..index].iter().any(|f| f.surface == face.surface) {
+                continue;
+            }
+            let of_surface = || faces[index..].iter().filter(|f| f.surface == face.surface);
+            let weight: f64 = of_surface().map(mass).sum();
+            if weight < self.config.min_probability * total {
+                continue;
+            }
+            let mean_m = of_surface().map(|f| f.mean_m * mass(f)).sum::<DVec3>() / weight;
+            let covariance = of_surface()
+                .map(|f| (f.covariance_m2 + outer(f.mean_m - mean_m)) * mass(f))
+                .fold(DMat3::ZERO, |sum, c| sum + c)
+                * (1.0 / weight);
+            let Some(best) = of_surface().max_by(|a, b| a.log_mass.total_cmp(&b.log_mass)) else {
+                continue;
+            };
+            let (point_m, normal) = on_surface(scene, best, mean_m);
+            let distance_m = (hand.point_m - point_m).dot(normal);
+            self.answers.push(ContactPrediction {
+                surface: face.surface,
+                point_m,
+                covariance_m2: Some(covariance + outer(point_m - mean_m)),
+                normal,
+                roughness: scene.surface(face.surface).roughness,
+                distance_m,
+                time_to_contact_s: self.time_to(hand, point_m, distance_m, behind),
+                probability: weight / total,
+                source: if self.estimate.is_some() {
+                    PredictionSource::Motion
+                } else {
+                    PredictionSource::Gaze
+                },
+            });
+        }
+        let kept: f64 = self.answers.iter().map(|a| a.probability).sum();
+        self.answers.iter_mut().for_each(|a| a.probability /= kept);
+        self.answers
+            .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
+    /// The estimator's time, else the one at which the distance shrinks.
+    fn time_to(
+        &self,
+        hand: &HandState,
+        point_m: DVec3,
+        distance_m: f64,
+        behind: bool,
+    ) -> Option<TimeToContact> {
+        if behind && distance_m <= 0.0 {
+            return Some(TimeToContact {
+                mean_s: 0.0,
+                sd_s: None,
+            });
+        }
+        let usable = |t: &TimeToContact| t.mean_s.is_finite() && t.sd_s.is_none_or(f64::is_finite);
+        let estimated = self
+            .estimate
+            .and_then(|e| e.time_to_contact_s)
+            .filter(usable);
+        estimated.or_else(|| {
+            let way = point_m - hand.point_m;
+            let closing = hand.velocity_m_per_s.dot(way.try_normalize()?);
+            (closing >= self.config.fallback.min_closing_speed_m_per_s).then(|| TimeToContact {
+                mean_s: way.length() / closing,
+                sd_s: None,
+            })
+        })
+    }
+
+    /// Follows the hand on the free side of the surfaces: the place to look for surfaces from, and
+    /// whether the hand has gone through one.
+    fn free_side(&mut self, scene: &Scene, hand_m: DVec3) -> (DVec3, bool) {
+        let through = |from_m: DVec3| {
+            let way = hand_m - from_m;
+            let hit = scene.ray_cast(from_m, way).ok()??;
+            // A hand on the surface, to rounding, has not gone through it.
+            let before = hit.distance_m < way.length() - ON_SURFACE_M;
+            (before && scene.surface(hit.surface).touchable()).then_some(hit)
+        };
+        let eye_m = self.gaze.ray().map(|ray| ray.origin_m);
+        let behind = match (self.free_m, eye_m) {
+            (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
+            (None, Some(eye_m)) => through(eye_m).map(|hit| (hit, hit.point_m.lerp(eye_m, 1e-3))),
+            (None, None) => None,
+        };
+        match behind {
+            // Deeper than this the hand went round, or the tracker lost it on the way.
+            Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
+                self.free_m = Some(free_m);
+                (free_m, true)
+            }
+            _ => {
+                self.free_m = Some(hand_m);
+                (hand_m, false)
+            }
+        }
+    }
+}
+
+/// How far behind a surface a hand is still taken to touch it from the front, m.
+const DEEPEST_M: f64 = 0.25;
+
+/// A surface is looked for from this far before it, m: nothing else stands that close.
+const STAND_OFF_M: f64 = 0.01;
+
+/// A hand within this of a surface is on it, m.
+const ON_SURFACE_M: f64 = 1e-6;
+
+/// The hit with its normal towards a point.
+fn facing(hit: &Hit, towards_m: DVec3) -> Hit {
+    let sign = (towards_m - hit.point_m).dot(hit.normal);
+    Hit {
+        normal: if sign < 0.0 { -hit.normal } else { hit.normal },
+        ..*hit
+    }
+}
+
+/// The point of a surface for an expected contact, and the normal there: straight onto the best
+/// face, or the point of that face that was met where the surface has a hole or an end.
+fn on_surface(scene: &Scene, best: &Face, mean_m: DVec3) -> (DVec3, DVec3) {
+    let off_m = (mean_m - best.met_m).dot(best.normal).abs();
+    let stand_off_m = best.normal * (off_m + STAND_OFF_M);
+    let hit = scene
+        .ray_cast(mean_m + stand_off_m, -best.normal)
+        .ok()
+        .flatten()
+        .filter(|hit| hit.surface == best.surface);
+    hit.map_or((best.met_m, best.normal), |hit| (hit.point_m, hit.normal))
+}
+
+impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
+    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+        self.answers.clear();
+        let finite = |e: &ContactEstimate| e.point_m.is_finite();
+        self.estimate = self
+            .watch
+            .step(seen.frame, seen.hand, &mut self.estimator)
+            .filter(finite);
+        self.gaze.step(seen.frame.t_s, seen.gaze);
+        let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
+        let Some(hand) = seen.hand.filter(usable) else {
+            self.free_m = None;
+            return &self.answers;
+        };
+        let (origin_m, behind) = self.free_side(scene, hand.point_m);
+        let met = self.divide(scene, hand, origin_m);
+        if met {
+            self.rank(scene, hand, behind);
+        }
+        if self.answers.is_empty() {
+            let fallback = self.fallback.predict(scene, seen);
+            self.answers.extend_from_slice(fallback);
+        }
+        &self.answers
+    }
+}

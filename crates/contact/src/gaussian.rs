@@ -1,0 +1,209 @@
+//! A Gaussian in space, and what a plane cuts out of it.
+
+use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
+
+/// Nothing is known better than this, m: added to every variance, so that inverses exist.
+const FLOOR_M: f64 = 1e-3;
+
+/// Standard deviations beyond this say nothing in a room, m.
+const CEILING_M: f64 = 1e2;
+
+/// A normal distribution of a point, with its inverse at hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gaussian {
+    pub(crate) mean_m: DVec3,
+    pub(crate) covariance_m2: DMat3,
+    precision: DMat3,
+    determinant: f64,
+}
+
+impl Gaussian {
+    /// `None` for a mean that is not finite or a matrix that is no covariance.
+    pub(crate) fn new(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
+        let symmetric = (covariance_m2 + covariance_m2.transpose()) * 0.5;
+        let covariance_m2 = symmetric + DMat3::from_diagonal(DVec3::splat(FLOOR_M * FLOOR_M));
+        let [xx, yx, _, xy, yy, ..] = covariance_m2.to_cols_array();
+        let determinant = covariance_m2.determinant();
+        // Leading minors; NaN fails every comparison.
+        let usable = xx > 0.0 && xx * yy - xy * yx > 0.0 && determinant > 1e-3 * FLOOR_M.powi(6);
+        let bounded = (0..3).all(|i| covariance_m2.col(i)[i] <= CEILING_M * CEILING_M);
+        (usable && bounded && mean_m.is_finite()).then(|| Self {
+            mean_m,
+            covariance_m2,
+            precision: covariance_m2.inverse(),
+            determinant,
+        })
+    }
+
+    /// The same spread in all directions, m.
+    pub(crate) fn ball(mean_m: DVec3, sd_m: f64) -> Option<Self> {
+        Self::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
+    }
+
+    pub(crate) fn variance_along_m2(&self, direction: DVec3) -> f64 {
+        direction.dot(self.covariance_m2 * direction)
+    }
+
+    /// Root of the mean variance of the three axes, m.
+    pub(crate) fn sd_m(&self) -> f64 {
+        let [xx, _, _, _, yy, _, _, _, zz] = self.covariance_m2.to_cols_array();
+        ((xx + yy + zz) / 3.0).sqrt()
+    }
+
+    /// Square of the distance from the mean in standard deviations.
+    pub(crate) fn mahalanobis_squared(&self, point_m: DVec3) -> f64 {
+        let off = point_m - self.mean_m;
+        off.dot(self.precision * off)
+    }
+
+    /// Covariance across a direction, in the axes `u` and `v`: `[uu, uv, vv]`, m².
+    pub(crate) fn across_m2(&self, u: DVec3, v: DVec3) -> [f64; 3] {
+        let cv = self.covariance_m2 * v;
+        [self.variance_along_m2(u), u.dot(cv), v.dot(cv)]
+    }
+
+    /// The part of the Gaussian that lies in the plane through `point_m` with the unit `normal`.
+    pub(crate) fn in_plane(&self, point_m: DVec3, normal: DVec3) -> InPlane {
+        let cn = self.covariance_m2 * normal;
+        let variance = normal.dot(cn);
+        let off = (point_m - self.mean_m).dot(normal);
+        let outer = DMat3::from_cols(cn * cn.x, cn * cn.y, cn * cn.z);
+        let off_squared = off * off / variance;
+        InPlane {
+            log_density: -0.5 * (off_squared + (TAU * variance).ln()),
+            off_squared,
+            mean_m: self.mean_m + cn * (off / variance),
+            covariance_m2: self.covariance_m2 - outer * (1.0 / variance),
+            peak_per_m2: (variance / self.determinant).sqrt() / TAU,
+        }
+    }
+
+    /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.
+    pub(crate) fn times(&self, about_m: DVec3, precision_per_m2: DMat3) -> Option<Self> {
+        let covariance_m2 = (self.precision + precision_per_m2).inverse();
+        let pull = precision_per_m2 * (about_m - self.mean_m);
+        Self::new(self.mean_m + covariance_m2 * pull, covariance_m2)
+    }
+}
+
+/// A Gaussian on condition that the point lies in a plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct InPlane {
+    /// Logarithm of the density of the plane's offset, per metre: how much of the Gaussian the
+    /// plane holds.
+    pub(crate) log_density: f64,
+    /// Square of the distance of the plane from the mean in standard deviations.
+    off_squared: f64,
+    pub(crate) mean_m: DVec3,
+    pub(crate) covariance_m2: DMat3,
+    peak_per_m2: f64,
+}
+
+impl InPlane {
+    /// Density at a point of the plane, per square metre; `of` is the Gaussian it was cut from.
+    pub(crate) fn density_per_m2(&self, of: &Gaussian, point_m: DVec3) -> f64 {
+        let within = (of.mahalanobis_squared(point_m) - self.off_squared).max(0.0);
+        self.peak_per_m2 * (-0.5 * within).exp()
+    }
+}
+
+/// Logarithm of the density of a normal distribution in two dimensions with the covariance
+/// `[uu, uv, vv]` at `[u, v]` from its mean.
+pub(crate) fn log_density_2d([u, v]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
+    let determinant = uu * vv - uv * uv;
+    let distance = (vv * u * u - 2.0 * uv * u * v + uu * v * v) / determinant;
+    -0.5 * distance - TAU.ln() - 0.5 * determinant.ln()
+}
+
+/// Points that stand for a standard normal distribution in the plane, all with the same weight:
+/// a spiral by the golden angle through the middles of rings of equal probability, moved and
+/// scaled to mean zero and unit variance. No straight edge runs along a row of them.
+pub(crate) fn spiral(count: usize) -> Vec<[f64; 2]> {
+    let golden_rad = TAU / 5_f64.sqrt().midpoint(1.0).powi(2);
+    let n = count as f64;
+    let mut points: Vec<[f64; 2]> = (0..count)
+        .map(|i| {
+            let ring = (-2.0 * (1.0 - (i as f64 + 0.5) / n).ln()).sqrt();
+            let (sin, cos) = (golden_rad * i as f64).sin_cos();
+            [ring * cos, ring * sin]
+        })
+        .collect();
+    for axis in 0..2 {
+        let mean = points.iter().map(|p| p[axis]).sum::<f64>() / n;
+        points.iter_mut().for_each(|p| p[axis] -= mean);
+        let variance = points.iter().map(|p| p[axis] * p[axis]).sum::<f64>() / n;
+        // A single point stays in the middle.
+        let scale = if variance > 0.0 {
+            variance.sqrt().recip()
+        } else {
+            1.0
+        };
+        points.iter_mut().for_each(|p| p[axis] *= scale);
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slanted() -> Gaussian {
+        let c = DMat3::from_cols_array(&[0.04, 0.01, -0.005, 0.01, 0.02, 0.0, -0.005, 0.0, 0.01]);
+        Gaussian::new(DVec3::new(0.1, -0.2, 0.3), c).expect("a covariance")
+    }
+
+    #[test]
+    fn the_plane_divides_the_density() {
+        // p(x) = p(plane) p(x | plane).
+        let g = slanted();
+        let normal = DVec3::new(0.6, 0.0, 0.8);
+        let at = DVec3::new(0.3, -0.1, 0.2);
+        let cut = g.in_plane(at, normal);
+        let joint = -0.5 * (g.mahalanobis_squared(at) + g.determinant.ln() + 3.0 * TAU.ln());
+        let parts = cut.log_density + cut.density_per_m2(&g, at).ln();
+        assert!((joint - parts).abs() < 1e-9, "{joint} {parts}");
+        assert!((cut.mean_m - at).dot(normal).abs() < 1e-12);
+        assert!((cut.covariance_m2 * normal).length() < 1e-15);
+    }
+
+    #[test]
+    fn a_line_of_sight_leaves_what_lies_along_it() {
+        let g = slanted();
+        let across = DMat3::from_diagonal(DVec3::new(0.0, 1e8, 1e8));
+        let seen = g.times(DVec3::ZERO, across).expect("a covariance");
+        assert!(seen.mean_m.y.abs() < 1e-3 && seen.mean_m.z.abs() < 1e-3);
+        assert!(seen.variance_along_m2(DVec3::X) > 0.02);
+    }
+
+    #[test]
+    fn what_is_no_covariance_is_refused() {
+        assert!(Gaussian::new(DVec3::NAN, DMat3::IDENTITY).is_none());
+        assert!(Gaussian::new(DVec3::ZERO, DMat3::IDENTITY * f64::NAN).is_none());
+        assert!(
+            Gaussian::new(
+                DVec3::ZERO,
+                DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0))
+            )
+            .is_none()
+        );
+        assert!(Gaussian::ball(DVec3::ZERO, f64::INFINITY).is_none());
+        assert!(Gaussian::ball(DVec3::ZERO, 0.0).is_some());
+    }
+
+    #[test]
+    fn the_spiral_has_the_moments_of_the_normal_distribution() {
+        for count in [7, 19, 37] {
+            let points = spiral(count);
+            let mean =
+                |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>() / count as f64;
+            for axis in 0..2 {
+                assert!(mean(&|p| p[axis]).abs() < 1e-12);
+                assert!((mean(&|p| p[axis] * p[axis]) - 1.0).abs() < 1e-12);
+            }
+            // Enough for a proposal; the weights make up for it.
+            assert!(mean(&|p| p[0] * p[1]).abs() < 0.4, "{count}");
+        }
+        assert_eq!(spiral(1), [[0.0, 0.0]]);
+    }
+}

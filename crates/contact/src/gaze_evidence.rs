@@ -1,0 +1,302 @@
+//! What a gaze says about the place that is going to be touched.
+
+use crate::error::positive;
+use crate::gaussian::{Gaussian, log_density_2d};
+use crate::{ContactError, GazeRay, LabelledReach};
+use glam::DMat3;
+
+/// How people look while they reach: at the place they are going to touch, or elsewhere.
+///
+/// The angle between the line of sight and the contact point, seen from the head, has a density
+/// that is a mixture of two: about the contact point with a small spread (the person's aim, the
+/// eye tracker, its calibration), and with a wide one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GazeModel {
+    /// Spread while the place to be touched is looked at, in each of two directions, rad. Default
+    /// 0.03 (1.7 degrees): an eye tracker of 1 degree and a person as accurate as that.
+    pub on_target_sd_rad: f64,
+    /// Share of the time in which the person looks elsewhere, in [0, 1]. Default 0.15.
+    pub elsewhere_share: f64,
+    /// Spread then, in each of two directions, rad. Default 0.5: half the room.
+    pub elsewhere_sd_rad: f64,
+    /// Share of the looks at the target that have left it again, for the last fixation before the
+    /// present one, in [0, 1]. Default 0.25; it fades over `memory_s`.
+    pub left_share: f64,
+    /// How long a fixation that has ended still counts, s. Default 0.8: eyes leave for the next
+    /// target up to half a second before the hand is there.
+    pub memory_s: f64,
+}
+
+impl Default for GazeModel {
+    fn default() -> Self {
+        Self {
+            on_target_sd_rad: 0.03,
+            elsewhere_share: 0.15,
+            elsewhere_sd_rad: 0.5,
+            left_share: 0.25,
+            memory_s: 0.8,
+        }
+    }
+}
+
+/// Angles beyond this are not told apart, rad: the two spreads are those of a plane.
+const WIDEST_RAD: f64 = 1.5;
+
+impl GazeModel {
+    /// Learns both spreads and the share from reaches, by expectation and maximisation over the
+    /// angles of all samples between the first and the contact; the rest stays as in `self`.
+    ///
+    /// Samples follow each other closely, so the number of reaches counts, not that of samples.
+    ///
+    /// # Errors
+    /// Fewer than 20 samples with head and gaze.
+    pub fn fit(self, reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+        let angles_rad: Vec<f64> = reaches
+            .iter()
+            .flat_map(|reach| reach.frames.iter().map(|f| (f, reach.contact_m)))
+            .filter_map(|(frame, contact_m)| {
+                let ray = frame.gaze_ray()?;
+                let angle = ray.direction.angle_between(contact_m - ray.origin_m);
+                angle.is_finite().then(|| angle.min(WIDEST_RAD))
+            })
+            .collect();
+        if angles_rad.len() < 20 {
+            return Err(ContactError::TooFewReaches {
+                got: angles_rad.len(),
+                needed: 20,
+            });
+        }
+        let mut model = self;
+        for _ in 0..100 {
+            let (mut on, mut on_square, mut off_square) = (0.0, 0.0, 0.0);
+            for angle in &angles_rad {
+                let density =
+                    |share: f64, sd: f64| share * (-0.5 * (angle / sd).powi(2)).exp() / (sd * sd);
+                let near = density(1.0 - model.elsewhere_share, model.on_target_sd_rad);
+                let far = density(model.elsewhere_share, model.elsewhere_sd_rad);
+                let share = if near + far > 0.0 {
+                    near / (near + far)
+                } else {
+                    0.0
+                };
+                on += share;
+                on_square += share * angle * angle;
+                off_square += (1.0 - share) * angle * angle;
+            }
+            let off = angles_rad.len() as f64 - on;
+            // One pseudo-sample of the start keeps an empty half where it was.
+            let pooled = |square: f64, n: f64, start: f64| {
+                ((square + 2.0 * start * start) / (2.0 * n + 2.0)).sqrt()
+            };
+            model.on_target_sd_rad = pooled(on_square, on, self.on_target_sd_rad).max(1e-3);
+            model.elsewhere_sd_rad =
+                pooled(off_square, off, self.elsewhere_sd_rad).max(2.0 * model.on_target_sd_rad);
+            model.elsewhere_share =
+                ((off + 1.0) / (angles_rad.len() as f64 + 2.0)).clamp(1e-3, 1.0 - 1e-3);
+        }
+        Ok(model)
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), ContactError> {
+        positive("on_target_sd_rad", self.on_target_sd_rad)?;
+        positive("elsewhere_sd_rad", self.elsewhere_sd_rad)?;
+        positive("memory_s", self.memory_s)?;
+        for (what, value) in [
+            ("elsewhere_share", self.elsewhere_share),
+            ("left_share", self.left_share),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                let wanted = "in [0, 1]";
+                return Err(ContactError::Parameter {
+                    what,
+                    value,
+                    wanted,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// What is believed of the contact point once the gaze is known: at most three Gaussians with
+    /// the logarithms of their weights, the one without the gaze first.
+    pub(crate) fn weigh(
+        &self,
+        by_hand: &Gaussian,
+        memory: &GazeMemory,
+        t_s: f64,
+    ) -> [Option<Belief>; 3] {
+        let (now, before) = memory.fixations(t_s, self.memory_s);
+        let now = now.and_then(|ray| self.look(by_hand, ray));
+        let before = before.and_then(|(ray, age_s)| Some((self.look(by_hand, ray)?, age_s)));
+        let on_target = (1.0 - self.elsewhere_share).ln();
+        let elsewhere = self.elsewhere_share.ln();
+        // In every hypothesis each fixation is accounted for, on the target or elsewhere.
+        let off = |look: Option<Look>| look.map_or(0.0, |l| l.log_elsewhere);
+        let left = match (&now, before) {
+            (_, None) => 0.0,
+            (None, Some(_)) => 1.0,
+            (Some(_), Some((_, age_s))) => {
+                self.left_share * (1.0 - age_s / self.memory_s).clamp(0.0, 1.0)
+            }
+        };
+        let previous = before.map(|(look, _)| look);
+        let by_hand = Belief {
+            log_weight: if now.is_none() && previous.is_none() {
+                0.0
+            } else {
+                elsewhere + off(now) + off(previous)
+            },
+            gaussian: *by_hand,
+            looked_at: false,
+        };
+        let by_look = |look: Look, share: f64, other: Option<Look>| Belief {
+            log_weight: on_target + share.ln() + look.log_on_target + off(other),
+            gaussian: look.gaussian,
+            looked_at: true,
+        };
+        let mut beliefs = [
+            Some(by_hand),
+            now.map(|look| by_look(look, 1.0 - left, previous)),
+            previous.map(|look| by_look(look, left, now)),
+        ];
+        // What weighs next to nothing is not worth its rays.
+        let most = beliefs
+            .iter()
+            .flatten()
+            .fold(f64::NEG_INFINITY, |m, b| m.max(b.log_weight));
+        for belief in &mut beliefs {
+            *belief = belief.filter(|b| b.log_weight > most + NEGLIGIBLE.ln());
+        }
+        beliefs
+    }
+
+    /// The Gaussian along a line of sight, and how well it agrees with the hand.
+    fn look(&self, by_hand: &Gaussian, ray: &GazeRay) -> Option<Look> {
+        let (origin_m, sight) = (ray.origin_m, ray.direction);
+        let across = DMat3::IDENTITY - crate::surface_share::outer(sight);
+        // The spread across grows with the distance, which the product itself tells better.
+        let mut gaussian = *by_hand;
+        for _ in 0..2 {
+            let distance_m = (gaussian.mean_m - origin_m).dot(sight);
+            if distance_m < NEAREST_LOOK_M {
+                return None;
+            }
+            let sd_m = self.on_target_sd_rad * distance_m;
+            gaussian = by_hand.times(origin_m, across * (1.0 / (sd_m * sd_m)))?;
+        }
+        let distance_m = (gaussian.mean_m - origin_m).dot(sight).max(NEAREST_LOOK_M);
+        let (u, v) = sight.any_orthonormal_pair();
+        let off = (by_hand.mean_m - origin_m) / distance_m;
+        let spread = by_hand
+            .across_m2(u, v)
+            .map(|c| c / (distance_m * distance_m));
+        let log_density = |sd_rad: f64| {
+            let [uu, uv, vv] = spread;
+            let variance = sd_rad * sd_rad;
+            log_density_2d([off.dot(u), off.dot(v)], [uu + variance, uv, vv + variance])
+        };
+        Some(Look {
+            gaussian,
+            log_on_target: log_density(self.on_target_sd_rad),
+            log_elsewhere: log_density(self.elsewhere_sd_rad),
+        })
+    }
+}
+
+/// Share of the weight below which a belief is dropped.
+const NEGLIGIBLE: f64 = 0.005;
+
+/// A place nearer to the eyes than this is not looked at in order to touch it, m.
+const NEAREST_LOOK_M: f64 = 0.1;
+
+/// One hypothesis about the contact point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Belief {
+    pub(crate) log_weight: f64,
+    pub(crate) gaussian: Gaussian,
+    /// Does the person look at it, or did so last?
+    pub(crate) looked_at: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    gaussian: Gaussian,
+    log_on_target: f64,
+    log_elsewhere: f64,
+}
+
+/// The present fixation and the one before it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GazeMemory {
+    now: Option<Fixation>,
+    before: Option<Fixation>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Fixation {
+    ray: GazeRay,
+    since_s: f64,
+    until_s: f64,
+}
+
+/// A leap of the line of sight beyond this is a new fixation, rad.
+const SACCADE_RAD: f64 = 0.07;
+/// Shorter fixations are passed over, s: the eye on its way, or noise.
+const SHORTEST_S: f64 = 0.08;
+
+impl GazeMemory {
+    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>) {
+        let usable = ray.filter(|r| {
+            r.origin_m.is_finite() && r.direction.is_finite() && r.direction.is_normalized()
+        });
+        if self.now.is_some_and(|f| t_s < f.until_s) {
+            // The clock was set back.
+            *self = Self::default();
+        }
+        let Some(ray) = usable else {
+            self.pass();
+            return;
+        };
+        match &mut self.now {
+            Some(f) if f.ray.direction.dot(ray.direction) >= SACCADE_RAD.cos() => {
+                f.ray = *ray;
+                f.until_s = t_s;
+            }
+            _ => {
+                self.pass();
+                self.now = Some(Fixation {
+                    ray: *ray,
+                    since_s: t_s,
+                    until_s: t_s,
+                });
+            }
+        }
+    }
+
+    pub(crate) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The present fixation ends.
+    fn pass(&mut self) {
+        if let Some(ended) = self.now.take()
+            && ended.until_s - ended.since_s >= SHORTEST_S
+        {
+            self.before = Some(ended);
+        }
+    }
+
+    fn fixations(&self, t_s: f64, memory_s: f64) -> (Option<&GazeRay>, Option<(&GazeRay, f64)>) {
+        let before = self
+            .before
+            .as_ref()
+            .map(|f| (&f.ray, t_s - f.until_s))
+            .filter(|(_, age_s)| *age_s < memory_s);
+        (self.now.as_ref().map(|f| &f.ray), before)
+    }
+
+    /// The present line of sight.
+    pub(crate) fn ray(&self) -> Option<&GazeRay> {
+        self.now.as_ref().map(|f| &f.ray)
+    }
+}

@@ -1,0 +1,473 @@
+//! From recordings to reaches with a known end.
+
+use crate::error::{not_negative, positive};
+use crate::segment::{Knot, speeds};
+use crate::{
+    ContactError, FreezeConfig, HandFrame, HandPoint, LabelledReach, Reach, ReachEnd, Recording,
+    Sample, SegmentConfig, reaches,
+};
+use glam::DVec3;
+
+/// A hand faster than this share of the peak speed of its trial clearly moves.
+const CLEAR_SHARE: f64 = 0.25;
+/// A first sample this many times as far from the second as the next steps are long is a remainder.
+const LEAP: f64 = 4.0;
+/// Shorter first steps are never taken for a leap, m.
+const LEAST_LEAP_M: f64 = 0.02;
+/// Steps that a leap at the start is compared with.
+const STEPS_AFTER_LEAP: usize = 5;
+/// The cut of [`SegmentConfig::adapted`] tries these first: onset, m/s, and length, m.
+const TRIAL_CUT: (f64, f64) = (0.15, 0.05);
+
+/// Which movements of a recording are reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ReachCut {
+    /// A recording that names its trial is one reach; any other is cut by speed into all of its own.
+    #[default]
+    ByTrial,
+    /// The first reach of every recording, cut by speed: files with one trial each that go on with the
+    /// way back.
+    First,
+    /// All reaches of every recording, cut by speed.
+    All,
+}
+
+/// How recordings become labelled reaches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelConfig {
+    /// The touching point; `None` (default): the index tip if it is seen in half of all samples or more,
+    /// else the best seen point, among equals the first of [`HandPoint::BY_CONTACT`].
+    pub point: Option<HandPoint>,
+    /// Which movements are reaches. Default [`ReachCut::ByTrial`].
+    pub cut: ReachCut,
+    /// Label with the target where the recording names one (default), not with where the hand ends.
+    pub use_target: bool,
+    /// In a trial the hand is slow below this share of the trial's peak speed. Default 0.05.
+    pub slow_share: f64,
+    /// A hand below this is slow in every trial: tremor and noise of the tracker, m/s. Default 0.02.
+    pub slow_m_per_s: f64,
+    /// A slow stretch at an end of a trial that is shorter than this belongs to the movement, s: who
+    /// crops trials to the movement loses nothing. Default 0.1.
+    pub shortest_rest_s: f64,
+    /// Shortest straight way of the touching point, m. Default 0.05.
+    pub min_length_m: f64,
+    /// Fewest samples in which the touching point is seen. Default 5.
+    pub min_samples: usize,
+    /// The cut by speed, also the window of speeds and the limits of jumps and gaps in trials;
+    /// `None` (default): [`SegmentConfig::adapted`] to the recordings.
+    pub segment: Option<SegmentConfig>,
+}
+
+impl Default for LabelConfig {
+    fn default() -> Self {
+        Self {
+            point: None,
+            cut: ReachCut::ByTrial,
+            use_target: true,
+            slow_share: 0.05,
+            slow_m_per_s: 0.02,
+            shortest_rest_s: 0.1,
+            min_length_m: 0.05,
+            min_samples: 5,
+            segment: None,
+        }
+    }
+}
+
+/// A movement, or a part of one, that is no labelled reach.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Person, trial (or number of the recording from 1) and time.
+    pub what: String,
+    /// Why.
+    pub why: &'static str,
+}
+
+/// The reaches of some recordings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Labelled {
+    /// All with the same touching point; each passes [`LabelledReach::validate`].
+    pub reaches: Vec<LabelledReach>,
+    /// What is not among them.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// The reaches of recordings, in the order of the recordings, with where and when each ends.
+///
+/// A trial starts at the last moment the hand is slow before it first moves clearly, at a quarter of its
+/// peak speed, and ends when `contact` first turns 1, else at the last moment it is not slow. The label is
+/// the target, if the recording names one, else where the touching point is at the end; where it is not
+/// seen then, another point stands in, shifted by the last offset. A first sample from which the hand
+/// leaps to where it then goes on is dropped and listed.
+///
+/// # Errors
+/// A configuration out of range; a recording that [`Recording::validate`] refuses. Recordings in which
+/// no point of the hand is seen give no reaches and are listed.
+pub fn labelled_reaches(
+    recordings: &[Recording],
+    config: &LabelConfig,
+) -> Result<Labelled, ContactError> {
+    config.validate()?;
+    for recording in recordings {
+        recording.validate()?;
+    }
+    let mut labelled = Labelled::default();
+    let Some(point) = config.point.or_else(|| touching_point(recordings)) else {
+        let nothing = |(i, r)| LeftOut::new(r, i, None, "no point of the hand is seen");
+        labelled.left_out = recordings.iter().enumerate().map(nothing).collect();
+        return Ok(labelled);
+    };
+    let segment = SegmentConfig {
+        point: Some(point),
+        ..match &config.segment {
+            Some(segment) => segment.clone(),
+            None => SegmentConfig::adapted(recordings, point)?,
+        }
+    };
+    for (number, recording) in recordings.iter().enumerate() {
+        let mut source = Source {
+            recording,
+            samples: &recording.samples,
+            number,
+            point,
+            config,
+            segment: &segment,
+        };
+        if leaps_at_start(source.samples, point) {
+            let why = "the first sample is a leap away from the rest";
+            let at_s = source.samples[0].frame.t_s;
+            labelled
+                .left_out
+                .push(LeftOut::new(recording, number, Some(at_s), why));
+            source.samples = &source.samples[1..];
+        }
+        source.label(&mut labelled)?;
+    }
+    Ok(labelled)
+}
+
+impl SegmentConfig {
+    /// A cut that fits recordings of which nothing is known, for one point of the hand.
+    ///
+    /// Movements of 5 cm and more at 0.15 m/s and more are found first. A reach is then at least half
+    /// as long as nine tenths of them are at most, and reaches at least a fifth of the speed that nine
+    /// tenths of them do: thresholds in proportion to what the hand does. Frozen poses are looked for
+    /// where three points or more are tracked: the distance of two may well stay the same.
+    ///
+    /// # Errors
+    /// As [`reaches`].
+    pub fn adapted(recordings: &[Recording], point: HandPoint) -> Result<Self, ContactError> {
+        let tracked = HandPoint::ALL
+            .into_iter()
+            .filter(|&p| share_seen(recordings, p) > 0.5)
+            .count();
+        let (onset_m_per_s, min_length_m) = TRIAL_CUT;
+        let wide = Self {
+            point: Some(point),
+            onset_m_per_s,
+            min_length_m,
+            freeze: (tracked >= 3).then(FreezeConfig::default),
+            ..Self::default()
+        };
+        let mut found: Vec<Reach> = Vec::new();
+        for recording in recordings {
+            found.extend(reaches(recording, &wide)?);
+        }
+        found.retain(|reach| reach.end != ReachEnd::TrackingLost);
+        let most = |value: fn(&Reach) -> f64| {
+            let mut values: Vec<f64> = found.iter().map(value).collect();
+            values.sort_by(f64::total_cmp);
+            let place = (0.9 * values.len() as f64) as usize;
+            values.get(place).copied().unwrap_or(0.0)
+        };
+        Ok(Self {
+            onset_m_per_s: onset_m_per_s.max(0.2 * most(|r| r.peak_speed_m_per_s)),
+            min_length_m: min_length_m.max(0.5 * most(|r| r.length_m)),
+            ..wide
+        })
+    }
+}
+
+impl LabelConfig {
+    fn validate(&self) -> Result<(), ContactError> {
+        positive("slow_share", self.slow_share)?;
+        not_negative("slow_m_per_s", self.slow_m_per_s)?;
+        not_negative("shortest_rest_s", self.shortest_rest_s)?;
+        positive("min_length_m", self.min_length_m)?;
+        if self.slow_share >= CLEAR_SHARE {
+            return Err(ContactError::Parameter {
+                what: "slow_share",
+                value: self.slow_share,
+                wanted: "below 0.25",
+            });
+        }
+        self.segment
+            .as_ref()
+            .map_or(Ok(()), SegmentConfig::validate)
+    }
+}
+
+impl LeftOut {
+    fn new(recording: &Recording, number: usize, at_s: Option<f64>, why: &'static str) -> Self {
+        let trial = name(recording, number, at_s);
+        let what = match &recording.person {
+            Some(person) => format!("{person}/{trial}"),
+            None => trial,
+        };
+        Self { what, why }
+    }
+}
+
+/// The trial, or the number of the recording from 1, and a time in it.
+fn name(recording: &Recording, number: usize, at_s: Option<f64>) -> String {
+    let trial = recording.trial.clone();
+    let trial = trial.unwrap_or_else(|| format!("recording {}", number + 1));
+    match at_s {
+        Some(at_s) => format!("{trial} at {at_s:.2} s"),
+        None => trial,
+    }
+}
+
+/// A recording, or what is left of it.
+struct Source<'a> {
+    recording: &'a Recording,
+    samples: &'a [Sample],
+    number: usize,
+    point: HandPoint,
+    config: &'a LabelConfig,
+    segment: &'a SegmentConfig,
+}
+
+impl Source<'_> {
+    fn label(&self, labelled: &mut Labelled) -> Result<(), ContactError> {
+        let one_trial = self.config.cut == ReachCut::ByTrial && self.recording.trial.is_some();
+        if one_trial {
+            let reach = self
+                .trial()
+                .and_then(|(first, last)| self.reach(first, last));
+            self.keep(reach, None, labelled);
+            return Ok(());
+        }
+        let recording = Recording {
+            samples: self.samples.to_vec(),
+            ..Recording::default()
+        };
+        let mut found = reaches(&recording, self.segment)?;
+        if found.is_empty() {
+            self.keep(Err("no reach in it"), None, labelled);
+        }
+        let first_only = self.config.cut == ReachCut::First;
+        if first_only {
+            found.truncate(1);
+        }
+        for reach in found {
+            let start_s = reach.start_s;
+            let cut = match reach.end {
+                ReachEnd::TrackingLost => Err("the tracker loses the hand"),
+                // A file that is one trial may well end at the contact.
+                ReachEnd::RecordingEnded if !first_only => Err("the hand does not stop"),
+                _ => {
+                    let (first, last) = if first_only {
+                        (
+                            self.with_short_rest_before(reach.first),
+                            self.with_short_rest_after(reach.last),
+                        )
+                    } else {
+                        (reach.first, reach.last)
+                    };
+                    let contact = rising_contact(&self.samples[first..=last]);
+                    self.reach(first, contact.map_or(last, |c| first + c))
+                }
+            };
+            let name = (!first_only || self.recording.trial.is_none()).then_some(start_s);
+            self.keep(cut, name, labelled);
+        }
+        Ok(())
+    }
+
+    fn keep(
+        &self,
+        reach: Result<LabelledReach, &'static str>,
+        start_s: Option<f64>,
+        labelled: &mut Labelled,
+    ) {
+        match reach {
+            Ok(reach) => labelled.reaches.push(LabelledReach {
+                trial: Some(name(self.recording, self.number, start_s)),
+                ..reach
+            }),
+            Err(why) => {
+                let left_out = LeftOut::new(self.recording, self.number, start_s, why);
+                labelled.left_out.push(left_out);
+            }
+        }
+    }
+
+    /// First and last sample of the movement of a trial.
+    fn trial(&self) -> Result<(usize, usize), &'static str> {
+        let contact = rising_contact(self.samples);
+        if contact.is_none() && self.samples.iter().any(|s| s.contact == Some(true)) {
+            return Err("in contact from the first sample on");
+        }
+        let seen_until = contact.map_or(self.samples.len(), |c| c + 1);
+        let knots: Vec<Knot> = self.samples[..seen_until]
+            .iter()
+            .enumerate()
+            .filter_map(|(index, s)| {
+                Some(Knot {
+                    index,
+                    t_s: s.frame.t_s,
+                    position_m: s.frame.point(self.point)?,
+                })
+            })
+            .collect();
+        if knots.len() < 2 {
+            return Err("the touching point is not seen");
+        }
+        let jump = |w: &[Knot]| {
+            let gap_s = w[1].t_s - w[0].t_s;
+            let most_m = self.segment.max_speed_m_per_s * gap_s + self.segment.jump_slack_m;
+            w[1].position_m.distance(w[0].position_m) > most_m
+        };
+        if knots.windows(2).any(jump) {
+            return Err("the tracker jumps");
+        }
+        let speeds = speeds(&knots, self.segment.speed_window_s);
+        let peak = speeds.iter().fold(0.0, |m: f64, &v| m.max(v));
+        let slow = (self.config.slow_share * peak).max(self.config.slow_m_per_s);
+        let Some(clear) = speeds
+            .iter()
+            .position(|&v| v >= CLEAR_SHARE * peak && v > slow)
+        else {
+            return Err("the hand does not move");
+        };
+        let start = speeds[..clear]
+            .iter()
+            .rposition(|&v| v <= slow)
+            .unwrap_or(0);
+        let first = self.with_short_rest_before(knots[start].index);
+        let last = match contact {
+            Some(contact) => contact,
+            None => {
+                let end = speeds.iter().rposition(|&v| v > slow).unwrap_or(clear);
+                self.with_short_rest_after(knots[end].index)
+            }
+        };
+        Ok((first, last))
+    }
+
+    fn with_short_rest_before(&self, first: usize) -> usize {
+        let rest_s = self.samples[first].frame.t_s - self.samples[0].frame.t_s;
+        if rest_s < self.config.shortest_rest_s {
+            0
+        } else {
+            first
+        }
+    }
+
+    fn with_short_rest_after(&self, last: usize) -> usize {
+        let end = self.samples.len() - 1;
+        let rest_s = self.samples[end].frame.t_s - self.samples[last].frame.t_s;
+        if rest_s < self.config.shortest_rest_s {
+            end
+        } else {
+            last
+        }
+    }
+
+    /// The reach between two samples, or why it is none.
+    fn reach(&self, first: usize, last: usize) -> Result<LabelledReach, &'static str> {
+        let samples = &self.samples[first..=last];
+        let positions: Vec<DVec3> = samples
+            .iter()
+            .filter_map(|s| s.frame.point(self.point))
+            .collect();
+        if positions.len() < self.config.min_samples.max(2) {
+            return Err("too few samples of the touching point");
+        }
+        let end_m = end_of(samples, self.point, self.segment.max_gap_s);
+        let target_m = samples.iter().rev().find_map(|s| s.target_m);
+        let contact_m = match target_m.filter(|_| self.config.use_target) {
+            Some(target_m) => target_m,
+            None => end_m.ok_or("the touching point is not seen at the end")?,
+        };
+        let way_m = positions[0].distance(end_m.unwrap_or(positions[positions.len() - 1]));
+        if way_m < self.config.min_length_m {
+            return Err("the hand ends where it starts");
+        }
+        let reach = LabelledReach {
+            person: self.recording.person.clone(),
+            trial: self.recording.trial.clone(),
+            point: self.point,
+            frames: samples.iter().map(|s| s.frame).collect(),
+            contact_m,
+            contact_s: samples[samples.len() - 1].frame.t_s,
+            normal: None,
+        };
+        reach
+            .validate()
+            .map(|()| reach)
+            .map_err(|_| "no reach can be learnt from it")
+    }
+}
+
+/// Where the touching point is in the last sample, by another point and the offset to it if need be.
+fn end_of(samples: &[Sample], point: HandPoint, max_gap_s: f64) -> Option<DVec3> {
+    let end = &samples[samples.len() - 1].frame;
+    if let Some(end_m) = end.point(point) {
+        return Some(end_m);
+    }
+    let recent = |s: &&Sample| end.t_s - s.frame.t_s <= max_gap_s;
+    let bridged = HandPoint::BY_CONTACT.into_iter().find_map(|other| {
+        let there_m = end.point(other)?;
+        let offset = |f: &HandFrame| Some(f.point(point)? - f.point(other)?);
+        let mut before = samples.iter().rev();
+        before
+            .find_map(|s| offset(&s.frame))
+            .map(|shift| there_m + shift)
+    });
+    bridged.or_else(|| {
+        let mut before = samples.iter().rev().take_while(recent);
+        before.find_map(|s| s.frame.point(point))
+    })
+}
+
+/// The sample in which `contact` first turns from anything else to 1.
+fn rising_contact(samples: &[Sample]) -> Option<usize> {
+    let touches = |s: &Sample| s.contact == Some(true);
+    (1..samples.len()).find(|&i| touches(&samples[i]) && !touches(&samples[i - 1]))
+}
+
+/// Is the first sample of the point far from where the hand is from the second on?
+fn leaps_at_start(samples: &[Sample], point: HandPoint) -> bool {
+    let mut seen = samples.iter().filter_map(|s| s.frame.point(point));
+    if samples.first().and_then(|s| s.frame.point(point)).is_none() {
+        return false;
+    }
+    let positions: Vec<DVec3> = seen.by_ref().take(STEPS_AFTER_LEAP + 2).collect();
+    let step = |i: usize| positions[i].distance(positions[i + 1]);
+    if positions.len() < STEPS_AFTER_LEAP + 2 {
+        return false;
+    }
+    let after = (1..=STEPS_AFTER_LEAP).map(step).fold(0.0, f64::max);
+    step(0) > LEAST_LEAP_M && step(0) > LEAP * after
+}
+
+/// Share of the samples in which a point is seen.
+fn share_seen(recordings: &[Recording], point: HandPoint) -> f64 {
+    let frames = || recordings.iter().flat_map(Recording::frames);
+    let seen = frames().filter(|f| f.point(point).is_some()).count();
+    seen as f64 / (frames().count().max(1)) as f64
+}
+
+fn touching_point(recordings: &[Recording]) -> Option<HandPoint> {
+    if share_seen(recordings, HandPoint::Index) >= 0.5 {
+        return Some(HandPoint::Index);
+    }
+    // `max_by` keeps the last of equals.
+    let best = HandPoint::BY_CONTACT
+        .into_iter()
+        .rev()
+        .max_by(|&a, &b| share_seen(recordings, a).total_cmp(&share_seen(recordings, b)))?;
+    (share_seen(recordings, best) > 0.0).then_some(best)
+}

@@ -1,0 +1,247 @@
+//! Reaches in a stream of samples: when a hand leaves its rest, and when it rests again.
+
+use crate::error::{not_negative, positive};
+use crate::{ContactError, ContactEstimate, ContactEstimator, HandFrame, HandState};
+use glam::DVec3;
+use std::collections::VecDeque;
+
+/// What counts as a reach in a stream. The speeds are those of [`SegmentConfig`](crate::SegmentConfig),
+/// so an estimator that learnt from reaches cut there meets reaches that begin alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WatchConfig {
+    /// A hand faster than this is under way, m/s. Default 0.3.
+    pub onset_m_per_s: f64,
+    /// The reach began when the speed rose above this, and ends when it stays below, m/s; at most
+    /// the onset. Default 0.1.
+    pub offset_m_per_s: f64,
+    /// Time below the offset after which the reach is over, s. Default 0.1.
+    pub rest_s: f64,
+    /// Samples kept to find the beginning of a reach. Default 128: a second at 120 Hz.
+    pub buffer: usize,
+    /// Longest time without the hand within a reach, s. Default 0.25.
+    pub max_gap_s: f64,
+}
+
+impl Default for WatchConfig {
+    fn default() -> Self {
+        Self {
+            onset_m_per_s: 0.3,
+            offset_m_per_s: 0.1,
+            rest_s: 0.1,
+            buffer: 128,
+            max_gap_s: 0.25,
+        }
+    }
+}
+
+impl WatchConfig {
+    fn validate(&self) -> Result<(), ContactError> {
+        positive("onset_m_per_s", self.onset_m_per_s)?;
+        positive("offset_m_per_s", self.offset_m_per_s)?;
+        positive(
+            "onset_m_per_s - offset_m_per_s",
+            self.onset_m_per_s - self.offset_m_per_s,
+        )?;
+        not_negative("rest_s", self.rest_s)?;
+        positive("buffer", self.buffer as f64)?;
+        positive("max_gap_s", self.max_gap_s)
+    }
+}
+
+/// Feeds a [`ContactEstimator`] the reaches of an unbroken stream, each from its true start.
+///
+/// The onset is only seen some samples after the movement began; those are kept and replayed, so
+/// one step at the onset costs as much as some ten. A hand that turns back while it moves, after a
+/// touch or by a change of mind, begins a new reach where it was slowest. Nothing is allocated
+/// after the construction.
+#[derive(Debug, Clone)]
+pub struct ReachWatch {
+    config: WatchConfig,
+    /// The last samples with the speed at each, oldest first.
+    recent: VecDeque<(HandFrame, f64)>,
+    reach: Option<Reaching>,
+    last_s: f64,
+}
+
+/// A reach under way.
+#[derive(Debug, Clone, Copy)]
+struct Reaching {
+    peak_m_per_s: f64,
+    /// Direction of motion at the peak.
+    heading: DVec3,
+    /// Since when it is slow, and since when the hand has not been seen.
+    slow_since_s: Option<f64>,
+    unseen_since_s: Option<f64>,
+}
+
+impl ReachWatch {
+    /// A watch that has seen nothing.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(config: WatchConfig) -> Result<Self, ContactError> {
+        config.validate()?;
+        Ok(Self {
+            recent: VecDeque::with_capacity(config.buffer),
+            config,
+            reach: None,
+            last_s: f64::NEG_INFINITY,
+        })
+    }
+
+    /// Is a reach under way?
+    #[must_use]
+    pub const fn reaching(&self) -> bool {
+        self.reach.is_some()
+    }
+
+    /// Forgets every sample.
+    pub fn reset(&mut self) {
+        self.recent.clear();
+        self.reach = None;
+        self.last_s = f64::NEG_INFINITY;
+    }
+
+    /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at
+    /// rest. A sample that is not later than the one before is passed over; after a leap of the
+    /// clock backwards the watch starts anew.
+    pub fn step(
+        &mut self,
+        frame: &HandFrame,
+        hand: Option<&HandState>,
+        estimator: &mut impl ContactEstimator,
+    ) -> Option<ContactEstimate> {
+        let t_s = frame.t_s;
+        if !t_s.is_finite() || t_s == self.last_s {
+            return None;
+        }
+        if t_s < self.last_s {
+            self.recent.clear();
+            self.reach = None;
+        }
+        self.last_s = t_s;
+        let velocity = hand.map(|h| h.velocity_m_per_s).filter(|v| v.is_finite());
+        self.remember(frame, velocity.map(DVec3::length));
+        let begins = match (&mut self.reach, velocity) {
+            (None, Some(v)) => v.length() >= self.config.onset_m_per_s,
+            (None, None) => false,
+            (Some(reach), v) => {
+                let turned = reach.follow(t_s, v, &self.config);
+                if reach.over(t_s, &self.config) {
+                    // A hand that comes back after a loss does not come from where it was lost.
+                    if reach.unseen_since_s.is_some() {
+                        self.recent.clear();
+                    }
+                    self.reach = None;
+                    return None;
+                }
+                turned
+            }
+        };
+        if begins {
+            return self.begin(velocity.unwrap_or(DVec3::ZERO), estimator);
+        }
+        self.reach
+            .is_some()
+            .then(|| estimator.step(frame))
+            .flatten()
+    }
+
+    /// Begins a reach at the last slow sample, or at the slowest after a turn, and replays.
+    fn begin(
+        &mut self,
+        velocity: DVec3,
+        estimator: &mut impl ContactEstimator,
+    ) -> Option<ContactEstimate> {
+        let first = if self.reach.is_some() {
+            // The last way down to the slowest sample before the speed of now.
+            let mut slowest = self.recent.len() - 1;
+            for i in (0..slowest).rev() {
+                if self.recent[i].1 > 2.0 * self.recent[slowest].1.max(self.config.offset_m_per_s) {
+                    break;
+                }
+                if self.recent[i].1 < self.recent[slowest].1 {
+                    slowest = i;
+                }
+            }
+            slowest
+        } else {
+            self.recent
+                .iter()
+                .rposition(|(_, speed)| *speed <= self.config.offset_m_per_s)
+                .unwrap_or(0)
+        };
+        self.reach = Some(Reaching {
+            peak_m_per_s: velocity.length(),
+            heading: velocity.normalize_or_zero(),
+            slow_since_s: None,
+            unseen_since_s: None,
+        });
+        estimator.begin();
+        let mut estimate = None;
+        for (frame, _) in self.recent.iter().skip(first) {
+            estimate = estimator.step(frame);
+        }
+        estimate
+    }
+
+    /// Keeps a sample and the speed of the hand at it.
+    fn remember(&mut self, frame: &HandFrame, filtered_m_per_s: Option<f64>) {
+        let seen = frame.contact_point();
+        if self.reach.is_none() {
+            let gap_s = self.recent.back().map(|(f, _)| frame.t_s - f.t_s);
+            // What lies before a gap does not belong to the reach after it.
+            if gap_s.is_some_and(|gap_s| gap_s > self.config.max_gap_s) {
+                self.recent.clear();
+            }
+            if seen.is_none() {
+                return;
+            }
+        }
+        // The filter is silent at first and after a fault; then the samples themselves tell.
+        let raw = || {
+            let (which, now_m) = seen?;
+            let near = |(f, _): &&(HandFrame, f64)| frame.t_s - f.t_s <= SPEED_WINDOW_S;
+            let (before, _) = self.recent.iter().rev().take_while(near).last()?;
+            Some(now_m.distance(before.point(which)?) / (frame.t_s - before.t_s))
+        };
+        // The first sample of all may be in mid movement.
+        let speed = filtered_m_per_s.or_else(raw).unwrap_or(f64::INFINITY);
+        if self.recent.len() == self.config.buffer {
+            self.recent.pop_front();
+        }
+        self.recent.push_back((*frame, speed));
+    }
+}
+
+/// Unfiltered speeds are taken over this long, s.
+const SPEED_WINDOW_S: f64 = 0.06;
+
+impl Reaching {
+    /// Takes the velocity of now; has the hand turned back?
+    fn follow(&mut self, t_s: f64, velocity: Option<DVec3>, config: &WatchConfig) -> bool {
+        let Some(velocity) = velocity else {
+            self.unseen_since_s.get_or_insert(t_s);
+            return false;
+        };
+        self.unseen_since_s = None;
+        let speed = velocity.length();
+        if speed > config.offset_m_per_s {
+            self.slow_since_s = None;
+        } else {
+            self.slow_since_s.get_or_insert(t_s);
+        }
+        if speed > self.peak_m_per_s && velocity.dot(self.heading) > 0.0 {
+            self.peak_m_per_s = speed;
+            self.heading = velocity / speed;
+        }
+        speed >= config.onset_m_per_s && velocity.dot(self.heading) < 0.0
+    }
+
+    fn over(&self, t_s: f64, config: &WatchConfig) -> bool {
+        self.slow_since_s.is_some_and(|s| t_s - s >= config.rest_s)
+            || self
+                .unseen_since_s
+                .is_some_and(|s| t_s - s > config.max_gap_s)
+    }
+}

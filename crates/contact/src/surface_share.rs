@@ -1,0 +1,285 @@
+//! How a Gaussian over the contact point divides among the surfaces of a scene.
+
+use crate::gaussian::{Gaussian, spiral};
+use glam::{DMat3, DVec3};
+use hwall_scene::{Hit, Scene, SurfaceId};
+
+/// Two hits lie in one plane if their normals agree to this cosine ...
+const SAME_NORMAL_COS: f64 = 0.9999;
+/// ... and their offsets to this length, m.
+const SAME_PLANE_M: f64 = 1e-3;
+
+/// A plane of a surface, and what one Gaussian says about a contact there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Face {
+    pub(crate) surface: SurfaceId,
+    pub(crate) normal: DVec3,
+    /// A point of the face that was met, m.
+    pub(crate) met_m: DVec3,
+    /// Logarithm of the weight of a contact here; differences between faces count.
+    pub(crate) log_mass: f64,
+    /// Where on the face, m and m².
+    pub(crate) mean_m: DVec3,
+    pub(crate) covariance_m2: DMat3,
+}
+
+/// Divides Gaussians among the faces that straight ways from a point meet first.
+///
+/// The contact point x has the density N(x; m, C) of the estimate, and every square metre of a
+/// touchable surface that can be reached is as likely to be touched as any other. What a plane
+/// holds of the Gaussian is known in closed form; rays through regular points of the Gaussian
+/// only say which share of that can be reached: on ray i through the node zᵢ, the plane f lies at
+/// xᵢ and counts wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not something else is met before it,
+/// and the share is Σ wᵢ over the rays that meet f first, by Σ wᵢ over all. So a wall without end
+/// gets its exact weight from however few rays, and an edge costs an error of about half a ray.
+#[derive(Debug, Clone)]
+pub(crate) struct SurfaceShares {
+    nodes: Vec<[f64; 2]>,
+    rays: Vec<Ray>,
+    faces: Vec<Face>,
+}
+
+/// A way from the hand.
+#[derive(Debug, Clone, Copy)]
+struct Ray {
+    direction: DVec3,
+    /// Area on a unit sphere about the hand that the ray stands for, by the density of its node.
+    solid_angle: f64,
+    /// Index of the face met first, if it can be touched.
+    met: Option<usize>,
+}
+
+/// Faces met that cannot matter are not kept beyond this number.
+const MAX_FACES: usize = 96;
+
+impl SurfaceShares {
+    pub(crate) fn new(rays: usize) -> Self {
+        let nodes = spiral(rays.max(1));
+        Self {
+            rays: Vec::with_capacity(nodes.len()),
+            faces: Vec::with_capacity(MAX_FACES),
+            nodes,
+        }
+    }
+
+    /// The faces found since the last [`clear`](Self::clear).
+    pub(crate) fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.faces.clear();
+    }
+
+    /// Adds the faces that hold a part of `gaussian` and are met first from `origin_m`, nearer
+    /// than `max_distance_m`. `heading`: where the hand goes, for a Gaussian about the hand
+    /// itself. `seen` is a face that counts although no ray may meet it, with the share given.
+    pub(crate) fn add(
+        &mut self,
+        scene: &Scene,
+        (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
+        gaussian: &Gaussian,
+        log_weight: f64,
+        seen: Option<(&Hit, f64)>,
+    ) {
+        let first = self.faces.len();
+        self.cast(scene, (origin_m, heading, max_distance_m), gaussian, first);
+        let seen_face = seen.and_then(|(hit, share)| Some((self.face_of(hit, first)?, share)));
+        for index in first..self.faces.len() {
+            let least =
+                seen_face.map_or(0.0, |(face, share)| if face == index { share } else { 0.0 });
+            self.weigh(index, origin_m, gaussian, log_weight, least);
+        }
+    }
+
+    /// Adds the face closest to the mean alone, for when no ray meets any.
+    pub(crate) fn add_closest(
+        &mut self,
+        scene: &Scene,
+        origin_m: DVec3,
+        gaussian: &Gaussian,
+        radius_m: f64,
+    ) {
+        let closest = scene.closest_touchable(gaussian.mean_m, radius_m);
+        let Some(closest) = closest.ok().flatten() else {
+            return;
+        };
+        let towards = (origin_m - closest.point_m).dot(closest.normal);
+        let normal = if towards < 0.0 {
+            -closest.normal
+        } else {
+            closest.normal
+        };
+        let cut = gaussian.in_plane(closest.point_m, normal);
+        self.faces.push(Face {
+            surface: closest.surface,
+            normal,
+            met_m: closest.point_m,
+            log_mass: cut.log_density,
+            mean_m: closest.point_m,
+            covariance_m2: cut.covariance_m2,
+        });
+    }
+
+    /// Casts the rays; the faces met are appended, each once.
+    fn cast(
+        &mut self,
+        scene: &Scene,
+        (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
+        gaussian: &Gaussian,
+        first: usize,
+    ) {
+        self.rays.clear();
+        let sd_m = gaussian.sd_m();
+        let to_mean = gaussian.mean_m - origin_m;
+        // Near its end the mean is lost in its own noise; then the heading leads.
+        let lead_m = (2.0 * sd_m - to_mean.length()).max(0.0);
+        let aim = to_mean + heading.unwrap_or(DVec3::ZERO) * lead_m;
+        let Some(axis) = aim.try_normalize().or(heading) else {
+            return;
+        };
+        let distance_m = to_mean.dot(axis).max(sd_m);
+        let centre = to_mean - axis * (to_mean.dot(axis) - distance_m);
+        let (u, v) = axis.any_orthonormal_pair();
+        let [uu, uv, vv] = gaussian.across_m2(u, v);
+        // Cholesky factor of the covariance across the axis.
+        let a = uu.sqrt();
+        let b = uv / a;
+        let c = (vv - b * b).max(0.0).sqrt();
+        for index in 0..self.nodes.len() {
+            let [x, y] = self.nodes[index];
+            let through = centre + u * (a * x) + v * (b * x + c * y);
+            let length_m = through.length();
+            let direction = through / length_m;
+            let density = (-0.5 * (x * x + y * y)).exp() / std::f64::consts::TAU;
+            let solid_angle = a * c * direction.dot(axis)
+                / (length_m * length_m * density)
+                / self.nodes.len() as f64;
+            // The scene refuses only what is no ray.
+            let hit = scene.ray_cast(origin_m, direction).ok().flatten();
+            let hit = hit.filter(|hit| {
+                hit.distance_m <= max_distance_m && scene.surface(hit.surface).touchable()
+            });
+            let met = hit.and_then(|hit| self.face_of(&hit, first));
+            self.rays.push(Ray {
+                direction,
+                solid_angle,
+                met,
+            });
+        }
+    }
+
+    /// The face of a hit among those from `first` on, a new one where it is new.
+    fn face_of(&mut self, hit: &Hit, first: usize) -> Option<usize> {
+        let known = self.faces[first..].iter().position(|face| {
+            face.surface == hit.surface
+                && face.normal.dot(hit.normal) >= SAME_NORMAL_COS
+                && (face.met_m - hit.point_m).dot(face.normal).abs() <= SAME_PLANE_M
+        });
+        if let Some(known) = known {
+            return Some(first + known);
+        }
+        // A capacity, so that no step allocates; rays that meet more planes than this meet rubble.
+        (self.faces.len() < MAX_FACES).then(|| {
+            self.faces.push(Face {
+                surface: hit.surface,
+                normal: hit.normal,
+                met_m: hit.point_m,
+                log_mass: f64::NEG_INFINITY,
+                mean_m: hit.point_m,
+                covariance_m2: DMat3::ZERO,
+            });
+            self.faces.len() - 1
+        })
+    }
+
+    /// Weight and moments of one face.
+    fn weigh(
+        &mut self,
+        index: usize,
+        origin_m: DVec3,
+        gaussian: &Gaussian,
+        log_weight: f64,
+        least_share: f64,
+    ) {
+        let face = self.faces[index];
+        let cut = gaussian.in_plane(face.met_m, face.normal);
+        let (mut all, mut met) = (Moments::ZERO, Moments::ZERO);
+        let mut blocked = false;
+        for ray in &self.rays {
+            let slope = ray.direction.dot(face.normal);
+            let distance_m = (face.met_m - origin_m).dot(face.normal) / slope;
+            // A ray that runs along the plane or away from it.
+            if !(distance_m > 0.0 && distance_m.is_finite()) {
+                continue;
+            }
+            let off = ray.direction * distance_m - (cut.mean_m - origin_m);
+            let weight = cut.density_per_m2(gaussian, cut.mean_m + off)
+                * ray.solid_angle
+                * distance_m
+                * distance_m
+                / slope.abs();
+            all.add(weight, off);
+            if ray.met == Some(index) {
+                met.add(weight, off);
+            } else {
+                blocked = true;
+            }
+        }
+        // The weights of all add up to 1 where the rays cover what the plane holds.
+        let share = (met.weight / all.weight.max(0.5)).min(1.0);
+        let face = &mut self.faces[index];
+        face.log_mass = log_weight + cut.log_density + share.max(least_share).ln();
+        if blocked && met.weight > 1e-9 {
+            // Few rays say little about the spread: each stands for a piece of the whole.
+            face.mean_m = cut.mean_m + met.mean() - all.mean();
+            face.covariance_m2 = met.covariance() + cut.covariance_m2 * (1.0 / met.effective());
+        } else {
+            face.mean_m = cut.mean_m;
+            face.covariance_m2 = cut.covariance_m2;
+        }
+    }
+}
+
+/// Sums of weighted points.
+#[derive(Debug, Clone, Copy)]
+struct Moments {
+    weight: f64,
+    first: DVec3,
+    second: DMat3,
+    weight_squared: f64,
+}
+
+impl Moments {
+    const ZERO: Self = Self {
+        weight: 0.0,
+        first: DVec3::ZERO,
+        second: DMat3::ZERO,
+        weight_squared: 0.0,
+    };
+
+    fn add(&mut self, weight: f64, x: DVec3) {
+        self.weight += weight;
+        self.weight_squared += weight * weight;
+        self.first += x * weight;
+        self.second += outer(x) * weight;
+    }
+
+    /// How many points of one weight would say as much.
+    fn effective(&self) -> f64 {
+        self.weight * self.weight / self.weight_squared
+    }
+
+    fn mean(&self) -> DVec3 {
+        self.first / self.weight
+    }
+
+    fn covariance(&self) -> DMat3 {
+        self.second * (1.0 / self.weight) - outer(self.mean())
+    }
+}
+
+/// x xᵀ.
+pub(crate) fn outer(x: DVec3) -> DMat3 {
+    DMat3::from_cols(x * x.x, x * x.y, x * x.z)
+}

@@ -1,0 +1,129 @@
+//! Reaches found in a stream.
+
+use glam::DVec3;
+use hwall_contact::{
+    ContactEstimate, ContactEstimator, HandFilter, HandFilterConfig, HandFrame, ReachWatch,
+    WatchConfig,
+};
+
+/// Writes down what it is given.
+#[derive(Debug, Default)]
+struct Diary {
+    reaches: Vec<Vec<f64>>,
+}
+
+impl ContactEstimator for Diary {
+    fn begin(&mut self) {
+        self.reaches.push(Vec::new());
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        self.reaches.last_mut()?.push(frame.t_s);
+        Some(ContactEstimate::of_point(frame.t_s, DVec3::ZERO))
+    }
+}
+
+/// Runs a hand at 100 Hz along x; returns the diary and the times with an estimate.
+fn run(until_s: f64, x: impl Fn(f64) -> Option<f64>) -> (Diary, Vec<f64>) {
+    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+    let mut watch = ReachWatch::new(WatchConfig::default()).unwrap();
+    let (mut diary, mut estimated_s) = (Diary::default(), Vec::new());
+    for i in 0..(until_s * 100.0) as usize {
+        let t_s = 0.01 * i as f64;
+        let mut frame = HandFrame::empty(t_s);
+        frame.palm_m = x(t_s).map(|x| DVec3::new(x, 0.0, 1.0));
+        let tracking = filter.step(&frame);
+        if watch.step(&frame, tracking.state(), &mut diary).is_some() {
+            assert!(watch.reaching());
+            estimated_s.push(t_s);
+        }
+    }
+    (diary, estimated_s)
+}
+
+fn minimum_jerk(t: f64) -> f64 {
+    let s = t.clamp(0.0, 1.0);
+    s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+}
+
+#[test]
+fn a_reach_is_replayed_from_where_it_began_and_ends_at_rest() {
+    // At rest until 0.5 s, 0.6 m in 0.8 s, at rest again.
+    let (diary, estimated_s) = run(3.0, |t| Some(0.6 * minimum_jerk((t - 0.5) / 0.8)));
+    assert_eq!(diary.reaches.len(), 1);
+    let seen = &diary.reaches[0];
+    // The speed passes 0.1 m/s at 0.57 s; the filter is a step and a half late.
+    assert!((0.54..0.61).contains(&seen[0]), "{}", seen[0]);
+    // Nothing is skipped.
+    assert!(seen.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
+    assert!(
+        (0.62..0.72).contains(&estimated_s[0]),
+        "onset seen at {}",
+        estimated_s[0]
+    );
+    let end_s = estimated_s.last().unwrap();
+    assert!((1.25..1.45).contains(end_s), "{end_s}");
+}
+
+#[test]
+fn there_and_back_without_a_rest_are_two_reaches() {
+    let (diary, _) = run(3.0, |t| {
+        let x = minimum_jerk((t - 0.5) / 0.6) - minimum_jerk((t - 1.05) / 0.6);
+        Some(0.5 * x)
+    });
+    assert_eq!(diary.reaches.len(), 2);
+    // It turns at 1.075 s.
+    let turn_s = diary.reaches[1][0];
+    assert!((1.03..1.12).contains(&turn_s), "{turn_s}");
+}
+
+#[test]
+fn tremor_and_slow_drift_are_no_reach() {
+    let (diary, estimated_s) = run(5.0, |t| Some(0.05 * t + 0.001 * (60.0 * t).sin()));
+    assert!(diary.reaches.is_empty() && estimated_s.is_empty());
+}
+
+#[test]
+fn a_stream_that_begins_in_mid_reach_is_followed_from_its_first_sample() {
+    let (diary, _) = run(0.5, |t| Some(1.2 * t));
+    assert_eq!(diary.reaches.len(), 1);
+    assert_eq!(diary.reaches[0][0], 0.0);
+}
+
+#[test]
+fn a_short_dropout_is_part_of_the_reach_and_a_long_one_ends_it() {
+    let moving =
+        |gap: std::ops::Range<f64>| run(2.0, move |t| (!gap.contains(&t)).then_some(0.5 * t)).0;
+    let short = moving(0.6..0.75);
+    assert_eq!(short.reaches.len(), 1);
+    assert!(short.reaches[0].iter().any(|t| (0.65..0.7).contains(t)));
+    let long = moving(0.6..1.2);
+    assert_eq!(long.reaches.len(), 2);
+    assert!(long.reaches[1][0] >= 1.19, "{}", long.reaches[1][0]);
+}
+
+#[test]
+fn a_clock_that_is_set_back_starts_anew_and_a_repeated_sample_is_passed_over() {
+    let mut watch = ReachWatch::new(WatchConfig::default()).unwrap();
+    let mut diary = Diary::default();
+    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+    for start_s in [10.0, 2.0] {
+        for i in 0..30 {
+            let t_s = start_s + 0.01 * f64::from(i);
+            let mut frame = HandFrame::empty(t_s);
+            frame.palm_m = Some(DVec3::X * (t_s - start_s));
+            for _ in 0..2 {
+                let tracking = filter.step(&frame);
+                watch.step(&frame, tracking.state(), &mut diary);
+            }
+        }
+    }
+    assert_eq!(diary.reaches.len(), 2);
+    for (reach, start_s) in diary.reaches.iter().zip([10.0, 2.0]) {
+        assert_eq!((reach.len(), reach[0]), (30, start_s));
+    }
+    assert_eq!(
+        watch.step(&HandFrame::empty(f64::NAN), None, &mut diary),
+        None
+    );
+}

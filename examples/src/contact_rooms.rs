@@ -1,0 +1,526 @@
+//! Rooms of several surfaces and people who touch them: what predictions with a scene are judged by.
+
+use crate::contact_rooms_scores::{Heard, Told};
+use anyhow::Context;
+use glam::DVec3;
+use hwall_contact::{
+    ContactEstimate, ContactEstimator, ContactPrediction, DeterministicPredictor, FusedConfig,
+    FusedPredictor, GazeFilter, GazeModel, HandFilter, HandFilterConfig, HandFrame, HandPoint,
+    LabelledReach, PredictionSource, Predictor, PredictorConfig, ReachWatch, Seen, WatchConfig,
+};
+use hwall_scene::{Scene, SurfaceId};
+use hwall_sim::{PersonConfig, Population, ReachPlan, TouchPlan, TouchSequence, TrackedSample};
+use hwall_testkit::Sampler;
+use std::fmt::Write;
+use std::time::Instant;
+
+/// Period of the tracker, s.
+const PERIOD_S: f64 = 1.0 / 90.0;
+/// Targets keep this far from the edges of their surface where it is large enough, m.
+const INSET_M: f64 = 0.03;
+/// Noise of a gaze beyond which the filter takes a leap for a saccade, in standard deviations.
+const SACCADE_SDS: f64 = 3.5;
+
+/// A rectangle: name, corner, and two edges, m; their cross product points to the person.
+type Rectangle = (&'static str, [f64; 3], [f64; 3], [f64; 3]);
+
+/// Numbers of touchable surfaces of the rooms, in the order of the tables.
+pub const ROOMS: [usize; 4] = [1, 3, 6, 12];
+
+/// What a room has to bear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    /// For tables.
+    pub name: String,
+    /// What people and trackers are like.
+    pub person: PersonConfig,
+    /// Share of the reaches that start for another target.
+    pub changes_of_mind: f64,
+    /// Only targets that the eyes cannot see, from behind something that cannot be touched or that
+    /// can: figure VI-1 of the dissertation.
+    pub occluded: bool,
+}
+
+impl Condition {
+    /// People as they are.
+    #[must_use]
+    pub fn usual() -> Self {
+        Self {
+            name: "usual".to_owned(),
+            person: PersonConfig::varied(),
+            changes_of_mind: 0.0,
+            occluded: false,
+        }
+    }
+
+    /// One thing after the other made worse.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let usual = Self::usual();
+        let with = |name: String, change: &dyn Fn(&mut Self)| {
+            let mut condition = Self {
+                name,
+                ..usual.clone()
+            };
+            change(&mut condition);
+            condition
+        };
+        let mut all = vec![usual.clone()];
+        for degrees in [0.0, 2.0, 5.0, 10.0_f64] {
+            all.push(with(format!("gaze noise {degrees} deg"), &|c| {
+                c.person.gaze_noise_rad = degrees.to_radians();
+            }));
+        }
+        all.push(with("gaze misses".to_owned(), &|c| {
+            c.person.gaze_misses = 1.0
+        }));
+        all.push(with("gaze leaves early".to_owned(), &|c| {
+            c.person.gaze_leaves = 1.0;
+            c.person.gaze_misses = 0.0;
+        }));
+        all.push(with("occluded".to_owned(), &|c| c.occluded = true));
+        all.push(with("tracker noise 5 mm".to_owned(), &|c| {
+            c.person.tracker_noise_m = 0.005;
+        }));
+        all.push(with("dropouts 15 %".to_owned(), &|c| {
+            c.person.dropout = 0.15
+        }));
+        all.push(with("changes of mind".to_owned(), &|c| {
+            c.changes_of_mind = 1.0
+        }));
+        all
+    }
+}
+
+/// How many people and touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cast {
+    /// People to learn from, and other ones to be judged by.
+    pub people: [usize; 2],
+    /// Touches of each.
+    pub touches: usize,
+    /// Everything follows from it.
+    pub seed: u64,
+}
+
+impl Default for Cast {
+    fn default() -> Self {
+        Self {
+            people: [12, 8],
+            touches: 12,
+            seed: 1,
+        }
+    }
+}
+
+/// A way to foresee the end of a reach, without a scene.
+pub struct Learner<'a> {
+    /// For tables.
+    pub name: &'a str,
+    /// Trains it.
+    pub train: &'a dyn Fn(&[LabelledReach]) -> anyhow::Result<Box<dyn ContactEstimator>>,
+}
+
+/// The surfaces of a room with so many touchable ones, and its sidecar.
+fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
+    let wide = |name, y: [f64; 2], x: f64, z: [f64; 2]| {
+        (
+            name,
+            [x, y[0], z[0]],
+            [0.0, y[1] - y[0], 0.0],
+            [0.0, 0.0, z[1] - z[0]],
+        )
+    };
+    let mut all = match count {
+        1 | 3 => vec![wide("wall", [-0.5, 0.6], 0.4, [0.3, 1.2])],
+        _ => vec![
+            wide("wall", [-0.5, 0.15], 0.4, [0.3, 1.2]),
+            wide("door", [0.15, 0.6], 0.4, [0.3, 1.2]),
+        ],
+    };
+    if count >= 3 {
+        // A corner, and a shelf before the wall.
+        all.push(("side", [0.9, -0.5, 0.3], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.9]));
+        all.push(wide("shelf", [0.1, 0.45], 0.6, [0.5, 0.68]));
+    }
+    if count >= 6 {
+        all.push(wide("picture", [-0.38, -0.12], 0.43, [0.8, 1.1]));
+        all.push(wide("cabinet", [-0.4, -0.12], 0.62, [0.35, 0.6]));
+    }
+    let names = ["key1", "key2", "key3", "key4", "key5", "key6"];
+    let keys = names.iter().enumerate().take(count.saturating_sub(6));
+    all.extend(keys.map(|(i, name)| {
+        let (column, row) = ((i % 3) as f64, (i / 3) as f64);
+        let (y, z) = (-0.1 + 0.1 * column, 0.78 + 0.1 * row);
+        wide(name, [y, y + 0.09], 0.5, [z, z + 0.09])
+    }));
+    let mut sidecar = String::new();
+    if count >= 3 {
+        // Hangs between the eyes and what lies behind; the hand passes below.
+        all.push(wide("pane", [-0.3, -0.05], 0.85, [0.84, 0.98]));
+        sidecar += "[surface.pane]\nkind = \"untouchable\"\n";
+    }
+    if count >= 6 {
+        sidecar += "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.4, 0.6, 0.3]\n\
+                    hinge_axis = [0, 0, 1]\nrange_deg = [0, 80]\n";
+    }
+    (all, sidecar)
+}
+
+/// A room, and where in it people reach.
+pub struct Room {
+    /// The scene, robot base frame.
+    pub scene: Scene,
+    touchable: Vec<(SurfaceId, Rectangle)>,
+}
+
+impl Room {
+    /// The room with so many touchable surfaces: 1, 3, 6 or 12.
+    ///
+    /// # Errors
+    /// Never for those.
+    pub fn new(count: usize) -> anyhow::Result<Self> {
+        let (rectangles, sidecar) = surfaces(count);
+        let mut obj = String::new();
+        for (i, (name, corner, u, v)) in rectangles.iter().enumerate() {
+            let [corner, u, v] = [corner, u, v].map(|&p| DVec3::from_array(p));
+            writeln!(obj, "o {name}")?;
+            for p in [corner, corner + u, corner + u + v, corner + v] {
+                writeln!(obj, "v {} {} {}", p.x, p.y, p.z)?;
+            }
+            let n = 4 * i;
+            writeln!(obj, "f {} {} {} {}", n + 1, n + 2, n + 3, n + 4)?;
+        }
+        let (scene, _) = Scene::from_obj_str(&obj, Some(&sidecar))?;
+        let touchable = rectangles
+            .into_iter()
+            .filter_map(|r| Some((scene.find(r.0)?, r)))
+            .filter(|(id, _)| scene.surface(*id).touchable())
+            .collect();
+        Ok(Self { scene, touchable })
+    }
+
+    /// A point of a surface drawn evenly, and the surface drawn evenly before, such that the
+    /// straight way of the hand there is free and the eyes see it, or do not.
+    fn target(
+        &self,
+        sampler: &mut Sampler,
+        person: &PersonConfig,
+        occluded: bool,
+    ) -> Option<TouchPlan> {
+        (0..500).find_map(|_| {
+            let (_, (_, corner, u, v)) = self.touchable[sampler.index(self.touchable.len())];
+            let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
+            let mut along = |edge: DVec3| {
+                let inset = (INSET_M / edge.length()).min(0.3);
+                edge * sampler.uniform(inset, 1.0 - inset)
+            };
+            let target_m = corner + along(u) + along(v);
+            let normal = u.cross(v).normalize();
+            let before_m = target_m + normal * 1e-3;
+            let free = self.scene.visible(person.hand_rest_m, before_m).ok()?;
+            let seen = self.scene.visible(person.head_m, before_m).ok()?;
+            let front = (person.hand_rest_m - target_m).dot(normal) > 0.1;
+            (free && front && seen != occluded).then_some(TouchPlan { target_m, normal })
+        })
+    }
+
+    /// The surface at a target.
+    fn surface_at(&self, target_m: DVec3) -> anyhow::Result<SurfaceId> {
+        let closest = self.scene.closest_touchable(target_m, 0.01)?;
+        Ok(closest.context("a target off all surfaces")?.surface)
+    }
+
+    /// Does the fingertip come to its target without passing through anything?
+    fn way_is_free(&self, hand: &TouchSequence, [start_s, contact_s]: [f64; 2]) -> bool {
+        let end_s = contact_s - 0.02;
+        let steps = 40;
+        let at = |i: usize| {
+            hand.true_index_tip(start_s + (end_s - start_s) * i as f64 / f64::from(steps))
+        };
+        (0..steps as usize).all(|i| self.scene.visible(at(i), at(i + 1)).unwrap_or(false))
+    }
+}
+
+/// One touch that is judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    /// The surface touched.
+    pub surface: SurfaceId,
+    /// Where, m, and the unit normal there.
+    pub target_m: DVec3,
+    /// Unit normal towards the person.
+    pub normal: DVec3,
+    /// The hand starts, and touches, s.
+    pub start_s: f64,
+    /// See `start_s`.
+    pub contact_s: f64,
+}
+
+/// A person's samples and touches.
+pub struct Stream {
+    frames: Vec<HandFrame>,
+    /// In order of time.
+    pub touches: Vec<Touch>,
+}
+
+fn frame(sample: &TrackedSample) -> HandFrame {
+    HandFrame {
+        t_s: sample.t_s,
+        palm_m: sample.palm_m,
+        tips_m: sample.tips_m,
+        head_m: sample.head_m,
+        gaze: sample.gaze,
+    }
+}
+
+/// The people of a condition in a room: those to learn from, those to be judged by.
+///
+/// # Errors
+/// A condition that no person can meet.
+pub fn streams(
+    room: &Room,
+    condition: &Condition,
+    cast: &Cast,
+) -> anyhow::Result<[Vec<Stream>; 2]> {
+    let population = Population::new(condition.person, cast.seed)?;
+    let mut sampler = Sampler::new(cast.seed);
+    let mut number = 0;
+    let mut of = |people: usize| {
+        (0..people)
+            .map(|_| {
+                let mut plans = Vec::new();
+                for _ in 0..cast.touches {
+                    let mut draw =
+                        |occluded| room.target(&mut sampler, &condition.person, occluded);
+                    let touch = draw(condition.occluded).context("no place to touch")?;
+                    let other = draw(false);
+                    let changes = sampler.uniform(0.0, 1.0) < condition.changes_of_mind;
+                    plans.push(ReachPlan {
+                        touch,
+                        meant_first: other.filter(|_| changes),
+                    });
+                }
+                let hand = population.person(number).plan_reaches(&plans)?;
+                number += 1;
+                stream(room, &hand)
+            })
+            .collect::<anyhow::Result<Vec<_>>>()
+    };
+    Ok([of(cast.people[0])?, of(cast.people[1])?])
+}
+
+fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
+    let samples = (hand.duration_s() / PERIOD_S) as usize;
+    let frames = (0..samples)
+        .map(|i| frame(&hand.tracked(i as f64 * PERIOD_S)))
+        .collect();
+    let mut touches = Vec::new();
+    for truth in hand.touches() {
+        if room.way_is_free(hand, [truth.start_s, truth.contact_s]) {
+            touches.push(Touch {
+                surface: room.surface_at(truth.target_m)?,
+                target_m: truth.target_m,
+                normal: truth.normal,
+                start_s: truth.start_s,
+                contact_s: truth.contact_s,
+            });
+        }
+    }
+    Ok(Stream { frames, touches })
+}
+
+/// Keeps the samples of a reach as an estimator would be given them.
+#[derive(Default)]
+struct Keeper(Vec<HandFrame>);
+
+impl ContactEstimator for Keeper {
+    fn begin(&mut self) {
+        self.0.clear();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        self.0.push(*frame);
+        None
+    }
+}
+
+/// The filters that every predictor lives behind.
+struct Filters {
+    hand: HandFilter,
+    gaze: GazeFilter,
+}
+
+impl Filters {
+    fn new(condition: &Condition) -> anyhow::Result<Self> {
+        let noise_rad = condition.person.gaze_noise_rad;
+        let saccade_rad = (SACCADE_SDS * noise_rad).clamp(0.07, 0.35);
+        Ok(Self {
+            hand: HandFilter::new(HandFilterConfig::simulated())?,
+            gaze: GazeFilter::new(0.15, saccade_rad)?,
+        })
+    }
+}
+
+/// Reaches to learn from, each with the samples that a live estimator would see of it, and with the
+/// filtered gaze in them.
+///
+/// # Errors
+/// Settings that a filter refuses.
+pub fn reaches(streams: &[Stream], condition: &Condition) -> anyhow::Result<Vec<LabelledReach>> {
+    let mut all = Vec::new();
+    for (person, stream) in streams.iter().enumerate() {
+        let mut filters = Filters::new(condition)?;
+        let mut watch = ReachWatch::new(WatchConfig::default())?;
+        let mut keeper = Keeper::default();
+        let mut due = stream.touches.iter();
+        let mut next = due.next();
+        for frame in &stream.frames {
+            let Some(touch) = next else { break };
+            if frame.t_s >= touch.contact_s {
+                let reach = LabelledReach {
+                    person: Some(person.to_string()),
+                    trial: Some(all.len().to_string()),
+                    point: HandPoint::Index,
+                    frames: keeper.0.clone(),
+                    contact_m: touch.target_m,
+                    contact_s: touch.contact_s,
+                    normal: Some(touch.normal),
+                };
+                let begun = reach
+                    .frames
+                    .first()
+                    .is_some_and(|f| f.t_s > touch.start_s - 0.2);
+                if begun && reach.validate().is_ok() {
+                    all.push(reach);
+                }
+                next = due.next();
+            }
+            let tracking = filters.hand.step(frame);
+            let gaze = frame
+                .gaze_ray()
+                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let mut kept = *frame;
+            kept.gaze = gaze.map(|ray| ray.direction);
+            watch.step(&kept, tracking.state(), &mut keeper);
+        }
+    }
+    Ok(all)
+}
+
+/// An estimate brought to the closest surface: what an estimator is worth without fusion.
+struct Projected {
+    estimator: Box<dyn ContactEstimator>,
+    watch: ReachWatch,
+    answer: Option<ContactPrediction>,
+}
+
+impl Predictor for Projected {
+    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+        let estimate = self.watch.step(seen.frame, seen.hand, &mut self.estimator);
+        self.answer = estimate.and_then(|e| {
+            let closest = scene.closest_touchable(e.point_m, 1.0).ok()??;
+            Some(ContactPrediction {
+                surface: closest.surface,
+                point_m: closest.point_m,
+                covariance_m2: e.covariance_m2,
+                normal: closest.normal,
+                roughness: None,
+                distance_m: closest.distance_m,
+                time_to_contact_s: e.time_to_contact_s,
+                probability: 1.0,
+                source: PredictionSource::Motion,
+            })
+        });
+        self.answer.as_slice()
+    }
+}
+
+/// Everyone in the tables: two ray casts, and each learner brought to the closest surface and fused.
+///
+/// # Errors
+/// A learner that cannot be trained.
+pub fn predictors(
+    reaches: &[LabelledReach],
+    learners: &[Learner<'_>],
+) -> anyhow::Result<Vec<(String, Box<dyn Predictor>)>> {
+    let ray = |config| DeterministicPredictor::new(config);
+    let mut all: Vec<(String, Box<dyn Predictor>)> = vec![
+        (
+            "ray cast".to_owned(),
+            Box::new(ray(PredictorConfig::default())?),
+        ),
+        (
+            "ray cast, ray led".to_owned(),
+            Box::new(ray(PredictorConfig::ray_led())?),
+        ),
+    ];
+    let config = FusedConfig {
+        gaze: GazeModel::default().fit(reaches)?,
+        ..FusedConfig::default()
+    };
+    for learner in learners {
+        let train = || (learner.train)(reaches).with_context(|| learner.name.to_owned());
+        let projected = Projected {
+            estimator: train()?,
+            watch: ReachWatch::new(WatchConfig::default())?,
+            answer: None,
+        };
+        all.push((
+            format!("{}, closest surface", learner.name),
+            Box::new(projected),
+        ));
+        let fused = FusedPredictor::new(train()?, config.clone())?;
+        all.push((format!("{}, fused", learner.name), Box::new(fused)));
+    }
+    Ok(all)
+}
+
+/// What a predictor says of every touch, sample by sample from the start of the hand to the contact.
+///
+/// # Errors
+/// Settings that a filter refuses.
+pub fn listen(
+    predictor: &mut dyn Predictor,
+    room: &Room,
+    streams: &[Stream],
+    condition: &Condition,
+) -> anyhow::Result<Vec<Told>> {
+    let mut told = Vec::new();
+    for stream in streams {
+        let mut filters = Filters::new(condition)?;
+        let mut due = stream.touches.iter();
+        let mut next = due.next();
+        let mut heard = Vec::new();
+        for frame in &stream.frames {
+            let Some(touch) = next else { break };
+            if frame.t_s >= touch.contact_s {
+                told.push(Told {
+                    touch: *touch,
+                    heard: std::mem::take(&mut heard),
+                });
+                next = due.next();
+            }
+            let tracking = filters.hand.step(frame);
+            let gaze = frame
+                .gaze_ray()
+                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let seen = Seen {
+                frame,
+                hand: tracking.state(),
+                gaze: gaze.as_ref(),
+            };
+            let began = Instant::now();
+            let first = predictor.predict(&room.scene, &seen).first().copied();
+            let took_us = began.elapsed().as_secs_f64() * 1e6;
+            if next.is_some_and(|t| frame.t_s >= t.start_s) {
+                heard.push(Heard {
+                    t_s: frame.t_s,
+                    first,
+                    took_us,
+                });
+            }
+        }
+    }
+    Ok(told)
+}
