@@ -42,7 +42,8 @@ pub struct DemonstrationConfig {
     pub gaze: bool,
     /// A recording begins this long before the hand starts, s, if the person rests by then.
     pub before_s: f64,
-    /// The arm starts for the target this long after the hand, s; `None`: there is no arm.
+    /// The arm starts for the target this long after the person looks at it, s; `None`: there is
+    /// no arm.
     pub arm_reaction_s: Option<f64>,
 }
 
@@ -96,7 +97,7 @@ impl DemonstrationConfig {
             hand_rest_m: DVec3::new(1.15, 0.20, 0.45),
             rest_scatter_m: 0.04,
             gesture: Some(Gesture::Pointing),
-            mean_reach_s: [0.52, 0.86],
+            mean_reach_s: [0.62, 1.00],
             speed_peak: [0.36, 0.46],
             corrections: 0.8,
             press_depth_m: [0.002, 0.006],
@@ -374,7 +375,7 @@ fn answer(
 
 /// What the person goes for at a time, and the surface's normal there.
 fn wanted(sequence: &TouchSequence, t_s: f64) -> Option<(DVec3, DVec3)> {
-    let touch = sequence.touch_at(t_s).filter(|t| t.start_s <= t_s)?;
+    let touch = sequence.touch_at(t_s)?;
     Some(match touch.changed {
         Some(meant) if t_s < meant.switch_s => (meant.target_m, meant.normal),
         _ => (touch.target_m, touch.normal),
