@@ -206,18 +206,26 @@ impl Source {
         })
     }
 
+    /// Who is held out when.
+    #[must_use]
+    pub fn split(&self) -> Split {
+        Split::of(&self.reaches, &self.recordings)
+    }
+}
+
+impl Split {
     /// Who is held out when: each person, of two and more; else each recording, of five and more; else each
     /// reach. More than fifty folds are joined, neighbours first.
     #[must_use]
-    pub fn split(&self) -> Split {
-        let people: Option<Vec<&str>> = self.reaches.iter().map(|r| r.person.as_deref()).collect();
+    pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
+        let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();
         let people = people.map(|p| units(&p));
-        let recordings = units(&self.recordings);
+        let recordings = units(recordings);
         let count = |units: &[usize]| units.iter().max().map_or(0, |m| m + 1);
         let (what, units) = match people {
             Some(people) if count(&people) >= 2 => ("person", people),
             _ if count(&recordings) >= FEWEST_RECORDINGS => ("recording", recordings),
-            _ => ("reach", (0..self.reaches.len()).collect()),
+            _ => ("reach", (0..reaches.len()).collect()),
         };
         let n = count(&units);
         let folds = n.min(MOST_FOLDS);
@@ -231,7 +239,7 @@ impl Source {
             let belongs = |i: &usize| (fold_of(units[*i]) == fold) == held_out;
             (0..units.len()).filter(belongs).collect()
         };
-        Split {
+        Self {
             description,
             folds: (0..folds)
                 .map(|fold| Fold {

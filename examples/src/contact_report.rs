@@ -127,7 +127,8 @@ fn heading(source: &Source) -> String {
 }
 
 /// Who has the least median error when.
-fn verdict(scores: &[Scores]) -> String {
+#[must_use]
+pub fn verdict(scores: &[Scores]) -> String {
     let mut text = String::from("\nLeast median error:");
     for moment in crate::contact_scores::Moment::all() {
         let competitors = scores

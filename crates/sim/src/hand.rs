@@ -1,15 +1,23 @@
 //! A right hand as a palm and five fingertips.
 
+use crate::profile::minimum_jerk;
 use glam::{DMat3, DQuat, DVec3};
 
-/// How the hand is held; the index finger leads in both.
+/// How the hand is held; the index finger leads in all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gesture {
-    /// Index finger stretched, the others curled.
+    /// Index finger stretched, the others curled, all the time.
     #[default]
     Pointing,
-    /// All fingers stretched.
+    /// All fingers stretched, all the time.
     Flat,
+    /// Clenched at rest, all fingers stretched at contact.
+    Opening,
+}
+
+impl Gesture {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Pointing, Self::Flat, Self::Opening];
 }
 
 /// Hand length (wrist to the tip of the middle finger) that the tables below are for, m.
@@ -32,24 +40,48 @@ const FLAT_M: [DVec3; 5] = [
     DVec3::new(0.091, -0.018, -0.006),
     DVec3::new(0.070, -0.042, -0.004),
 ];
+const CLENCHED_M: [DVec3; 5] = [
+    DVec3::new(0.038, 0.020, -0.045),
+    DVec3::new(0.042, 0.022, -0.036),
+    DVec3::new(0.038, 0.003, -0.040),
+    DVec3::new(0.034, -0.016, -0.038),
+    DVec3::new(0.028, -0.033, -0.032),
+];
 
-/// Palm and fingertips, thumb first, that put the index fingertip at `index_tip_m`.
-pub(crate) fn place(
-    gesture: Gesture,
-    length_m: f64,
-    base_from_hand: DQuat,
-    index_tip_m: DVec3,
-) -> (DVec3, [DVec3; 5]) {
-    let table = match gesture {
-        Gesture::Pointing => POINTING_M,
-        Gesture::Flat => FLAT_M,
-    };
-    let from_palm = table.map(|tip| base_from_hand * (tip * (length_m / REFERENCE_LENGTH_M)));
-    let palm_m = index_tip_m - from_palm[1];
-    // The index tip itself is not computed back and forth.
-    let mut tips_m = from_palm.map(|tip| palm_m + tip);
-    tips_m[1] = index_tip_m;
-    (palm_m, tips_m)
+/// A hand of a certain size, held in a certain way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hand {
+    pub(crate) gesture: Gesture,
+    pub(crate) length_m: f64,
+    /// Share of the time to contact in which an opening hand is open.
+    pub(crate) open_by: f64,
+}
+
+impl Hand {
+    /// Palm and fingertips, thumb first, that put the index fingertip at `index_tip_m`, when the
+    /// share `elapsed` of the time to contact is over.
+    pub(crate) fn place(
+        &self,
+        elapsed: f64,
+        base_from_hand: DQuat,
+        index_tip_m: DVec3,
+    ) -> (DVec3, [DVec3; 5]) {
+        let table = match self.gesture {
+            Gesture::Pointing => POINTING_M,
+            Gesture::Flat => FLAT_M,
+            Gesture::Opening => {
+                let open = minimum_jerk(elapsed / self.open_by);
+                std::array::from_fn(|i| CLENCHED_M[i].lerp(FLAT_M[i], open))
+            }
+        };
+        let size = self.length_m / REFERENCE_LENGTH_M;
+        let from_palm = table.map(|tip| base_from_hand * (tip * size));
+        let palm_m = index_tip_m - from_palm[1];
+        // The index tip itself is not computed back and forth.
+        let mut tips_m = from_palm.map(|tip| palm_m + tip);
+        tips_m[1] = index_tip_m;
+        (palm_m, tips_m)
+    }
 }
 
 /// Orientation of a hand whose fingers point along a unit vector, its back as far up as that allows.

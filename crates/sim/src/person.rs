@@ -1,123 +1,37 @@
 //! A simulated person: habits drawn from a seed, and touches planned with them.
 
-use crate::error::{finite, not_negative, positive};
-use crate::hand::Gesture;
-use crate::reach::ReachPath;
+use crate::draw::Draw;
+use crate::gaze::{Fixation, LookAt, SACCADE_S, deflected};
+use crate::hand::{Gesture, Hand};
+use crate::profile::{PEAKS, Profile};
+use crate::reach::{Approach, ReachPath, Shape};
 use crate::sequence::{Timeline, Touch, TouchSequence};
-use crate::{SimError, TouchPlan};
+use crate::{PersonConfig, ReachPlan, SimError, TouchPlan};
 use glam::DVec3;
-use rand::{RngExt, SeedableRng};
-use rand_distr::StandardNormal;
-use rand_pcg::Pcg64;
 use std::f64::consts::TAU;
 
-/// Settings of a [`Person`]. Pairs are ranges, smallest then largest, drawn from uniformly.
+/// What the streams of random numbers are for. Habits and reaches of a plain person have streams
+/// of their own, so that the other traits change nothing about them.
+const PLAIN_HABITS: u64 = 0;
+const HABITS: u64 = 0xD1B5_4A32_D192_ED03;
+const PLAIN_REACHES: u64 = 0x9E37_79B9_7F4A_7C15;
+const REACHES: u64 = 0xAEF1_7502_108E_F2D9;
+
+/// A change of mind comes at this share of the time to contact, and takes that much longer.
+const SWITCH: [f64; 2] = [0.25, 0.6];
+const CHANGED_TAKES: f64 = 1.3;
+
+/// How far off a gaze is that is elsewhere, and how far it goes when it leaves, rad.
+const MISS_RAD: [f64; 2] = [0.26, 0.70];
+const LEAVE_RAD: [f64; 2] = [0.14, 0.44];
+/// How long before the contact it leaves, s.
+const LEAVE_S: [f64; 2] = [0.05, 0.25];
+
+/// A person with habits of their own: hand and gesture, pace, speed profile, bow of the reach,
+/// posture, gaze, tremor.
 ///
-/// Lengths and angles are in the robot's base frame, z up. Where no source is named the default
-/// is an assumption.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PersonConfig {
-    /// Point between the eyes, m. Default (1.3, 0, 1.0): in front of the arm, whose base stands
-    /// on a table, so the floor is about 0.65 m below it.
-    pub head_m: DVec3,
-    /// Where the person faces, horizontal part used. Default -x, towards the arm.
-    pub facing: DVec3,
-    /// Tip of the index finger at rest, m. Default (0.95, 0.15, 0.72): half raised, on the
-    /// right.
-    pub hand_rest_m: DVec3,
-    /// How the hand is held.
-    pub gesture: Gesture,
-    /// Length of the hand, wrist to middle fingertip, m. Default 0.17 to 0.205.
-    pub hand_length_m: [f64; 2],
-    /// A person's mean duration of a reach, s. Default 0.6 to 1.2; single reaches scatter by 10 %.
-    pub mean_reach_s: [f64; 2],
-    /// Largest sideways deviation from the straight way, share of its length. Default 0.01 to 0.05.
-    pub curvature: [f64; 2],
-    /// How far beyond the surface the fingertip wants to go, m. Default 0.008 to 0.02: with
-    /// 500 N/m that is 4 to 10 N.
-    pub press_depth_m: [f64; 2],
-    /// How long it stays there, s. Default 0.5 to 1.
-    pub hold_s: [f64; 2],
-    /// Rest before the gaze leaves for the next target, s. Default 0.5 to 1.2.
-    pub pause_s: [f64; 2],
-    /// Mean time from the gaze leaving to the hand starting, s. Default 0.3; scatters by 15 %.
-    pub gaze_lead_s: f64,
-    /// Deviation of the gaze from the target, constant while it rests there, sd in each of two
-    /// directions, rad. Default 1 degree.
-    pub gaze_offset_rad: f64,
-    /// Noise of the eye tracker on every sample, sd in each of two directions, rad. Default 0.5
-    /// degrees.
-    pub gaze_noise_rad: f64,
-    /// Amplitude of the tremor of the hand, m. Default 0.0003, at frequencies from 8 to 12 Hz.
-    pub tremor_m: f64,
-    /// Noise of the tracker on palm, fingertips and head, sd per axis, m. Default 0.0007.
-    pub tracker_noise_m: f64,
-}
-
-impl Default for PersonConfig {
-    fn default() -> Self {
-        Self {
-            head_m: DVec3::new(1.3, 0.0, 1.0),
-            facing: DVec3::NEG_X,
-            hand_rest_m: DVec3::new(0.95, 0.15, 0.72),
-            gesture: Gesture::Pointing,
-            hand_length_m: [0.17, 0.205],
-            mean_reach_s: [0.6, 1.2],
-            curvature: [0.01, 0.05],
-            press_depth_m: [0.008, 0.02],
-            hold_s: [0.5, 1.0],
-            pause_s: [0.5, 1.2],
-            gaze_lead_s: 0.3,
-            gaze_offset_rad: 1_f64.to_radians(),
-            gaze_noise_rad: 0.5_f64.to_radians(),
-            tremor_m: 0.0003,
-            tracker_noise_m: 0.0007,
-        }
-    }
-}
-
-impl PersonConfig {
-    fn validate(&self) -> Result<(), SimError> {
-        finite("head_m", &self.head_m.to_array())?;
-        finite("facing", &self.facing.to_array())?;
-        finite("hand_rest_m", &self.hand_rest_m.to_array())?;
-        positive("horizontal part of facing", self.facing.truncate().length())?;
-        range("hand_length_m", self.hand_length_m)?;
-        range("mean_reach_s", self.mean_reach_s)?;
-        range("press_depth_m", self.press_depth_m)?;
-        range("hold_s", self.hold_s)?;
-        range("pause_s", self.pause_s)?;
-        positive("gaze_lead_s", self.gaze_lead_s)?;
-        not_negative("gaze_offset_rad", self.gaze_offset_rad)?;
-        not_negative("gaze_noise_rad", self.gaze_noise_rad)?;
-        not_negative("tremor_m", self.tremor_m)?;
-        not_negative("tracker_noise_m", self.tracker_noise_m)?;
-        not_negative("curvature", self.curvature[0])?;
-        if !(self.curvature[0] <= self.curvature[1] && self.curvature[1] <= 0.5) {
-            let (what, value) = ("curvature", self.curvature[1]);
-            return Err(SimError::Parameter {
-                what,
-                value,
-                wanted: "at least the lower end and at most 0.5",
-            });
-        }
-        // Else the tremor alone could carry the tip back through the surface.
-        if self.press_depth_m[0] < 2.0 * self.tremor_m {
-            let (what, value) = ("press_depth_m", self.press_depth_m[0]);
-            return Err(SimError::Parameter {
-                what,
-                value,
-                wanted: "at least twice the tremor",
-            });
-        }
-        Ok(())
-    }
-}
-
-/// A person with habits of their own: hand size, pace, bow of the reach, tremor.
-///
-/// Everything follows from the configuration and the seed. A right-handed person who stands
-/// still; the length of the arm does not limit the reach.
+/// Everything follows from the configuration and the seed. A right-handed person who stays in
+/// place; the length of the arm does not limit the reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     config: PersonConfig,
@@ -128,35 +42,60 @@ pub struct Person {
 /// What one person keeps from touch to touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Habits {
-    pub(crate) hand_length_m: f64,
+    pub(crate) hand: Hand,
     mean_reach_s: f64,
     /// Direction of the bow along the surface, rad, and its size.
     bow_direction_rad: f64,
     curvature: f64,
+    speed_peak: f64,
+    undershoot: f64,
+    posture_rad: [f64; 2],
+    head_m: DVec3,
+    pub(crate) lean_m: f64,
+    gaze_lead_s: f64,
+    pub(crate) tremor_m: f64,
     /// Per axis: frequency, Hz, and phase, rad.
     pub(crate) tremor: [[f64; 2]; 3],
 }
 
 impl Person {
-    /// Draws a person.
+    /// Draws a person. For several people see [`Population`](crate::Population).
     ///
     /// # Errors
-    /// NaN, infinity, a reversed range, or a setting outside its range.
+    /// As [`PersonConfig::validate`].
     pub fn new(config: PersonConfig, seed: u64) -> Result<Self, SimError> {
         config.validate()?;
-        let mut draw = Draw(Pcg64::seed_from_u64(seed));
+        Ok(Self::drawn(config, seed))
+    }
+
+    /// Draws a person of a valid configuration.
+    pub(crate) fn drawn(config: PersonConfig, seed: u64) -> Self {
+        let (mut plain, mut draw) = (Draw::new(seed, PLAIN_HABITS), Draw::new(seed, HABITS));
+        let length_m = plain.within(config.hand_length_m);
+        let any = Gesture::ALL[draw.index(Gesture::ALL.len())];
         let habits = Habits {
-            hand_length_m: draw.within(config.hand_length_m),
-            mean_reach_s: draw.within(config.mean_reach_s),
-            bow_direction_rad: draw.within([0.0, TAU]),
-            curvature: draw.within(config.curvature),
-            tremor: [(); 3].map(|()| [draw.within([8.0, 12.0]), draw.within([0.0, TAU])]),
+            hand: Hand {
+                gesture: config.gesture.unwrap_or(any),
+                length_m,
+                open_by: draw.within([0.6, 0.95]),
+            },
+            mean_reach_s: plain.within(config.mean_reach_s),
+            bow_direction_rad: plain.within([0.0, TAU]),
+            curvature: plain.within(config.curvature),
+            speed_peak: draw.within(config.speed_peak),
+            undershoot: draw.within(config.undershoot),
+            posture_rad: [(); 2].map(|()| draw.bounded() * config.posture_rad),
+            head_m: config.head_m + scattered(&mut draw, config.head_scatter_m),
+            lean_m: draw.within(config.lean_m),
+            gaze_lead_s: draw.within(config.gaze_lead_s),
+            tremor_m: draw.within(config.tremor_m),
+            tremor: [(); 3].map(|()| [plain.within([8.0, 12.0]), plain.within([0.0, TAU])]),
         };
-        Ok(Self {
+        Self {
             config,
             seed,
             habits,
-        })
+        }
     }
 
     /// The settings.
@@ -165,7 +104,14 @@ impl Person {
         &self.config
     }
 
-    /// Mean duration of this person's reaches, from the start to the full depth, s.
+    /// How this person holds the hand.
+    #[must_use]
+    pub const fn gesture(&self) -> Gesture {
+        self.habits.hand.gesture
+    }
+
+    /// Mean duration of this person's reaches of [`PersonConfig::REFERENCE_M`], from the start to
+    /// the full depth, s.
     #[must_use]
     pub const fn mean_reach_s(&self) -> f64 {
         self.habits.mean_reach_s
@@ -174,14 +120,26 @@ impl Person {
     /// Length of this person's hand, wrist to middle fingertip, m.
     #[must_use]
     pub const fn hand_length_m(&self) -> f64 {
-        self.habits.hand_length_m
+        self.habits.hand.length_m
+    }
+
+    /// Share of the time at which this person's movements are fastest.
+    #[must_use]
+    pub const fn speed_peak(&self) -> f64 {
+        self.habits.speed_peak
+    }
+
+    /// Point between this person's eyes at rest, base frame, m.
+    #[must_use]
+    pub const fn head_m(&self) -> DVec3 {
+        self.habits.head_m
     }
 
     /// The shoulder of the reaching arm, base frame, m: 0.30 m below and 0.20 m to the right of
     /// the eyes, an assumption.
     #[must_use]
     pub fn shoulder_m(&self) -> DVec3 {
-        self.config.head_m + self.forward().cross(DVec3::Z) * 0.20 - DVec3::Z * 0.30
+        self.head_m() + self.forward().cross(DVec3::Z) * 0.20 - DVec3::Z * 0.30
     }
 
     /// Plans touches one after the other, each from rest and back to rest. The same plan gives
@@ -191,97 +149,194 @@ impl Person {
     /// NaN or infinity, a normal without direction, or a surface that the resting fingertip is
     /// not at least 20 mm in front of.
     pub fn plan(&self, touches: &[TouchPlan]) -> Result<TouchSequence, SimError> {
-        // Another stream than that of the habits.
-        let mut draw = Draw(Pcg64::seed_from_u64(self.seed ^ 0x9E37_79B9_7F4A_7C15));
-        let mut rest_from_s = 0.0;
-        let mut planned = Vec::with_capacity(touches.len());
-        for (index, plan) in touches.iter().enumerate() {
-            let touch = self.plan_touch(plan, index, rest_from_s, &mut draw)?;
-            rest_from_s = touch.timeline.end_s;
-            planned.push(touch);
-        }
-        Ok(TouchSequence::new(
-            &self.config,
-            self.habits,
-            self.seed,
-            self.forward(),
-            planned,
-        ))
+        let reaches: Vec<ReachPlan> = touches.iter().map(|&touch| touch.into()).collect();
+        self.plan_reaches(&reaches)
     }
 
-    fn plan_touch(
+    /// As [`plan`](Self::plan), with changes of mind.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan), also for what is meant at first.
+    pub fn plan_reaches(&self, reaches: &[ReachPlan]) -> Result<TouchSequence, SimError> {
+        let mut plain = Draw::new(self.seed, PLAIN_REACHES);
+        let mut draw = Draw::new(self.seed, REACHES);
+        let first_rest_m = self.rest(&mut draw);
+        let (mut rest_from_s, mut rest_m) = (0.0, first_rest_m);
+        let mut planned = Vec::with_capacity(reaches.len());
+        for (index, plan) in reaches.iter().enumerate() {
+            let next_m = self.rest(&mut draw);
+            let rests = [rest_m, next_m];
+            let draws = (&mut plain, &mut draw);
+            let touch = self.plan_reach(plan, index, rest_from_s, rests, draws)?;
+            (rest_from_s, rest_m) = (touch.timeline.end_s, next_m);
+            planned.push(touch);
+        }
+        Ok(TouchSequence::new(self.clone(), first_rest_m, planned))
+    }
+
+    fn plan_reach(
         &self,
-        plan: &TouchPlan,
+        plan: &ReachPlan,
         index: usize,
         rest_from_s: f64,
-        draw: &mut Draw,
+        [from_m, to_m]: [DVec3; 2],
+        (plain, draw): (&mut Draw, &mut Draw),
     ) -> Result<Touch, SimError> {
-        let c = &self.config;
-        let h = &self.habits;
-        let look_s = rest_from_s + draw.within(c.pause_s);
-        let start_s = look_s + c.gaze_lead_s * draw.scatter(0.15);
-        let press_s = start_s + h.mean_reach_s * draw.scatter(0.1);
-        let withdraw_s = press_s + draw.within(c.hold_s);
-        let end_s = withdraw_s + h.mean_reach_s * draw.scatter(0.1);
-        let depth_m = draw.within(c.press_depth_m);
-        let (sin, cos) = (h.bow_direction_rad + 0.5 * draw.normal()).sin_cos();
-        let path = ReachPath::new(
-            plan,
-            index,
-            c.hand_rest_m,
-            depth_m,
-            [cos, sin].map(|x| x * h.curvature),
-        )?;
-        let to_target = (plan.target_m - self.shoulder_m()).normalize_or(-path.normal());
+        let (c, h) = (&self.config, &self.habits);
+        let look_s = rest_from_s + plain.within(c.pause_s);
+        let lead_s = h.gaze_lead_s * plain.scatter(0.15);
+        let start_s = look_s + lead_s + draw.within(c.onset_dwell_s);
+        let (there_scatter, hold_s) = (plain.scatter(0.1), plain.within(c.hold_s));
+        let back_scatter = plain.scatter(0.1);
+        let depth_m = plain.within(c.press_depth_m);
+        let turned_rad = h.bow_direction_rad + 0.5 * plain.normal();
+        let off_rad = [plain.normal(), plain.normal()].map(|x| x * c.gaze_offset_rad);
+
+        let there = self.shape(depth_m, turned_rad, draw);
+        let back = Shape {
+            stray: [0.0; 2],
+            profile: Profile::PLAIN,
+            ..there
+        };
+        let path = ReachPath::new(&plan.touch, index, from_m, &there)?;
+        let back = ReachPath::new(&plan.touch, index, to_m, &back)?;
+        let switch = draw.within(SWITCH);
+        let meant = match &plan.meant_first {
+            Some(meant) => Some((ReachPath::new(meant, index, from_m, &there)?, switch)),
+            None => None,
+        };
+        let approach = Approach { path, meant };
+
+        let takes = if meant.is_some() { CHANGED_TAKES } else { 1.0 };
+        let press_s = start_s + takes * self.duration_s(&path) * there_scatter;
+        let withdraw_s = press_s + hold_s;
+        let timeline = Timeline {
+            look_s,
+            start_s,
+            press_s,
+            withdraw_s,
+            end_s: withdraw_s + self.duration_s(&back) * back_scatter,
+        };
+        let posture_rad = h.posture_rad.map(|x| x + draw.bounded() * c.posture_rad);
+        let (gaze, gaze_missed) = self.gaze(&approach, &timeline, lead_s, off_rad, draw);
         Ok(Touch {
-            path,
-            timeline: Timeline {
-                look_s,
-                start_s,
-                press_s,
-                withdraw_s,
-                end_s,
-            },
+            fingers: self.fingers(&path, posture_rad),
+            fingers_meant: meant.map(|(meant, _)| self.fingers(&meant, posture_rad)),
+            approach,
+            back,
+            timeline,
             depth_m,
-            target_m: plan.target_m,
-            // Between the line of the arm and straight into the surface.
-            fingers: (to_target - path.normal()).normalize_or(-path.normal()),
-            gaze_offset_rad: [draw.normal(), draw.normal()].map(|x| x * c.gaze_offset_rad),
+            gaze,
+            gaze_missed,
         })
     }
 
-    fn forward(&self) -> DVec3 {
+    fn shape(&self, depth_m: f64, bow_direction_rad: f64, draw: &mut Draw) -> Shape {
+        let (c, h) = (&self.config, &self.habits);
+        let (sin, cos) = bow_direction_rad.sin_cos();
+        let bow = h.curvature * draw.scatter(c.reach_scatter);
+        let peak = h.speed_peak * draw.scatter(0.3 * c.reach_scatter);
+        let short = h.undershoot * draw.scatter(c.reach_scatter);
+        let stray = [(); 2].map(|()| 0.5 * short * draw.bounded());
+        let corrected = draw.chance(c.corrections);
+        Shape {
+            depth_m,
+            bow: [cos, sin].map(|x| x * bow),
+            stray: if corrected { stray } else { [0.0; 2] },
+            profile: Profile::new(
+                peak.clamp(PEAKS[0], PEAKS[1]),
+                if corrected { short } else { 0.0 },
+            ),
+        }
+    }
+
+    /// Mean time of this person for a way.
+    fn duration_s(&self, path: &ReachPath) -> f64 {
+        let longer = path.length_m() / PersonConfig::REFERENCE_M;
+        self.habits.mean_reach_s * longer.powf(self.config.distance_exponent)
+    }
+
+    /// Between the line of the arm and straight into the surface, off by these angles.
+    fn fingers(&self, path: &ReachPath, off_rad: [f64; 2]) -> DVec3 {
+        let into = -path.normal();
+        let to_target = (path.target_m() - self.shoulder_m()).normalize_or(into);
+        deflected((to_target + into).normalize_or(into), off_rad)
+    }
+
+    /// Where the gaze rests when, and whether it misses the reach altogether.
+    fn gaze(
+        &self,
+        approach: &Approach,
+        times: &Timeline,
+        lead_s: f64,
+        off_rad: [f64; 2],
+        draw: &mut Draw,
+    ) -> (Vec<Fixation>, bool) {
+        let missed = draw.chance(self.config.gaze_misses);
+        let leaves = draw.chance(self.config.gaze_leaves);
+        let (miss_rad, leave_rad) = (aside(draw, MISS_RAD), aside(draw, LEAVE_RAD));
+        let leave_before_s = draw.within(LEAVE_S);
+        let path = &approach.path;
+        let point = |path: &ReachPath, off_rad| LookAt::Point {
+            at_m: path.target_m(),
+            off_rad,
+        };
+        let mut fixations: Vec<Fixation> = Vec::with_capacity(4);
+        let mut look = |from_s: f64, on| {
+            // One saccade after the other.
+            let free_s = fixations.last().map_or(from_s, |f| f.from_s + SACCADE_S);
+            fixations.push(Fixation {
+                from_s: from_s.max(free_s),
+                on,
+            });
+        };
+        let first = approach.meant.map_or(*path, |(meant, _)| meant);
+        if missed {
+            look(times.look_s, point(&first, miss_rad));
+        } else {
+            look(times.look_s, point(&first, off_rad));
+            if let Some(switch_s) = times.switch_s(approach) {
+                look(switch_s - 0.5 * lead_s, point(path, off_rad));
+            }
+            if leaves {
+                let contact_s = times.contact_s(path);
+                look(contact_s - leave_before_s, point(path, leave_rad));
+            }
+        }
+        look(times.withdraw_s, LookAt::Ahead);
+        (fixations, missed)
+    }
+
+    /// Where the hand rests next.
+    fn rest(&self, draw: &mut Draw) -> DVec3 {
+        self.config.hand_rest_m + scattered(draw, self.config.rest_scatter_m)
+    }
+
+    pub(crate) fn forward(&self) -> DVec3 {
         self.config.facing.truncate().normalize().extend(0.0)
     }
-}
 
-/// The kinds of random numbers used here.
-struct Draw(Pcg64);
-
-impl Draw {
-    fn within(&mut self, [lo, hi]: [f64; 2]) -> f64 {
-        lo + (hi - lo) * self.0.random::<f64>()
+    /// Direction of the fingers at rest.
+    pub(crate) fn fingers_at_rest(&self) -> DVec3 {
+        let plain = (self.forward() - DVec3::Z * 0.3).normalize();
+        deflected(plain, self.habits.posture_rad)
     }
 
-    fn normal(&mut self) -> f64 {
-        self.0.sample(StandardNormal)
+    pub(crate) const fn habits(&self) -> &Habits {
+        &self.habits
     }
 
-    /// Factor about 1 with this relative scatter, at most three times it away.
-    fn scatter(&mut self, sd: f64) -> f64 {
-        (sd * self.normal().clamp(-3.0, 3.0)).exp()
+    pub(crate) const fn seed(&self) -> u64 {
+        self.seed
     }
 }
 
-fn range(what: &'static str, [lo, hi]: [f64; 2]) -> Result<(), SimError> {
-    positive(what, lo)?;
-    positive(what, hi)?;
-    if lo > hi {
-        return Err(SimError::Parameter {
-            what,
-            value: hi,
-            wanted: "at least the lower end of its range",
-        });
-    }
-    Ok(())
+fn scattered(draw: &mut Draw, sd_m: f64) -> DVec3 {
+    sd_m * DVec3::new(draw.bounded(), draw.bounded(), draw.bounded())
+}
+
+/// Two angles across a direction, together of a size in this range.
+fn aside(draw: &mut Draw, size_rad: [f64; 2]) -> [f64; 2] {
+    let (size, (sin, cos)) = (draw.within(size_rad), draw.within([0.0, TAU]).sin_cos());
+    [size * cos, size * sin]
 }

@@ -2,10 +2,14 @@
 
 use crate::SimError;
 use crate::error::finite;
+use crate::profile::{Profile, minimum_jerk};
 use glam::DVec3;
 
 /// Least distance of the resting fingertip in front of a surface, m; less is no reach.
 const MIN_HEIGHT_M: f64 = 0.02;
+
+/// How long the hand takes to turn to another target, share of the time to contact.
+const TURN: f64 = 0.35;
 
 /// A touch to be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +18,35 @@ pub struct TouchPlan {
     pub target_m: DVec3,
     /// Normal of the surface there, facing the person, base axes; any length but zero.
     pub normal: DVec3,
+}
+
+/// A reach to be made: a touch, and perhaps another one that was meant at first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReachPlan {
+    /// What is touched in the end.
+    pub touch: TouchPlan,
+    /// What the hand starts towards, if the person changes mind under way.
+    pub meant_first: Option<TouchPlan>,
+}
+
+impl From<TouchPlan> for ReachPlan {
+    fn from(touch: TouchPlan) -> Self {
+        Self {
+            touch,
+            meant_first: None,
+        }
+    }
+}
+
+/// What the hand went for before the person changed mind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChangeOfMind {
+    /// Point meant at first, base frame, m.
+    pub target_m: DVec3,
+    /// Unit normal of the surface there, facing the person, base axes.
+    pub normal: DVec3,
+    /// The hand begins to turn to the other target, s from the start of the sequence.
+    pub switch_s: f64,
 }
 
 /// What really happens in a touch, free of tracker noise. Times in s from the start of the
@@ -41,24 +74,30 @@ pub struct TouchTruth {
     pub release_s: f64,
     /// The hand is back at rest.
     pub end_s: f64,
+    /// Another target that the hand went for at first.
+    pub changed: Option<ChangeOfMind>,
+    /// The gaze is elsewhere during the whole reach.
+    pub gaze_missed: bool,
 }
 
-/// Share of a minimum-jerk movement done after the share `tau` of its time; clamped to `0..=1`.
-///
-/// `10 τ³ - 15 τ⁴ + 6 τ⁵`; the peak speed is 1.875 times distance over time. NaN stays NaN.
-/// Source: Flash and Hogan 1985, The coordination of arm movements.
-#[must_use]
-pub fn minimum_jerk(tau: f64) -> f64 {
-    let tau = tau.clamp(0.0, 1.0);
-    tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0))
+/// Shape of a reach, drawn for each one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Shape {
+    /// How far beyond the surface, m.
+    pub(crate) depth_m: f64,
+    /// Largest sideways deviation, shares of the distance in two directions along the surface.
+    pub(crate) bow: [f64; 2],
+    /// How the first part misses before the correction, likewise.
+    pub(crate) stray: [f64; 2],
+    pub(crate) profile: Profile,
 }
 
 /// The way of the index fingertip from rest to the wished depth, by the share `tau` of the time.
 ///
-/// Along the normal it is one minimum-jerk movement from rest to the depth, so the fingertip
-/// still moves when it meets the surface; along the surface another one, that ends as the
-/// surface is met, plus a sideways bow that is over by then. So the fingertip meets the surface
-/// exactly at the target and then presses straight in.
+/// Along the normal it is one movement from rest to the depth, so the fingertip still moves when
+/// it meets the surface; along the surface another one, that ends as the surface is met, plus a
+/// sideways bow, and where the first part was misdirected that, both of which are over by then.
+/// So the fingertip meets the surface exactly at the target and then presses straight in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ReachPath {
     target_m: DVec3,
@@ -70,19 +109,20 @@ pub(crate) struct ReachPath {
     aside_m: DVec3,
     /// Largest deviation of the bow.
     bow_m: DVec3,
+    /// Misdirection of the first part.
+    stray_m: DVec3,
+    profile: Profile,
     /// Share of the time at which the surface is met.
     tau_contact: f64,
 }
 
 impl ReachPath {
-    /// `bow` is the deviation in shares of the distance, in two directions along the surface;
     /// `touch` is the index for error messages.
     pub(crate) fn new(
         plan: &TouchPlan,
         touch: usize,
         rest_m: DVec3,
-        depth_m: f64,
-        bow: [f64; 2],
+        shape: &Shape,
     ) -> Result<Self, SimError> {
         finite("target_m", &plan.target_m.to_array())?;
         finite("normal", &plan.normal.to_array())?;
@@ -104,37 +144,104 @@ impl ReachPath {
                 needed_m: MIN_HEIGHT_M,
             });
         }
+        let Shape {
+            depth_m,
+            bow,
+            stray,
+            profile,
+        } = *shape;
         let share = height_m / (height_m + depth_m);
         let (u, v) = normal.any_orthonormal_pair();
+        let along_surface = |[a, b]: [f64; 2]| (u * a + v * b) * rest_from_target.length();
         Ok(Self {
             target_m: plan.target_m,
             normal,
             depth_m,
             height_m,
             aside_m: rest_from_target - normal * height_m,
-            bow_m: (u * bow[0] + v * bow[1]) * rest_from_target.length(),
-            tau_contact: bisect(0.0, 1.0, |tau| minimum_jerk(tau) < share),
+            bow_m: along_surface(bow),
+            stray_m: along_surface(stray),
+            profile,
+            tau_contact: bisect(0.0, 1.0, |tau| profile.done(tau) < share),
         })
+    }
+
+    pub(crate) const fn target_m(&self) -> DVec3 {
+        self.target_m
     }
 
     pub(crate) const fn normal(&self) -> DVec3 {
         self.normal
     }
 
+    /// Straight distance from rest to the target, m.
+    pub(crate) fn length_m(&self) -> f64 {
+        self.aside_m.length().hypot(self.height_m)
+    }
+
+    /// Share of the time at which the surface is met.
+    pub(crate) const fn tau_contact(&self) -> f64 {
+        self.tau_contact
+    }
+
+    /// Share of the time to contact, 1 from there on.
+    pub(crate) fn elapsed(&self, tau: f64) -> f64 {
+        (tau / self.tau_contact).clamp(0.0, 1.0)
+    }
+
     /// Share of the movement along the surface, 1 from the contact on.
     pub(crate) fn approach(&self, tau: f64) -> f64 {
-        minimum_jerk(tau / self.tau_contact)
+        self.profile.done(self.elapsed(tau))
     }
 
     pub(crate) fn tip_m(&self, tau: f64) -> DVec3 {
-        let along_normal = self.height_m - (self.height_m + self.depth_m) * minimum_jerk(tau);
-        let u = (tau / self.tau_contact).clamp(0.0, 1.0);
+        let along_normal = self.height_m - (self.height_m + self.depth_m) * self.profile.done(tau);
+        let elapsed = self.elapsed(tau);
+        let u = self.profile.warped(elapsed);
         // Peak 1 at half way; two derivatives vanish at both ends.
         let bow = (4.0 * u * (1.0 - u)).powi(3);
         self.target_m
             + self.normal * along_normal
-            + self.aside_m * (1.0 - self.approach(tau))
+            + self.aside_m * (1.0 - self.profile.done(elapsed))
             + self.bow_m * bow
+            + self.stray_m * self.profile.astray(elapsed)
+    }
+}
+
+/// The way to a touch, with a change of mind or without one.
+///
+/// With one the hand glides from the way to the target meant first over to the way to the other
+/// one, in [`TURN`] of the time; both start at the same rest at the same time, so position and
+/// velocity stay continuous, and the end is that of the other way alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Approach {
+    pub(crate) path: ReachPath,
+    /// The way meant first, and the share of the time to contact at which the hand turns.
+    pub(crate) meant: Option<(ReachPath, f64)>,
+}
+
+impl Approach {
+    /// How much of the mind has changed: 0 before, 1 after.
+    pub(crate) fn changed(&self, tau: f64) -> f64 {
+        let share = |&(_, at): &(ReachPath, f64)| {
+            minimum_jerk((self.path.elapsed(tau) - at) / TURN.min(1.0 - at))
+        };
+        self.meant.as_ref().map_or(1.0, share)
+    }
+
+    pub(crate) fn tip_m(&self, tau: f64) -> DVec3 {
+        let tip_m = self.path.tip_m(tau);
+        match &self.meant {
+            None => tip_m,
+            Some((meant, _)) => meant.tip_m(tau).lerp(tip_m, self.changed(tau)),
+        }
+    }
+
+    /// Share of the time from which on the way is that to the touch alone.
+    pub(crate) fn tau_settled(&self) -> f64 {
+        self.meant
+            .as_ref()
+            .map_or(0.0, |(_, at)| (at + TURN).min(1.0) * self.path.tau_contact)
     }
 }
 

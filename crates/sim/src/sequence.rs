@@ -1,16 +1,16 @@
 //! A planned sequence of touches, sampled at any time.
 
-use crate::hand::{self, Gesture};
-use crate::person::{Habits, PersonConfig};
-use crate::reach::{ReachPath, TouchTruth, bisect, minimum_jerk};
-use glam::{DQuat, DVec3};
+use crate::Person;
+use crate::draw::scrambled;
+use crate::gaze::{self, Fixation, deflected};
+use crate::hand;
+use crate::reach::{Approach, ChangeOfMind, ReachPath, TouchTruth, bisect};
+use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 use std::f64::consts::TAU;
 
-/// Duration of a saccade, s; they last 0.02 to 0.1 s, longer for larger angles.
-const SACCADE_S: f64 = 0.06;
 /// Sway of a standing person's head, m, and its frequencies, Hz: an assumption.
 const SWAY_M: f64 = 0.004;
 const SWAY_HZ: [f64; 2] = [0.23, 0.31];
@@ -33,6 +33,21 @@ pub struct PersonSample {
     pub gaze: DVec3,
 }
 
+/// What a tracker delivers at one instant, base frame: a point that it did not see is `None`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackedSample {
+    /// Time from the start of the sequence, s.
+    pub t_s: f64,
+    /// Centre of the palm, m.
+    pub palm_m: Option<DVec3>,
+    /// Fingertips, thumb first, m.
+    pub tips_m: [Option<DVec3>; 5],
+    /// Point between the eyes, where the gaze starts, m.
+    pub head_m: Option<DVec3>,
+    /// Unit direction of the gaze.
+    pub gaze: Option<DVec3>,
+}
+
 /// Times of a touch that are set before the crossings of the surface are known, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Timeline {
@@ -52,58 +67,81 @@ impl Timeline {
             (1.0 - (t_s - self.withdraw_s) / (self.end_s - self.withdraw_s)).clamp(0.0, 1.0)
         }
     }
+
+    fn on_the_way_s(&self, tau: f64) -> f64 {
+        self.start_s + tau * (self.press_s - self.start_s)
+    }
+
+    /// When a hand without tremor would meet the surface.
+    pub(crate) fn contact_s(&self, path: &ReachPath) -> f64 {
+        self.on_the_way_s(path.tau_contact())
+    }
+
+    /// When the hand turns to another target, if it does.
+    pub(crate) fn switch_s(&self, approach: &Approach) -> Option<f64> {
+        let (_, share) = approach.meant.as_ref()?;
+        Some(self.on_the_way_s(share * approach.path.tau_contact()))
+    }
 }
 
 /// One touch as planned.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Touch {
-    pub(crate) path: ReachPath,
+    pub(crate) approach: Approach,
+    /// The way to the next rest, backwards.
+    pub(crate) back: ReachPath,
     pub(crate) timeline: Timeline,
-    pub(crate) target_m: DVec3,
     pub(crate) depth_m: f64,
-    /// Direction of the stretched fingers at contact.
+    /// Direction of the stretched fingers at contact, and at the contact meant first.
     pub(crate) fingers: DVec3,
-    pub(crate) gaze_offset_rad: [f64; 2],
+    pub(crate) fingers_meant: Option<DVec3>,
+    pub(crate) gaze: Vec<Fixation>,
+    pub(crate) gaze_missed: bool,
+}
+
+impl Touch {
+    fn is_back(&self, t_s: f64) -> bool {
+        t_s > self.timeline.press_s
+    }
+
+    fn tip_m(&self, t_s: f64) -> DVec3 {
+        let tau = self.timeline.tau(t_s);
+        if self.is_back(t_s) {
+            self.back.tip_m(tau)
+        } else {
+            self.approach.tip_m(tau)
+        }
+    }
+
+    /// The way at hand, and how much of the mind has changed by then.
+    fn way(&self, t_s: f64) -> (&ReachPath, f64) {
+        if self.is_back(t_s) {
+            (&self.back, 1.0)
+        } else {
+            let tau = self.timeline.tau(t_s);
+            (&self.approach.path, self.approach.changed(tau))
+        }
+    }
 }
 
 /// A person's rests and touches over time.
 ///
 /// Everything is a pure function of the time: samples may be taken in any order and as often as
 /// wanted, and the noise of an instant is always the same. Before the first touch and after the
-/// last one the person rests. NaN or infinity in gives NaN out.
+/// last one the person rests. NaN or infinity in gives NaN out, or `None` where that is possible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TouchSequence {
-    habits: Habits,
-    seed: u64,
-    gesture: Gesture,
-    forward: DVec3,
-    head_m: DVec3,
-    hand_rest_m: DVec3,
-    tremor_m: f64,
-    tracker_noise_m: f64,
-    gaze_noise_rad: f64,
+    person: Person,
+    first_rest_m: DVec3,
     touches: Vec<Touch>,
     truths: Vec<TouchTruth>,
 }
 
 impl TouchSequence {
-    pub(crate) fn new(
-        config: &PersonConfig,
-        habits: Habits,
-        seed: u64,
-        forward: DVec3,
-        touches: Vec<Touch>,
-    ) -> Self {
+    pub(crate) fn new(person: Person, first_rest_m: DVec3, touches: Vec<Touch>) -> Self {
         let mut sequence = Self {
-            habits,
-            seed,
-            gesture: config.gesture,
-            forward,
-            head_m: config.head_m,
-            hand_rest_m: config.hand_rest_m,
-            tremor_m: config.tremor_m,
-            tracker_noise_m: config.tracker_noise_m,
-            gaze_noise_rad: config.gaze_noise_rad,
+            person,
+            first_rest_m,
             touches,
             truths: Vec::new(),
         };
@@ -113,6 +151,12 @@ impl TouchSequence {
             .map(|touch| sequence.measure(touch))
             .collect();
         sequence
+    }
+
+    /// Whose they are.
+    #[must_use]
+    pub const fn person(&self) -> &Person {
+        &self.person
     }
 
     /// What really happens, touch by touch.
@@ -138,21 +182,51 @@ impl TouchSequence {
     /// What the trackers measure: [`truth`](Self::truth) with noise, white over the times asked for.
     #[must_use]
     pub fn sample(&self, t_s: f64) -> PersonSample {
+        let config = self.person.config();
         let mut sample = self.truth(t_s);
         // The bits of the time seed the noise; seed_from_u64 scrambles neighbouring seeds.
-        let mut generator = Pcg64::seed_from_u64(self.seed.rotate_left(32) ^ t_s.to_bits());
+        let mut generator =
+            Pcg64::seed_from_u64(self.person.seed().rotate_left(32) ^ t_s.to_bits());
         let mut normal = || generator.sample::<f64, _>(StandardNormal);
         let mut jitter = |point: &mut DVec3| {
-            *point += DVec3::new(normal(), normal(), normal()) * self.tracker_noise_m;
+            *point += DVec3::new(normal(), normal(), normal()) * config.tracker_noise_m;
         };
         jitter(&mut sample.palm_m);
         sample.tips_m.iter_mut().for_each(&mut jitter);
         jitter(&mut sample.head_m);
         sample.gaze = deflected(
             sample.gaze,
-            [normal(), normal()].map(|x| x * self.gaze_noise_rad),
+            [normal(), normal()].map(|x| x * config.gaze_noise_rad),
         );
         sample
+    }
+
+    /// What the trackers deliver: [`sample`](Self::sample) without the points that they lose at
+    /// that time. All of it is `None` for a time that is NaN or infinite.
+    #[must_use]
+    pub fn tracked(&self, t_s: f64) -> TrackedSample {
+        let sample = self.sample(t_s);
+        let seen = |place: u64, point| (!self.is_lost(place, t_s)).then_some(point);
+        TrackedSample {
+            t_s,
+            palm_m: seen(0, sample.palm_m),
+            tips_m: std::array::from_fn(|i| seen(1 + i as u64, sample.tips_m[i])),
+            head_m: t_s.is_finite().then_some(sample.head_m),
+            gaze: seen(6, sample.gaze),
+        }
+    }
+
+    /// Is a point lost at a time? Time is cut into cells, in each of which it is either lost or
+    /// not, so that the share of lost time is the one asked for at any rate of sampling.
+    fn is_lost(&self, place: u64, t_s: f64) -> bool {
+        let config = self.person.config();
+        // The cells of the points do not begin together.
+        let cell = (t_s / config.dropout_s + place as f64 / 7.0).floor();
+        let stream = scrambled(self.person.seed() ^ scrambled(place));
+        let number = scrambled(stream ^ cell.to_bits());
+        // 53 bits make a number from 0 to 1.
+        let share = (number >> 11) as f64 * (0.5_f64).powi(53);
+        !t_s.is_finite() || share < config.dropout
     }
 
     /// Where hand, head and gaze really are, tremor and the deviation of the gaze included.
@@ -168,28 +242,34 @@ impl TouchSequence {
                 gaze: nan,
             };
         }
-        let current = self.current(t_s);
-        let share = current.map_or(0.0, |touch| touch.path.approach(touch.timeline.tau(t_s)));
-        let at_rest = hand::orientation((self.forward - DVec3::Z * 0.3).normalize());
-        let base_from_hand = current.map_or(at_rest, |touch| {
-            at_rest.slerp(hand::orientation(touch.fingers), share)
-        });
+        let at_rest = hand::orientation(self.person.fingers_at_rest());
         let index_tip_m = self.true_index_tip(t_s);
-        let (palm_m, mut tips_m) = hand::place(
-            self.gesture,
-            self.habits.hand_length_m,
-            base_from_hand,
-            index_tip_m,
-        );
-        if let Some(touch) = current {
-            // The other fingers give way: none goes through the surface ahead of the index finger.
-            let height_m = |point_m: DVec3| (point_m - touch.target_m).dot(touch.path.normal());
-            let floor_m = height_m(index_tip_m).min(0.0);
-            for tip_m in &mut tips_m {
-                *tip_m += touch.path.normal() * (share * (floor_m - height_m(*tip_m)).max(0.0));
-            }
-        }
         let head_m = self.true_head(t_s);
+        let hand = &self.person.habits().hand;
+        let (palm_m, tips_m) = match self.current(t_s) {
+            None => hand.place(0.0, at_rest, index_tip_m),
+            Some(touch) => {
+                let (path, changed) = touch.way(t_s);
+                let tau = touch.timeline.tau(t_s);
+                let share = path.approach(tau);
+                let mut at_contact = hand::orientation(touch.fingers);
+                if let Some(meant) = touch.fingers_meant {
+                    at_contact = hand::orientation(meant).slerp(at_contact, changed);
+                }
+                let turned = at_rest.slerp(at_contact, share);
+                let (palm_m, mut tips_m) = hand.place(path.elapsed(tau), turned, index_tip_m);
+                // The other fingers give way: none goes through the surface ahead of the index
+                // finger.
+                let normal = path.normal();
+                let height_m = |point_m: DVec3| (point_m - path.target_m()).dot(normal);
+                let floor_m = height_m(index_tip_m).min(0.0);
+                for tip_m in &mut tips_m {
+                    let give_m = (floor_m - height_m(*tip_m)).max(0.0);
+                    *tip_m += normal * (share * changed * give_m);
+                }
+                (palm_m, tips_m)
+            }
+        };
         PersonSample {
             t_s,
             palm_m,
@@ -205,10 +285,9 @@ impl TouchSequence {
         if !t_s.is_finite() {
             return DVec3::NAN;
         }
-        let calm_m = match self.current(t_s) {
-            Some(touch) => touch.path.tip_m(touch.timeline.tau(t_s)),
-            None => self.hand_rest_m,
-        };
+        let calm_m = self
+            .current(t_s)
+            .map_or(self.first_rest_m, |touch| touch.tip_m(t_s));
         calm_m + self.tremor(t_s)
     }
 
@@ -230,31 +309,32 @@ impl TouchSequence {
     }
 
     fn tremor(&self, t_s: f64) -> DVec3 {
-        let per_axis_m = self.tremor_m / 3_f64.sqrt();
+        let habits = self.person.habits();
+        let per_axis_m = habits.tremor_m / 3_f64.sqrt();
         let wave = |[hz, phase_rad]: [f64; 2]| per_axis_m * (TAU * hz * t_s + phase_rad).sin();
-        DVec3::from_array(self.habits.tremor.map(wave))
+        DVec3::from_array(habits.tremor.map(wave))
     }
 
+    /// At rest, swaying, leaning after the hand.
     fn true_head(&self, t_s: f64) -> DVec3 {
+        let (rest_m, forward) = (self.person.head_m(), self.person.forward());
         let [ahead, aside] = SWAY_HZ.map(|hz| SWAY_M * (TAU * hz * t_s).sin());
-        self.head_m + self.forward * ahead + self.forward.cross(DVec3::Z) * aside
+        let sway_m = forward * ahead + forward.cross(DVec3::Z) * aside;
+        let lean = self.current(t_s).map_or(DVec3::ZERO, |touch| {
+            let (path, changed) = touch.way(t_s);
+            let meant_m = touch.approach.meant.map(|(meant, _)| meant.target_m());
+            let to_m = meant_m.map_or(path.target_m(), |m| m.lerp(path.target_m(), changed));
+            let towards = (to_m - rest_m).truncate().normalize_or_zero();
+            towards.extend(0.0) * path.approach(touch.timeline.tau(t_s))
+        });
+        rest_m + sway_m + lean * self.person.habits().lean_m
     }
 
-    /// Ahead and a little down at rest; on the target from the look until the hand withdraws.
+    /// Ahead and a little down at rest.
     fn true_gaze(&self, t_s: f64, head_m: DVec3) -> DVec3 {
-        let at_rest = (self.forward - DVec3::Z * 0.2).normalize();
-        let Some(touch) = self.current(t_s) else {
-            return at_rest;
-        };
-        let exact = (touch.target_m - head_m).normalize_or(at_rest);
-        let on_target = deflected(exact, touch.gaze_offset_rad);
-        let Timeline {
-            look_s, withdraw_s, ..
-        } = touch.timeline;
-        let there = minimum_jerk((t_s - look_s) / SACCADE_S);
-        let back = minimum_jerk((t_s - withdraw_s) / SACCADE_S);
-        let turn = DQuat::from_rotation_arc(at_rest, on_target);
-        (DQuat::IDENTITY.slerp(turn, there - back) * at_rest).normalize()
+        let ahead = (self.person.forward() - DVec3::Z * 0.2).normalize();
+        let fixations = self.current(t_s).map_or(&[][..], |touch| &touch.gaze);
+        gaze::direction(fixations, t_s, ahead, head_m)
     }
 
     /// Finds the crossings of the surface, tremor included.
@@ -266,30 +346,34 @@ impl TouchSequence {
             withdraw_s,
             end_s,
         } = touch.timeline;
-        let (target_m, normal, depth_m) = (touch.target_m, touch.path.normal(), touch.depth_m);
+        let path = &touch.approach.path;
+        let (target_m, normal) = (path.target_m(), path.normal());
         let outside = |t_s: f64| {
-            let tip_m = touch.path.tip_m(touch.timeline.tau(t_s)) + self.tremor(t_s);
+            let tip_m = touch.tip_m(t_s) + self.tremor(t_s);
             (tip_m - target_m).dot(normal) > 0.0
         };
-        let contact_s = bisect(start_s, press_s, outside);
-        let release_s = bisect(withdraw_s, end_s, |t_s| !outside(t_s));
+        // On the way to another target the tip may cross the plane of this one: no contact.
+        let settled_s = touch.timeline.on_the_way_s(touch.approach.tau_settled());
+        let changed = touch.approach.meant.as_ref().and_then(|(meant, _)| {
+            Some(ChangeOfMind {
+                target_m: meant.target_m(),
+                normal: meant.normal(),
+                switch_s: touch.timeline.switch_s(&touch.approach)?,
+            })
+        });
         TouchTruth {
             target_m,
             normal,
-            depth_m,
+            depth_m: touch.depth_m,
             look_s,
             start_s,
-            contact_s,
+            contact_s: bisect(settled_s, press_s, outside),
             press_s,
             withdraw_s,
-            release_s,
+            release_s: bisect(withdraw_s, end_s, |t_s| !outside(t_s)),
             end_s,
+            changed,
+            gaze_missed: touch.gaze_missed,
         }
     }
-}
-
-/// A unit vector turned by small angles about two axes across it.
-fn deflected(direction: DVec3, [a_rad, b_rad]: [f64; 2]) -> DVec3 {
-    let (u, v) = direction.any_orthonormal_pair();
-    (direction + u * a_rad.tan() + v * b_rad.tan()).normalize()
 }

@@ -47,7 +47,7 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
     // A straight reach right at the surface is one such movement as a whole.
     let config = PersonConfig {
         curvature: [0.0; 2],
-        tremor_m: 0.0,
+        tremor_m: [0.0; 2],
         ..PersonConfig::default()
     };
     for seed in 0..20 {
@@ -251,9 +251,9 @@ fn tremor_has_its_amplitude_and_frequency_at_rest() {
 
 #[test]
 fn the_hand_is_whole_and_moves_without_jumps() {
-    for gesture in [Gesture::Pointing, Gesture::Flat] {
+    for gesture in Gesture::ALL {
         let config = PersonConfig {
-            gesture,
+            gesture: Some(gesture),
             ..PersonConfig::default()
         };
         for seed in 0..20 {
@@ -411,7 +411,7 @@ fn bad_settings_are_errors() {
             ..good
         });
         refused(PersonConfig {
-            gaze_lead_s: bad,
+            gaze_lead_s: [bad, 0.3],
             ..good
         });
         refused(PersonConfig {
@@ -423,7 +423,7 @@ fn bad_settings_are_errors() {
             ..good
         });
         refused(PersonConfig {
-            tremor_m: bad,
+            tremor_m: [bad, 3e-4],
             ..good
         });
         refused(PersonConfig {
@@ -452,7 +452,7 @@ fn bad_settings_are_errors() {
         ..good
     });
     refused(PersonConfig {
-        tremor_m: 0.01,
+        tremor_m: [0.01; 2],
         ..good
     });
 }

@@ -1,0 +1,246 @@
+//! Settings of a simulated person.
+
+use crate::SimError;
+use crate::error::{finite, not_negative, positive};
+use crate::hand::Gesture;
+use crate::profile::PEAKS;
+use glam::DVec3;
+
+/// Settings of a [`Person`](crate::Person). Pairs are ranges, smallest then largest; each person draws a habit
+/// from them uniformly, unless the field says that each reach does.
+///
+/// The default is somebody plain: one gesture, symmetric speeds, a gaze that never misses.
+/// [`PersonConfig::varied`] switches everything on that makes people differ.
+///
+/// Lengths and angles are in the robot's base frame, z up. Where no source is named the default
+/// is an assumption.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PersonConfig {
+    /// Point between the eyes, m. Default (1.3, 0, 1.0): in front of the arm, whose base stands
+    /// on a table, so the floor is about 0.65 m below it.
+    pub head_m: DVec3,
+    /// How far single people's heads scatter about that, sd per axis, m. Default 0.
+    pub head_scatter_m: f64,
+    /// How far the head follows the hand, horizontally, m. Default 0.
+    pub lean_m: [f64; 2],
+    /// Where the person faces, horizontal part used. Default -x, towards the arm.
+    pub facing: DVec3,
+    /// Tip of the index finger at rest, m. Default (0.95, 0.15, 0.72): half raised, on the
+    /// right.
+    pub hand_rest_m: DVec3,
+    /// How far it scatters about that from rest to rest, sd per axis, m. Default 0.
+    pub rest_scatter_m: f64,
+    /// How the hand is held; `None`: one of the three, each person their own. Default pointing.
+    pub gesture: Option<Gesture>,
+    /// How far the direction of the stretched fingers is off, person by person and again reach by
+    /// reach, sd in each of two directions, rad; at most 0.2. Default 0.
+    pub posture_rad: f64,
+    /// Length of the hand, wrist to middle fingertip, m. Default 0.17 to 0.205.
+    pub hand_length_m: [f64; 2],
+    /// A person's mean duration of a reach of [`PersonConfig::REFERENCE_M`], from the start to the
+    /// full depth, s. Default 0.6 to 1.2; single reaches scatter by 10 %.
+    pub mean_reach_s: [f64; 2],
+    /// Durations grow with this power of the distance; 0: not at all; at most 1. Default 0.
+    /// 0.5 keeps the same peak acceleration.
+    pub distance_exponent: f64,
+    /// Share of the time at which a movement is fastest, within 0.3 to 0.7; of a corrected one
+    /// its first part, that lasts four fifths of the time. Default 0.5.
+    pub speed_peak: [f64; 2],
+    /// Share of the reaches that fall short at first and are corrected, 0 to 1. Default 0.
+    pub corrections: f64,
+    /// How much those fall short, share of the way, at most 0.3; half as much (sd) they go astray
+    /// in each of two directions along the surface. Default 0.05 to 0.1.
+    pub undershoot: [f64; 2],
+    /// Largest sideways deviation from the straight way, share of its length. Default 0.01 to 0.05.
+    pub curvature: [f64; 2],
+    /// Relative scatter of bow, peak and undershoot from reach to reach, sd; at most 0.5. Default 0.
+    pub reach_scatter: f64,
+    /// How far beyond the surface the fingertip wants to go, each reach, m. Default 0.008 to 0.02:
+    /// with 500 N/m that is 4 to 10 N.
+    pub press_depth_m: [f64; 2],
+    /// How long it stays there, each reach, s. Default 0.5 to 1.
+    pub hold_s: [f64; 2],
+    /// Rest before the gaze leaves for the next target, each reach, s. Default 0.5 to 1.2.
+    pub pause_s: [f64; 2],
+    /// Mean time from the gaze leaving to the hand starting, s. Default 0.3; scatters by 15 %.
+    pub gaze_lead_s: [f64; 2],
+    /// How long the hand dwells beyond that before it starts, each reach, s. Default 0.
+    pub onset_dwell_s: [f64; 2],
+    /// Deviation of the gaze from the target, constant while it rests there, sd in each of two
+    /// directions, rad. Default 1 degree.
+    pub gaze_offset_rad: f64,
+    /// Noise of the eye tracker on every sample, sd in each of two directions, rad. Default 0.5
+    /// degrees.
+    pub gaze_noise_rad: f64,
+    /// Share of the reaches in which the gaze is elsewhere all the time, 15 to 40 degrees off,
+    /// 0 to 1. Default 0.
+    pub gaze_misses: f64,
+    /// Share of the reaches in which it leaves the target 0.05 to 0.25 s before the contact, 0 to 1.
+    /// Default 0.
+    pub gaze_leaves: f64,
+    /// Amplitude of the tremor of the hand, m. Default 0.0003, at frequencies from 8 to 12 Hz.
+    pub tremor_m: [f64; 2],
+    /// Noise of the tracker on palm, fingertips and head, sd per axis, m. Default 0.0007.
+    pub tracker_noise_m: f64,
+    /// Share of the time in which the tracker does not see a point, for the palm, each fingertip
+    /// and the gaze on its own, 0 to 1. Default 0.
+    pub dropout: f64,
+    /// Shortest time for which such a point is gone, s. Default 0.05; less than the period of
+    /// the tracker makes single samples go.
+    pub dropout_s: f64,
+}
+
+impl Default for PersonConfig {
+    fn default() -> Self {
+        Self {
+            head_m: DVec3::new(1.3, 0.0, 1.0),
+            head_scatter_m: 0.0,
+            lean_m: [0.0; 2],
+            facing: DVec3::NEG_X,
+            hand_rest_m: DVec3::new(0.95, 0.15, 0.72),
+            rest_scatter_m: 0.0,
+            gesture: Some(Gesture::Pointing),
+            posture_rad: 0.0,
+            hand_length_m: [0.17, 0.205],
+            mean_reach_s: [0.6, 1.2],
+            distance_exponent: 0.0,
+            speed_peak: [0.5; 2],
+            corrections: 0.0,
+            undershoot: [0.05, 0.1],
+            curvature: [0.01, 0.05],
+            reach_scatter: 0.0,
+            press_depth_m: [0.008, 0.02],
+            hold_s: [0.5, 1.0],
+            pause_s: [0.5, 1.2],
+            gaze_lead_s: [0.3; 2],
+            onset_dwell_s: [0.0; 2],
+            gaze_offset_rad: 1_f64.to_radians(),
+            gaze_noise_rad: 0.5_f64.to_radians(),
+            gaze_misses: 0.0,
+            gaze_leaves: 0.0,
+            tremor_m: [0.0003; 2],
+            tracker_noise_m: 0.0007,
+            dropout: 0.0,
+            dropout_s: 0.05,
+        }
+    }
+}
+
+impl PersonConfig {
+    /// The distance that durations are given for, m.
+    pub const REFERENCE_M: f64 = 0.5;
+
+    /// People as they are: every trait on, sizes assumed.
+    #[must_use]
+    pub fn varied() -> Self {
+        Self {
+            head_scatter_m: 0.05,
+            lean_m: [0.0, 0.06],
+            rest_scatter_m: 0.03,
+            gesture: None,
+            posture_rad: 0.1,
+            distance_exponent: 0.5,
+            speed_peak: [0.34, 0.5],
+            corrections: 0.7,
+            curvature: [0.01, 0.08],
+            reach_scatter: 0.25,
+            gaze_lead_s: [0.15, 0.45],
+            onset_dwell_s: [0.0, 0.2],
+            gaze_misses: 0.1,
+            gaze_leaves: 0.3,
+            tremor_m: [0.0002, 0.0008],
+            tracker_noise_m: 0.001,
+            dropout: 0.03,
+            ..Self::default()
+        }
+    }
+
+    /// Is a person possible with these settings?
+    ///
+    /// # Errors
+    /// NaN, infinity, a reversed range, or a setting outside its range, by name.
+    pub fn validate(&self) -> Result<(), SimError> {
+        finite("head_m", &self.head_m.to_array())?;
+        finite("facing", &self.facing.to_array())?;
+        finite("hand_rest_m", &self.hand_rest_m.to_array())?;
+        positive("horizontal part of facing", self.facing.truncate().length())?;
+        for (what, range) in [
+            ("hand_length_m", self.hand_length_m),
+            ("mean_reach_s", self.mean_reach_s),
+            ("press_depth_m", self.press_depth_m),
+            ("hold_s", self.hold_s),
+            ("pause_s", self.pause_s),
+            ("gaze_lead_s", self.gaze_lead_s),
+        ] {
+            positive(what, range[0])?;
+            rising(what, range, f64::INFINITY)?;
+        }
+        for (what, range, most) in [
+            ("lean_m", self.lean_m, f64::INFINITY),
+            ("undershoot", self.undershoot, 0.3),
+            ("curvature", self.curvature, 0.5),
+            ("onset_dwell_s", self.onset_dwell_s, f64::INFINITY),
+            ("tremor_m", self.tremor_m, f64::INFINITY),
+        ] {
+            not_negative(what, range[0])?;
+            rising(what, range, most)?;
+        }
+        rising("speed_peak", self.speed_peak, PEAKS[1])?;
+        between("speed_peak", self.speed_peak[0], PEAKS)?;
+        for (what, value) in [
+            ("head_scatter_m", self.head_scatter_m),
+            ("rest_scatter_m", self.rest_scatter_m),
+            ("gaze_offset_rad", self.gaze_offset_rad),
+            ("gaze_noise_rad", self.gaze_noise_rad),
+            ("tracker_noise_m", self.tracker_noise_m),
+        ] {
+            not_negative(what, value)?;
+        }
+        for (what, value, most) in [
+            ("posture_rad", self.posture_rad, 0.2),
+            ("distance_exponent", self.distance_exponent, 1.0),
+            ("corrections", self.corrections, 1.0),
+            ("reach_scatter", self.reach_scatter, 0.5),
+            ("gaze_misses", self.gaze_misses, 1.0),
+            ("gaze_leaves", self.gaze_leaves, 1.0),
+            ("dropout", self.dropout, 1.0),
+        ] {
+            between(what, value, [0.0, most])?;
+        }
+        positive("dropout_s", self.dropout_s)?;
+        // Else the tremor alone could carry the tip back through the surface.
+        if self.press_depth_m[0] < 2.0 * self.tremor_m[1] {
+            let (what, value) = ("press_depth_m", self.press_depth_m[0]);
+            return Err(SimError::Parameter {
+                what,
+                value,
+                wanted: "at least twice the tremor",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// A range whose upper end is finite, at most `most` and not below the lower one.
+fn rising(what: &'static str, [lo, hi]: [f64; 2], most: f64) -> Result<(), SimError> {
+    not_negative(what, hi)?;
+    if lo <= hi && hi <= most {
+        return Ok(());
+    }
+    Err(SimError::Parameter {
+        what,
+        value: hi,
+        wanted: "at least the lower end of its range and within its bounds",
+    })
+}
+
+fn between(what: &'static str, value: f64, [lo, hi]: [f64; 2]) -> Result<(), SimError> {
+    if lo <= value && value <= hi {
+        return Ok(());
+    }
+    Err(SimError::Parameter {
+        what,
+        value,
+        wanted: "within its bounds",
+    })
+}
