@@ -180,13 +180,21 @@ impl TouchPath {
             (n > 0.0).then(|| sum / n)
         });
         Ok(Self {
-            point,
             trained_m,
+            ..Self::untrained(point)
+        })
+    }
+
+    /// Knows no offsets before it has seen them.
+    pub(crate) fn untrained(point: HandPoint) -> Self {
+        Self {
+            point,
+            trained_m: [None; 6],
             offsets_m: [None; 6],
             start_s: None,
             times_s: Vec::new(),
             points_m: Vec::new(),
-        })
+        }
     }
 
     pub(crate) fn begin(&mut self) {

@@ -21,7 +21,7 @@ const SPACING: f64 = 0.5;
 const HALVINGS: usize = 10;
 
 /// Fits a minimum-jerk motion, `p(t) = a + b (10 τ³ - 15 τ⁴ + 6 τ⁵)` with `τ = (t - start) / duration`,
-/// to the way of the touching point so far, and takes its end.
+/// to the way of the touching point so far, and adds what it has left to where the point is now.
 ///
 /// Start and duration are searched on a grid that is halved ten times, `a` and `b` are the least squares
 /// solution for each. A motion that has hardly begun fits almost any duration, so durations and
@@ -78,11 +78,11 @@ impl ContactEstimator for MinimumJerk {
     }
 }
 
-/// A candidate: its cost, its end and when that is.
+/// A candidate: its cost, its way left, and when it ends after the first sample.
 #[derive(Clone, Copy)]
 struct Fit {
     cost: f64,
-    end_m: DVec3,
+    left_m: DVec3,
     end_s: f64,
 }
 
@@ -134,7 +134,7 @@ impl Usual {
                 mean_s: left_s,
                 sd_s: None,
             }),
-            ..ContactEstimate::of_point(path.now_s(), best.1.end_m)
+            ..ContactEstimate::of_point(path.now_s(), path.now_m() + best.1.left_m)
         }
     }
 }
@@ -191,7 +191,7 @@ impl Seen {
         let unusual = (b.length() - length_m.0) / length_m.1.max(1e-6);
         Fit {
             cost: left / (STRAY_M * STRAY_M) + unusual * unusual,
-            end_m: mean_m + (1.0 - mean_share) * b,
+            left_m: (1.0 - shares[self.count - 1]) * b,
             end_s: start_s + duration_s,
         }
     }

@@ -6,8 +6,8 @@ use crate::{
 };
 use glam::{DMat3, DVec3};
 
-/// Demonstrations that are averaged.
-const NEIGHBOURS: usize = 5;
+/// As many demonstrations are averaged as the square root of their number, at least and at most.
+const NEIGHBOURS: (usize, usize) = (5, 20);
 /// Demonstrations are kept at even times, this far apart, s.
 const PERIOD_S: f64 = 0.01;
 /// Longest demonstration that is kept, samples: a minute.
@@ -15,8 +15,8 @@ const MOST_SAMPLES: usize = 6000;
 /// Lowest standard deviation of an end, m: the noise of a tracker.
 const SENSOR_M: f64 = 1e-3;
 
-/// Template matching: the five demonstrations whose motion, as seen from their start, was most like this
-/// one at the same times since the start (integral of the squared distance). What was left to them, on
+/// Template matching: the demonstrations (the square root of their number, 5 to 20) whose motion, as seen
+/// from their start, was most like this one at the same times since the start (integral of the squared distance). What was left to them, on
 /// average, is what is left now; their spread is the covariance.
 ///
 /// It compares all demonstrations at every sample: time grows with their number, about 10 µs for 1,600.
@@ -127,8 +127,10 @@ impl Demonstrations<'_> {
     }
 
     fn end_of(&self, path: &TouchPath, apart: &[f64]) -> ContactEstimate {
-        let mut nearest = [(f64::INFINITY, 0_usize); NEIGHBOURS];
-        let k = NEIGHBOURS.min(self.n);
+        let (least, most) = NEIGHBOURS;
+        let mut nearest = [(f64::INFINITY, 0_usize); NEIGHBOURS.1];
+        let k = (self.n as f64).sqrt().round() as usize;
+        let k = k.clamp(least, most).min(self.n);
         for (i, &distance) in apart.iter().enumerate() {
             if distance < nearest[k - 1].0 {
                 let at = nearest[..k].partition_point(|(d, _)| *d <= distance);

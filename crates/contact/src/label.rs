@@ -1,15 +1,18 @@
 //! From recordings to reaches with a known end.
 
+use crate::baseline::TouchPath;
 use crate::error::{not_negative, positive};
 use crate::segment::{Knot, speeds};
 use crate::{
-    ContactError, FreezeConfig, HandFrame, HandPoint, LabelledReach, Reach, ReachEnd, Recording,
-    Sample, SegmentConfig, reaches,
+    ContactError, FreezeConfig, HandPoint, LabelledReach, Reach, ReachEnd, Recording, Sample,
+    SegmentConfig, reaches,
 };
 use glam::DVec3;
 
 /// A hand faster than this share of the peak speed of its trial clearly moves.
 const CLEAR_SHARE: f64 = 0.25;
+/// Share of a movement at either end in which it is slow: 6 % of a minimum-jerk motion, with some room.
+const SLOW_FLANK: f64 = 0.1;
 /// A first sample this many times as far from the second as the next steps are long is a remainder.
 const LEAP: f64 = 4.0;
 /// Shorter first steps are never taken for a leap, m.
@@ -46,8 +49,8 @@ pub struct LabelConfig {
     pub slow_share: f64,
     /// A hand below this is slow in every trial: tremor and noise of the tracker, m/s. Default 0.02.
     pub slow_m_per_s: f64,
-    /// A slow stretch at an end of a trial that is shorter than this belongs to the movement, s: who
-    /// crops trials to the movement loses nothing. Default 0.1.
+    /// A slow stretch at an end of a trial that is shorter than this and a tenth of the movement belongs to
+    /// the movement, s: who crops trials to the movement loses nothing. Default 0.1.
     pub shortest_rest_s: f64,
     /// Shortest straight way of the touching point, m. Default 0.05.
     pub min_length_m: f64,
@@ -88,7 +91,9 @@ pub struct LeftOut {
 pub struct Labelled {
     /// All with the same touching point; each passes [`LabelledReach::validate`].
     pub reaches: Vec<LabelledReach>,
-    /// What is not among them.
+    /// The recording that each reach is from, a place among those given.
+    pub recordings: Vec<usize>,
+    /// What is not among the reaches.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -117,12 +122,9 @@ pub fn labelled_reaches(
         labelled.left_out = recordings.iter().enumerate().map(nothing).collect();
         return Ok(labelled);
     };
-    let segment = SegmentConfig {
-        point: Some(point),
-        ..match &config.segment {
-            Some(segment) => segment.clone(),
-            None => SegmentConfig::adapted(recordings, point)?,
-        }
+    let segment = match &config.segment {
+        Some(segment) => segment.clone(),
+        None => SegmentConfig::adapted(recordings)?,
     };
     for (number, recording) in recordings.iter().enumerate() {
         let mut source = Source {
@@ -147,7 +149,7 @@ pub fn labelled_reaches(
 }
 
 impl SegmentConfig {
-    /// A cut that fits recordings of which nothing is known, for one point of the hand.
+    /// A cut that fits recordings of which nothing is known.
     ///
     /// Movements of 5 cm and more at 0.15 m/s and more are found first. A reach is then at least half
     /// as long as nine tenths of them are at most, and reaches at least a fifth of the speed that nine
@@ -156,14 +158,13 @@ impl SegmentConfig {
     ///
     /// # Errors
     /// As [`reaches`].
-    pub fn adapted(recordings: &[Recording], point: HandPoint) -> Result<Self, ContactError> {
+    pub fn adapted(recordings: &[Recording]) -> Result<Self, ContactError> {
         let tracked = HandPoint::ALL
             .into_iter()
             .filter(|&p| share_seen(recordings, p) > 0.5)
             .count();
         let (onset_m_per_s, min_length_m) = TRIAL_CUT;
         let wide = Self {
-            point: Some(point),
             onset_m_per_s,
             min_length_m,
             freeze: (tracked >= 3).then(FreezeConfig::default),
@@ -268,10 +269,7 @@ impl Source<'_> {
                 ReachEnd::RecordingEnded if !first_only => Err("the hand does not stop"),
                 _ => {
                     let (first, last) = if first_only {
-                        (
-                            self.with_short_rest_before(reach.first),
-                            self.with_short_rest_after(reach.last),
-                        )
+                        self.with_short_rests(reach.first, reach.last)
                     } else {
                         (reach.first, reach.last)
                     };
@@ -292,10 +290,13 @@ impl Source<'_> {
         labelled: &mut Labelled,
     ) {
         match reach {
-            Ok(reach) => labelled.reaches.push(LabelledReach {
-                trial: Some(name(self.recording, self.number, start_s)),
-                ..reach
-            }),
+            Ok(reach) => {
+                labelled.recordings.push(self.number);
+                labelled.reaches.push(LabelledReach {
+                    trial: Some(name(self.recording, self.number, start_s)),
+                    ..reach
+                });
+            }
             Err(why) => {
                 let left_out = LeftOut::new(self.recording, self.number, start_s, why);
                 labelled.left_out.push(left_out);
@@ -310,17 +311,17 @@ impl Source<'_> {
             return Err("in contact from the first sample on");
         }
         let seen_until = contact.map_or(self.samples.len(), |c| c + 1);
-        let knots: Vec<Knot> = self.samples[..seen_until]
-            .iter()
-            .enumerate()
-            .filter_map(|(index, s)| {
-                Some(Knot {
+        let mut path = TouchPath::untrained(self.point);
+        let mut knots: Vec<Knot> = Vec::new();
+        for (index, sample) in self.samples[..seen_until].iter().enumerate() {
+            if path.take(&sample.frame) {
+                knots.push(Knot {
                     index,
-                    t_s: s.frame.t_s,
-                    position_m: s.frame.point(self.point)?,
-                })
-            })
-            .collect();
+                    t_s: path.now_s(),
+                    position_m: path.now_m(),
+                });
+            }
+        }
         if knots.len() < 2 {
             return Err("the touching point is not seen");
         }
@@ -345,34 +346,31 @@ impl Source<'_> {
             .iter()
             .rposition(|&v| v <= slow)
             .unwrap_or(0);
-        let first = self.with_short_rest_before(knots[start].index);
-        let last = match contact {
-            Some(contact) => contact,
-            None => {
-                let end = speeds.iter().rposition(|&v| v > slow).unwrap_or(clear);
-                self.with_short_rest_after(knots[end].index)
-            }
-        };
-        Ok((first, last))
+        let end = speeds.iter().rposition(|&v| v > slow).unwrap_or(clear);
+        let moving = (knots[start].index, knots[end].index);
+        let (first, last) = self.with_short_rests(moving.0, moving.1);
+        Ok((first, contact.unwrap_or(last)))
     }
 
-    fn with_short_rest_before(&self, first: usize) -> usize {
-        let rest_s = self.samples[first].frame.t_s - self.samples[0].frame.t_s;
-        if rest_s < self.config.shortest_rest_s {
-            0
-        } else {
-            first
-        }
-    }
-
-    fn with_short_rest_after(&self, last: usize) -> usize {
+    /// Widens a movement to the ends of the recording, where these are near.
+    fn with_short_rests(&self, first: usize, last: usize) -> (usize, usize) {
+        let t_s = |at: usize| self.samples[at].frame.t_s;
         let end = self.samples.len() - 1;
-        let rest_s = self.samples[end].frame.t_s - self.samples[last].frame.t_s;
-        if rest_s < self.config.shortest_rest_s {
-            end
-        } else {
-            last
-        }
+        // The flanks of a movement that are slow grow with it.
+        let short_s = self.config.shortest_rest_s + SLOW_FLANK * (t_s(last) - t_s(first));
+        let is_short = |rest_s: f64| rest_s < short_s;
+        (
+            if is_short(t_s(first) - t_s(0)) {
+                0
+            } else {
+                first
+            },
+            if is_short(t_s(end) - t_s(last)) {
+                end
+            } else {
+                last
+            },
+        )
     }
 
     /// The reach between two samples, or why it is none.
@@ -385,7 +383,7 @@ impl Source<'_> {
         if positions.len() < self.config.min_samples.max(2) {
             return Err("too few samples of the touching point");
         }
-        let end_m = end_of(samples, self.point, self.segment.max_gap_s);
+        let end_m = self.end_m(last);
         let target_m = samples.iter().rev().find_map(|s| s.target_m);
         let contact_m = match target_m.filter(|_| self.config.use_target) {
             Some(target_m) => target_m,
@@ -407,29 +405,19 @@ impl Source<'_> {
         reach
             .validate()
             .map(|()| reach)
-            .map_err(|_| "no reach can be learnt from it")
+            .map_err(|_| "nothing can be learnt from it")
     }
-}
 
-/// Where the touching point is in the last sample, by another point and the offset to it if need be.
-fn end_of(samples: &[Sample], point: HandPoint, max_gap_s: f64) -> Option<DVec3> {
-    let end = &samples[samples.len() - 1].frame;
-    if let Some(end_m) = end.point(point) {
-        return Some(end_m);
+    /// Where the touching point is in a sample; by another point and the last offset, or a little
+    /// earlier, if need be.
+    fn end_m(&self, last: usize) -> Option<DVec3> {
+        let mut path = TouchPath::untrained(self.point);
+        for sample in &self.samples[..=last] {
+            path.take(&sample.frame);
+        }
+        let ago_s = self.samples[last].frame.t_s - path.times_s().last()?;
+        (ago_s <= self.segment.max_gap_s).then(|| path.now_m())
     }
-    let recent = |s: &&Sample| end.t_s - s.frame.t_s <= max_gap_s;
-    let bridged = HandPoint::BY_CONTACT.into_iter().find_map(|other| {
-        let there_m = end.point(other)?;
-        let offset = |f: &HandFrame| Some(f.point(point)? - f.point(other)?);
-        let mut before = samples.iter().rev();
-        before
-            .find_map(|s| offset(&s.frame))
-            .map(|shift| there_m + shift)
-    });
-    bridged.or_else(|| {
-        let mut before = samples.iter().rev().take_while(recent);
-        before.find_map(|s| s.frame.point(point))
-    })
 }
 
 /// The sample in which `contact` first turns from anything else to 1.

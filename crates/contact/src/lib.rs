@@ -50,12 +50,9 @@ pub use gaze::GazeFilter;
 pub use gaze_evidence::GazeModel;
 pub use label::{LabelConfig, Labelled, LeftOut, ReachCut, labelled_reaches};
 pub use labelled::LabelledReach;
-    ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
 pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
 pub use onset::{ReachWatch, WatchConfig};
-pub use predict::{
 pub use predict::{ContactPrediction, PredictionSource, Predictor, Seen};
-};
 pub use recording::{Quantity, Recording, Sample};
 pub use recording_csv::{read_recordings, write_recordings};
 pub use segment::{Reach, ReachEnd, SegmentConfig, reaches};

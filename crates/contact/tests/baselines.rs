@@ -1,0 +1,413 @@
+//! Estimators that everything else has to beat: exact where they should be, and never at a loss for a
+//! number.
+
+use glam::DVec3;
+use hwall_contact::{
+    ConstantVelocity, ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, Hold,
+    LabelledReach, MinimumJerk, NearestNeighbour, RidgeWindow,
+};
+use hwall_testkit::Sampler;
+
+type Trained = Box<dyn ContactEstimator>;
+
+fn minimum_jerk(tau: f64) -> f64 {
+    let t = tau.clamp(0.0, 1.0);
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+/// A reach along a curve of the share of its time, sampled at uneven times: trackers drop frames. The
+/// palm is 0.1 m behind the index tip.
+fn reach(duration_s: f64, curve: impl Fn(f64) -> DVec3) -> LabelledReach {
+    let mut times = vec![3.0];
+    while times[times.len() - 1] + 0.02 < 3.0 + duration_s {
+        let step = if times.len() % 3 == 0 { 0.02 } else { 0.01 };
+        times.push(times[times.len() - 1] + step);
+    }
+    times.push(3.0 + duration_s);
+    let frames = times.iter().map(|&t_s| {
+        let mut frame = HandFrame::empty(t_s);
+        let tip_m = curve((t_s - 3.0) / duration_s);
+        frame.set_point(HandPoint::Index, Some(tip_m));
+        frame.set_point(HandPoint::Palm, Some(tip_m - DVec3::new(0.1, 0.0, 0.0)));
+        frame
+    });
+    LabelledReach {
+        person: None,
+        trial: None,
+        point: HandPoint::Index,
+        frames: frames.collect(),
+        contact_m: curve(1.0),
+        contact_s: 3.0 + duration_s,
+        normal: None,
+    }
+}
+
+/// Minimum-jerk reaches of 0.4 m and 0.8 s from about one place into a half space.
+fn reaches(count: usize, seed: u64) -> Vec<LabelledReach> {
+    let mut sampler = Sampler::new(seed);
+    (0..count)
+        .map(|_| {
+            let from = sampler.point_in_box(DVec3::splat(-0.02), DVec3::splat(0.02));
+            let way = sampler.unit_vector();
+            let way = 0.4 * DVec3::new(way.x.abs(), way.y, way.z);
+            reach(0.8, |tau| from + minimum_jerk(tau) * way)
+        })
+        .collect()
+}
+
+fn all(reaches: &[LabelledReach]) -> Vec<(&'static str, Result<Trained, ContactError>)> {
+    fn boxed<E: ContactEstimator + 'static>(
+        trained: Result<E, ContactError>,
+    ) -> Result<Trained, ContactError> {
+        trained.map(|e| Box::new(e) as Trained)
+    }
+    vec![
+        ("hold", boxed(Hold::train(reaches))),
+        ("constant velocity", boxed(ConstantVelocity::train(reaches))),
+        ("minimum jerk", boxed(MinimumJerk::train(reaches))),
+        ("nearest", boxed(NearestNeighbour::train(reaches))),
+        ("ridge", boxed(RidgeWindow::train(reaches))),
+    ]
+}
+
+fn trained(reaches: &[LabelledReach]) -> Vec<(&'static str, Trained)> {
+    all(reaches)
+        .into_iter()
+        .map(|(name, e)| (name, e.unwrap()))
+        .collect()
+}
+
+/// The estimate after a share of the time.
+fn after(
+    estimator: &mut dyn ContactEstimator,
+    reach: &LabelledReach,
+    share: f64,
+) -> ContactEstimate {
+    estimator.begin();
+    let until_s = reach.frames[0].t_s + share * reach.duration_s() + 1e-9;
+    let seen = reach.frames.iter().filter(|f| f.t_s <= until_s);
+    seen.map(|f| estimator.step(f)).last().flatten().unwrap()
+}
+
+fn check(name: &str, estimate: &ContactEstimate) {
+    assert!(
+        estimate.t_s.is_finite() && estimate.point_m.is_finite(),
+        "{name}: {estimate:?}"
+    );
+    if let Some(c) = estimate.covariance_m2 {
+        assert!(c.is_finite() && c.determinant() > 0.0, "{name}: {c}");
+        assert!(
+            (c - c.transpose())
+                .to_cols_array()
+                .iter()
+                .all(|d| *d == 0.0),
+            "{name}: {c}"
+        );
+    }
+    if let Some(left) = estimate.time_to_contact_s {
+        assert!(
+            left.mean_s >= 0.0 && left.mean_s.is_finite(),
+            "{name}: {left:?}"
+        );
+        assert!(
+            left.sd_s.is_none_or(|sd| sd > 0.0 && sd.is_finite()),
+            "{name}: {left:?}"
+        );
+    }
+}
+
+#[test]
+fn constant_velocity_is_exact_on_a_uniform_motion_of_known_duration() {
+    let line = reach(0.9, |tau| {
+        DVec3::new(0.1, -0.2, 1.0) + tau * DVec3::new(0.7, 0.1, -0.4)
+    });
+    let mut estimator = ConstantVelocity::train(std::slice::from_ref(&line)).unwrap();
+    for share in [0.05, 0.4, 0.8, 1.0] {
+        let estimate = after(&mut estimator, &line, share);
+        assert!(estimate.point_m.distance(line.contact_m) < 1e-12, "{share}");
+        let left_s = line.contact_s - estimate.t_s;
+        assert!((estimate.time_to_contact_s.unwrap().mean_s - left_s).abs() < 1e-12);
+    }
+    // A single frame has no velocity; a hand that is late stays where it is.
+    estimator.begin();
+    let first = estimator.step(&line.frames[0]).unwrap();
+    assert_eq!(
+        first.point_m,
+        line.frames[0].point(HandPoint::Index).unwrap()
+    );
+    let mut late = line.frames[line.frames.len() - 1];
+    late.t_s += 1.0;
+    late.set_point(HandPoint::Index, Some(DVec3::X));
+    assert_eq!(estimator.step(&late).unwrap().point_m, DVec3::X);
+}
+
+#[test]
+fn arrival_is_that_of_the_reaches_that_last_longer() {
+    let curve = |tau: f64| tau * DVec3::X;
+    let training = [reach(0.5, curve), reach(0.7, curve), reach(0.9, curve)];
+    let mut estimator = Hold::train(&training).unwrap();
+    let left = |estimator: &mut Hold, share| {
+        let estimate = after(estimator, &training[2], share);
+        (estimate.t_s - 3.0, estimate.time_to_contact_s.unwrap())
+    };
+    let (t_s, early) = left(&mut estimator, 0.1);
+    assert!((early.mean_s - (0.7 - t_s)).abs() < 1e-12);
+    assert!((early.sd_s.unwrap() - 0.2).abs() < 1e-12);
+    let (t_s, late) = left(&mut estimator, 0.7);
+    assert!((late.mean_s - (0.8 - t_s)).abs() < 1e-12);
+    assert_eq!(left(&mut estimator, 1.0).1.mean_s, 0.0);
+}
+
+#[test]
+fn minimum_jerk_is_exact_on_a_minimum_jerk_motion() {
+    let training = reaches(12, 1);
+    let mut estimator = MinimumJerk::train(&training).unwrap();
+    for (reach, share) in reaches(5, 2)
+        .iter()
+        .flat_map(|r| [0.3, 0.5, 0.8, 1.0].map(|s| (r, s)))
+    {
+        let estimate = after(&mut estimator, reach, share);
+        let off_m = estimate.point_m.distance(reach.contact_m);
+        assert!(off_m < 1e-3, "{share}: {off_m}");
+        let left_s = estimate.time_to_contact_s.unwrap().mean_s;
+        assert!(
+            (left_s - (reach.contact_s - estimate.t_s)).abs() < 5e-3,
+            "{share}: {left_s}"
+        );
+    }
+    // Longer and slower than any that it was trained with: what was seen wins.
+    let unusual = reach(1.0, |tau| minimum_jerk(tau) * DVec3::new(0.4, 0.3, 0.1));
+    let estimate = after(&mut estimator, &unusual, 0.7);
+    assert!(estimate.point_m.distance(unusual.contact_m) < 0.02);
+}
+
+#[test]
+fn nearest_neighbours_find_the_demonstrations_of_the_same_kind() {
+    // Five ways, five demonstrations each, from other starts and at other times.
+    let ways = [
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        -DVec3::Y,
+        DVec3::new(0.5, 0.5, 0.0),
+    ];
+    let mut sampler = Sampler::new(3);
+    let mut of = |way: DVec3| {
+        let from = sampler.point_in_box(DVec3::splat(-0.3), DVec3::splat(0.3));
+        reach(0.8, |tau| from + minimum_jerk(tau) * way)
+    };
+    let training: Vec<LabelledReach> = ways
+        .iter()
+        .flat_map(|&w| std::array::from_fn::<_, 5, _>(|_| of(w)))
+        .collect();
+    let mut estimator = NearestNeighbour::train(&training).unwrap();
+    for way in ways {
+        let reach = of(way);
+        for share in [0.3, 0.6, 1.0] {
+            let estimate = after(&mut estimator, &reach, share);
+            // Demonstrations are kept at even times, on straight lines between uneven ones.
+            assert!(estimate.point_m.distance(reach.contact_m) < 2e-3, "{share}");
+            check("nearest", &estimate);
+        }
+    }
+}
+
+#[test]
+fn ridge_finds_an_end_that_is_linear_in_what_was_seen() {
+    let training = reaches(60, 4);
+    let mut estimator = RidgeWindow::train(&training).unwrap();
+    for reach in &reaches(6, 5) {
+        let estimate = after(&mut estimator, reach, 0.5);
+        let off_m = estimate.point_m.distance(reach.contact_m);
+        assert!(off_m < 5e-3, "{off_m}");
+        let c = estimate.covariance_m2.unwrap();
+        assert!(c.x_axis.x.sqrt() < 5e-3, "{c}");
+    }
+}
+
+#[test]
+fn ridge_states_the_error_on_people_it_has_not_met() {
+    // Everybody reaches beyond what the motion says, each by a way of their own.
+    let mut sampler = Sampler::new(6);
+    let sd = DVec3::new(0.02, 0.05, 0.01);
+    let mut all: Vec<LabelledReach> = Vec::new();
+    for person in 0..24 {
+        let own_m = sd * DVec3::new(sampler.normal(), sampler.normal(), sampler.normal());
+        for mut reach in reaches(6, 100 + person) {
+            reach.person = Some(person.to_string());
+            reach.contact_m += own_m;
+            all.push(reach);
+        }
+    }
+    let mut estimator = RidgeWindow::train(&all).unwrap();
+    let estimate = after(&mut estimator, &all[0], 0.5);
+    let c = estimate.covariance_m2.unwrap();
+    let stated = DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z).map(f64::sqrt);
+    // 24 people: their deviation is known to a seventh or so.
+    let ratio = stated / sd;
+    assert!(
+        ratio.min_element() > 0.6 && ratio.max_element() < 1.6,
+        "{ratio}"
+    );
+}
+
+#[test]
+fn a_missing_finger_is_bridged_by_the_palm() {
+    let training = reaches(30, 7);
+    let whole = &reaches(1, 8)[0];
+    let mut gaps = whole.clone();
+    for (k, frame) in gaps.frames.iter_mut().enumerate() {
+        if k % 4 != 0 {
+            frame.set_point(HandPoint::Index, None);
+        }
+    }
+    let mut none = whole.clone();
+    for frame in &mut none.frames {
+        frame.set_point(HandPoint::Index, None);
+    }
+    for (name, mut estimator) in trained(&training) {
+        for share in [0.0, 0.4, 1.0] {
+            let expected = after(&mut *estimator, whole, share);
+            // The palm keeps its distance, so it tells as much; where the finger was never seen, by the
+            // distance in training.
+            for other in [&gaps, &none] {
+                let estimate = after(&mut *estimator, other, share);
+                assert!(
+                    estimate.point_m.distance(expected.point_m) < 1e-6,
+                    "{name} at {share}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_that_bring_nothing_change_nothing_but_the_clock() {
+    let training = reaches(30, 9);
+    let reach = &reaches(1, 10)[0];
+    let half = reach.frames.len() / 2;
+    for (name, mut estimator) in trained(&training) {
+        estimator.begin();
+        assert_eq!(estimator.step(&HandFrame::empty(2.9)), None, "{name}");
+        estimator.begin();
+        let mut before = None;
+        for frame in &reach.frames[..half] {
+            before = estimator.step(frame);
+        }
+        let before = before.unwrap();
+        // The same frame again, an older one, one without a time, one of nonsense.
+        let mut timeless = reach.frames[half];
+        timeless.t_s = f64::NAN;
+        for frame in [reach.frames[half - 1], reach.frames[0], timeless] {
+            assert_eq!(estimator.step(&frame), Some(before), "{name}");
+        }
+        let mut blind = HandFrame::empty(before.t_s + 0.05);
+        blind.set_point(HandPoint::Index, Some(DVec3::splat(f64::NAN)));
+        let held = estimator.step(&blind).unwrap();
+        assert_eq!(
+            (held.point_m, held.t_s),
+            (before.point_m, before.t_s + 0.05),
+            "{name}"
+        );
+        let left = |e: &ContactEstimate| e.time_to_contact_s.unwrap().mean_s;
+        assert!(
+            (left(&held) - (left(&before) - 0.05).max(0.0)).abs() < 1e-12,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_new_reach_forgets_the_one_before() {
+    let training = reaches(30, 11);
+    let two = reaches(2, 12);
+    for ((name, mut used), (_, mut fresh)) in trained(&training).into_iter().zip(trained(&training))
+    {
+        after(&mut *used, &two[0], 1.0);
+        assert_eq!(
+            after(&mut *used, &two[1], 0.6),
+            after(&mut *fresh, &two[1], 0.6),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn no_input_makes_a_number_that_is_none() {
+    let training = reaches(30, 13);
+    let far = |x: f64| Some(DVec3::new(x, -x, x));
+    let mut sampler = Sampler::new(14);
+    for (name, mut estimator) in trained(&training) {
+        for case in 0..40 {
+            estimator.begin();
+            let mut t_s = sampler.uniform(-1e3, 1e3);
+            for _ in 0..60 {
+                t_s += match case % 4 {
+                    0 => 0.01,
+                    1 => 1e-12,
+                    2 => sampler.uniform(-0.01, 0.03),
+                    _ => 10f64.powf(sampler.uniform(-9.0, 300.0)),
+                };
+                let mut frame = HandFrame::empty(t_s);
+                for point in [HandPoint::Index, HandPoint::Palm, HandPoint::Little] {
+                    frame.set_point(
+                        point,
+                        match sampler.index(6) {
+                            0 => None,
+                            1 => far(f64::NAN),
+                            2 => far(1e300),
+                            3 => far(1e6),
+                            _ => Some(sampler.unit_vector()),
+                        },
+                    );
+                }
+                if let Some(estimate) = estimator.step(&frame) {
+                    check(name, &estimate);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn too_little_to_learn_from_is_an_error_or_enough() {
+    for (name, estimator) in all(&[]) {
+        assert!(
+            matches!(estimator, Err(ContactError::TooFewReaches { got: 0, .. })),
+            "{name}"
+        );
+    }
+    let one = reaches(1, 15);
+    for (name, estimator) in all(&one) {
+        match (name, estimator) {
+            ("ridge", result) => {
+                assert_eq!(
+                    result.err(),
+                    Some(ContactError::TooFewReaches { got: 1, needed: 8 })
+                );
+            }
+            (_, estimator) => check(name, &after(&mut *estimator.unwrap(), &one[0], 0.5)),
+        }
+    }
+    // Eight that are all the same: no feature says anything, no division by zero.
+    let same = vec![one[0].clone(); 8];
+    for (name, mut estimator) in trained(&same) {
+        check(name, &after(&mut *estimator, &one[0], 0.5));
+    }
+}
+
+#[test]
+fn reaches_that_do_not_fit_together_are_refused() {
+    let mut broken = reaches(10, 16);
+    broken[3].contact_m.x = f64::NAN;
+    let mut mixed = reaches(10, 16);
+    mixed[3].point = HandPoint::Palm;
+    for training in [broken, mixed] {
+        for (name, estimator) in all(&training) {
+            assert!(
+                matches!(estimator, Err(ContactError::Reach { .. })),
+                "{name}"
+            );
+        }
+    }
+}

@@ -1,0 +1,612 @@
+//! What makes people differ: each trait does what its setting says, and none moves the contact.
+
+use glam::DVec3;
+use hwall_sim::{
+    Gesture, Person, PersonConfig, Population, ReachPlan, SimError, TouchPlan, TouchSequence,
+    TouchTruth,
+};
+use hwall_testkit::{Sampler, Tol, assert_close};
+
+/// Walls and slanted panels, far enough from the hand that scatters about its rest.
+fn plan(seed: u64, count: usize) -> Vec<TouchPlan> {
+    let mut sampler = Sampler::new(seed);
+    let one = |_| TouchPlan {
+        target_m: sampler.point_in_box(DVec3::new(0.4, -0.4, 0.2), DVec3::new(0.6, 0.4, 0.9)),
+        normal: DVec3::X + sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2)),
+    };
+    (0..count).map(one).collect()
+}
+
+fn sequence(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
+    let person = Person::new(config, seed).expect("valid");
+    person.plan(&plan(seed, count)).expect("within reach")
+}
+
+/// Everybody starts towards the target before.
+fn changing(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
+    let touches = plan(seed, count + 1);
+    let pair = |two: &[TouchPlan]| ReachPlan {
+        touch: two[1],
+        meant_first: Some(two[0]),
+    };
+    let reaches: Vec<ReachPlan> = touches.windows(2).map(pair).collect();
+    let person = Person::new(config, seed).expect("valid");
+    person.plan_reaches(&reaches).expect("within reach")
+}
+
+fn assert_touches_at_the_target(sequence: &TouchSequence) {
+    let tremor_m = sequence.person().config().tremor_m[1];
+    for touch in sequence.touches() {
+        let height = |t_s| (sequence.true_index_tip(t_s) - touch.target_m).dot(touch.normal);
+        for (t_s, into) in [(touch.contact_s, 1.0), (touch.release_s, -1.0)] {
+            let off_m = sequence.true_index_tip(t_s).distance(touch.target_m);
+            assert!(off_m <= tremor_m + 1e-9, "{off_m} m");
+            assert!(height(t_s).abs() < 1e-9);
+            assert!(height(t_s - 0.01 * into) > 0.0 && height(t_s + 0.01 * into) < 0.0);
+        }
+        let velocity = sequence.true_index_velocity_m_per_s(touch.contact_s);
+        assert!(-velocity.dot(touch.normal) > 0.01, "{velocity}");
+        let times = [
+            touch.look_s,
+            touch.start_s,
+            touch.contact_s,
+            touch.press_s,
+            touch.withdraw_s,
+            touch.release_s,
+            touch.end_s,
+        ];
+        assert!(times.is_sorted_by(|a, b| a < b), "{times:?}");
+    }
+}
+
+#[test]
+fn every_trait_leaves_the_contact_at_the_target() {
+    let varied = PersonConfig::varied();
+    let extreme = PersonConfig {
+        speed_peak: [0.3, 0.7],
+        corrections: 1.0,
+        undershoot: [0.05, 0.3],
+        reach_scatter: 0.5,
+        curvature: [0.0, 0.3],
+        rest_scatter_m: 0.05,
+        posture_rad: 0.2,
+        distance_exponent: 1.0,
+        ..varied
+    };
+    for seed in 0..60 {
+        for config in [varied, extreme] {
+            assert_touches_at_the_target(&sequence(config, seed, 8));
+            assert_touches_at_the_target(&changing(config, seed, 8));
+        }
+    }
+}
+
+#[test]
+fn the_hand_never_jumps() {
+    for gesture in Gesture::ALL {
+        let config = PersonConfig {
+            gesture: Some(gesture),
+            ..PersonConfig::varied()
+        };
+        for seed in 0..4 {
+            for sequence in [sequence(config, seed, 4), changing(config, seed, 4)] {
+                let steps = (sequence.duration_s() / 1e-3) as u32;
+                let mut last = sequence.truth(0.0);
+                for i in 1..steps {
+                    let truth = sequence.truth(f64::from(i) * 1e-3);
+                    let moved = |a: DVec3, b: DVec3| a.distance(b) < 8e-3;
+                    assert!(moved(truth.palm_m, last.palm_m), "palm at {}", truth.t_s);
+                    assert!(moved(truth.head_m, last.head_m), "head at {}", truth.t_s);
+                    for (tip_m, last_m) in truth.tips_m.into_iter().zip(last.tips_m) {
+                        assert!(moved(tip_m, last_m), "tip at {}", truth.t_s);
+                    }
+                    last = truth;
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_population_is_the_same_however_many_are_drawn() {
+    let config = PersonConfig::varied();
+    let population = Population::new(config, 3).unwrap();
+    let drawn: Vec<Person> = (0..50).map(|i| population.person(i)).collect();
+    // Another time, alone, backwards.
+    for i in (0..50_u64).rev() {
+        let alone = Population::new(config, 3).unwrap().person(i);
+        assert_eq!(alone, drawn[i as usize]);
+    }
+    let touches = plan(1, 3);
+    let all = |person: &Person| {
+        let sequence = person.plan(&touches).unwrap();
+        let times = (0..500).map(|k| sequence.tracked(f64::from(k) / 90.0));
+        times.collect::<Vec<_>>()
+    };
+    assert_eq!(all(&drawn[7]), all(&population.person(7)));
+    assert_ne!(all(&drawn[7]), all(&drawn[8]));
+    // Nobody is there twice, not in the population of the next seed either.
+    let next = Population::new(config, 4).unwrap();
+    for i in 0..50 {
+        let same = |p: &&Person| p.mean_reach_s() == next.person(i).mean_reach_s();
+        assert_eq!(drawn.iter().filter(same).count(), 0);
+        let same = |p: &&Person| p.mean_reach_s() == drawn[i as usize].mean_reach_s();
+        assert_eq!(drawn.iter().filter(same).count(), 1);
+    }
+    // The habits fill their ranges, and every gesture occurs.
+    let mean = drawn.iter().map(Person::mean_reach_s).sum::<f64>() / 50.0;
+    assert_close!(mean, 0.9, Tol::abs(0.08));
+    for gesture in Gesture::ALL {
+        let count = drawn.iter().filter(|p| p.gesture() == gesture).count();
+        assert!((6..=30).contains(&count), "{gesture:?}: {count}");
+    }
+    let heads = drawn.iter().map(|p| p.head_m().distance(config.head_m));
+    let furthest = heads.fold(0.0, f64::max);
+    assert!((0.08..0.27).contains(&furthest), "{furthest}");
+}
+
+#[test]
+fn the_traits_of_varied_people_leave_the_plain_ones_alone() {
+    // Pace and hand of the same seed do not change as traits are switched on.
+    let (plain, varied) = (PersonConfig::default(), PersonConfig::varied());
+    for seed in 0..20 {
+        let [a, b] = [plain, varied].map(|c| Person::new(c, seed).unwrap());
+        assert_eq!(a.mean_reach_s(), b.mean_reach_s());
+        assert_eq!(a.hand_length_m(), b.hand_length_m());
+        assert_ne!(a.speed_peak(), b.speed_peak());
+    }
+}
+
+/// Where a straight reach is fastest, share of its time.
+fn measured_peak(config: PersonConfig, seed: u64) -> f64 {
+    let person = Person::new(config, seed).unwrap();
+    let straight = TouchPlan {
+        target_m: config.hand_rest_m - DVec3::X * 0.4,
+        normal: DVec3::X,
+    };
+    let sequence = person.plan(&[straight]).unwrap();
+    let TouchTruth {
+        start_s, press_s, ..
+    } = sequence.touches()[0];
+    let speed = |share: f64| {
+        let t_s = start_s + share * (press_s - start_s);
+        sequence.true_index_velocity_m_per_s(t_s).length()
+    };
+    let shares = (0..=1000).map(|i| f64::from(i) / 1000.0);
+    shares
+        .max_by(|&a, &b| speed(a).total_cmp(&speed(b)))
+        .unwrap()
+}
+
+#[test]
+fn the_speed_peaks_where_it_was_asked_to() {
+    for peak in [0.3, 0.35, 0.42, 0.5, 0.6, 0.7] {
+        let config = PersonConfig {
+            speed_peak: [peak; 2],
+            curvature: [0.0; 2],
+            tremor_m: [0.0; 2],
+            ..PersonConfig::default()
+        };
+        assert_close!(measured_peak(config, 1), peak, Tol::abs(2e-3));
+        // The first part of a corrected reach takes four fifths of the time.
+        let corrected = PersonConfig {
+            corrections: 1.0,
+            undershoot: [0.05; 2],
+            ..config
+        };
+        if 0.8 * peak < 0.55 {
+            assert_close!(measured_peak(corrected, 1), 0.8 * peak, Tol::abs(5e-3));
+        }
+    }
+}
+
+#[test]
+fn a_corrected_reach_is_short_of_its_target_first() {
+    let config = PersonConfig {
+        corrections: 1.0,
+        undershoot: [0.1; 2],
+        curvature: [0.0; 2],
+        press_depth_m: [1e-4; 2],
+        tremor_m: [0.0; 2],
+        ..PersonConfig::default()
+    };
+    let plain = PersonConfig {
+        corrections: 0.0,
+        ..config
+    };
+    let left = |config, share: f64| {
+        let sequence = sequence(config, 5, 20);
+        let one = |touch: &TouchTruth| {
+            let at_s = touch.start_s + share * (touch.press_s - touch.start_s);
+            let way_m = sequence
+                .true_index_tip(touch.start_s)
+                .distance(touch.target_m);
+            sequence.true_index_tip(at_s).distance(touch.target_m) / way_m
+        };
+        sequence.touches().iter().map(one).sum::<f64>() / 20.0
+    };
+    // Shortly before the first part ends, a quarter of the correction is done.
+    let short = left(config, 0.75);
+    assert!((0.06..0.10).contains(&short), "{short}");
+    assert!(left(plain, 0.9) < 0.01 && left(config, 0.9) > 0.01);
+    assert!(left(config, 1.0) < 1e-3);
+}
+
+#[test]
+fn an_opening_hand_opens_steadily_and_the_others_do_not() {
+    for gesture in Gesture::ALL {
+        let config = PersonConfig {
+            gesture: Some(gesture),
+            ..PersonConfig::default()
+        };
+        for seed in 0..10 {
+            let sequence = sequence(config, seed, 3);
+            let touch = sequence.touches()[1];
+            let opening = |i: u32| {
+                let at_s = touch.start_s + (touch.contact_s - touch.start_s) * f64::from(i) / 200.0;
+                let truth = sequence.truth(at_s);
+                // The little finger gives way at the surface; the index finger never does.
+                truth.tips_m[1].distance(truth.palm_m)
+            };
+            let openings: Vec<f64> = (0..=200).map(opening).collect();
+            let size = sequence.person().hand_length_m() / 0.19;
+            match gesture {
+                Gesture::Opening => {
+                    assert!(openings.is_sorted_by(|a, b| *a <= b + 1e-12));
+                    assert!(openings[200] - openings[0] > 0.035 * size);
+                }
+                Gesture::Pointing | Gesture::Flat => {
+                    assert_close!(openings[200], openings[0], Tol::abs(1e-12));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn dropouts_occur_at_the_asked_rate_and_last() {
+    for (dropout, dropout_s) in [(0.05, 0.05), (0.3, 0.1), (0.1, 1e-3)] {
+        let config = PersonConfig {
+            dropout,
+            dropout_s,
+            ..PersonConfig::default()
+        };
+        let sequence = sequence(config, 2, 1);
+        let n = 60_000;
+        let samples: Vec<_> = (0..n)
+            .map(|k| sequence.tracked(f64::from(k) / 90.0))
+            .collect();
+        let seen = |place: usize| {
+            let at = |s: &hwall_sim::TrackedSample| match place {
+                0 => s.palm_m.is_some(),
+                6 => s.gaze.is_some(),
+                tip => s.tips_m[tip - 1].is_some(),
+            };
+            samples.iter().map(at).collect::<Vec<bool>>()
+        };
+        let points: Vec<Vec<bool>> = (0..7).map(seen).collect();
+        for point in &points {
+            let lost = point.iter().filter(|seen| !**seen).count();
+            assert_close!(lost as f64 / f64::from(n), dropout, Tol::rel(0.12));
+            // Cells follow each other, so that a loss lasts one over the share kept, in cells.
+            let losses = point.windows(2).filter(|w| w[0] && !w[1]).count();
+            let mean_s = lost as f64 / losses as f64 / 90.0;
+            let wanted_s = (dropout_s.max(1.0 / 90.0)) / (1.0 - dropout);
+            assert_close!(mean_s, wanted_s, Tol::rel(0.1));
+        }
+        // Each on its own.
+        let both = (0..n as usize)
+            .filter(|&k| !points[0][k] && !points[1][k])
+            .count();
+        assert_close!(
+            both as f64 / f64::from(n),
+            dropout * dropout,
+            Tol::new(1e-3, 0.25)
+        );
+        // What is seen is what the tracker measures.
+        for sample in samples.iter().take(1000) {
+            let measured = sequence.sample(sample.t_s);
+            assert!(sample.palm_m.is_none_or(|p| p == measured.palm_m));
+            assert!(sample.gaze.is_none_or(|g| g == measured.gaze));
+            assert_eq!(sample.head_m, Some(measured.head_m));
+        }
+    }
+    let never = sequence(PersonConfig::default(), 2, 1);
+    assert!((0..5000).all(|k| {
+        never
+            .tracked(f64::from(k) * 0.01)
+            .tips_m
+            .iter()
+            .all(Option::is_some)
+    }));
+    let nothing = never.tracked(f64::NAN);
+    assert!(nothing.palm_m.is_none() && nothing.head_m.is_none() && nothing.gaze.is_none());
+}
+
+#[test]
+fn a_change_of_mind_is_smooth_and_told() {
+    let config = PersonConfig::default();
+    for seed in 0..10 {
+        let sequence = changing(config, seed, 5);
+        let touches = plan(seed, 6);
+        for (i, touch) in sequence.touches().iter().enumerate() {
+            let meant = touch.changed.expect("each of them");
+            assert_eq!(meant.target_m, touches[i].target_m);
+            assert_close!(meant.normal, touches[i].normal.normalize(), Tol::abs(1e-12));
+            let share = (meant.switch_s - touch.start_s) / (touch.contact_s - touch.start_s);
+            assert!((0.24..0.61).contains(&share), "{share}");
+            // Until then it is the way to the other one.
+            let straight = |target_m: DVec3| {
+                let from_m = sequence.true_index_tip(touch.start_s);
+                let gone = sequence.true_index_tip(meant.switch_s) - from_m;
+                gone.angle_between(target_m - from_m)
+            };
+            assert!(
+                straight(meant.target_m) < 0.35,
+                "{}",
+                straight(meant.target_m)
+            );
+            // Position, velocity and acceleration stay bounded: steps of 0.2 ms.
+            let h = 2e-4;
+            let steps = ((touch.press_s - touch.start_s) / h) as u32;
+            let mut last = DVec3::ZERO;
+            for k in 0..steps {
+                let t_s = touch.start_s + f64::from(k) * h;
+                let velocity = sequence.true_index_velocity_m_per_s(t_s);
+                assert!(velocity.length() < 8.0, "{velocity}");
+                if k > 0 {
+                    let acceleration = (velocity - last).length() / h;
+                    assert!(acceleration < 150.0, "{acceleration} m/s2");
+                }
+                last = velocity;
+            }
+            // The gaze has gone over by the contact.
+            let truth = sequence.truth(touch.contact_s);
+            let off = truth.gaze.angle_between(touch.target_m - truth.head_m);
+            assert!(off < 0.09, "{off}");
+        }
+    }
+    // Without one, no difference to a plan of touches.
+    let touches = plan(3, 4);
+    let reaches: Vec<ReachPlan> = touches.iter().map(|&t| t.into()).collect();
+    let person = Person::new(config, 3).unwrap();
+    assert_eq!(person.plan(&touches), person.plan_reaches(&reaches));
+    let impossible = ReachPlan {
+        touch: touches[0],
+        meant_first: Some(TouchPlan {
+            target_m: DVec3::X * 3.0,
+            normal: DVec3::X,
+        }),
+    };
+    let refused = person.plan_reaches(&[impossible]);
+    assert!(matches!(
+        refused,
+        Err(SimError::BehindSurface { touch: 0, .. })
+    ));
+}
+
+#[test]
+fn durations_grow_with_the_distance_as_asked() {
+    for exponent in [0.0, 0.5, 1.0] {
+        let config = PersonConfig {
+            distance_exponent: exponent,
+            ..PersonConfig::default()
+        };
+        let person = Person::new(config, 4).unwrap();
+        let duration_s = |length_m: f64| {
+            let touch = TouchPlan {
+                target_m: config.hand_rest_m - DVec3::X * length_m,
+                normal: DVec3::X,
+            };
+            let sequence = person.plan(&[touch]).unwrap();
+            sequence.touches()[0].press_s - sequence.touches()[0].start_s
+        };
+        let ratio = duration_s(0.8) / duration_s(0.2);
+        assert_close!(ratio, 4_f64.powf(exponent), Tol::rel(1e-9));
+    }
+}
+
+#[test]
+fn the_gaze_misses_and_leaves_as_often_as_asked() {
+    let config = PersonConfig {
+        gaze_misses: 0.25,
+        gaze_leaves: 0.4,
+        ..PersonConfig::default()
+    };
+    let (mut missed, mut left, mut all) = (0.0, 0.0, 0.0);
+    for seed in 0..40 {
+        let sequence = sequence(config, seed, 10);
+        for touch in sequence.touches() {
+            let off = |t_s| {
+                let truth = sequence.truth(t_s);
+                truth
+                    .gaze
+                    .angle_between(touch.target_m - truth.head_m)
+                    .to_degrees()
+            };
+            let (early, late) = (off(touch.start_s), off(touch.contact_s + 0.01));
+            assert_eq!(touch.gaze_missed, early > 10.0, "{early}");
+            missed += f64::from(u8::from(touch.gaze_missed));
+            left += f64::from(u8::from(!touch.gaze_missed && late > 6.0));
+            all += 1.0;
+        }
+    }
+    assert_close!(missed / all, 0.25, Tol::abs(0.06));
+    assert_close!(left / all, 0.4 * 0.75, Tol::abs(0.07));
+}
+
+#[test]
+fn rests_scatter_and_the_hand_dwells() {
+    let config = PersonConfig {
+        rest_scatter_m: 0.02,
+        onset_dwell_s: [0.3, 0.5],
+        tremor_m: [0.0; 2],
+        ..PersonConfig::default()
+    };
+    let sequence = sequence(config, 9, 200);
+    let mut sum = DVec3::ZERO;
+    for touch in sequence.touches() {
+        let rest_m = sequence.true_index_tip(touch.start_s);
+        assert_eq!(rest_m, sequence.true_index_tip(touch.look_s));
+        let off = rest_m - config.hand_rest_m;
+        sum += off * off;
+        assert!((0.47..1.0).contains(&(touch.start_s - touch.look_s)));
+    }
+    for axis in (sum / 200.0).to_array() {
+        assert_close!(axis.sqrt(), 0.02, Tol::rel(0.2));
+    }
+}
+
+#[test]
+fn settings_out_of_their_range_are_named() {
+    let good = PersonConfig::varied();
+    let named = |name: &str, config: PersonConfig| {
+        let refused = config.validate().expect_err(name).to_string();
+        assert!(refused.contains(name), "{name}: {refused}");
+        assert!(Population::new(config, 0).is_err() && Person::new(config, 0).is_err());
+    };
+    for bad in [f64::NAN, -1.0, f64::INFINITY, 9.0] {
+        named(
+            "posture_rad",
+            PersonConfig {
+                posture_rad: bad,
+                ..good
+            },
+        );
+        named(
+            "distance_exponent",
+            PersonConfig {
+                distance_exponent: bad,
+                ..good
+            },
+        );
+        named(
+            "corrections",
+            PersonConfig {
+                corrections: bad,
+                ..good
+            },
+        );
+        named(
+            "reach_scatter",
+            PersonConfig {
+                reach_scatter: bad,
+                ..good
+            },
+        );
+        named(
+            "gaze_misses",
+            PersonConfig {
+                gaze_misses: bad,
+                ..good
+            },
+        );
+        named(
+            "gaze_leaves",
+            PersonConfig {
+                gaze_leaves: bad,
+                ..good
+            },
+        );
+        named(
+            "dropout",
+            PersonConfig {
+                dropout: bad,
+                ..good
+            },
+        );
+        named(
+            "speed_peak",
+            PersonConfig {
+                speed_peak: [0.5, bad],
+                ..good
+            },
+        );
+        named(
+            "speed_peak",
+            PersonConfig {
+                speed_peak: [bad, 0.5],
+                ..good
+            },
+        );
+        named(
+            "undershoot",
+            PersonConfig {
+                undershoot: [0.05, bad],
+                ..good
+            },
+        );
+    }
+    for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        named(
+            "head_scatter_m",
+            PersonConfig {
+                head_scatter_m: bad,
+                ..good
+            },
+        );
+        named(
+            "rest_scatter_m",
+            PersonConfig {
+                rest_scatter_m: bad,
+                ..good
+            },
+        );
+        named(
+            "lean_m",
+            PersonConfig {
+                lean_m: [bad, 0.1],
+                ..good
+            },
+        );
+        named(
+            "onset_dwell_s",
+            PersonConfig {
+                onset_dwell_s: [bad, 0.1],
+                ..good
+            },
+        );
+        named(
+            "gaze_lead_s",
+            PersonConfig {
+                gaze_lead_s: [0.1, bad],
+                ..good
+            },
+        );
+        named(
+            "tremor_m",
+            PersonConfig {
+                tremor_m: [bad, 1e-4],
+                ..good
+            },
+        );
+        named(
+            "dropout_s",
+            PersonConfig {
+                dropout_s: bad,
+                ..good
+            },
+        );
+    }
+    named(
+        "speed_peak",
+        PersonConfig {
+            speed_peak: [0.2, 0.5],
+            ..good
+        },
+    );
+    named(
+        "dropout_s",
+        PersonConfig {
+            dropout_s: 0.0,
+            ..good
+        },
+    );
+    named(
+        "press_depth_m",
+        PersonConfig {
+            tremor_m: [0.0, 0.005],
+            ..good
+        },
+    );
+}

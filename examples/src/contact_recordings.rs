@@ -1,0 +1,266 @@
+//! Labelled reaches from a folder of recorded hands, and who is held out when.
+
+use anyhow::{Context, ensure};
+use hwall_contact::{
+    ContactError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
+    labelled_reaches, read_recordings,
+};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// Files of a folder that last this long at most, s, and name no trials are one trial each.
+const LONGEST_TRIAL_S: f64 = 10.0;
+/// From so many recordings on, whole recordings are held out.
+const FEWEST_RECORDINGS: usize = 5;
+/// More folds than this are joined: training is repeated for each.
+const MOST_FOLDS: usize = 50;
+
+/// Reaches of one study, all with the same points of the hand, in the frame of its tracker.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// The folder or the file, for tables and names of figures.
+    pub name: String,
+    /// What was recorded and how it was cut.
+    pub description: String,
+    /// The reaches.
+    pub reaches: Vec<LabelledReach>,
+    /// The recording that each reach is from.
+    pub recordings: Vec<usize>,
+    /// What was left out: how often, the reason, and the first of them.
+    pub left_out: Vec<String>,
+}
+
+/// What is learnt from and what is judged, by number of the reach.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fold {
+    /// Learnt from.
+    pub train: Vec<usize>,
+    /// Judged.
+    pub test: Vec<usize>,
+}
+
+/// How the reaches are divided.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Split {
+    /// In words.
+    pub description: String,
+    /// Every reach is judged in one fold at most.
+    pub folds: Vec<Fold>,
+}
+
+/// One file, and what is in it.
+struct File {
+    path: PathBuf,
+    recordings: Vec<Recording>,
+}
+
+/// All studies under a folder, and a line for each file that is no recording of a hand.
+///
+/// Files of one folder with the same quantities belong together. Where no person is named but
+/// trials are, in several files, each file is a person. Where neither is, and half of the several files last
+/// no longer than ten seconds, each file is one trial of which the first reach counts: what follows is the
+/// way back. Everything else without trials is cut by speed into all of its reaches.
+///
+/// # Errors
+/// No folder, or no recording of a hand in it.
+pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
+    ensure!(dir.is_dir(), "{}: no such folder", dir.display());
+    let mut files = Vec::new();
+    csv_files(dir, &mut files)?;
+    files.sort();
+    let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
+    for path in files {
+        let name = path.strip_prefix(dir).unwrap_or(&path).to_owned();
+        match std::fs::File::open(&path)
+            .map_err(anyhow::Error::new)
+            .and_then(|f| read_recordings(f).map_err(anyhow::Error::new))
+        {
+            Ok(recordings) => {
+                let folder = name.parent().map(Path::to_owned).unwrap_or_default();
+                let key = (folder, quantities(&recordings));
+                groups.entry(key).or_default().push(File {
+                    path: name,
+                    recordings,
+                });
+            }
+            Err(error) => refused.push(format!("{}: {error}", name.display())),
+        }
+    }
+    ensure!(
+        !groups.is_empty(),
+        "{}: no CSV file with the columns of a hand under it{}",
+        dir.display(),
+        refused
+            .first()
+            .map_or(String::new(), |why| format!(" ({why})"))
+    );
+    let several: BTreeSet<PathBuf> = {
+        let folders: Vec<&PathBuf> = groups.keys().map(|(folder, _)| folder).collect();
+        let twice = folders.windows(2).filter(|w| w[0] == w[1]);
+        twice.map(|w| w[0].clone()).collect()
+    };
+    let mut sources = Vec::new();
+    for ((folder, _), files) in groups {
+        let name = if folder.as_os_str().is_empty() || several.contains(&folder) {
+            files[0].path.with_extension("")
+        } else {
+            folder
+        };
+        let name = name.display().to_string().replace(['/', '\\'], "-");
+        sources.push(Source::of(name, files)?);
+    }
+    Ok((sources, refused))
+}
+
+fn csv_files(dir: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+    for entry in std::fs::read_dir(dir).with_context(|| dir.display().to_string())? {
+        let path = entry.with_context(|| dir.display().to_string())?.path();
+        if path.is_dir() {
+            csv_files(&path, found)?;
+        } else if path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+        {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// Names of what is seen at least once.
+fn quantities(recordings: &[Recording]) -> Vec<&'static str> {
+    let seen = |q: &Quantity| {
+        let mut samples = recordings.iter().flat_map(|r| &r.samples);
+        samples.any(|s| s.get(*q).is_some())
+    };
+    let all = Quantity::ALL.into_iter();
+    all.filter(seen).map(Quantity::name).collect()
+}
+
+impl Source {
+    fn of(name: String, files: Vec<File>) -> Result<Self, ContactError> {
+        let file_count = files.len();
+        let all = || files.iter().flat_map(|f| &f.recordings);
+        let names_trials = all().any(|r| r.trial.is_some());
+        let names_people = all().any(|r| r.person.is_some());
+        let mut durations: Vec<f64> = all().map(Recording::duration_s).collect();
+        durations.sort_by(f64::total_cmp);
+        let short = durations[durations.len() / 2] <= LONGEST_TRIAL_S;
+        let (cut, cut_words) = if names_trials {
+            let words = "every trial from the onset of its movement to its contact or its last moving frame";
+            (ReachCut::ByTrial, words)
+        } else if file_count > 1 && short {
+            let words = "the first reach of every file, by speed";
+            (ReachCut::First, words)
+        } else {
+            (ReachCut::All, "all reaches, by speed")
+        };
+        let files_are_people = names_trials && !names_people && file_count > 1;
+        let points = quantities(&all().cloned().collect::<Vec<_>>()).join(", ");
+        let recordings: Vec<Recording> = files
+            .into_iter()
+            .flat_map(|file| {
+                let stem = file
+                    .path
+                    .file_stem()
+                    .map(|s| s.to_string_lossy().into_owned());
+                file.recordings.into_iter().map(move |mut recording| {
+                    if files_are_people {
+                        recording.person.clone_from(&stem);
+                    }
+                    if cut == ReachCut::First {
+                        recording.trial.clone_from(&stem);
+                    }
+                    recording
+                })
+            })
+            .collect();
+        let config = LabelConfig {
+            cut,
+            ..LabelConfig::default()
+        };
+        let labelled = labelled_reaches(&recordings, &config)?;
+        let mut reasons: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+        for left_out in &labelled.left_out {
+            let entry = reasons.entry(left_out.why).or_insert((0, &left_out.what));
+            entry.0 += 1;
+        }
+        let left_out = reasons
+            .iter()
+            .map(|(why, (count, first))| format!("{count} × {why} (first: {first})"))
+            .collect();
+        let touching = labelled.reaches.first().map(|r| r.point);
+        Ok(Self {
+            name,
+            description: format!(
+                "{file_count} {}: {points}; {cut_words}; end of the {}",
+                if file_count == 1 { "file" } else { "files" },
+                touching.map_or("hand", |p| match p {
+                    HandPoint::Palm => "palm",
+                    tip => tip.name(),
+                })
+            ),
+            reaches: labelled.reaches,
+            recordings: labelled.recordings,
+            left_out,
+        })
+    }
+
+    /// Who is held out when.
+    #[must_use]
+    pub fn split(&self) -> Split {
+        Split::of(&self.reaches, &self.recordings)
+    }
+}
+
+impl Split {
+    /// Who is held out when: each person, of two and more; else each recording, of five and more; else each
+    /// reach. More than fifty folds are joined, neighbours first.
+    #[must_use]
+    pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
+        let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();
+        let people = people.map(|p| units(&p));
+        let recordings = units(recordings);
+        let count = |units: &[usize]| units.iter().max().map_or(0, |m| m + 1);
+        let (what, units) = match people {
+            Some(people) if count(&people) >= 2 => ("person", people),
+            _ if count(&recordings) >= FEWEST_RECORDINGS => ("recording", recordings),
+            _ => ("reach", (0..reaches.len()).collect()),
+        };
+        let n = count(&units);
+        let folds = n.min(MOST_FOLDS);
+        let fold_of = |unit: usize| unit * folds / n;
+        let description = if folds == n {
+            format!("each {what} held out: {n} folds")
+        } else {
+            format!("{n} units ({what}), neighbours held out together: {folds} folds")
+        };
+        let part = |fold: usize, held_out: bool| {
+            let belongs = |i: &usize| (fold_of(units[*i]) == fold) == held_out;
+            (0..units.len()).filter(belongs).collect()
+        };
+        Self {
+            description,
+            folds: (0..folds)
+                .map(|fold| Fold {
+                    train: part(fold, false),
+                    test: part(fold, true),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Numbers equal things alike, in the order of their first.
+fn units<T: PartialEq>(things: &[T]) -> Vec<usize> {
+    let mut known: Vec<&T> = Vec::new();
+    things
+        .iter()
+        .map(|thing| {
+            known.iter().position(|k| *k == thing).unwrap_or_else(|| {
+                known.push(thing);
+                known.len() - 1
+            })
+        })
+        .collect()
+}

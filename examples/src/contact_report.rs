@@ -1,0 +1,147 @@
+//! The study of one set of reaches: all candidates, their tables, rows and figures.
+
+use crate::contact_candidates::{Candidate, LearnsFrom};
+use crate::contact_recordings::{Source, Split, read};
+use crate::contact_scores::{Rows, Scores, run};
+use crate::{contact_figures, contact_tables};
+use anyhow::Context;
+use hwall_contact::LabelledReach;
+use hwall_testkit::quantile;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Fewer reaches than this are an illustration, not a result.
+const FEW: usize = 10;
+
+/// Every candidate on one set of reaches; one that cannot be trained is a note.
+///
+/// With a folder: `NAME_predictions.csv`, `NAME_scores.csv`, `NAME_error.svg` and
+/// `NAME_reliability.svg` in it.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn compare(
+    name: &str,
+    candidates: &[Candidate],
+    reaches: &[LabelledReach],
+    split: &Split,
+    out: Option<&Path>,
+) -> anyhow::Result<(Vec<Scores>, Vec<String>)> {
+    let file = |what: &str| out.map(|folder| folder.join(format!("{name}_{what}")));
+    let mut rows = match file("predictions.csv") {
+        Some(path) => Some(Rows::create(&path, name)?),
+        None => None,
+    };
+    let (mut scores, mut notes) = (Vec::new(), Vec::new());
+    for candidate in candidates {
+        match run(candidate, reaches, split, rows.as_mut()) {
+            Ok(found) => scores.push(found),
+            Err(error) => notes.push(format!("{}: {error:#}", candidate.name)),
+        }
+    }
+    if let Some(rows) = rows {
+        rows.finish()?;
+    }
+    if let Some(path) = file("scores.csv") {
+        contact_tables::csv(&path, name, &scores)?;
+    }
+    let judged: usize = split.folds.iter().map(|f| f.test.len()).sum();
+    if let (Some(path), false) = (file("error.svg"), scores.is_empty()) {
+        let title = format!("{name}: where {judged} reaches end, none of them learnt from");
+        contact_figures::error_over_time(&path, &title, &scores)?;
+    }
+    if let Some(path) = file("reliability.svg") {
+        let title = format!("{name}: calibration, 30 to 90 % of {judged} reaches");
+        contact_figures::reliability(&path, &title, &scores)?;
+    }
+    Ok((scores, notes))
+}
+
+/// Studies everything under a folder; Markdown.
+///
+/// # Errors
+/// No recordings there, or a file that cannot be written.
+pub fn recordings(
+    dir: &Path,
+    candidates: &[Candidate],
+    out: Option<&Path>,
+) -> anyhow::Result<String> {
+    let (sources, refused) = read(dir)?;
+    let mut text = String::from("## Recorded hands\n");
+    for why in refused {
+        write!(text, "\nNot read: {why}.\n")?;
+    }
+    for source in &sources {
+        write!(text, "\n{}", heading(source))?;
+        if source.reaches.len() < 2 {
+            writeln!(text, "\nNothing to learn from.")?;
+            continue;
+        }
+        let split = source.split();
+        let (scores, notes) = compare(&source.name, candidates, &source.reaches, &split, out)
+            .with_context(|| source.name.clone())?;
+        writeln!(text, " Split: {}.", split.description)?;
+        for note in notes {
+            writeln!(text, "\nNot run: {note}.")?;
+        }
+        if !scores.is_empty() {
+            write!(
+                text,
+                "\n{}{}",
+                contact_tables::markdown(&scores),
+                verdict(&scores)
+            )?;
+        }
+    }
+    Ok(text)
+}
+
+fn heading(source: &Source) -> String {
+    let reaches = &source.reaches;
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        quantile(&values, 0.5)
+    };
+    let n = reaches.len();
+    let mut text = format!("### {}: {n} reaches", source.name);
+    if n > 0 {
+        let start_m = |r: &LabelledReach| r.frames.iter().find_map(|f| f.point(r.point));
+        let lengths = reaches
+            .iter()
+            .filter_map(|r| Some(start_m(r)?.distance(r.contact_m)));
+        let _ = write!(
+            text,
+            " of {:.2} m and {:.2} s (medians)",
+            median(lengths.collect()),
+            median(reaches.iter().map(LabelledReach::duration_s).collect())
+        );
+    }
+    let _ = write!(text, "\n\n{}.", source.description);
+    if n < FEW {
+        text += " Too few for conclusions: an illustration.";
+    }
+    if !source.left_out.is_empty() {
+        let _ = write!(text, " Left out: {}.", source.left_out.join("; "));
+    }
+    text
+}
+
+/// Who has the least median error when.
+#[must_use]
+pub fn verdict(scores: &[Scores]) -> String {
+    let mut text = String::from("\nLeast median error:");
+    for moment in crate::contact_scores::Moment::all() {
+        let competitors = scores
+            .iter()
+            .filter(|s| s.learns_from == LearnsFrom::Others);
+        let best = competitors
+            .map(|s| (s.name.as_str(), s.at_moment(moment).median_m))
+            .filter(|(_, median)| median.is_finite())
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((name, _)) = best {
+            let _ = write!(text, " {} {name};", moment.name());
+        }
+    }
+    text.pop();
+    text + ".\n"
+}

@@ -1,0 +1,416 @@
+//! Every candidate over every held-out reach, frame by frame, and how far off it was.
+
+use crate::contact_candidates::{Candidate, LearnsFrom};
+use crate::contact_recordings::Split;
+use crate::numbers;
+use anyhow::Context;
+use glam::DVec3;
+use hwall_bip::EndPrediction;
+use hwall_contact::{ContactEstimate, LabelledReach};
+use hwall_testkit::quantile;
+use rayon::prelude::*;
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+/// Shares of the time of a reach after which it is judged.
+pub const SHARES: [f64; 6] = [0.3, 0.5, 0.7, 0.8, 0.9, 1.0];
+/// Times before contact at which it is judged, s.
+pub const BEFORE_S: [f64; 7] = [0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05];
+/// Nominal probabilities of regions, and the square of their radius in three dimensions.
+pub const REGIONS: [(f64, f64); 10] = [
+    (0.1, 0.584_374),
+    (0.2, 1.005_174),
+    (0.3, 1.423_652),
+    (0.4, 1.869_168),
+    (0.5, 2.365_974),
+    (0.6, 2.946_166),
+    (0.7, 3.664_871),
+    (0.8, 4.641_628),
+    (0.9, 6.251_389),
+    (0.95, 7.814_728),
+];
+/// Half of a board's edge, m.
+const HALF_BOARD_M: f64 = 0.1;
+/// Half widths of the intervals of 50 % and 90 % of a normal distribution, deviations.
+const INTERVALS: [f64; 2] = [0.674_489_750_196, 1.644_853_626_951];
+
+/// When a reach is judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Moment {
+    /// After a share of its time.
+    Share(f64),
+    /// A time before contact, s.
+    Before(f64),
+}
+
+impl Moment {
+    /// All of them, in the order of the tables.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let shares = SHARES.into_iter().map(Self::Share);
+        shares.chain(BEFORE_S.into_iter().map(Self::Before))
+    }
+
+    /// `70 %`, `200 ms`.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Share(share) => format!("{:.0} %", 100.0 * share),
+            Self::Before(s) => format!("{:.0} ms", 1e3 * s),
+        }
+    }
+
+    /// The last frame by then; `None` in a reach that starts later.
+    fn frame(self, reach: &LabelledReach) -> Option<usize> {
+        let t_s = match self {
+            Self::Share(share) => reach.contact_s - (1.0 - share) * reach.duration_s(),
+            Self::Before(s) => reach.contact_s - s,
+        };
+        // Room for rounding.
+        let seen = reach.frames.partition_point(|f| f.t_s <= t_s + 1e-9);
+        seen.checked_sub(1)
+    }
+}
+
+/// What a candidate said at one moment of one reach.
+#[derive(Debug, Clone, Copy)]
+pub struct Judged {
+    /// Predicted minus true contact, m.
+    pub error_m: DVec3,
+    /// Does a board of 0.2 m, centred on the prediction, miss the hand? Without a known normal: are the two
+    /// more than 0.1 m apart?
+    pub missed: bool,
+    /// Deviations per axis, m, and the squared distance in deviations, where it states a covariance.
+    pub spread: Option<(DVec3, f64)>,
+    /// Predicted minus true time to contact, s, and the deviation stated.
+    pub time_s: Option<(f64, Option<f64>)>,
+}
+
+impl Judged {
+    fn new(reach: &LabelledReach, frame: usize, estimate: &ContactEstimate) -> Self {
+        let error_m = estimate.point_m - reach.contact_m;
+        let left_s = reach.contact_s - reach.frames[frame].t_s;
+        let spread = estimate.covariance_m2.map(|c| {
+            let sd = DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z);
+            (sd.map(f64::sqrt), error_m.dot(c.inverse() * error_m))
+        });
+        Self {
+            error_m,
+            missed: missed(error_m, reach.normal),
+            spread,
+            time_s: estimate
+                .time_to_contact_s
+                .map(|left| (left.mean_s - left_s, left.sd_s)),
+        }
+    }
+
+    /// Mean over the axes of the continuous ranked probability score, m; without a covariance the
+    /// absolute error, to which it comes down.
+    #[must_use]
+    pub fn crps_m(&self) -> f64 {
+        let Some((sd, _)) = self.spread else {
+            return self.error_m.abs().element_sum() / 3.0;
+        };
+        let prediction = EndPrediction {
+            motion: 0,
+            fraction: 0.0,
+            mean: self.error_m.to_array().to_vec(),
+            sd: sd.to_array().to_vec(),
+            actual: vec![0.0; 3],
+        };
+        (0..3).map(|axis| prediction.crps(axis)).sum::<f64>() / 3.0
+    }
+}
+
+fn missed(error_m: DVec3, normal: Option<DVec3>) -> bool {
+    let Some(normal) = normal else {
+        return error_m.length() > HALF_BOARD_M;
+    };
+    let across = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::X);
+    let along = normal.cross(across);
+    error_m.dot(across).abs() > HALF_BOARD_M || error_m.dot(along).abs() > HALF_BOARD_M
+}
+
+/// A candidate over all held-out reaches.
+#[derive(Debug, Clone)]
+pub struct Scores {
+    /// The candidate.
+    pub name: String,
+    /// Is it a competitor, or a bound that knows what nobody can?
+    pub learns_from: LearnsFrom,
+    /// At every moment of [`Moment::all`], of every reach that is as long: what it said, `None` if nothing.
+    pub judged: Vec<Vec<Option<Judged>>>,
+    /// Time for one frame, µs, sorted.
+    pub step_us: Vec<f64>,
+}
+
+/// Averages over the reaches at one moment, or over several.
+#[derive(Debug, Clone, Copy)]
+pub struct Summary {
+    /// Predictions.
+    pub count: usize,
+    /// Reaches about which nothing was said.
+    pub silent: usize,
+    /// Median distance, m.
+    pub median_m: f64,
+    /// Mean distance, m.
+    pub mean_m: f64,
+    /// Mean error of each axis, m.
+    pub axis_mean_m: DVec3,
+    /// Largest error of each axis, m.
+    pub axis_max_m: DVec3,
+    /// Boards missed.
+    pub missed: usize,
+    /// Share of the 50 % and 90 % intervals per axis that hold the truth.
+    pub intervals: Option<[f64; 2]>,
+    /// Share of the regions of [`REGIONS`] that hold the truth.
+    pub regions: Option<[f64; REGIONS.len()]>,
+    /// Mean continuous ranked probability score per axis, m.
+    pub crps_m: f64,
+    /// Mean error of the time to contact, s.
+    pub time_mean_s: Option<f64>,
+    /// Share of its 90 % intervals that hold the truth.
+    pub time_interval: Option<f64>,
+}
+
+impl Scores {
+    /// Over the reaches at some moments together.
+    #[must_use]
+    pub fn at(&self, moments: impl Fn(Moment) -> bool) -> Summary {
+        let chosen = Moment::all().zip(&self.judged).filter(|(m, _)| moments(*m));
+        let (mut all, mut silent) = (Vec::new(), 0);
+        for judged in chosen.flat_map(|(_, judged)| judged) {
+            match judged {
+                Some(judged) => all.push(*judged),
+                None => silent += 1,
+            }
+        }
+        let n = all.len() as f64;
+        let mean = |value: &dyn Fn(&Judged) -> f64| all.iter().map(value).sum::<f64>() / n;
+        let mut distances: Vec<f64> = all.iter().map(|j| j.error_m.length()).collect();
+        distances.sort_by(f64::total_cmp);
+        let axes = |j: &Judged| j.error_m.abs();
+        let share = |hits: usize, of: usize| (of > 0).then(|| hits as f64 / of as f64);
+        let spreads: Vec<(DVec3, DVec3, f64)> = all
+            .iter()
+            .filter_map(|j| j.spread.map(|(sd, square)| (j.error_m.abs(), sd, square)))
+            .collect();
+        let within = |deviations: f64| {
+            let hits = |(e, sd, _): &(DVec3, DVec3, f64)| {
+                (0..3).filter(|&i| e[i] <= deviations * sd[i]).count()
+            };
+            share(spreads.iter().map(hits).sum(), 3 * spreads.len())
+        };
+        let regions = REGIONS.map(|(_, radius)| {
+            let hits = spreads.iter().filter(|s| s.2 <= radius).count();
+            hits as f64 / spreads.len() as f64
+        });
+        let times: Vec<f64> = all
+            .iter()
+            .filter_map(|j| j.time_s.map(|t| t.0.abs()))
+            .collect();
+        let timed: Vec<(f64, f64)> = all
+            .iter()
+            .filter_map(|j| j.time_s.and_then(|(e, sd)| Some((e.abs(), sd?))))
+            .collect();
+        let in_time = timed
+            .iter()
+            .filter(|(e, sd)| *e <= INTERVALS[1] * sd)
+            .count();
+        Summary {
+            count: all.len(),
+            silent,
+            median_m: quantile(&distances, 0.5),
+            mean_m: mean(&|j| j.error_m.length()),
+            axis_mean_m: all.iter().map(axes).sum::<DVec3>() / n,
+            axis_max_m: all.iter().map(axes).fold(DVec3::ZERO, DVec3::max),
+            missed: all.iter().filter(|j| j.missed).count(),
+            intervals: within(INTERVALS[0])
+                .zip(within(INTERVALS[1]))
+                .map(|(a, b)| [a, b]),
+            regions: (!spreads.is_empty()).then_some(regions),
+            crps_m: mean(&Judged::crps_m),
+            time_mean_s: (!times.is_empty())
+                .then(|| times.iter().sum::<f64>() / times.len() as f64),
+            time_interval: share(in_time, timed.len()),
+        }
+    }
+
+    /// Over the reaches at one moment.
+    #[must_use]
+    pub fn at_moment(&self, moment: Moment) -> Summary {
+        self.at(|m| m == moment)
+    }
+
+    /// Over 30 to 90 % of the time: while it is worth knowing.
+    #[must_use]
+    pub fn under_way(&self) -> Summary {
+        self.at(|m| matches!(m, Moment::Share(share) if share < 0.95))
+    }
+}
+
+/// What was said at every frame of a reach, and the time that took, µs.
+type Told = Vec<(Option<ContactEstimate>, f64)>;
+
+/// Trains a candidate on every fold and follows the reaches held out. Folds run side by side.
+///
+/// # Errors
+/// A candidate that cannot be trained.
+pub fn run(
+    candidate: &Candidate,
+    reaches: &[LabelledReach],
+    split: &Split,
+    rows: Option<&mut Rows>,
+) -> anyhow::Result<Scores> {
+    let told: Vec<Vec<(usize, Told)>> = split
+        .folds
+        .par_iter()
+        .map(|fold| {
+            let of = |numbers: &[usize]| -> Vec<LabelledReach> {
+                numbers.iter().map(|&i| reaches[i].clone()).collect()
+            };
+            let mut estimator = match candidate.learns_from {
+                LearnsFrom::Others => Some((candidate.train)(&of(&fold.train))?),
+                LearnsFrom::Itself => None,
+            };
+            let mut told = Vec::new();
+            for &number in &fold.test {
+                if candidate.learns_from == LearnsFrom::Itself {
+                    estimator = Some((candidate.train)(&of(&[number]))?);
+                }
+                let estimator = estimator.as_mut().context("an estimator")?;
+                estimator.begin();
+                let follow = |frame| {
+                    let start = Instant::now();
+                    let estimate = estimator.step(frame);
+                    (estimate, 1e6 * start.elapsed().as_secs_f64())
+                };
+                told.push((number, reaches[number].frames.iter().map(follow).collect()));
+            }
+            Ok(told)
+        })
+        .collect::<anyhow::Result<_>>()?;
+    let mut scores = Scores {
+        name: candidate.name.clone(),
+        learns_from: candidate.learns_from,
+        judged: Moment::all().map(|_| Vec::new()).collect(),
+        step_us: Vec::new(),
+    };
+    let mut rows = rows;
+    for (fold, told) in told.iter().enumerate() {
+        for (number, told) in told {
+            let reach = &reaches[*number];
+            for (moment, judged) in Moment::all().zip(&mut scores.judged) {
+                if let Some(frame) = moment.frame(reach) {
+                    let estimate = told[frame].0;
+                    judged.push(estimate.map(|e| Judged::new(reach, frame, &e)));
+                }
+            }
+            scores.step_us.extend(told.iter().map(|t| t.1));
+            if let Some(rows) = &mut rows {
+                rows.add(&candidate.name, fold, reach, told)?;
+            }
+        }
+    }
+    scores.step_us.sort_by(f64::total_cmp);
+    Ok(scores)
+}
+
+/// A CSV with one row a prediction: a line a frame, a reach, a candidate.
+pub struct Rows {
+    source: String,
+    out: csv::Writer<Box<dyn Write>>,
+}
+
+impl Rows {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn create(path: &Path, source: &str) -> anyhow::Result<Self> {
+        let mut out = numbers::writer(Some(path))?;
+        out.write_record([
+            "source",
+            "method",
+            "fold",
+            "person",
+            "trial",
+            "t",
+            "share",
+            "to_contact",
+            "x",
+            "y",
+            "z",
+            "true_x",
+            "true_y",
+            "true_z",
+            "var_xx",
+            "var_xy",
+            "var_xz",
+            "var_yy",
+            "var_yz",
+            "var_zz",
+            "left",
+            "left_sd",
+            "us",
+        ])?;
+        Ok(Self {
+            source: source.to_owned(),
+            out,
+        })
+    }
+
+    fn add(
+        &mut self,
+        method: &str,
+        fold: usize,
+        reach: &LabelledReach,
+        told: &Told,
+    ) -> anyhow::Result<()> {
+        let text = |name: &Option<String>| name.clone().unwrap_or_default();
+        for (frame, (estimate, us)) in reach.frames.iter().zip(told) {
+            let left_s = reach.contact_s - frame.t_s;
+            let mut cells = vec![
+                self.source.clone(),
+                method.to_owned(),
+                fold.to_string(),
+                text(&reach.person),
+                text(&reach.trial),
+                format!("{:.6}", frame.t_s),
+                format!("{:.4}", 1.0 - left_s / reach.duration_s()),
+                format!("{left_s:.6}"),
+            ];
+            // Nothing was said: empty cells.
+            let metres = |cells: &mut Vec<String>, v: Option<DVec3>| match v {
+                Some(v) => cells.extend(v.to_array().map(|x| format!("{x:.6}"))),
+                None => cells.extend([const { String::new() }; 3]),
+            };
+            metres(&mut cells, estimate.map(|e| e.point_m));
+            metres(&mut cells, Some(reach.contact_m));
+            match estimate.and_then(|e| e.covariance_m2) {
+                Some(c) => cells.extend(
+                    [
+                        c.x_axis.x, c.x_axis.y, c.x_axis.z, c.y_axis.y, c.y_axis.z, c.z_axis.z,
+                    ]
+                    .map(|v| format!("{v:.4e}")),
+                ),
+                None => cells.extend([const { String::new() }; 6]),
+            }
+            let left = estimate.and_then(|e| e.time_to_contact_s);
+            let seconds = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
+            cells.push(seconds(left.map(|l| l.mean_s)));
+            cells.push(seconds(left.and_then(|l| l.sd_s)));
+            cells.push(format!("{us:.2}"));
+            self.out.write_record(&cells)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.out.flush().context("predictions")
+    }
+}
