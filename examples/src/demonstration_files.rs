@@ -48,7 +48,7 @@ impl Robot {
 /// Makes demonstrations and writes them; says what was made, in one line.
 ///
 /// # Errors
-/// As [`generate`] and [`write`].
+/// As [`generate`] and [`write()`].
 pub fn generate_into(
     folder: &Path,
     config: &DemonstrationConfig,

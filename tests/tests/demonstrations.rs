@@ -185,7 +185,7 @@ fn people_who_point_are_as_far_from_their_targets_as_in_the_study() {
         let frames = reach.frames.iter().filter(|f| f.t_s <= until_s);
         frames
             .filter_map(|f| f.point(HandPoint::Index))
-            .last()
+            .next_back()
             .unwrap_or(DVec3::INFINITY)
     };
     let length_m = median(&|r| {
