@@ -48,7 +48,7 @@ impl Robot {
 /// Makes demonstrations and writes them; says what was made, in one line.
 ///
 /// # Errors
-/// As [`generate`] and [`write`].
+/// As [`generate`] and [`write()`].
 pub fn generate_into(
     folder: &Path,
     config: &DemonstrationConfig,
@@ -71,11 +71,14 @@ pub fn generate_into(
 /// `--train DIR/demonstrations --test DIR/demonstrations --observed 0-17` with all six points.
 ///
 /// # Errors
-/// Nothing to write, a folder that cannot be written, a reach without a point of the hand that all
+/// Nothing to write, a folder of motions that cannot be written or is not empty, a reach without a point of the hand that all
 /// others have too.
 pub fn write(folder: &Path, made: &[Demonstrated], robot: Robot) -> anyhow::Result<()> {
     let motions = folder.join(MOTIONS);
     std::fs::create_dir_all(&motions).with_context(|| motions.display().to_string())?;
+    // Motions of another run would be learnt from as well.
+    let mut held = std::fs::read_dir(&motions).with_context(|| motions.display().to_string())?;
+    ensure!(held.next().is_none(), "{}: not empty", motions.display());
     let recordings: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
     let hands = folder.join(HANDS);
     let file = numbers::output(Some(&hands))?;

@@ -228,13 +228,9 @@ pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<Demonstrated
             let plans = places.plans(count, config.changes_of_mind, &mut sampler)?;
             let sequence = population.person(number).plan_reaches(&plans);
             let sequence = sequence.with_context(|| name.clone())?;
-            let states = match config.arm_reaction_s {
-                Some(reaction_s) => Some(answer(&sequence, &board, config, reaction_s)?),
-                None => None,
-            };
             for trial in 0..count {
                 let names = (name.as_str(), trial + 1);
-                let one = record(&sequence, trial, config, states.as_deref(), part, names)?;
+                let one = record(&sequence, trial, config, &board, part, names)?;
                 made.push(one);
             }
             number += 1;
@@ -248,7 +244,7 @@ fn record(
     sequence: &TouchSequence,
     trial: usize,
     config: &DemonstrationConfig,
-    states: Option<&[(JointPositions, Pose)]>,
+    board: &Board,
     part: Part,
     (person, number): (&str, usize),
 ) -> anyhow::Result<Demonstrated> {
@@ -261,8 +257,13 @@ fn record(
     let frame_at = |t_s: f64| (t_s / config.tracker_s).ceil() as usize;
     let mut samples = Vec::new();
     let mut frames = Vec::new();
-    let mut response = states.map(|_| Response::default());
-    for k in frame_at(first_s)..=frame_at(truth.contact_s) {
+    let (first, last) = (frame_at(first_s), frame_at(truth.contact_s));
+    let states = match config.arm_reaction_s {
+        Some(reaction_s) => answer(sequence, &truth, board, config, reaction_s, [first, last])?,
+        None => Vec::new(),
+    };
+    let mut response = config.arm_reaction_s.map(|_| Response::default());
+    for k in first..=last {
         let t_s = k as f64 * config.tracker_s;
         let frame = hand_frame(&sequence.tracked(t_s), &config.points, config.gaze);
         samples.push(Sample {
@@ -273,9 +274,9 @@ fn record(
         });
         if (truth.start_s..=truth.contact_s).contains(&t_s) {
             frames.push(frame);
-            if let (Some(response), Some(states)) = (&mut response, states) {
-                response.joints_rad.push(states[k].0);
-                response.base_from_board.push(states[k].1);
+            if let Some(response) = &mut response {
+                response.joints_rad.push(states[k - first].0);
+                response.base_from_board.push(states[k - first].1);
             }
         }
     }
@@ -325,13 +326,16 @@ pub fn hand_frame(tracked: &TrackedSample, points: &[HandPoint], gaze: bool) -> 
     frame
 }
 
-/// The arm's joints and board at every sample of the tracker, while it carries the board to where
-/// the person is going to touch: it knows the target, as a teacher's arm does.
+/// The arm's joints and board at these samples of the tracker, while it carries the board from its
+/// starting position to where the person is going to touch: it knows the target, as a teacher's
+/// arm does.
 fn answer(
     sequence: &TouchSequence,
+    touch: &TouchTruth,
     board: &Board,
     config: &DemonstrationConfig,
     reaction_s: f64,
+    [first, last]: [usize; 2],
 ) -> anyhow::Result<Vec<(JointPositions, Pose)>> {
     let mut renderer = Renderer::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
     let servo = ServoConfig {
@@ -347,19 +351,20 @@ fn answer(
     // A whole number of control steps a sample, so that the clocks never part.
     let per_sample = (config.tracker_s / CONTROL_S).ceil() as usize;
     let step_s = config.tracker_s / per_sample as f64;
-    let samples = (sequence.duration_s() / config.tracker_s).ceil() as usize + 1;
-    let mut states = Vec::with_capacity(samples);
-    for step in 0..samples * per_sample {
-        let t_s = step as f64 * step_s;
-        if step.is_multiple_of(per_sample) {
+    let from = first.min((touch.look_s / config.tracker_s) as usize);
+    let mut states = Vec::with_capacity(last + 1 - first);
+    for step in 0..=(last - from) * per_sample {
+        let elapsed_s = step as f64 * step_s;
+        let t_s = from as f64 * config.tracker_s + elapsed_s;
+        if step.is_multiple_of(per_sample) && from + step / per_sample >= first {
             states.push((servo.q(), servo.pose()));
         }
-        let target = wanted(sequence, t_s - reaction_s).map(|(point_m, normal)| BoardTarget {
+        let target = wanted(touch, t_s - reaction_s).map(|(point_m, normal)| BoardTarget {
             point_m,
             normal,
-            stamp_s: t_s,
+            stamp_s: elapsed_s,
         });
-        let rendered = renderer.step(t_s, &servo.state()?, target.as_ref());
+        let rendered = renderer.step(elapsed_s, &servo.state()?, target.as_ref());
         servo.command(rendered.command)?;
         servo.advance(step_s)?;
         let (tip_m, velocity) = (
@@ -374,10 +379,10 @@ fn answer(
 }
 
 /// What the person goes for at a time, and the surface's normal there.
-fn wanted(sequence: &TouchSequence, t_s: f64) -> Option<(DVec3, DVec3)> {
-    let touch = sequence.touch_at(t_s)?;
-    Some(match touch.changed {
-        Some(meant) if t_s < meant.switch_s => (meant.target_m, meant.normal),
-        _ => (touch.target_m, touch.normal),
-    })
+fn wanted(touch: &TouchTruth, t_s: f64) -> Option<(DVec3, DVec3)> {
+    match touch.changed {
+        _ if t_s < touch.look_s => None,
+        Some(meant) if t_s < meant.switch_s => Some((meant.target_m, meant.normal)),
+        _ => Some((touch.target_m, touch.normal)),
+    }
 }

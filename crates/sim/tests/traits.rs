@@ -202,34 +202,29 @@ fn the_speed_peaks_where_it_was_asked_to() {
 
 #[test]
 fn a_corrected_reach_is_short_of_its_target_first() {
-    let config = PersonConfig {
-        corrections: 1.0,
-        undershoot: [0.1; 2],
-        curvature: [0.0; 2],
-        press_depth_m: [1e-4; 2],
-        tremor_m: [0.0; 2],
-        ..PersonConfig::default()
-    };
-    let plain = PersonConfig {
-        corrections: 0.0,
-        ..config
-    };
-    let left = |config, share: f64| {
-        let sequence = sequence(config, 5, 20);
-        let one = |touch: &TouchTruth| {
-            let at_s = touch.start_s + share * (touch.press_s - touch.start_s);
-            let way_m = sequence
-                .true_index_tip(touch.start_s)
-                .distance(touch.target_m);
-            sequence.true_index_tip(at_s).distance(touch.target_m) / way_m
+    for short in [0.05, 0.1, 0.3] {
+        let config = PersonConfig {
+            corrections: 1.0,
+            undershoot: [short; 2],
+            tremor_m: [0.0; 2],
+            ..PersonConfig::default()
         };
-        sequence.touches().iter().map(one).sum::<f64>() / 20.0
-    };
-    // Shortly before the first part ends, a quarter of the correction is done.
-    let short = left(config, 0.75);
-    assert!((0.06..0.10).contains(&short), "{short}");
-    assert!(left(plain, 0.9) < 0.01 && left(config, 0.9) > 0.01);
-    assert!(left(config, 1.0) < 1e-3);
+        let sequence = sequence(config, 5, 20);
+        for touch in sequence.touches() {
+            let left = |share: f64| {
+                let at_s = touch.start_s + share * (touch.press_s - touch.start_s);
+                let height =
+                    |t_s| (sequence.true_index_tip(t_s) - touch.target_m).dot(touch.normal);
+                let from = height(touch.start_s) + touch.depth_m;
+                (height(at_s) + touch.depth_m) / from
+            };
+            // The first part ends after four fifths of the time; half the correction is done.
+            assert_close!(left(0.8), 0.5 * short, Tol::abs(1e-9));
+            assert_close!(left(1.0), 0.0, Tol::abs(1e-9));
+            let shares = (0..=100).map(|i| left(f64::from(i) / 100.0));
+            assert!(shares.is_sorted_by(|a, b| a >= b));
+        }
+    }
 }
 
 #[test]
