@@ -25,13 +25,15 @@ const POINT: [usize; 3] = [0, 1, 2];
 pub(crate) struct Primitive {
     filter: Filter,
     period_s: f64,
+    dofs: usize,
     /// Mean of the contact as labelled relative to the last place of the touching point, m.
     label_offset_m: DVec3,
 }
 
-/// The hand over a reach, as the filter sees it: the touching point, then the others.
+/// The hand over a reach, as the filter sees it: the touching point, then the others, so many.
 pub(crate) fn demonstration(
     inputs: &Inputs,
+    count: usize,
     reach: &LabelledReach,
 ) -> Result<Demonstration, ContactError> {
     let mut track = ReachTrack::new(inputs);
@@ -42,14 +44,10 @@ pub(crate) fn demonstration(
         {
             times.push(t_s - start_s);
             track.points_into(inputs, &mut points);
-            values.extend(&points);
+            values.extend(&points[..3 * count]);
         }
     }
-    Ok(Demonstration::from_timestamps(
-        times,
-        3 * inputs.points(),
-        values,
-    )?)
+    Ok(Demonstration::from_timestamps(times, 3 * count, values)?)
 }
 
 /// How the primitive is trained.
@@ -70,8 +68,12 @@ impl Training {
     }
 
     /// The noise that foresees held-out reaches best.
-    pub(crate) fn tuned(basis: Basis, all: &[Demonstration]) -> Result<Self, ContactError> {
-        let dofs = all.first().map_or(3, Demonstration::dofs);
+    pub(crate) fn tuned(
+        basis: Basis,
+        points: usize,
+        all: &[Demonstration],
+    ) -> Result<Self, ContactError> {
+        let dofs = 3 * points;
         let training = Self {
             basis,
             dofs,
@@ -116,6 +118,7 @@ impl Training {
         Ok(Primitive {
             filter: Filter::new(&model, &FilterConfig::default())?,
             period_s: model.sampling_period(),
+            dofs: self.dofs,
             label_offset_m: offset_m / count,
         })
     }
@@ -132,12 +135,12 @@ pub(crate) struct Follower {
 }
 
 impl Follower {
-    pub(crate) fn new(inputs: &Inputs, primitive: &Primitive) -> Self {
+    pub(crate) fn new(primitive: &Primitive) -> Self {
         Self {
             fresh: primitive.clone(),
             filter: primitive.filter.clone(),
-            dofs: (0..3 * inputs.points()).collect(),
-            values: Vec::with_capacity(3 * inputs.points()),
+            dofs: (0..primitive.dofs).collect(),
+            values: Vec::with_capacity(18),
             last_s: None,
         }
     }
@@ -158,19 +161,18 @@ impl Follower {
         self.last_s = Some(t_s);
         self.filter.predict(dt_s)?;
         track.points_into(inputs, &mut self.values);
-        self.filter
-            .observe(&Observation::new(&self.dofs, &self.values))?;
+        self.filter.observe(&Observation::new(
+            &self.dofs,
+            &self.values[..self.dofs.len()],
+        ))?;
         Ok(())
     }
 
-    /// Where it ends and the variance of each coordinate, m and m².
-    pub(crate) fn end(&mut self) -> Result<(DVec3, DVec3), ContactError> {
+    /// Where it ends, m.
+    pub(crate) fn end(&mut self) -> Result<DVec3, ContactError> {
         let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
         self.filter
             .predict_at(1.0, &POINT, &mut mean, &mut variance)?;
-        Ok((
-            DVec3::from_array(mean) + self.fresh.label_offset_m,
-            DVec3::from_array(variance),
-        ))
+        Ok(DVec3::from_array(mean) + self.fresh.label_offset_m)
     }
 }

@@ -1,0 +1,225 @@
+//! How far the sources of an estimate are off on reaches that they were not learnt from, and how they
+//! are put together for it.
+
+use crate::learned::Combination;
+use crate::learning::Sampled;
+use crate::local_ridge::Rows;
+use crate::reach_track::way_axes;
+use glam::{DMat3, DVec3};
+
+/// Lowest standard deviation of a coordinate that is ever claimed, m: the noise of a good tracker.
+pub(crate) const SENSOR_M: f64 = 3e-4;
+/// Lowest standard deviation of a time, s.
+const CLOCK_S: f64 = 2e-3;
+/// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
+const CHI_SQUARED_3_90: f64 = 6.251_389;
+/// 90 % of a standard normal variable lie within this.
+const NORMAL_90: f64 = 1.644_854;
+/// Errors beyond so many times the median count as that far: a primitive that loses its way on one
+/// reach in a hundred is metres off and would outweigh all others.
+const CLIP: f64 = 4.0;
+/// A primitive further from the regression than so many times what is usual has lost its way.
+const LOST: f64 = 3.0;
+
+/// Second moments of held-out errors in the axes of the way, m² and s², in one region of progress.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Errors {
+    regression: DMat3,
+    primitive: DMat3,
+    /// `E[regression primitive']`.
+    cross: DMat3,
+    /// Share of the primitive in the combination.
+    gain: f64,
+    time: f64,
+    /// Factors on the covariance and on the deviation of the time.
+    spread: f64,
+    time_spread: f64,
+}
+
+impl Errors {
+    /// Between regions a mixture by their weights.
+    pub(crate) fn at(regions: &[Self], gates: &[f64]) -> Self {
+        let mut sum = Self::default();
+        for (errors, gate) in regions.iter().zip(gates) {
+            sum.scaled_add(*gate, errors);
+        }
+        sum
+    }
+
+    fn scaled_add(&mut self, share: f64, other: &Self) {
+        self.regression += other.regression * share;
+        self.primitive += other.primitive * share;
+        self.cross += other.cross * share;
+        self.gain += other.gain * share;
+        self.time += other.time * share;
+        self.spread += other.spread * share;
+        self.time_spread += other.time_spread * share;
+    }
+
+    /// Mean squared distance between the two sources.
+    fn apart(&self) -> f64 {
+        trace(&self.regression) + trace(&self.primitive) - 2.0 * trace(&self.cross)
+    }
+
+    /// The share of the primitive with the least squared error. One number a region: a matrix of
+    /// them, though better in theory, was worse from fifty reaches.
+    fn best_gain(&self) -> f64 {
+        let gain = trace(&self.regression) - trace(&self.cross);
+        (gain / self.apart().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+
+    /// The best linear combination and its second moments in the axes of the way.
+    fn combined(
+        &self,
+        combination: Combination,
+        regression_m: DVec3,
+        primitive_m: Option<DVec3>,
+    ) -> (DVec3, DMat3) {
+        let sensor = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
+        match (combination, primitive_m) {
+            (Combination::Primitive, Some(primitive_m)) => (primitive_m, self.primitive + sensor),
+            (Combination::Both, Some(primitive_m))
+                if primitive_m.distance_squared(regression_m)
+                    <= LOST * LOST * (self.apart() + trace(&sensor)) =>
+            {
+                let (a, b) = (1.0 - self.gain, self.gain);
+                let cross = self.cross + self.cross.transpose();
+                let moments =
+                    self.regression * (a * a) + self.primitive * (b * b) + cross * (a * b);
+                (regression_m.lerp(primitive_m, b), moments + sensor)
+            }
+            _ => (regression_m, self.regression + sensor),
+        }
+    }
+
+    /// The combination in the frame of the samples: point, m, and covariance, m².
+    pub(crate) fn estimate(
+        &self,
+        combination: Combination,
+        start_m: DVec3,
+        regression_m: DVec3,
+        primitive_m: Option<DVec3>,
+    ) -> (DVec3, DMat3) {
+        let (point_m, moments) = self.combined(combination, regression_m, primitive_m);
+        let axes = way_axes(start_m, regression_m);
+        let covariance = axes * (moments * self.spread) * axes.transpose();
+        (point_m, (covariance + covariance.transpose()) * 0.5)
+    }
+
+    /// Standard deviation of the time left, s.
+    pub(crate) fn time_sd_s(&self) -> f64 {
+        self.time.sqrt().max(CLOCK_S) * self.time_spread
+    }
+
+    /// By region, from what the sources said of every sample when its fold was held out.
+    pub(crate) fn by_region(
+        samples: &[Sampled],
+        rows: &Rows,
+        held_out: &[f64],
+        combination: Combination,
+    ) -> Vec<Self> {
+        let misses: Vec<Miss> = samples
+            .iter()
+            .zip(held_out.chunks_exact(rows.outputs))
+            .map(|(sample, said)| Miss::of(sample, said))
+            .collect();
+        let mut regions: Vec<Self> = (0..rows.regions)
+            .map(|region| Self::of_region(&misses, samples, rows, region))
+            .collect();
+        let scores: Vec<[f64; 2]> = misses
+            .iter()
+            .enumerate()
+            .map(|(row, miss)| {
+                let errors = Self::at(&regions, rows.gates(row));
+                let (point, moments) =
+                    errors.combined(combination, miss.regression, miss.primitive);
+                let distance = point.dot(moments.inverse() * point);
+                [distance, miss.time.abs() / errors.time_sd_s()]
+            })
+            .collect();
+        for (k, region) in regions.iter_mut().enumerate() {
+            let most = |which: usize| {
+                let values = scores.iter().enumerate();
+                weighted_quantile(
+                    0.9,
+                    values.map(|(row, s)| (s[which], samples[row].weight * rows.gates(row)[k])),
+                )
+            };
+            (region.spread, region.time_spread) = (most(0) / CHI_SQUARED_3_90, most(1) / NORMAL_90);
+        }
+        regions
+    }
+
+    fn of_region(misses: &[Miss], samples: &[Sampled], rows: &Rows, region: usize) -> Self {
+        let weight = |row: usize| samples[row].weight * rows.gates(row)[region];
+        let limit = |length: &dyn Fn(&Miss) -> f64| {
+            let lengths = misses.iter().enumerate();
+            CLIP * weighted_quantile(0.5, lengths.map(|(row, m)| (length(m), weight(row))))
+        };
+        let primitive = |m: &Miss| m.primitive.unwrap_or(DVec3::ZERO);
+        let limits = [
+            limit(&|m| m.regression.length()),
+            limit(&|m| primitive(m).length()),
+            limit(&|m| m.time.abs()),
+        ];
+        let (mut sum, mut total) = (Self::default(), f64::MIN_POSITIVE);
+        for (row, miss) in misses.iter().enumerate() {
+            let r = miss.regression.clamp_length_max(limits[0]);
+            let p = primitive(miss).clamp_length_max(limits[1]);
+            let one = Self {
+                regression: outer(r, r),
+                primitive: outer(p, p),
+                cross: outer(r, p),
+                time: miss.time.abs().min(limits[2]).powi(2),
+                ..Self::default()
+            };
+            sum.scaled_add(weight(row), &one);
+            total += weight(row);
+        }
+        let mut region = Self::default();
+        region.scaled_add(1.0 / total, &sum);
+        region.gain = region.best_gain();
+        (region.spread, region.time_spread) = (1.0, 1.0);
+        region
+    }
+}
+
+/// What the sources miss the contact of one sample by, in the axes of the way.
+struct Miss {
+    regression: DVec3,
+    primitive: Option<DVec3>,
+    time: f64,
+}
+
+impl Miss {
+    fn of(sample: &Sampled, said: &[f64]) -> Self {
+        let regression_m = sample.now_m + DVec3::from_slice(&said[..3]);
+        let inverse = way_axes(sample.start_m, regression_m).transpose();
+        Self {
+            regression: inverse * (regression_m - sample.end_m),
+            primitive: sample.primitive_m.map(|p| inverse * (p - sample.end_m)),
+            time: said[3].max(0.0) - sample.left_s,
+        }
+    }
+}
+
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+fn trace(m: &DMat3) -> f64 {
+    m.x_axis.x + m.y_axis.y + m.z_axis.z
+}
+
+/// The value that a share of the weight lies below; pairs of value and weight.
+pub(crate) fn weighted_quantile(share: f64, values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let mut values: Vec<(f64, f64)> = values.collect();
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = values.iter().map(|v| v.1).sum();
+    let mut sum = 0.0;
+    let found = values.iter().find(|v| {
+        sum += v.1;
+        sum >= share * total
+    });
+    found.or(values.last()).map_or(0.0, |v| v.0)
+}

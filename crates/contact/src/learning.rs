@@ -1,0 +1,293 @@
+//! From labelled reaches to what a regression is fitted to.
+
+use crate::gates::Gates;
+use crate::held_out_errors::{SENSOR_M, weighted_quantile};
+use crate::local_ridge::{Fitted, LocalRidge, Rows};
+use crate::primitive::{Follower, Primitive, Training};
+use crate::reach_track::{Inputs, PROGRESS, ReachTrack};
+use crate::{ContactError, LabelledReach, LearnedConfig};
+use glam::DVec3;
+use hwall_bip::Demonstration;
+
+/// Way left, time left, normal.
+pub(crate) const OUTPUTS: usize = 7;
+/// More points of the hand must better the primitive by this share: they cost time in every step.
+const WORTH: f64 = 0.05;
+
+/// One sample of a reach that is learnt from.
+#[derive(Debug, Clone)]
+pub(crate) struct Sampled {
+    fold: usize,
+    /// All samples of a reach together have the weight 1.
+    pub(crate) weight: f64,
+    progress: [f64; PROGRESS],
+    features: Vec<f64>,
+    pub(crate) start_m: DVec3,
+    pub(crate) now_m: DVec3,
+    pub(crate) end_m: DVec3,
+    pub(crate) left_s: f64,
+    normal: Option<DVec3>,
+    /// What a primitive said that had not learnt from this fold, m.
+    pub(crate) primitive_m: Option<DVec3>,
+}
+
+/// Which reaches are held out together: people where there are three, else every so-manieth reach.
+pub(crate) fn folds(reaches: &[LabelledReach], most: usize) -> Vec<usize> {
+    let mut people: Vec<&Option<String>> = reaches.iter().map(|r| &r.person).collect();
+    people.sort();
+    people.dedup();
+    let by_person = people.len() >= 3;
+    let most = most.min(reaches.len());
+    reaches
+        .iter()
+        .enumerate()
+        .map(|(i, r)| match people.binary_search(&&r.person) {
+            Ok(person) if by_person => person % most,
+            _ => i % most,
+        })
+        .collect()
+}
+
+/// Samples at even times of all reaches, without a primitive.
+pub(crate) fn samples(
+    inputs: &Inputs,
+    reaches: &[LabelledReach],
+    folds: &[usize],
+    config: &LearnedConfig,
+) -> Vec<Sampled> {
+    let mut samples = Vec::new();
+    for (reach, fold) in reaches.iter().zip(folds) {
+        let first = samples.len();
+        let mut track = ReachTrack::new(inputs);
+        let mut due = Due::new(reach, config.samples_per_reach);
+        for (k, frame) in reach.frames.iter().enumerate() {
+            if !track.push(inputs, frame) || !due.at(k, frame.t_s) {
+                continue;
+            }
+            let (Some((t_s, now_m)), Some((_, start_m))) = (track.now(), track.start()) else {
+                continue;
+            };
+            let mut features = Vec::new();
+            track.features_into(inputs, &mut features);
+            samples.push(Sampled {
+                fold: *fold,
+                weight: 1.0,
+                progress: track.progress(),
+                features,
+                start_m,
+                now_m,
+                end_m: reach.contact_m,
+                left_s: reach.contact_s - t_s,
+                normal: reach.normal,
+                primitive_m: None,
+            });
+        }
+        let count = (samples.len() - first) as f64;
+        for s in &mut samples[first..] {
+            s.weight = 1.0 / count;
+        }
+    }
+    samples
+}
+
+/// Which frames of a reach are samples: the first, one whenever another share of the time is over,
+/// and the last.
+struct Due {
+    start_s: f64,
+    step_s: f64,
+    last: usize,
+    next: f64,
+}
+
+impl Due {
+    fn new(reach: &LabelledReach, count: usize) -> Self {
+        Self {
+            start_s: reach.frames.first().map_or(0.0, |f| f.t_s),
+            step_s: reach.duration_s() / count as f64,
+            last: reach.frames.len() - 1,
+            next: 0.0,
+        }
+    }
+
+    fn at(&mut self, frame: usize, t_s: f64) -> bool {
+        let due = t_s >= self.start_s + self.next * self.step_s || frame == self.last;
+        if due {
+            let over = (t_s - self.start_s) / self.step_s;
+            // A reach without duration is a single sample.
+            self.next = if over.is_finite() {
+                over.floor() + 1.0
+            } else {
+                f64::INFINITY
+            };
+        }
+        due
+    }
+}
+
+/// Lets primitives say where every sample ends, each trained without the fold it is asked about, and
+/// gives back the one trained on all.
+///
+/// Of the touching point alone and all points of the hand, the cheaper one is taken unless the other
+/// is clearly better on what was held out.
+pub(crate) fn primitive(
+    inputs: &Inputs,
+    reaches: &[LabelledReach],
+    folds: &[usize],
+    samples: &mut [Sampled],
+    config: &LearnedConfig,
+) -> Result<Primitive, ContactError> {
+    let mut best: Option<(f64, Training, Vec<Demonstration>)> = None;
+    let mut points = vec![1, inputs.points()];
+    points.dedup();
+    for points in points {
+        let demonstrations: Vec<Demonstration> = reaches
+            .iter()
+            .map(|r| crate::primitive::demonstration(inputs, points, r))
+            .collect::<Result<_, _>>()?;
+        let training = Training::tuned(config.basis, points, &demonstrations)?;
+        let said = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
+        let misses = samples
+            .iter()
+            .zip(&said)
+            .map(|(s, said)| said.distance(s.end_m));
+        let mean = robust_mean(misses.zip(samples.iter().map(|s| s.weight)));
+        if best
+            .as_ref()
+            .is_none_or(|(least, ..)| mean < (1.0 - WORTH) * least)
+        {
+            for (sample, said) in samples.iter_mut().zip(said) {
+                sample.primitive_m = Some(said);
+            }
+            best = Some((mean, training, demonstrations));
+        }
+    }
+    // There is always a first.
+    let Some((_, training, demonstrations)) = best else {
+        return Err(ContactError::TooFewReaches { got: 0, needed: 1 });
+    };
+    training.primitive(reaches.iter().zip(&demonstrations))
+}
+
+/// Mean of what lies below four times the median, the rest counting as that.
+fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let values: Vec<(f64, f64)> = values.collect();
+    let limit = 4.0 * weighted_quantile(0.5, values.iter().copied());
+    let total: f64 = values.iter().map(|v| v.1).sum();
+    values.iter().map(|(x, w)| x.min(limit) * w).sum::<f64>() / total
+}
+
+/// What primitives say at every sample of the folds that they were not trained with, m; in the order
+/// of [`samples`].
+fn held_out(
+    inputs: &Inputs,
+    reaches: &[LabelledReach],
+    demonstrations: &[Demonstration],
+    folds: &[usize],
+    training: &Training,
+    config: &LearnedConfig,
+) -> Result<Vec<DVec3>, ContactError> {
+    let mut said: Vec<Vec<DVec3>> = vec![Vec::new(); reaches.len()];
+    let count = 1 + folds.iter().copied().max().unwrap_or(0);
+    for fold in 0..count {
+        let others = reaches.iter().zip(demonstrations).zip(folds);
+        let others = others.filter(|(_, f)| **f != fold).map(|(pair, _)| pair);
+        let primitive = training.primitive(others)?;
+        let mut follower = Follower::new(&primitive);
+        for (i, reach) in reaches
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| folds[*i] == fold)
+        {
+            let mut track = ReachTrack::new(inputs);
+            let mut due = Due::new(reach, config.samples_per_reach);
+            follower.begin();
+            for (k, frame) in reach.frames.iter().enumerate() {
+                if !track.push(inputs, frame) {
+                    continue;
+                }
+                follower.step(inputs, &track)?;
+                if due.at(k, frame.t_s) {
+                    said[i].push(follower.end()?);
+                }
+            }
+        }
+    }
+    Ok(said.concat())
+}
+
+/// The regression and what it says of samples whose fold is held out.
+pub(crate) fn regression(
+    samples: &[Sampled],
+    gates: &Gates,
+    normals: bool,
+) -> Result<(Rows, Fitted), ContactError> {
+    let mut rows = rows(samples, gates, normals);
+    let groups = match normals {
+        true => vec![0..3, 3..4, 4..7],
+        false => vec![0..3, 3..4],
+    };
+    let even = LocalRidge::fit(&rows, &groups)?;
+    weigh(&mut rows, &even.held_out);
+    let fitted = LocalRidge::fit(&rows, &groups)?;
+    Ok((rows, fitted))
+}
+
+/// Regions of progress over samples.
+pub(crate) fn gates(samples: &[Sampled], count: usize) -> Gates {
+    let progress: Vec<_> = samples.iter().map(|s| s.progress).collect();
+    Gates::of(&progress, count)
+}
+
+fn rows(samples: &[Sampled], gates: &Gates, normals: bool) -> Rows {
+    let mut rows = Rows {
+        width: samples.first().map_or(0, |s| s.features.len()),
+        regions: gates.len(),
+        outputs: if normals { OUTPUTS } else { OUTPUTS - 3 },
+        ..Rows::default()
+    };
+    let mut weights = Vec::new();
+    for s in samples {
+        rows.features.extend(&s.features);
+        gates.weights_into(&s.progress, &mut weights);
+        rows.gates.extend(&weights);
+        rows.wanted.extend((s.end_m - s.now_m).to_array());
+        rows.wanted.push(s.left_s);
+        if let Some(normal) = s.normal.filter(|_| normals) {
+            rows.wanted.extend(normal.to_array());
+        }
+        rows.weights.push(s.weight);
+        rows.folds.push(s.fold);
+    }
+    rows
+}
+
+/// Weights samples by one over the squared error that is usual in their region: otherwise the first,
+/// uncertain ones decide the shared coefficients and the last, nearly certain ones pay for it.
+fn weigh(rows: &mut Rows, held_out: &[f64]) {
+    let squares: Vec<f64> = (0..rows.len())
+        .map(|row| {
+            let at = row * rows.outputs;
+            (at..at + 3)
+                .map(|k| (held_out[k] - rows.wanted[k]).powi(2))
+                .sum()
+        })
+        .collect();
+    let usual = by_region(rows, |row, _| squares[row]);
+    for row in 0..rows.len() {
+        let expected: f64 = rows.gates(row).iter().zip(&usual).map(|(g, u)| g * u).sum();
+        rows.weights[row] /= expected + 3.0 * SENSOR_M * SENSOR_M;
+    }
+}
+
+/// Means by region, weighted.
+fn by_region(rows: &Rows, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    (0..rows.regions)
+        .map(|region| {
+            let (sum, weight) = (0..rows.len()).fold((0.0, 1e-300), |(s, w), row| {
+                let g = rows.gates(row)[region];
+                (s + g * value(row, region), w + g)
+            });
+            sum / weight
+        })
+        .collect()
+}
