@@ -113,12 +113,15 @@ impl Default for Cast {
     }
 }
 
+/// Trains an estimator on reaches.
+pub type Train<'a> = dyn Fn(&[LabelledReach]) -> anyhow::Result<Box<dyn ContactEstimator>> + 'a;
+
 /// A way to foresee the end of a reach, without a scene.
 pub struct Learner<'a> {
     /// For tables.
     pub name: &'a str,
     /// Trains it.
-    pub train: &'a dyn Fn(&[LabelledReach]) -> anyhow::Result<Box<dyn ContactEstimator>>,
+    pub train: &'a Train<'a>,
 }
 
 /// The surfaces of a room with so many touchable ones, and its sidecar.

@@ -45,7 +45,8 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
         };
         gaze.direction = blurred(&mut sampler, gaze.direction, spread_rad);
         let mut fused = Fused::new(config.clone());
-        let velocity = (contact_m - hand_m).normalize();
+        let straight = (contact_m - hand_m).normalize();
+        let velocity = blurred(&mut sampler, straight, config.bend.unwrap());
         let answers = fused.see(
             &scene,
             (hand_m, velocity),
@@ -118,7 +119,7 @@ fn stated_probabilities_are_frequencies_and_regions_hold_what_they_say() {
                     worst = worst.max((p - f).abs());
                 }
                 println!("    worst deviation of a tenth: {worst:.3}");
-                assert!((0.87..=0.94).contains(&inside), "{inside}");
+                assert!((0.87..=0.93).contains(&inside), "{inside}");
                 assert!(fused < 0.85 * raw);
             }
         }

@@ -17,6 +17,14 @@ fn fused() -> Fused {
     Fused::new(FusedConfig::default())
 }
 
+/// Without a say of the direction of motion.
+fn by_estimate() -> Fused {
+    Fused::new(FusedConfig {
+        bend: None,
+        ..FusedConfig::default()
+    })
+}
+
 fn ball(sd_m: f64) -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
 }
@@ -43,7 +51,7 @@ fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
     let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
     // Depth and height err together: 5 cm too deep is 2.5 cm too high.
     let c = DMat3::from_cols_array(&[0.0025, 0.0, 0.00125, 0.0, 0.0004, 0.0, 0.00125, 0.0, 0.0012]);
-    let mut fused = fused();
+    let mut fused = by_estimate();
     let answers = fused.see(&scene, state, Some((DVec3::new(0.75, 0.1, 1.3), c)), None);
     let p = answers[0];
     assert_eq!((answers.len(), p.probability), (1, 1.0));
@@ -226,7 +234,7 @@ fn what_cannot_be_touched_bars_the_way() {
     let scene = scene(&quads, Some(sidecar));
     let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
     let estimate = Some((DVec3::new(0.6, -0.05, 1.2), ball(0.08)));
-    let mut fused = fused();
+    let mut fused = by_estimate();
     let answers = fused.see(&scene, state, estimate, None);
     assert_eq!(Some(answers[0].surface), scene.find("post"));
     assert!(
@@ -346,10 +354,24 @@ fn a_change_of_mind_is_followed_within_the_sample_in_which_it_shows() {
 }
 
 #[test]
+fn a_hand_near_the_surface_is_believed_more_than_the_estimate() {
+    // 2 cm before the wall, straight at it, the estimate 2 cm aside.
+    let scene = scene(&[("wall", WALL)], None);
+    let state = (DVec3::new(0.68, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.7, 0.02, 1.2), ball(0.015)));
+    let off_m = |fused: &mut Fused| fused.see(&scene, state, estimate, None)[0].point_m.y;
+    assert!(off_m(&mut by_estimate()) > 0.019);
+    assert!(off_m(&mut fused()) < 0.008);
+    // From afar the estimate knows better.
+    let afar = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    assert!(fused().see(&scene, afar, estimate, None)[0].point_m.y > 0.019);
+}
+
+#[test]
 fn an_estimate_beyond_every_edge_goes_to_the_closest_surface() {
     let scene = scene(&[("tile", front(0.7, [-0.05, 0.05], [1.1, 1.2]))], None);
     let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X);
-    let p = fused().see(
+    let p = by_estimate().see(
         &scene,
         state,
         Some((DVec3::new(0.7, 0.2, 1.15), ball(0.05))),
@@ -496,6 +518,7 @@ fn settings_outside_their_range_are_refused() {
     };
     assert!(bad(&|c| c.rays = 0));
     assert!(bad(&|c| c.inflation = f64::NAN));
+    assert!(bad(&|c| c.bend = Some(0.0)));
     assert!(bad(&|c| c.gaze.elsewhere_share = 1.5));
     assert!(bad(&|c| c.min_probability = 1.0));
     assert!(bad(&|c| c.watch.offset_m_per_s = 1.0));
