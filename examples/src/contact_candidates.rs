@@ -8,6 +8,9 @@ use hwall_contact::{
 /// A trained estimator, ready for reaches that it has not seen.
 pub type Trained = Box<dyn ContactEstimator + Send>;
 
+/// How to train an estimator; called once a fold, folds side by side.
+pub type Train = Box<dyn Fn(&[LabelledReach]) -> anyhow::Result<Trained> + Sync>;
+
 /// What a candidate may learn from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LearnsFrom {
@@ -24,7 +27,7 @@ pub struct Candidate {
     /// What it is trained with.
     pub learns_from: LearnsFrom,
     /// Trains it.
-    pub train: Box<dyn Fn(&[LabelledReach]) -> anyhow::Result<Trained> + Sync>,
+    pub train: Train,
 }
 
 /// Everyone in the tables, in their order.

@@ -6,6 +6,7 @@ use crate::contact_report::{compare, verdict};
 use crate::contact_scores::{Moment, Scores};
 use crate::contact_tables;
 use crate::demonstrations::{Cast, DemonstrationConfig, Part, generate};
+use anyhow::ensure;
 use hwall_contact::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
 use hwall_testkit::MarkdownTable;
@@ -69,6 +70,7 @@ pub fn report(
         Ok(made.map(|d| d.labelled).collect())
     };
     let train = of(&config, Part::Train)?;
+    ensure!(!train.is_empty(), "no reaches to learn from");
     let mut text = format!(
         "## The dissertation's experiment on simulated people, seed {}\n\n\
          One static panel; x is its normal, z up. Learnt from: {} reaches of {}. A board of 0.2 m is \
@@ -121,6 +123,11 @@ pub fn pointing(
 ) -> anyhow::Result<String> {
     let made = generate(&choice.of(DemonstrationConfig::pointing()))?;
     let reaches: Vec<LabelledReach> = made.into_iter().map(|d| d.labelled).collect();
+    ensure!(
+        reaches.len() > 1,
+        "{} reaches: nothing to learn from",
+        reaches.len()
+    );
     let split = Split::of(&reaches, &(0..reaches.len()).collect::<Vec<_>>());
     let (scores, notes) = compare("pointing", candidates, &reaches, &split, out)?;
     let mut text = format!(

@@ -43,6 +43,7 @@ pub fn error_over_time(path: &Path, title: &str, scores: &[Scores]) -> anyhow::R
         .map_err(plot_error)?;
     chart
         .configure_mesh()
+        .disable_x_mesh()
         .x_desc("time to contact, ms")
         .y_desc("median error of the predicted contact, mm (at least 3)")
         .x_labels(16)

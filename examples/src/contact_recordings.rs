@@ -264,3 +264,91 @@ fn units<T: PartialEq>(things: &[T]) -> Vec<usize> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use hwall_contact::HandFrame;
+
+    fn reach(person: Option<&str>) -> LabelledReach {
+        LabelledReach {
+            person: person.map(str::to_owned),
+            trial: None,
+            point: HandPoint::Index,
+            frames: vec![HandFrame::empty(0.0)],
+            contact_m: DVec3::ZERO,
+            contact_s: 1.0,
+            normal: None,
+        }
+    }
+
+    #[test]
+    fn people_are_held_out_else_recordings_else_reaches() {
+        let of = |people: &[Option<&str>], recordings: &[usize]| {
+            let reaches: Vec<LabelledReach> = people.iter().map(|p| reach(*p)).collect();
+            let split = Split::of(&reaches, recordings);
+            // Everything is judged once, and by nothing that it taught.
+            let mut judged: Vec<usize> = split.folds.iter().flat_map(|f| f.test.clone()).collect();
+            judged.sort_unstable();
+            assert_eq!(judged, (0..reaches.len()).collect::<Vec<_>>());
+            for fold in &split.folds {
+                assert!(fold.train.iter().all(|i| !fold.test.contains(i)));
+                assert_eq!(fold.train.len() + fold.test.len(), reaches.len());
+            }
+            split
+        };
+        let (a, b) = (Some("a"), Some("b"));
+        let people = of(&[a, b, a, b, b], &[0, 1, 2, 3, 4]);
+        assert_eq!(people.folds[0].test, [0, 2]);
+        assert!(
+            people.description.contains("each person"),
+            "{}",
+            people.description
+        );
+        // One person, or some that nobody names: recordings.
+        for names in [[a; 6], [a, b, None, a, b, a]] {
+            let recordings = of(&names, &[0, 0, 1, 2, 3, 4]);
+            assert!(recordings.description.contains("each recording"));
+            assert_eq!(recordings.folds[0].test, [0, 1]);
+        }
+        assert_eq!(of(&[None; 4], &[0, 0, 1, 1]).folds.len(), 4);
+        // Neighbours go together.
+        let many = of(&[None; 120], &[0; 120]);
+        assert_eq!(many.folds.len(), MOST_FOLDS);
+        assert_eq!(many.folds[0].test, [0, 1, 2]);
+    }
+
+    #[test]
+    fn no_folder_and_no_recording_are_one_clear_line() {
+        let error = read(Path::new("no such folder")).unwrap_err();
+        assert_eq!(error.to_string(), "no such folder: no such folder");
+        let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let error = read(&here).unwrap_err().to_string();
+        assert!(
+            error.contains("no CSV file") && !error.contains('\n'),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn recordings_beside_the_project_give_all_their_reaches() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+        if !dir.join("kinesis_rtg").is_dir() {
+            println!("skipped: recordings are not beside the project");
+            return;
+        }
+        let (sources, refused) = read(&dir).unwrap();
+        assert_eq!(refused, Vec::<String>::new());
+        let counts: Vec<(&str, usize, usize)> = sources
+            .iter()
+            .map(|s| (s.name.as_str(), s.reaches.len(), s.split().folds.len()))
+            .collect();
+        let expected = [
+            ("author_leap", 6, 6),
+            ("hand_embodiment", 41, 41),
+            ("kinesis_rtg", 45, 45),
+        ];
+        assert_eq!(counts, expected);
+    }
+}

@@ -414,3 +414,134 @@ impl Rows {
         self.out.flush().context("predictions")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact_recordings::Fold;
+    use glam::DMat3;
+    use hwall_contact::{ContactEstimator, HandFrame, HandPoint, TimeToContact};
+
+    /// Knows everything, and is off by what it is told.
+    struct Off(DVec3);
+
+    impl ContactEstimator for Off {
+        fn begin(&mut self) {}
+
+        fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+            // Nothing is said about the first half of the time.
+            (frame.t_s > 0.45).then(|| ContactEstimate {
+                covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.02_f64.powi(2)))),
+                time_to_contact_s: Some(TimeToContact {
+                    mean_s: 1.1 - frame.t_s,
+                    sd_s: Some(0.05),
+                }),
+                ..ContactEstimate::of_point(frame.t_s, DVec3::ONE + self.0)
+            })
+        }
+    }
+
+    fn reaches() -> Vec<LabelledReach> {
+        let frame = |k: usize| {
+            let mut frame = HandFrame::empty(k as f64 * 0.01);
+            frame.set_point(HandPoint::Index, Some(DVec3::splat(frame.t_s)));
+            frame
+        };
+        let one = LabelledReach {
+            person: None,
+            trial: None,
+            point: HandPoint::Index,
+            frames: (0..=100).map(frame).collect(),
+            contact_m: DVec3::ONE,
+            contact_s: 1.0,
+            normal: Some(DVec3::X),
+        };
+        vec![one; 4]
+    }
+
+    fn scores(off_m: DVec3) -> Scores {
+        let candidate = Candidate {
+            name: "off".into(),
+            learns_from: LearnsFrom::Others,
+            train: Box::new(move |_| Ok(Box::new(Off(off_m)))),
+        };
+        let split = Split {
+            description: String::new(),
+            folds: vec![
+                Fold {
+                    train: vec![0, 1],
+                    test: vec![2, 3],
+                },
+                Fold {
+                    train: vec![2, 3],
+                    test: vec![0, 1],
+                },
+            ],
+        };
+        run(&candidate, &reaches(), &split, None).unwrap()
+    }
+
+    #[test]
+    fn errors_are_those_that_were_made() {
+        let scores = scores(DVec3::new(0.03, -0.04, 0.0));
+        let half = scores.at_moment(Moment::Share(0.7));
+        assert_eq!((half.count, half.silent, half.missed), (4, 0, 0));
+        assert!((half.median_m - 0.05).abs() < 1e-12 && (half.mean_m - 0.05).abs() < 1e-12);
+        assert!(half.axis_mean_m.distance(DVec3::new(0.03, 0.04, 0.0)) < 1e-12);
+        assert!((half.time_mean_s.unwrap() - 0.1).abs() < 1e-12);
+        // 0.1 s is two deviations, 0.03 and 0.04 m one and a half and two.
+        assert_eq!(half.time_interval, Some(0.0));
+        let [in_half, in_most] = half.intervals.unwrap();
+        assert!((in_half - 1.0 / 3.0).abs() < 1e-12 && (in_most - 2.0 / 3.0).abs() < 1e-12);
+        // 2.5 deviations in space: in 90 % and more, not in 80 %.
+        assert_eq!(
+            half.regions.unwrap(),
+            [0., 0., 0., 0., 0., 0., 0., 0., 1., 1.]
+        );
+        // Nothing was said early.
+        let early = scores.at_moment(Moment::Share(0.3));
+        assert_eq!((early.count, early.silent), (0, 4));
+        // At 200 ms before contact the last frame by then counts.
+        let judged = scores.judged[SHARES.len() + 3][0].unwrap();
+        assert!((judged.time_s.unwrap().0 - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_board_is_missed_along_it_not_across_it() {
+        let missed = |off_m: DVec3, normal| missed(off_m, normal);
+        assert!(!missed(DVec3::new(0.3, 0.09, -0.09), Some(DVec3::X)));
+        assert!(missed(DVec3::new(0.0, 0.11, 0.0), Some(DVec3::X)));
+        assert!(missed(DVec3::new(0.0, 0.0, 0.11), Some(-DVec3::X)));
+        // A table top: both directions along it are level.
+        assert!(!missed(DVec3::new(0.0, 0.0, 0.5), Some(DVec3::Z)));
+        // Nobody knows the surface: the distance counts.
+        assert!(missed(DVec3::new(0.08, 0.08, 0.0), None));
+        assert!(!missed(DVec3::new(0.06, 0.06, 0.0), None));
+    }
+
+    #[test]
+    fn reaches_that_start_later_are_not_judged_earlier() {
+        let mut short = reaches().remove(0);
+        short.frames.drain(..80);
+        assert_eq!(Moment::Before(0.3).frame(&short), None);
+        assert_eq!(Moment::Before(0.1).frame(&short), Some(10));
+        assert_eq!(Moment::Share(1.0).frame(&short), Some(20));
+    }
+
+    #[test]
+    fn regions_are_those_of_three_dimensions() {
+        // Distribution of the squared radius: chi square with three degrees of freedom.
+        let mut sampler = hwall_testkit::Sampler::new(1);
+        let n = 200_000;
+        let squares: Vec<f64> = (0..n)
+            .map(|_| (0..3).map(|_| sampler.normal().powi(2)).sum())
+            .collect();
+        for (probability, radius) in REGIONS {
+            let within = squares.iter().filter(|s| **s <= radius).count() as f64 / f64::from(n);
+            assert!(
+                (within - probability).abs() < 5e-3,
+                "{probability}: {within}"
+            );
+        }
+    }
+}

@@ -95,7 +95,7 @@ fn a_trial_ends_when_contact_first_turns_one() {
     );
     // Still in contact from the trial before, then off, then again.
     for (k, sample) in trial.samples.iter_mut().enumerate() {
-        sample.contact = Some(k < 5 || k > 100);
+        sample.contact = Some(!(5..=100).contains(&k));
     }
     assert_eq!(
         label(&trial).reaches[0].contact_s,
