@@ -6,7 +6,8 @@ use crate::obj::{self, LoadLimits};
 use crate::part::{Part, PartHit, PartRay, Precision};
 use crate::patch::{self, Patch};
 use crate::rigid::Rigid;
-use crate::{SceneError, Surface, SurfaceId, SurfaceKind, sidecar, triangle};
+use crate::tree::ALL;
+use crate::{BuildQuality, SceneError, Surface, SurfaceId, SurfaceKind, sidecar, triangle};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -69,6 +70,38 @@ struct Geometry {
     part_of: Vec<usize>,
     /// Triangles of each surface within its part.
     triangles_of: Vec<Vec<u32>>,
+    /// For each part what marks its touchable surfaces.
+    touchable_bits: Vec<u64>,
+}
+
+impl Geometry {
+    fn new(
+        parts: Vec<Part>,
+        file_from_part: Vec<Rigid>,
+        kinds: Vec<SurfaceKind>,
+        part_of: Vec<usize>,
+    ) -> Self {
+        let mut triangles_of = vec![Vec::new(); kinds.len()];
+        for part in &parts {
+            for i in 0..part.triangles().len() {
+                triangles_of[part.surface(i)].push(i as u32);
+            }
+        }
+        let mut touchable_bits = vec![0; parts.len()];
+        for (id, kind) in kinds.iter().enumerate() {
+            if *kind != SurfaceKind::Untouchable {
+                touchable_bits[part_of[id]] |= parts[part_of[id]].bit(id);
+            }
+        }
+        Self {
+            parts,
+            file_from_part,
+            kinds,
+            part_of,
+            triangles_of,
+            touchable_bits,
+        }
+    }
 }
 
 impl Scene {
@@ -163,15 +196,9 @@ impl Scene {
         }
         let (parts, file_from_part): (Vec<_>, Vec<_>) = groups
             .into_iter()
-            .map(|(triangles, surfaces)| Part::build(triangles, surfaces))
+            .map(|(triangles, surfaces)| Part::build(triangles, surfaces, BuildQuality::default()))
             .map(|(part, middle)| (part, Rigid::translation(middle)))
             .unzip();
-        let mut triangles_of = vec![Vec::new(); meshes.len()];
-        for part in &parts {
-            for i in 0..part.triangles().len() {
-                triangles_of[part.surface(i)].push(i as u32);
-            }
-        }
         let surfaces: Vec<Surface> = meshes.into_iter().map(|m| m.surface).collect();
         let kinds = surfaces.iter().map(|s| s.kind.clone()).collect();
         Ok(Self {
@@ -179,14 +206,37 @@ impl Scene {
             openings: vec![0.0; surfaces.len()],
             world_from_part: file_from_part.clone(),
             surfaces,
-            geometry: Arc::new(Geometry {
-                parts,
-                file_from_part,
-                kinds,
-                part_of,
-                triangles_of,
-            }),
+            geometry: Arc::new(Geometry::new(parts, file_from_part, kinds, part_of)),
         })
+    }
+
+    /// The same scene with hierarchies of another quality; nothing else changes.
+    ///
+    /// Constructors build at [`BuildQuality::Balanced`]. Time and memory of each quality stand
+    /// in the README.
+    #[must_use]
+    pub fn with_build_quality(&self, quality: BuildQuality) -> Self {
+        let Geometry {
+            parts,
+            file_from_part,
+            kinds,
+            part_of,
+            ..
+        } = &*self.geometry;
+        let parts = parts.iter().map(|part| part.rebuilt(quality)).collect();
+        let geometry = Geometry::new(parts, file_from_part.clone(), kinds.clone(), part_of.clone());
+        Self {
+            geometry: Arc::new(geometry),
+            ..self.clone()
+        }
+    }
+
+    /// Bytes that triangles and hierarchies take, shared between copies.
+    #[must_use]
+    pub fn geometry_bytes(&self) -> usize {
+        let indices = self.geometry.triangles_of.iter().map(|t| size_of_val(&**t));
+        let parts = self.geometry.parts.iter().map(Part::bytes);
+        parts.sum::<usize>() + indices.sum::<usize>()
     }
 
     /// The same scene moved by `world_from_scene`, openings and hinge axes with it.
@@ -426,7 +476,7 @@ impl Scene {
         point_m: DVec3,
         max_distance_m: f64,
     ) -> Result<Option<Closest>, SceneError> {
-        self.closest(point_m, max_distance_m, |_| true)
+        self.closest(point_m, max_distance_m, |_| ALL, |_| true)
     }
 
     /// [`closest_point`](Self::closest_point) among the surfaces that a hand may touch.
@@ -438,10 +488,16 @@ impl Scene {
         point_m: DVec3,
         max_distance_m: f64,
     ) -> Result<Option<Closest>, SceneError> {
-        self.closest(point_m, max_distance_m, |id| self.surfaces[id].touchable())
+        let geometry = &*self.geometry;
+        self.closest(
+            point_m,
+            max_distance_m,
+            |part| geometry.touchable_bits[part],
+            |id| geometry.kinds[id] != SurfaceKind::Untouchable,
+        )
     }
 
-    /// Closest point of one surface. Time grows with the number of its triangles.
+    /// Closest point of one surface, at any distance.
     ///
     /// # Errors
     /// NaN, infinity, or an id of another scene.
@@ -449,17 +505,20 @@ impl Scene {
         self.check(surface)?;
         let part = self.geometry.part_of[surface.0];
         let local = self.world_from_part[part].inverse_point(finite("point", point_m)?);
-        let hit =
-            self.geometry.parts[part].closest_among(local, &self.geometry.triangles_of[surface.0]);
+        let wanted = self.geometry.parts[part].bit(surface.0);
+        let hit = self.geometry.parts[part]
+            .closest(local, f64::INFINITY, wanted, |id| id == surface.0);
         // Every surface keeps at least one triangle and distances are finite.
         hit.map(|hit| self.to_closest(part, &hit, point_m))
             .ok_or(SceneError::NoFaces)
     }
 
+    /// `wanted`: what to look for in a part, if anything.
     fn closest(
         &self,
         point_m: DVec3,
         max_distance_m: f64,
+        wanted: impl Fn(usize) -> u64,
         accept: impl Fn(usize) -> bool + Copy,
     ) -> Result<Option<Closest>, SceneError> {
         finite("point", point_m)?;
@@ -472,8 +531,12 @@ impl Scene {
             .zip(&self.world_from_part)
             .enumerate()
         {
+            let wanted = wanted(index);
+            if wanted == 0 {
+                continue;
+            }
             let bound_m = best.map_or(max_m, |(_, hit)| hit.distance_m);
-            let hit = part.closest(pose.inverse_point(point_m), bound_m, accept);
+            let hit = part.closest(pose.inverse_point(point_m), bound_m, wanted, accept);
             if let Some(hit) = hit.filter(|h| h.distance_m < bound_m) {
                 best = Some((index, hit));
             }
