@@ -92,7 +92,7 @@ fn report(name: &str, scene: &Scene) {
             scene.ray_cast(o, d).is_ok_and(|h| h.is_some())
         });
         rate("ray, f64 test", &|o, d| {
-            scene.ray_cast_f64(o, d).is_ok_and(|h| h.is_some())
+            scene.ray_cast(o, d).is_ok_and(|h| h.is_some())
         });
         rate("any hit", &|o, d| {
             scene.any_hit(o, d, f64::INFINITY).unwrap_or(false)
@@ -100,7 +100,7 @@ fn report(name: &str, scene: &Scene) {
         let pairs = rays.iter().map(|&(o, d)| {
             (
                 scene.ray_cast(o, d).ok().flatten(),
-                scene.ray_cast_f64(o, d).ok().flatten(),
+                scene.ray_cast(o, d).ok().flatten(),
             )
         });
         let (mut errors, mut differ) = (Vec::new(), 0);

@@ -3,7 +3,6 @@
 mod error;
 mod mesh;
 mod obj;
-mod packet;
 mod part;
 mod patch;
 mod rigid;

@@ -5,12 +5,11 @@
 //! of the part.
 
 use crate::BuildQuality;
-use crate::packet::PacketRay;
 use crate::tree::{BoxRay, PADDING, Tree};
-use crate::triangle::{self, RayF64, Triangle};
+use crate::triangle::{self, Triangle, WatertightRay};
 use glam::DVec3;
 
-/// Slack when single-precision distances are compared, in units of the part; f64 decides afterwards.
+/// Slack of single-precision distances to boxes, in units of the part.
 const DISTANCE_SLACK: f32 = 2.0 * PADDING;
 
 /// Two distances this close (relative) are a tie, as they are at a shared edge.
@@ -18,13 +17,6 @@ const TIE: f64 = 1e-12;
 
 /// Surfaces of a part that have a bit of their own in the hierarchy; the others share the rest.
 const OWN_BITS: usize = 48;
-
-/// Triangle test of a traversal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Precision {
-    Single,
-    Double,
-}
 
 /// A ray in the frame of the part: finite, unit direction.
 #[derive(Debug, Clone, Copy)]
@@ -40,88 +32,75 @@ pub(crate) struct PartHit {
     pub(crate) distance_m: f64,
 }
 
+/// Side by side, because a query needs both of the face it finds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Face {
+    pub(crate) corners_m: Triangle,
+    pub(crate) surface: u32,
+}
+
 #[derive(Clone)]
 pub(crate) struct Part {
-    /// Corners in metres in the frame of the part, in the order of the leaves.
-    triangles: Vec<Triangle>,
-    /// Surface of each triangle.
-    surfaces: Vec<u32>,
+    /// In the frame of the part and in the order of the leaves.
+    faces: Vec<Face>,
     /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
     bits: Vec<u64>,
     tree: Tree,
     unit_m: f64,
+    per_unit: f64,
     half_extent_m: DVec3,
 }
 
 impl Part {
-    /// Triangles must be finite, none degenerate, and at least one; the origin of the frame is
-    /// the middle of their box, which is returned in the frame they were given in.
-    pub(crate) fn build(
-        mut triangles: Vec<Triangle>,
-        surfaces: Vec<u32>,
-        quality: BuildQuality,
-    ) -> (Self, DVec3) {
-        let (min, max) = triangles
-            .iter()
-            .flatten()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| {
-                (lo.min(p), hi.max(p))
-            });
+    /// Faces must be finite, none degenerate, and at least one; the origin of the frame is the
+    /// middle of their box, which is returned in the frame they were given in.
+    pub(crate) fn build(mut faces: Vec<Face>, quality: BuildQuality) -> (Self, DVec3) {
+        let corners = faces.iter().flat_map(|f| f.corners_m);
+        let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
+            (lo.min(p), hi.max(p))
+        });
         let middle = 0.5 * (min + max);
-        for corner in triangles.iter_mut().flatten() {
+        for corner in faces.iter_mut().flat_map(|f| &mut f.corners_m) {
             *corner -= middle;
         }
         let half_extent_m = (max - middle).max(middle - min);
-        // A power of two: scaling is exact, so it cannot open a gap.
+        // A power of two: scaling is exact.
         let unit_m = half_extent_m.max_element().log2().ceil().exp2();
         (
-            Self::with_frame(triangles, surfaces, unit_m, half_extent_m, quality),
+            Self::in_frame(&faces, unit_m, half_extent_m, quality),
             middle,
         )
     }
 
     /// The same part with another hierarchy.
     pub(crate) fn rebuilt(&self, quality: BuildQuality) -> Self {
-        Self::with_frame(
-            self.triangles.clone(),
-            self.surfaces.clone(),
-            self.unit_m,
-            self.half_extent_m,
-            quality,
-        )
+        Self::in_frame(&self.faces, self.unit_m, self.half_extent_m, quality)
     }
 
-    fn with_frame(
-        triangles: Vec<Triangle>,
-        surfaces: Vec<u32>,
-        unit_m: f64,
-        half_extent_m: DVec3,
-        quality: BuildQuality,
-    ) -> Self {
-        let bits = surface_bits(&surfaces);
-        // Rounded to nearest: shared corners stay shared.
-        let rounded: Vec<_> = triangles
+    fn in_frame(faces: &[Face], unit_m: f64, half_extent_m: DVec3, quality: BuildQuality) -> Self {
+        let bits = surface_bits(faces);
+        let rounded: Vec<_> = faces
             .iter()
-            .map(|t| t.map(|p| (p / unit_m).as_vec3()))
+            .map(|f| f.corners_m.map(|p| (p / unit_m).as_vec3()))
             .collect();
-        let bits_of: Vec<u64> = surfaces.iter().map(|&s| bits[s as usize]).collect();
+        let bits_of: Vec<u64> = faces.iter().map(|f| bits[f.surface as usize]).collect();
         let (tree, order) = Tree::build(&rounded, &bits_of, quality);
         Self {
-            triangles: order.iter().map(|&i| triangles[i as usize]).collect(),
-            surfaces: order.iter().map(|&i| surfaces[i as usize]).collect(),
+            faces: order.iter().map(|&i| faces[i as usize]).collect(),
             bits,
             tree,
             unit_m,
+            per_unit: 1.0 / unit_m,
             half_extent_m,
         }
     }
 
-    pub(crate) fn triangles(&self) -> &[Triangle] {
-        &self.triangles
+    pub(crate) fn faces(&self) -> &[Face] {
+        &self.faces
     }
 
     pub(crate) fn surface(&self, triangle: usize) -> usize {
-        self.surfaces[triangle] as usize
+        self.faces[triangle].surface as usize
     }
 
     /// What marks a surface in the hierarchy: other surfaces may have the same bit, a surface of
@@ -132,100 +111,52 @@ impl Part {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.triangles)
-            + size_of_val(&*self.surfaces)
-            + size_of_val(&*self.bits)
-            + self.tree.bytes()
+        size_of_val(&*self.faces) + size_of_val(&*self.bits) + self.tree.bytes()
     }
 
     /// Nearest hit at a distance in `[0, max_m)`.
-    pub(crate) fn ray_cast(
-        &self,
-        ray: &PartRay,
-        max_m: f64,
-        precision: Precision,
-    ) -> Option<PartHit> {
-        match precision {
-            Precision::Single => self.nearest_hit::<false>(ray, max_m),
-            Precision::Double => self.nearest_hit_f64(ray, max_m),
-        }
+    pub(crate) fn ray_cast(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+        self.hit::<false>(ray, max_m)
     }
 
     /// Is there a hit at a distance in `[0, max_m)`? Stops at the first.
     pub(crate) fn any_hit(&self, ray: &PartRay, max_m: f64) -> bool {
-        self.nearest_hit::<true>(ray, max_m).is_some()
+        self.hit::<true>(ray, max_m).is_some()
     }
 
-    /// The nearest hit, or any hit: found in single precision, computed in f64.
-    fn nearest_hit<const ANY: bool>(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+    /// The nearest hit, or any.
+    fn hit<const ANY: bool>(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
         let clipped = self.clip(ray, max_m)?;
-        let (start, direction) = (clipped.start(self.unit_m), clipped.direction.as_vec3());
-        let packet_ray = PacketRay::new(start, direction);
-        let mut best: Option<PartHit> = None;
+        let boxes = BoxRay::new(clipped.start_m * self.per_unit, clipped.inverse);
+        let exact = WatertightRay::new(clipped.start_m, ray.direction, clipped.inverse);
+        let bound = |distance_m: f64| (distance_m * self.per_unit) as f32 + DISTANCE_SLACK;
+        let mut best_m = max_m - clipped.skipped_m;
+        let mut best = None;
         self.tree
-            .visit_along(&BoxRay::new(start, direction), clipped.tmax(max_m, self.unit_m), |leaf, mut tmax| {
-                let packet = self.tree.packet(leaf);
-                let (mut hits, distances) =
-                    packet_ray.intersect(packet, -DISTANCE_SLACK, tmax);
-                let first = self.tree.triangles(leaf).start;
-                while hits != 0 {
-                    let lane = hits.trailing_zeros() as usize & 3;
-                    hits &= hits - 1;
-                    // An earlier lane may have brought the limit down.
-                    if distances[lane] > tmax {
-                        continue;
-                    }
-                    let hit = self.refine(&clipped, first + lane, f64::from(distances[lane]) * self.unit_m);
-                    if hit.distance_m >= 0.0
-                        && hit.distance_m < best.map_or(max_m, |b| b.distance_m)
+            .visit_along(&boxes, bound(best_m), |triangles, mut max| {
+                for i in triangles {
+                    if let Some(distance_m) = exact.intersect(&self.faces[i].corners_m)
+                        && distance_m >= -clipped.skipped_m
+                        && distance_m < best_m
                     {
-                        best = Some(hit);
-                        if ANY {
-                            return f32::NEG_INFINITY;
-                        }
-                        tmax = clipped.tmax(hit.distance_m, self.unit_m);
+                        best_m = distance_m;
+                        best = Some(i);
+                        max = if ANY {
+                            f32::NEG_INFINITY
+                        } else {
+                            bound(best_m)
+                        };
                     }
                 }
-                tmax
+                max
             });
-        best
-    }
-
-    /// The same with the triangle test in f64.
-    fn nearest_hit_f64(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
-        let clipped = self.clip(ray, max_m)?;
-        let (start, direction) = (clipped.start(self.unit_m), clipped.direction.as_vec3());
-        let double = RayF64::new(clipped.start_m, clipped.direction);
-        let mut best: Option<PartHit> = None;
-        self.tree
-            .visit_along(&BoxRay::new(start, direction), clipped.tmax(max_m, self.unit_m), |leaf, mut tmax| {
-                for i in self.tree.triangles(leaf) {
-                    let Some(near_m) = double.intersect(&self.triangles[i]) else {
-                        continue;
-                    };
-                    let hit = self.refine(&clipped, i, near_m);
-                    if hit.distance_m >= 0.0
-                        && hit.distance_m < best.map_or(max_m, |b| b.distance_m)
-                    {
-                        best = Some(hit);
-                        tmax = clipped.tmax(hit.distance_m, self.unit_m);
-                    }
-                }
-                tmax
-            });
-        best
-    }
-
-    /// The hit on a triangle that the ray meets about `near_m` behind its start, in f64.
-    fn refine(&self, clipped: &Clipped, i: usize, near_m: f64) -> PartHit {
-        let near = clipped.start_m + clipped.direction * near_m;
-        let double = RayF64::new(clipped.start_m, clipped.direction);
-        let point_m = double.point_on(&self.triangles[i], near);
-        PartHit {
-            triangle: i,
+        let triangle = best?;
+        let point_m = exact.point_on(&self.faces[triangle].corners_m);
+        Some(PartHit {
+            triangle,
             point_m,
-            distance_m: clipped.skipped_m + (point_m - clipped.start_m).dot(clipped.direction),
-        }
+            distance_m: clipped.skipped_m + best_m,
+        })
     }
 
     /// Moves the start of the ray to just before the box of the part, in f64, so that single
@@ -233,18 +164,16 @@ impl Part {
     fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
         let slack_m = f64::from(DISTANCE_SLACK) * self.unit_m;
         let half = self.half_extent_m + DVec3::splat(slack_m);
+        let inverse = ray.direction.recip();
         let (mut enter, mut leave) = (0.0_f64, max_m);
+        let (to_low, to_high) = (-half - ray.origin_m, half - ray.origin_m);
         for axis in 0..3 {
-            let (o, d, h) = (ray.origin_m[axis], ray.direction[axis], half[axis]);
-            if d == 0.0 {
-                if o.abs() > h {
-                    return None;
-                }
-            } else {
-                let (a, b) = ((-h - o) / d, (h - o) / d);
-                enter = enter.max(a.min(b));
-                leave = leave.min(a.max(b));
-            }
+            // Along the slab these are infinite, of one sign where the ray runs outside. NaN (on
+            // its very border) changes nothing.
+            let (a, b) = (to_low[axis] * inverse[axis], to_high[axis] * inverse[axis]);
+            let (first, last) = if a < b { (a, b) } else { (b, a) };
+            enter = if first > enter { first } else { enter };
+            leave = if last < leave { last } else { leave };
         }
         // Far away the slab bounds are rounded by more than the slack.
         let rounding_m = 4.0 * f64::EPSILON * (ray.origin_m.abs().max_element() + enter);
@@ -257,7 +186,7 @@ impl Part {
         let start_m = (ray.origin_m + ray.direction * skipped_m).clamp(-reach, reach);
         Some(Clipped {
             start_m,
-            direction: ray.direction,
+            inverse,
             skipped_m,
         })
     }
@@ -274,25 +203,31 @@ impl Part {
         accept: impl Fn(usize) -> bool,
     ) -> Option<PartHit> {
         let mut best = Nearest::new(max_m);
-        let per_square_unit = 1.0 / (self.unit_m * self.unit_m);
-        self.tree.visit_near(p / self.unit_m, wanted, best.bound() * per_square_unit, |leaf| {
-            for i in self.tree.triangles(leaf) {
-                if accept(self.surface(i)) {
-                    best.offer(p, i, &self.triangles[i]);
+        let per_square_unit = self.per_unit * self.per_unit;
+        self.tree.visit_near(
+            p * self.per_unit,
+            wanted,
+            best.bound() * per_square_unit,
+            |triangles| {
+                for i in triangles {
+                    if accept(self.surface(i)) {
+                        best.offer(p, i, &self.faces[i].corners_m);
+                    }
                 }
-            }
-            best.bound() * per_square_unit
-        });
+                best.bound() * per_square_unit
+            },
+        );
         best.hit()
     }
 }
 
 /// A bit for each surface that occurs: the largest have one of their own, the rest share.
-fn surface_bits(surfaces: &[u32]) -> Vec<u64> {
-    let count = surfaces.iter().max().map_or(0, |&s| s as usize + 1);
+fn surface_bits(faces: &[Face]) -> Vec<u64> {
+    let count = faces.iter().map(|f| f.surface as usize + 1).max();
+    let count = count.unwrap_or(0);
     let mut triangles = vec![0_u32; count];
-    for &surface in surfaces {
-        triangles[surface as usize] += 1;
+    for face in faces {
+        triangles[face.surface as usize] += 1;
     }
     let mut by_size: Vec<usize> = (0..count).filter(|&s| triangles[s] > 0).collect();
     by_size.sort_by_key(|&s| std::cmp::Reverse(triangles[s]));
@@ -311,21 +246,9 @@ fn surface_bits(surfaces: &[u32]) -> Vec<u64> {
 /// A ray from where it enters the box of the part.
 struct Clipped {
     start_m: DVec3,
-    direction: DVec3,
+    /// Of each component of the direction.
+    inverse: DVec3,
     skipped_m: f64,
-}
-
-impl Clipped {
-    /// In single precision, in units of the part.
-    fn start(&self, unit_m: f64) -> glam::Vec3 {
-        (self.start_m / unit_m).as_vec3()
-    }
-
-    /// Nothing that single precision finds beyond this distance from the start can lie within
-    /// `distance_m` of the origin.
-    fn tmax(&self, distance_m: f64, unit_m: f64) -> f32 {
-        ((distance_m - self.skipped_m) / unit_m) as f32 + DISTANCE_SLACK
-    }
 }
 
 /// The closest point so far.

@@ -1,29 +1,33 @@
-//! The hierarchy of a rigid part: boxes four at a time, packets of triangles at the leaves.
+//! The hierarchy of a rigid part: boxes of its triangles, tested four at a time.
 //!
 //! The binary hierarchy comes from `obvhs`; here its nodes are merged four at a time, so that
 //! one sequence of vector instructions tests four boxes. Everything is in units of the part,
 //! with coordinates in [-1, 1], in single precision.
 
-use crate::packet::{LANES, Packet};
 use glam::{DVec3, Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, leaf_collapser::collapse};
-use obvhs::fast_stack;
-use obvhs::faststack::FastStack;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use std::ops::Range;
 
-/// Growth of every box, in units of the part.
+/// Least growth of every box, in units of the part.
 ///
-/// Rounding of the corners (1/2 epsilon), of the origin of a ray (1/2), of its direction (1/2
-/// over a length below 4), of a component of the direction that is lifted to epsilon (4) and of
-/// the box test itself (3 epsilon of a distance below 2) add up to less than 13 epsilon. For a
-/// point within [`NEAR`], its rounding (2 epsilon) and that of its distance to a box (2 epsilon
-/// of a distance below 6) add up to less than 15.
+/// Rounding of the corners (1/2 epsilon), of the origin of a ray (1/2), of the inverse of its
+/// direction (1/2 over a length below 4), of a component of the direction that is lifted to
+/// epsilon (4) and of the box test itself (3 epsilon of a distance below 2) add up to less than
+/// 13 epsilon. For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to
+/// a box (2 epsilon of a distance below 6) add up to less than 15.
 pub(crate) const PADDING: f32 = 16.0 * f32::EPSILON;
 
 /// Coordinates of points up to which distances to boxes are computed in single precision.
 const NEAR: f64 = 2.0;
+
+/// Triangles of a leaf at most.
+const LEAF_TRIANGLES: u32 = 4;
+
+/// Size of the stack for traversals of usual trees: about 28 levels.
+const USUAL_STACK: usize = 88;
 
 /// All surfaces.
 pub(crate) const ALL: u64 = u64::MAX;
@@ -47,16 +51,33 @@ pub enum BuildQuality {
 struct Node {
     /// Lower and upper planes of the boxes, by axis.
     planes: [[Vec4; 3]; 2],
-    /// Index of a node, or `LEAF` and the index of a leaf.
+    /// Index of a node, or a leaf.
     children: [u32; 4],
 }
 
+/// Marks a leaf; below it one less than the number of its triangles, below that the first.
 const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 29;
+
+/// No node has the root for a child.
+const UNUSED: u32 = 0;
+
+/// Triangles that a tree can count.
+pub(crate) const MAX_TRIANGLES: u64 = 1 << COUNT_SHIFT;
+
+fn leaf(triangles: Range<usize>) -> u32 {
+    LEAF | ((triangles.len() - 1) as u32) << COUNT_SHIFT | triangles.start as u32
+}
+
+fn triangles_of(leaf: u32) -> Range<usize> {
+    let first = (leaf & ((1 << COUNT_SHIFT) - 1)) as usize;
+    first..first + ((leaf & !LEAF) >> COUNT_SHIFT) as usize + 1
+}
 
 impl Node {
     const EMPTY: Self = Self {
         planes: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]],
-        children: [0; 4],
+        children: [UNUSED; 4],
     };
 }
 
@@ -65,10 +86,6 @@ pub(crate) struct Tree {
     nodes: Vec<Node>,
     /// For each child of each node the surfaces below it, as bits that several may share.
     surfaces: Vec<[u64; 4]>,
-    /// Triangles of each leaf.
-    packets: Vec<Packet>,
-    /// The first triangle of each leaf, and the end of the last.
-    first: Vec<u32>,
     /// No traversal holds more open nodes.
     stack: usize,
 }
@@ -86,8 +103,6 @@ impl Tree {
         let mut tree = Self {
             nodes: vec![Node::EMPTY],
             surfaces: Vec::new(),
-            packets: Vec::new(),
-            first: Vec::new(),
             stack: 0,
         };
         let mut depth = 0;
@@ -104,12 +119,9 @@ impl Tree {
                     node.planes[1][axis][lane] = aabb.max[axis];
                 }
                 if binary_child.is_leaf() {
-                    node.children[lane] = LEAF | tree.packets.len() as u32;
                     let start = binary_child.first_index as usize;
                     let held = &bvh.primitive_indices[start..][..binary_child.prim_count as usize];
-                    let corners: Vec<_> = held.iter().map(|&i| triangles[i as usize]).collect();
-                    tree.packets.push(Packet::new(&corners));
-                    tree.first.push(order.len() as u32);
+                    node.children[lane] = leaf(order.len()..order.len() + held.len());
                     order.extend_from_slice(held);
                 } else {
                     node.children[lane] = tree.nodes.len() as u32;
@@ -119,9 +131,8 @@ impl Tree {
             }
             tree.nodes[index] = node;
         }
-        tree.first.push(order.len() as u32);
-        // Each level leaves at most three open, the last one four.
-        tree.stack = 3 * depth + 1;
+        // Each level leaves at most three open; the last one writes four.
+        tree.stack = 3 * depth + 4;
         tree.mark(bits, &order);
         (tree, order)
     }
@@ -132,61 +143,33 @@ impl Tree {
         for index in (0..self.nodes.len()).rev() {
             for lane in 0..4 {
                 self.surfaces[index][lane] = match self.nodes[index].children[lane] {
-                    0 => 0,
-                    leaf if leaf & LEAF != 0 => self
-                        .triangles(leaf & !LEAF)
-                        .fold(0, |all, i| all | bits[order[i] as usize]),
-                    node => self.surfaces[node as usize].iter().fold(0, |all, s| all | s),
+                    UNUSED => 0,
+                    leaf if leaf & LEAF != 0 => {
+                        triangles_of(leaf).fold(0, |all, i| all | bits[order[i] as usize])
+                    }
+                    node => self.surfaces[node as usize]
+                        .iter()
+                        .fold(0, |all, s| all | s),
                 };
             }
         }
     }
 
-    /// Places of the triangles of a leaf in the order that `build` returned.
-    pub(crate) fn triangles(&self, leaf: u32) -> std::ops::Range<usize> {
-        self.first[leaf as usize] as usize..self.first[leaf as usize + 1] as usize
-    }
-
-    pub(crate) fn packet(&self, leaf: u32) -> &Packet {
-        &self.packets[leaf as usize]
-    }
-
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.nodes)
-            + size_of_val(&*self.surfaces)
-            + size_of_val(&*self.packets)
-            + size_of_val(&*self.first)
+        size_of_val(&*self.nodes) + size_of_val(&*self.surfaces)
     }
 
-    /// Calls `leaf` for the leaves that a ray meets at a distance up to `max`, nearest first as
-    /// far as boxes tell; it returns what `max` shall be from there on, minus infinity to stop.
-    pub(crate) fn visit_along(&self, ray: &BoxRay, max: f32, mut leaf: impl FnMut(u32, f32) -> f32) {
-        let mut max = max;
-        fast_stack!(u64, (64, 256), self.stack, stack, {
-            let mut current = 0_u32;
-            loop {
-                if current & LEAF != 0 {
-                    max = leaf(current & !LEAF, max);
-                    if max == f32::NEG_INFINITY {
-                        return;
-                    }
-                } else {
-                    let node = &self.nodes[current as usize];
-                    let (hits, enter) = ray.enter(node, max);
-                    if let Some(nearest) = push_far(&mut stack, hits, enter, &node.children) {
-                        current = nearest;
-                        continue;
-                    }
-                }
-                current = loop {
-                    let Some(entry) = stack.pop() else { return };
-                    if f32::from_bits((entry >> 32) as u32) <= max {
-                        break entry as u32;
-                    }
-                };
-            }
-        });
+    /// Calls `leaf` with the triangles of the leaves that a ray meets at a distance up to `max`,
+    /// nearest first as far as boxes tell; it returns what `max` shall be from there on.
+    pub(crate) fn visit_along(
+        &self,
+        ray: &BoxRay,
+        max: f32,
+        leaf: impl FnMut(Range<usize>, f32) -> f32,
+    ) {
+        let boxes = |node: usize, max: f32| ray.enter(&self.nodes[node], max);
+        self.visit(max, boxes, leaf);
     }
 
     /// Calls `leaf` for the leaves that may hold one of the `wanted` surfaces within a distance
@@ -197,19 +180,21 @@ impl Tree {
         p: DVec3,
         wanted: u64,
         within_squared: f64,
-        leaf: impl FnMut(u32) -> f64,
+        leaf: impl FnMut(Range<usize>) -> f64,
     ) {
         if p.abs().max_element() <= NEAR {
             let p = p.to_array().map(|x| Vec4::splat(x as f32));
             let squared = |node: &Node| {
                 let outside = |axis: usize| {
                     let [low, high] = &node.planes;
-                    (low[axis] - p[axis]).max(p[axis] - high[axis]).max(Vec4::ZERO)
+                    (low[axis] - p[axis])
+                        .max(p[axis] - high[axis])
+                        .max(Vec4::ZERO)
                 };
                 let (x, y, z) = (outside(0), outside(1), outside(2));
                 x * x + y * y + z * z
             };
-            self.visit_near_by(squared, 0.0, wanted, within_squared, leaf);
+            self.visit_within(squared, 0.0, wanted, within_squared, leaf);
         } else {
             // Far away all distances look alike to single precision: what is handed on is how
             // much larger their squares are than that of the distance to the part.
@@ -218,101 +203,120 @@ impl Tree {
             let squared = |node: &Node| {
                 let lane = |i: usize| {
                     let plane = |side: usize| {
-                        DVec3::from_array([0, 1, 2].map(|axis| f64::from(node.planes[side][axis][i])))
+                        DVec3::from_array(
+                            [0, 1, 2].map(|axis| f64::from(node.planes[side][axis][i])),
+                        )
                     };
                     let outside = (plane(0) - p).max(p - plane(1)).max(DVec3::ZERO);
-                    ((outside.length_squared() - offset) as f32).next_down().max(0.0)
+                    ((outside.length_squared() - offset) as f32)
+                        .next_down()
+                        .max(0.0)
                 };
                 Vec4::new(lane(0), lane(1), lane(2), lane(3))
             };
-            self.visit_near_by(squared, offset, wanted, within_squared, leaf);
+            self.visit_within(squared, offset, wanted, within_squared, leaf);
         }
     }
 
-    fn visit_near_by(
+    fn visit_within(
         &self,
         squared: impl Fn(&Node) -> Vec4,
         offset: f64,
         wanted: u64,
         within_squared: f64,
-        mut leaf: impl FnMut(u32) -> f64,
+        mut leaf: impl FnMut(Range<usize>) -> f64,
     ) {
-        let upwards = |within_squared: f64| ((within_squared - offset) as f32).next_up();
-        let mut max = upwards(within_squared);
-        fast_stack!(u64, (64, 256), self.stack, stack, {
-            let mut current = 0_u32;
-            loop {
-                if current & LEAF != 0 {
-                    max = upwards(leaf(current & !LEAF));
-                } else {
-                    let node = &self.nodes[current as usize];
-                    let distances = squared(node);
-                    // Unused lanes are infinitely far, which an unlimited search accepts.
-                    let mut hits = (distances.cmple(Vec4::splat(max))
-                        & distances.cmplt(Vec4::INFINITY))
-                    .bitmask();
-                    if wanted != ALL {
-                        let below = &self.surfaces[current as usize];
-                        for (lane, surfaces) in below.iter().enumerate() {
-                            hits &= !(u32::from(surfaces & wanted == 0) << lane);
-                        }
-                    }
-                    if let Some(nearest) = push_far(&mut stack, hits, distances, &node.children) {
-                        current = nearest;
-                        continue;
-                    }
-                }
-                current = loop {
-                    let Some(entry) = stack.pop() else { return };
-                    if f32::from_bits((entry >> 32) as u32) <= max {
-                        break entry as u32;
-                    }
-                };
+        let upwards = |within_squared: f64| {
+            let more = ((within_squared - offset) as f32).next_up();
+            // The difference of two infinities: so far away that nothing can be told apart.
+            if more.is_nan() { f32::INFINITY } else { more }
+        };
+        let boxes = |node: usize, max: f32| {
+            let distances = squared(&self.nodes[node]);
+            let mut hits = distances.cmple(Vec4::splat(max)).bitmask();
+            // An unlimited search accepts even the boxes of unused lanes.
+            for (lane, &child) in self.nodes[node].children.iter().enumerate() {
+                hits &= !(u32::from(child == UNUSED) << lane);
             }
+            if wanted != ALL {
+                for (lane, surfaces) in self.surfaces[node].iter().enumerate() {
+                    hits &= !(u32::from(surfaces & wanted == 0) << lane);
+                }
+            }
+            (hits, distances)
+        };
+        self.visit(upwards(within_squared), boxes, |triangles, _| {
+            upwards(leaf(triangles))
         });
+    }
+
+    fn visit(
+        &self,
+        max: f32,
+        boxes: impl Fn(usize, f32) -> (u32, Vec4),
+        leaf: impl FnMut(Range<usize>, f32) -> f32,
+    ) {
+        // Deeper trees come from thousands of faces in one place only.
+        if self.stack <= USUAL_STACK {
+            self.visit_on(&mut [0; USUAL_STACK], max, boxes, leaf);
+        } else {
+            self.visit_on(&mut vec![0; self.stack], max, boxes, leaf);
+        }
+    }
+
+    /// `boxes` tells which children of a node matter, bit by bit, and how far they are.
+    ///
+    /// An entry of the stack is a child below the bits of its distance: distances are not
+    /// negative, so entries are in order as whole numbers, and none is zero: no child is the root.
+    #[inline(always)]
+    fn visit_on(
+        &self,
+        stack: &mut [u64],
+        mut max: f32,
+        boxes: impl Fn(usize, f32) -> (u32, Vec4),
+        mut leaf: impl FnMut(Range<usize>, f32) -> f32,
+    ) {
+        // The root has no distance yet.
+        let (mut child, mut top) = (0, 0);
+        loop {
+            if child & LEAF == 0 {
+                let (hits, distances) = boxes(child as usize, max);
+                let distances = distances.to_array();
+                let children = &self.nodes[child as usize].children;
+                let entry = |lane: usize| {
+                    let entry =
+                        u64::from(distances[lane].to_bits()) << 32 | u64::from(children[lane]);
+                    if hits >> lane & 1 == 1 { entry } else { 0 }
+                };
+                let entries = descending([entry(0), entry(1), entry(2), entry(3)]);
+                // Always four: a branch on their number would be mispredicted half of the time.
+                stack[top..top + 4].copy_from_slice(&entries);
+                top += hits.count_ones() as usize;
+            } else {
+                max = leaf(triangles_of(child), max);
+            }
+            child = loop {
+                if top == 0 {
+                    return;
+                }
+                top -= 1;
+                let entry = stack[top];
+                if f32::from_bits((entry >> 32) as u32) <= max {
+                    break entry as u32;
+                }
+            };
+        }
     }
 }
 
-/// Returns the nearest of the children that are `hits` and pushes the others, farthest first.
-///
-/// Entries are compared as whole numbers, the bits of the distance above those of the child:
-/// numbers that are not negative are in the order of their bits.
+/// A sorting network.
 #[inline(always)]
-fn push_far(
-    stack: &mut impl FastStack<u64>,
-    mut hits: u32,
-    distances: Vec4,
-    children: &[u32; 4],
-) -> Option<u32> {
-    let distances = distances.to_array();
-    let mut next = || {
-        let lane = hits.trailing_zeros() as usize;
-        let distance = distances.get(lane)?.to_bits();
-        hits &= hits - 1;
-        Some(u64::from(distance) << 32 | u64::from(children[lane]))
-    };
-    let mut nearest = next()?;
-    let Some(second) = next() else {
-        return Some(nearest as u32);
-    };
-    let mut far = nearest.max(second);
-    nearest = nearest.min(second);
-    let Some(third) = next() else {
-        stack.push(far);
-        return Some(nearest as u32);
-    };
-    let mut middle = nearest.max(third);
-    nearest = nearest.min(third);
-    (middle, far) = (middle.min(far), middle.max(far));
-    if let Some(fourth) = next() {
-        stack.push(far.max(fourth));
-        far = far.min(fourth);
-        (middle, far) = (middle.min(far), middle.max(far));
-        (nearest, middle) = (nearest.min(middle), nearest.max(middle));
-    }
-    stack.push(far);
-    stack.push(middle);
-    Some(nearest as u32)
+fn descending([a, b, c, d]: [u64; 4]) -> [u64; 4] {
+    let (a, b) = (a.max(b), a.min(b));
+    let (c, d) = (c.max(d), c.min(d));
+    let (a, c) = (a.max(c), a.min(c));
+    let (b, d) = (b.max(d), b.min(d));
+    [a, b.max(c), b.min(c), d]
 }
 
 /// A ray prepared for boxes.
@@ -325,16 +329,15 @@ pub(crate) struct BoxRay {
 }
 
 impl BoxRay {
-    /// The direction must be finite.
-    pub(crate) fn new(origin: Vec3, direction: Vec3) -> Self {
-        // Lifted to epsilon, so that no product of zero and infinity arises.
-        let lifted = direction
-            .to_array()
-            .map(|d| d.abs().max(f32::EPSILON).copysign(d));
+    /// `inverse`: of each component of the direction.
+    pub(crate) fn new(origin: DVec3, inverse: DVec3) -> Self {
+        // The inverse of epsilon at most, so that no product of zero and infinity arises.
+        let limit = f64::from(1.0 / f32::EPSILON);
+        let inverse = inverse.clamp(DVec3::splat(-limit), DVec3::splat(limit));
         Self {
-            origin: origin.to_array().map(Vec4::splat),
-            inverse: lifted.map(|d| Vec4::splat(1.0 / d)),
-            entered: lifted.map(|d| usize::from(d < 0.0)),
+            origin: origin.as_vec3().to_array().map(Vec4::splat),
+            inverse: inverse.as_vec3().to_array().map(Vec4::splat),
+            entered: inverse.to_array().map(|d| usize::from(d < 0.0)),
         }
     }
 
@@ -414,10 +417,10 @@ fn jitter(i: usize) -> Vec3A {
 
 /// The steps of the presets of `obvhs`, without the recursive self-check it adds in debug builds.
 fn build_bvh(boxes: &[Aabb], quality: BuildQuality) -> Bvh2 {
-    let (search, precise_levels, reinsertions) = match quality {
+    let (search, careful_levels, reinsertion_ratio) = match quality {
         BuildQuality::Fast => (PlocSearchDistance::Minimum, 0, 0.0),
-        BuildQuality::Balanced => (PlocSearchDistance::Medium, 3, env("RE", 0.05)),
-        BuildQuality::Best => (PlocSearchDistance::High, 2, 1.0),
+        BuildQuality::Balanced => (PlocSearchDistance::Medium, 3, 0.05),
+        BuildQuality::Best => (PlocSearchDistance::High, 2, 0.5),
     };
     let indices = (0..boxes.len() as u32).collect();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
@@ -425,12 +428,13 @@ fn build_bvh(boxes: &[Aabb], quality: BuildQuality) -> Bvh2 {
         boxes,
         indices,
         SortPrecision::U64,
-        precise_levels,
+        careful_levels,
     );
     let mut reinsertion = ReinsertionOptimizer::default();
-    reinsertion.run(&mut bvh, reinsertions, None);
-    collapse(&mut bvh, LANES as u32, env("CO", 3.0));
-    reinsertion.run(&mut bvh, 2.0 * reinsertions, None);
+    reinsertion.run(&mut bvh, reinsertion_ratio, None);
+    // A box costs as much as three triangles: four boxes are tested at once, triangles one by one
+    // but without the wait for the next node.
+    collapse(&mut bvh, LEAF_TRIANGLES, 3.0);
+    reinsertion.run(&mut bvh, 2.0 * reinsertion_ratio, None);
     bvh
 }
-fn env(name:&str, d:f32)->f32{ std::env::var(name).ok().and_then(|v|v.parse().ok()).unwrap_or(d)}

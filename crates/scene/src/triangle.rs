@@ -62,26 +62,30 @@ pub(crate) fn closest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
     a + ab * (vb / sum) + ac * (vc / sum)
 }
 
-/// A ray prepared for the watertight test, as [`PacketRay`](crate::packet::PacketRay) is, in
-/// double precision: reference, and refinement of what the packets found.
+/// A ray prepared for the watertight test of Woop, Benthin and Wald 2013 (JCGT 2:1), in f64.
+///
+/// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three
+/// edge functions agree in sign there. Two triangles that share an edge compute the very
+/// same products for it, so the ray cannot pass between them, whatever the rounding.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RayF64 {
-    origin: DVec3,
+pub(crate) struct WatertightRay {
     /// Largest component of the direction last, the other two before it in cyclic order.
     axes: [usize; 3],
+    /// In the order of `axes`, as is the shear.
+    origin: [f64; 3],
     shear: [f64; 3],
 }
 
-impl RayF64 {
-    /// The direction must be finite and not zero.
-    pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
+impl WatertightRay {
+    /// `inverse`: of each component of the direction, which must be finite and not zero.
+    pub(crate) fn new(origin: DVec3, direction: DVec3, inverse: DVec3) -> Self {
         let z = direction.abs().max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let [dx, dy, dz] = axes.map(|axis| direction[axis]);
+        let [dx, dy, per_dz] = [direction[axes[0]], direction[axes[1]], inverse[z]];
         Self {
-            origin,
             axes,
-            shear: [dx / dz, dy / dz, 1.0 / dz],
+            origin: axes.map(|axis| origin[axis]),
+            shear: [dx * per_dz, dy * per_dz, per_dz],
         }
     }
 
@@ -91,11 +95,18 @@ impl RayF64 {
     fn edges(&self, corners: &Triangle) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = self.axes;
         let [sx, sy, sz] = self.shear;
-        let sheared = |corner: DVec3| {
-            let p = (corner - self.origin).to_array();
-            (p[x] - sx * p[z], p[y] - sy * p[z], sz * p[z])
+        let [ox, oy, oz] = self.origin;
+        let sheared = |corner: &DVec3| {
+            let p: &[f64; 3] = corner.as_ref();
+            let depth = p[z] - oz;
+            (
+                (p[x] - ox) - sx * depth,
+                (p[y] - oy) - sy * depth,
+                sz * depth,
+            )
         };
-        let [(ax, ay, az), (bx, by, bz), (cx, cy, cz)] = corners.map(sheared);
+        let [a, b, c] = corners;
+        let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(a), sheared(b), sheared(c));
         let weights = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
         (weights, [az, bz, cz])
     }
@@ -105,28 +116,21 @@ impl RayF64 {
     #[inline(always)]
     pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
         let ([u, v, w], [az, bz, cz]) = self.edges(corners);
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
+        let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
+        let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
         let sum = u + v + w;
-        (sum != 0.0).then(|| (u * az + v * bz + w * cz) / sum)
+        // Without short cuts: half of them would be mispredicted.
+        if (negative & positive) | (sum == 0.0) {
+            None
+        } else {
+            Some((u * az + v * bz + w * cz) / sum)
+        }
     }
 
-    /// Where a ray that is known to meet the triangle does so: a point *of the triangle*.
-    ///
-    /// The single-precision test may accept a ray that passes an edge by a rounding error;
-    /// weights are cut at zero, so the point never leaves the triangle. `near_m` settles the
-    /// case of a triangle seen exactly edge-on.
-    pub(crate) fn point_on(&self, corners: &Triangle, near_m: DVec3) -> DVec3 {
-        let (weights, _) = self.edges(corners);
-        let side: f64 = weights.iter().sum();
-        let [u, v, w] = weights.map(|x| (x * side.signum()).max(0.0));
-        let sum = u + v + w;
-        if sum > 0.0 {
-            (corners[0] * u + corners[1] * v + corners[2] * w) / sum
-        } else {
-            closest_point(near_m, corners)
-        }
+    /// Where a ray that meets the triangle does so, as a point of the triangle.
+    pub(crate) fn point_on(&self, corners: &Triangle) -> DVec3 {
+        let ([u, v, w], _) = self.edges(corners);
+        (corners[0] * u + corners[1] * v + corners[2] * w) / (u + v + w)
     }
 }
 
@@ -154,13 +158,16 @@ mod tests {
 
     #[test]
     fn corners_and_edges_are_hit_and_behind_is_negative() {
-        let down = |x: f64, y: f64, z: f64| RayF64::new(DVec3::new(x, y, z), DVec3::NEG_Z);
+        let ray = |origin: DVec3, direction: DVec3| {
+            WatertightRay::new(origin, direction, direction.recip())
+        };
+        let down = |x: f64, y: f64, z: f64| ray(DVec3::new(x, y, z), DVec3::NEG_Z);
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.5, 0.0)] {
             assert_eq!(down(x, y, 2.0).intersect(&UNIT), Some(2.0), "({x}, {y})");
         }
         assert_eq!(down(0.25, 0.25, -3.0).intersect(&UNIT), Some(-3.0));
         assert_eq!(down(0.6, 0.6, 2.0).intersect(&UNIT), None);
-        let edge_on = RayF64::new(DVec3::NEG_X, DVec3::X);
+        let edge_on = ray(DVec3::NEG_X, DVec3::X);
         assert_eq!(edge_on.intersect(&UNIT), None);
     }
 
