@@ -420,7 +420,7 @@ fn build_bvh(boxes: &[Aabb], quality: BuildQuality) -> Bvh2 {
     let (search, careful_levels, reinsertion_ratio) = match quality {
         BuildQuality::Fast => (PlocSearchDistance::Minimum, 0, 0.0),
         BuildQuality::Balanced => (PlocSearchDistance::Medium, 3, 0.05),
-        BuildQuality::Best => (PlocSearchDistance::High, 2, 0.5),
+        BuildQuality::Best => (PlocSearchDistance::High, 2, 0.2),
     };
     let indices = (0..boxes.len() as u32).collect();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
