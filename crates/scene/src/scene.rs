@@ -218,8 +218,7 @@ impl Scene {
 
     /// The same scene with hierarchies of another quality; nothing else changes.
     ///
-    /// Constructors build at [`BuildQuality::Balanced`]. Time and memory of each quality stand
-    /// in the README.
+    /// Constructors build at [`BuildQuality::Balanced`].
     #[must_use]
     pub fn with_build_quality(&self, quality: BuildQuality) -> Self {
         let Geometry {
