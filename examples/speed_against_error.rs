@@ -3,7 +3,7 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed, speed_bip, speed_reach};
+use hwall_examples::{exit, speed, speed_bip, speed_reach, speed_scene};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ struct Args {
     /// Targets per row
     #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(100..=1_000_000))]
     targets: u64,
-    /// OBJ file for the ray casts; default: a bumpy surface of 100,000 triangles, made here
+    /// OBJ file for the ray casts and closest points; default: the built-in room full of bumpy balls
     #[arg(long)]
     scene: Option<PathBuf>,
     /// Also renew the summary between the markers of this README
@@ -54,7 +54,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_reach::methods(args.seed)?,
         speed_reach::queries(args.seed, n)?,
         speed_bip::filters(args.seed)?,
-        speed::rays(args.seed, n, args.scene.as_deref())?,
+        speed_scene::build_quality(args.seed, n, args.scene.as_deref())?,
         speed::dynamics(args.seed, n)?,
     ];
     for section in &sections {

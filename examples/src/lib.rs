@@ -41,6 +41,7 @@ pub mod session;
 pub mod speed;
 pub mod speed_bip;
 pub mod speed_reach;
+pub mod speed_scene;
 pub mod stage;
 pub mod touches;
 pub mod trajectories;

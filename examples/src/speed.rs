@@ -2,12 +2,11 @@
 
 use crate::figures;
 use anyhow::Context;
-use glam::{DVec3, dvec3};
+use glam::dvec3;
 use hwall_kinematics::{
     Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose,
     SrsArm,
 };
-use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::{
     ErrorStats, Machine, MarkdownTable, Sampler, SpeedErrorRow, SpeedErrorTable, Timing, format_ns,
     time_batches, time_each,
@@ -88,6 +87,20 @@ impl Figure {
             name,
             title,
             drawing: Drawing::SpeedError(unit, rows),
+        }
+    }
+
+    /// Time over a size, one line a method.
+    pub(crate) const fn scaling(
+        name: &'static str,
+        title: &'static str,
+        size: &'static str,
+        lines: Vec<figures::Line>,
+    ) -> Self {
+        Self {
+            name,
+            title,
+            drawing: Drawing::Scaling(size, lines),
         }
     }
 
@@ -471,124 +484,6 @@ fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<C
             })
         })
         .collect()
-}
-
-/// Ray casts in single precision (points recomputed in double) against double precision, over
-/// surfaces of rising size or one given scene.
-///
-/// # Errors
-/// A scene that cannot be read.
-pub fn rays(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Result<Section> {
-    let scenes = match scene {
-        Some(path) => vec![Scene::from_obj_file(path, None)?.0],
-        None => [16, 50, 158, 316]
-            .into_iter()
-            .map(bumpy_surface)
-            .collect::<anyhow::Result<Vec<_>>>()?,
-    };
-    let mut table = SpeedErrorTable::new("Ray casts, single against double precision", "triangles");
-    let mut lines = [Vec::new(), Vec::new()];
-    let mut quoted = Vec::new();
-    for scene in &scenes {
-        let rays = rays_at(scene, &mut Sampler::new(seed), n);
-        let single = |i: usize| scene.ray_cast(rays[i % n].0, rays[i % n].1);
-        let double = |i: usize| scene.ray_cast_f64(rays[i % n].0, rays[i % n].1);
-        let (mut errors, mut disagree) = (Vec::new(), 0);
-        for i in 0..n {
-            match (single(i)?, double(i)?) {
-                (Some(a), Some(b)) if a.point_m.distance(b.point_m) < ELSEWHERE_M => {
-                    errors.push(a.point_m.distance(b.point_m));
-                }
-                (None, None) => {}
-                _ => disagree += 1,
-            }
-        }
-        let triangles = scene.triangle_count();
-        let errors = ErrorStats::from_errors(errors);
-        let (fast, exact) = (batches(single), batches(double));
-        let note = format!("{disagree} of {n} rays end elsewhere");
-        table.row(
-            "f32, point in f64",
-            triangles.to_string(),
-            fast,
-            (errors, "m"),
-            note,
-        );
-        table.row(
-            "f64",
-            triangles.to_string(),
-            exact,
-            (ErrorStats::from_errors([0.0]), "m"),
-            "the reference",
-        );
-        lines[0].push((triangles as f64, fast.median_ns));
-        lines[1].push((triangles as f64, exact.median_ns));
-        let what = format!("ray cast into {triangles} triangles");
-        let error = format!(
-            "{:.1e} m; {:.1} % end elsewhere",
-            errors.max,
-            100.0 * disagree as f64 / n as f64
-        );
-        quoted = vec![summary("scene", &what, &fast, error)];
-    }
-    let text = table.to_markdown()
-        + "\nA bumpy surface 1.4 m across, or the scene given. Errors: distance between the two hit points where both \
-           hit. Rays come from a sphere around the scene, half of them aimed at random points, half at corners \
-           that triangles share.\n";
-    let [single, double] = lines;
-    let lines = vec![
-        ("f32, point in f64".to_owned(), single),
-        ("f64".to_owned(), double),
-    ];
-    let title = "Ray casts: median time against size";
-    let figure = Figure {
-        name: "rays.svg",
-        title,
-        drawing: Drawing::Scaling("triangles", lines),
-    };
-    Ok(Section {
-        summary: quoted,
-        text,
-        figure: Some(figure),
-    })
-}
-
-/// Hit points further apart than this are two places, m.
-const ELSEWHERE_M: f64 = 1e-6;
-
-/// Origins on a sphere around a scene, with directions to points and corners of its triangles.
-fn rays_at(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<(DVec3, DVec3)> {
-    let (min, max) = scene.bounds();
-    let radius = (max - min).length();
-    let corners: Vec<DVec3> = (0..scene.surfaces().len())
-        .filter_map(|id| scene.triangles_m(SurfaceId(id)).ok())
-        .flat_map(|triangles| triangles.map(|t| t[0]))
-        .collect();
-    let ray = |i: usize| {
-        let origin = 0.5 * (min + max) + sampler.unit_vector() * radius;
-        let aim = match i % 2 {
-            0 => sampler.point_in_box(min, max),
-            _ => corners[sampler.index(corners.len())],
-        };
-        (origin, aim - origin)
-    };
-    (0..n).map(ray).collect()
-}
-
-/// A height field of 2 cells² triangles, one metre square.
-fn bumpy_surface(cells: usize) -> anyhow::Result<Scene> {
-    let mut obj = String::from("o bumps\n");
-    let at = |i: usize| i as f64 / cells as f64;
-    for (i, j) in (0..=cells).flat_map(|i| (0..=cells).map(move |j| (i, j))) {
-        let z = 0.05 * (TAU * 3.0 * at(i)).sin() * (TAU * 4.0 * at(j)).cos();
-        obj.push_str(&format!("v {} {} {z}\n", at(i), at(j)));
-    }
-    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
-        let v = |i: usize, j: usize| i * (cells + 1) + j + 1;
-        let (a, b, c, d) = (v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1));
-        obj.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
-    }
-    Ok(Scene::from_obj_str(&obj, None)?.0)
 }
 
 /// Dynamics of the iiwa 7 as a general chain.

@@ -1,8 +1,8 @@
-//! Speed of the queries beside the error of the single-precision ones: `cargo bench -p hwall-scene`.
+//! Speed of the queries: `cargo bench -p hwall-scene`. Their error is tested against brute force.
 
 use glam::DVec3;
-use hwall_scene::{Scene, Surface, SurfaceMesh};
-use hwall_testkit::{ErrorStats, Machine, Sampler, time_batches, time_each};
+use hwall_scene::{Scene, Surface, SurfaceId, SurfaceMesh};
+use hwall_testkit::{Machine, Sampler, time_batches, time_each};
 use std::path::Path;
 
 const RAYS: usize = 20_000;
@@ -88,40 +88,28 @@ fn report(name: &str, scene: &Scene) {
                 100.0 * hits as f64 / RAYS as f64
             );
         };
-        rate("ray, f32 test", &|o, d| {
+        rate("ray", &|o, d| {
             scene.ray_cast(o, d).is_ok_and(|h| h.is_some())
-        });
-        rate("ray, f64 test", &|o, d| {
-            scene.ray_cast_f64(o, d).is_ok_and(|h| h.is_some())
         });
         rate("any hit", &|o, d| {
             scene.any_hit(o, d, f64::INFINITY).unwrap_or(false)
         });
-        let pairs = rays.iter().map(|&(o, d)| {
-            (
-                scene.ray_cast(o, d).ok().flatten(),
-                scene.ray_cast_f64(o, d).ok().flatten(),
-            )
-        });
-        let (mut errors, mut differ) = (Vec::new(), 0);
-        for pair in pairs {
-            match pair {
-                (Some(a), Some(b)) => errors.push(a.point_m.distance(b.point_m)),
-                (a, b) => differ += usize::from(a.is_some() != b.is_some()),
-            }
-        }
-        println!(
-            "{kind}: f32 against f64: {differ} differ in hit or miss; distance of the points, m: {:?}",
-            ErrorStats::from_errors(errors)
-        );
     }
     let points: Vec<DVec3> = rays(scene, false).into_iter().map(|(o, _)| o).collect();
+    let size = |id: &usize| scene.triangles_m(SurfaceId(*id)).map_or(0, |t| t.len());
+    let largest = SurfaceId((0..scene.surfaces().len()).max_by_key(size).unwrap_or(0));
     let closest = time_each(RAYS, |i| scene.closest_point(points[i], f64::INFINITY));
-    println!(
-        "| {name} | closest point | | | {:.3} | {:.3} | |",
-        closest.median_ns / 1e3,
-        closest.p99_ns / 1e3
-    );
+    let projected = time_each(RAYS, |i| scene.project_on(largest, points[i]));
+    for (method, timing) in [
+        ("closest point", closest),
+        ("on the largest surface", projected),
+    ] {
+        println!(
+            "| {name} | {method} | | | {:.3} | {:.3} | |",
+            timing.median_ns / 1e3,
+            timing.p99_ns / 1e3
+        );
+    }
 }
 
 fn main() {

@@ -9,6 +9,7 @@ mod rigid;
 mod scene;
 mod sidecar;
 mod surface;
+mod tree;
 mod triangle;
 
 pub use error::SceneError;
@@ -18,3 +19,4 @@ pub use patch::{Patch, VERTICAL_TOLERANCE_RAD};
 pub use rigid::RIGID_TOLERANCE;
 pub use scene::{Closest, Hit, Scene};
 pub use surface::{Surface, SurfaceId, SurfaceKind};
+pub use tree::BuildQuality;

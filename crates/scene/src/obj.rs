@@ -76,6 +76,7 @@ pub(crate) fn parse(
     let mut check = Check {
         clean: String::with_capacity(text.len()),
         limits: *limits,
+        group: UNNAMED.to_owned(),
         ..Check::default()
     };
     // A backslash at the end of a line continues it; `tobj` does not know that.
@@ -98,6 +99,7 @@ pub(crate) fn parse(
     let Check {
         clean,
         materials_used,
+        material_of,
         mut report,
         ..
     } = check;
@@ -120,10 +122,17 @@ pub(crate) fn parse(
     // Missing libraries are in the report already; the scene does without colours.
     let materials = materials.unwrap_or_default();
     report.missing_materials = materials_used
-        .into_iter()
-        .filter(|used| materials.iter().all(|m| m.name != *used))
+        .iter()
+        .filter(|used| materials.iter().all(|m| m.name != **used))
+        .cloned()
         .collect();
-    Ok((surfaces(&models, &materials), report))
+    let mut meshes = surfaces(&models, &materials);
+    for SurfaceMesh { surface, .. } in &mut meshes {
+        surface.material = material_of
+            .get(&surface.name)
+            .map(|&used| materials_used[used].clone());
+    }
+    Ok((meshes, report))
 }
 
 /// One surface a group name, however often the group or its material changes in between.
@@ -177,6 +186,12 @@ fn read_materials(path: &Path, limits: &LoadLimits) -> tobj::MTLLoadResult {
     tobj::load_mtl_buf(&mut text.as_bytes())
 }
 
+/// The name that follows the keyword of a line.
+fn name_after(line: &str) -> Option<&str> {
+    let (_, name) = line.trim().split_once(char::is_whitespace)?;
+    Some(name.trim())
+}
+
 /// Looks at one line after the other and writes those that matter, without what the scene
 /// does not use (normals, texture coordinates, vertex colours).
 #[derive(Default)]
@@ -187,6 +202,11 @@ struct Check {
     triangles: u64,
     polygon: Vec<usize>,
     materials_used: Vec<String>,
+    /// Of the faces that follow: index into `materials_used`, group.
+    material: Option<usize>,
+    group: String,
+    /// First material of each group, if it has one.
+    material_of: HashMap<String, usize>,
     report: LoadReport,
 }
 
@@ -200,13 +220,20 @@ impl Check {
         match keyword {
             "v" => self.vertex(number, values)?,
             "f" => self.face(number, values)?,
-            "o" | "g" | "mtllib" => self.pass_on(line),
-            "usemtl" => match line.trim().split_once(char::is_whitespace) {
-                Some((_, name)) => {
-                    let name = name.trim().to_owned();
-                    if !self.materials_used.contains(&name) {
-                        self.materials_used.push(name);
-                    }
+            "o" | "g" => {
+                name_after(line)
+                    .unwrap_or(UNNAMED)
+                    .clone_into(&mut self.group);
+                self.pass_on(line);
+            }
+            "mtllib" => self.pass_on(line),
+            "usemtl" => match name_after(line) {
+                Some(name) => {
+                    let used = self.materials_used.iter().position(|m| m == name);
+                    self.material = Some(used.unwrap_or_else(|| {
+                        self.materials_used.push(name.to_owned());
+                        self.materials_used.len() - 1
+                    }));
                     self.pass_on(line);
                 }
                 None => self.report.ignored_lines += 1,
@@ -294,6 +321,11 @@ impl Check {
                 got,
                 limit,
             });
+        }
+        if let Some(material) = self.material
+            && !self.material_of.contains_key(&self.group)
+        {
+            self.material_of.insert(self.group.clone(), material);
         }
         self.report.concave_polygons += usize::from(self.fan_folds());
         self.clean.push('f');

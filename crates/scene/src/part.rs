@@ -1,38 +1,22 @@
-//! One rigid part: its triangles, its bounding volume hierarchy, rays and closest points in its own frame.
+//! One rigid part: its triangles, their hierarchy, rays and closest points in its own frame.
 //!
 //! The hierarchy is single precision. Coordinates for it are taken relative to the middle of
 //! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
-//! of the part; every tolerance below is in those units.
+//! of the part.
 
-use crate::triangle::{self, RayF32, RayF64, Triangle};
-use glam::{DVec3, Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::bvh2::{Bvh2, leaf_collapser::collapse};
-use obvhs::fast_stack;
-use obvhs::faststack::FastStack;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use obvhs::ray::{Ray, RayHit};
+use crate::BuildQuality;
+use crate::tree::{BoxRay, PADDING, Tree};
+use crate::triangle::{self, Triangle, WatertightRay};
+use glam::DVec3;
 
-/// Growth of every box, in units of the part.
-///
-/// Rounding of the corners (1/2 epsilon), of the origin (1/2), of the direction (1/2 over a
-/// length below 4), of a component of the direction that the box test lifts to epsilon (4) and
-/// of the box test itself (3 epsilon of a distance below 2) add up to less than 13 epsilon.
-const PADDING: f32 = 16.0 * f32::EPSILON;
-
-/// Slack when single-precision distances are compared; f64 decides afterwards.
+/// Slack of single-precision distances to boxes, in units of the part.
 const DISTANCE_SLACK: f32 = 2.0 * PADDING;
 
 /// Two distances this close (relative) are a tie, as they are at a shared edge.
 const TIE: f64 = 1e-12;
 
-/// Triangle test of a traversal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Precision {
-    Single,
-    Double,
-}
+/// Surfaces of a part that have a bit of their own in the hierarchy; the others share the rest.
+const OWN_BITS: usize = 48;
 
 /// A ray in the frame of the part: finite, unit direction.
 #[derive(Debug, Clone, Copy)]
@@ -48,127 +32,130 @@ pub(crate) struct PartHit {
     pub(crate) distance_m: f64,
 }
 
+/// Side by side, because a query needs both of the face it finds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Face {
+    pub(crate) corners_m: Triangle,
+    pub(crate) surface: u32,
+}
+
 #[derive(Clone)]
 pub(crate) struct Part {
-    /// Corners in metres in the frame of the part, in the order of the leaves.
-    triangles: Vec<Triangle>,
-    /// The same in units of the part, rounded to nearest: shared corners stay shared.
-    triangles_f32: Vec<[Vec3; 3]>,
-    /// Surface of each triangle.
-    surfaces: Vec<u32>,
-    bvh: Bvh2,
+    /// In the frame of the part and in the order of the leaves.
+    faces: Vec<Face>,
+    /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
+    bits: Vec<u64>,
+    tree: Tree,
     unit_m: f64,
+    per_unit: f64,
     half_extent_m: DVec3,
 }
 
 impl Part {
-    /// Triangles must be finite, none degenerate, and at least one; the origin of the frame is
-    /// the middle of their box, which is returned in the frame they were given in.
-    pub(crate) fn build(mut triangles: Vec<Triangle>, mut surfaces: Vec<u32>) -> (Self, DVec3) {
-        let (min, max) = triangles
-            .iter()
-            .flatten()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| {
-                (lo.min(p), hi.max(p))
-            });
+    /// Faces must be finite, none degenerate, and at least one; the origin of the frame is the
+    /// middle of their box, which is returned in the frame they were given in.
+    pub(crate) fn build(mut faces: Vec<Face>, quality: BuildQuality) -> (Self, DVec3) {
+        let corners = faces.iter().flat_map(|f| f.corners_m);
+        let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
+            (lo.min(p), hi.max(p))
+        });
         let middle = 0.5 * (min + max);
-        for corner in triangles.iter_mut().flatten() {
+        for corner in faces.iter_mut().flat_map(|f| &mut f.corners_m) {
             *corner -= middle;
         }
         let half_extent_m = (max - middle).max(middle - min);
-        // A power of two: scaling is exact, so it cannot open a gap.
+        // A power of two: scaling is exact.
         let unit_m = half_extent_m.max_element().log2().ceil().exp2();
-
-        let mut bvh = build_bvh(&boxes(&triangles, unit_m));
-        let order = std::mem::take(&mut bvh.primitive_indices);
-        triangles = order.iter().map(|&i| triangles[i as usize]).collect();
-        surfaces = order.iter().map(|&i| surfaces[i as usize]).collect();
-        let triangles_f32 = triangles
-            .iter()
-            .map(|t| t.map(|p| (p / unit_m).as_vec3()))
-            .collect();
         (
-            Self {
-                triangles,
-                triangles_f32,
-                surfaces,
-                bvh,
-                unit_m,
-                half_extent_m,
-            },
+            Self::in_frame(&faces, unit_m, half_extent_m, quality),
             middle,
         )
     }
 
-    pub(crate) fn triangles(&self) -> &[Triangle] {
-        &self.triangles
+    /// The same part with another hierarchy.
+    pub(crate) fn rebuilt(&self, quality: BuildQuality) -> Self {
+        Self::in_frame(&self.faces, self.unit_m, self.half_extent_m, quality)
+    }
+
+    fn in_frame(faces: &[Face], unit_m: f64, half_extent_m: DVec3, quality: BuildQuality) -> Self {
+        let bits = surface_bits(faces);
+        let rounded: Vec<_> = faces
+            .iter()
+            .map(|f| f.corners_m.map(|p| (p / unit_m).as_vec3()))
+            .collect();
+        let bits_of: Vec<u64> = faces.iter().map(|f| bits[f.surface as usize]).collect();
+        let (tree, order) = Tree::build(&rounded, &bits_of, quality);
+        Self {
+            faces: order.iter().map(|&i| faces[i as usize]).collect(),
+            bits,
+            tree,
+            unit_m,
+            per_unit: 1.0 / unit_m,
+            half_extent_m,
+        }
+    }
+
+    pub(crate) fn faces(&self) -> &[Face] {
+        &self.faces
     }
 
     pub(crate) fn surface(&self, triangle: usize) -> usize {
-        self.surfaces[triangle] as usize
+        self.faces[triangle].surface as usize
+    }
+
+    /// What marks a surface in the hierarchy: other surfaces may have the same bit, a surface of
+    /// another part has none.
+    pub(crate) fn bit(&self, surface: usize) -> u64 {
+        self.bits.get(surface).copied().unwrap_or(0)
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.faces) + size_of_val(&*self.bits) + self.tree.bytes()
     }
 
     /// Nearest hit at a distance in `[0, max_m)`.
-    pub(crate) fn ray_cast(
-        &self,
-        ray: &PartRay,
-        max_m: f64,
-        precision: Precision,
-    ) -> Option<PartHit> {
-        let clipped = self.clip(ray, max_m)?;
-        let mut best: Option<PartHit> = None;
-        self.bvh
-            .ray_traverse(clipped.ray, &mut RayHit::none(), |ray, i| {
-                match self.test(&clipped, i, ray.tmax, precision) {
-                    Some(hit) if hit.distance_m < best.map_or(max_m, |b| b.distance_m) => {
-                        best = Some(hit);
-                        clipped.bound(hit.distance_m, self.unit_m)
-                    }
-                    _ => f32::INFINITY,
-                }
-            });
-        best
+    pub(crate) fn ray_cast(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+        self.hit::<false>(ray, max_m)
     }
 
     /// Is there a hit at a distance in `[0, max_m)`? Stops at the first.
     pub(crate) fn any_hit(&self, ray: &PartRay, max_m: f64) -> bool {
-        let Some(clipped) = self.clip(ray, max_m) else {
-            return false;
-        };
-        !self.bvh.ray_traverse_miss(clipped.ray, |ray, i| {
-            match self.test(&clipped, i, ray.tmax, Precision::Single) {
-                Some(hit) if hit.distance_m < max_m => f32::NEG_INFINITY,
-                _ => f32::INFINITY,
-            }
-        })
+        self.hit::<true>(ray, max_m).is_some()
     }
 
-    /// One triangle against the ray; the hit is computed in f64 whichever test accepts it.
-    #[inline(always)]
-    fn test(
-        &self,
-        clipped: &Clipped,
-        i: usize,
-        tmax: f32,
-        precision: Precision,
-    ) -> Option<PartHit> {
-        let near_m = match precision {
-            Precision::Single => {
-                let t = clipped.single.intersect(&self.triangles_f32[i])?;
-                if !(-DISTANCE_SLACK <= t && t <= tmax + DISTANCE_SLACK) {
-                    return None;
+    /// The nearest hit, or any.
+    fn hit<const ANY: bool>(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+        let clipped = self.clip(ray, max_m)?;
+        let boxes = BoxRay::new(clipped.start_m * self.per_unit, clipped.inverse);
+        let exact = WatertightRay::new(clipped.start_m, ray.direction, clipped.inverse);
+        let bound = |distance_m: f64| (distance_m * self.per_unit) as f32 + DISTANCE_SLACK;
+        let mut best_m = max_m - clipped.skipped_m;
+        let mut best = None;
+        self.tree
+            .visit_along(&boxes, bound(best_m), |triangles, mut max| {
+                for i in triangles {
+                    if let Some(distance_m) = exact.intersect(&self.faces[i].corners_m)
+                        && distance_m >= -clipped.skipped_m
+                        && distance_m < best_m
+                    {
+                        best_m = distance_m;
+                        best = Some(i);
+                        max = if ANY {
+                            f32::NEG_INFINITY
+                        } else {
+                            bound(best_m)
+                        };
+                    }
                 }
-                f64::from(t) * self.unit_m
-            }
-            Precision::Double => clipped.double.intersect(&self.triangles[i])?,
-        };
-        let near = clipped.start_m + clipped.direction * near_m;
-        let point_m = clipped.double.point_on(&self.triangles[i], near);
-        let distance_m = clipped.skipped_m + (point_m - clipped.start_m).dot(clipped.direction);
-        (distance_m >= 0.0).then_some(PartHit {
-            triangle: i,
+                max
+            });
+        let triangle = best?;
+        let point_m = exact.point_on(&self.faces[triangle].corners_m);
+        Some(PartHit {
+            triangle,
             point_m,
-            distance_m,
+            distance_m: clipped.skipped_m + best_m,
         })
     }
 
@@ -177,18 +164,16 @@ impl Part {
     fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
         let slack_m = f64::from(DISTANCE_SLACK) * self.unit_m;
         let half = self.half_extent_m + DVec3::splat(slack_m);
+        let inverse = ray.direction.recip();
         let (mut enter, mut leave) = (0.0_f64, max_m);
+        let (to_low, to_high) = (-half - ray.origin_m, half - ray.origin_m);
         for axis in 0..3 {
-            let (o, d, h) = (ray.origin_m[axis], ray.direction[axis], half[axis]);
-            if d == 0.0 {
-                if o.abs() > h {
-                    return None;
-                }
-            } else {
-                let (a, b) = ((-h - o) / d, (h - o) / d);
-                enter = enter.max(a.min(b));
-                leave = leave.min(a.max(b));
-            }
+            // Along the slab these are infinite, of one sign where the ray runs outside. NaN (on
+            // its very border) changes nothing.
+            let (a, b) = (to_low[axis] * inverse[axis], to_high[axis] * inverse[axis]);
+            let (first, last) = if a < b { (a, b) } else { (b, a) };
+            enter = if first > enter { first } else { enter };
+            leave = if last < leave { last } else { leave };
         }
         // Far away the slab bounds are rounded by more than the slack.
         let rounding_m = 4.0 * f64::EPSILON * (ray.origin_m.abs().max_element() + enter);
@@ -199,95 +184,71 @@ impl Part {
         // Where the ray enters is on the box; what leads off it is rounding of a far origin.
         let reach = half + DVec3::splat(slack_m);
         let start_m = (ray.origin_m + ray.direction * skipped_m).clamp(-reach, reach);
-        let start = (start_m / self.unit_m).as_vec3();
-        let direction = ray.direction.as_vec3();
-        let single = RayF32::new(start, direction);
-        let double = RayF64::new(start_m, ray.direction);
-        let tmax = ((max_m - skipped_m) / self.unit_m) as f32 + DISTANCE_SLACK;
-        let ray_f32 = Ray::new(start.into(), direction.into(), 0.0, tmax);
         Some(Clipped {
-            ray: ray_f32,
-            single,
-            double,
             start_m,
-            direction: ray.direction,
+            inverse,
             skipped_m,
         })
     }
 
-    /// Closest point to `p`, among the triangles of the surfaces that `accept` names, nearer than `max_m`.
+    /// Closest point to `p`, nearer than `max_m`, among the triangles of the surfaces that
+    /// `accept` names; `wanted` must hold their [`bit`](Self::bit)s.
     ///
     /// Of several triangles at one distance (a shared edge) the one that faces `p` most wins.
     pub(crate) fn closest(
         &self,
         p: DVec3,
         max_m: f64,
+        wanted: u64,
         accept: impl Fn(usize) -> bool,
     ) -> Option<PartHit> {
         let mut best = Nearest::new(max_m);
-        let box_distance_squared = |node: usize| {
-            let aabb = self.bvh.nodes[node].aabb();
-            let (min, max) = (
-                aabb.min.as_dvec3() * self.unit_m,
-                aabb.max.as_dvec3() * self.unit_m,
-            );
-            p.distance_squared(p.clamp(min, max))
-        };
-        // Where the traversal stands: squared distance of the node's box, node.
-        fast_stack!((f64, u32), (96, 192), self.bvh.max_depth, stack, {
-            stack.push((box_distance_squared(0), 0));
-            while let Some((distance_squared, index)) = stack.pop() {
-                if distance_squared > best.bound() {
-                    continue;
-                }
-                let node = &self.bvh.nodes[index as usize];
-                let first = node.first_index;
-                if node.is_leaf() {
-                    for i in first as usize..(first + node.prim_count) as usize {
-                        if accept(self.surface(i)) {
-                            best.offer(p, i, &self.triangles[i]);
-                        }
+        let per_square_unit = self.per_unit * self.per_unit;
+        self.tree.visit_near(
+            p * self.per_unit,
+            wanted,
+            best.bound() * per_square_unit,
+            |triangles| {
+                for i in triangles {
+                    if accept(self.surface(i)) {
+                        best.offer(p, i, &self.faces[i].corners_m);
                     }
-                } else {
-                    let left = (box_distance_squared(first as usize), first);
-                    let right = (box_distance_squared(first as usize + 1), first + 1);
-                    let (near, far) = if left.0 <= right.0 {
-                        (left, right)
-                    } else {
-                        (right, left)
-                    };
-                    stack.push(far);
-                    stack.push(near);
                 }
-            }
-        });
-        best.hit()
-    }
-
-    /// Closest point to `p` among the listed triangles.
-    pub(crate) fn closest_among(&self, p: DVec3, triangles: &[u32]) -> Option<PartHit> {
-        let mut best = Nearest::new(f64::INFINITY);
-        for &i in triangles {
-            best.offer(p, i as usize, &self.triangles[i as usize]);
-        }
+                best.bound() * per_square_unit
+            },
+        );
         best.hit()
     }
 }
 
+/// A bit for each surface that occurs: the largest have one of their own, the rest share.
+fn surface_bits(faces: &[Face]) -> Vec<u64> {
+    let count = faces.iter().map(|f| f.surface as usize + 1).max();
+    let count = count.unwrap_or(0);
+    let mut triangles = vec![0_u32; count];
+    for face in faces {
+        triangles[face.surface as usize] += 1;
+    }
+    let mut by_size: Vec<usize> = (0..count).filter(|&s| triangles[s] > 0).collect();
+    by_size.sort_by_key(|&s| std::cmp::Reverse(triangles[s]));
+    let mut bits = vec![0; count];
+    for (rank, surface) in by_size.into_iter().enumerate() {
+        let place = if rank < OWN_BITS {
+            rank
+        } else {
+            OWN_BITS + rank % (64 - OWN_BITS)
+        };
+        bits[surface] = 1 << place;
+    }
+    bits
+}
+
+/// A ray from where it enters the box of the part.
 struct Clipped {
-    ray: Ray,
-    single: RayF32,
-    double: RayF64,
     start_m: DVec3,
-    direction: DVec3,
+    /// Of each component of the direction.
+    inverse: DVec3,
     skipped_m: f64,
-}
-
-impl Clipped {
-    /// A distance in single precision that is no smaller than `distance_m`.
-    fn bound(&self, distance_m: f64, unit_m: f64) -> f32 {
-        (((distance_m - self.skipped_m) / unit_m) as f32).next_up()
-    }
 }
 
 /// The closest point so far.
@@ -337,72 +298,4 @@ impl Nearest {
             distance_m: self.distance_squared.sqrt(),
         })
     }
-}
-
-/// Boxes of the rounded triangles, padded.
-fn boxes(triangles: &[Triangle], unit_m: f64) -> Vec<Aabb> {
-    triangles
-        .iter()
-        .enumerate()
-        .map(|(i, corners)| {
-            let points = corners.map(|p| (p / unit_m).as_vec3a());
-            let tight = Aabb::from_points(&points);
-            let (low, high) = (jitter(2 * i), jitter(2 * i + 1));
-            Aabb::new(tight.min - PADDING * low, tight.max + PADDING * high)
-        })
-        .collect()
-}
-
-/// Between 1 and 2 on each axis, different for each box.
-///
-/// The builder pairs the two boxes of the smallest union. Where thousands of boxes coincide
-/// all unions tie, it pairs one couple a round, and both its time and the depth of the tree
-/// grow out of bounds; unequal padding breaks the ties.
-fn jitter(i: usize) -> Vec3A {
-    let fraction = |multiplier: u64| {
-        let hash = (i as u64 + 1).wrapping_mul(multiplier);
-        (hash >> 40) as f32 / (1u64 << 24) as f32
-    };
-    // Odd numbers near 2^64 divided by the golden ratio, sqrt 2 and sqrt 3.
-    Vec3A::ONE
-        + Vec3A::new(
-            fraction(0x9E37_79B9_7F4A_7C15),
-            fraction(0xB504_F333_F9DE_6485),
-            fraction(0x93CD_3A2C_8198_E26B),
-        )
-}
-
-/// The steps of obvhs' medium build, without the recursive self-check it adds in debug builds,
-/// and with smaller leaves: the watertight test costs more than the one its leaves are sized for.
-fn build_bvh(boxes: &[Aabb]) -> Bvh2 {
-    let indices = (0..boxes.len() as u32).collect();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Medium,
-        boxes,
-        indices,
-        SortPrecision::U64,
-        3,
-    );
-    let mut reinsertion = ReinsertionOptimizer::default();
-    reinsertion.run(&mut bvh, 0.05, None);
-    collapse(&mut bvh, 4, 1.0);
-    reinsertion.run(&mut bvh, 0.1, None);
-    // Its traversal stack is sized by this and overwrites silently when it is too small,
-    // and reinsertion may have deepened the tree.
-    bvh.max_depth = depth(&bvh) + 2;
-    bvh
-}
-
-fn depth(bvh: &Bvh2) -> usize {
-    let mut deepest = 0;
-    let mut stack = vec![(0_u32, 0_usize)];
-    while let Some((index, depth)) = stack.pop() {
-        deepest = deepest.max(depth);
-        let node = &bvh.nodes[index as usize];
-        if !node.is_leaf() {
-            stack.push((node.first_index, depth + 1));
-            stack.push((node.first_index + 1, depth + 1));
-        }
-    }
-    deepest
 }

@@ -3,10 +3,11 @@
 use crate::error::finite;
 use crate::mesh::{self, LoadReport, SurfaceMesh};
 use crate::obj::{self, LoadLimits};
-use crate::part::{Part, PartHit, PartRay, Precision};
+use crate::part::{Face, Part, PartHit, PartRay};
 use crate::patch::{self, Patch};
 use crate::rigid::Rigid;
-use crate::{SceneError, Surface, SurfaceId, SurfaceKind, sidecar, triangle};
+use crate::tree::{ALL, MAX_TRIANGLES};
+use crate::{BuildQuality, SceneError, Surface, SurfaceId, SurfaceKind, sidecar, triangle};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -69,6 +70,38 @@ struct Geometry {
     part_of: Vec<usize>,
     /// Triangles of each surface within its part.
     triangles_of: Vec<Vec<u32>>,
+    /// For each part what marks its touchable surfaces.
+    touchable_bits: Vec<u64>,
+}
+
+impl Geometry {
+    fn new(
+        parts: Vec<Part>,
+        file_from_part: Vec<Rigid>,
+        kinds: Vec<SurfaceKind>,
+        part_of: Vec<usize>,
+    ) -> Self {
+        let mut triangles_of = vec![Vec::new(); kinds.len()];
+        for part in &parts {
+            for (i, face) in part.faces().iter().enumerate() {
+                triangles_of[face.surface as usize].push(i as u32);
+            }
+        }
+        let mut touchable_bits = vec![0; parts.len()];
+        for (id, kind) in kinds.iter().enumerate() {
+            if *kind != SurfaceKind::Untouchable {
+                touchable_bits[part_of[id]] |= parts[part_of[id]].bit(id);
+            }
+        }
+        Self {
+            parts,
+            file_from_part,
+            kinds,
+            part_of,
+            triangles_of,
+            touchable_bits,
+        }
+    }
 }
 
 impl Scene {
@@ -141,37 +174,37 @@ impl Scene {
 
     fn build(meshes: Vec<SurfaceMesh>, report: &mut LoadReport) -> Result<Self, SceneError> {
         let meshes = mesh::repaired(meshes, report)?;
+        let got = meshes.iter().map(|m| m.triangles_m.len()).sum::<usize>() as u64;
+        if got > MAX_TRIANGLES {
+            let (what, limit) = ("triangles", MAX_TRIANGLES);
+            return Err(SceneError::TooLarge { what, got, limit });
+        }
         // Everything that stands still is one part, whatever moves is a part of its own.
-        let (mut still, mut groups) = (None, Vec::<(Vec<_>, Vec<u32>)>::new());
+        let (mut still, mut groups) = (None, Vec::<Vec<Face>>::new());
         let mut part_of = Vec::with_capacity(meshes.len());
         for (id, mesh) in meshes.iter().enumerate() {
             let movable = mesh.surface.kind.range().is_some();
             let part = match still {
                 Some(part) if !movable => part,
                 _ => {
-                    groups.push(Default::default());
+                    groups.push(Vec::new());
                     groups.len() - 1
                 }
             };
             if !movable {
                 still = Some(part);
             }
-            let (triangles, ids) = &mut groups[part];
-            triangles.extend_from_slice(&mesh.triangles_m);
-            ids.resize(triangles.len(), id as u32);
+            groups[part].extend(mesh.triangles_m.iter().map(|&corners_m| Face {
+                corners_m,
+                surface: id as u32,
+            }));
             part_of.push(part);
         }
         let (parts, file_from_part): (Vec<_>, Vec<_>) = groups
             .into_iter()
-            .map(|(triangles, surfaces)| Part::build(triangles, surfaces))
+            .map(|faces| Part::build(faces, BuildQuality::default()))
             .map(|(part, middle)| (part, Rigid::translation(middle)))
             .unzip();
-        let mut triangles_of = vec![Vec::new(); meshes.len()];
-        for part in &parts {
-            for i in 0..part.triangles().len() {
-                triangles_of[part.surface(i)].push(i as u32);
-            }
-        }
         let surfaces: Vec<Surface> = meshes.into_iter().map(|m| m.surface).collect();
         let kinds = surfaces.iter().map(|s| s.kind.clone()).collect();
         Ok(Self {
@@ -179,14 +212,41 @@ impl Scene {
             openings: vec![0.0; surfaces.len()],
             world_from_part: file_from_part.clone(),
             surfaces,
-            geometry: Arc::new(Geometry {
-                parts,
-                file_from_part,
-                kinds,
-                part_of,
-                triangles_of,
-            }),
+            geometry: Arc::new(Geometry::new(parts, file_from_part, kinds, part_of)),
         })
+    }
+
+    /// The same scene with hierarchies of another quality; nothing else changes.
+    ///
+    /// Constructors build at [`BuildQuality::Balanced`].
+    #[must_use]
+    pub fn with_build_quality(&self, quality: BuildQuality) -> Self {
+        let Geometry {
+            parts,
+            file_from_part,
+            kinds,
+            part_of,
+            ..
+        } = &*self.geometry;
+        let parts = parts.iter().map(|part| part.rebuilt(quality)).collect();
+        let geometry = Geometry::new(
+            parts,
+            file_from_part.clone(),
+            kinds.clone(),
+            part_of.clone(),
+        );
+        Self {
+            geometry: Arc::new(geometry),
+            ..self.clone()
+        }
+    }
+
+    /// Bytes that triangles and hierarchies take, shared between copies.
+    #[must_use]
+    pub fn geometry_bytes(&self) -> usize {
+        let indices = self.geometry.triangles_of.iter().map(|t| size_of_val(&**t));
+        let parts = self.geometry.parts.iter().map(Part::bytes);
+        parts.sum::<usize>() + indices.sum::<usize>()
     }
 
     /// The same scene moved by `world_from_scene`, openings and hinge axes with it.
@@ -235,11 +295,7 @@ impl Scene {
     /// Triangles in the scene.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
-        self.geometry
-            .parts
-            .iter()
-            .map(|p| p.triangles().len())
-            .sum()
+        self.geometry.parts.iter().map(|p| p.faces().len()).sum()
     }
 
     /// Triangles of one surface where it is now, corners in metres, counter-clockwise from outside.
@@ -253,11 +309,13 @@ impl Scene {
         self.check(id)?;
         let part = self.geometry.part_of[id.0];
         let world_from_part = self.world_from_part[part];
-        let triangles = self.geometry.parts[part].triangles();
+        let faces = self.geometry.parts[part].faces();
         let indices = &self.geometry.triangles_of[id.0];
-        Ok(indices
-            .iter()
-            .map(move |&i| triangles[i as usize].map(|p| world_from_part.point(p))))
+        Ok(indices.iter().map(move |&i| {
+            faces[i as usize]
+                .corners_m
+                .map(|p| world_from_part.point(p))
+        }))
     }
 
     /// Smallest and largest corner of the box around everything, m, at the present openings.
@@ -265,7 +323,7 @@ impl Scene {
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (part, world_from_part) in self.geometry.parts.iter().zip(&self.world_from_part) {
-            for &corner in part.triangles().iter().flatten() {
+            for corner in part.faces().iter().flat_map(|f| f.corners_m) {
                 let p = world_from_part.point(corner);
                 bounds = (bounds.0.min(p), bounds.1.max(p));
             }
@@ -326,41 +384,19 @@ impl Scene {
 
     /// Nearest surface along a ray, untouchable ones included, both sides of every face.
     ///
-    /// `direction` may have any length; a hit at the origin itself counts. Found in single
-    /// precision without gaps between triangles, then computed in f64 on the triangle found:
-    /// the point is good to about 1e-15 of the scene's size and 1e-16 of the distance to the
-    /// origin. Which triangle is met is certain to 1e-6 of the size of its part.
+    /// `direction` may have any length; a hit at the origin itself counts. No ray passes between
+    /// two triangles that share an edge. Everything but the search is f64: the point is good to
+    /// about 1e-15 of the scene's size and 1e-16 of the distance to the origin, divided by
+    /// the sine of the angle to the face where a ray grazes.
     ///
     /// # Errors
     /// NaN, infinity, or a direction of zero length.
     pub fn ray_cast(&self, origin_m: DVec3, direction: DVec3) -> Result<Option<Hit>, SceneError> {
-        self.cast(origin_m, direction, Precision::Single)
-    }
-
-    /// [`ray_cast`](Self::ray_cast) with the triangle test in double precision, over the same
-    /// hierarchy: the reference the fast one is measured against.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn ray_cast_f64(
-        &self,
-        origin_m: DVec3,
-        direction: DVec3,
-    ) -> Result<Option<Hit>, SceneError> {
-        self.cast(origin_m, direction, Precision::Double)
-    }
-
-    fn cast(
-        &self,
-        origin_m: DVec3,
-        direction: DVec3,
-        precision: Precision,
-    ) -> Result<Option<Hit>, SceneError> {
         let (origin_m, direction) = (finite("ray origin", origin_m)?, unit(direction)?);
         let mut best: Option<(usize, PartHit)> = None;
         for (part, ray) in self.part_rays(origin_m, direction) {
             let max_m = best.map_or(f64::INFINITY, |(_, hit)| hit.distance_m);
-            if let Some(hit) = self.geometry.parts[part].ray_cast(&ray, max_m, precision) {
+            if let Some(hit) = self.geometry.parts[part].ray_cast(&ray, max_m) {
                 best = Some((part, hit));
             }
         }
@@ -420,13 +456,13 @@ impl Scene {
     /// Exact to rounding. On an edge, the face that faces the query point most gives the normal.
     ///
     /// # Errors
-    /// NaN, an infinite point. An infinite distance is fine.
+    /// NaN, an infinite point, a point more than 6e153 m away. An infinite limit is fine.
     pub fn closest_point(
         &self,
         point_m: DVec3,
         max_distance_m: f64,
     ) -> Result<Option<Closest>, SceneError> {
-        self.closest(point_m, max_distance_m, |_| true)
+        self.closest(point_m, max_distance_m, |_| ALL, |_| true)
     }
 
     /// [`closest_point`](Self::closest_point) among the surfaces that a hand may touch.
@@ -438,31 +474,40 @@ impl Scene {
         point_m: DVec3,
         max_distance_m: f64,
     ) -> Result<Option<Closest>, SceneError> {
-        self.closest(point_m, max_distance_m, |id| self.surfaces[id].touchable())
+        let geometry = &*self.geometry;
+        self.closest(
+            point_m,
+            max_distance_m,
+            |part| geometry.touchable_bits[part],
+            |id| geometry.kinds[id] != SurfaceKind::Untouchable,
+        )
     }
 
-    /// Closest point of one surface. Time grows with the number of its triangles.
+    /// Closest point of one surface, at any distance.
     ///
     /// # Errors
-    /// NaN, infinity, or an id of another scene.
+    /// NaN, infinity, a point more than 6e153 m away, or an id of another scene.
     pub fn project_on(&self, surface: SurfaceId, point_m: DVec3) -> Result<Closest, SceneError> {
         self.check(surface)?;
         let part = self.geometry.part_of[surface.0];
-        let local = self.world_from_part[part].inverse_point(finite("point", point_m)?);
+        let local = self.world_from_part[part].inverse_point(located(point_m)?);
+        let wanted = self.geometry.parts[part].bit(surface.0);
         let hit =
-            self.geometry.parts[part].closest_among(local, &self.geometry.triangles_of[surface.0]);
+            self.geometry.parts[part].closest(local, f64::INFINITY, wanted, |id| id == surface.0);
         // Every surface keeps at least one triangle and distances are finite.
         hit.map(|hit| self.to_closest(part, &hit, point_m))
             .ok_or(SceneError::NoFaces)
     }
 
+    /// `wanted`: what to look for in a part, if anything.
     fn closest(
         &self,
         point_m: DVec3,
         max_distance_m: f64,
+        wanted: impl Fn(usize) -> u64,
         accept: impl Fn(usize) -> bool + Copy,
     ) -> Result<Option<Closest>, SceneError> {
-        finite("point", point_m)?;
+        located(point_m)?;
         let max_m = distance(max_distance_m)?;
         let mut best: Option<(usize, PartHit)> = None;
         for (index, (part, pose)) in self
@@ -472,8 +517,12 @@ impl Scene {
             .zip(&self.world_from_part)
             .enumerate()
         {
+            let wanted = wanted(index);
+            if wanted == 0 {
+                continue;
+            }
             let bound_m = best.map_or(max_m, |(_, hit)| hit.distance_m);
-            let hit = part.closest(pose.inverse_point(point_m), bound_m, accept);
+            let hit = part.closest(pose.inverse_point(point_m), bound_m, wanted, accept);
             if let Some(hit) = hit.filter(|h| h.distance_m < bound_m) {
                 best = Some((index, hit));
             }
@@ -533,7 +582,7 @@ impl Scene {
 
     /// Unit normal of a triangle on the side that `towards` points to, and whether that is the outside.
     fn facing(&self, part: usize, hit: &PartHit, towards: DVec3) -> (DVec3, bool) {
-        let outward = triangle::normal(&self.geometry.parts[part].triangles()[hit.triangle]);
+        let outward = triangle::normal(&self.geometry.parts[part].faces()[hit.triangle].corners_m);
         let normal = self.world_from_part[part].vector(outward);
         let outside = normal.dot(towards) >= 0.0;
         (if outside { normal } else { -normal }, outside)
@@ -563,12 +612,26 @@ impl std::fmt::Debug for Scene {
 
 /// Unit vector of a direction of any length.
 fn unit(direction: DVec3) -> Result<DVec3, SceneError> {
-    // Dividing by the largest component first: squares of 1e-200 vanish, of 1e200 overflow.
     let largest = finite("ray direction", direction)?.abs().max_element();
     if largest == 0.0 {
         return Err(SceneError::ZeroDirection);
     }
-    Ok((direction / largest).normalize())
+    // Squares of 1e-200 vanish and those of 1e200 overflow; then the largest component becomes one first.
+    Ok(if (1e-100..1e100).contains(&largest) {
+        direction.normalize()
+    } else {
+        (direction / largest).normalize()
+    })
+}
+
+/// Rejects NaN, infinity and points so far away that the square of the distance overflows.
+fn located(point_m: DVec3) -> Result<DVec3, SceneError> {
+    let value = finite("point", point_m)?.length();
+    if 2.0 * value > f64::MAX.sqrt() {
+        let what = "distance";
+        return Err(SceneError::NonFinite { what, value });
+    }
+    Ok(point_m)
 }
 
 /// Rejects NaN; infinity is no limit, and nothing is nearer than a negative distance.

@@ -60,7 +60,9 @@ pub struct Surface {
     pub roughness: Option<f64>,
     /// Stiffness a hand should feel when it presses the surface, N/m.
     pub contact_stiffness_n_per_m: Option<f64>,
-    /// Diffuse colour of its first material, red green blue in 0..1.
+    /// Name of its first material, whether or not a library defines it.
+    pub material: Option<String>,
+    /// Diffuse colour of the first of its materials that has one, red green blue in 0..1.
     pub color_rgb: Option<[f64; 3]>,
 }
 

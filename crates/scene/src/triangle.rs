@@ -1,6 +1,6 @@
 //! One triangle: ray intersection without gaps at edges, closest point, normal.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Corners in metres, counter-clockwise seen from outside.
 pub(crate) type Triangle = [DVec3; 3];
@@ -62,110 +62,75 @@ pub(crate) fn closest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
     a + ab * (vb / sum) + ac * (vc / sum)
 }
 
-/// A ray prepared for the watertight test of Woop, Benthin and Wald 2013 (JCGT 2:1).
+/// A ray prepared for the watertight test of Woop, Benthin and Wald 2013 (JCGT 2:1), in f64.
 ///
 /// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three
 /// edge functions agree in sign there. Two triangles that share an edge compute the very
 /// same products for it, so the ray cannot pass between them, whatever the rounding.
-macro_rules! watertight_ray {
-    ($(#[$doc:meta])* $name:ident, $float:ident, $vector:ident) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy)]
-        pub(crate) struct $name {
-            origin: $vector,
-            /// Largest component of the direction; the other two follow cyclically.
-            z: usize,
-            shear: [$float; 3],
-        }
-
-        impl $name {
-            /// The direction must be finite and not zero.
-            pub(crate) fn new(origin: $vector, direction: $vector) -> Self {
-                let d = direction.to_array();
-                let z = direction.abs().max_position();
-                let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-                Self { origin, z, shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]] }
-            }
-
-            /// The three edge functions (weights of the corners, not normalised) and the
-            /// distances of the corners along the ray, in lengths of the direction.
-            #[inline(always)]
-            pub(crate) fn edges(&self, corners: &[$vector; 3]) -> ([$float; 3], [$float; 3]) {
-                // Constant axes: an index known only at run time would go through memory.
-                match self.z {
-                    0 => self.edges_along::<1, 2, 0>(corners),
-                    1 => self.edges_along::<2, 0, 1>(corners),
-                    _ => self.edges_along::<0, 1, 2>(corners),
-                }
-            }
-
-            #[inline(always)]
-            fn edges_along<const X: usize, const Y: usize, const Z: usize>(
-                &self,
-                corners: &[$vector; 3],
-            ) -> ([$float; 3], [$float; 3]) {
-                let [sx, sy, sz] = self.shear;
-                let sheared = |corner: $vector| {
-                    let p = corner - self.origin;
-                    (p[X] - sx * p[Z], p[Y] - sy * p[Z], sz * p[Z])
-                };
-                let (ax, ay, az) = sheared(corners[0]);
-                let (bx, by, bz) = sheared(corners[1]);
-                let (cx, cy, cz) = sheared(corners[2]);
-                let mut weights = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
-                if weights.contains(&0.0) {
-                    // Products of two f32 are exact in f64, so the sign becomes exact too.
-                    let det = |p: $float, q: $float, r: $float, s: $float| {
-                        (f64::from(p) * f64::from(q) - f64::from(r) * f64::from(s)) as $float
-                    };
-                    weights = [det(cx, by, cy, bx), det(ax, cy, ay, cx), det(bx, ay, by, ax)];
-                }
-                (weights, [az, bz, cz])
-            }
-
-            /// Distance to the triangle in lengths of the direction, negative behind the
-            /// origin; both sides count. `None` for a miss or a triangle seen edge-on.
-            #[inline(always)]
-            pub(crate) fn intersect(&self, corners: &[$vector; 3]) -> Option<$float> {
-                let ([u, v, w], [az, bz, cz]) = self.edges(corners);
-                if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-                    return None;
-                }
-                let det = u + v + w;
-                if det == 0.0 {
-                    return None;
-                }
-                Some((u * az + v * bz + w * cz) / det)
-            }
-        }
-    };
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WatertightRay {
+    /// Largest component of the direction last, the other two before it in cyclic order.
+    axes: [usize; 3],
+    /// In the order of `axes`, as is the shear.
+    origin: [f64; 3],
+    shear: [f64; 3],
 }
 
-watertight_ray!(
-    /// The test the traversal runs.
-    RayF32, f32, Vec3
-);
-watertight_ray!(
-    /// The same test at full precision: reference, and refinement of what `RayF32` found.
-    RayF64, f64, DVec3
-);
-
-impl RayF64 {
-    /// Where a ray that is known to meet the triangle does so: a point *of the triangle*.
-    ///
-    /// The single-precision test may accept a ray that passes an edge by a rounding error;
-    /// weights are cut at zero, so the point never leaves the triangle. `near_m` settles the
-    /// case of a triangle seen exactly edge-on.
-    pub(crate) fn point_on(&self, corners: &Triangle, near_m: DVec3) -> DVec3 {
-        let (weights, _) = self.edges(corners);
-        let side: f64 = weights.iter().sum();
-        let [u, v, w] = weights.map(|x| (x * side.signum()).max(0.0));
-        let sum = u + v + w;
-        if sum > 0.0 {
-            (corners[0] * u + corners[1] * v + corners[2] * w) / sum
-        } else {
-            closest_point(near_m, corners)
+impl WatertightRay {
+    /// `inverse`: of each component of the direction, which must be finite and not zero.
+    pub(crate) fn new(origin: DVec3, direction: DVec3, inverse: DVec3) -> Self {
+        let z = direction.abs().max_position();
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let [dx, dy, per_dz] = [direction[axes[0]], direction[axes[1]], inverse[z]];
+        Self {
+            axes,
+            origin: axes.map(|axis| origin[axis]),
+            shear: [dx * per_dz, dy * per_dz, per_dz],
         }
+    }
+
+    /// The three edge functions (weights of the corners, not normalised) and the distances of
+    /// the corners along the ray, in lengths of the direction.
+    #[inline(always)]
+    fn edges(&self, corners: &Triangle) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z] = self.axes;
+        let [sx, sy, sz] = self.shear;
+        let [ox, oy, oz] = self.origin;
+        let sheared = |corner: &DVec3| {
+            let p: &[f64; 3] = corner.as_ref();
+            let depth = p[z] - oz;
+            (
+                (p[x] - ox) - sx * depth,
+                (p[y] - oy) - sy * depth,
+                sz * depth,
+            )
+        };
+        let [a, b, c] = corners;
+        let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(a), sheared(b), sheared(c));
+        let weights = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+        (weights, [az, bz, cz])
+    }
+
+    /// Distance to the triangle in lengths of the direction, negative behind the origin; both
+    /// sides count. `None` for a miss or a triangle seen edge-on.
+    #[inline(always)]
+    pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
+        let ([u, v, w], [az, bz, cz]) = self.edges(corners);
+        let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
+        let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
+        let sum = u + v + w;
+        // Without short cuts: half of them would be mispredicted.
+        if (negative & positive) | (sum == 0.0) {
+            None
+        } else {
+            Some((u * az + v * bz + w * cz) / sum)
+        }
+    }
+
+    /// Where a ray that meets the triangle does so, as a point of the triangle.
+    pub(crate) fn point_on(&self, corners: &Triangle) -> DVec3 {
+        let ([u, v, w], _) = self.edges(corners);
+        (corners[0] * u + corners[1] * v + corners[2] * w) / (u + v + w)
     }
 }
 
@@ -193,29 +158,17 @@ mod tests {
 
     #[test]
     fn corners_and_edges_are_hit_and_behind_is_negative() {
-        let down = |x: f32, y: f32, z: f32| RayF32::new(Vec3::new(x, y, z), Vec3::NEG_Z);
-        let unit = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        for (x, y) in [
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (0.0, 1.0),
-            (0.5, 0.5),
-            (0.5, 0.0),
-            (0.0, 0.5),
-        ] {
-            assert_eq!(down(x, y, 2.0).intersect(&unit), Some(2.0), "({x}, {y})");
+        let ray = |origin: DVec3, direction: DVec3| {
+            WatertightRay::new(origin, direction, direction.recip())
+        };
+        let down = |x: f64, y: f64, z: f64| ray(DVec3::new(x, y, z), DVec3::NEG_Z);
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.5, 0.0)] {
+            assert_eq!(down(x, y, 2.0).intersect(&UNIT), Some(2.0), "({x}, {y})");
         }
-        assert!(
-            down(0.25, 0.25, -3.0)
-                .intersect(&unit)
-                .is_some_and(|t| (t + 3.0).abs() < 1e-6)
-        );
-        assert_eq!(down(0.6, 0.6, 2.0).intersect(&unit), None);
-        assert_eq!(
-            RayF32::new(Vec3::NEG_X, Vec3::X).intersect(&unit),
-            None,
-            "edge-on"
-        );
+        assert_eq!(down(0.25, 0.25, -3.0).intersect(&UNIT), Some(-3.0));
+        assert_eq!(down(0.6, 0.6, 2.0).intersect(&UNIT), None);
+        let edge_on = ray(DVec3::NEG_X, DVec3::X);
+        assert_eq!(edge_on.intersect(&UNIT), None);
     }
 
     #[test]

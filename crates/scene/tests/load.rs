@@ -241,6 +241,7 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
     let (scene, report) = Scene::from_obj_file(&file.0, None).unwrap();
     assert!(report.is_clean(), "{report:?}");
     assert_eq!(scene.surfaces()[0].color_rgb, Some([0.8, 0.1, 0.2]));
+    assert_eq!(scene.surfaces()[0].material.as_deref(), Some("red"));
     for bad in [
         "newmtl red\nKd 0.8 0.1\n",
         "newmtl red\nKd a b c\n",
@@ -259,7 +260,29 @@ fn colours_come_from_the_library_and_a_bad_library_is_reported() {
             "{bad}"
         );
         assert_eq!(scene.surfaces()[0].color_rgb, None);
+        assert_eq!(scene.surfaces()[0].material.as_deref(), Some("red"));
     }
+}
+
+/// A group keeps the first material of its faces; a material outlives its group.
+#[test]
+fn materials_are_kept_by_name_without_a_library() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3
+        o bare\nf 1 2 4
+        usemtl old oak
+        o door\nf 2 3 4
+        usemtl brass
+        f 1 3 4
+        o handle\nf 1 2 5";
+    let (scene, report) = load(obj).unwrap();
+    let material = |name: &str| {
+        let id = scene.find(name).unwrap();
+        scene.surface(id).material.as_deref()
+    };
+    assert_eq!(material(hwall_scene::UNNAMED), None);
+    assert_eq!(material("door"), Some("old oak"));
+    assert_eq!(material("handle"), Some("brass"));
+    assert_eq!(report.missing_materials, ["old oak", "brass"]);
 }
 
 /// `tobj` alone would round these to a millimetre.
