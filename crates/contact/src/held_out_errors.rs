@@ -18,7 +18,7 @@ const NORMAL_90: f64 = 1.644_854;
 /// Errors beyond so many times the median count as that far: a primitive that loses its way on one
 /// reach in a hundred is metres off and would outweigh all others.
 const CLIP: f64 = 4.0;
-/// A primitive further from the regression than so many times what is usual has lost its way.
+/// Sources further apart than so many times what is usual: one of them has lost its way.
 const LOST: f64 = 3.0;
 
 /// Second moments of held-out errors in the axes of the way, m² and s², in one region of progress.
@@ -78,11 +78,16 @@ impl Errors {
         let sensor = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         match (combination, primitive_m) {
             (Combination::Primitive, Some(primitive_m)) => (primitive_m, self.primitive + sensor),
-            (Combination::Both, Some(primitive_m))
-                if primitive_m.distance_squared(regression_m)
-                    <= LOST * LOST * (self.apart() + trace(&sensor)) =>
-            {
-                let (a, b) = (1.0 - self.gain, self.gain);
+            (Combination::Both, Some(primitive_m)) => {
+                let apart = primitive_m.distance_squared(regression_m);
+                let usual = self.apart() + trace(&sensor);
+                // Sources that are far apart cannot both be right: the one that usually is.
+                let share = if apart <= LOST * LOST * usual {
+                    self.gain
+                } else {
+                    self.gain.round()
+                };
+                let (a, b) = (1.0 - share, share);
                 let cross = self.cross + self.cross.transpose();
                 let moments =
                     self.regression * (a * a) + self.primitive * (b * b) + cross * (a * b);
@@ -156,7 +161,8 @@ impl Errors {
             let lengths = misses.iter().enumerate();
             CLIP * weighted_quantile(0.5, lengths.map(|(row, m)| (length(m), weight(row))))
         };
-        let primitive = |m: &Miss| m.primitive.unwrap_or(DVec3::ZERO);
+        // A primitive that is lost leaves the word to the regression.
+        let primitive = |m: &Miss| m.primitive.unwrap_or(m.regression);
         let limits = [
             limit(&|m| m.regression.length()),
             limit(&|m| primitive(m).length()),

@@ -13,6 +13,8 @@ use glam::DVec3;
 use hwall_bip::Basis;
 use std::sync::Arc;
 
+/// Longest time without any point of the hand that is bridged, s.
+const LONGEST_GAP_S: f64 = 0.1;
 /// Fewest reaches to learn from.
 const FEWEST: usize = 8;
 
@@ -127,7 +129,7 @@ impl LearnedModel {
         };
         let gates = learning::gates(&samples, config.regions);
         let normals = reaches.iter().all(|r| r.normal.is_some());
-        let (rows, fitted) = learning::regression(&samples, &gates, normals)?;
+        let (rows, fitted) = learning::regression(&inputs, &samples, &gates, normals)?;
         let errors = Errors::by_region(&samples, &rows, &fitted.held_out, config.combination);
         Ok(Self {
             learnt: Arc::new(Learnt {
@@ -149,14 +151,18 @@ impl LearnedModel {
         LearnedEstimator {
             track: ReachTrack::new(&learnt.inputs),
             follower: learnt.primitive.as_ref().map(Follower::new),
-            features: Vec::with_capacity(learnt.inputs.len()),
+            features: Vec::with_capacity(learnt.inputs.widths()[0]),
             gates: Vec::with_capacity(learnt.gates.len()),
+            last: None,
             learnt: Arc::clone(learnt),
         }
     }
 }
 
 /// Follows a reach with a [`LearnedModel`]. No allocation in a step.
+///
+/// A finger that is missing is bridged by another point of the hand; while none is seen at all the last
+/// answer stands for up to 0.1 s, its time to contact running down.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -164,10 +170,12 @@ pub struct LearnedEstimator {
     follower: Option<Follower>,
     features: Vec<f64>,
     gates: Vec<f64>,
+    last: Option<ContactEstimate>,
 }
 
 impl ContactEstimator for LearnedEstimator {
     fn begin(&mut self) {
+        self.last = None;
         self.track.begin(&self.learnt.inputs);
         if let Some(follower) = &mut self.follower {
             follower.begin();
@@ -176,13 +184,35 @@ impl ContactEstimator for LearnedEstimator {
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         if !self.track.push(&self.learnt.inputs, frame) {
-            return None;
+            return self.unseen(frame.t_s);
         }
+        self.last = self.seen();
+        self.last
+    }
+}
+
+impl LearnedEstimator {
+    /// The last answer, for a time at which nothing was seen.
+    fn unseen(&self, t_s: f64) -> Option<ContactEstimate> {
+        let last = self.last?;
+        let waited_s = t_s - last.t_s;
+        (waited_s > 0.0 && waited_s <= LONGEST_GAP_S).then(|| ContactEstimate {
+            t_s,
+            time_to_contact_s: last.time_to_contact_s.map(|time| TimeToContact {
+                mean_s: (time.mean_s - waited_s).max(0.0),
+                ..time
+            }),
+            ..last
+        })
+    }
+
+    /// The answer to the latest sample of the track.
+    fn seen(&mut self) -> Option<ContactEstimate> {
         let (t_s, now_m) = self.track.now()?;
         let (_, start_m) = self.track.start()?;
         let primitive_m = self.follower.as_mut().and_then(|follower| {
             follower.step(&self.learnt.inputs, &self.track).ok()?;
-            follower.end().ok()
+            follower.end().ok()?
         });
         let learnt = &*self.learnt;
         self.track.features_into(&learnt.inputs, &mut self.features);

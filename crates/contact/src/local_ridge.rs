@@ -5,8 +5,6 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::ops::Range;
 
-/// Candidates for the ridge, as shares of the mean squared length of a row.
-const RIDGES: [f64; 9] = [1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0];
 /// Rows whose weight in a region is below this do not take part in it.
 const NEGLIGIBLE: f64 = 1e-3;
 /// The constant beside the features, which have a size of about one.
@@ -81,21 +79,26 @@ pub(crate) struct Fitted {
 }
 
 impl LocalRidge {
-    /// The least-squares fit; `groups` are outputs that share one ridge in a region, the one with the
-    /// least squared error on folds that are held out.
+    /// The least-squares fit; `groups` are outputs that share one of the `ridges` in a region, the one
+    /// with the least squared error on folds that are held out. Ridges are shares of the mean squared
+    /// length of a row.
     ///
     /// A fold is left out by taking its part from the normal equations, so all folds cost little
     /// more than the fit.
     ///
     /// # Errors
     /// Normal equations that stay singular, which features that are not finite make.
-    pub(crate) fn fit(rows: &Rows, groups: &[Range<usize>]) -> Result<Fitted, ContactError> {
+    pub(crate) fn fit(
+        rows: &Rows,
+        groups: &[Range<usize>],
+        ridges: &[f64],
+    ) -> Result<Fitted, ContactError> {
         let mut ridge = Self::shape(rows);
         let mut held_out = vec![0.0; rows.wanted.len()];
         let folds = 1 + rows.folds.iter().copied().max().unwrap_or(0);
         let members: Vec<Vec<usize>> = (0..folds).map(|fold| rows.of_fold(fold)).collect();
         for region in 0..rows.regions {
-            let local = ridge.fit_region(rows, &members, region, groups)?;
+            let local = ridge.fit_region(rows, &members, region, groups, ridges)?;
             ridge.coefficients.extend(&local.coefficients);
             let foretold = local.held_out.chunks_exact(rows.outputs);
             for (row, foretold) in foretold.enumerate() {
@@ -115,6 +118,7 @@ impl LocalRidge {
         members: &[Vec<usize>],
         region: usize,
         groups: &[Range<usize>],
+        ridges: &[f64],
     ) -> Result<Local, ContactError> {
         let size = rows.width + 1;
         let parts: Vec<_> = members
@@ -133,7 +137,7 @@ impl LocalRidge {
             held_out: vec![0.0; rows.wanted.len()],
         };
         let mut foretold = kept.held_out.clone();
-        for share in RIDGES {
+        for &share in ridges {
             let all = row_major(&solved(&gram, &moment, share * mean)?);
             for (fold, (g, m)) in members.iter().zip(&parts) {
                 // With a single fold there is nothing else to learn from.

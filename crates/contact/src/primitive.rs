@@ -11,13 +11,20 @@ use hwall_bip::{
 /// Reaches that the noise is tuned on, spread evenly over all: more change little and take long.
 const TUNED_ON: usize = 60;
 /// Of those, held out one at a time.
-const TUNING_FOLDS: usize = 16;
+const TUNING_FOLDS: usize = 12;
+/// Factors on the variance of the noise and times for which deviations last, in sampling periods, that
+/// are tried: coarser than the usual search, whose last percent is not worth twice the training time.
+const NOISE_FACTORS: [f64; 6] = [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
+const CORRELATION_TIMES: [f64; 3] = [0.0, 10.0, 40.0];
 /// Demonstrations held out one at a time for the noise of the model.
 const HELD_OUT: usize = 16;
 /// Most directions of the prior: what a step costs grows with them.
 const MAX_RANK: usize = 48;
 /// Share of the motion seen when the tuning judges it.
 const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
+/// Squared Mahalanobis distance a number of recent samples at which a primitive has lost its way. It is
+/// about 1 on its way, hardly ever beyond 3, and 30 to 1000 when lost.
+const LOST: f64 = 10.0;
 const POINT: [usize; 3] = [0, 1, 2];
 
 /// A trained primitive, ready to follow reaches.
@@ -89,6 +96,8 @@ impl Training {
                 ..EvaluationConfig::new(&training)
             },
             folds: TUNING_FOLDS,
+            noise_factors: NOISE_FACTORS.to_vec(),
+            correlation_times: CORRELATION_TIMES.to_vec(),
             ..TuningConfig::new(&training)
         };
         let (model, _) = tune(&some, &training, &search)?;
@@ -168,11 +177,15 @@ impl Follower {
         Ok(())
     }
 
-    /// Where it ends, m.
-    pub(crate) fn end(&mut self) -> Result<DVec3, ContactError> {
+    /// Where it ends, m; `None` when what was seen lately is far from what the primitive expected: it
+    /// has lost its way, and its end is as good as arbitrary.
+    pub(crate) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
+        if self.filter.health().recent_distance > LOST {
+            return Ok(None);
+        }
         let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
         self.filter
             .predict_at(1.0, &POINT, &mut mean, &mut variance)?;
-        Ok(DVec3::from_array(mean) + self.fresh.label_offset_m)
+        Ok(Some(DVec3::from_array(mean) + self.fresh.label_offset_m))
     }
 }

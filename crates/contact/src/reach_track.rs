@@ -76,11 +76,11 @@ impl Inputs {
         1 + self.others.len()
     }
 
-    /// Length of the feature vector.
-    pub(crate) fn len(&self) -> usize {
-        let vectors =
-            2 + LAGS_S.len() + self.others.len() + usize::from(self.head) + usize::from(self.gaze);
-        3 * vectors + SCALARS
+    /// Length of the feature vector, and of its first part, without the other points of the hand.
+    pub(crate) fn widths(&self) -> [usize; 2] {
+        let vectors = 2 + LAGS_S.len() + usize::from(self.head) + usize::from(self.gaze);
+        let first = 3 * vectors + SCALARS;
+        [first + 3 * self.others.len(), first]
     }
 }
 
@@ -258,11 +258,12 @@ impl ReachTrack {
         ]
     }
 
-    /// The features, m except for the scalars at the end, which have the size of a reach in metres.
+    /// The features, m except for scalars that have the size of a reach in metres; the other points of
+    /// the hand last.
     pub(crate) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
-            out.resize(inputs.len(), 0.0);
+            out.resize(inputs.widths()[0], 0.0);
             return;
         };
         out.extend(start_m.to_array());
@@ -270,9 +271,6 @@ impl ReachTrack {
         for lag_s in LAGS_S {
             let moved_m = (now_m - self.before(t_s - lag_s)) * (HORIZON_S / lag_s);
             out.extend(moved_m.to_array());
-        }
-        for &other in &inputs.others {
-            out.extend(self.relative(inputs, other).to_array());
         }
         if inputs.head {
             let head_m = self.head_m.unwrap_or(inputs.head_m);
@@ -290,6 +288,9 @@ impl ReachTrack {
             gone_m,
             t_s - self.peak.1.max(start_s),
         ]);
+        for &other in &inputs.others {
+            out.extend(self.relative(inputs, other).to_array());
+        }
     }
 }
 
