@@ -13,7 +13,7 @@ const LONGEST_TRIAL_S: f64 = 10.0;
 /// From so many recordings on, whole recordings are held out.
 const FEWEST_RECORDINGS: usize = 5;
 /// More folds than this are joined: training is repeated for each.
-const MOST_FOLDS: usize = 50;
+const MOST_FOLDS: usize = 16;
 
 /// Reaches of one study, all with the same points of the hand, in the frame of its tracker.
 #[derive(Debug, Clone)]
