@@ -10,6 +10,12 @@ const PANEL: (u32, u32) = (400, 330);
 /// Text of panels.
 const SMALL: (&str, u32) = ("sans-serif", 14);
 
+/// Height of a line of a legend, and of what is above and below a panel's axes, pixels.
+const LEGEND_LINE: u32 = 20;
+const AROUND: u32 = 90;
+/// One more than the other figures need.
+const BROWN: RGBColor = RGBColor(140, 86, 75);
+
 /// Both axes are logarithmic.
 pub struct Panel {
     /// Above it.
@@ -109,15 +115,23 @@ impl Panel {
         let bad =
             points().find(|p| p.at.0.is_nan() || p.at.1.is_nan() || p.at.0.min(p.at.1) <= 0.0);
         anyhow::ensure!(bad.is_none(), "{}: no logarithm of {bad:?}", self.title);
-        let range = |value: &dyn Fn(&Point) -> f64, top: &dyn Fn(&Point) -> f64, room: [f64; 2]| {
-            let low = points().map(value).fold(f64::MAX, f64::min);
-            let high = points().map(top).fold(f64::MIN, f64::max);
-            (low * room[0], high * room[1])
+        let ends = |low: &dyn Fn(&Point) -> f64, high: &dyn Fn(&Point) -> f64| {
+            (
+                points().map(low).fold(f64::MAX, f64::min),
+                points().map(high).fold(f64::MIN, f64::max),
+            )
         };
-        let x = range(&|p| p.at.0, &|p| p.at.0, [0.8, 1.3]);
-        // The legend is above the lines.
-        let head = 1.6 + 0.7 * self.lines.len() as f64;
-        let y = range(&|p| p.at.1, &|p| p.up_to.unwrap_or(p.at.1), [0.7, head]);
+        let (left, right) = ends(&|p| p.at.0, &|p| p.at.0);
+        let x = (0.8 * left, 1.3 * right);
+        let (low, high) = ends(&|p| p.at.1, &|p| p.up_to.unwrap_or(p.at.1));
+        let (low, high) = (0.7 * low, 1.4 * high);
+        // The legend is above the lines: its share of the height.
+        let share = (f64::from(LEGEND_LINE) * self.lines.len() as f64 + 20.0)
+            / f64::from(area.dim_in_pixel().1 - AROUND);
+        let y = (
+            low,
+            high * (high / low).max(3.0).powf(share / (1.0 - share)),
+        );
         let axis = |(low, high): (f64, f64)| {
             let ticks = Axis::ticks(low, high);
             (low..high).log_scale().with_key_points(ticks)
@@ -140,7 +154,8 @@ impl Panel {
             .light_line_style(WHITE)
             .draw()
             .map_err(plot_error)?;
-        for (line, colour) in self.lines.iter().zip(COLOURS.into_iter().cycle()) {
+        let colours = COLOURS.into_iter().chain([BROWN]).cycle();
+        for (k, (line, colour)) in self.lines.iter().zip(colours).enumerate() {
             let joined = LineSeries::new(line.points.iter().map(|p| p.at), colour.stroke_width(2));
             chart.draw_series(joined).map_err(plot_error)?;
             let bars = line.points.iter().filter_map(|p| {
@@ -157,10 +172,12 @@ impl Panel {
                 .map_err(plot_error)?
                 .label(&line.name)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
+            // Neighbouring lines have theirs on different sides.
+            let beside = (-4, if k % 2 == 0 { 8 } else { -20 });
             let words = line
                 .points
                 .iter()
-                .map(|p| EmptyElement::at(p.at) + Text::new(p.label.clone(), (6, -14), SMALL));
+                .map(|p| EmptyElement::at(p.at) + Text::new(p.label.clone(), beside, SMALL));
             chart.draw_series(words).map_err(plot_error)?;
         }
         legend(&mut chart, SeriesLabelPosition::UpperRight)
