@@ -3,7 +3,7 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed, speed_bip, speed_reach, speed_scene};
+use hwall_examples::{exit, speed, speed_bip, speed_contact, speed_reach, speed_scene};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -55,6 +55,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_reach::queries(args.seed, n)?,
         speed_bip::filters(args.seed)?,
         speed_scene::build_quality(args.seed, n, args.scene.as_deref())?,
+        speed_contact::estimators(args.seed)?,
+        speed_contact::learned(args.seed)?,
+        speed_contact::fusion(args.seed)?,
         speed::dynamics(args.seed, n)?,
     ];
     for section in &sections {

@@ -40,6 +40,8 @@ pub mod run_figures;
 pub mod session;
 pub mod speed;
 pub mod speed_bip;
+pub mod speed_contact;
+pub mod speed_contact_figures;
 pub mod speed_reach;
 pub mod speed_scene;
 pub mod stage;

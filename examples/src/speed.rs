@@ -1,6 +1,7 @@
 //! The measurements behind docs/SPEED-AGAINST-ERROR.md, one function a table.
 
 use crate::figures;
+use crate::speed_contact_figures::{self, Panel};
 use anyhow::Context;
 use glam::dvec3;
 use hwall_kinematics::{
@@ -73,6 +74,8 @@ enum Drawing {
     SpeedError(&'static str, Vec<SpeedErrorRow>),
     /// Time over a size, one line a method.
     Scaling(&'static str, Vec<figures::Line>),
+    /// Side by side, so many in a row.
+    Panels(usize, Vec<Panel>),
 }
 
 impl Figure {
@@ -104,6 +107,20 @@ impl Figure {
         }
     }
 
+    /// Panels side by side, so many in a row.
+    pub(crate) const fn panels(
+        name: &'static str,
+        title: &'static str,
+        columns: usize,
+        panels: Vec<Panel>,
+    ) -> Self {
+        Self {
+            name,
+            title,
+            drawing: Drawing::Panels(columns, panels),
+        }
+    }
+
     /// Writes the SVG into a folder.
     ///
     /// # Errors
@@ -113,6 +130,9 @@ impl Figure {
         match &self.drawing {
             Drawing::SpeedError(unit, rows) => figures::speed_error(&path, self.title, unit, rows),
             Drawing::Scaling(size, lines) => figures::scaling(&path, self.title, size, lines),
+            Drawing::Panels(columns, panels) => {
+                speed_contact_figures::draw(&path, self.title, *columns, panels)
+            }
         }
     }
 

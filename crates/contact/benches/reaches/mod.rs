@@ -1,0 +1,64 @@
+//! Reaches of a hand of six points whose truth is planted, for benches and the test of allocations.
+
+use glam::DVec3;
+use hwall_contact::{HandFrame, HandPoint, LabelledReach};
+use hwall_testkit::Sampler;
+
+/// Noise of the tracker in each coordinate, m.
+const NOISE_M: f64 = 7e-4;
+
+/// Reaches of about half a metre to a wall at x = 0 by people who differ in pace, bow, size of the
+/// hand and how late it opens. Minimum jerk at 90 Hz; the index tip touches.
+pub(crate) fn reaches(seed: u64, people: usize, count: usize) -> Vec<LabelledReach> {
+    let mut sampler = Sampler::new(seed);
+    let mut all = Vec::with_capacity(count);
+    for person in 0..people {
+        let pace = sampler.uniform(0.8, 1.2);
+        let bow_m = DVec3::Z * (0.03 + 0.02 * sampler.normal());
+        let hand_m = sampler.uniform(0.16, 0.20);
+        let opens = sampler.uniform(0.3, 0.7);
+        for trial in (person..count).step_by(people) {
+            let from = DVec3::new(0.6, 0.1, 0.1) + 0.03 * gaussian(&mut sampler);
+            let to = DVec3::new(0.0, sampler.uniform(-0.3, 0.3), sampler.uniform(0.0, 0.5));
+            let duration_s = pace * sampler.uniform(0.7, 0.9);
+            let samples = (duration_s * 90.0) as usize;
+            let frames = (0..=samples).map(|k| {
+                let tau = k as f64 / samples as f64;
+                let share = tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau);
+                let tip_m = from.lerp(to, share) + 16.0 * (tau * (1.0 - tau)).powi(2) * bow_m;
+                let open = ((tau - opens) / 0.2).clamp(0.0, 1.0);
+                frame(&mut sampler, tau * duration_s, tip_m, hand_m, open)
+            });
+            all.push(LabelledReach {
+                person: Some(format!("person {person}")),
+                trial: Some(format!("{trial}")),
+                point: HandPoint::Index,
+                frames: frames.collect(),
+                contact_m: to,
+                contact_s: duration_s,
+                normal: Some(DVec3::X),
+            });
+        }
+    }
+    all
+}
+
+/// Palm, five tips and the head; `open` from a fist, 0, to straight fingers, 1.
+fn frame(sampler: &mut Sampler, t_s: f64, tip_m: DVec3, hand_m: f64, open: f64) -> HandFrame {
+    let mut frame = HandFrame::empty(t_s);
+    frame.head_m = Some(DVec3::new(0.9, 0.0, 0.6) + NOISE_M * gaussian(sampler));
+    let palm_m = tip_m + DVec3::new((0.4 + 0.2 * open) * hand_m, 0.0, -0.01);
+    for (k, point) in HandPoint::ALL.into_iter().enumerate() {
+        let place_m = match point {
+            HandPoint::Index => tip_m,
+            HandPoint::Palm => palm_m,
+            _ => palm_m + DVec3::new(-0.5 * open * hand_m, 0.02 * (k as f64 - 3.0), 0.0),
+        };
+        frame.set_point(point, Some(place_m + NOISE_M * gaussian(sampler)));
+    }
+    frame
+}
+
+fn gaussian(sampler: &mut Sampler) -> DVec3 {
+    DVec3::from_array([(); 3].map(|()| sampler.normal()))
+}
