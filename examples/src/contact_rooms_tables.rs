@@ -118,7 +118,7 @@ pub fn sureness(all: &[Row]) -> MarkdownTable {
 
 /// Stated and observed probability of the surface, by tenths: `observed % (count)`.
 #[must_use]
-pub fn reliabilities<'a>(all: &[(&str, Vec<&'a Told>)]) -> MarkdownTable {
+pub fn reliabilities(all: &[(&str, Vec<&Told>)]) -> MarkdownTable {
     let tenths = (0..10).map(|i| format!("{} to {} %", 10 * i, 10 * (i + 1)));
     let mut table = MarkdownTable::new(["stated".to_owned()].into_iter().chain(tenths));
     for (name, told) in all {
