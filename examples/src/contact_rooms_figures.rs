@@ -165,7 +165,7 @@ pub fn scene(path: &Path, room: &Room, picture: &Picture) -> anyhow::Result<()> 
         (low.min(p), high.max(p))
     });
     let (low, high) = (low - ROUND_M, high + ROUND_M);
-    // The person's right hand is at the reader's right in both: y runs to the left.
+    // The right of the person, who looks towards smaller x, is at the right of both.
     let views: [(&Area<'_>, &str, [&str; 2], View); 2] = [
         (
             &left,
