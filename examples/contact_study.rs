@@ -2,12 +2,12 @@
 //!
 //! `cargo run --release --example contact_study`
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::{Parser, ValueEnum};
 use hwall_examples::contact_dissertation::{self, Choice};
 use hwall_examples::demonstration_files::{Robot, generate_into};
 use hwall_examples::demonstrations::DemonstrationConfig;
-use hwall_examples::{contact_candidates, contact_report, exit};
+use hwall_examples::{contact_candidates, contact_report, contact_rooms_study, exit};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -48,6 +48,8 @@ enum Protocol {
     Dissertation,
     /// Pointing in the air, 1,625 reaches of 13 people, each person held out
     Pointing,
+    /// Rooms of 1, 3, 6 and 12 surfaces, and one of them under worse and worse conditions
+    Rooms,
 }
 
 fn main() -> ExitCode {
@@ -60,10 +62,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
         people: args.people,
         reaches: args.reaches,
     };
+    if matches!(args.protocol, Protocol::Rooms) {
+        let same = args.people.is_none() && args.reaches.is_none() && args.generate.is_none();
+        ensure!(same, "--protocol rooms takes --seed and --out alone");
+    }
     if let Some(folder) = &args.generate {
         let config = choice.of(match args.protocol {
-            Protocol::Dissertation => DemonstrationConfig::dissertation(),
             Protocol::Pointing => DemonstrationConfig::pointing(),
+            _ => DemonstrationConfig::dissertation(),
         });
         let made = generate_into(folder, &config, Robot::default())?;
         return writeln!(io::stdout(), "{made}").context("standard output");
@@ -76,6 +82,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let text = match (&args.recordings, args.protocol) {
         (Some(dir), _) => contact_report::recordings(dir, &candidates, out)?,
         (None, Protocol::Dissertation) => contact_dissertation::report(choice, &candidates, out)?,
+        (None, Protocol::Rooms) => contact_rooms_study::report(args.seed, out)?,
         (None, Protocol::Pointing) => contact_dissertation::pointing(choice, &candidates, out)?,
     };
     write!(io::stdout(), "{text}").context("standard output")

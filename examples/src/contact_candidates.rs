@@ -11,21 +11,25 @@ pub type Trained = Box<dyn ContactEstimator + Send>;
 /// How to train an estimator; called once a fold, folds side by side.
 pub type Train = Box<dyn Fn(&[LabelledReach]) -> anyhow::Result<Trained> + Sync>;
 
-/// What a candidate may learn from.
+/// What a candidate is compared as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LearnsFrom {
-    /// Reaches that are not judged.
-    Others,
-    /// The very reach that is judged, for what no estimator can know: a bound, no competitor.
-    Itself,
+pub enum Role {
+    /// What the learned estimator has to beat.
+    Baseline,
+    /// A part of the learned estimator: shows what it owes to which part.
+    Part,
+    /// The learned estimator.
+    Learned,
+    /// Learns from the very reach that is judged what no estimator can know: a bound, no competitor.
+    Bound,
 }
 
 /// One way to foresee the end of a reach.
 pub struct Candidate {
     /// For tables and legends.
     pub name: String,
-    /// What it is trained with.
-    pub learns_from: LearnsFrom,
+    /// What it is compared as.
+    pub role: Role,
     /// Trains it.
     pub train: Train,
 }
@@ -33,19 +37,27 @@ pub struct Candidate {
 /// Everyone in the tables, in their order.
 #[must_use]
 pub fn all() -> Vec<Candidate> {
+    let of = |combination, name, role| Candidate {
+        role,
+        ..Candidate::of(name, learned(combination))
+    };
     vec![
         Candidate::of("hold", Hold::train),
         Candidate::of("constant velocity", ConstantVelocity::train),
         Candidate {
-            learns_from: LearnsFrom::Itself,
+            role: Role::Bound,
             ..Candidate::of("constant velocity, arrival known", ConstantVelocity::train)
         },
         Candidate::of("minimum jerk", MinimumJerk::train),
         Candidate::of("nearest neighbours", NearestNeighbour::train),
         Candidate::of("ridge on five frames", RidgeWindow::train),
-        Candidate::of("interaction primitive", learned(Combination::Primitive)),
-        Candidate::of("local regression", learned(Combination::Regression)),
-        Candidate::of("learned: both", learned(Combination::Both)),
+        of(
+            Combination::Primitive,
+            "interaction primitive",
+            Role::Baseline,
+        ),
+        of(Combination::Regression, "local regression", Role::Part),
+        of(Combination::Both, "learned", Role::Learned),
     ]
 }
 
@@ -61,14 +73,14 @@ fn learned(
 }
 
 impl Candidate {
-    /// Trained on others.
+    /// A baseline.
     pub fn of<E: ContactEstimator + Send + 'static>(
         name: &str,
         train: impl Fn(&[LabelledReach]) -> Result<E, ContactError> + Sync + 'static,
     ) -> Self {
         Self {
             name: name.to_owned(),
-            learns_from: LearnsFrom::Others,
+            role: Role::Baseline,
             train: Box::new(move |reaches| Ok(Box::new(train(reaches)?))),
         }
     }

@@ -1,9 +1,10 @@
 //! The dissertation's experiment on simulated people: 47 reaches to learn from, 30 to be judged by.
 
-use crate::contact_candidates::{Candidate, LearnsFrom};
+use crate::contact_candidates::{Candidate, Role};
+use crate::contact_moments::Moment;
 use crate::contact_recordings::{Fold, Split};
-use crate::contact_report::{compare, verdict};
-use crate::contact_scores::{Moment, Scores};
+use crate::contact_report::compare;
+use crate::contact_scores::Scores;
 use crate::contact_tables;
 use crate::demonstrations::{Cast, DemonstrationConfig, Part, generate};
 use anyhow::ensure;
@@ -103,11 +104,11 @@ pub fn report(
         }
         write!(
             text,
-            "\n{}\n{}",
+            "{}\n{}\n{}",
+            contact_tables::in_short(&scores),
             side_by_side(&scores),
             contact_tables::markdown(&scores)
         )?;
-        text += &verdict(&scores);
     }
     Ok(text)
 }
@@ -140,7 +141,7 @@ pub fn pointing(
     for note in notes {
         writeln!(text, "\nNot run: {note}.")?;
     }
-    Ok(text + "\n" + &contact_tables::markdown(&scores) + &verdict(&scores))
+    Ok(text + &contact_tables::in_short(&scores) + "\n" + &contact_tables::markdown(&scores))
 }
 
 fn names(reaches: &[LabelledReach]) -> BTreeSet<&str> {
@@ -168,10 +169,7 @@ fn side_by_side(scores: &[Scores]) -> MarkdownTable {
         published.extend(["not said", ""].map(str::to_owned));
     }
     table.row(published);
-    for s in scores
-        .iter()
-        .filter(|s| s.learns_from == LearnsFrom::Others)
-    {
+    for s in scores.iter().filter(|s| s.role != Role::Bound) {
         let mut cells = vec![s.name.clone()];
         for (share, target) in TARGETS {
             let at = s.at_moment(Moment::Share(share));

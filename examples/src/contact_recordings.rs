@@ -61,6 +61,9 @@ struct File {
 /// no longer than ten seconds, each file is one trial of which the first reach counts: what follows is the
 /// way back. Everything else without trials is cut by speed into all of its reaches.
 ///
+/// A folder below this one in which all files are named `train-*.csv` and `test-*.csv` holds motions for
+/// `bip_filter`, as made beside recordings by `--generate`: the same hands once more, so it is passed over.
+///
 /// # Errors
 /// No folder, or no recording of a hand in it.
 pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
@@ -69,6 +72,12 @@ pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
     csv_files(dir, &mut files)?;
     files.sort();
     let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
+    for (folder, count) in pass_over_motions(dir, &mut files) {
+        refused.push(format!(
+            "{}: {count} motions for bip_filter (train-*.csv, test-*.csv), no recordings",
+            folder.strip_prefix(dir).unwrap_or(&folder).display()
+        ));
+    }
     for path in files {
         let name = path.strip_prefix(dir).unwrap_or(&path).to_owned();
         match std::fs::File::open(&path)
@@ -110,6 +119,29 @@ pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
         sources.push(Source::of(name, files)?);
     }
     Ok((sources, refused))
+}
+
+/// Takes the files of folders of motions out, and says which folders and how many files.
+fn pass_over_motions(dir: &Path, files: &mut Vec<PathBuf>) -> Vec<(PathBuf, usize)> {
+    let of_motion = |path: &Path| {
+        let stem = path.file_stem().map(|s| s.to_string_lossy());
+        stem.is_some_and(|s| s.starts_with("train-") || s.starts_with("test-"))
+    };
+    let mut folders = BTreeMap::<PathBuf, (bool, usize)>::new();
+    for path in files.iter() {
+        let folder = path.parent().unwrap_or(dir).to_owned();
+        // A folder that is named by the user is meant.
+        let (motions, count) = folders.entry(folder.clone()).or_insert((folder != dir, 0));
+        *motions &= of_motion(path);
+        *count += 1;
+    }
+    folders.retain(|_, (motions, _)| *motions);
+    files.retain(|path| {
+        path.parent()
+            .is_none_or(|folder| !folders.contains_key(folder))
+    });
+    let counts = folders.into_iter();
+    counts.map(|(folder, (_, count))| (folder, count)).collect()
 }
 
 fn csv_files(dir: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {

@@ -1,6 +1,6 @@
 //! The study of one set of reaches: all candidates, their tables, rows and figures.
 
-use crate::contact_candidates::{Candidate, LearnsFrom};
+use crate::contact_candidates::Candidate;
 use crate::contact_recordings::{Source, Split, read};
 use crate::contact_scores::{Rows, Scores, run};
 use crate::{contact_figures, contact_tables};
@@ -15,7 +15,8 @@ const FEW: usize = 10;
 
 /// Every candidate on one set of reaches; one that cannot be trained is a note.
 ///
-/// With a folder: `NAME_predictions.csv`, `NAME_scores.csv`, `NAME_error.svg` and
+/// With a folder: `NAME_predictions.csv` (one row a prediction at the moments of the tables, and one every
+/// 50 ms), `NAME_scores.csv`, `NAME_error.svg` and
 /// `NAME_reliability.svg` in it.
 ///
 /// # Errors
@@ -87,9 +88,9 @@ pub fn recordings(
         if !scores.is_empty() {
             write!(
                 text,
-                "\n{}{}",
-                contact_tables::markdown(&scores),
-                verdict(&scores)
+                "{}\n{}",
+                contact_tables::in_short(&scores),
+                contact_tables::markdown(&scores)
             )?;
         }
     }
@@ -124,24 +125,4 @@ fn heading(source: &Source) -> String {
         let _ = write!(text, " Left out: {}.", source.left_out.join("; "));
     }
     text
-}
-
-/// Who has the least median error when.
-#[must_use]
-pub fn verdict(scores: &[Scores]) -> String {
-    let mut text = String::from("\nLeast median error:");
-    for moment in crate::contact_scores::Moment::all() {
-        let competitors = scores
-            .iter()
-            .filter(|s| s.learns_from == LearnsFrom::Others);
-        let best = competitors
-            .map(|s| (s.name.as_str(), s.at_moment(moment).median_m))
-            .filter(|(_, median)| median.is_finite())
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((name, _)) = best {
-            let _ = write!(text, " {} {name};", moment.name());
-        }
-    }
-    text.pop();
-    text + ".\n"
 }

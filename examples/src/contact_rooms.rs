@@ -4,9 +4,8 @@ use crate::contact_rooms_scores::{Heard, Told};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, DeterministicPredictor, FusedConfig,
-    FusedPredictor, GazeFilter, GazeModel, HandFilter, HandFilterConfig, HandFrame, HandPoint,
-    LabelledReach, PredictionSource, Predictor, PredictorConfig, ReachWatch, Seen, WatchConfig,
+    ContactEstimate, ContactEstimator, ContactPrediction, GazeFilter, HandFilter, HandFilterConfig,
+    HandFrame, HandPoint, LabelledReach, Predictor, ReachWatch, Seen, WatchConfig,
 };
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{PersonConfig, Population, ReachPlan, TouchPlan, TouchSequence, TrackedSample};
@@ -113,17 +112,6 @@ impl Default for Cast {
     }
 }
 
-/// Trains an estimator on reaches.
-pub type Train<'a> = dyn Fn(&[LabelledReach]) -> anyhow::Result<Box<dyn ContactEstimator>> + 'a;
-
-/// A way to foresee the end of a reach, without a scene.
-pub struct Learner<'a> {
-    /// For tables.
-    pub name: &'a str,
-    /// Trains it.
-    pub train: &'a Train<'a>,
-}
-
 /// The surfaces of a room with so many touchable ones, and its sidecar.
 fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
     let wide = |name, y: [f64; 2], x: f64, z: [f64; 2]| {
@@ -175,6 +163,18 @@ pub struct Room {
     /// The scene, robot base frame.
     pub scene: Scene,
     touchable: Vec<(SurfaceId, Rectangle)>,
+    barriers: Vec<Rectangle>,
+}
+
+/// A rectangle of a room, for drawings.
+#[derive(Debug, Clone, Copy)]
+pub struct Outline {
+    /// Name of its surface.
+    pub name: &'static str,
+    /// Its corners in turn, m.
+    pub corners_m: [DVec3; 4],
+    /// Can it be touched?
+    pub touchable: bool,
 }
 
 impl Room {
@@ -195,12 +195,32 @@ impl Room {
             writeln!(obj, "f {} {} {} {}", n + 1, n + 2, n + 3, n + 4)?;
         }
         let (scene, _) = Scene::from_obj_str(&obj, Some(&sidecar))?;
-        let touchable = rectangles
+        let named = rectangles
             .into_iter()
-            .filter_map(|r| Some((scene.find(r.0)?, r)))
-            .filter(|(id, _)| scene.surface(*id).touchable())
-            .collect();
-        Ok(Self { scene, touchable })
+            .filter_map(|r| Some((scene.find(r.0)?, r)));
+        let (touchable, barriers): (Vec<_>, Vec<_>) =
+            named.partition(|(id, _)| scene.surface(*id).touchable());
+        Ok(Self {
+            barriers: barriers.into_iter().map(|(_, r)| r).collect(),
+            scene,
+            touchable,
+        })
+    }
+
+    /// All rectangles, those that can be touched first.
+    pub fn outlines(&self) -> impl Iterator<Item = Outline> + '_ {
+        let touchable = self.touchable.iter().map(|(_, r)| (r, true));
+        let barriers = self.barriers.iter().map(|r| (r, false));
+        touchable
+            .chain(barriers)
+            .map(|(&(name, corner, u, v), touchable)| {
+                let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
+                Outline {
+                    name,
+                    corners_m: [corner, corner + u, corner + u + v, corner + v],
+                    touchable,
+                }
+            })
     }
 
     /// A point of a surface drawn evenly, and the surface drawn evenly before, such that the
@@ -411,72 +431,62 @@ pub fn reaches(streams: &[Stream], condition: &Condition) -> anyhow::Result<Vec<
     Ok(all)
 }
 
-/// An estimate brought to the closest surface: what an estimator is worth without fusion.
-struct Projected {
-    estimator: Box<dyn ContactEstimator>,
-    watch: ReachWatch,
-    answer: Option<ContactPrediction>,
+/// One sample of a touch, and all that was said about it.
+pub struct Answered<'a> {
+    /// Which stream, and which of its touches.
+    pub place: [usize; 2],
+    /// What the predictor was given.
+    pub seen: Seen<'a>,
+    /// What it said.
+    pub answers: &'a [ContactPrediction],
+    /// How long that took, µs.
+    pub took_us: f64,
 }
 
-impl Predictor for Projected {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
-        let estimate = self.watch.step(seen.frame, seen.hand, &mut self.estimator);
-        self.answer = estimate.and_then(|e| {
-            let closest = scene.closest_touchable(e.point_m, 1.0).ok()??;
-            Some(ContactPrediction {
-                surface: closest.surface,
-                point_m: closest.point_m,
-                covariance_m2: e.covariance_m2,
-                normal: closest.normal,
-                roughness: None,
-                distance_m: closest.distance_m,
-                time_to_contact_s: e.time_to_contact_s,
-                probability: 1.0,
-                source: PredictionSource::Motion,
-            })
-        });
-        self.answer.as_slice()
-    }
-}
-
-/// Everyone in the tables: two ray casts, and each learner brought to the closest surface and fused.
+/// Runs a predictor over people as they come: `hear` gets every sample from the start of a hand to its
+/// contact.
 ///
 /// # Errors
-/// A learner that cannot be trained.
-pub fn predictors(
-    reaches: &[LabelledReach],
-    learners: &[Learner<'_>],
-) -> anyhow::Result<Vec<(String, Box<dyn Predictor>)>> {
-    let ray = |config| DeterministicPredictor::new(config);
-    let mut all: Vec<(String, Box<dyn Predictor>)> = vec![
-        (
-            "ray cast".to_owned(),
-            Box::new(ray(PredictorConfig::default())?),
-        ),
-        (
-            "ray cast, ray led".to_owned(),
-            Box::new(ray(PredictorConfig::ray_led())?),
-        ),
-    ];
-    let config = FusedConfig {
-        gaze: GazeModel::default().fit(reaches)?,
-        ..FusedConfig::default()
-    };
-    for learner in learners {
-        let train = || (learner.train)(reaches).with_context(|| learner.name.to_owned());
-        let projected = Projected {
-            estimator: train()?,
-            watch: ReachWatch::new(WatchConfig::default())?,
-            answer: None,
-        };
-        all.push((
-            format!("{}, closest surface", learner.name),
-            Box::new(projected),
-        ));
-        let fused = FusedPredictor::new(train()?, config.clone())?;
-        all.push((format!("{}, fused", learner.name), Box::new(fused)));
+/// Settings that a filter refuses.
+pub fn follow(
+    predictor: &mut dyn Predictor,
+    room: &Room,
+    streams: &[Stream],
+    condition: &Condition,
+    mut hear: impl FnMut(&Answered<'_>),
+) -> anyhow::Result<()> {
+    for (number, stream) in streams.iter().enumerate() {
+        let mut filters = Filters::new(condition)?;
+        let mut due = 0;
+        for frame in &stream.frames {
+            let over = |t: &Touch| frame.t_s >= t.contact_s;
+            due += usize::from(stream.touches.get(due).is_some_and(over));
+            let Some(touch) = stream.touches.get(due) else {
+                break;
+            };
+            let tracking = filters.hand.step(frame);
+            let gaze = frame
+                .gaze_ray()
+                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let seen = Seen {
+                frame,
+                hand: tracking.state(),
+                gaze: gaze.as_ref(),
+            };
+            let began = Instant::now();
+            let answers = predictor.predict(&room.scene, &seen);
+            let took_us = began.elapsed().as_secs_f64() * 1e6;
+            if frame.t_s >= touch.start_s {
+                hear(&Answered {
+                    place: [number, due],
+                    seen,
+                    answers,
+                    took_us,
+                });
+            }
+        }
     }
-    Ok(all)
+    Ok(())
 }
 
 /// What a predictor says of every touch, sample by sample from the start of the hand to the contact.
@@ -489,41 +499,22 @@ pub fn listen(
     streams: &[Stream],
     condition: &Condition,
 ) -> anyhow::Result<Vec<Told>> {
-    let mut told = Vec::new();
+    let mut told: Vec<Told> = Vec::new();
+    let mut firsts = Vec::with_capacity(streams.len());
     for stream in streams {
-        let mut filters = Filters::new(condition)?;
-        let mut due = stream.touches.iter();
-        let mut next = due.next();
-        let mut heard = Vec::new();
-        for frame in &stream.frames {
-            let Some(touch) = next else { break };
-            if frame.t_s >= touch.contact_s {
-                told.push(Told {
-                    touch: *touch,
-                    heard: std::mem::take(&mut heard),
-                });
-                next = due.next();
-            }
-            let tracking = filters.hand.step(frame);
-            let gaze = frame
-                .gaze_ray()
-                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
-            let seen = Seen {
-                frame,
-                hand: tracking.state(),
-                gaze: gaze.as_ref(),
-            };
-            let began = Instant::now();
-            let first = predictor.predict(&room.scene, &seen).first().copied();
-            let took_us = began.elapsed().as_secs_f64() * 1e6;
-            if next.is_some_and(|t| frame.t_s >= t.start_s) {
-                heard.push(Heard {
-                    t_s: frame.t_s,
-                    first,
-                    took_us,
-                });
-            }
-        }
+        firsts.push(told.len());
+        told.extend(stream.touches.iter().map(|&touch| Told {
+            touch,
+            heard: Vec::new(),
+        }));
     }
+    follow(predictor, room, streams, condition, |at| {
+        let [stream, touch] = at.place;
+        told[firsts[stream] + touch].heard.push(Heard {
+            t_s: at.seen.frame.t_s,
+            first: at.answers.first().copied(),
+            took_us: at.took_us,
+        });
+    })?;
     Ok(told)
 }

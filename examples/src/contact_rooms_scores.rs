@@ -1,20 +1,19 @@
 //! How good predictions with a scene are: the right surface, how far off, how early, how sure.
 
+use crate::contact_moments::{Moment, SHARES};
 use crate::contact_rooms::Touch;
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
-use hwall_testkit::{MarkdownTable, quantile};
+use hwall_testkit::quantile;
 
-/// Shares of the time of a reach at which predictions are judged.
-pub const SHARES: [f64; 5] = [0.3, 0.5, 0.7, 0.8, 0.9];
-/// Times before contact at which they are judged, s.
-pub const BEFORE_S: [f64; 4] = [0.4, 0.2, 0.1, 0.05];
 /// Half a board's edge, m.
 const HALF_BOARD_M: f64 = 0.1;
 /// A board this far before or behind the touched surface is not there, m.
 const OFF_PLANE_M: f64 = 0.03;
 /// A prediction is right within this, m.
-const RIGHT_M: f64 = 0.05;
+pub const RIGHT_M: f64 = 0.05;
+/// 90 % of a normal distribution in one dimension, deviations.
+const IN_90_OF_ONE: f64 = 1.644_853_626_951;
 
 /// What was said at one sample.
 #[derive(Debug, Clone, Copy)]
@@ -32,209 +31,210 @@ pub struct Heard {
 pub struct Told {
     /// The touch.
     pub touch: Touch,
-    /// Sample by sample.
+    /// Sample by sample from the start of the hand.
     pub heard: Vec<Heard>,
 }
 
-/// A moment of a touch.
-#[derive(Debug, Clone, Copy)]
-pub enum Moment {
-    /// After a share of its time.
-    Share(f64),
-    /// A time before contact, s.
-    Before(f64),
-}
-
 impl Told {
-    fn at(&self, moment: Moment) -> Option<&ContactPrediction> {
-        let Touch {
-            start_s, contact_s, ..
-        } = self.touch;
-        let t_s = match moment {
-            Moment::Share(share) => start_s + share * (contact_s - start_s),
-            Moment::Before(s) => contact_s - s,
-        };
-        let heard = self
-            .heard
-            .partition_point(|h| h.t_s <= t_s)
-            .checked_sub(1)?;
-        self.heard[heard].first.as_ref()
+    /// Start and contact, s.
+    #[must_use]
+    pub fn span_s(&self) -> [f64; 2] {
+        [self.touch.start_s, self.touch.contact_s]
+    }
+
+    /// The last sample by a moment; `None` in a touch that starts later.
+    fn at(&self, moment: Moment) -> Option<&Heard> {
+        let times_s = self.heard.iter().map(|h| h.t_s);
+        Some(&self.heard[moment.index(times_s, self.span_s())?])
     }
 
     fn off_m(&self, answer: &ContactPrediction) -> DVec3 {
         answer.point_m - self.touch.target_m
     }
 
-    fn missed(&self, answer: Option<&ContactPrediction>) -> bool {
-        answer.is_none_or(|a| {
-            let off_m = self.off_m(a);
-            let off_plane_m = off_m.dot(self.touch.normal);
-            let in_plane_m = off_m - self.touch.normal * off_plane_m;
-            let up_m = in_plane_m.z;
-            let across_m = (in_plane_m - DVec3::Z * up_m).length();
-            off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
-        })
+    fn right(&self, answer: &ContactPrediction) -> bool {
+        answer.surface == self.touch.surface
+    }
+
+    /// Is a board of 0.2 m that stands upright on the answer not where the hand comes?
+    fn missed(&self, answer: &ContactPrediction) -> bool {
+        let off_m = self.off_m(answer);
+        let off_plane_m = off_m.dot(self.touch.normal);
+        let in_plane_m = off_m - self.touch.normal * off_plane_m;
+        let up_m = in_plane_m.z;
+        let across_m = (in_plane_m - DVec3::Z * up_m).length();
+        off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
+    }
+
+    /// Does the 90 % region of an answer on the right surface, in its plane, hold the target?
+    fn in_90(&self, answer: &ContactPrediction) -> Option<bool> {
+        let c = answer.covariance_m2.filter(|_| self.right(answer))?;
+        let (u, v) = answer.normal.any_orthonormal_pair();
+        let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
+        let [a, b] = [u, v].map(|axis| self.off_m(answer).dot(axis));
+        let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
+        // 90 % of a normal distribution in two dimensions.
+        Some(squared <= 2.0 * 10_f64.ln())
     }
 
     /// Time before contact from which the answers stay right, s.
     #[must_use]
     pub fn lead_s(&self) -> f64 {
         let right = |h: &&Heard| {
-            h.first.is_some_and(|a| {
-                a.surface == self.touch.surface && self.off_m(&a).length() <= RIGHT_M
-            })
+            let near = |a: &ContactPrediction| self.off_m(a).length() <= RIGHT_M;
+            h.first.is_some_and(|a| self.right(&a) && near(&a))
         };
         let since = self.heard.iter().rev().take_while(right).last();
         since.map_or(0.0, |h| self.touch.contact_s - h.t_s)
     }
 }
 
-/// Averages over the touches at one moment.
+/// Averages over the touches at one moment, or over several.
 #[derive(Debug, Clone, Copy)]
 pub struct Summary {
+    /// Touches that are as long, by moments.
+    pub count: usize,
+    /// Those of them about which nothing was said; they count as wrong and as missed.
+    pub silent: usize,
     /// Share with the right surface.
     pub right: f64,
     /// Median distance of the point, m; of those about which something was said.
     pub median_m: f64,
+    /// Mean distance, m.
+    pub mean_m: f64,
+    /// Mean error of each axis, m.
+    pub axis_mean_m: DVec3,
+    /// Largest error of each axis, m.
+    pub axis_max_m: DVec3,
     /// Share of the boards that are missed.
     pub missed: f64,
+    /// Share of the 90 % regions in the plane of the right surface that hold the target.
+    pub in_90: Option<f64>,
+    /// Mean error of the time to contact, s.
+    pub time_mean_s: Option<f64>,
+    /// Share of its 90 % intervals that hold the truth.
+    pub time_in_90: Option<f64>,
 }
 
 /// Over all touches at a moment.
 #[must_use]
 pub fn summary(told: &[Told], moment: Moment) -> Summary {
-    let n = told.len().max(1) as f64;
-    let count = |f: &dyn Fn(&Told) -> bool| told.iter().filter(|t| f(t)).count() as f64 / n;
-    let mut off_m: Vec<f64> = told
+    summary_of(told, &[moment])
+}
+
+/// Over all touches from 30 to 90 % of their time.
+#[must_use]
+pub fn under_way(told: &[Told]) -> Summary {
+    let moments: Vec<Moment> = under_way_moments().collect();
+    summary_of(told, &moments)
+}
+
+fn under_way_moments() -> impl Iterator<Item = Moment> {
+    let shares = SHARES.into_iter().filter(|share| *share < 0.95);
+    shares.map(Moment::Share)
+}
+
+fn summary_of(told: &[Told], moments: &[Moment]) -> Summary {
+    let all: Vec<(&Told, &Heard)> = moments
         .iter()
-        .filter_map(|t| t.at(moment).map(|a| t.off_m(a).length()))
+        .flat_map(|&m| told.iter().filter_map(move |t| Some((t, t.at(m)?))))
         .collect();
+    let said: Vec<(&Told, &Heard, ContactPrediction)> = all
+        .iter()
+        .filter_map(|(t, h)| Some((*t, *h, h.first?)))
+        .collect();
+    let mut off_m: Vec<f64> = said.iter().map(|(t, _, a)| t.off_m(a).length()).collect();
     off_m.sort_by(f64::total_cmp);
-    Summary {
-        right: count(&|t| t.at(moment).is_some_and(|a| a.surface == t.touch.surface)),
-        median_m: if off_m.is_empty() {
-            f64::NAN
-        } else {
-            quantile(&off_m, 0.5)
-        },
-        missed: count(&|t| t.missed(t.at(moment))),
-    }
-}
-
-/// Rows of the table of one room and condition; the first predictor is what leads are gained over.
-pub fn rows(table: &mut MarkdownTable, place: &str, all: &[(String, Vec<Told>)]) {
-    let Some((_, reference)) = all.first() else {
-        return;
+    let axes = || said.iter().map(|(t, _, a)| t.off_m(a).abs());
+    let of_all = |count: usize| count as f64 / all.len() as f64;
+    let count = |f: &dyn Fn(&Told, &ContactPrediction) -> bool| {
+        said.iter().filter(|(t, _, a)| f(t, a)).count()
     };
-    for (name, told) in all {
-        let shares = SHARES.map(|s| summary(told, Moment::Share(s)));
-        let list = |f: &dyn Fn(&Summary) -> f64| {
-            shares
+    let times: Vec<(f64, Option<f64>)> = said
+        .iter()
+        .filter_map(|(t, h, a)| {
+            let left = a.time_to_contact_s?;
+            let off_s = (left.mean_s - (t.touch.contact_s - h.t_s)).abs();
+            Some((off_s, left.sd_s))
+        })
+        .collect();
+    let share = |hits: Vec<bool>| {
+        let n = hits.len();
+        (n > 0).then(|| hits.into_iter().filter(|hit| *hit).count() as f64 / n as f64)
+    };
+    Summary {
+        count: all.len(),
+        silent: all.len() - said.len(),
+        right: of_all(count(&|t, a| t.right(a))),
+        median_m: quantile(&off_m, 0.5),
+        mean_m: off_m.iter().sum::<f64>() / off_m.len() as f64,
+        axis_mean_m: axes().sum::<DVec3>() / said.len() as f64,
+        axis_max_m: axes().fold(DVec3::ZERO, DVec3::max),
+        missed: of_all(count(&|t, a| t.missed(a)) + all.len() - said.len()),
+        in_90: share(said.iter().filter_map(|(t, _, a)| t.in_90(a)).collect()),
+        time_mean_s: (!times.is_empty())
+            .then(|| times.iter().map(|t| t.0).sum::<f64>() / times.len() as f64),
+        time_in_90: share(
+            times
                 .iter()
-                .map(|s| format!("{:.0}", f(s)))
-                .collect::<Vec<_>>()
-                .join(" / ")
-        };
-        let quartiles = |mut values: Vec<f64>| {
-            values.sort_by(f64::total_cmp);
-            let q = |p| {
-                if values.is_empty() {
-                    f64::NAN
-                } else {
-                    1e3 * quantile(&values, p)
-                }
-            };
-            format!("{:.0} ({:.0} to {:.0})", q(0.5), q(0.25), q(0.75))
-        };
-        let lead = quartiles(told.iter().map(Told::lead_s).collect());
-        let gained = told
-            .iter()
-            .zip(reference)
-            .map(|(t, r)| t.lead_s() - r.lead_s());
-        let mut took: Vec<f64> = told
-            .iter()
-            .flat_map(|t| t.heard.iter().map(|h| h.took_us))
-            .collect();
-        took.sort_by(f64::total_cmp);
-        let took = if took.is_empty() {
-            f64::NAN
-        } else {
-            quantile(&took, 0.5)
-        };
-        table.row([
-            place.to_owned(),
-            name.clone(),
-            told.len().to_string(),
-            list(&|s| 100.0 * s.right),
-            list(&|s| 1e3 * s.median_m),
-            list(&|s| 100.0 * s.missed),
-            lead,
-            quartiles(gained.collect()),
-            format!("{took:.1}"),
-        ]);
+                .filter_map(|(off_s, sd_s)| Some(*off_s <= IN_90_OF_ONE * (*sd_s)?))
+                .collect(),
+        ),
     }
 }
 
-/// The table that [`rows`] fills.
-#[must_use]
-pub fn table() -> MarkdownTable {
-    MarkdownTable::new([
-        "room",
-        "predictor",
-        "touches",
-        "right surface, %, at 30 / 50 / 70 / 80 / 90 %",
-        "median error, mm",
-        "board missed, %",
-        "right for good before contact, ms (quartiles)",
-        "gained over the ray cast, ms",
-        "µs",
-    ])
+/// Time before contact from which the answers stay right, of every touch, s.
+pub fn leads_s(told: &[Told]) -> Vec<f64> {
+    told.iter().map(Told::lead_s).collect()
 }
 
-/// Times before contact: right surface and median error.
-pub fn rows_before(table: &mut MarkdownTable, place: &str, all: &[(String, Vec<Told>)]) {
-    for (name, told) in all {
-        let at = BEFORE_S.map(|s| summary(told, Moment::Before(s)));
-        let list = |f: &dyn Fn(&Summary) -> f64| {
-            at.iter()
-                .map(|s| format!("{:.0}", f(s)))
-                .collect::<Vec<_>>()
-                .join(" / ")
-        };
-        table.row([
-            place.to_owned(),
-            name.clone(),
-            list(&|s| 100.0 * s.right),
-            list(&|s| 1e3 * s.median_m),
-        ]);
-    }
+/// How much earlier than a reference over the same touches, s.
+#[must_use]
+pub fn gained_s(told: &[Told], reference: &[Told]) -> Vec<f64> {
+    told.iter()
+        .zip(reference)
+        .map(|(t, r)| t.lead_s() - r.lead_s())
+        .collect()
 }
 
-/// How the stated probabilities of the first answers compare with how often they are right, by
-/// tenths, and which share of the touches on the right surface lies in the 90 % region.
+/// Time for a prediction, µs, sorted.
 #[must_use]
-pub fn reliability(told: &[Told]) -> (Vec<[f64; 3]>, f64) {
-    let mut bins = vec![[0.0; 3]; 10];
-    let (mut inside, mut regions) = (0.0, 0.0);
+pub fn took_us(told: &[Told]) -> Vec<f64> {
+    let heard = told.iter().flat_map(|t| &t.heard);
+    let mut took: Vec<f64> = heard.map(|h| h.took_us).collect();
+    took.sort_by(f64::total_cmp);
+    took
+}
+
+/// What was stated about the surface in one tenth of the probabilities, and how often it was right.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bin {
+    /// Mean probability stated.
+    pub stated: f64,
+    /// Share that was right.
+    pub right: f64,
+    /// How many.
+    pub count: usize,
+}
+
+/// Stated probabilities of the first answers from 30 to 90 % of the time, by tenths; those without an
+/// answer are left out.
+#[must_use]
+pub fn reliability<'a>(told: impl IntoIterator<Item = &'a Told>) -> Vec<Bin> {
+    let mut bins = [(0.0, 0, 0); 10];
     for t in told {
-        for answer in SHARES.iter().filter_map(|&s| t.at(Moment::Share(s))) {
-            let right = answer.surface == t.touch.surface;
+        for answer in under_way_moments().filter_map(|m| t.at(m)?.first) {
             let bin = &mut bins[((10.0 * answer.probability) as usize).min(9)];
-            bin[0] += answer.probability;
-            bin[1] += f64::from(u8::from(right));
-            bin[2] += 1.0;
-            if let Some(c) = answer.covariance_m2.filter(|_| right) {
-                let (u, v) = answer.normal.any_orthonormal_pair();
-                let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
-                let [a, b] = [u, v].map(|axis| t.off_m(answer).dot(axis));
-                let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
-                // 90 % of a normal distribution in two dimensions.
-                inside += f64::from(u8::from(squared <= 2.0 * 10_f64.ln()));
-                regions += 1.0;
-            }
+            bin.0 += answer.probability;
+            bin.1 += usize::from(t.right(&answer));
+            bin.2 += 1;
         }
     }
-    let mean = |[stated, right, count]: [f64; 3]| [stated / count, right / count, count];
-    let bins = bins.into_iter().filter(|b| b[2] > 0.0).map(mean).collect();
-    (bins, inside / regions)
+    let mean = |(stated, right, count): (f64, usize, usize)| Bin {
+        stated: stated / count as f64,
+        right: right as f64 / count as f64,
+        count,
+    };
+    let bins = bins.into_iter().filter(|b| b.2 > 0);
+    bins.map(mean).collect()
 }

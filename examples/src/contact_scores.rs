@@ -1,6 +1,7 @@
 //! Every candidate over every held-out reach, frame by frame, and how far off it was.
 
-use crate::contact_candidates::{Candidate, LearnsFrom};
+use crate::contact_candidates::{Candidate, Role};
+use crate::contact_moments::{Moment, written};
 use crate::contact_recordings::Split;
 use crate::numbers;
 use anyhow::Context;
@@ -13,10 +14,6 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
-/// Shares of the time of a reach after which it is judged.
-pub const SHARES: [f64; 6] = [0.3, 0.5, 0.7, 0.8, 0.9, 1.0];
-/// Times before contact at which it is judged, s.
-pub const BEFORE_S: [f64; 7] = [0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05];
 /// Nominal probabilities of regions, and the square of their radius in three dimensions.
 pub const REGIONS: [(f64, f64); 10] = [
     (0.1, 0.584_374),
@@ -35,50 +32,13 @@ const HALF_BOARD_M: f64 = 0.1;
 /// Half widths of the intervals of 50 % and 90 % of a normal distribution, deviations.
 const INTERVALS: [f64; 2] = [0.674_489_750_196, 1.644_853_626_951];
 
-/// When a reach is judged.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Moment {
-    /// After a share of its time.
-    Share(f64),
-    /// A time before contact, s.
-    Before(f64),
-}
-
-impl Moment {
-    /// All of them, in the order of the tables.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let shares = SHARES.into_iter().map(Self::Share);
-        shares.chain(BEFORE_S.into_iter().map(Self::Before))
-    }
-
-    /// `70 %`, `200 ms`.
-    #[must_use]
-    pub fn name(self) -> String {
-        match self {
-            Self::Share(share) => format!("{:.0} %", 100.0 * share),
-            Self::Before(s) => format!("{:.0} ms", 1e3 * s),
-        }
-    }
-
-    /// The last frame by then; `None` in a reach that starts later.
-    fn frame(self, reach: &LabelledReach) -> Option<usize> {
-        let t_s = match self {
-            Self::Share(share) => reach.contact_s - (1.0 - share) * reach.duration_s(),
-            Self::Before(s) => reach.contact_s - s,
-        };
-        // Room for rounding.
-        let seen = reach.frames.partition_point(|f| f.t_s <= t_s + 1e-9);
-        seen.checked_sub(1)
-    }
-}
-
 /// What a candidate said at one moment of one reach.
 #[derive(Debug, Clone, Copy)]
 pub struct Judged {
     /// Predicted minus true contact, m.
     pub error_m: DVec3,
-    /// Does a board of 0.2 m, centred on the prediction, miss the hand? Without a known normal: are the two
-    /// more than 0.1 m apart?
+    /// Does a board of 0.2 m, centred on the prediction, miss the hand? Along the surface where its normal
+    /// is known; else: are the two more than 0.1 m apart?
     pub missed: bool,
     /// Deviations per axis, m, and the squared distance in deviations, where it states a covariance.
     pub spread: Option<(DVec3, f64)>,
@@ -122,6 +82,20 @@ impl Judged {
     }
 }
 
+/// The last frame by a moment; `None` in a reach that starts later.
+fn frame_at(reach: &LabelledReach, moment: Moment) -> Option<usize> {
+    moment.index(reach.frames.iter().map(|f| f.t_s), span_s(reach))
+}
+
+/// Start and contact, s.
+fn span_s(reach: &LabelledReach) -> [f64; 2] {
+    [reach.contact_s - reach.duration_s(), reach.contact_s]
+}
+
+/// Does a board of 0.2 m, upright and centred on the prediction, miss the hand: is the error along the
+/// surface more than half of it to a side or up? What the prediction is off along the normal does not
+/// count: the arm has the surface's plane from the scene. Where nobody named the normal, the plane is not
+/// known either, and the whole distance counts, which is the harder test.
 fn missed(error_m: DVec3, normal: Option<DVec3>) -> bool {
     let Some(normal) = normal else {
         return error_m.length() > HALF_BOARD_M;
@@ -136,8 +110,8 @@ fn missed(error_m: DVec3, normal: Option<DVec3>) -> bool {
 pub struct Scores {
     /// The candidate.
     pub name: String,
-    /// Is it a competitor, or a bound that knows what nobody can?
-    pub learns_from: LearnsFrom,
+    /// What it is compared as.
+    pub role: Role,
     /// At every moment of [`Moment::all`], of every reach that is as long: what it said, `None` if nothing.
     pub judged: Vec<Vec<Option<Judged>>>,
     /// Time for one frame, µs, sorted.
@@ -269,13 +243,13 @@ pub fn run(
             let of = |numbers: &[usize]| -> Vec<LabelledReach> {
                 numbers.iter().map(|&i| reaches[i].clone()).collect()
             };
-            let mut estimator = match candidate.learns_from {
-                LearnsFrom::Others => Some((candidate.train)(&of(&fold.train))?),
-                LearnsFrom::Itself => None,
+            let mut estimator = match candidate.role {
+                Role::Bound => None,
+                _ => Some((candidate.train)(&of(&fold.train))?),
             };
             let mut told = Vec::new();
             for &number in &fold.test {
-                if candidate.learns_from == LearnsFrom::Itself {
+                if candidate.role == Role::Bound {
                     estimator = Some((candidate.train)(&of(&[number]))?);
                 }
                 let estimator = estimator.as_mut().context("an estimator")?;
@@ -292,7 +266,7 @@ pub fn run(
         .collect::<anyhow::Result<_>>()?;
     let mut scores = Scores {
         name: candidate.name.clone(),
-        learns_from: candidate.learns_from,
+        role: candidate.role,
         judged: Moment::all().map(|_| Vec::new()).collect(),
         step_us: Vec::new(),
     };
@@ -301,7 +275,7 @@ pub fn run(
         for (number, told) in told {
             let reach = &reaches[*number];
             for (moment, judged) in Moment::all().zip(&mut scores.judged) {
-                if let Some(frame) = moment.frame(reach) {
+                if let Some(frame) = frame_at(reach, moment) {
                     let estimate = told[frame].0;
                     judged.push(estimate.map(|e| Judged::new(reach, frame, &e)));
                 }
@@ -316,7 +290,7 @@ pub fn run(
     Ok(scores)
 }
 
-/// A CSV with one row a prediction: a line a frame, a reach, a candidate.
+/// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
 pub struct Rows {
     source: String,
     out: csv::Writer<Box<dyn Write>>,
@@ -368,7 +342,9 @@ impl Rows {
         told: &Told,
     ) -> anyhow::Result<()> {
         let text = |name: &Option<String>| name.clone().unwrap_or_default();
-        for (frame, (estimate, us)) in reach.frames.iter().zip(told) {
+        let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
+        for index in written(&times_s, span_s(reach)) {
+            let (frame, (estimate, us)) = (&reach.frames[index], &told[index]);
             let left_s = reach.contact_s - frame.t_s;
             let mut cells = vec![
                 self.source.clone(),
@@ -462,7 +438,7 @@ mod tests {
     fn scores(off_m: DVec3) -> Scores {
         let candidate = Candidate {
             name: "off".into(),
-            learns_from: LearnsFrom::Others,
+            role: Role::Baseline,
             train: Box::new(move |_| Ok(Box::new(Off(off_m)))),
         };
         let split = Split {
@@ -502,7 +478,7 @@ mod tests {
         let early = scores.at_moment(Moment::Share(0.3));
         assert_eq!((early.count, early.silent), (0, 4));
         // At 200 ms before contact the last frame by then counts.
-        let judged = scores.judged[SHARES.len() + 3][0].unwrap();
+        let judged = scores.judged[crate::contact_moments::SHARES.len() + 3][0].unwrap();
         assert!((judged.time_s.unwrap().0 - 0.1).abs() < 1e-12);
     }
 
@@ -523,9 +499,9 @@ mod tests {
     fn reaches_that_start_later_are_not_judged_earlier() {
         let mut short = reaches().remove(0);
         short.frames.drain(..80);
-        assert_eq!(Moment::Before(0.3).frame(&short), None);
-        assert_eq!(Moment::Before(0.1).frame(&short), Some(10));
-        assert_eq!(Moment::Share(1.0).frame(&short), Some(20));
+        assert_eq!(frame_at(&short, Moment::Before(0.3)), None);
+        assert_eq!(frame_at(&short, Moment::Before(0.1)), Some(10));
+        assert_eq!(frame_at(&short, Moment::Share(1.0)), Some(20));
     }
 
     #[test]

@@ -1,12 +1,63 @@
 //! The study's tables.
 
-use crate::contact_scores::{BEFORE_S, Moment, REGIONS, SHARES, Scores, Summary};
+use crate::contact_candidates::Role;
+use crate::contact_moments::{BEFORE_S, Moment, SHARES};
+use crate::contact_scores::{REGIONS, Scores, Summary};
 use crate::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
 use std::path::Path;
 
 /// Place of the 50 % and 90 % regions among [`REGIONS`].
 const HALF_AND_MOST: [usize; 2] = [4, 8];
+
+/// The short of it: the best baseline at every moment, the learned estimator, and who is better.
+#[must_use]
+pub fn in_short(scores: &[Scores]) -> String {
+    let Some(learned) = scores.iter().find(|s| s.role == Role::Learned) else {
+        return "\nThe learned estimator could not be trained: nothing to compare.\n".to_owned();
+    };
+    let mut table = MarkdownTable::new([
+        "moment",
+        "best baseline",
+        "its median error, mm",
+        "learned, mm",
+        "better than every baseline",
+    ]);
+    for moment in Moment::all() {
+        let median_m = |s: &Scores| s.at_moment(moment).median_m;
+        let own_m = median_m(learned);
+        let best = scores
+            .iter()
+            .filter(|s| s.role == Role::Baseline)
+            .map(|s| (s.name.as_str(), median_m(s)))
+            .filter(|(_, median_m)| median_m.is_finite())
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let (Some((name, best_m)), true) = (best, own_m.is_finite()) else {
+            continue;
+        };
+        table.row([
+            moment.name(),
+            name.to_owned(),
+            format!("{:.1}", 1e3 * best_m),
+            format!("{:.1}", 1e3 * own_m),
+            if own_m < best_m { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    let bounds: Vec<&str> = scores
+        .iter()
+        .filter(|s| s.role == Role::Bound)
+        .map(|s| s.name.as_str())
+        .collect();
+    let bound = if bounds.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "\nNot compared: {}, which learns from the reach that is judged; a bound.\n",
+            bounds.join("; ")
+        )
+    };
+    format!("\n{table}{bound}")
+}
 
 /// All tables of one source, under fourth-level headings.
 #[must_use]

@@ -1,28 +1,32 @@
 //! Predictions in a room of six surfaces, by people that nothing was learnt from.
 
-use hwall_contact::{ContactEstimator, LabelledReach, RidgeWindow};
-use hwall_examples::contact_rooms::{
-    Cast, Condition, Learner, Room, listen, predictors, reaches, streams,
-};
-use hwall_examples::contact_rooms_scores::{Moment, Told, summary};
+use hwall_contact::{FusedConfig, GazeModel, LabelledReach, RidgeWindow};
+use hwall_examples::contact_moments::Moment;
+use hwall_examples::contact_rooms::{Cast, Condition, Room, listen, reaches, streams};
+use hwall_examples::contact_rooms_contenders::Contender;
+use hwall_examples::contact_rooms_scores::{Told, summary};
 
-/// What each predictor said, in the order of the tables: ray cast, ray led, regression, fused.
+/// What each predictor said: ray cast, ray led, regression on the closest surface, regression fused.
 fn told(condition: &Condition) -> Vec<Vec<Told>> {
-    let train = |reaches: &[LabelledReach]| -> anyhow::Result<Box<dyn ContactEstimator>> {
-        Ok(Box::new(RidgeWindow::train(reaches)?))
-    };
-    let learners = [Learner {
-        name: "ridge",
-        train: &train,
-    }];
     let room = Room::new(6).unwrap();
     let [learnt, judged] = streams(&room, condition, &Cast::default()).unwrap();
-    let reaches = reaches(&learnt, condition).unwrap();
-    predictors(&reaches, &learners)
-        .unwrap()
-        .into_iter()
-        .map(|(_, mut p)| listen(p.as_mut(), &room, &judged, condition).unwrap())
-        .collect()
+    let reaches: Vec<LabelledReach> = reaches(&learnt, condition).unwrap();
+    let config = FusedConfig {
+        gaze: GazeModel::default().fit(&reaches).unwrap(),
+        ..FusedConfig::default()
+    };
+    let ridge = || Box::new(RidgeWindow::train(&reaches).unwrap());
+    [
+        Contender::ray_cast(),
+        Contender::ray_led(),
+        Contender::projected("ridge", ridge()),
+        Contender::fused("ridge, fused", ridge(), &config),
+    ]
+    .map(|contender| {
+        let mut predictor = contender.unwrap().predictor;
+        listen(predictor.as_mut(), &room, &judged, condition).unwrap()
+    })
+    .to_vec()
 }
 
 #[test]

@@ -1,0 +1,255 @@
+//! Recordings as studies bring them, with columns, cells and names missing, through the whole comparison.
+
+use hwall_contact::{HandPoint, Quantity, Recording, write_recordings};
+use hwall_examples::contact_candidates::Candidate;
+use hwall_examples::contact_recordings::read;
+use hwall_examples::contact_report::recordings;
+use hwall_examples::demonstration_files::{self, Robot};
+use hwall_examples::demonstrations::{Cast, Demonstrated, DemonstrationConfig, generate};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const PEOPLE: usize = 3;
+const REACHES: usize = 15;
+
+fn people() -> Vec<Demonstrated> {
+    let config = DemonstrationConfig::pointing();
+    generate(&DemonstrationConfig {
+        train: Cast {
+            people: PEOPLE,
+            reaches: REACHES,
+        },
+        ..config
+    })
+    .unwrap()
+}
+
+fn empty_folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("contact_study_files")
+        .join(name);
+    // Nothing may be left of an earlier run.
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// What a study may leave out.
+#[derive(Clone, Copy, Default)]
+struct Kept {
+    palm: bool,
+    head: bool,
+    target: bool,
+    contact: bool,
+    person: bool,
+    trial: bool,
+}
+
+fn thinned(made: &[Demonstrated], kept: Kept) -> Vec<Recording> {
+    let mut all: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
+    for recording in &mut all {
+        recording.person = recording.person.take().filter(|_| kept.person);
+        recording.trial = recording.trial.take().filter(|_| kept.trial);
+        for sample in &mut recording.samples {
+            let clear = [
+                (kept.palm, Quantity::Hand(HandPoint::Palm)),
+                (kept.head, Quantity::Head),
+                (kept.target, Quantity::Target),
+            ];
+            for (_, quantity) in clear.into_iter().filter(|(keep, _)| !keep) {
+                sample.set(quantity, None);
+            }
+            sample.contact = sample.contact.filter(|_| kept.contact);
+        }
+    }
+    all
+}
+
+fn write(path: &Path, recordings: &[Recording]) {
+    write_recordings(fs::File::create(path).unwrap(), recordings).unwrap();
+}
+
+fn quick() -> Vec<Candidate> {
+    vec![
+        Candidate::of("hold", hwall_contact::Hold::train),
+        Candidate::of("ridge on five frames", hwall_contact::RidgeWindow::train),
+    ]
+}
+
+/// Reaches found, as the report says, and folds.
+fn study(dir: &Path) -> (usize, String, String) {
+    let (sources, refused) = read(dir).unwrap();
+    assert_eq!(refused, Vec::<String>::new());
+    assert_eq!(sources.len(), 1, "one study");
+    let out = dir.with_extension("out");
+    fs::create_dir_all(&out).unwrap();
+    let text = recordings(dir, &quick(), Some(&out)).unwrap();
+    assert!(!text.contains("Not run"), "{text}");
+    assert!(!text.contains("NaN"), "{text}");
+    let split = sources[0].split().description;
+    (sources[0].reaches.len(), split, text)
+}
+
+#[test]
+fn the_tip_of_one_finger_is_enough() {
+    let dir = empty_folder("index");
+    let kept = Kept {
+        person: true,
+        trial: true,
+        ..Kept::default()
+    };
+    let made = people();
+    write(&dir.join("all.csv"), &thinned(&made, kept));
+    let header = fs::read_to_string(dir.join("all.csv")).unwrap();
+    let header = header.lines().next().unwrap();
+    assert_eq!(header, "person,trial,t,index_x,index_y,index_z");
+    let (reaches, split, text) = study(&dir);
+    assert_eq!(reaches, REACHES);
+    assert!(split.contains("each person held out: 3 folds"), "{split}");
+    assert!(text.contains("1 file: index;"), "{text}");
+    // The end of the movement stands in for the contact that nobody wrote down.
+    let (sources, _) = read(&dir).unwrap();
+    for (reach, truth) in sources[0].reaches.iter().zip(&made) {
+        let off_m = reach.contact_m.distance(truth.labelled.contact_m);
+        assert!(off_m < 0.03, "{off_m}");
+        assert!((reach.contact_s - truth.labelled.contact_s).abs() < 0.15);
+    }
+}
+
+#[test]
+fn targets_and_contacts_are_the_labels_where_there_are_any() {
+    let dir = empty_folder("labelled");
+    let kept = Kept {
+        palm: true,
+        head: true,
+        target: true,
+        contact: true,
+        person: true,
+        trial: true,
+    };
+    let made = people();
+    write(&dir.join("all.csv"), &thinned(&made, kept));
+    let (reaches, _, text) = study(&dir);
+    assert_eq!(reaches, REACHES);
+    assert!(text.contains("palm, index, head, target"), "{text}");
+    let (sources, _) = read(&dir).unwrap();
+    for (reach, truth) in sources[0].reaches.iter().zip(&made) {
+        assert!(reach.contact_m.distance(truth.truth.target_m) < 1e-9);
+        // A recording knows the contact to a sample: its first one in contact.
+        let samples = &truth.recording.samples;
+        let first = samples.iter().find(|s| s.contact == Some(true)).unwrap();
+        assert!((reach.contact_s - first.frame.t_s).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn nobody_has_to_be_named() {
+    // Trials without people: recordings are held out. Neither, a file a trial: the same.
+    let made = people();
+    let kept = Kept {
+        palm: true,
+        trial: true,
+        ..Kept::default()
+    };
+    let dir = empty_folder("trials");
+    let mut trials = thinned(&made, kept);
+    for (number, recording) in trials.iter_mut().enumerate() {
+        recording.trial = Some(number.to_string());
+    }
+    write(&dir.join("all.csv"), &trials);
+    let (reaches, split, text) = study(&dir);
+    assert_eq!(reaches, REACHES);
+    assert!(split.contains("each recording held out"), "{split}");
+    assert!(text.contains("palm, index;"), "{text}");
+
+    let dir = empty_folder("files");
+    let unnamed = thinned(
+        &made,
+        Kept {
+            trial: false,
+            ..kept
+        },
+    );
+    for (number, recording) in unnamed.iter().enumerate() {
+        let path = dir.join(format!("take{number:02}.csv"));
+        write(&path, std::slice::from_ref(recording));
+    }
+    let (reaches, split, _) = study(&dir);
+    assert!(reaches >= REACHES - 1, "{reaches}");
+    assert!(split.contains("each recording held out"), "{split}");
+}
+
+#[test]
+fn empty_cells_are_gaps_and_no_more() {
+    let dir = empty_folder("gaps");
+    let kept = Kept {
+        palm: true,
+        head: true,
+        person: true,
+        trial: true,
+        ..Kept::default()
+    };
+    let mut all = thinned(&people(), kept);
+    for recording in &mut all {
+        let n = recording.samples.len();
+        for (i, sample) in recording.samples.iter_mut().enumerate() {
+            // Every fifth tip, a fifth of the palm in one go, a head in the first half only.
+            if i % 5 == 2 && i + 5 < n {
+                sample.set(Quantity::Hand(HandPoint::Index), None);
+            }
+            if (2 * n / 5..3 * n / 5).contains(&i) {
+                sample.set(Quantity::Hand(HandPoint::Palm), None);
+            }
+            if 2 * i > n {
+                sample.set(Quantity::Head, None);
+            }
+        }
+    }
+    write(&dir.join("all.csv"), &all);
+    assert!(
+        fs::read_to_string(dir.join("all.csv"))
+            .unwrap()
+            .contains(",,,")
+    );
+    let (reaches, split, _) = study(&dir);
+    assert_eq!(reaches, REACHES);
+    assert!(split.contains("each person held out"), "{split}");
+}
+
+#[test]
+fn motions_for_another_tool_are_no_second_study() {
+    let dir = empty_folder("generated");
+    let made = people();
+    demonstration_files::write(&dir, &made, Robot::Joints).unwrap();
+    let (sources, refused) = read(&dir).unwrap();
+    assert_eq!(sources.len(), 1);
+    assert_eq!(sources[0].reaches.len(), REACHES);
+    let remark =
+        "demonstrations: 15 motions for bip_filter (train-*.csv, test-*.csv), no recordings";
+    assert_eq!(refused, [remark]);
+    let text = recordings(&dir, &quick(), None).unwrap();
+    assert!(
+        text.contains("Not read: demonstrations: 15 motions"),
+        "{text}"
+    );
+    // Whoever names that folder means it.
+    let (sources, refused) = read(&dir.join("demonstrations")).unwrap();
+    assert_eq!((sources.len(), refused.len()), (1, 0));
+}
+
+#[test]
+fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
+    let dir = empty_folder("rows");
+    let kept = Kept {
+        palm: true,
+        person: true,
+        trial: true,
+        ..Kept::default()
+    };
+    write(&dir.join("all.csv"), &thinned(&people(), kept));
+    study(&dir);
+    let rows = fs::read_to_string(dir.with_extension("out").join("all_predictions.csv")).unwrap();
+    let per_reach = (rows.lines().count() - 1) as f64 / (2 * REACHES) as f64;
+    // 13 moments, some in one sample, and about 18 stretches of 50 ms in 0.9 s; there are 80 samples.
+    assert!((18.0..36.0).contains(&per_reach), "{per_reach}");
+}
