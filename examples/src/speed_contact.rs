@@ -1,10 +1,11 @@
 //! Prediction of contact: time of a sample against how far off the touch is foreseen.
 
-use crate::contact_candidates::{self, Candidate, LearnsFrom};
+use crate::contact_candidates::{self, Candidate, Role};
+use crate::contact_moments::Moment;
 use crate::contact_recordings::{Fold, Split};
 use crate::contact_rooms::{self, Condition, Room, Stream};
 use crate::contact_rooms_scores::{self as rooms_scores, Told};
-use crate::contact_scores::{self, Moment, Scores};
+use crate::contact_scores::{self, Scores};
 use crate::demonstrations::{Cast, DemonstrationConfig, Part, generate};
 use crate::speed::{Figure, Section, summary};
 use crate::speed_contact_figures::{Axis, Line, Panel, Point};
@@ -104,7 +105,7 @@ impl Run {
             let seat = Mutex::new(Some(trained));
             let ready = Candidate {
                 name: candidate.name.clone(),
-                learns_from: LearnsFrom::Others,
+                role: Role::Learned,
                 train: Box::new(move |_| {
                     let mut seat = seat.lock().ok().context("a seat")?;
                     seat.take().context("one fold")
@@ -191,7 +192,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     let mut table = MarkdownTable::new(columns(&["estimator"]));
     let (mut lines, mut quoted) = (Vec::new(), Vec::new());
     let mut all = contact_candidates::all();
-    all.retain(|c| c.learns_from == LearnsFrom::Others);
+    all.retain(|c| c.role != Role::Bound);
     for candidate in &all {
         let run = Run::of(candidate, &worlds, DEMONSTRATIONS)?;
         let mut cells = vec![candidate.name.clone()];
@@ -542,9 +543,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             let heard = hear(&predictor, sees, &room, &test, &condition)?;
             let times = heard.told.iter().flat_map(|t| &t.heard);
             let timing = Timing::from_samples_ns(times.map(|h| 1e3 * h.took_us).collect());
-            let at = SHARES.map(|share| {
-                rooms_scores::summary(&heard.told, rooms_scores::Moment::Share(share))
-            });
+            let at = SHARES.map(|share| rooms_scores::summary(&heard.told, Moment::Share(share)));
             table.row([
                 count.to_string(),
                 hypotheses.to_string(),
