@@ -4,6 +4,7 @@
 
 use anyhow::Context;
 use clap::{Parser, ValueEnum};
+use hwall_examples::foresight::{Foresight, Kind};
 use hwall_examples::place::Stand;
 use hwall_examples::stage::{Options, Stage};
 use hwall_examples::wall_maps::WallMaps;
@@ -16,8 +17,8 @@ use std::process::ExitCode;
 
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
-/// Without options: a room made for this, a simulated person and twelve touches. Prints one
-/// table; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
+/// Without options: a room made for this, a simulated person and twelve touches, foreseen by what
+/// other simulated people taught. Prints two tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
 #[derive(Parser)]
 struct Args {
     /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
@@ -44,6 +45,9 @@ struct Args {
     /// iiwa7 or iiwa14
     #[arg(long, default_value = "iiwa7")]
     arm: String,
+    /// Who leads the board; all three are compared [default: ray-led with a gaze, else fused, or ray-led where there is nobody to learn from]
+    #[arg(long, value_enum)]
+    predictor: Option<Kind>,
     /// Touches of the simulated person
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=1000))]
     touches: u64,
@@ -95,27 +99,31 @@ fn run(args: &Args) -> anyhow::Result<()> {
             seed: args.seed,
         },
     )?;
-    for remark in &stage.remarks {
+    let (scene, company) = (&stage.scene, &stage.company);
+    let (mut foresight, learnt) = Foresight::train(scene, &arm, company, args.predictor)?;
+    for remark in stage.remarks.iter().chain([&learnt]) {
         eprintln!("{remark}");
     }
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let clock = (1e-3 * args.period_ms, args.seed);
-    let maps = WallMaps::of_scene(&arm, &stage.scene)?;
-    let place = (&stage.scene, &maps);
-    let mut run = session::run(&arm, &board, place, &stage.hand, clock, |share| {
+    let maps = WallMaps::of_scene(&arm, scene)?;
+    let led = (&stage.hand, &mut foresight);
+    let mut run = session::run(&arm, &board, (scene, &maps), led, clock, |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
     let outcomes = touches::judge(&arm, &board, &stage.touches, &run.ticks)?;
-    let table = report::table(&run, &maps, &outcomes).to_string();
+    let leads = touches::leads(scene, &stage.touches, &run.said);
+    let right = report::who_was_right(&stage.touches, &leads);
+    let table = format!("{}\n{right}", report::table(&run, &maps, &outcomes));
     writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    session::mark_touches(&mut run.trace, &outcomes);
-    run_figures::plan(&args.out.join("plan.svg"), &stage.scene, &maps, &run.trace)?;
+    session::mark_touches(&mut run, &outcomes);
+    run_figures::plan(&args.out.join("plan.svg"), scene, &maps, &run.trace)?;
     run_figures::over_time(&args.out.join("time.svg"), &run.trace, stage.hand.span_s())?;
-    report::touches_csv(&args.out.join("touches.csv"), &outcomes)?;
+    report::touches_csv(&args.out.join("touches.csv"), &outcomes, &leads)?;
     std::fs::write(args.out.join("table.md"), table)?;
     writeln!(
         io::stdout(),

@@ -287,6 +287,14 @@ pub struct Stream {
     pub touches: Vec<Touch>,
 }
 
+impl Stream {
+    /// Both in order of time.
+    #[must_use]
+    pub const fn new(frames: Vec<HandFrame>, touches: Vec<Touch>) -> Self {
+        Self { frames, touches }
+    }
+}
+
 fn frame(sample: &TrackedSample) -> HandFrame {
     HandFrame {
         t_s: sample.t_s,

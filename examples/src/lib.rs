@@ -33,6 +33,7 @@ pub mod demonstration_files;
 pub mod demonstration_targets;
 pub mod demonstrations;
 pub mod figures;
+pub mod foresight;
 pub mod numbers;
 pub mod place;
 pub mod placement;

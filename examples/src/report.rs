@@ -1,8 +1,9 @@
 //! The table of a run, and its touches as CSV.
 
+use crate::foresight::Kind;
 use crate::numbers;
 use crate::session::Run;
-use crate::touches::Outcome;
+use crate::touches::{Outcome, RIGHT_M, Touch};
 use crate::wall_maps::WallMaps;
 use hwall_contact::LostReason;
 use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
@@ -95,8 +96,23 @@ pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable 
         "frames with the target out of reach",
         run.unreachable_frames.to_string(),
     );
+    row("board led by", run.leader.name().to_owned());
+    for kind in Kind::ALL {
+        let mut took_ns: Vec<f64> = run.said.iter().map(|s| s.took_ns[kind as usize]).collect();
+        took_ns.retain(|t| *t > 0.0);
+        took_ns.sort_by(f64::total_cmp);
+        let time = |p: f64| format_ns(quantile(&took_ns, p));
+        let text = or_none(took_ns.len(), format!("{} / {}", time(0.5), time(0.99)));
+        row(
+            &format!(
+                "time per prediction at the tracker's rate, {}, median / p99",
+                kind.name()
+            ),
+            text,
+        );
+    }
     row(
-        "time per control step, median / p99",
+        "time per control step without prediction, median / p99",
         format!(
             "{} / {}",
             format_ns(quantile(&run.step_ns, 0.5)),
@@ -104,6 +120,46 @@ pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable 
         ),
     );
     row("control steps", run.step_ns.len().to_string());
+    table
+}
+
+/// Touch by touch, for how long before it each predictor had been right; then the medians.
+#[must_use]
+pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownTable {
+    let [a, b, c] = Kind::ALL.map(|kind| format!("{}, ms", kind.name()));
+    let what = format!(
+        "touch: right surface and within {:.0} mm, from how long before contact on",
+        1e3 * RIGHT_M
+    );
+    let mut table = MarkdownTable::new([what, "at, s".to_owned(), a, b, c]);
+    let ms = |lead_s: f64| format!("{:.0}", 1e3 * lead_s);
+    let cells = |lead: &[Option<f64>; 3]| lead.map(|l| l.map_or("wrong".to_owned(), ms));
+    for (i, (touch, lead)) in touches.iter().zip(leads).enumerate() {
+        let [a, b, c] = cells(lead);
+        let name = format!("{} {}", i + 1, touch.surface);
+        table.row([name, format!("{:.2}", touch.contact_s), a, b, c]);
+    }
+    if touches.is_empty() {
+        return table;
+    }
+    // Wrong until the end is no lead at all.
+    let of = |i: usize| leads.iter().map(move |l| l[i].unwrap_or(0.0));
+    let median = |values: &mut dyn Iterator<Item = f64>| {
+        let mut sorted: Vec<f64> = values.collect();
+        sorted.sort_by(f64::total_cmp);
+        ms(quantile(&sorted, 0.5))
+    };
+    let mut summary = |name: &str, cell: &dyn Fn(usize) -> String| {
+        let [a, b, c] = [0, 1, 2].map(cell);
+        table.row([name.to_owned(), String::new(), a, b, c]);
+    };
+    summary("median", &|i| median(&mut of(i)));
+    summary("median gained over the ray cast", &|i| {
+        median(&mut of(i).zip(of(Kind::RayCast as usize)).map(|(a, b)| a - b))
+    });
+    summary("touches foreseen at all", &|i| {
+        leads.iter().filter(|l| l[i].is_some()).count().to_string()
+    });
     table
 }
 
@@ -149,7 +205,11 @@ fn join(parts: impl Iterator<Item = String>) -> String {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn touches_csv(path: &Path, outcomes: &[Outcome]) -> anyhow::Result<()> {
+pub fn touches_csv(
+    path: &Path,
+    outcomes: &[Outcome],
+    leads: &[[Option<f64>; 3]],
+) -> anyhow::Result<()> {
     let mut out = numbers::writer(Some(path))?;
     out.write_record([
         "surface",
@@ -163,9 +223,12 @@ pub fn touches_csv(path: &Path, outcomes: &[Outcome]) -> anyhow::Result<()> {
         "offset_m",
         "gap_m",
         "felt_after_s",
+        "fused_right_s",
+        "ray_led_right_s",
+        "ray_cast_right_s",
     ])?;
     let optional = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
-    for o in outcomes {
+    for (o, right_s) in outcomes.iter().zip(leads) {
         let t = &o.touch;
         let mut cells = vec![t.surface.clone()];
         cells.extend(t.point_m.to_array().map(|v| format!("{v:.4}")));
@@ -180,6 +243,7 @@ pub fn touches_csv(path: &Path, outcomes: &[Outcome]) -> anyhow::Result<()> {
             optional(Some(o.gap_m)),
             optional(o.felt_after_s),
         ]);
+        cells.extend(right_s.map(optional));
         out.write_record(&cells)?;
     }
     out.flush()?;

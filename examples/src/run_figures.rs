@@ -1,6 +1,8 @@
 //! The figures of the main job: plan view, and distances over time.
 
 use crate::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use crate::foresight::Kind;
+use crate::touches::RIGHT_M;
 use crate::wall_maps::WallMaps;
 use glam::DVec3;
 use hwall_scene::{Scene, SurfaceId};
@@ -13,8 +15,10 @@ pub struct Trace {
     pub hand_m: Vec<(f64, DVec3)>,
     /// Middle of the board's face.
     pub board_m: Vec<(f64, DVec3)>,
-    /// Predicted contact points.
-    pub predicted_m: Vec<DVec3>,
+    /// Predicted contact points, in the order of [`Kind::ALL`].
+    pub predicted_m: [Vec<DVec3>; 3],
+    /// Time, and distance of the predicted point from the next touch, m; in the same order.
+    pub errors_m: [Vec<(f64, f64)>; 3],
     /// Touched points within reach, and out of reach.
     pub touched_m: Vec<DVec3>,
     /// Touches that the arm cannot reach.
@@ -73,7 +77,7 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
         .light_line_style(WHITE)
         .draw()
         .map_err(plot_error)?;
-    let [blue, orange, green, _, yellow, sky, grey] = COLOURS;
+    let [blue, orange, green, pink, yellow, sky, grey] = COLOURS;
     // The maps first, under everything: the more heights are in reach, the darker.
     let stretches = maps.stretches();
     let veil = green.mix(0.04).stroke_width(9);
@@ -137,7 +141,12 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
             Ok(())
         };
-    dots(&trace.predicted_m, 1, sky, "predicted")?;
+    for (kind, colour) in [(Kind::RayCast, pink), (Kind::Fused, sky)] {
+        let points = &trace.predicted_m[kind as usize];
+        if !points.is_empty() {
+            dots(points, 1, colour, &format!("predicted, {}", kind.name()))?;
+        }
+    }
     dots(&trace.touched_m, 4, green, "touched")?;
     if !trace.missed_m.is_empty() {
         dots(&trace.missed_m, 4, yellow, "touched, out of reach")?;
@@ -158,18 +167,17 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
 /// # Errors
 /// A file that cannot be written.
 pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (980, 560)).into_drawing_area();
+    let root = SVGBackend::new(path, (980, 840)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
-    let (upper, lower) = root.split_vertically(290);
-    let [blue, orange, green, _, yellow, ..] = COLOURS;
+    let (upper, rest) = root.split_vertically(280);
+    let (lower, lowest) = rest.split_vertically(280);
+    let [blue, orange, green, pink, yellow, ..] = COLOURS;
     let panel = |area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
                  title: &str,
                  y_desc: &str,
                  scale: f64,
                  top: f64,
-                 samples: &[(f64, f64)],
-                 colour: RGBColor,
-                 name: &str|
+                 series: &[(&[(f64, f64)], RGBColor, &str)]|
      -> anyhow::Result<()> {
         let mut chart = ChartBuilder::on(area)
             .caption(title, TITLE)
@@ -205,23 +213,25 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
             };
         bands(&trace.contacts_s, green, "contact felt (above 3 N)")?;
         bands(&trace.lost_s, yellow, "hand lost")?;
-        let timed: Vec<(f64, DVec3)> = samples
-            .iter()
-            .map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0)))
-            .collect();
-        let lines = runs(&timed).into_iter().map(|run| {
-            PathElement::new(
-                run.iter().map(|p| (p.0, p.1.x)).collect::<Vec<_>>(),
-                colour.stroke_width(2),
-            )
-        });
-        chart
-            .draw_series(lines)
-            .map_err(plot_error)?
-            .label(name)
-            .legend(move |(x, y)| {
-                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+        for &(samples, colour, name) in series {
+            let timed: Vec<(f64, DVec3)> = samples
+                .iter()
+                .map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0)))
+                .collect();
+            let lines = runs(&timed).into_iter().map(|run| {
+                PathElement::new(
+                    run.iter().map(|p| (p.0, p.1.x)).collect::<Vec<_>>(),
+                    colour.stroke_width(2),
+                )
             });
+            chart
+                .draw_series(lines)
+                .map_err(plot_error)?
+                .label(name)
+                .legend(move |(x, y)| {
+                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+                });
+        }
         legend(&mut chart, SeriesLabelPosition::UpperRight)
     };
     let farthest = trace
@@ -235,21 +245,28 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
         "distance, m",
         1.0,
         1.05 * farthest,
-        &trace.hand_distance_m,
-        blue,
-        "hand",
+        &[(&trace.hand_distance_m, blue, "hand")],
     )?;
-    let title = "Board to the predicted contact (cut off at 300 mm)";
+    let title = "Board to where it is sent (cut off at 300 mm)";
     panel(
         &lower,
         title,
         "error, mm",
         1e3,
         300.0,
-        &trace.board_distance_m,
-        orange,
-        "board",
+        &[(&trace.board_distance_m, orange, "board")],
     )?;
+    let title = format!(
+        "Predictions to the next touch, until contact (cut off at 300 mm; right: below {:.0} mm)",
+        1e3 * RIGHT_M
+    );
+    let of = |kind: Kind, colour| (&trace.errors_m[kind as usize][..], colour, kind.name());
+    let series = [
+        of(Kind::RayCast, pink),
+        of(Kind::RayLed, orange),
+        of(Kind::Fused, blue),
+    ];
+    panel(&lowest, &title, "error, mm", 1e3, 300.0, &series)?;
     root.present().map_err(plot_error)
 }
 

@@ -1,5 +1,6 @@
 //! Sets the stage of the main job: scene, hand and touches in the arm's base frame.
 
+use crate::foresight::Company;
 use crate::place::{self, Contacts, Stand};
 use crate::session::Hand;
 use crate::touches::{self, Touch};
@@ -49,6 +50,8 @@ pub struct Stage {
     pub hand: Hand,
     /// The touches that the hand makes.
     pub touches: Vec<Touch>,
+    /// What people like the one with the hand are like, for a predictor to learn from.
+    pub company: Company,
     /// What was chosen or repaired, for people.
     pub remarks: Vec<String>,
 }
@@ -86,6 +89,7 @@ impl Stage {
             scene,
             hand: Hand::Simulated(Box::new(sequence), TRACKER_S),
             touches,
+            company: Company::default(),
             remarks,
         })
     }
@@ -137,11 +141,13 @@ impl Stage {
             HandFilterConfig::default()
         };
         let map = RigidMap::from_affine(base_from_hand)?;
-        let frames = recording.frames().map(|frame| map.frame(frame)).collect();
+        let frames: Vec<_> = recording.frames().map(|frame| map.frame(frame)).collect();
+        let company = Company::like(&frames, &touches);
         Ok(Self {
             scene,
             hand: Hand::Recorded(frames, filter),
             touches,
+            company,
             remarks,
         })
     }

@@ -1,5 +1,6 @@
 //! The touches of a run: planned for a simulated person, found in a recording, judged at the end.
 
+use crate::foresight::Said;
 use crate::session::Tick;
 use anyhow::{Context, bail};
 use glam::{DAffine3, DVec3};
@@ -256,6 +257,35 @@ fn judge_one(
         gap_m: p.z.abs(),
         felt_after_s: felt.map(|tick| tick.t_s - touch.contact_s),
     })
+}
+
+/// A prediction is right on the touched surface and this near to the touched point, m: half the
+/// board's half width.
+pub const RIGHT_M: f64 = 0.05;
+
+/// For how long before each touch each predictor had been right without a break, s, in the order
+/// of [`Kind::ALL`](crate::foresight::Kind::ALL); `None`: wrong in the last sample.
+///
+/// Samples before the touch before was over do not count.
+#[must_use]
+pub fn leads(scene: &Scene, touches: &[Touch], said: &[Said]) -> Vec<[Option<f64>; 3]> {
+    let mut since_s = f64::NEG_INFINITY;
+    let of_touch = |touch: &Touch| {
+        let from = said.partition_point(|s| s.t_s <= since_s);
+        let until = said.partition_point(|s| s.t_s <= touch.contact_s).max(from);
+        since_s = touch.end_s;
+        std::array::from_fn(|i| {
+            let right = |s: &&Said| {
+                s.first[i].is_some_and(|(surface, point_m)| {
+                    scene.surface(surface).name == touch.surface
+                        && point_m.distance(touch.point_m) <= RIGHT_M
+                })
+            };
+            let first = said[from..until].iter().rev().take_while(right).last();
+            first.map(|s| touch.contact_s - s.t_s)
+        })
+    };
+    touches.iter().map(of_touch).collect()
 }
 
 /// Why no quarter turn of the board can present a point; `None` if one can.

@@ -3,6 +3,7 @@
 use hwall_contact::{
     FreezeKind, HandFilter, HandFilterConfig, LostReason, Recording, RigidMap, Tracking,
 };
+use hwall_examples::foresight::{Foresight, Kind};
 use hwall_examples::session::Hand;
 use hwall_examples::stage::{Options, Stage};
 use hwall_haptics::Board;
@@ -121,8 +122,21 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     );
     let maps = hwall_examples::wall_maps::WallMaps::of_scene(&arm, &stage.scene).unwrap();
     let place = (&stage.scene, &maps);
-    let run =
-        hwall_examples::session::run(&arm, &board, place, &stage.hand, (2e-3, 1), |_| {}).unwrap();
+    let (mut foresight, learnt) =
+        Foresight::train(&stage.scene, &arm, &stage.company, Some(Kind::Fused)).unwrap();
+    println!("{learnt}");
+    let led = (&stage.hand, &mut foresight);
+    let run = hwall_examples::session::run(&arm, &board, place, led, (2e-3, 1), |_| {}).unwrap();
+    assert_eq!(run.leader, Kind::Fused);
+    let leads = hwall_examples::touches::leads(&stage.scene, &stage.touches, &run.said);
+    assert_eq!(leads.len(), stage.touches.len());
+    assert!(
+        leads
+            .iter()
+            .flatten()
+            .flatten()
+            .all(|lead_s| *lead_s >= 0.0)
+    );
     assert!(
         run.losses
             .iter()
