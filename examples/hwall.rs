@@ -45,7 +45,7 @@ struct Args {
     /// iiwa7 or iiwa14
     #[arg(long, default_value = "iiwa7")]
     arm: String,
-    /// Who leads the board; all three are compared [default: ray-led with a gaze, else fused, or ray-led where there is nobody to learn from]
+    /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     predictor: Option<Kind>,
     /// Touches of the simulated person

@@ -139,9 +139,9 @@ pub struct Foresight {
 }
 
 impl Foresight {
-    /// Trains for a scene and for people like those to come; `leader` leads the board, by default
-    /// the ray-led predictor where a gaze is tracked or nobody can be learnt from, else the fused one. Also says what was
-    /// learnt from whom, for people.
+    /// Trains for a scene and for people like those to come; `leader` leads the board, by default the
+    /// fused predictor, or the ray-led one where nobody can be learnt from. Also says what was learnt
+    /// from whom, for people.
     ///
     /// # Errors
     /// The fused predictor is asked for, but in this scene there is nobody to learn from.
@@ -152,20 +152,13 @@ impl Foresight {
         leader: Option<Kind>,
     ) -> anyhow::Result<(Self, String)> {
         let began = Instant::now();
-        // A gaze that is tracked settles early where the board goes; the fused point still moves by
-        // more than a hand's breadth while the hand sets off, and every move costs the arm time.
-        let by_default = if company.gaze {
-            Kind::RayLed
-        } else {
-            Kind::Fused
-        };
         let (fused, leader, remark) = match fused(scene, arm, company) {
             Ok((fused, reaches)) => {
                 let remark = format!(
                     "the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} other people, in {:.1} s",
                     began.elapsed().as_secs_f64()
                 );
-                (Some(fused), leader.unwrap_or(by_default), remark)
+                (Some(fused), leader.unwrap_or(Kind::Fused), remark)
             }
             Err(error) if leader == Some(Kind::Fused) => {
                 return Err(error.context("the fused predictor cannot be trained"));

@@ -19,9 +19,8 @@ use std::time::Instant;
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
-/// The board stands still while the prediction stays within this, m: of 0.05, 0.06 and 0.07 the one
-/// with most boards in place for seeds 101 to 110 of the ray-led predictor.
-const STEADY_M: f64 = 0.07;
+/// The board stands still while the prediction stays within this, m: half its half width.
+const STEADY_M: f64 = 0.05;
 
 /// A hand to follow.
 pub enum Hand {

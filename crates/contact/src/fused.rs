@@ -72,7 +72,8 @@ impl Default for FusedConfig {
 /// 3. Each part of the mixture divides among the surfaces: density in the plane of a face times
 ///    the share of it that straight ways from the hand meet first. Surfaces that cannot be
 ///    touched bar the way.
-/// 4. Per surface the parts add up to a probability, an expected point and a covariance.
+/// 4. Per surface the parts add up to a probability and a covariance; the point is the mean of those
+///    that agree with the most probable one.
 ///
 /// Estimates of successive samples hold the same history, and a fixation has one error and not one
 /// a sample: so nothing is multiplied over time, and the answer to a sample follows from the
@@ -267,14 +268,23 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             if weight < self.config.min_probability * total {
                 continue;
             }
-            let mean_m = of_surface().map(|f| f.mean_m * mass(f)).sum::<DVec3>() / weight;
+            let Some(best) = of_surface().max_by(|a, b| a.log_mass.total_cmp(&b.log_mass)) else {
+                continue;
+            };
+            // The mean of the faces that agree with the best one: between two places that a person may
+            // mean, neither is touched.
+            let agree = |f: &&Face| {
+                let sum = f.covariance_m2 + best.covariance_m2;
+                let variance_m2 = sum.x_axis.x + sum.y_axis.y + sum.z_axis.z;
+                f.mean_m.distance_squared(best.mean_m) <= AGREE * variance_m2
+            };
+            let agreed = || of_surface().filter(agree);
+            let mean_m = agreed().map(|f| f.mean_m * mass(f)).sum::<DVec3>()
+                / agreed().map(mass).sum::<f64>();
             let covariance = of_surface()
                 .map(|f| (f.covariance_m2 + outer(f.mean_m - mean_m)) * mass(f))
                 .fold(DMat3::ZERO, |sum, c| sum + c)
                 * (1.0 / weight);
-            let Some(best) = of_surface().max_by(|a, b| a.log_mass.total_cmp(&b.log_mass)) else {
-                continue;
-            };
             let (point_m, normal) = on_surface(scene, best, mean_m);
             let distance_m = (hand.point_m - point_m).dot(normal);
             self.answers.push(ContactPrediction {
@@ -363,6 +373,9 @@ const DEEPEST_M: f64 = 0.25;
 
 /// A surface is looked for from this far before it, m: nothing else stands that close.
 const STAND_OFF_M: f64 = 0.01;
+
+/// Faces agree on a place when it is no further apart than this many times their summed variance.
+const AGREE: f64 = 1.0;
 
 /// Error of the tracked point across its motion, filter included, m.
 const TRACKED_M: f64 = 0.004;
