@@ -7,7 +7,9 @@ use clap::{Parser, ValueEnum};
 use hwall_examples::contact_dissertation::{self, Choice};
 use hwall_examples::demonstration_files::{Robot, generate_into};
 use hwall_examples::demonstrations::DemonstrationConfig;
-use hwall_examples::{contact_candidates, contact_report, contact_rooms_study, exit};
+use hwall_examples::{
+    contact_candidates, contact_document, contact_report, contact_rooms_study, exit,
+};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -31,6 +33,9 @@ struct Args {
     /// Folder for predictions (one row each), scores and figures
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write all protocols into this document instead, with the recordings if they are named
+    #[arg(long)]
+    report: Option<PathBuf>,
     /// Seed of the simulated people
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -79,6 +84,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let candidates = contact_candidates::all();
+    if let Some(file) = &args.report {
+        let recordings = args.recordings.as_deref();
+        return contact_document::write(file, choice, &candidates, recordings, out);
+    }
     let text = match (&args.recordings, args.protocol) {
         (Some(dir), _) => contact_report::recordings(dir, &candidates, out)?,
         (None, Protocol::Dissertation) => contact_dissertation::report(choice, &candidates, out)?,

@@ -17,6 +17,7 @@ pub mod bip_study;
 pub mod bip_validation;
 pub mod contact_candidates;
 pub mod contact_dissertation;
+pub mod contact_document;
 pub mod contact_figures;
 pub mod contact_moments;
 pub mod contact_recordings;

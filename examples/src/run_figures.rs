@@ -9,6 +9,9 @@ use hwall_scene::{Scene, SurfaceId};
 use plotters::prelude::*;
 use std::path::Path;
 
+/// Points, colour and name of a line.
+type Series<'a> = (&'a [(f64, f64)], RGBColor, &'a str);
+
 /// What a run leaves behind to draw.
 pub struct Trace {
     /// Filtered hand, gaps where it was lost.
@@ -177,7 +180,7 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
                  y_desc: &str,
                  scale: f64,
                  top: f64,
-                 series: &[(&[(f64, f64)], RGBColor, &str)]|
+                 series: &[Series<'_>]|
      -> anyhow::Result<()> {
         let mut chart = ChartBuilder::on(area)
             .caption(title, TITLE)

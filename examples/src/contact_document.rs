@@ -1,0 +1,36 @@
+//! The document that the contact study leaves behind: every protocol in one file, figures beside it.
+
+use crate::contact_candidates::Candidate;
+use crate::contact_dissertation::{self, Choice};
+use crate::{contact_report, contact_rooms_study};
+use anyhow::Context;
+use hwall_testkit::Machine;
+use std::path::Path;
+
+/// Writes the document; recordings are left out where there are none. Figures, scores and predictions go
+/// to `out`.
+///
+/// # Errors
+/// A protocol that fails, a file that cannot be written.
+pub fn write(
+    file: &Path,
+    choice: Choice,
+    candidates: &[Candidate],
+    recordings: Option<&Path>,
+    out: Option<&Path>,
+) -> anyhow::Result<()> {
+    let mut text = format!(
+        "# Where, when and which surface: the study\n\n\
+         Written by `contact_study --report`. {}. Simulated people are drawn from the seed; those \
+         judged are never those learnt from, and each section says who is who.\n\n",
+        Machine::detect(choice.seed)
+    );
+    text += &contact_dissertation::report(choice, candidates, out)?;
+    text += "\n";
+    text += &contact_rooms_study::report(choice.seed, out)?;
+    if let Some(dir) = recordings {
+        text += "\n";
+        text += &contact_report::recordings(dir, candidates, out)?;
+    }
+    std::fs::write(file, text).with_context(|| file.display().to_string())
+}
