@@ -247,7 +247,7 @@ impl Source {
 
 impl Split {
     /// Who is held out when: each person, of two and more; else each recording, of five and more; else each
-    /// reach. More than fifty folds are joined, neighbours first.
+    /// reach. More than sixteen folds are joined, neighbours first.
     #[must_use]
     pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
         let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();

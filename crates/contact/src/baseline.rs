@@ -162,11 +162,7 @@ impl TouchPath {
             positive("duration of a reach", reach.duration_s())?;
             if reach.point != point {
                 return Err(ContactError::Reach {
-                    reach: format!(
-                        "{}/{}",
-                        reach.person.as_deref().unwrap_or("?"),
-                        reach.trial.as_deref().unwrap_or("?")
-                    ),
+                    reach: reach.name(),
                     what: "another touching point than the first reach",
                 });
             }
@@ -339,7 +335,7 @@ impl Follower {
         if self.path.take(frame) {
             let estimate = predict(&self.path);
             // Products of absurd times and lengths may overflow: the hand then stays where it is.
-            self.last = Some(if is_finite(&estimate) {
+            self.last = Some(if estimate.is_finite() {
                 estimate
             } else {
                 ContactEstimate::of_point(self.path.now_s(), self.path.now_m())
@@ -356,11 +352,4 @@ impl Follower {
         }
         self.last
     }
-}
-
-fn is_finite(estimate: &ContactEstimate) -> bool {
-    let left = |t: TimeToContact| t.mean_s.is_finite() && t.sd_s.is_none_or(f64::is_finite);
-    estimate.point_m.is_finite()
-        && estimate.covariance_m2.is_none_or(|c| c.is_finite())
-        && estimate.time_to_contact_s.is_none_or(left)
 }

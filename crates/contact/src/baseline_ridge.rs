@@ -106,6 +106,7 @@ impl RidgeWindow {
         }
         // Where few reaches last as long, the last regression with enough goes on.
         let mut regressions: Vec<Regression> = Vec::new();
+        let mut unfit = 0;
         for (place, examples) in samples.iter().enumerate() {
             let end_s = (place as f64 - 0.5) * spacing_s;
             let lasting = reaches.iter().filter(|r| r.duration_s() >= end_s).count();
@@ -117,9 +118,13 @@ impl RidgeWindow {
                 // Slow trackers leave gaps between their frames.
                 None => match regressions.last() {
                     Some(before) => regressions.push(before.clone()),
-                    None => continue,
+                    None => unfit += 1,
                 },
             }
+        }
+        // Places before the first with a regression answer with that one.
+        if let Some(first) = regressions.first().cloned() {
+            regressions.splice(0..0, std::iter::repeat_n(first, unfit));
         }
         if regressions.is_empty() {
             return Err(ContactError::TooFewReaches {

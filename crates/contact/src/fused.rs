@@ -296,10 +296,10 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 distance_m,
                 time_to_contact_s: self.time_to(hand, point_m, distance_m, behind),
                 probability: weight / total,
-                source: if self.estimate.is_some() {
-                    PredictionSource::Motion
-                } else {
-                    PredictionSource::Gaze
+                source: match (self.estimate, self.gaze.ray()) {
+                    (Some(_), _) => PredictionSource::Motion,
+                    (None, Some(_)) => PredictionSource::Gaze,
+                    (None, None) => PredictionSource::Nearest,
                 },
             });
         }

@@ -5,6 +5,8 @@ use crate::reach_track::PROGRESS;
 /// Width of a region, in mean squared distances of samples from their centres. Wider ones share more
 /// samples: fewer reaches are then enough.
 const OVERLAP: f64 = 4.0;
+/// Regions below this share of the nearest one's weight count as none.
+const NEGLIGIBLE: f64 = 1e-3;
 /// Rounds of the search for centres; it is over long before.
 const ROUNDS: usize = 50;
 
@@ -69,6 +71,8 @@ impl Gates {
         let mut sum = 0.0;
         for w in out.iter_mut() {
             *w = ((least - *w) / self.width).exp();
+            // Neither training nor prediction spends time on what does not count.
+            *w = if *w > NEGLIGIBLE { *w } else { 0.0 };
             sum += *w;
         }
         out.iter_mut().for_each(|w| *w /= sum);

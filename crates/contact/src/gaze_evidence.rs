@@ -249,7 +249,8 @@ impl GazeMemory {
         let usable = ray.filter(|r| {
             r.origin_m.is_finite() && r.direction.is_finite() && r.direction.is_normalized()
         });
-        if self.now.is_some_and(|f| t_s < f.until_s) {
+        let last_s = |f: Option<Fixation>| f.is_some_and(|f| t_s < f.until_s);
+        if last_s(self.now) || last_s(self.before) {
             // The clock was set back.
             *self = Self::default();
         }

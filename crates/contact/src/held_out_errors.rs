@@ -18,11 +18,79 @@ const NORMAL_90: f64 = 1.644_854;
 /// Errors beyond so many times the median count as that far: a primitive that loses its way on one
 /// reach in a hundred is metres off and would outweigh all others.
 const CLIP: f64 = 4.0;
+/// Largest squared Mahalanobis distance that counts in a comparison of axes.
+const FAR_OUT: f64 = 20.0;
 /// Sources further apart than so many times what is usual: one of them has lost its way.
 const LOST: f64 = 3.0;
 
-/// Second moments of held-out errors in the axes of the way, m² and s², in one region of progress.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// In which axes errors are alike from reach to reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Axes {
+    /// Along the way from start to end and across it: people miss along their way.
+    Way,
+    /// Those of the samples: contacts that all lie on one wall are sure along its normal.
+    World,
+}
+
+impl Axes {
+    fn of(self, start_m: DVec3, end_m: DVec3) -> DMat3 {
+        match self {
+            Self::Way => way_axes(start_m, end_m),
+            Self::World => DMat3::IDENTITY,
+        }
+    }
+}
+
+/// Held-out errors by region of progress, in the axes that describe them best.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct HeldOut {
+    axes: Axes,
+    regions: Vec<Errors>,
+}
+
+impl HeldOut {
+    /// From what the sources said of every sample when its fold was held out.
+    pub(crate) fn of(
+        samples: &[Sampled],
+        rows: &Rows,
+        held_out: &[f64],
+        combination: Combination,
+    ) -> Self {
+        let [way, world] = [Axes::Way, Axes::World]
+            .map(|axes| Errors::by_region(samples, rows, held_out, combination, axes));
+        // The likelier of the two; a tie goes to the axes that turn with the reach.
+        if world.1 > way.1 {
+            let (axes, regions) = (Axes::World, world.0);
+            Self { axes, regions }
+        } else {
+            let (axes, regions) = (Axes::Way, way.0);
+            Self { axes, regions }
+        }
+    }
+
+    /// The errors at a progress.
+    pub(crate) fn at(&self, gates: &[f64]) -> Errors {
+        Errors::at(&self.regions, gates)
+    }
+
+    /// The combination in the frame of the samples: point, m, and covariance, m².
+    pub(crate) fn estimate(
+        &self,
+        errors: &Errors,
+        combination: Combination,
+        start_m: DVec3,
+        regression_m: DVec3,
+        primitive_m: Option<DVec3>,
+    ) -> (DVec3, DMat3) {
+        let (point_m, moments) = errors.combined(combination, regression_m, primitive_m);
+        let axes = self.axes.of(start_m, regression_m);
+        let covariance = axes * (moments * errors.spread + sensor()) * axes.transpose();
+        (point_m, (covariance + covariance.transpose()) * 0.5)
+    }
+}
+
+/// Second moments of held-out errors in some axes, m² and s², in one region of progress.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Errors {
     regression: DMat3,
     primitive: DMat3,
@@ -37,9 +105,20 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
+    /// All zero. glam's default matrix is the identity, which would claim errors of a metre.
+    const ZERO: Self = Self {
+        regression: DMat3::ZERO,
+        primitive: DMat3::ZERO,
+        cross: DMat3::ZERO,
+        gain: 0.0,
+        time: 0.0,
+        spread: 0.0,
+        time_spread: 0.0,
+    };
+
     /// Between regions a mixture by their weights.
-    pub(crate) fn at(regions: &[Self], gates: &[f64]) -> Self {
-        let mut sum = Self::default();
+    fn at(regions: &[Self], gates: &[f64]) -> Self {
+        let mut sum = Self::ZERO;
         for (errors, gate) in regions.iter().zip(gates) {
             sum.scaled_add(*gate, errors);
         }
@@ -68,19 +147,18 @@ impl Errors {
         (gain / self.apart().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
-    /// The best linear combination and its second moments in the axes of the way.
+    /// The best linear combination and its second moments.
     fn combined(
         &self,
         combination: Combination,
         regression_m: DVec3,
         primitive_m: Option<DVec3>,
     ) -> (DVec3, DMat3) {
-        let sensor = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         match (combination, primitive_m) {
-            (Combination::Primitive, Some(primitive_m)) => (primitive_m, self.primitive + sensor),
+            (Combination::Primitive, Some(primitive_m)) => (primitive_m, self.primitive + sensor()),
             (Combination::Both, Some(primitive_m)) => {
                 let apart = primitive_m.distance_squared(regression_m);
-                let usual = self.apart() + trace(&sensor);
+                let usual = self.apart() + trace(&sensor());
                 // Sources that are far apart cannot both be right: the one that usually is.
                 let share = if apart <= LOST * LOST * usual {
                     self.gain
@@ -91,42 +169,29 @@ impl Errors {
                 let cross = self.cross + self.cross.transpose();
                 let moments =
                     self.regression * (a * a) + self.primitive * (b * b) + cross * (a * b);
-                (regression_m.lerp(primitive_m, b), moments + sensor)
+                (regression_m.lerp(primitive_m, b), moments + sensor())
             }
-            _ => (regression_m, self.regression + sensor),
+            _ => (regression_m, self.regression + sensor()),
         }
-    }
-
-    /// The combination in the frame of the samples: point, m, and covariance, m².
-    pub(crate) fn estimate(
-        &self,
-        combination: Combination,
-        start_m: DVec3,
-        regression_m: DVec3,
-        primitive_m: Option<DVec3>,
-    ) -> (DVec3, DMat3) {
-        let (point_m, moments) = self.combined(combination, regression_m, primitive_m);
-        let axes = way_axes(start_m, regression_m);
-        let covariance = axes * (moments * self.spread) * axes.transpose();
-        (point_m, (covariance + covariance.transpose()) * 0.5)
     }
 
     /// Standard deviation of the time left, s.
     pub(crate) fn time_sd_s(&self) -> f64 {
-        self.time.sqrt().max(CLOCK_S) * self.time_spread
+        (self.time.sqrt() * self.time_spread).max(CLOCK_S)
     }
 
-    /// By region, from what the sources said of every sample when its fold was held out.
-    pub(crate) fn by_region(
+    /// By region, and the mean log score of the held-out contacts under them.
+    fn by_region(
         samples: &[Sampled],
         rows: &Rows,
         held_out: &[f64],
         combination: Combination,
-    ) -> Vec<Self> {
+        axes: Axes,
+    ) -> (Vec<Self>, f64) {
         let misses: Vec<Miss> = samples
             .iter()
             .zip(held_out.chunks_exact(rows.outputs))
-            .map(|(sample, said)| Miss::of(sample, said))
+            .map(|(sample, said)| Miss::of(sample, said, axes))
             .collect();
         let mut regions: Vec<Self> = (0..rows.regions)
             .map(|region| Self::of_region(&misses, samples, rows, region))
@@ -142,17 +207,24 @@ impl Errors {
                 [distance, miss.time.abs() / errors.time_sd_s()]
             })
             .collect();
+        // As many independent errors as reaches. The share of the next one below their quantile is
+        // smaller than that of their own, and a covariance learnt from few is too small for the next.
+        let reaches: f64 = samples.iter().map(|s| s.weight).sum();
+        let level = (0.9 * (reaches + 1.0) / reaches).min(1.0);
+        let few = (reaches + 1.0) / (reaches - 4.0).max(1.0);
         for (k, region) in regions.iter_mut().enumerate() {
             let most = |which: usize| {
                 let values = scores.iter().enumerate();
                 weighted_quantile(
-                    0.9,
+                    level,
                     values.map(|(row, s)| (s[which], samples[row].weight * rows.gates(row)[k])),
                 )
             };
-            (region.spread, region.time_spread) = (most(0) / CHI_SQUARED_3_90, most(1) / NORMAL_90);
+            (region.spread, region.time_spread) =
+                (few * most(0) / CHI_SQUARED_3_90, most(1) / NORMAL_90);
         }
-        regions
+        let score = log_score(&misses, samples, rows, &regions, combination);
+        (regions, score)
     }
 
     fn of_region(misses: &[Miss], samples: &[Sampled], rows: &Rows, region: usize) -> Self {
@@ -168,7 +240,7 @@ impl Errors {
             limit(&|m| primitive(m).length()),
             limit(&|m| m.time.abs()),
         ];
-        let (mut sum, mut total) = (Self::default(), f64::MIN_POSITIVE);
+        let (mut sum, mut total) = (Self::ZERO, f64::MIN_POSITIVE);
         for (row, miss) in misses.iter().enumerate() {
             let r = miss.regression.clamp_length_max(limits[0]);
             let p = primitive(miss).clamp_length_max(limits[1]);
@@ -177,12 +249,12 @@ impl Errors {
                 primitive: outer(p, p),
                 cross: outer(r, p),
                 time: miss.time.abs().min(limits[2]).powi(2),
-                ..Self::default()
+                ..Self::ZERO
             };
             sum.scaled_add(weight(row), &one);
             total += weight(row);
         }
-        let mut region = Self::default();
+        let mut region = Self::ZERO;
         region.scaled_add(1.0 / total, &sum);
         region.gain = region.best_gain();
         (region.spread, region.time_spread) = (1.0, 1.0);
@@ -190,7 +262,27 @@ impl Errors {
     }
 }
 
-/// What the sources miss the contact of one sample by, in the axes of the way.
+/// Mean log density of the misses, those far out counting no more than some far out.
+fn log_score(
+    misses: &[Miss],
+    samples: &[Sampled],
+    rows: &Rows,
+    regions: &[Errors],
+    combination: Combination,
+) -> f64 {
+    let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
+    for (row, miss) in misses.iter().enumerate() {
+        let errors = Errors::at(regions, rows.gates(row));
+        let (point, moments) = errors.combined(combination, miss.regression, miss.primitive);
+        let covariance = moments * errors.spread + sensor();
+        let distance = point.dot(covariance.inverse() * point).min(FAR_OUT);
+        sum -= samples[row].weight * 0.5 * (distance + covariance.determinant().ln());
+        total += samples[row].weight;
+    }
+    sum / total
+}
+
+/// What the sources miss the contact of one sample by, in the axes asked for.
 struct Miss {
     regression: DVec3,
     primitive: Option<DVec3>,
@@ -198,15 +290,20 @@ struct Miss {
 }
 
 impl Miss {
-    fn of(sample: &Sampled, said: &[f64]) -> Self {
+    fn of(sample: &Sampled, said: &[f64], axes: Axes) -> Self {
         let regression_m = sample.now_m + DVec3::from_slice(&said[..3]);
-        let inverse = way_axes(sample.start_m, regression_m).transpose();
+        let inverse = axes.of(sample.start_m, regression_m).transpose();
         Self {
             regression: inverse * (regression_m - sample.end_m),
             primitive: sample.primitive_m.map(|p| inverse * (p - sample.end_m)),
             time: said[3].max(0.0) - sample.left_s,
         }
     }
+}
+
+/// The noise of the sensor as a covariance, m².
+fn sensor() -> DMat3 {
+    DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M))
 }
 
 fn outer(a: DVec3, b: DVec3) -> DMat3 {

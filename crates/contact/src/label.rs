@@ -100,7 +100,7 @@ pub struct Labelled {
 /// The reaches of recordings, in the order of the recordings, with where and when each ends.
 ///
 /// A trial starts at the last moment the hand is slow before it first moves clearly, at a quarter of its
-/// peak speed, and ends when `contact` first turns 1, else at the last moment it is not slow. The label is
+/// peak speed, and ends when `contact` first turns 1, else as the hand first gets slow after it last moves clearly. The label is
 /// the target, if the recording names one, else where the touching point is at the end; where it is not
 /// seen then, another point stands in, shifted by the last offset. A first sample from which the hand
 /// leaps to where it then goes on is dropped and listed.
@@ -346,7 +346,13 @@ impl Source<'_> {
             .iter()
             .rposition(|&v| v <= slow)
             .unwrap_or(0);
-        let end = speeds.iter().rposition(|&v| v > slow).unwrap_or(clear);
+        // After the last clear movement, not the last that is not slow: noise at rest is that, too.
+        let last_clear = speeds
+            .iter()
+            .rposition(|&v| v >= CLEAR_SHARE * peak && v > slow)
+            .unwrap_or(clear);
+        let rest = speeds[last_clear..].iter().position(|&v| v <= slow);
+        let end = rest.map_or(speeds.len() - 1, |after| last_clear + after - 1);
         let moving = (knots[start].index, knots[end].index);
         let (first, last) = self.with_short_rests(moving.0, moving.1);
         Ok((first, contact.unwrap_or(last)))

@@ -30,12 +30,8 @@ impl LabelledReach {
     /// Fewer than two samples in which the touching point was seen, times that do not increase or lie
     /// behind the contact, or a label that is not finite.
     pub fn validate(&self) -> Result<(), ContactError> {
-        let name = || {
-            let part = |p: &Option<String>| p.clone().unwrap_or_else(|| "?".to_owned());
-            format!("{}/{}", part(&self.person), part(&self.trial))
-        };
         let bad = |what| ContactError::Reach {
-            reach: name(),
+            reach: self.name(),
             what,
         };
         let seen = self.frames.iter().filter(|f| f.point(self.point).is_some());
@@ -56,6 +52,12 @@ impl LabelledReach {
             return Err(bad("a normal that is no unit vector"));
         }
         Ok(())
+    }
+
+    /// Person and trial, for messages.
+    pub(crate) fn name(&self) -> String {
+        let part = |p: &Option<String>| p.clone().unwrap_or_else(|| "?".to_owned());
+        format!("{}/{}", part(&self.person), part(&self.trial))
     }
 
     /// Time from the first sample to the contact, s.

@@ -1,7 +1,7 @@
 //! The learned estimator: a regression of the end beside an interaction primitive.
 
 use crate::gates::Gates;
-use crate::held_out_errors::Errors;
+use crate::held_out_errors::HeldOut;
 use crate::learning::{self, OUTPUTS};
 use crate::local_ridge::LocalRidge;
 use crate::primitive::{Follower, Primitive};
@@ -23,7 +23,8 @@ const FEWEST: usize = 8;
 pub enum Combination {
     /// The regression alone.
     Regression,
-    /// The interaction primitive alone.
+    /// The interaction primitive; the regression where that has lost its way. Time and normal are the
+    /// regression's.
     Primitive,
     /// Both, weighted by the joint covariance of their errors on held-out reaches.
     #[default]
@@ -67,9 +68,11 @@ impl Default for LearnedConfig {
 /// Two sources. A ridge regression of the way left, linear in the motion so far, with coefficients
 /// that change with the progress of the reach; and a Bayesian interaction primitive of the touching
 /// point. Both look at the same samples, so their errors are correlated: the weights follow from the
-/// joint covariance of their errors on people (or reaches) that were held out, which is the best
-/// linear combination whatever the correlation [Bar-Shalom 1986]. The covariance of the answer is that
-/// of the combination, with a factor that makes 90 % regions hold 90 % of the held-out ends.
+/// joint second moments of their errors on people (or, with fewer than three, reaches) that were held
+/// out, one weight a region of progress: the scalar case of [Bar-Shalom 1986]. The covariance of the
+/// answer is that of the combination, with a factor that makes 90 % regions hold 90 % of the held-out
+/// ends on average. Ridges, points of the hand and the noise of the primitive are chosen on the same
+/// held-out reaches, which makes the factor a little optimistic.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
     learnt: Arc<Learnt>,
@@ -82,8 +85,7 @@ struct Learnt {
     ridge: LocalRidge,
     normals: bool,
     primitive: Option<Primitive>,
-    /// By region of progress.
-    errors: Vec<Errors>,
+    errors: HeldOut,
     combination: Combination,
 }
 
@@ -91,7 +93,8 @@ impl LearnedModel {
     /// Learns from reaches of one frame, as many people as there are.
     ///
     /// # Errors
-    /// Fewer than eight reaches, a reach that nothing can be learnt from, no regions or samples.
+    /// Fewer than eight reaches, a reach that nothing can be learnt from or with another touching point
+    /// than the first, no regions or samples.
     pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
         reaches.iter().try_for_each(LabelledReach::validate)?;
         let few = |what, value: usize, needed: usize| {
@@ -114,6 +117,12 @@ impl LearnedModel {
                 needed: FEWEST,
             });
         }
+        if let Some(other) = reaches.iter().find(|r| r.point != reaches[0].point) {
+            return Err(ContactError::Reach {
+                reach: other.name(),
+                what: "another touching point than the first reach",
+            });
+        }
         let inputs = Inputs::of(reaches, config.gaze);
         let folds = learning::folds(reaches, config.folds);
         let mut samples = learning::samples(&inputs, reaches, &folds, config);
@@ -130,7 +139,7 @@ impl LearnedModel {
         let gates = learning::gates(&samples, config.regions);
         let normals = reaches.iter().all(|r| r.normal.is_some());
         let (rows, fitted) = learning::regression(&inputs, &samples, &gates, normals)?;
-        let errors = Errors::by_region(&samples, &rows, &fitted.held_out, config.combination);
+        let errors = HeldOut::of(&samples, &rows, &fitted.held_out, config.combination);
         Ok(Self {
             learnt: Arc::new(Learnt {
                 inputs,
@@ -159,7 +168,8 @@ impl LearnedModel {
     }
 }
 
-/// Follows a reach with a [`LearnedModel`]. No allocation in a step.
+/// Follows a reach with a [`LearnedModel`]. A step does not allocate after the first of a reach;
+/// [`begin`](ContactEstimator::begin) does.
 ///
 /// A finger that is missing is bridged by another point of the hand; while none is seen at all the last
 /// answer stands for up to 0.1 s, its time to contact running down.
@@ -223,9 +233,14 @@ impl LearnedEstimator {
         let out = &mut out[..learnt.ridge.outputs()];
         learnt.ridge.predict(&self.features, &self.gates, out);
         let regression_m = now_m + DVec3::from_slice(&out[..3]);
-        let errors = Errors::at(&learnt.errors, &self.gates);
-        let (point_m, covariance_m2) =
-            errors.estimate(learnt.combination, start_m, regression_m, primitive_m);
+        let errors = learnt.errors.at(&self.gates);
+        let (point_m, covariance_m2) = learnt.errors.estimate(
+            &errors,
+            learnt.combination,
+            start_m,
+            regression_m,
+            primitive_m,
+        );
         let normal = learnt.normals.then(|| DVec3::from_slice(&out[4..7]));
         let estimate = ContactEstimate {
             t_s,
@@ -237,6 +252,6 @@ impl LearnedEstimator {
                 sd_s: Some(errors.time_sd_s()),
             }),
         };
-        estimate.point_m.is_finite().then_some(estimate)
+        estimate.is_finite().then_some(estimate)
     }
 }

@@ -243,6 +243,7 @@ pub(crate) fn regression(
     };
     let [all, first] = inputs.widths();
     let mut best: Option<(f64, Rows, Fitted)> = None;
+    let mut judged_by: Option<Vec<f64>> = None;
     for width in if all == first {
         vec![first]
     } else {
@@ -257,7 +258,9 @@ pub(crate) fn regression(
             let end_m = s.now_m + DVec3::from_slice(&said[..3]);
             end_m.distance(s.end_m)
         });
-        let mean = robust_mean(misses.zip(rows.weights.iter().map(|w| w.sqrt())));
+        // The same weights for both, so that neither chooses what it is judged by.
+        let weights = judged_by.get_or_insert_with(|| rows.weights.clone());
+        let mean = robust_mean(misses.zip(weights.iter().map(|w| w.sqrt())));
         if best
             .as_ref()
             .is_none_or(|(least, ..)| mean < (1.0 - WORTH) * least)
@@ -310,21 +313,23 @@ fn weigh(rows: &mut Rows, held_out: &[f64]) {
                 .sum()
         })
         .collect();
-    let usual = by_region(rows, |row, _| squares[row]);
+    let usual = by_region(rows, &squares);
     for row in 0..rows.len() {
         let expected: f64 = rows.gates(row).iter().zip(&usual).map(|(g, u)| g * u).sum();
         rows.weights[row] /= expected + 3.0 * SENSOR_M * SENSOR_M;
     }
 }
 
-/// Means by region, weighted.
-fn by_region(rows: &Rows, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+/// Means of a number of every row by region.
+fn by_region(rows: &Rows, values: &[f64]) -> Vec<f64> {
     (0..rows.regions)
         .map(|region| {
-            let (sum, weight) = (0..rows.len()).fold((0.0, 1e-300), |(s, w), row| {
-                let g = rows.gates(row)[region];
-                (s + g * value(row, region), w + g)
-            });
+            let (mut sum, mut weight) = (0.0, f64::MIN_POSITIVE);
+            for (row, value) in values.iter().enumerate() {
+                let gate = rows.gates(row)[region];
+                sum += gate * value;
+                weight += gate;
+            }
             sum / weight
         })
         .collect()

@@ -5,8 +5,6 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::ops::Range;
 
-/// Rows whose weight in a region is below this do not take part in it.
-const NEGLIGIBLE: f64 = 1e-3;
 /// The constant beside the features, which have a size of about one.
 const CONSTANT: f64 = 1.0;
 
@@ -145,10 +143,7 @@ impl LocalRidge {
                     1 => all.clone(),
                     _ => row_major(&solved(&(&gram - g), &(&moment - m), share * mean)?),
                 };
-                for &row in fold
-                    .iter()
-                    .filter(|row| rows.gates(**row)[region] > NEGLIGIBLE)
-                {
+                for &row in fold.iter().filter(|row| rows.gates(**row)[region] > 0.0) {
                     let out = &mut foretold[row * rows.outputs..][..rows.outputs];
                     out.fill(0.0);
                     self.add(1.0, &fewer, rows.features(row), out);
@@ -219,7 +214,7 @@ impl LocalRidge {
         let near: Vec<usize> = members
             .iter()
             .copied()
-            .filter(|&row| rows.gates(row)[region] > NEGLIGIBLE)
+            .filter(|&row| rows.gates(row)[region] > 0.0)
             .collect();
         let mut x: Mat<f64> = Mat::zeros(near.len(), rows.width + 1);
         let mut y: Mat<f64> = Mat::zeros(near.len(), rows.outputs);
@@ -261,7 +256,7 @@ impl LocalRidge {
         out.fill(0.0);
         let size = (self.centre.len() + 1) * self.outputs;
         for (gate, local) in gates.iter().zip(self.coefficients.chunks_exact(size)) {
-            if *gate > NEGLIGIBLE * NEGLIGIBLE {
+            if *gate > 0.0 {
                 self.add(*gate, local, features, out);
             }
         }

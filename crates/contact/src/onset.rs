@@ -61,6 +61,7 @@ pub struct ReachWatch {
     recent: VecDeque<(HandFrame, f64)>,
     reach: Option<Reaching>,
     last_s: f64,
+    answer: Option<ContactEstimate>,
 }
 
 /// A reach under way.
@@ -86,6 +87,7 @@ impl ReachWatch {
             config,
             reach: None,
             last_s: f64::NEG_INFINITY,
+            answer: None,
         })
     }
 
@@ -100,10 +102,11 @@ impl ReachWatch {
         self.recent.clear();
         self.reach = None;
         self.last_s = f64::NEG_INFINITY;
+        self.answer = None;
     }
 
     /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at
-    /// rest. A sample that is not later than the one before is passed over; after a leap of the
+    /// rest. A sample that repeats the time of the one before gets the same answer; after a leap of the
     /// clock backwards the watch starts anew.
     pub fn step(
         &mut self,
@@ -112,7 +115,22 @@ impl ReachWatch {
         estimator: &mut impl ContactEstimator,
     ) -> Option<ContactEstimate> {
         let t_s = frame.t_s;
-        if !t_s.is_finite() || t_s == self.last_s {
+        if t_s == self.last_s {
+            // A stream that is polled faster than it is measured: nothing new, nothing forgotten.
+            return self.answer;
+        }
+        self.answer = self.follow(frame, hand, estimator);
+        self.answer
+    }
+
+    fn follow(
+        &mut self,
+        frame: &HandFrame,
+        hand: Option<&HandState>,
+        estimator: &mut impl ContactEstimator,
+    ) -> Option<ContactEstimate> {
+        let t_s = frame.t_s;
+        if !t_s.is_finite() {
             return None;
         }
         if t_s < self.last_s {

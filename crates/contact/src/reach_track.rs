@@ -101,7 +101,7 @@ pub(crate) struct ReachTrack {
     history: Vec<(f64, DVec3)>,
     start: Option<(f64, DVec3)>,
     offsets_m: [Option<DVec3>; 6],
-    /// Touching point from the others, m, as last seen; by [`HandPoint`].
+    /// The others from the touching point, m, as last seen; by [`HandPoint`].
     relative_m: [Option<DVec3>; 6],
     head_m: Option<DVec3>,
     gaze: Option<DVec3>,

@@ -118,6 +118,24 @@ fn regions_of_ninety_percent_hold_about_ninety_percent() {
 }
 
 #[test]
+fn what_is_sure_along_the_normal_of_a_wall_is_said_to_be() {
+    let model = model(Combination::Both);
+    let test = &reaches(13, 1, 1)[0];
+    let seen = &test.frames[..test.frames.len() / 2];
+    let last = *follow(&mut model.estimator(), seen)
+        .last()
+        .expect("tracked");
+    let covariance = last.covariance_m2.expect("learnt");
+    // All contacts lie on x = 0; the bow of the ways makes z the least sure.
+    assert!(
+        covariance.x_axis.x < 0.1 * covariance.z_axis.z,
+        "{covariance}"
+    );
+    let held = last.distance_squared(test.contact_m).expect("learnt");
+    assert!(held < 20.0, "{held}");
+}
+
+#[test]
 fn the_normal_is_learnt_and_faces_the_hand() {
     let test = &reaches(4, 1, 1)[0];
     let mut estimator = model(Combination::Both).estimator();
@@ -251,7 +269,16 @@ fn all_reaches_alike_leave_no_singular_equations() {
     let mut estimator = model.expect("alike is no fault").estimator();
     let last = *follow(&mut estimator, &one.frames).last().expect("tracked");
     assert!(last.point_m.distance(one.contact_m) < 1e-3);
-    assert!(last.covariance_m2.expect("learnt").determinant() > 0.0);
+    // The noise of a good tracker is the least that is ever claimed.
+    let covariance = last.covariance_m2.expect("learnt");
+    for axis in 0..3 {
+        assert!(
+            covariance.col(axis)[axis] >= 0.99 * 3e-4 * 3e-4,
+            "{covariance}"
+        );
+    }
+    let time = last.time_to_contact_s.expect("learnt");
+    assert!(time.sd_s.expect("learnt") >= 2e-3);
 }
 
 #[test]
@@ -276,6 +303,9 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
     let mut bad = good.clone();
     bad[7].frames.iter_mut().for_each(|f| f.tips_m = [None; 5]);
     assert!(train(&bad, &standard).to_string().contains("person 1/1"));
+    let mut bad = good.clone();
+    bad[4].point = HandPoint::Palm;
+    assert!(train(&bad, &standard).to_string().contains("person 0/4"));
     let mut bad = good.clone();
     bad[2].frames.reverse();
     assert!(train(&bad, &standard).to_string().contains("increase"));
