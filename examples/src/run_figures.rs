@@ -187,7 +187,8 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
             .margin(10)
             .x_label_area_size(40)
             .y_label_area_size(62)
-            .build_cartesian_2d(start_s..end_s, 0.0..top)
+            // Room for the legend beside the lines.
+            .build_cartesian_2d(start_s..end_s + 0.3 * (end_s - start_s), 0.0..top)
             .map_err(plot_error)?;
         chart
             .configure_mesh()
