@@ -13,7 +13,7 @@ const LONGEST_TRIAL_S: f64 = 10.0;
 /// From so many recordings on, whole recordings are held out.
 const FEWEST_RECORDINGS: usize = 5;
 /// More folds than this are joined: training is repeated for each.
-const MOST_FOLDS: usize = 16;
+const MOST_FOLDS: usize = 50;
 
 /// Reaches of one study, all with the same points of the hand, in the frame of its tracker.
 #[derive(Debug, Clone)]
@@ -247,7 +247,7 @@ impl Source {
 
 impl Split {
     /// Who is held out when: each person, of two and more; else each recording, of five and more; else each
-    /// reach. More than sixteen folds are joined, neighbours first.
+    /// reach. More than fifty folds are joined, neighbours first.
     #[must_use]
     pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
         let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();
