@@ -4,7 +4,6 @@
 use crate::contact_rooms::{self, Condition, Stream};
 use crate::demonstrations::hand_frame;
 use crate::touches::{self, Touch};
-use anyhow::Context;
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
@@ -270,16 +269,17 @@ fn stream(scene: &Scene, hand: &TouchSequence, company: &Company) -> anyhow::Res
     let touches = hand
         .touches()
         .iter()
-        .map(|truth| {
-            let closest = scene.closest_touchable(truth.target_m, 0.05)?;
-            Ok(contact_rooms::Touch {
-                surface: closest.context("a target off all surfaces")?.surface,
+        // The outline of a patch spans its holes: a place in one of them is on no surface.
+        .filter_map(|truth| {
+            let closest = scene.closest_touchable(truth.target_m, 0.05).transpose()?;
+            Some(closest.map(|closest| contact_rooms::Touch {
+                surface: closest.surface,
                 target_m: truth.target_m,
                 normal: truth.normal,
                 start_s: truth.start_s,
                 contact_s: truth.contact_s,
-            })
+            }))
         })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+        .collect::<Result<Vec<_>, _>>()?;
     Ok(Stream::new(frames, touches))
 }
