@@ -51,9 +51,9 @@ impl WatchConfig {
 /// Feeds a [`ContactEstimator`] the reaches of an unbroken stream, each from its true start.
 ///
 /// The onset is only seen some samples after the movement began; those are kept and replayed, so
-/// one step at the onset costs as much as some ten. A hand that turns back while it moves, after a
-/// touch or by a change of mind, begins a new reach where it was slowest. Nothing is allocated
-/// after the construction.
+/// one step at the onset costs as much as there are samples since the start, at most `buffer`. A hand
+/// that turns back while it moves, after a touch or by a change of mind, begins a new reach where it was
+/// slowest. Nothing is allocated after the construction but what the estimator allocates when it begins.
 #[derive(Debug, Clone)]
 pub struct ReachWatch {
     config: WatchConfig,

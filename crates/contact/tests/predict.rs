@@ -1,5 +1,8 @@
 //! Deterministic prediction: what it must get right, and its known failures.
 
+mod common;
+
+use common::scene;
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, GazeRay, HandFilter, HandFilterConfig, HandFrame,
@@ -7,20 +10,6 @@ use hwall_contact::{
 };
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, Tol, assert_close};
-
-/// Named quads, corners counter-clockwise from outside.
-fn scene(quads: &[(&str, [[f64; 3]; 4])], sidecar: Option<&str>) -> Scene {
-    let mut obj = String::new();
-    for (i, (name, corners)) in quads.iter().enumerate() {
-        obj += &format!("o {name}\n");
-        for [x, y, z] in corners {
-            obj += &format!("v {x} {y} {z}\n");
-        }
-        let first = 4 * i + 1;
-        obj += &format!("f {} {} {} {}\n", first, first + 1, first + 2, first + 3);
-    }
-    Scene::from_obj_str(&obj, sidecar).unwrap().0
-}
 
 /// A wall at a given x, seen from smaller x, spanning y from -1 to 1 and z from 0 to 2.
 fn wall(x: f64) -> [[f64; 3]; 4] {
