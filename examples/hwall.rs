@@ -4,6 +4,7 @@
 
 use anyhow::Context;
 use clap::{Parser, ValueEnum};
+use hwall_examples::board_follow::Follow;
 use hwall_examples::foresight::{Foresight, Kind};
 use hwall_examples::place::Stand;
 use hwall_examples::stage::{Options, Stage};
@@ -48,6 +49,9 @@ struct Args {
     /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     predictor: Option<Kind>,
+    /// Where the board goes for what is foreseen
+    #[arg(long, value_enum, default_value = "likeliest")]
+    follow: Follow,
     /// Touches of the simulated person
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=1000))]
     touches: u64,
@@ -108,7 +112,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let clock = (1e-3 * args.period_ms, args.seed);
     let maps = WallMaps::of_scene(&arm, scene)?;
-    let led = (&stage.hand, &mut foresight);
+    let led = (&stage.hand, &mut foresight, args.follow);
     let mut run = session::run(&arm, &board, (scene, &maps), led, clock, |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;

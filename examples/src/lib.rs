@@ -15,6 +15,7 @@ pub mod bip_scores;
 pub mod bip_setup;
 pub mod bip_study;
 pub mod bip_validation;
+pub mod board_follow;
 pub mod contact_candidates;
 pub mod contact_dissertation;
 pub mod contact_document;

@@ -1,5 +1,6 @@
 //! The closed loop of the main job: hand in, board out, on one clock.
 
+use crate::board_follow::{BoardFollow, Follow};
 use crate::foresight::{Foresight, Kind, Said};
 use crate::run_figures::Trace;
 use crate::touches::Outcome;
@@ -8,7 +9,7 @@ use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, GazeFilter, HandFilter, HandFilterConfig, HandFrame, LostReason,
-    PredictionSource, Seen, SteadyPoint, Tracking,
+    PredictionSource, Seen, Tracking,
 };
 use hwall_haptics::{Arm, Board, BoardTarget, Phase, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
@@ -18,9 +19,6 @@ use std::time::Instant;
 
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
-
-/// The board stands still while the prediction stays within this, m: half its half width.
-const STEADY_M: f64 = 0.05;
 
 /// A hand to follow.
 pub enum Hand {
@@ -111,7 +109,7 @@ pub fn run(
     arm: &SrsArm,
     board: &Board,
     (scene, maps): (&Scene, &WallMaps),
-    (hand, foresight): (&Hand, &mut Foresight),
+    (hand, foresight, follow): (&Hand, &mut Foresight, Follow),
     (period_s, seed): (f64, u64),
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<Run> {
@@ -131,7 +129,7 @@ pub fn run(
     };
     let mut filter = HandFilter::new(filter)?;
     let mut gaze_filter = GazeFilter::default();
-    let mut steady = SteadyPoint::new(STEADY_M)?;
+    let mut follow = BoardFollow::new(follow, board)?;
     let finger = HandContact {
         half_extent_m: board.half_width_m,
         ..HandContact::default()
@@ -156,7 +154,7 @@ pub fn run(
                 gaze: gaze.as_ref(),
             };
             let (answers, said) = foresight.step(scene, &seen);
-            let found = answers.first().map(|p| steady.step(*p));
+            let found = follow.step(answers, servo.pose().position_m());
             log.heard(said);
             target = found.as_ref().map(|p| BoardTarget {
                 point_m: log.presented(maps, p),

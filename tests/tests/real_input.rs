@@ -125,7 +125,11 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     let (mut foresight, learnt) =
         Foresight::train(&stage.scene, &arm, &stage.company, Some(Kind::Fused)).unwrap();
     println!("{learnt}");
-    let led = (&stage.hand, &mut foresight);
+    let led = (
+        &stage.hand,
+        &mut foresight,
+        hwall_examples::board_follow::Follow::Likeliest,
+    );
     let run = hwall_examples::session::run(&arm, &board, place, led, (2e-3, 1), |_| {}).unwrap();
     assert_eq!(run.leader, Kind::Fused);
     let leads = hwall_examples::touches::leads(&stage.scene, &stage.touches, &run.said);

@@ -33,12 +33,22 @@ fn at(
 }
 
 fn choose(predictions: &[ContactPrediction], board_m: DVec3) -> BoardChoice {
-    let chooser = BoardChooser::new(BoardConfig::default()).unwrap();
+    let chooser = BoardChooser::new(slow()).unwrap();
     chooser.choose(predictions, board_m, 0.5).unwrap()
 }
 
 const FRONT: DVec3 = DVec3::new(0.7, 0.0, 1.2);
 const SIDE: DVec3 = DVec3::new(0.4, 0.3, 1.2);
+
+/// An arm that takes a while, and a hand that shows late where it goes.
+fn slow() -> BoardConfig {
+    BoardConfig {
+        speed_m_per_s: 0.6,
+        latency_s: 0.05,
+        resolved_s: 0.2,
+        ..BoardConfig::default()
+    }
+}
 
 #[test]
 fn a_certain_contact_is_where_the_board_goes() {
@@ -103,7 +113,7 @@ fn between_two_walls_the_board_waits_while_there_is_time_and_commits_when_there_
     // A faster arm reaches both from between them, but not one from the other.
     let chooser = BoardChooser::new(BoardConfig {
         speed_m_per_s: 1.2,
-        ..BoardConfig::default()
+        ..slow()
     })
     .unwrap();
     let waits = chooser.choose(&corner(1.0), FRONT, 0.5).unwrap();
@@ -156,7 +166,7 @@ fn a_door_and_the_wall_around_it_are_served_from_between_them() {
 
 #[test]
 fn nothing_to_choose_and_bad_numbers() {
-    let chooser = BoardChooser::new(BoardConfig::default()).unwrap();
+    let chooser = BoardChooser::new(slow()).unwrap();
     assert_eq!(chooser.choose(&[], FRONT, 0.5), None);
     let one = [at(0, FRONT, DVec3::NEG_X, 1.0, 0.3)];
     assert_eq!(chooser.choose(&one, DVec3::NAN, 0.5), None);
@@ -169,13 +179,13 @@ fn nothing_to_choose_and_bad_numbers() {
     for bad in [f64::NAN, -1.0, 0.0] {
         let config = BoardConfig {
             speed_m_per_s: bad,
-            ..BoardConfig::default()
+            ..slow()
         };
         assert!(BoardChooser::new(config).is_err());
     }
     let config = BoardConfig {
         inset_m: 0.1,
-        ..BoardConfig::default()
+        ..slow()
     };
     assert!(BoardChooser::new(config).is_err());
 }
