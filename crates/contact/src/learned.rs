@@ -5,12 +5,13 @@ use crate::held_out_errors::HeldOut;
 use crate::learning::{self, OUTPUTS};
 use crate::local_ridge::LocalRidge;
 use crate::primitive::{Follower, Primitive};
-use crate::reach_track::{Inputs, ReachTrack};
+use crate::reach_track::{Inputs, MOST_LAGS, ReachTrack};
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
 };
 use glam::DVec3;
 use hwall_bip::Basis;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Longest time without any point of the hand that is bridged, s.
@@ -44,8 +45,14 @@ pub struct LearnedConfig {
     pub regions: usize,
     /// Samples of each reach to learn from. Default 30.
     pub samples_per_reach: usize,
+    /// Steps back in time that the regression compares the hand with, the first 0.03 s long and each
+    /// next one twice as long; 8 at most. Default 4: a window of 0.24 s.
+    pub lags: usize,
     /// Basis of the interaction primitive. Default 9 normalised Gaussians.
     pub basis: Basis,
+    /// Most directions in which the primitive lets reaches differ: what a step costs grows with them.
+    /// Default 24.
+    pub rank: usize,
     /// Most parts that the reaches are held out in; whole persons where there are three or more. Default 16.
     pub folds: usize,
 }
@@ -57,9 +64,37 @@ impl Default for LearnedConfig {
             gaze: false,
             regions: 16,
             samples_per_reach: 30,
+            lags: 4,
             basis: Basis::normalized_gaussian(9),
+            rank: 24,
             folds: 16,
         }
+    }
+}
+
+impl LearnedConfig {
+    fn validate(&self) -> Result<(), ContactError> {
+        let within = |what, value: usize, range: RangeInclusive<usize>, wanted| {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            let value = value as f64;
+            Err(ContactError::Parameter {
+                what,
+                value,
+                wanted,
+            })
+        };
+        within("regions", self.regions, 1..=usize::MAX, "at least 1")?;
+        within(
+            "samples_per_reach",
+            self.samples_per_reach,
+            1..=usize::MAX,
+            "at least 1",
+        )?;
+        within("lags", self.lags, 0..=MOST_LAGS, "at most 8")?;
+        within("rank", self.rank, 1..=usize::MAX, "at least 1")?;
+        within("folds", self.folds, 2..=usize::MAX, "at least 2")
     }
 }
 
@@ -97,20 +132,7 @@ impl LearnedModel {
     /// than the first, no regions or samples.
     pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
         reaches.iter().try_for_each(LabelledReach::validate)?;
-        let few = |what, value: usize, needed: usize| {
-            if value >= needed {
-                return Ok(());
-            }
-            let (value, wanted) = (value as f64, "at least 1, 2 folds");
-            Err(ContactError::Parameter {
-                what,
-                value,
-                wanted,
-            })
-        };
-        few("regions", config.regions, 1)?;
-        few("samples_per_reach", config.samples_per_reach, 1)?;
-        few("folds", config.folds, 2)?;
+        config.validate()?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
                 got: reaches.len(),
@@ -123,7 +145,7 @@ impl LearnedModel {
                 what: "another touching point than the first reach",
             });
         }
-        let inputs = Inputs::of(reaches, config.gaze);
+        let inputs = Inputs::of(reaches, config.gaze, config.lags);
         let folds = learning::folds(reaches, config.folds);
         let mut samples = learning::samples(&inputs, reaches, &folds, config);
         let primitive = match config.combination {
@@ -231,7 +253,7 @@ impl LearnedEstimator {
             .weights_into(&self.track.progress(), &mut self.gates);
         let mut out = [0.0; OUTPUTS];
         let out = &mut out[..learnt.ridge.outputs()];
-        learnt.ridge.predict(&self.features, &self.gates, out);
+        learnt.ridge.predict(&mut self.features, &self.gates, out);
         let regression_m = now_m + DVec3::from_slice(&out[..3]);
         let errors = learnt.errors.at(&self.gates);
         let (point_m, covariance_m2) = learnt.errors.estimate(

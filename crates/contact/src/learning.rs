@@ -151,7 +151,7 @@ pub(crate) fn primitive(
             .iter()
             .map(|r| crate::primitive::demonstration(inputs, points, r))
             .collect::<Result<_, _>>()?;
-        let training = Training::tuned(config.basis, points, &demonstrations)?;
+        let training = Training::tuned(config, points, &demonstrations)?;
         let said = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
         // Where a primitive is lost it counts as if it said that the hand stays where it is.
         let misses = samples

@@ -1,7 +1,7 @@
 //! The end of a reach by an interaction primitive of the hand.
 
 use crate::reach_track::{Inputs, ReachTrack};
-use crate::{ContactError, LabelledReach};
+use crate::{ContactError, LabelledReach, LearnedConfig};
 use glam::DVec3;
 use hwall_bip::{
     Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
@@ -18,8 +18,6 @@ const NOISE_FACTORS: [f64; 6] = [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
 const CORRELATION_TIMES: [f64; 3] = [0.0, 10.0, 40.0];
 /// Demonstrations held out one at a time for the noise of the model.
 const HELD_OUT: usize = 16;
-/// Most directions of the prior: what a step costs grows with them.
-const MAX_RANK: usize = 48;
 /// Share of the motion seen when the tuning judges it.
 const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 /// Squared Mahalanobis distance a number of recent samples at which a primitive has lost its way. It is
@@ -61,6 +59,7 @@ pub(crate) fn demonstration(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Training {
     basis: Basis,
+    rank: usize,
     dofs: usize,
     tuning: Option<Tuning>,
 }
@@ -69,24 +68,24 @@ impl Training {
     fn config(&self) -> TrainingConfig {
         TrainingConfig {
             held_out: HELD_OUT,
-            max_rank: Some(MAX_RANK),
+            max_rank: Some(self.rank),
             ..TrainingConfig::new(vec![Group::observed("hand", self.dofs, self.basis)])
         }
     }
 
     /// The noise that foresees held-out reaches best.
     pub(crate) fn tuned(
-        basis: Basis,
+        config: &LearnedConfig,
         points: usize,
         all: &[Demonstration],
     ) -> Result<Self, ContactError> {
-        let dofs = 3 * points;
-        let training = Self {
-            basis,
-            dofs,
+        let untuned = Self {
+            basis: config.basis,
+            rank: config.rank,
+            dofs: 3 * points,
             tuning: None,
-        }
-        .config();
+        };
+        let training = untuned.config();
         let step = all.len().div_ceil(TUNED_ON).max(1);
         let some: Vec<Demonstration> = all.iter().step_by(step).cloned().collect();
         let search = TuningConfig {
@@ -102,9 +101,8 @@ impl Training {
         };
         let (model, _) = tune(&some, &training, &search)?;
         Ok(Self {
-            basis,
-            dofs,
             tuning: model.tuning(),
+            ..untuned
         })
     }
 

@@ -3,8 +3,11 @@
 use crate::{HandFrame, HandPoint, LabelledReach};
 use glam::{DMat3, DVec3};
 
-/// How far back positions are compared with the present one, s.
-const LAGS_S: [f64; 4] = [0.03, 0.06, 0.12, 0.24];
+/// The shortest time by which positions are compared with the present one, s; each next lag is twice
+/// the one before.
+const FIRST_LAG_S: f64 = 0.03;
+/// Most lags: nearly four seconds.
+pub(crate) const MOST_LAGS: usize = 8;
 /// Displacements of the past are scaled to this much time, so that all have one size.
 const HORIZON_S: f64 = 0.2;
 /// The speed is the slope over this much of the past, s.
@@ -24,6 +27,8 @@ pub(crate) struct Inputs {
     others: Vec<HandPoint>,
     head: bool,
     gaze: bool,
+    /// Positions of the past that are compared with the present one.
+    lags: usize,
     /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
     /// reach in which it is missing.
     offsets_m: [Option<DVec3>; 6],
@@ -34,7 +39,7 @@ pub(crate) struct Inputs {
 
 impl Inputs {
     /// What the reaches have in common. The touching point is the most frequent one.
-    pub(crate) fn of(reaches: &[LabelledReach], use_gaze: bool) -> Self {
+    pub(crate) fn of(reaches: &[LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
         // The last of equals wins: the first by contact.
         let order = HandPoint::BY_CONTACT.into_iter().rev();
@@ -63,12 +68,17 @@ impl Inputs {
             others,
             head: usual(&|f| head(f).is_some()),
             gaze: use_gaze && usual(&|f| gaze(f).is_some()),
+            lags,
             offsets_m: HandPoint::ALL
                 .map(|p| mean(&|f| Some(f.point(point)? - f.point(p)?)))
                 .map(|offset| offset.filter(|o| o.is_finite())),
             head_m: mean(&head).unwrap_or(DVec3::ZERO),
             mean_gaze: mean(&gaze).unwrap_or(DVec3::ZERO),
         }
+    }
+
+    fn lags_s(&self) -> impl Iterator<Item = f64> {
+        (0..self.lags).map(|k| FIRST_LAG_S * f64::from(1 << k))
     }
 
     /// Points of the hand that take part.
@@ -78,7 +88,7 @@ impl Inputs {
 
     /// Length of the feature vector, and of its first part, without the other points of the hand.
     pub(crate) fn widths(&self) -> [usize; 2] {
-        let vectors = 2 + LAGS_S.len() + usize::from(self.head) + usize::from(self.gaze);
+        let vectors = 2 + self.lags + usize::from(self.head) + usize::from(self.gaze);
         let first = 3 * vectors + SCALARS;
         [first + 3 * self.others.len(), first]
     }
@@ -268,7 +278,7 @@ impl ReachTrack {
         };
         out.extend(start_m.to_array());
         out.extend((now_m - start_m).to_array());
-        for lag_s in LAGS_S {
+        for lag_s in inputs.lags_s() {
             let moved_m = (now_m - self.before(t_s - lag_s)) * (HORIZON_S / lag_s);
             out.extend(moved_m.to_array());
         }
