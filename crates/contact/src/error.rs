@@ -52,6 +52,17 @@ pub enum ContactError {
         /// Name of the missing column.
         column: String,
     },
+    /// A column that must be there is missing, and the header is one single column with a sign in it that
+    /// separates columns elsewhere.
+    #[error(
+        "no column {column:?}: the header is one column that contains {separator:?}; columns must be separated by ','"
+    )]
+    Separator {
+        /// Name of the missing column.
+        column: String,
+        /// The sign that seems to separate columns.
+        separator: char,
+    },
     /// Two columns carry the same name.
     #[error("column {column:?} appears twice")]
     DuplicateColumn {
