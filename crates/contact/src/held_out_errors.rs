@@ -44,8 +44,8 @@ impl Axes {
 /// Held-out errors by region of progress, in the axes that describe them best.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldOut {
-    axes: Axes,
-    regions: Vec<Errors>,
+    pub(crate) axes: Axes,
+    pub(crate) regions: Vec<Errors>,
 }
 
 impl HeldOut {
@@ -92,16 +92,16 @@ impl HeldOut {
 /// Second moments of held-out errors in some axes, m² and s², in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Errors {
-    regression: DMat3,
-    primitive: DMat3,
+    pub(crate) regression: DMat3,
+    pub(crate) primitive: DMat3,
     /// `E[regression primitive']`.
-    cross: DMat3,
+    pub(crate) cross: DMat3,
     /// Share of the primitive in the combination.
-    gain: f64,
-    time: f64,
+    pub(crate) gain: f64,
+    pub(crate) time: f64,
     /// Factors on the covariance and on the deviation of the time.
-    spread: f64,
-    time_spread: f64,
+    pub(crate) spread: f64,
+    pub(crate) time_spread: f64,
 }
 
 impl Errors {

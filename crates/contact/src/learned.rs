@@ -1,16 +1,18 @@
 //! The learned estimator: a regression of the end beside an interaction primitive.
 
 use crate::gates::Gates;
-use crate::held_out_errors::HeldOut;
+use crate::held_out_errors::{HeldOut, weighted_quantile};
 use crate::learning::{self, OUTPUTS};
 use crate::local_ridge::LocalRidge;
 use crate::primitive::{Follower, Primitive};
 use crate::reach_track::{Inputs, MOST_LAGS, ReachTrack};
 use crate::{
-    ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
+    ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
+    TimeToContact,
 };
 use glam::DVec3;
 use hwall_bip::Basis;
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -110,18 +112,38 @@ impl LearnedConfig {
 /// held-out reaches, which makes the factor a little optimistic.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
-    learnt: Arc<Learnt>,
+    pub(crate) learnt: Arc<Learnt>,
 }
 
 #[derive(Debug)]
-struct Learnt {
-    inputs: Inputs,
-    gates: Gates,
-    ridge: LocalRidge,
-    normals: bool,
-    primitive: Option<Primitive>,
-    errors: HeldOut,
-    combination: Combination,
+pub(crate) struct Learnt {
+    pub(crate) origin: Origin,
+    pub(crate) inputs: Inputs,
+    pub(crate) gates: Gates,
+    pub(crate) ridge: LocalRidge,
+    pub(crate) primitive: Option<Primitive>,
+    pub(crate) errors: HeldOut,
+    pub(crate) combination: Combination,
+}
+
+/// What a model was learnt from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Origin {
+    pub(crate) reaches: usize,
+    pub(crate) people: usize,
+    pub(crate) median_duration_s: f64,
+}
+
+impl Origin {
+    fn of(reaches: &[LabelledReach]) -> Self {
+        let people: BTreeSet<_> = reaches.iter().filter_map(|r| r.person.as_ref()).collect();
+        let durations = reaches.iter().map(|r| (r.duration_s(), 1.0));
+        Self {
+            reaches: reaches.len(),
+            people: people.len(),
+            median_duration_s: weighted_quantile(0.5, durations),
+        }
+    }
 }
 
 impl LearnedModel {
@@ -164,15 +186,51 @@ impl LearnedModel {
         let errors = HeldOut::of(&samples, &rows, &fitted.held_out, config.combination);
         Ok(Self {
             learnt: Arc::new(Learnt {
+                origin: Origin::of(reaches),
                 inputs,
                 gates,
                 ridge: fitted.ridge,
-                normals,
                 primitive,
                 errors,
                 combination: config.combination,
             }),
         })
+    }
+
+    /// Reaches it was learnt from.
+    #[must_use]
+    pub fn reaches(&self) -> usize {
+        self.learnt.origin.reaches
+    }
+
+    /// People among them, as far as they are named.
+    #[must_use]
+    pub fn people(&self) -> usize {
+        self.learnt.origin.people
+    }
+
+    /// Half of those reaches last no longer, s.
+    #[must_use]
+    pub fn median_duration_s(&self) -> f64 {
+        self.learnt.origin.median_duration_s
+    }
+
+    /// The point of the hand whose contact is foreseen.
+    #[must_use]
+    pub fn touching_point(&self) -> HandPoint {
+        self.learnt.inputs.point
+    }
+
+    /// Whether normals of surfaces were learnt: where every reach had one.
+    #[must_use]
+    pub fn has_normals(&self) -> bool {
+        self.learnt.ridge.outputs() == OUTPUTS
+    }
+
+    /// Who says where the reach ends.
+    #[must_use]
+    pub fn combination(&self) -> Combination {
+        self.learnt.combination
     }
 
     /// An estimator that waits for a reach. Estimators share what was learnt.
@@ -263,7 +321,7 @@ impl LearnedEstimator {
             regression_m,
             primitive_m,
         );
-        let normal = learnt.normals.then(|| DVec3::from_slice(&out[4..7]));
+        let normal = (out.len() == OUTPUTS).then(|| DVec3::from_slice(&out[4..7]));
         let estimate = ContactEstimate {
             t_s,
             point_m,

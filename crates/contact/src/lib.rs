@@ -23,6 +23,8 @@ mod labelled;
 mod learned;
 mod learning;
 mod local_ridge;
+#[cfg(feature = "serde")]
+mod model_file;
 mod onset;
 mod predict;
 mod primitive;

@@ -62,8 +62,8 @@ impl Rows {
 /// want different ones, and sharing one made the late estimates several times worse.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LocalRidge {
-    centre: Vec<f64>,
-    scale: Vec<f64>,
+    pub(crate) centre: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
     outputs: usize,
     /// By region and feature, the constant last: one for every output, then zeros.
     coefficients: Vec<Padded>,
@@ -247,6 +247,27 @@ impl LocalRidge {
         for (value, row) in self.scaled(features).zip(rows) {
             out.iter_mut().zip(row).for_each(|(o, w)| *o += value * w);
         }
+    }
+
+    /// From its parts; coefficients by region, feature (the constant last) and output, at most eight.
+    pub(crate) fn from_parts(
+        centre: Vec<f64>,
+        scale: Vec<f64>,
+        outputs: usize,
+        coefficients: &[f64],
+    ) -> Self {
+        Self {
+            centre,
+            scale,
+            outputs,
+            coefficients: coefficients.chunks_exact(outputs).map(padded).collect(),
+        }
+    }
+
+    /// By region, feature (the constant last) and output.
+    pub(crate) fn coefficients(&self) -> impl Iterator<Item = f64> {
+        let rows = self.coefficients.iter();
+        rows.flat_map(|row| row[..self.outputs].iter().copied())
     }
 
     /// Numbers foretold for a sample.

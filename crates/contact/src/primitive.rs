@@ -28,11 +28,20 @@ const POINT: [usize; 3] = [0, 1, 2];
 /// A trained primitive, ready to follow reaches.
 #[derive(Debug, Clone)]
 pub(crate) struct Primitive {
+    pub(crate) model: Model,
     filter: Filter,
-    period_s: f64,
-    dofs: usize,
     /// Mean of the contact as labelled relative to the last place of the touching point, m.
-    label_offset_m: DVec3,
+    pub(crate) label_offset_m: DVec3,
+}
+
+impl Primitive {
+    pub(crate) fn new(model: Model, label_offset_m: DVec3) -> Result<Self, ContactError> {
+        Ok(Self {
+            filter: Filter::new(&model, &FilterConfig::default())?,
+            model,
+            label_offset_m,
+        })
+    }
 }
 
 /// The hand over a reach, as the filter sees it: the touching point, then the others, so many.
@@ -122,20 +131,17 @@ impl Training {
         if let Some(tuning) = self.tuning {
             model = model.with_tuning(tuning)?;
         }
-        Ok(Primitive {
-            filter: Filter::new(&model, &FilterConfig::default())?,
-            period_s: model.sampling_period(),
-            dofs: self.dofs,
-            label_offset_m: offset_m / count,
-        })
+        Primitive::new(model, offset_m / count)
     }
 }
 
 /// A primitive following one reach.
 #[derive(Debug, Clone)]
 pub(crate) struct Follower {
-    fresh: Primitive,
+    fresh: Filter,
     filter: Filter,
+    period_s: f64,
+    label_offset_m: DVec3,
     dofs: Vec<usize>,
     values: Vec<f64>,
     last_s: Option<f64>,
@@ -144,16 +150,18 @@ pub(crate) struct Follower {
 impl Follower {
     pub(crate) fn new(primitive: &Primitive) -> Self {
         Self {
-            fresh: primitive.clone(),
+            fresh: primitive.filter.clone(),
             filter: primitive.filter.clone(),
-            dofs: (0..primitive.dofs).collect(),
+            period_s: primitive.model.sampling_period(),
+            label_offset_m: primitive.label_offset_m,
+            dofs: (0..primitive.model.dofs()).collect(),
             values: Vec::with_capacity(18),
             last_s: None,
         }
     }
 
     pub(crate) fn begin(&mut self) {
-        self.filter.clone_from(&self.fresh.filter);
+        self.filter.clone_from(&self.fresh);
         self.last_s = None;
     }
 
@@ -162,9 +170,7 @@ impl Follower {
         let Some((t_s, _)) = track.now() else {
             return Ok(());
         };
-        let dt_s = self
-            .last_s
-            .map_or(self.fresh.period_s, |last_s| t_s - last_s);
+        let dt_s = self.last_s.map_or(self.period_s, |last_s| t_s - last_s);
         self.last_s = Some(t_s);
         self.filter.predict(dt_s)?;
         track.points_into(inputs, &mut self.values);
@@ -184,6 +190,6 @@ impl Follower {
         let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
         self.filter
             .predict_at(1.0, &POINT, &mut mean, &mut variance)?;
-        Ok(Some(DVec3::from_array(mean) + self.fresh.label_offset_m))
+        Ok(Some(DVec3::from_array(mean) + self.label_offset_m))
     }
 }

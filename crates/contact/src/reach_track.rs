@@ -24,17 +24,17 @@ pub(crate) const PROGRESS: usize = 4;
 pub(crate) struct Inputs {
     pub(crate) point: HandPoint,
     /// Other points of the hand, relative to the touching one.
-    others: Vec<HandPoint>,
-    head: bool,
-    gaze: bool,
+    pub(crate) others: Vec<HandPoint>,
+    pub(crate) head: bool,
+    pub(crate) gaze: bool,
     /// Positions of the past that are compared with the present one.
-    lags: usize,
+    pub(crate) lags: usize,
     /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
     /// reach in which it is missing.
-    offsets_m: [Option<DVec3>; 6],
+    pub(crate) offsets_m: [Option<DVec3>; 6],
     /// Means of head and gaze, which stand in until they are seen.
-    head_m: DVec3,
-    mean_gaze: DVec3,
+    pub(crate) head_m: DVec3,
+    pub(crate) mean_gaze: DVec3,
 }
 
 impl Inputs {

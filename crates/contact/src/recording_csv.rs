@@ -198,7 +198,9 @@ impl Columns {
         }
         // A table of another program may have another sign between its columns.
         let separator = match header.iter().collect::<Vec<_>>()[..] {
-            [only] => [';', '\t', '|'].into_iter().find(|&sign| only.contains(sign)),
+            [only] => [';', '\t', '|']
+                .into_iter()
+                .find(|&sign| only.contains(sign)),
             _ => None,
         };
         let missing = |column: &str| {
