@@ -1,6 +1,7 @@
 //! How far the sources of an estimate are off on reaches that they were not learnt from, and how they
 //! are put together for it.
 
+use crate::estimate::outer;
 use crate::learned::Combination;
 use crate::learning::Sampled;
 use crate::local_ridge::Rows;
@@ -304,10 +305,6 @@ impl Miss {
 /// The noise of the sensor as a covariance, m².
 fn sensor() -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M))
-}
-
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 fn trace(m: &DMat3) -> f64 {

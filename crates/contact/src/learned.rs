@@ -2,6 +2,7 @@
 
 use crate::gates::Gates;
 use crate::held_out_errors::{HeldOut, weighted_quantile};
+use crate::labelled::held_out_groups;
 use crate::learning::{self, OUTPUTS};
 use crate::local_ridge::LocalRidge;
 use crate::primitive::{Follower, Primitive};
@@ -168,7 +169,7 @@ impl LearnedModel {
             });
         }
         let inputs = Inputs::of(reaches, config.gaze, config.lags);
-        let folds = learning::folds(reaches, config.folds);
+        let folds = held_out_groups(reaches, config.folds, config.folds);
         let mut samples = learning::samples(&inputs, reaches, &folds, config);
         let primitive = match config.combination {
             Combination::Regression => None,
@@ -266,14 +267,14 @@ pub struct LearnedEstimator {
 impl ContactEstimator for LearnedEstimator {
     fn begin(&mut self) {
         self.last = None;
-        self.track.begin(&self.learnt.inputs);
+        self.track.begin();
         if let Some(follower) = &mut self.follower {
             follower.begin();
         }
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        if !self.track.push(&self.learnt.inputs, frame) {
+        if !self.track.push(frame) {
             return self.unseen(frame.t_s);
         }
         self.last = self.seen();

@@ -35,6 +35,7 @@ mod resample;
 mod segment;
 mod steady;
 mod surface_share;
+mod touching_point;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};

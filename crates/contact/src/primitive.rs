@@ -53,7 +53,7 @@ pub(crate) fn demonstration(
     let mut track = ReachTrack::new(inputs);
     let (mut times, mut values, mut points) = (Vec::new(), Vec::new(), Vec::new());
     for frame in &reach.frames {
-        if track.push(inputs, frame)
+        if track.push(frame)
             && let (Some((t_s, _)), Some((start_s, _))) = (track.now(), track.start())
         {
             times.push(t_s - start_s);
