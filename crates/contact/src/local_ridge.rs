@@ -249,27 +249,6 @@ impl LocalRidge {
         }
     }
 
-    /// From its parts; coefficients by region, feature (the constant last) and output, at most eight.
-    pub(crate) fn from_parts(
-        centre: Vec<f64>,
-        scale: Vec<f64>,
-        outputs: usize,
-        coefficients: &[f64],
-    ) -> Self {
-        Self {
-            centre,
-            scale,
-            outputs,
-            coefficients: coefficients.chunks_exact(outputs).map(padded).collect(),
-        }
-    }
-
-    /// By region, feature (the constant last) and output.
-    pub(crate) fn coefficients(&self) -> impl Iterator<Item = f64> {
-        let rows = self.coefficients.iter();
-        rows.flat_map(|row| row[..self.outputs].iter().copied())
-    }
-
     /// Numbers foretold for a sample.
     pub(crate) fn outputs(&self) -> usize {
         self.outputs
@@ -298,6 +277,31 @@ impl LocalRidge {
             }
         }
         out.copy_from_slice(&sum[..out.len()]);
+    }
+}
+
+/// For files.
+#[cfg(feature = "serde")]
+impl LocalRidge {
+    /// From its parts; coefficients by region, feature (the constant last) and output, at most eight.
+    pub(crate) fn from_parts(
+        centre: Vec<f64>,
+        scale: Vec<f64>,
+        outputs: usize,
+        coefficients: &[f64],
+    ) -> Self {
+        Self {
+            centre,
+            scale,
+            outputs,
+            coefficients: coefficients.chunks_exact(outputs).map(padded).collect(),
+        }
+    }
+
+    /// By region, feature (the constant last) and output.
+    pub(crate) fn coefficients(&self) -> impl Iterator<Item = f64> {
+        let rows = self.coefficients.iter();
+        rows.flat_map(|row| row[..self.outputs].iter().copied())
     }
 }
 
