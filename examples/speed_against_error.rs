@@ -3,7 +3,10 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed, speed_bip, speed_contact, speed_reach, speed_scene};
+use hwall_examples::{
+    exit, speed, speed_bip, speed_contact, speed_contact_fusion, speed_contact_knobs, speed_reach,
+    speed_scene,
+};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -56,8 +59,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_bip::filters(args.seed)?,
         speed_scene::build_quality(args.seed, n, args.scene.as_deref())?,
         speed_contact::estimators(args.seed)?,
-        speed_contact::learned(args.seed)?,
-        speed_contact::fusion(args.seed)?,
+        speed_contact_knobs::learned(args.seed)?,
+        speed_contact_fusion::fusion(args.seed)?,
         speed::dynamics(args.seed, n)?,
     ];
     for section in &sections {

@@ -50,6 +50,8 @@ pub mod speed;
 pub mod speed_bip;
 pub mod speed_contact;
 pub mod speed_contact_figures;
+pub mod speed_contact_fusion;
+pub mod speed_contact_knobs;
 pub mod speed_reach;
 pub mod speed_scene;
 pub mod stage;

@@ -1,6 +1,7 @@
 //! What every estimator has to beat, and what the simple ones share: the way of the touching point.
 
 use crate::error::positive;
+use crate::touching_point::{TouchingPoint, mean_offsets_m, slope};
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
     TimeToContact,
@@ -119,10 +120,6 @@ impl Durations {
     pub(crate) fn mean_and_sd_s(&self) -> (f64, Option<f64>) {
         mean_and_sd(&self.sorted_s)
     }
-
-    pub(crate) fn longest_s(&self) -> f64 {
-        self.sorted_s.last().copied().unwrap_or(0.0)
-    }
 }
 
 /// Mean, 0 of nothing, and deviation, of two values and more that are not all equal.
@@ -134,15 +131,10 @@ pub(crate) fn mean_and_sd(values: &[f64]) -> (f64, Option<f64>) {
     (mean, (sd > 0.0).then_some(sd))
 }
 
-/// Where the touching point went since the reach began; while it is missing, another point stands in,
-/// shifted by the last offset, or by the mean one of the training reaches until there is one.
+/// Where the touching point went since the reach began.
 #[derive(Debug, Clone)]
 pub(crate) struct TouchPath {
-    point: HandPoint,
-    /// From each point of the hand to the touching point, m: mean in training.
-    trained_m: [Option<DVec3>; 6],
-    /// The same when both were last seen in this reach.
-    offsets_m: [Option<DVec3>; 6],
+    touching: TouchingPoint,
     /// Time of the first sample of the reach, whatever was seen in it, s.
     start_s: Option<f64>,
     times_s: Vec<f64>,
@@ -167,16 +159,8 @@ impl TouchPath {
                 });
             }
         }
-        let trained_m = HandPoint::ALL.map(|other| {
-            let offsets = reaches
-                .iter()
-                .flat_map(|r| &r.frames)
-                .filter_map(|f| Some(f.point(point)? - f.point(other)?));
-            let (sum, n) = offsets.fold((DVec3::ZERO, 0.0), |(s, n), o| (s + o, n + 1.0));
-            (n > 0.0).then(|| sum / n)
-        });
         Ok(Self {
-            trained_m,
+            touching: TouchingPoint::new(point, mean_offsets_m(reaches, point)),
             ..Self::untrained(point)
         })
     }
@@ -184,9 +168,7 @@ impl TouchPath {
     /// Knows no offsets before it has seen them.
     pub(crate) fn untrained(point: HandPoint) -> Self {
         Self {
-            point,
-            trained_m: [None; 6],
-            offsets_m: [None; 6],
+            touching: TouchingPoint::new(point, [None; 6]),
             start_s: None,
             times_s: Vec::new(),
             points_m: Vec::new(),
@@ -194,7 +176,7 @@ impl TouchPath {
     }
 
     pub(crate) fn begin(&mut self) {
-        self.offsets_m = [None; 6];
+        self.touching.begin();
         self.start_s = None;
         self.times_s.clear();
         self.points_m.clear();
@@ -211,19 +193,9 @@ impl TouchPath {
         if !(t_s - start_s).is_finite() {
             return false;
         }
-        if let Some(now_m) = frame.point(self.point) {
-            for other in HandPoint::ALL {
-                if let Some(other_m) = frame.point(other) {
-                    self.offsets_m[other as usize] = Some(now_m - other_m);
-                }
-            }
-        }
-        let seen = HandPoint::BY_CONTACT.into_iter();
-        let now_m = frame.point(self.point).or_else(|| {
-            seen.filter_map(|other| Some(frame.point(other)? + self.offset_m(other)?))
-                .next()
-        });
-        let Some(now_m) = now_m else { return false };
+        let Some(now_m) = self.touching.locate(&frame.points()) else {
+            return false;
+        };
         self.times_s.push(t_s);
         self.points_m.push(now_m);
         true
@@ -231,7 +203,7 @@ impl TouchPath {
 
     /// From another point of the hand to the touching point, m; `None` where both were never seen.
     pub(crate) fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
-        self.offsets_m[other as usize].or(self.trained_m[other as usize])
+        self.touching.offset_m(other)
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -286,20 +258,7 @@ impl TouchPath {
             .partition_point(|t| *t < since_s)
             .min(self.len().saturating_sub(2));
         let (times, points) = (&self.times_s[first..], &self.points_m[first..]);
-        let count = times.len() as f64;
-        let mean_s = times.iter().map(|t| t - since_s).sum::<f64>() / count;
-        let mean_m = points.iter().sum::<DVec3>() / count;
-        let (mut slope, mut spread) = (DVec3::ZERO, 0.0);
-        for (t, p) in times.iter().zip(points) {
-            let dt_s = t - since_s - mean_s;
-            slope += dt_s * (*p - mean_m);
-            spread += dt_s * dt_s;
-        }
-        if spread > 0.0 {
-            slope / spread
-        } else {
-            DVec3::ZERO
-        }
+        slope(times.iter().copied().zip(points.iter().copied()))
     }
 }
 

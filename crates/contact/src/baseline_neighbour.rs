@@ -1,6 +1,7 @@
 //! The demonstrations that went most like this reach goes.
 
-use crate::baseline::{Durations, Follower, TouchPath};
+use crate::baseline::{Follower, TouchPath};
+use crate::estimate::outer;
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
 };
@@ -23,12 +24,8 @@ const SENSOR_M: f64 = 1e-3;
 #[derive(Debug, Clone)]
 pub struct NearestNeighbour {
     follower: Follower,
-    /// Displacements from the start, m: of all demonstrations at the first time, then at the next.
-    displacements_m: Vec<DVec3>,
-    /// Number of demonstrations and of times.
-    shape: (usize, usize),
-    ends_m: Vec<DVec3>,
-    durations_s: Vec<f64>,
+    /// The longest first.
+    demonstrations: Demonstrations,
     /// How far each demonstration has been from this reach so far, m² s.
     apart: Vec<f64>,
     counted: usize,
@@ -41,29 +38,10 @@ impl NearestNeighbour {
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
     pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
         let follower = Follower::train(reaches)?;
-        let n = reaches.len();
-        let longest_s = Durations::of(reaches).longest_s();
-        let times = ((longest_s / PERIOD_S).ceil() as usize + 1).min(MOST_SAMPLES);
-        let mut displacements_m = vec![DVec3::ZERO; n * times];
-        let mut ends_m = Vec::with_capacity(n);
-        for (i, reach) in reaches.iter().enumerate() {
-            let mut path = follower.path().clone();
-            for frame in &reach.frames {
-                path.take(frame);
-            }
-            for k in 0..times {
-                let t_s = reach.frames[0].t_s + k as f64 * PERIOD_S;
-                displacements_m[k * n + i] = path.at_m(t_s) - path.start_m();
-            }
-            ends_m.push(reach.contact_m - path.start_m());
-        }
         Ok(Self {
+            demonstrations: Demonstrations::of(reaches, follower.path()),
             follower,
-            displacements_m,
-            shape: (n, times),
-            ends_m,
-            durations_s: reaches.iter().map(LabelledReach::duration_s).collect(),
-            apart: vec![0.0; n],
+            apart: vec![0.0; reaches.len()],
             counted: 0,
         })
     }
@@ -77,14 +55,7 @@ impl ContactEstimator for NearestNeighbour {
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        let (n, times) = self.shape;
-        let demonstrations = Demonstrations {
-            displacements_m: &self.displacements_m,
-            ends_m: &self.ends_m,
-            durations_s: &self.durations_s,
-            n,
-            times,
-        };
+        let demonstrations = &self.demonstrations;
         let (apart, counted) = (&mut self.apart, &mut self.counted);
         self.follower.step(frame, |path| {
             demonstrations.compare(path, *counted, apart);
@@ -95,22 +66,78 @@ impl ContactEstimator for NearestNeighbour {
 }
 
 /// What was learnt, apart from what is being followed.
-struct Demonstrations<'a> {
-    displacements_m: &'a [DVec3],
-    ends_m: &'a [DVec3],
-    durations_s: &'a [f64],
-    n: usize,
-    times: usize,
+#[derive(Debug, Clone)]
+struct Demonstrations {
+    /// Displacements from the start, m: at the first time those of all demonstrations, at the next of
+    /// those that still move, the first ones, and so on.
+    displacements_m: Vec<DVec3>,
+    /// Where each time begins in that list, and where the last one ends.
+    times: Vec<usize>,
+    /// Displacements where the movement of each is over, m.
+    rests_m: Vec<DVec3>,
+    ends_m: Vec<DVec3>,
+    durations_s: Vec<f64>,
 }
 
-impl Demonstrations<'_> {
+/// All demonstrations at one time: the displacements of those that still move, then of the others.
+#[derive(Clone, Copy)]
+struct Moment<'a> {
+    moving_m: &'a [DVec3],
+    rests_m: &'a [DVec3],
+}
+
+impl Moment<'_> {
+    fn displacement_m(&self, i: usize) -> DVec3 {
+        self.moving_m.get(i).copied().unwrap_or(self.rests_m[i])
+    }
+}
+
+impl Demonstrations {
+    fn of(reaches: &[LabelledReach], empty: &TouchPath) -> Self {
+        let mut all: Vec<(TouchPath, usize, &LabelledReach)> = Vec::new();
+        for reach in reaches {
+            let mut path = empty.clone();
+            for frame in &reach.frames {
+                path.take(frame);
+            }
+            let steps = ((path.now_s() - reach.frames[0].t_s) / PERIOD_S).ceil();
+            let samples = (steps as usize).saturating_add(1).min(MOST_SAMPLES);
+            all.push((path, samples, reach));
+        }
+        all.sort_by_key(|(_, samples, _)| std::cmp::Reverse(*samples));
+        let longest = all.first().map_or(1, |(_, samples, _)| *samples);
+        let (mut displacements_m, mut times) = (Vec::new(), vec![0]);
+        for k in 0..longest {
+            let moving = all.iter().take_while(|(_, samples, _)| *samples > k);
+            displacements_m.extend(moving.map(|(path, _, reach)| {
+                let t_s = reach.frames[0].t_s + k as f64 * PERIOD_S;
+                path.at_m(t_s) - path.start_m()
+            }));
+            times.push(displacements_m.len());
+        }
+        let of_path = |p: &TouchPath| p.now_m() - p.start_m();
+        Self {
+            displacements_m,
+            times,
+            rests_m: all.iter().map(|(path, ..)| of_path(path)).collect(),
+            ends_m: all
+                .iter()
+                .map(|(path, _, reach)| reach.contact_m - path.start_m())
+                .collect(),
+            durations_s: all.iter().map(|(_, _, reach)| reach.duration_s()).collect(),
+        }
+    }
+
     /// All demonstrations just before and just after a time since the start, and the share between.
-    fn around(&self, elapsed_s: f64) -> (&[DVec3], &[DVec3], f64) {
-        let place = (elapsed_s / PERIOD_S).clamp(0.0, (self.times - 1) as f64);
+    fn around(&self, elapsed_s: f64) -> (Moment<'_>, Moment<'_>, f64) {
+        let last = self.times.len() - 2;
+        let place = (elapsed_s / PERIOD_S).clamp(0.0, last as f64);
         let low = place as usize;
-        let high = (low + 1).min(self.times - 1);
-        let row = |k: usize| &self.displacements_m[k * self.n..(k + 1) * self.n];
-        (row(low), row(high), place - low as f64)
+        let moment = |k: usize| Moment {
+            moving_m: &self.displacements_m[self.times[k]..self.times[k + 1]],
+            rests_m: &self.rests_m,
+        };
+        (moment(low), moment((low + 1).min(last)), place - low as f64)
     }
 
     /// Adds the last sample to the distances.
@@ -121,16 +148,17 @@ impl Demonstrations<'_> {
         let step_s = path.now_s() - path.times_s()[counted - 1];
         let gone_m = path.now_m() - path.start_m();
         let (low, high, share) = self.around(path.elapsed_s());
-        for ((sum, a), b) in apart.iter_mut().zip(low).zip(high) {
-            *sum += step_s * a.lerp(*b, share).distance_squared(gone_m);
+        for (i, sum) in apart.iter_mut().enumerate() {
+            let then_m = low.displacement_m(i).lerp(high.displacement_m(i), share);
+            *sum += step_s * then_m.distance_squared(gone_m);
         }
     }
 
     fn end_of(&self, path: &TouchPath, apart: &[f64]) -> ContactEstimate {
         let (least, most) = NEIGHBOURS;
         let mut nearest = [(f64::INFINITY, 0_usize); NEIGHBOURS.1];
-        let k = (self.n as f64).sqrt().round() as usize;
-        let k = k.clamp(least, most).min(self.n);
+        let k = (self.ends_m.len() as f64).sqrt().round() as usize;
+        let k = k.clamp(least, most).min(self.ends_m.len());
         for (i, &distance) in apart.iter().enumerate() {
             if distance < nearest[k - 1].0 {
                 let at = nearest[..k].partition_point(|(d, _)| *d <= distance);
@@ -140,7 +168,8 @@ impl Demonstrations<'_> {
         }
         let elapsed_s = path.elapsed_s();
         let (low, high, share) = self.around(elapsed_s);
-        let left_m = |i: usize| self.ends_m[i] - low[i].lerp(high[i], share);
+        let left_m =
+            |i: usize| self.ends_m[i] - low.displacement_m(i).lerp(high.displacement_m(i), share);
         let left_s = |i: usize| (self.durations_s[i] - elapsed_s).max(0.0);
         let of = |nearest: &[(f64, usize)]| nearest.iter().map(|n| n.1).collect::<Vec<_>>();
         let chosen = of(&nearest[..k]);
@@ -153,7 +182,7 @@ impl Demonstrations<'_> {
         let mut variance_s2 = 0.0;
         for &i in &chosen {
             let e = left_m(i) - mean_m;
-            covariance += scale * DMat3::from_cols(e * e.x, e * e.y, e * e.z);
+            covariance += scale * outer(e, e);
             variance_s2 += scale * (left_s(i) - mean_s).powi(2);
         }
         ContactEstimate {

@@ -1,6 +1,8 @@
-//! Linear regression of what is left of a reach, from its start and its last five frames.
+//! Linear regression of what is left of a reach, from its start and its last frames.
 
 use crate::baseline::{Durations, Follower, TouchPath};
+use crate::estimate::outer;
+use crate::labelled::held_out_groups;
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
     TimeToContact,
@@ -9,8 +11,9 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use glam::{DMat3, DVec3};
 
-/// Frames of the window.
+/// Frames of the usual window, and of the longest.
 const FRAMES: usize = 5;
+const MOST_FRAMES: usize = 100;
 /// Displacements of the window are scaled to this much time, s, so that all are of one size.
 const HORIZON_S: f64 = 0.2;
 /// Regressions over the mean duration of the training reaches.
@@ -19,8 +22,6 @@ const REGRESSIONS: f64 = 25.0;
 const FEWEST: usize = 8;
 /// Reaches of nobody in particular are held out in this many groups.
 const GROUPS: usize = 10;
-/// Fewest people that are held out one at a time.
-const FEWEST_PEOPLE: usize = 3;
 /// Other points count if they are seen in this share of the training frames.
 const SEEN_SHARE: f64 = 0.9;
 /// Candidates for the ridge, as shares of the number of samples; features have variance 1.
@@ -33,7 +34,7 @@ const OUTPUTS: usize = 4;
 /// Ridge regression of the way and the time that are left, in a window of frames.
 ///
 /// Features: where the touching point started, how far it has come, how far it went in the last one to
-/// four frames (of the median length of the training frames, between samples on straight lines), where
+/// four frames (or as many as asked for; of the median length of the training frames, between samples on straight lines), where
 /// the other points of the hand are beside it, the time since the start. One regression for every
 /// twenty-fifth of the mean duration, learnt from all reaches that last as long.
 ///
@@ -51,6 +52,8 @@ pub struct RidgeWindow {
 /// Which features there are.
 #[derive(Debug, Clone)]
 struct Layout {
+    /// Frames.
+    window: usize,
     frame_s: f64,
     others: Vec<HandPoint>,
 }
@@ -66,12 +69,30 @@ struct Regression {
 }
 
 impl RidgeWindow {
-    /// Fits the regressions.
+    /// Fits the regressions, with a window of five frames.
     ///
     /// # Errors
     /// Fewer than eight reaches, one that [`LabelledReach::validate`] refuses, or several touching
     /// points.
     pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+        Self::train_with_window(reaches, FRAMES)
+    }
+
+    /// The same with a window of so many frames, the present one included: 1 to 100.
+    ///
+    /// # Errors
+    /// As there; another number of frames.
+    pub fn train_with_window(
+        reaches: &[LabelledReach],
+        frames: usize,
+    ) -> Result<Self, ContactError> {
+        if !(1..=MOST_FRAMES).contains(&frames) {
+            return Err(ContactError::Parameter {
+                what: "frames",
+                value: frames as f64,
+                wanted: "between 1 and 100",
+            });
+        }
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
                 got: reaches.len(),
@@ -79,9 +100,9 @@ impl RidgeWindow {
             });
         }
         let follower = Follower::train(reaches)?;
-        let layout = Layout::of(reaches);
+        let layout = Layout::of(reaches, frames);
         let spacing_s = Durations::of(reaches).mean_and_sd_s().0 / REGRESSIONS;
-        let groups = groups(reaches);
+        let groups = held_out_groups(reaches, usize::MAX, GROUPS);
         let mut samples: Vec<Vec<Example>> = Vec::new();
         for (reach, group) in reaches.iter().zip(groups) {
             let mut path = follower.path().clone();
@@ -170,7 +191,7 @@ impl ContactEstimator for RidgeWindow {
 }
 
 impl Layout {
-    fn of(reaches: &[LabelledReach]) -> Self {
+    fn of(reaches: &[LabelledReach], window: usize) -> Self {
         let frames = || reaches.iter().flat_map(|r| &r.frames);
         let mut steps: Vec<f64> = reaches
             .iter()
@@ -183,6 +204,7 @@ impl Layout {
             p != reaches[0].point && seen >= SEEN_SHARE * count
         });
         Self {
+            window,
             frame_s: steps[steps.len() / 2],
             others: others.collect(),
         }
@@ -193,7 +215,7 @@ impl Layout {
         features.push(path.elapsed_s());
         features.extend(path.start_m().to_array());
         features.extend((now_m - path.start_m()).to_array());
-        for lag in 1..FRAMES {
+        for lag in 1..self.window {
             let lag_s = lag as f64 * self.frame_s;
             let gone_m = now_m - path.at_m(now_s - lag_s);
             features.extend((gone_m * (HORIZON_S / lag_s)).to_array());
@@ -330,7 +352,7 @@ impl Regression {
         let mut covariance_m2 = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         for e in &errors {
             let e = DVec3::new(e[0], e[1], e[2]);
-            covariance_m2 += DMat3::from_cols(e * e.x, e * e.y, e * e.z) * (1.0 / n);
+            covariance_m2 += outer(e, e) * (1.0 / n);
         }
         let variance_s2 = errors.iter().map(|e| e[3] * e[3]).sum::<f64>() / n;
         Some(Self {
@@ -353,24 +375,4 @@ fn with_constant(scales: &[(f64, f64)], features: &[f64]) -> Vec<f64> {
         .zip(scales)
         .map(|(x, (mean, sd))| (x - mean) / sd);
     std::iter::once(1.0).chain(scaled).collect()
-}
-
-/// Who is held out together: people, or every tenth reach.
-fn groups(reaches: &[LabelledReach]) -> Vec<usize> {
-    let mut people: Vec<&str> = Vec::new();
-    let by_person: Option<Vec<usize>> = reaches
-        .iter()
-        .map(|r| {
-            let person = r.person.as_deref()?;
-            let known = people.iter().position(|p| *p == person);
-            Some(known.unwrap_or_else(|| {
-                people.push(person);
-                people.len() - 1
-            }))
-        })
-        .collect();
-    match by_person {
-        Some(groups) if people.len() >= FEWEST_PEOPLE => groups,
-        _ => (0..reaches.len()).map(|i| i % GROUPS).collect(),
-    }
 }

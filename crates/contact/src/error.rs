@@ -46,11 +46,82 @@ pub enum ContactError {
     /// The interaction primitive cannot be trained or run.
     #[error(transparent)]
     Primitive(#[from] hwall_bip::BipError),
+    /// A model file of something else.
+    #[error("the file is of the format {found:?}, not {expected:?}")]
+    FileFormat {
+        /// The format read here.
+        expected: &'static str,
+        /// The format the file names.
+        found: String,
+    },
+    /// A model file of a newer version.
+    #[error("the file has version {found}, the newest that can be read is {newest}")]
+    FileVersion {
+        /// Newest version read here.
+        newest: u64,
+        /// Version of the file.
+        found: u64,
+    },
+    /// A model file that ends in the middle.
+    #[error("the file ends too early, at line {line}, column {column}")]
+    FileTruncated {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+    },
+    /// A model file that is no JSON.
+    #[error("no JSON at line {line}, column {column}")]
+    FileSyntax {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+    },
+    /// A field of a model file is missing, unknown or of another type.
+    #[error("the file has no model at line {line}, column {column}: {problem}")]
+    FileContents {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// The field and what is wrong with it, in the words of the JSON reader.
+        problem: String,
+    },
+    /// The numbers of a model file are not those that were written.
+    #[error("the file was changed: its digest is {computed}, it says {stored}")]
+    FileDigest {
+        /// Digest in the file.
+        stored: String,
+        /// Digest of its contents.
+        computed: String,
+    },
+    /// A list of a model file has another length than the rest of it asks for.
+    #[error("{what} has {got} entries, {expected} belong there")]
+    FileLength {
+        /// Name of the list.
+        what: &'static str,
+        /// Entries that belong there.
+        expected: usize,
+        /// Entries there are.
+        got: usize,
+    },
     /// A column that must be there is missing: `t`, or one coordinate of a point of which another is given.
     #[error("no column {column:?}")]
     MissingColumn {
         /// Name of the missing column.
         column: String,
+    },
+    /// A column that must be there is missing, and the header is one single column with a sign in it that
+    /// separates columns elsewhere.
+    #[error(
+        "no column {column:?}: the header is one column that contains {separator:?}; columns must be separated by ','"
+    )]
+    Separator {
+        /// Name of the missing column.
+        column: String,
+        /// The sign that seems to separate columns.
+        separator: char,
     },
     /// Two columns carry the same name.
     #[error("column {column:?} appears twice")]

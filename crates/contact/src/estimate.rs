@@ -80,3 +80,8 @@ impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
         (**self).step(frame)
     }
 }
+
+/// `a b'`.
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}

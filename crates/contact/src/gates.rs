@@ -14,10 +14,10 @@ const ROUNDS: usize = 50;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Gates {
     /// One over the spread of every scalar over the samples learnt from.
-    scale: [f64; PROGRESS],
-    centres: Vec<[f64; PROGRESS]>,
+    pub(crate) scale: [f64; PROGRESS],
+    pub(crate) centres: Vec<[f64; PROGRESS]>,
     /// Twice the square of the width of a region, in scaled units.
-    width: f64,
+    pub(crate) width: f64,
 }
 
 impl Gates {

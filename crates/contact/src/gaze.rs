@@ -46,6 +46,11 @@ impl GazeFilter {
         self.last = Some((t_s, direction));
         Some(GazeRay { direction, ..*ray })
     }
+
+    /// Forgets the average, for another person or a clock that starts anew; the settings stay.
+    pub fn reset(&mut self) {
+        self.last = None;
+    }
 }
 
 impl Default for GazeFilter {
@@ -86,6 +91,21 @@ mod tests {
         assert!(worst < 1e-3, "{worst}");
         let leapt = filter.step(2.3, &ray(0.5)).expect("a direction");
         assert!((leapt.direction.y - 0.5_f64.sin()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn after_a_reset_the_next_ray_passes_as_it_is() {
+        let mut filter = GazeFilter::default();
+        filter.step(5.0, &ray(0.0)).expect("a direction");
+        let mut other = filter;
+        let averaged = filter.step(5.01, &ray(0.02)).expect("a direction");
+        assert!(averaged.direction.y < 0.01);
+        other.reset();
+        assert_eq!(other.step(0.0, &ray(0.02)), Some(ray(0.02)));
+        // What follows is that of a filter that has seen nothing else.
+        let mut fresh = GazeFilter::default();
+        fresh.step(0.0, &ray(0.02));
+        assert_eq!(other.step(0.1, &ray(0.0)), fresh.step(0.1, &ray(0.0)));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! How far the sources of an estimate are off on reaches that they were not learnt from, and how they
 //! are put together for it.
 
+use crate::estimate::outer;
 use crate::learned::Combination;
 use crate::learning::Sampled;
 use crate::local_ridge::Rows;
@@ -44,8 +45,8 @@ impl Axes {
 /// Held-out errors by region of progress, in the axes that describe them best.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldOut {
-    axes: Axes,
-    regions: Vec<Errors>,
+    pub(crate) axes: Axes,
+    pub(crate) regions: Vec<Errors>,
 }
 
 impl HeldOut {
@@ -92,16 +93,16 @@ impl HeldOut {
 /// Second moments of held-out errors in some axes, m² and s², in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Errors {
-    regression: DMat3,
-    primitive: DMat3,
+    pub(crate) regression: DMat3,
+    pub(crate) primitive: DMat3,
     /// `E[regression primitive']`.
-    cross: DMat3,
+    pub(crate) cross: DMat3,
     /// Share of the primitive in the combination.
-    gain: f64,
-    time: f64,
+    pub(crate) gain: f64,
+    pub(crate) time: f64,
     /// Factors on the covariance and on the deviation of the time.
-    spread: f64,
-    time_spread: f64,
+    pub(crate) spread: f64,
+    pub(crate) time_spread: f64,
 }
 
 impl Errors {
@@ -304,10 +305,6 @@ impl Miss {
 /// The noise of the sensor as a covariance, m².
 fn sensor() -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M))
-}
-
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 fn trace(m: &DMat3) -> f64 {

@@ -68,3 +68,26 @@ impl LabelledReach {
             .map_or(0.0, |first| self.contact_s - first.t_s)
     }
 }
+
+/// Fewest people that are held out by themselves.
+const FEWEST_PEOPLE: usize = 3;
+
+/// Which reaches are held out together: those of a person where there are three people or more, in as many
+/// groups at most as `by_person`; else every so-manieth reach, in `by_reach` groups. Reaches without a
+/// name count as those of one person.
+pub(crate) fn held_out_groups(
+    reaches: &[LabelledReach],
+    by_person: usize,
+    by_reach: usize,
+) -> Vec<usize> {
+    let mut people: Vec<&Option<String>> = reaches.iter().map(|r| &r.person).collect();
+    people.sort();
+    people.dedup();
+    let named = people.len() >= FEWEST_PEOPLE;
+    let groups = if named { by_person } else { by_reach }.min(reaches.len());
+    let group = |(i, r): (usize, &LabelledReach)| match people.binary_search(&&r.person) {
+        Ok(person) if named => person % groups,
+        _ => i % groups,
+    };
+    reaches.iter().enumerate().map(group).collect()
+}

@@ -1,16 +1,20 @@
 //! The learned estimator: a regression of the end beside an interaction primitive.
 
 use crate::gates::Gates;
-use crate::held_out_errors::HeldOut;
+use crate::held_out_errors::{HeldOut, weighted_quantile};
+use crate::labelled::held_out_groups;
 use crate::learning::{self, OUTPUTS};
 use crate::local_ridge::LocalRidge;
 use crate::primitive::{Follower, Primitive};
-use crate::reach_track::{Inputs, ReachTrack};
+use crate::reach_track::{Inputs, MOST_LAGS, ReachTrack};
 use crate::{
-    ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
+    ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
+    TimeToContact,
 };
 use glam::DVec3;
 use hwall_bip::Basis;
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Longest time without any point of the hand that is bridged, s.
@@ -44,8 +48,14 @@ pub struct LearnedConfig {
     pub regions: usize,
     /// Samples of each reach to learn from. Default 30.
     pub samples_per_reach: usize,
+    /// Steps back in time that the regression compares the hand with, the first 0.03 s long and each
+    /// next one twice as long; 8 at most. Default 4: a window of 0.24 s.
+    pub lags: usize,
     /// Basis of the interaction primitive. Default 9 normalised Gaussians.
     pub basis: Basis,
+    /// Most directions in which the primitive lets reaches differ: what a step costs grows with them.
+    /// Default 24.
+    pub rank: usize,
     /// Most parts that the reaches are held out in; whole persons where there are three or more. Default 16.
     pub folds: usize,
 }
@@ -57,9 +67,37 @@ impl Default for LearnedConfig {
             gaze: false,
             regions: 16,
             samples_per_reach: 30,
+            lags: 4,
             basis: Basis::normalized_gaussian(9),
+            rank: 24,
             folds: 16,
         }
+    }
+}
+
+impl LearnedConfig {
+    fn validate(&self) -> Result<(), ContactError> {
+        let within = |what, value: usize, range: RangeInclusive<usize>, wanted| {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            let value = value as f64;
+            Err(ContactError::Parameter {
+                what,
+                value,
+                wanted,
+            })
+        };
+        within("regions", self.regions, 1..=usize::MAX, "at least 1")?;
+        within(
+            "samples_per_reach",
+            self.samples_per_reach,
+            1..=usize::MAX,
+            "at least 1",
+        )?;
+        within("lags", self.lags, 0..=MOST_LAGS, "at most 8")?;
+        within("rank", self.rank, 1..=usize::MAX, "at least 1")?;
+        within("folds", self.folds, 2..=usize::MAX, "at least 2")
     }
 }
 
@@ -75,18 +113,38 @@ impl Default for LearnedConfig {
 /// held-out reaches, which makes the factor a little optimistic.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
-    learnt: Arc<Learnt>,
+    pub(crate) learnt: Arc<Learnt>,
 }
 
 #[derive(Debug)]
-struct Learnt {
-    inputs: Inputs,
-    gates: Gates,
-    ridge: LocalRidge,
-    normals: bool,
-    primitive: Option<Primitive>,
-    errors: HeldOut,
-    combination: Combination,
+pub(crate) struct Learnt {
+    pub(crate) origin: Origin,
+    pub(crate) inputs: Inputs,
+    pub(crate) gates: Gates,
+    pub(crate) ridge: LocalRidge,
+    pub(crate) primitive: Option<Primitive>,
+    pub(crate) errors: HeldOut,
+    pub(crate) combination: Combination,
+}
+
+/// What a model was learnt from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Origin {
+    pub(crate) reaches: usize,
+    pub(crate) people: usize,
+    pub(crate) median_duration_s: f64,
+}
+
+impl Origin {
+    fn of(reaches: &[LabelledReach]) -> Self {
+        let people: BTreeSet<_> = reaches.iter().filter_map(|r| r.person.as_ref()).collect();
+        let durations = reaches.iter().map(|r| (r.duration_s(), 1.0));
+        Self {
+            reaches: reaches.len(),
+            people: people.len(),
+            median_duration_s: weighted_quantile(0.5, durations),
+        }
+    }
 }
 
 impl LearnedModel {
@@ -97,20 +155,7 @@ impl LearnedModel {
     /// than the first, no regions or samples.
     pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
         reaches.iter().try_for_each(LabelledReach::validate)?;
-        let few = |what, value: usize, needed: usize| {
-            if value >= needed {
-                return Ok(());
-            }
-            let (value, wanted) = (value as f64, "at least 1, 2 folds");
-            Err(ContactError::Parameter {
-                what,
-                value,
-                wanted,
-            })
-        };
-        few("regions", config.regions, 1)?;
-        few("samples_per_reach", config.samples_per_reach, 1)?;
-        few("folds", config.folds, 2)?;
+        config.validate()?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
                 got: reaches.len(),
@@ -123,8 +168,8 @@ impl LearnedModel {
                 what: "another touching point than the first reach",
             });
         }
-        let inputs = Inputs::of(reaches, config.gaze);
-        let folds = learning::folds(reaches, config.folds);
+        let inputs = Inputs::of(reaches, config.gaze, config.lags);
+        let folds = held_out_groups(reaches, config.folds, config.folds);
         let mut samples = learning::samples(&inputs, reaches, &folds, config);
         let primitive = match config.combination {
             Combination::Regression => None,
@@ -142,15 +187,51 @@ impl LearnedModel {
         let errors = HeldOut::of(&samples, &rows, &fitted.held_out, config.combination);
         Ok(Self {
             learnt: Arc::new(Learnt {
+                origin: Origin::of(reaches),
                 inputs,
                 gates,
                 ridge: fitted.ridge,
-                normals,
                 primitive,
                 errors,
                 combination: config.combination,
             }),
         })
+    }
+
+    /// Reaches it was learnt from.
+    #[must_use]
+    pub fn reaches(&self) -> usize {
+        self.learnt.origin.reaches
+    }
+
+    /// People among them, as far as they are named.
+    #[must_use]
+    pub fn people(&self) -> usize {
+        self.learnt.origin.people
+    }
+
+    /// Half of those reaches last no longer, s.
+    #[must_use]
+    pub fn median_duration_s(&self) -> f64 {
+        self.learnt.origin.median_duration_s
+    }
+
+    /// The point of the hand whose contact is foreseen.
+    #[must_use]
+    pub fn touching_point(&self) -> HandPoint {
+        self.learnt.inputs.point
+    }
+
+    /// Whether normals of surfaces were learnt: where every reach had one.
+    #[must_use]
+    pub fn has_normals(&self) -> bool {
+        self.learnt.ridge.outputs() == OUTPUTS
+    }
+
+    /// Who says where the reach ends.
+    #[must_use]
+    pub fn combination(&self) -> Combination {
+        self.learnt.combination
     }
 
     /// An estimator that waits for a reach. Estimators share what was learnt.
@@ -186,14 +267,14 @@ pub struct LearnedEstimator {
 impl ContactEstimator for LearnedEstimator {
     fn begin(&mut self) {
         self.last = None;
-        self.track.begin(&self.learnt.inputs);
+        self.track.begin();
         if let Some(follower) = &mut self.follower {
             follower.begin();
         }
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        if !self.track.push(&self.learnt.inputs, frame) {
+        if !self.track.push(frame) {
             return self.unseen(frame.t_s);
         }
         self.last = self.seen();
@@ -231,7 +312,7 @@ impl LearnedEstimator {
             .weights_into(&self.track.progress(), &mut self.gates);
         let mut out = [0.0; OUTPUTS];
         let out = &mut out[..learnt.ridge.outputs()];
-        learnt.ridge.predict(&self.features, &self.gates, out);
+        learnt.ridge.predict(&mut self.features, &self.gates, out);
         let regression_m = now_m + DVec3::from_slice(&out[..3]);
         let errors = learnt.errors.at(&self.gates);
         let (point_m, covariance_m2) = learnt.errors.estimate(
@@ -241,7 +322,7 @@ impl LearnedEstimator {
             regression_m,
             primitive_m,
         );
-        let normal = learnt.normals.then(|| DVec3::from_slice(&out[4..7]));
+        let normal = (out.len() == OUTPUTS).then(|| DVec3::from_slice(&out[4..7]));
         let estimate = ContactEstimate {
             t_s,
             point_m,

@@ -38,23 +38,6 @@ pub(crate) struct Sampled {
     pub(crate) primitive_m: Option<DVec3>,
 }
 
-/// Which reaches are held out together: people where there are three, else every so-manieth reach.
-pub(crate) fn folds(reaches: &[LabelledReach], most: usize) -> Vec<usize> {
-    let mut people: Vec<&Option<String>> = reaches.iter().map(|r| &r.person).collect();
-    people.sort();
-    people.dedup();
-    let by_person = people.len() >= 3;
-    let most = most.min(reaches.len());
-    reaches
-        .iter()
-        .enumerate()
-        .map(|(i, r)| match people.binary_search(&&r.person) {
-            Ok(person) if by_person => person % most,
-            _ => i % most,
-        })
-        .collect()
-}
-
 /// Samples at even times of all reaches, without a primitive.
 pub(crate) fn samples(
     inputs: &Inputs,
@@ -68,7 +51,7 @@ pub(crate) fn samples(
         let mut track = ReachTrack::new(inputs);
         let mut due = Due::new(reach, config.samples_per_reach);
         for (k, frame) in reach.frames.iter().enumerate() {
-            if !track.push(inputs, frame) || !due.at(k, frame.t_s) {
+            if !track.push(frame) || !due.at(k, frame.t_s) {
                 continue;
             }
             let (Some((t_s, now_m)), Some((_, start_m))) = (track.now(), track.start()) else {
@@ -151,7 +134,7 @@ pub(crate) fn primitive(
             .iter()
             .map(|r| crate::primitive::demonstration(inputs, points, r))
             .collect::<Result<_, _>>()?;
-        let training = Training::tuned(config.basis, points, &demonstrations)?;
+        let training = Training::tuned(config, points, &demonstrations)?;
         let said = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
         // Where a primitive is lost it counts as if it said that the hand stays where it is.
         let misses = samples
@@ -214,7 +197,7 @@ fn held_out(
             let mut due = Due::new(reach, config.samples_per_reach);
             follower.begin();
             for (k, frame) in reach.frames.iter().enumerate() {
-                if !track.push(inputs, frame) {
+                if !track.push(frame) {
                     continue;
                 }
                 follower.step(inputs, &track)?;

@@ -23,6 +23,8 @@ mod labelled;
 mod learned;
 mod learning;
 mod local_ridge;
+#[cfg(feature = "serde")]
+mod model_file;
 mod onset;
 mod predict;
 mod primitive;
@@ -33,6 +35,7 @@ mod resample;
 mod segment;
 mod steady;
 mod surface_share;
+mod touching_point;
 mod tracking;
 
 pub use axes::{RIGID_TOLERANCE, RigidMap};

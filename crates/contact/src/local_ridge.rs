@@ -62,12 +62,15 @@ impl Rows {
 /// want different ones, and sharing one made the late estimates several times worse.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LocalRidge {
-    centre: Vec<f64>,
-    scale: Vec<f64>,
+    pub(crate) centre: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
     outputs: usize,
-    /// By region, feature (the constant last) and output.
-    coefficients: Vec<f64>,
+    /// By region and feature, the constant last: one for every output, then zeros.
+    coefficients: Vec<Padded>,
 }
+
+/// Numbers for the outputs of a regression: eight at once are as quick as one.
+type Padded = [f64; 8];
 
 /// A regression, and what it says of every row when the fold of that row is held out.
 pub(crate) struct Fitted {
@@ -97,7 +100,8 @@ impl LocalRidge {
         let members: Vec<Vec<usize>> = (0..folds).map(|fold| rows.of_fold(fold)).collect();
         for region in 0..rows.regions {
             let local = ridge.fit_region(rows, &members, region, groups, ridges)?;
-            ridge.coefficients.extend(&local.coefficients);
+            let coefficients = local.coefficients.chunks_exact(rows.outputs);
+            ridge.coefficients.extend(coefficients.map(padded));
             let foretold = local.held_out.chunks_exact(rows.outputs);
             for (row, foretold) in foretold.enumerate() {
                 let gate = rows.gates(row)[region];
@@ -146,7 +150,7 @@ impl LocalRidge {
                 for &row in fold.iter().filter(|row| rows.gates(**row)[region] > 0.0) {
                     let out = &mut foretold[row * rows.outputs..][..rows.outputs];
                     out.fill(0.0);
-                    self.add(1.0, &fewer, rows.features(row), out);
+                    self.add(&fewer, rows.features(row), out);
                 }
             }
             for (group, best) in groups.iter().zip(&mut best) {
@@ -237,11 +241,10 @@ impl LocalRidge {
             .chain(std::iter::once(CONSTANT))
     }
 
-    /// Adds a share of what some coefficients foretell.
-    fn add(&self, share: f64, coefficients: &[f64], features: &[f64], out: &mut [f64]) {
+    /// Adds what some coefficients foretell.
+    fn add(&self, coefficients: &[f64], features: &[f64], out: &mut [f64]) {
         let rows = coefficients.chunks_exact(self.outputs);
         for (value, row) in self.scaled(features).zip(rows) {
-            let value = share * value;
             out.iter_mut().zip(row).for_each(|(o, w)| *o += value * w);
         }
     }
@@ -251,15 +254,54 @@ impl LocalRidge {
         self.outputs
     }
 
-    /// What the features foretell, for weights of the regions.
-    pub(crate) fn predict(&self, features: &[f64], gates: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        let size = (self.centre.len() + 1) * self.outputs;
+    /// What the features foretell, for weights of the regions. Leaves the features scaled.
+    pub(crate) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
+        for ((x, c), s) in features.iter_mut().zip(&self.centre).zip(&self.scale) {
+            *x = (*x - c) * s;
+        }
+        let scaled = &features[..self.centre.len()];
+        let mut sum = Padded::default();
+        let size = scaled.len() + 1;
         for (gate, local) in gates.iter().zip(self.coefficients.chunks_exact(size)) {
-            if *gate > 0.0 {
-                self.add(*gate, local, features, out);
+            if *gate <= 0.0 {
+                continue;
+            }
+            let mut own = local[size - 1].map(|w| CONSTANT * w);
+            for (x, row) in scaled.iter().zip(local) {
+                for (o, w) in own.iter_mut().zip(row) {
+                    *o += x * w;
+                }
+            }
+            for (s, o) in sum.iter_mut().zip(own) {
+                *s += gate * o;
             }
         }
+        out.copy_from_slice(&sum[..out.len()]);
+    }
+}
+
+/// For files.
+#[cfg(feature = "serde")]
+impl LocalRidge {
+    /// From its parts; coefficients by region, feature (the constant last) and output, at most eight.
+    pub(crate) fn from_parts(
+        centre: Vec<f64>,
+        scale: Vec<f64>,
+        outputs: usize,
+        coefficients: &[f64],
+    ) -> Self {
+        Self {
+            centre,
+            scale,
+            outputs,
+            coefficients: coefficients.chunks_exact(outputs).map(padded).collect(),
+        }
+    }
+
+    /// By region, feature (the constant last) and output.
+    pub(crate) fn coefficients(&self) -> impl Iterator<Item = f64> {
+        let rows = self.coefficients.iter();
+        rows.flat_map(|row| row[..self.outputs].iter().copied())
     }
 }
 
@@ -269,6 +311,12 @@ struct Local {
     coefficients: Vec<f64>,
     /// As `Rows::wanted`; zero for rows that do not take part.
     held_out: Vec<f64>,
+}
+
+fn padded(row: &[f64]) -> Padded {
+    let mut padded = Padded::default();
+    padded[..row.len()].copy_from_slice(row);
+    padded
 }
 
 /// `(G + ridge I)^-1 M`; the constant is left free.

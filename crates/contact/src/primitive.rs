@@ -1,7 +1,7 @@
 //! The end of a reach by an interaction primitive of the hand.
 
 use crate::reach_track::{Inputs, ReachTrack};
-use crate::{ContactError, LabelledReach};
+use crate::{ContactError, LabelledReach, LearnedConfig};
 use glam::DVec3;
 use hwall_bip::{
     Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
@@ -18,8 +18,6 @@ const NOISE_FACTORS: [f64; 6] = [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
 const CORRELATION_TIMES: [f64; 3] = [0.0, 10.0, 40.0];
 /// Demonstrations held out one at a time for the noise of the model.
 const HELD_OUT: usize = 16;
-/// Most directions of the prior: what a step costs grows with them.
-const MAX_RANK: usize = 48;
 /// Share of the motion seen when the tuning judges it.
 const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 /// Squared Mahalanobis distance a number of recent samples at which a primitive has lost its way. It is
@@ -30,11 +28,20 @@ const POINT: [usize; 3] = [0, 1, 2];
 /// A trained primitive, ready to follow reaches.
 #[derive(Debug, Clone)]
 pub(crate) struct Primitive {
+    pub(crate) model: Model,
     filter: Filter,
-    period_s: f64,
-    dofs: usize,
     /// Mean of the contact as labelled relative to the last place of the touching point, m.
-    label_offset_m: DVec3,
+    pub(crate) label_offset_m: DVec3,
+}
+
+impl Primitive {
+    pub(crate) fn new(model: Model, label_offset_m: DVec3) -> Result<Self, ContactError> {
+        Ok(Self {
+            filter: Filter::new(&model, &FilterConfig::default())?,
+            model,
+            label_offset_m,
+        })
+    }
 }
 
 /// The hand over a reach, as the filter sees it: the touching point, then the others, so many.
@@ -46,7 +53,7 @@ pub(crate) fn demonstration(
     let mut track = ReachTrack::new(inputs);
     let (mut times, mut values, mut points) = (Vec::new(), Vec::new(), Vec::new());
     for frame in &reach.frames {
-        if track.push(inputs, frame)
+        if track.push(frame)
             && let (Some((t_s, _)), Some((start_s, _))) = (track.now(), track.start())
         {
             times.push(t_s - start_s);
@@ -61,6 +68,7 @@ pub(crate) fn demonstration(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Training {
     basis: Basis,
+    rank: usize,
     dofs: usize,
     tuning: Option<Tuning>,
 }
@@ -69,24 +77,24 @@ impl Training {
     fn config(&self) -> TrainingConfig {
         TrainingConfig {
             held_out: HELD_OUT,
-            max_rank: Some(MAX_RANK),
+            max_rank: Some(self.rank),
             ..TrainingConfig::new(vec![Group::observed("hand", self.dofs, self.basis)])
         }
     }
 
     /// The noise that foresees held-out reaches best.
     pub(crate) fn tuned(
-        basis: Basis,
+        config: &LearnedConfig,
         points: usize,
         all: &[Demonstration],
     ) -> Result<Self, ContactError> {
-        let dofs = 3 * points;
-        let training = Self {
-            basis,
-            dofs,
+        let untuned = Self {
+            basis: config.basis,
+            rank: config.rank,
+            dofs: 3 * points,
             tuning: None,
-        }
-        .config();
+        };
+        let training = untuned.config();
         let step = all.len().div_ceil(TUNED_ON).max(1);
         let some: Vec<Demonstration> = all.iter().step_by(step).cloned().collect();
         let search = TuningConfig {
@@ -102,9 +110,8 @@ impl Training {
         };
         let (model, _) = tune(&some, &training, &search)?;
         Ok(Self {
-            basis,
-            dofs,
             tuning: model.tuning(),
+            ..untuned
         })
     }
 
@@ -124,20 +131,17 @@ impl Training {
         if let Some(tuning) = self.tuning {
             model = model.with_tuning(tuning)?;
         }
-        Ok(Primitive {
-            filter: Filter::new(&model, &FilterConfig::default())?,
-            period_s: model.sampling_period(),
-            dofs: self.dofs,
-            label_offset_m: offset_m / count,
-        })
+        Primitive::new(model, offset_m / count)
     }
 }
 
 /// A primitive following one reach.
 #[derive(Debug, Clone)]
 pub(crate) struct Follower {
-    fresh: Primitive,
+    fresh: Filter,
     filter: Filter,
+    period_s: f64,
+    label_offset_m: DVec3,
     dofs: Vec<usize>,
     values: Vec<f64>,
     last_s: Option<f64>,
@@ -146,16 +150,18 @@ pub(crate) struct Follower {
 impl Follower {
     pub(crate) fn new(primitive: &Primitive) -> Self {
         Self {
-            fresh: primitive.clone(),
+            fresh: primitive.filter.clone(),
             filter: primitive.filter.clone(),
-            dofs: (0..primitive.dofs).collect(),
+            period_s: primitive.model.sampling_period(),
+            label_offset_m: primitive.label_offset_m,
+            dofs: (0..primitive.model.dofs()).collect(),
             values: Vec::with_capacity(18),
             last_s: None,
         }
     }
 
     pub(crate) fn begin(&mut self) {
-        self.filter.clone_from(&self.fresh.filter);
+        self.filter.clone_from(&self.fresh);
         self.last_s = None;
     }
 
@@ -164,9 +170,7 @@ impl Follower {
         let Some((t_s, _)) = track.now() else {
             return Ok(());
         };
-        let dt_s = self
-            .last_s
-            .map_or(self.fresh.period_s, |last_s| t_s - last_s);
+        let dt_s = self.last_s.map_or(self.period_s, |last_s| t_s - last_s);
         self.last_s = Some(t_s);
         self.filter.predict(dt_s)?;
         track.points_into(inputs, &mut self.values);
@@ -186,6 +190,6 @@ impl Follower {
         let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
         self.filter
             .predict_at(1.0, &POINT, &mut mean, &mut variance)?;
-        Ok(Some(DVec3::from_array(mean) + self.fresh.label_offset_m))
+        Ok(Some(DVec3::from_array(mean) + self.label_offset_m))
     }
 }

@@ -1,10 +1,14 @@
 //! The reach so far as numbers: what a regression of its end looks at.
 
+use crate::touching_point::{TouchingPoint, mean, mean_offsets_m, slope};
 use crate::{HandFrame, HandPoint, LabelledReach};
 use glam::{DMat3, DVec3};
 
-/// How far back positions are compared with the present one, s.
-const LAGS_S: [f64; 4] = [0.03, 0.06, 0.12, 0.24];
+/// The shortest time by which positions are compared with the present one, s; each next lag is twice
+/// the one before.
+const FIRST_LAG_S: f64 = 0.03;
+/// Most lags: nearly four seconds.
+pub(crate) const MOST_LAGS: usize = 8;
 /// Displacements of the past are scaled to this much time, so that all have one size.
 const HORIZON_S: f64 = 0.2;
 /// The speed is the slope over this much of the past, s.
@@ -21,20 +25,22 @@ pub(crate) const PROGRESS: usize = 4;
 pub(crate) struct Inputs {
     pub(crate) point: HandPoint,
     /// Other points of the hand, relative to the touching one.
-    others: Vec<HandPoint>,
-    head: bool,
-    gaze: bool,
+    pub(crate) others: Vec<HandPoint>,
+    pub(crate) head: bool,
+    pub(crate) gaze: bool,
+    /// Positions of the past that are compared with the present one.
+    pub(crate) lags: usize,
     /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
     /// reach in which it is missing.
-    offsets_m: [Option<DVec3>; 6],
+    pub(crate) offsets_m: [Option<DVec3>; 6],
     /// Means of head and gaze, which stand in until they are seen.
-    head_m: DVec3,
-    mean_gaze: DVec3,
+    pub(crate) head_m: DVec3,
+    pub(crate) mean_gaze: DVec3,
 }
 
 impl Inputs {
     /// What the reaches have in common. The touching point is the most frequent one.
-    pub(crate) fn of(reaches: &[LabelledReach], use_gaze: bool) -> Self {
+    pub(crate) fn of(reaches: &[LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
         // The last of equals wins: the first by contact.
         let order = HandPoint::BY_CONTACT.into_iter().rev();
@@ -45,12 +51,6 @@ impl Inputs {
         let total = frames().count() as f64;
         let usual = |seen: &dyn Fn(&HandFrame) -> bool| {
             frames().filter(|f| seen(f)).count() as f64 >= USUALLY_SEEN * total
-        };
-        let mean = |value: &dyn Fn(&HandFrame) -> Option<DVec3>| {
-            let (sum, n) = frames()
-                .filter_map(value)
-                .fold((DVec3::ZERO, 0.0), |(s, n), v| (s + v, n + 1.0));
-            (n > 0.0).then(|| sum / n)
         };
         let others = HandPoint::ALL
             .into_iter()
@@ -63,12 +63,15 @@ impl Inputs {
             others,
             head: usual(&|f| head(f).is_some()),
             gaze: use_gaze && usual(&|f| gaze(f).is_some()),
-            offsets_m: HandPoint::ALL
-                .map(|p| mean(&|f| Some(f.point(point)? - f.point(p)?)))
-                .map(|offset| offset.filter(|o| o.is_finite())),
-            head_m: mean(&head).unwrap_or(DVec3::ZERO),
-            mean_gaze: mean(&gaze).unwrap_or(DVec3::ZERO),
+            lags,
+            offsets_m: mean_offsets_m(reaches, point),
+            head_m: mean(reaches, head).unwrap_or(DVec3::ZERO),
+            mean_gaze: mean(reaches, gaze).unwrap_or(DVec3::ZERO),
         }
+    }
+
+    fn lags_s(&self) -> impl Iterator<Item = f64> {
+        (0..self.lags).map(|k| FIRST_LAG_S * f64::from(1 << k))
     }
 
     /// Points of the hand that take part.
@@ -78,7 +81,7 @@ impl Inputs {
 
     /// Length of the feature vector, and of its first part, without the other points of the hand.
     pub(crate) fn widths(&self) -> [usize; 2] {
-        let vectors = 2 + LAGS_S.len() + usize::from(self.head) + usize::from(self.gaze);
+        let vectors = 2 + self.lags + usize::from(self.head) + usize::from(self.gaze);
         let first = 3 * vectors + SCALARS;
         [first + 3 * self.others.len(), first]
     }
@@ -91,16 +94,13 @@ fn head_of(frame: &HandFrame) -> Option<DVec3> {
     frame.head_m.filter(|h| h.is_finite())
 }
 
-/// One reach from its start to now.
-///
-/// Samples without the touching point are bridged by another point and the last known offset
-/// between the two, so a finger that is missing does not stop the prediction.
+/// One reach from its start to now. A finger that is missing does not stop the prediction.
 #[derive(Debug, Clone)]
 pub(crate) struct ReachTrack {
     /// Times, s, and places of the touching point, m.
     history: Vec<(f64, DVec3)>,
     start: Option<(f64, DVec3)>,
-    offsets_m: [Option<DVec3>; 6],
+    touching: TouchingPoint,
     /// The others from the touching point, m, as last seen; by [`HandPoint`].
     relative_m: [Option<DVec3>; 6],
     head_m: Option<DVec3>,
@@ -115,7 +115,7 @@ impl ReachTrack {
         Self {
             history: Vec::with_capacity(KEPT),
             start: None,
-            offsets_m: inputs.offsets_m,
+            touching: TouchingPoint::new(inputs.point, inputs.offsets_m),
             relative_m: [None; 6],
             head_m: None,
             gaze: None,
@@ -124,10 +124,10 @@ impl ReachTrack {
         }
     }
 
-    pub(crate) fn begin(&mut self, inputs: &Inputs) {
+    pub(crate) fn begin(&mut self) {
         self.history.clear();
         self.start = None;
-        self.offsets_m = inputs.offsets_m;
+        self.touching.begin();
         self.relative_m = [None; 6];
         (self.head_m, self.gaze) = (None, None);
         self.velocity_m_per_s = DVec3::ZERO;
@@ -136,28 +136,18 @@ impl ReachTrack {
 
     /// Takes a sample; says whether there was anything in it to follow. A sample that is not later
     /// than the last is no news.
-    pub(crate) fn push(&mut self, inputs: &Inputs, frame: &HandFrame) -> bool {
+    pub(crate) fn push(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
         let late_enough = self.history.last().is_none_or(|last| t_s > last.0);
         if !t_s.is_finite() || !late_enough {
             return false;
         }
         let points = frame.points();
-        let own = points[inputs.point as usize];
-        let bridged = || {
-            HandPoint::BY_CONTACT
-                .into_iter()
-                .find_map(|p| Some(points[p as usize]? + self.offsets_m[p as usize]?))
-        };
-        let Some(position_m) = own.or_else(bridged) else {
+        let Some(position_m) = self.touching.locate(&points) else {
             return false;
         };
-        for (k, seen_m) in points.into_iter().enumerate() {
-            let Some(seen_m) = seen_m else { continue };
-            if own.is_some() {
-                self.offsets_m[k] = Some(position_m - seen_m);
-            }
-            self.relative_m[k] = Some(seen_m - position_m);
+        for (relative_m, seen_m) in self.relative_m.iter_mut().zip(points) {
+            *relative_m = seen_m.map(|seen_m| seen_m - position_m).or(*relative_m);
         }
         self.head_m = frame
             .gaze_ray()
@@ -170,7 +160,7 @@ impl ReachTrack {
         }
         self.history.push((t_s, position_m));
         self.start.get_or_insert((t_s, position_m));
-        self.velocity_m_per_s = self.slope(SPEED_WINDOW_S);
+        self.velocity_m_per_s = self.velocity_m_per_s();
         let speed = self.velocity_m_per_s.length();
         if speed > self.peak.0 {
             self.peak = (speed, t_s);
@@ -204,28 +194,14 @@ impl ReachTrack {
         self.start
     }
 
-    /// Slope of the straight line through the last samples, m/s; zero for a single one.
-    fn slope(&self, window_s: f64) -> DVec3 {
+    /// Slope over the last samples, m/s; zero for a single one.
+    fn velocity_m_per_s(&self) -> DVec3 {
         let n = self.history.len();
-        let since = self.history[n - 1].0 - window_s;
+        let since = self.history[n - 1].0 - SPEED_WINDOW_S;
         // At least two samples, however slow the tracker.
         let back = self.history.iter().rev().take_while(|h| h.0 >= since);
         let window = &self.history[n - back.count().max(2).min(n)..];
-        let count = window.len() as f64;
-        let (t_sum, p_sum) = window
-            .iter()
-            .fold((0.0, DVec3::ZERO), |(t, p), h| (t + h.0, p + h.1));
-        let (t_mean, p_mean) = (t_sum / count, p_sum / count);
-        let (mut cross, mut spread) = (DVec3::ZERO, 0.0);
-        for (t, p) in window {
-            cross += (t - t_mean) * (*p - p_mean);
-            spread += (t - t_mean).powi(2);
-        }
-        if spread > 0.0 {
-            cross / spread
-        } else {
-            DVec3::ZERO
-        }
+        slope(window.iter().copied())
     }
 
     /// Where the touching point was at a time, on straight lines between samples; at the start for
@@ -268,7 +244,7 @@ impl ReachTrack {
         };
         out.extend(start_m.to_array());
         out.extend((now_m - start_m).to_array());
-        for lag_s in LAGS_S {
+        for lag_s in inputs.lags_s() {
             let moved_m = (now_m - self.before(t_s - lag_s)) * (HORIZON_S / lag_s);
             out.extend(moved_m.to_array());
         }

@@ -196,8 +196,19 @@ impl Columns {
                 });
             }
         }
-        let missing = |column: &str| ContactError::MissingColumn {
-            column: column.into(),
+        // A table of another program may have another sign between its columns.
+        let separator = match header.iter().collect::<Vec<_>>()[..] {
+            [only] => [';', '\t', '|']
+                .into_iter()
+                .find(|&sign| only.contains(sign)),
+            _ => None,
+        };
+        let missing = |column: &str| {
+            let column = column.into();
+            match separator {
+                Some(separator) => ContactError::Separator { column, separator },
+                None => ContactError::MissingColumn { column },
+            }
         };
         let t = place.remove("t").ok_or_else(|| missing("t"))?;
         let [person, trial, contact] =

@@ -50,6 +50,11 @@ impl SteadyPoint {
         self.held = Some(steady);
         steady
     }
+
+    /// Lets go of what is held, for another person or trial: the next prediction passes as it is.
+    pub fn reset(&mut self) {
+        self.held = None;
+    }
 }
 
 /// Angle between unit vectors, rad.
@@ -103,6 +108,15 @@ mod tests {
             DVec3::Y * 0.02
         );
         assert_eq!(steady.step(at(1, DVec3::ZERO, DVec3::Y)).normal, DVec3::Y);
+    }
+
+    #[test]
+    fn lets_go_when_told_to() {
+        let mut steady = SteadyPoint::new(0.04).expect("positive");
+        steady.step(at(0, DVec3::ZERO, DVec3::X));
+        steady.reset();
+        let next = at(0, DVec3::Y * 0.01, DVec3::X);
+        assert_eq!(steady.step(next), next);
     }
 
     #[test]

@@ -213,6 +213,44 @@ fn nearest_neighbours_find_the_demonstrations_of_the_same_kind() {
 }
 
 #[test]
+fn demonstrations_that_are_over_rest_where_they_ended() {
+    let way = |duration_s: f64, end: DVec3| reach(duration_s, move |tau| minimum_jerk(tau) * end);
+    let (near, far) = (DVec3::new(0.2, 0.0, 0.0), DVec3::new(0.4, 0.1, 0.0));
+    // Both count, the shorter one first or last.
+    let (short, long) = (way(0.4, near), way(0.8, far));
+    for training in [[short.clone(), long.clone()], [long.clone(), short]] {
+        let mut estimator = NearestNeighbour::train(&training).unwrap();
+        estimator.begin();
+        for frame in &long.frames {
+            let estimate = estimator.step(frame).unwrap();
+            let now_m = frame.point(HandPoint::Index).unwrap();
+            if frame.t_s > 3.45 {
+                // Nothing is left to the one, all of its way to the other.
+                let expected_m = now_m + 0.5 * (far - now_m);
+                let off_m = estimate.point_m.distance(expected_m);
+                assert!(off_m < 1e-3, "{off_m} m at {} s", frame.t_s);
+            }
+        }
+    }
+}
+
+#[test]
+fn ridge_takes_windows_of_one_frame_and_of_many() {
+    let (training, test) = (reaches(40, 6), &reaches(1, 7)[0]);
+    for window in [1, 2, 20] {
+        let mut estimator = RidgeWindow::train_with_window(&training, window).unwrap();
+        estimator.begin();
+        let last = test.frames.iter().filter_map(|f| estimator.step(f)).last();
+        let off_m = last.unwrap().point_m.distance(test.contact_m);
+        assert!(off_m < 5e-3, "{off_m} m by {window} frames");
+    }
+    for window in [0, 101, usize::MAX] {
+        let refused = RidgeWindow::train_with_window(&training, window);
+        assert!(matches!(refused, Err(ContactError::Parameter { .. })));
+    }
+}
+
+#[test]
 fn ridge_finds_an_end_that_is_linear_in_what_was_seen() {
     let training = reaches(60, 4);
     let mut estimator = RidgeWindow::train(&training).unwrap();

@@ -263,6 +263,22 @@ fn one_person_nine_reaches_and_one_region_are_enough() {
 }
 
 #[test]
+fn any_window_and_any_rank_foresee() {
+    let (known, test) = (reaches(1, 4, 12), reaches(2, 2, 6));
+    let standard = LearnedConfig::default();
+    for (lags, rank) in [(0, 24), (8, 24), (4, 1), (4, 1000)] {
+        let config = LearnedConfig {
+            lags,
+            rank,
+            ..standard
+        };
+        let model = LearnedModel::train(&known, &config).expect("good");
+        let error_m = mean_error_m(&model, &test, 0.9);
+        assert!(error_m < 0.03, "{lags} lags, rank {rank}: {error_m} m");
+    }
+}
+
+#[test]
 fn all_reaches_alike_leave_no_singular_equations() {
     let one = reaches(10, 1, 1).remove(0);
     let model = LearnedModel::train(&vec![one.clone(); 12], &LearnedConfig::default());
@@ -320,6 +336,14 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
         },
         LearnedConfig {
             folds: 1,
+            ..standard
+        },
+        LearnedConfig {
+            lags: 9,
+            ..standard
+        },
+        LearnedConfig {
+            rank: 0,
             ..standard
         },
     ] {

@@ -115,6 +115,14 @@ fn broken_files_are_named_by_line_and_column() {
         read("palm_x,palm_y,palm_z\n1,2,3\n"),
         Err(E::MissingColumn { column: "t".into() })
     );
+    // Spreadsheets of many countries separate columns by semicolons.
+    for separator in [';', '\t', '|'] {
+        let text = "t,palm_x,palm_y,palm_z\n0,1,2,3\n".replace(',', &separator.to_string());
+        let error = read(&text).unwrap_err();
+        let column = "t".into();
+        assert_eq!(error, E::Separator { column, separator });
+        assert!(error.to_string().contains("no column \"t\""), "{error}");
+    }
     assert_eq!(
         read("t,palm_x,palm_z\n0,1,2\n"),
         Err(E::MissingColumn {

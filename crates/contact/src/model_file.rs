@@ -1,0 +1,450 @@
+//! Files of learned models: versioned JSON that gives back the model bit by bit, or says what is wrong.
+
+use crate::error::positive;
+use crate::gates::Gates;
+use crate::held_out_errors::{Axes, Errors, HeldOut};
+use crate::learned::{Learnt, Origin};
+use crate::learning::OUTPUTS;
+use crate::local_ridge::LocalRidge;
+use crate::primitive::Primitive;
+use crate::reach_track::{Inputs, MOST_LAGS, PROGRESS};
+use crate::{Combination, ContactError, HandPoint, LearnedModel};
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::io::{Read, Write};
+use std::sync::Arc;
+
+/// What a file of this crate calls itself.
+const FORMAT: &str = "hwall-contact learned model";
+/// The version written, and the newest one read.
+const VERSION: u64 = 1;
+
+/// Read before anything else: the rest of a newer version may look different.
+#[derive(Deserialize)]
+struct Header {
+    format: String,
+    version: u64,
+}
+
+/// A whole file. Points of the hand are numbers in the order of [`HandPoint::ALL`].
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    version: u64,
+    /// Digest of everything else, hexadecimal.
+    digest: String,
+    reaches: usize,
+    people: usize,
+    median_duration_s: f64,
+    combination: FileCombination,
+    inputs: FileInputs,
+    gates: FileGates,
+    ridge: FileRidge,
+    errors: FileErrors,
+    primitive: Option<FilePrimitive>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum FileCombination {
+    Regression,
+    Primitive,
+    Both,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileInputs {
+    point: usize,
+    others: Vec<usize>,
+    head: bool,
+    gaze: bool,
+    lags: usize,
+    offsets_m: Vec<Option<[f64; 3]>>,
+    head_m: [f64; 3],
+    mean_gaze: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileGates {
+    scale: [f64; PROGRESS],
+    centres: Vec<[f64; PROGRESS]>,
+    width: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileRidge {
+    centre: Vec<f64>,
+    scale: Vec<f64>,
+    outputs: usize,
+    /// By region, feature (the constant last) and output.
+    coefficients: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileErrors {
+    axes: FileAxes,
+    regions: Vec<FileRegion>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum FileAxes {
+    Way,
+    World,
+}
+
+/// Matrices by column.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileRegion {
+    regression_m2: [f64; 9],
+    primitive_m2: [f64; 9],
+    cross_m2: [f64; 9],
+    gain: f64,
+    time_s2: f64,
+    spread: f64,
+    time_spread: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilePrimitive {
+    label_offset_m: [f64; 3],
+    /// A file of `hwall-bip` inside this one, with a digest of its own.
+    model: Value,
+}
+
+/// Writing and reading, with the feature `serde`.
+impl LearnedModel {
+    /// The model as a file: estimators of the model read give the same answers to the last bit.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Strings and finite numbers only: nothing that could fail.
+        let mut file = serde_json::to_value(File::of(&self.learnt)).unwrap_or_default();
+        file["digest"] = digest(&file).into();
+        file.to_string()
+    }
+
+    /// Writes [`to_json`](Self::to_json).
+    ///
+    /// # Errors
+    /// The writer fails.
+    pub fn write_json(&self, mut writer: impl Write) -> Result<(), ContactError> {
+        writer
+            .write_all(self.to_json().as_bytes())
+            .and_then(|()| writer.flush())
+            .map_err(|e| stream(&e))
+    }
+
+    /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
+    ///
+    /// # Errors
+    /// No JSON, another format, a newer version; a file that was cut off or edited: lengths and
+    /// ranges are checked one by one, and everything together against the digest.
+    pub fn from_json(text: &str) -> Result<Self, ContactError> {
+        let header: Header = serde_json::from_str(text).map_err(|e| damage(&e))?;
+        if header.format != FORMAT {
+            return Err(ContactError::FileFormat {
+                expected: FORMAT,
+                found: header.format,
+            });
+        }
+        if header.version == 0 || header.version > VERSION {
+            return Err(ContactError::FileVersion {
+                newest: VERSION,
+                found: header.version,
+            });
+        }
+        let file: File = serde_json::from_str(text).map_err(|e| damage(&e))?;
+        file.validate()?;
+        let value: Value = serde_json::from_str(text).map_err(|e| damage(&e))?;
+        let computed = digest(&value);
+        if file.digest != computed {
+            return Err(ContactError::FileDigest {
+                stored: file.digest,
+                computed,
+            });
+        }
+        Ok(Self {
+            learnt: Arc::new(file.into_learnt()?),
+        })
+    }
+
+    /// Reads a file to its end; see [`from_json`](Self::from_json).
+    ///
+    /// # Errors
+    /// As there; the reader fails, or it holds no UTF-8.
+    pub fn read_json(mut reader: impl Read) -> Result<Self, ContactError> {
+        let mut text = String::new();
+        reader.read_to_string(&mut text).map_err(|e| stream(&e))?;
+        Self::from_json(&text)
+    }
+}
+
+fn stream(e: &std::io::Error) -> ContactError {
+    ContactError::Io {
+        path: "(stream)".into(),
+        message: e.to_string(),
+    }
+}
+
+fn damage(e: &serde_json::Error) -> ContactError {
+    let (line, column) = (e.line(), e.column());
+    match e.classify() {
+        serde_json::error::Category::Eof => ContactError::FileTruncated { line, column },
+        serde_json::error::Category::Data => ContactError::FileContents {
+            line,
+            column,
+            problem: e.to_string(),
+        },
+        _ => ContactError::FileSyntax { line, column },
+    }
+}
+
+impl File {
+    fn of(learnt: &Learnt) -> Self {
+        let Learnt {
+            inputs,
+            gates,
+            ridge,
+            errors,
+            ..
+        } = learnt;
+        let region = |e: &Errors| FileRegion {
+            regression_m2: e.regression.to_cols_array(),
+            primitive_m2: e.primitive.to_cols_array(),
+            cross_m2: e.cross.to_cols_array(),
+            gain: e.gain,
+            time_s2: e.time,
+            spread: e.spread,
+            time_spread: e.time_spread,
+        };
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            digest: String::new(),
+            reaches: learnt.origin.reaches,
+            people: learnt.origin.people,
+            median_duration_s: learnt.origin.median_duration_s,
+            combination: match learnt.combination {
+                Combination::Regression => FileCombination::Regression,
+                Combination::Primitive => FileCombination::Primitive,
+                Combination::Both => FileCombination::Both,
+            },
+            inputs: FileInputs {
+                point: inputs.point as usize,
+                others: inputs.others.iter().map(|p| *p as usize).collect(),
+                head: inputs.head,
+                gaze: inputs.gaze,
+                lags: inputs.lags,
+                offsets_m: inputs.offsets_m.map(|o| o.map(|o| o.to_array())).into(),
+                head_m: inputs.head_m.to_array(),
+                mean_gaze: inputs.mean_gaze.to_array(),
+            },
+            gates: FileGates {
+                scale: gates.scale,
+                centres: gates.centres.clone(),
+                width: gates.width,
+            },
+            ridge: FileRidge {
+                centre: ridge.centre.clone(),
+                scale: ridge.scale.clone(),
+                outputs: ridge.outputs(),
+                coefficients: ridge.coefficients().collect(),
+            },
+            errors: FileErrors {
+                axes: match errors.axes {
+                    Axes::Way => FileAxes::Way,
+                    Axes::World => FileAxes::World,
+                },
+                regions: errors.regions.iter().map(region).collect(),
+            },
+            primitive: learnt.primitive.as_ref().map(|p| FilePrimitive {
+                label_offset_m: p.label_offset_m.to_array(),
+                model: serde_json::from_str(&p.model.to_json()).unwrap_or_default(),
+            }),
+        }
+    }
+
+    /// Everything that following a reach relies on. JSON knows no number that is not finite.
+    fn validate(&self) -> Result<(), ContactError> {
+        let length = |what, expected, got| match expected == got {
+            true => Ok(()),
+            false => Err(ContactError::FileLength {
+                what,
+                expected,
+                got,
+            }),
+        };
+        let within = |what, value: usize, ok: bool, wanted| match ok {
+            true => Ok(()),
+            false => Err(ContactError::Parameter {
+                what,
+                value: value as f64,
+                wanted,
+            }),
+        };
+        let known = |p: usize| within("point", p, p < HandPoint::ALL.len(), "a point of the hand");
+        known(self.inputs.point)?;
+        for (k, &other) in self.inputs.others.iter().enumerate() {
+            known(other)?;
+            let new = other != self.inputs.point && !self.inputs.others[..k].contains(&other);
+            within("others", other, new, "named once")?;
+        }
+        let lags = self.inputs.lags;
+        within("lags", lags, lags <= MOST_LAGS, "at most 8")?;
+        length(
+            "offsets_m",
+            HandPoint::ALL.len(),
+            self.inputs.offsets_m.len(),
+        )?;
+        let regions = self.gates.centres.len();
+        within("gates", regions, regions > 0, "at least 1 region")?;
+        positive("width of the gates", self.gates.width)?;
+        length("errors", regions, self.errors.regions.len())?;
+        let outputs = self.ridge.outputs;
+        let ok = outputs == OUTPUTS || outputs == OUTPUTS - 3;
+        within("outputs", outputs, ok, "4, or 7 with normals")?;
+        let [all, first] = self.inputs().widths();
+        let width = self.ridge.centre.len();
+        let ok = width == all || width == first;
+        within("centre", width, ok, "as many as there are features")?;
+        length("scale", width, self.ridge.scale.len())?;
+        let entries = regions * (width + 1) * outputs;
+        length("coefficients", entries, self.ridge.coefficients.len())?;
+        let needed = usize::from(self.combination != FileCombination::Regression);
+        length("primitive", needed, usize::from(self.primitive.is_some()))
+    }
+
+    /// Of a file whose points and offsets are valid.
+    fn inputs(&self) -> Inputs {
+        let file = &self.inputs;
+        let offset = |k: usize| file.offsets_m.get(k).copied().flatten();
+        Inputs {
+            point: HandPoint::ALL[file.point],
+            others: file.others.iter().map(|p| HandPoint::ALL[*p]).collect(),
+            head: file.head,
+            gaze: file.gaze,
+            lags: file.lags,
+            offsets_m: std::array::from_fn(|k| offset(k).map(DVec3::from_array)),
+            head_m: DVec3::from_array(file.head_m),
+            mean_gaze: DVec3::from_array(file.mean_gaze),
+        }
+    }
+
+    /// Of a valid file.
+    fn into_learnt(self) -> Result<Learnt, ContactError> {
+        let inputs = self.inputs();
+        let primitive = match &self.primitive {
+            None => None,
+            Some(file) => {
+                let model = hwall_bip::Model::from_json(&file.model.to_string())?;
+                let dofs = model.dofs();
+                if dofs != 3 && dofs != 3 * inputs.points() {
+                    return Err(ContactError::FileLength {
+                        what: "coordinates of the primitive",
+                        expected: 3 * inputs.points(),
+                        got: dofs,
+                    });
+                }
+                let offset_m = DVec3::from_array(file.label_offset_m);
+                Some(Primitive::new(model, offset_m)?)
+            }
+        };
+        let region = |e: &FileRegion| Errors {
+            regression: DMat3::from_cols_array(&e.regression_m2),
+            primitive: DMat3::from_cols_array(&e.primitive_m2),
+            cross: DMat3::from_cols_array(&e.cross_m2),
+            gain: e.gain,
+            time: e.time_s2,
+            spread: e.spread,
+            time_spread: e.time_spread,
+        };
+        let FileRidge {
+            centre,
+            scale,
+            outputs,
+            coefficients,
+        } = self.ridge;
+        Ok(Learnt {
+            origin: Origin {
+                reaches: self.reaches,
+                people: self.people,
+                median_duration_s: self.median_duration_s,
+            },
+            gates: Gates {
+                scale: self.gates.scale,
+                centres: self.gates.centres,
+                width: self.gates.width,
+            },
+            ridge: LocalRidge::from_parts(centre, scale, outputs, &coefficients),
+            errors: HeldOut {
+                axes: match self.errors.axes {
+                    FileAxes::Way => Axes::Way,
+                    FileAxes::World => Axes::World,
+                },
+                regions: self.errors.regions.iter().map(region).collect(),
+            },
+            combination: match self.combination {
+                FileCombination::Regression => Combination::Regression,
+                FileCombination::Primitive => Combination::Primitive,
+                FileCombination::Both => Combination::Both,
+            },
+            inputs,
+            primitive,
+        })
+    }
+}
+
+/// The 64-bit Fowler-Noll-Vo hash, variant 1a, of everything but the field `digest`: against accidents,
+/// not against forgery. Over the bits of numbers, not their text, and over fields in order of their
+/// names: the way they are printed is free.
+fn digest(file: &Value) -> String {
+    let mut hash = 0xcbf2_9ce4_8422_2325;
+    if let Value::Object(fields) = file {
+        let mut fields: Vec<_> = fields.iter().filter(|f| f.0 != "digest").collect();
+        fields.sort_by_key(|f| f.0);
+        for (name, value) in fields {
+            absorb(&mut hash, name.as_bytes());
+            absorb_value(&mut hash, value);
+        }
+    }
+    format!("{hash:016x}")
+}
+
+fn absorb(hash: &mut u64, bytes: &[u8]) {
+    for b in (bytes.len() as u64).to_le_bytes().iter().chain(bytes) {
+        *hash = (*hash ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3);
+    }
+}
+
+fn absorb_value(hash: &mut u64, value: &Value) {
+    match value {
+        Value::Null => absorb(hash, b"null"),
+        Value::Bool(b) => absorb(hash, &[u8::from(*b)]),
+        Value::Number(n) => {
+            let bits = n.as_f64().unwrap_or(f64::NAN).to_bits();
+            absorb(hash, &bits.to_le_bytes());
+        }
+        Value::String(s) => absorb(hash, s.as_bytes()),
+        Value::Array(values) => {
+            absorb(hash, &(values.len() as u64).to_le_bytes());
+            values.iter().for_each(|v| absorb_value(hash, v));
+        }
+        Value::Object(fields) => {
+            let mut fields: Vec<_> = fields.iter().collect();
+            fields.sort_by_key(|f| f.0);
+            absorb(hash, &(fields.len() as u64).to_le_bytes());
+            for (name, value) in fields {
+                absorb(hash, name.as_bytes());
+                absorb_value(hash, value);
+            }
+        }
+    }
+}
