@@ -79,6 +79,12 @@ impl Gaussian {
         }
     }
 
+    /// With an independent error of `sd_m` in each axis on top.
+    pub(crate) fn widened(&self, sd_m: f64) -> Option<Self> {
+        let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));
+        Self::new(self.mean_m, self.covariance_m2 + variance)
+    }
+
     /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.
     pub(crate) fn times(&self, about_m: DVec3, precision_per_m2: DMat3) -> Option<Self> {
         let covariance_m2 = (self.precision + precision_per_m2).inverse();

@@ -117,6 +117,12 @@ impl GazeModel {
         Ok(())
     }
 
+    /// A leap of the line of sight beyond this is a new fixation, rad.
+    pub(crate) fn saccade_rad(&self) -> f64 {
+        let [least, most] = SACCADE_RAD;
+        (SACCADE_SDS * self.on_target_sd_rad).clamp(least, most)
+    }
+
     /// What is believed of the contact point once the gaze is known: at most three Gaussians with
     /// the logarithms of their weights, the one without the gaze first.
     pub(crate) fn weigh(
@@ -147,12 +153,12 @@ impl GazeModel {
                 elsewhere + off(now) + off(previous)
             },
             gaussian: *by_hand,
-            looked_at: false,
+            sight: None,
         };
         let by_look = |look: Look, share: f64, other: Option<Look>| Belief {
             log_weight: on_target + share.ln() + look.log_on_target + off(other),
             gaussian: look.gaussian,
-            looked_at: true,
+            sight: Some(look.ray),
         };
         let mut beliefs = [
             Some(by_hand),
@@ -196,6 +202,7 @@ impl GazeModel {
             log_density_2d([off.dot(u), off.dot(v)], [uu + variance, uv, vv + variance])
         };
         Some(Look {
+            ray: *ray,
             gaussian,
             log_on_target: log_density(self.on_target_sd_rad),
             log_elsewhere: log_density(self.elsewhere_sd_rad),
@@ -214,12 +221,13 @@ const NEAREST_LOOK_M: f64 = 0.1;
 pub(crate) struct Belief {
     pub(crate) log_weight: f64,
     pub(crate) gaussian: Gaussian,
-    /// Does the person look at it, or did so last?
-    pub(crate) looked_at: bool,
+    /// The line of sight that it stems from.
+    pub(crate) sight: Option<GazeRay>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Look {
+    ray: GazeRay,
     gaussian: Gaussian,
     log_on_target: f64,
     log_elsewhere: f64,
@@ -239,13 +247,16 @@ struct Fixation {
     until_s: f64,
 }
 
-/// A leap of the line of sight beyond this is a new fixation, rad.
-const SACCADE_RAD: f64 = 0.07;
+/// A leap of the line of sight beyond so many of its spreads about a target is a new fixation ...
+const SACCADE_SDS: f64 = 2.5;
+/// ... but none below the first is told from noise, and every one beyond the second is, rad.
+const SACCADE_RAD: [f64; 2] = [0.07, 0.35];
 /// Shorter fixations are passed over, s: the eye on its way, or noise.
 const SHORTEST_S: f64 = 0.08;
 
 impl GazeMemory {
-    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>) {
+    /// Takes the next line of sight; `saccade_rad`: a leap beyond it is a new fixation.
+    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>, saccade_rad: f64) {
         let usable = ray.filter(|r| {
             r.origin_m.is_finite() && r.direction.is_finite() && r.direction.is_normalized()
         });
@@ -259,7 +270,7 @@ impl GazeMemory {
             return;
         };
         match &mut self.now {
-            Some(f) if f.ray.direction.dot(ray.direction) >= SACCADE_RAD.cos() => {
+            Some(f) if f.ray.direction.dot(ray.direction) >= saccade_rad.cos() => {
                 f.ray = *ray;
                 f.until_s = t_s;
             }

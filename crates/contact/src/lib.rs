@@ -31,6 +31,7 @@ mod recording;
 mod recording_csv;
 mod resample;
 mod segment;
+mod standing;
 mod steady;
 mod surface_share;
 mod tracking;

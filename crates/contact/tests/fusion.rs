@@ -17,10 +17,11 @@ fn fused() -> Fused {
     Fused::new(FusedConfig::default())
 }
 
-/// Without a say of the direction of motion.
+/// Without a say of the direction of motion, registered without error.
 fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
         bend: None,
+        calibration_sd_m: 0.0,
         ..FusedConfig::default()
     })
 }
@@ -517,7 +518,7 @@ fn settings_outside_their_range_are_refused() {
         FusedPredictor::new(Told::default(), config).is_err()
     };
     assert!(bad(&|c| c.rays = 0));
-    assert!(bad(&|c| c.inflation = f64::NAN));
+    assert!(bad(&|c| c.calibration_sd_m = f64::NAN));
     assert!(bad(&|c| c.bend = Some(0.0)));
     assert!(bad(&|c| c.gaze.elsewhere_share = 1.5));
     assert!(bad(&|c| c.min_probability = 1.0));
