@@ -218,13 +218,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             _ => (origin_m, hand.direction),
         };
         let reach_m = self.config.max_distance_m + from_m.distance(hand.point_m);
-        for belief in self
-            .config
-            .gaze
-            .weigh(&gaussian, &self.gaze, hand.t_s)
-            .into_iter()
-            .flatten()
-        {
+        let beliefs = self.config.gaze.weigh(&gaussian, &self.gaze, hand.t_s);
+        for belief in beliefs.into_iter().flatten() {
             // What its own line of sight meets can be meant although the straight way there is barred.
             let seen = belief.sight.and_then(|ray| {
                 let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
@@ -241,36 +236,29 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 scene,
                 (from_m, heading, reach_m),
                 &registered,
-                belief.log_weight,
+                belief.weight,
                 seen,
             );
         }
-        let met = |shares: &SurfaceShares| shares.faces().iter().any(|f| f.log_mass.is_finite());
-        if !met(&self.shares) && moving {
+        if self.shares.compare() {
+            return true;
+        }
+        if moving {
             // The estimate lies beyond an edge of all there is.
-            self.shares.clear();
             let radius_m = 4.0 * gaussian.sd_m();
             self.shares
                 .add_closest(scene, origin_m, &gaussian, radius_m);
         }
-        met(&self.shares)
+        self.shares.compare()
     }
 
     /// Adds up the faces of each surface; a surface that the hand rests on stands by itself.
     fn rank(&mut self, scene: &Scene, hand: &HandState, behind: bool, touched: Option<Touched>) {
         let faces = self.shares.faces();
-        let most = faces
-            .iter()
-            .fold(f64::NEG_INFINITY, |m, f| m.max(f.log_mass));
-        let mass = |f: &Face| {
-            let share = (f.log_mass - most).exp();
-            // Also where nothing is met at all.
-            if share.is_nan() { 0.0 } else { share }
-        };
-        let total: f64 = faces.iter().map(mass).sum();
+        let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| self.config.leaving_share);
         let of = |surface: SurfaceId| faces.iter().filter(move |f| f.surface == surface);
-        let weight_of = |surface: SurfaceId| of(surface).map(mass).sum::<f64>();
+        let weight_of = |surface: SurfaceId| of(surface).map(|f| f.mass).sum::<f64>();
         let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
         let first = |index: usize, f: &Face| faces[..index].iter().all(|g| g.surface != f.surface);
         let best_weight = faces
@@ -288,15 +276,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 continue;
             }
             let weight = weight_of(face.surface);
-            // A weight of zero is none.
-            if weight < least || weight <= 0.0 {
+            if weight < least {
                 continue;
             }
-            let Some(best) = of(face.surface).max_by(|a, b| a.log_mass.total_cmp(&b.log_mass))
-            else {
+            let Some(best) = of(face.surface).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            let (mean_m, covariance_m2) = moments(|| of(face.surface), best, mass);
+            let (mean_m, covariance_m2) = moments(|| of(face.surface), best);
             let (point_m, normal) = onto(scene, face.surface, mean_m, (best.met_m, best.normal))
                 .unwrap_or((best.met_m, best.normal));
             let off_plane_m = self.config.calibration_sd_m.hypot(LEAST_SD_M);
@@ -394,11 +380,7 @@ fn facing(hit: &Hit, towards_m: DVec3) -> Hit {
 /// Mean and covariance of a contact by the faces of one surface, m and m². The mean is of the faces that
 /// agree with the best one: between two places that a person may mean, neither is touched. The
 /// covariance about it is of all faces: positive semidefinite, as every face's is.
-fn moments<'a, I: Iterator<Item = &'a Face>>(
-    faces: impl Fn() -> I,
-    best: &Face,
-    mass: impl Fn(&Face) -> f64,
-) -> (DVec3, DMat3) {
+fn moments<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> (DVec3, DMat3) {
     let agree = |f: &&Face| {
         let sum = f.covariance_m2 + best.covariance_m2;
         let variance_m2 = sum.x_axis.x + sum.y_axis.y + sum.z_axis.z;
@@ -406,10 +388,10 @@ fn moments<'a, I: Iterator<Item = &'a Face>>(
     };
     let agreed = || faces().filter(agree);
     let mean_m =
-        agreed().map(|f| f.mean_m * mass(f)).sum::<DVec3>() / agreed().map(&mass).sum::<f64>();
-    let weight: f64 = faces().map(&mass).sum();
+        agreed().map(|f| f.mean_m * f.mass).sum::<DVec3>() / agreed().map(|f| f.mass).sum::<f64>();
+    let weight: f64 = faces().map(|f| f.mass).sum();
     let covariance_m2 = faces()
-        .map(|f| (f.covariance_m2 + outer(f.mean_m - mean_m)) * (mass(f) / weight))
+        .map(|f| (f.covariance_m2 + outer(f.mean_m - mean_m)) * (f.mass / weight))
         .fold(DMat3::ZERO, |sum, c| sum + c);
     (mean_m, covariance_m2)
 }
@@ -436,7 +418,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             hand,
             (origin_m, behind),
             self.config.calibration_sd_m,
-            (&self.config.watch, self.watch.reaching()),
+            &self.config.watch,
         );
         let met = self.divide(scene, hand, origin_m);
         if met || touched.is_some() {

@@ -123,17 +123,17 @@ impl GazeModel {
         (SACCADE_SDS * self.on_target_sd_rad).clamp(least, most)
     }
 
-    /// What is believed of the contact point once the gaze is known: at most three Gaussians with
-    /// the logarithms of their weights, the one without the gaze first.
+    /// What is believed of the contact point once the gaze is known: at most three Gaussians and
+    /// their weights, which add up to 1, the one without the gaze first.
     pub(crate) fn weigh(
         &self,
-        by_hand: &Gaussian,
+        by_motion: &Gaussian,
         memory: &GazeMemory,
         t_s: f64,
     ) -> [Option<Belief>; 3] {
         let (now, before) = memory.fixations(t_s, self.memory_s);
-        let now = now.and_then(|ray| self.look(by_hand, ray));
-        let before = before.and_then(|(ray, age_s)| Some((self.look(by_hand, ray)?, age_s)));
+        let now = now.and_then(|ray| self.look(by_motion, ray));
+        let before = before.and_then(|(ray, age_s)| Some((self.look(by_motion, ray)?, age_s)));
         let on_target = (1.0 - self.elsewhere_share).ln();
         let elsewhere = self.elsewhere_share.ln();
         // In every hypothesis each fixation is accounted for, on the target or elsewhere.
@@ -146,34 +146,41 @@ impl GazeModel {
             }
         };
         let previous = before.map(|(look, _)| look);
-        let by_hand = Belief {
-            log_weight: if now.is_none() && previous.is_none() {
-                0.0
-            } else {
-                elsewhere + off(now) + off(previous)
-            },
-            gaussian: *by_hand,
-            sight: None,
+        let by_hand = if now.is_none() && previous.is_none() {
+            0.0
+        } else {
+            elsewhere + off(now) + off(previous)
         };
-        let by_look = |look: Look, share: f64, other: Option<Look>| Belief {
-            log_weight: on_target + share.ln() + look.log_on_target + off(other),
-            gaussian: look.gaussian,
-            sight: Some(look.ray),
+        let by_look = |look: Look, share: f64, other: Option<Look>| {
+            on_target + share.ln() + look.log_on_target + off(other)
         };
-        let mut beliefs = [
-            Some(by_hand),
-            now.map(|look| by_look(look, 1.0 - left, previous)),
-            previous.map(|look| by_look(look, left, now)),
+        let log_weights = [
+            by_hand,
+            now.map_or(f64::NEG_INFINITY, |look| {
+                by_look(look, 1.0 - left, previous)
+            }),
+            previous.map_or(f64::NEG_INFINITY, |look| by_look(look, left, now)),
         ];
-        // What weighs next to nothing is not worth its rays.
-        let most = beliefs
-            .iter()
-            .flatten()
-            .fold(f64::NEG_INFINITY, |m, b| m.max(b.log_weight));
-        for belief in &mut beliefs {
-            *belief = belief.filter(|b| b.log_weight > most + NEGLIGIBLE.ln());
-        }
-        beliefs
+        let most = log_weights.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let weights = log_weights.map(|w| (w - most).exp());
+        let total: f64 = weights.iter().sum();
+        let belief = |weight: f64, gaussian: &Gaussian, sight: Option<GazeRay>| {
+            // What weighs next to nothing is not worth its rays.
+            (weight > NEGLIGIBLE).then(|| Belief {
+                weight: weight / total,
+                gaussian: *gaussian,
+                sight,
+            })
+        };
+        let by_sight = |weight: f64, look: Option<Look>| {
+            look.and_then(|look| belief(weight, &look.gaussian, Some(look.ray)))
+        };
+        let [unseen, on_now, on_previous] = weights;
+        [
+            belief(unseen, by_motion, None),
+            by_sight(on_now, now),
+            by_sight(on_previous, previous),
+        ]
     }
 
     /// The Gaussian along a line of sight, and how well it agrees with the hand.
@@ -219,7 +226,7 @@ const NEAREST_LOOK_M: f64 = 0.1;
 /// One hypothesis about the contact point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Belief {
-    pub(crate) log_weight: f64,
+    pub(crate) weight: f64,
     pub(crate) gaussian: Gaussian,
     /// The line of sight that it stems from.
     pub(crate) sight: Option<GazeRay>,

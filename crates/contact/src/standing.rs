@@ -82,29 +82,33 @@ impl Standing {
     }
 
     /// The surface that the hand rests on, if it does. `free_m` and `behind` are those of
-    /// [`free_side`](Self::free_side); `reaching`: a reach is under way.
+    /// [`free_side`](Self::free_side).
     ///
     /// A slow hand is on a surface that it has gone through, or that is no further than half a finger and
     /// what the registration may be wrong by. Of several the one with the best product of the
     /// density of its distance and of the cosine of the angle at which the hand came. It stays on it
-    /// until a reach begins or it is further away than that.
+    /// until it is as fast as at the onset of a reach or further away than that.
     pub(crate) fn rest(
         &mut self,
         scene: &Scene,
         hand: &HandState,
         (free_m, behind): (DVec3, Option<Hit>),
         calibration_sd_m: f64,
-        (watch, reaching): (&WatchConfig, bool),
+        watch: &WatchConfig,
     ) -> Option<Touched> {
         let step_s = self.last_s.map_or(0.0, |s| (hand.t_s - s).max(0.0));
         self.last_s = Some(hand.t_s);
         let before = self.touched.take();
-        let slow = hand.velocity_m_per_s.length() <= watch.offset_m_per_s;
         if before.is_none() {
             let way_m = self.approach_m + hand.velocity_m_per_s * step_s;
             self.approach_m = way_m.clamp_length_max(APPROACH_M);
         }
-        if !slow && (reaching || before.is_none()) {
+        // Noise must not lift it off.
+        let slow_m_per_s = match before {
+            Some(_) => watch.onset_m_per_s,
+            None => watch.offset_m_per_s,
+        };
+        if hand.velocity_m_per_s.length() > slow_m_per_s {
             return None;
         }
         let hand_m = hand.point_m;

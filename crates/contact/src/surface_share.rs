@@ -17,7 +17,9 @@ pub(crate) struct Face {
     /// A point of the face that was met, m.
     pub(crate) met_m: DVec3,
     /// Logarithm of the weight of a contact here; differences between faces count.
-    pub(crate) log_mass: f64,
+    log_mass: f64,
+    /// The weight itself, that of the heaviest face 1; once [`SurfaceShares::compare`] was called.
+    pub(crate) mass: f64,
     /// Where on the face, m and m².
     pub(crate) mean_m: DVec3,
     pub(crate) covariance_m2: DMat3,
@@ -34,9 +36,28 @@ pub(crate) struct Face {
 /// gets its exact weight from however few rays, and an edge costs an error of about half a ray.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceShares {
-    nodes: Vec<[f64; 2]>,
+    /// For hypotheses of some weight, and for those of little.
+    nodes: [Vec<Node>; 2],
     rays: Vec<Ray>,
     faces: Vec<Face>,
+}
+
+/// A point of a standard normal distribution in the plane, and what it stands for.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    at: [f64; 2],
+    /// 1 / (number of nodes × density).
+    area: f64,
+}
+
+fn nodes(count: usize) -> Vec<Node> {
+    let node = |at: [f64; 2]| {
+        let [x, y] = at;
+        let density = (-0.5 * (x * x + y * y)).exp() / std::f64::consts::TAU;
+        let area = 1.0 / (density * count as f64);
+        Node { at, area }
+    };
+    spiral(count).into_iter().map(node).collect()
 }
 
 /// A way from the hand.
@@ -49,16 +70,24 @@ struct Ray {
     met: Option<usize>,
 }
 
+/// A hypothesis that weighs less than this is told by a third of the rays ...
+const LITTLE: f64 = 0.2;
+/// ... but by so many at least, where there are as many.
+const FEW_RAYS: usize = 7;
+
+/// Faces that weigh less than this beside the heaviest one are left out.
+const NEGLIGIBLE: f64 = 1e-5;
+
 /// Faces met that cannot matter are not kept beyond this number.
 const MAX_FACES: usize = 96;
 
 impl SurfaceShares {
     pub(crate) fn new(rays: usize) -> Self {
-        let nodes = spiral(rays.max(1));
+        let rays = rays.max(1);
         Self {
-            rays: Vec::with_capacity(nodes.len()),
+            nodes: [nodes(rays), nodes(rays.min(FEW_RAYS.max(rays / 3)))],
+            rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
-            nodes,
         }
     }
 
@@ -71,24 +100,40 @@ impl SurfaceShares {
         self.faces.clear();
     }
 
+    /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns false
+    /// when none is left.
+    pub(crate) fn compare(&mut self) -> bool {
+        let log_masses = self.faces.iter().map(|f| f.log_mass);
+        let most = log_masses.fold(f64::NEG_INFINITY, f64::max);
+        // Infinity less infinity is NaN, which is dropped.
+        self.faces
+            .iter_mut()
+            .for_each(|f| f.mass = (f.log_mass - most).exp());
+        self.faces.retain(|f| f.mass > NEGLIGIBLE);
+        !self.faces.is_empty()
+    }
+
     /// Adds the faces that hold a part of `gaussian` and are met first from `origin_m`, nearer
     /// than `max_distance_m`. `heading`: where the hand goes, for a Gaussian about the hand
-    /// itself. `seen` is a face that counts although no ray may meet it, with the share given.
+    /// itself. `weight`: of the Gaussian, all adding up to 1. `seen` is a face that counts although no
+    /// ray may meet it, with the share given.
     pub(crate) fn add(
         &mut self,
         scene: &Scene,
         (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
         gaussian: &Gaussian,
-        log_weight: f64,
+        weight: f64,
         seen: Option<(&Hit, f64)>,
     ) {
         let first = self.faces.len();
-        self.cast(scene, (origin_m, heading, max_distance_m), gaussian, first);
+        let few = weight < LITTLE;
+        let way = (origin_m, heading, max_distance_m);
+        self.cast(scene, way, gaussian, (first, few));
         let seen_face = seen.and_then(|(hit, share)| Some((self.face_of(hit, first)?, share)));
         for index in first..self.faces.len() {
             let least =
                 seen_face.map_or(0.0, |(face, share)| if face == index { share } else { 0.0 });
-            self.weigh(index, origin_m, gaussian, log_weight, least);
+            self.weigh(index, origin_m, gaussian, weight.ln(), least);
         }
     }
 
@@ -116,6 +161,7 @@ impl SurfaceShares {
             normal,
             met_m: closest.point_m,
             log_mass: cut.log_density,
+            mass: 0.0,
             mean_m: closest.point_m,
             covariance_m2: cut.covariance_m2,
         });
@@ -127,7 +173,7 @@ impl SurfaceShares {
         scene: &Scene,
         (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
         gaussian: &Gaussian,
-        first: usize,
+        (first, few): (usize, bool),
     ) {
         self.rays.clear();
         let sd_m = gaussian.sd_m();
@@ -146,15 +192,13 @@ impl SurfaceShares {
         let a = uu.sqrt();
         let b = uv / a;
         let c = (vv - b * b).max(0.0).sqrt();
-        for index in 0..self.nodes.len() {
-            let [x, y] = self.nodes[index];
+        let nodes = usize::from(few);
+        for index in 0..self.nodes[nodes].len() {
+            let Node { at: [x, y], area } = self.nodes[nodes][index];
             let through = centre + u * (a * x) + v * (b * x + c * y);
             let length_m = through.length();
             let direction = through / length_m;
-            let density = (-0.5 * (x * x + y * y)).exp() / std::f64::consts::TAU;
-            let solid_angle = a * c * direction.dot(axis)
-                / (length_m * length_m * density)
-                / self.nodes.len() as f64;
+            let solid_angle = a * c * area * direction.dot(axis) / (length_m * length_m);
             // The scene refuses only what is no ray.
             let hit = scene.ray_cast(origin_m, direction).ok().flatten();
             let hit = hit.filter(|hit| {
@@ -186,6 +230,7 @@ impl SurfaceShares {
                 normal: hit.normal,
                 met_m: hit.point_m,
                 log_mass: f64::NEG_INFINITY,
+                mass: 0.0,
                 mean_m: hit.point_m,
                 covariance_m2: DMat3::ZERO,
             });
