@@ -39,7 +39,8 @@ pub struct FusedConfig {
     pub leaving_share: f64,
     /// Surfaces further from the hand are not about to be touched, m. Default 1.5.
     pub max_distance_m: f64,
-    /// Rays for each hypothesis. Default 19; more for scenes of many small surfaces.
+    /// Rays for each hypothesis, at most: seven do where it weighs little or is narrow and they meet one plane
+    /// alone. Default 19; more for scenes of many small surfaces.
     pub rays: usize,
     /// Share of the places looked at that can be reached although the straight way of the hand to
     /// them is barred, in [0, 1]. Default 0.1.

@@ -36,8 +36,9 @@ pub(crate) struct Face {
 /// gets its exact weight from however few rays, and an edge costs an error of about half a ray.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceShares {
-    /// For hypotheses of some weight, and for those of little.
-    nodes: [Vec<Node>; 2],
+    /// The first `few` are spread like all of them.
+    nodes: Vec<Node>,
+    few: usize,
     rays: Vec<Ray>,
     faces: Vec<Face>,
 }
@@ -46,34 +47,36 @@ pub(crate) struct SurfaceShares {
 #[derive(Debug, Clone, Copy)]
 struct Node {
     at: [f64; 2],
-    /// 1 / (number of nodes × density).
+    /// 1 / density.
     area: f64,
 }
 
-fn nodes(count: usize) -> Vec<Node> {
-    let node = |at: [f64; 2]| {
-        let [x, y] = at;
+impl Node {
+    fn new([x, y]: [f64; 2]) -> Self {
         let density = (-0.5 * (x * x + y * y)).exp() / std::f64::consts::TAU;
-        let area = 1.0 / (density * count as f64);
-        Node { at, area }
-    };
-    spiral(count).into_iter().map(node).collect()
+        Self {
+            at: [x, y],
+            area: 1.0 / density,
+        }
+    }
 }
 
 /// A way from the hand.
 #[derive(Debug, Clone, Copy)]
 struct Ray {
     direction: DVec3,
-    /// Area on a unit sphere about the hand that the ray stands for, by the density of its node.
+    /// Area on a unit sphere about the hand by the density of its node: of all rays, times their number.
     solid_angle: f64,
     /// Index of the face met first, if it can be touched.
     met: Option<usize>,
 }
 
-/// A hypothesis that weighs less than this is told by a third of the rays ...
-const LITTLE: f64 = 0.2;
-/// ... but by so many at least, where there are as many.
+/// So many rays are cast first. They are enough where they all meet one face and stand closer than
+/// what people touch is wide, that is for a Gaussian of at most this sd, m ...
 const FEW_RAYS: usize = 7;
+const NARROW_M: f64 = 0.04;
+/// ... and for every hypothesis that weighs less than this.
+const LITTLE: f64 = 0.1;
 
 /// Faces that weigh less than this beside the heaviest one are left out.
 const NEGLIGIBLE: f64 = 1e-5;
@@ -84,8 +87,16 @@ const MAX_FACES: usize = 96;
 impl SurfaceShares {
     pub(crate) fn new(rays: usize) -> Self {
         let rays = rays.max(1);
+        let all = spiral(rays);
+        let stride = rays.div_ceil(FEW_RAYS);
+        let each = |first: bool| {
+            let among = move |i: &usize| i.is_multiple_of(stride) == first;
+            (0..rays).filter(among)
+        };
+        let node = |i: usize| Node::new(all[i]);
         Self {
-            nodes: [nodes(rays), nodes(rays.min(FEW_RAYS.max(rays / 3)))],
+            nodes: each(true).chain(each(false)).map(node).collect(),
+            few: each(true).count(),
             rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
         }
@@ -126,9 +137,12 @@ impl SurfaceShares {
         seen: Option<(&Hit, f64)>,
     ) {
         let first = self.faces.len();
-        let few = weight < LITTLE;
-        let way = (origin_m, heading, max_distance_m);
-        self.cast(scene, way, gaussian, (first, few));
+        self.cast(
+            scene,
+            (origin_m, heading, max_distance_m),
+            gaussian,
+            (first, weight >= LITTLE),
+        );
         let seen_face = seen.and_then(|(hit, share)| Some((self.face_of(hit, first)?, share)));
         for index in first..self.faces.len() {
             let least =
@@ -167,13 +181,14 @@ impl SurfaceShares {
         });
     }
 
-    /// Casts the rays; the faces met are appended, each once.
+    /// Casts the rays, few unless it is to be looked at `closely` and those disagree; the faces met are
+    /// appended, each once.
     fn cast(
         &mut self,
         scene: &Scene,
         (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
         gaussian: &Gaussian,
-        (first, few): (usize, bool),
+        (first, closely): (usize, bool),
     ) {
         self.rays.clear();
         let sd_m = gaussian.sd_m();
@@ -192,9 +207,16 @@ impl SurfaceShares {
         let a = uu.sqrt();
         let b = uv / a;
         let c = (vv - b * b).max(0.0).sqrt();
-        let nodes = usize::from(few);
-        for index in 0..self.nodes[nodes].len() {
-            let Node { at: [x, y], area } = self.nodes[nodes][index];
+        for index in 0..self.nodes.len() {
+            if index == self.few {
+                let one = self.rays[0].met;
+                let agreed =
+                    one.is_some() && sd_m <= NARROW_M && self.rays.iter().all(|ray| ray.met == one);
+                if agreed || !closely {
+                    break;
+                }
+            }
+            let Node { at: [x, y], area } = self.nodes[index];
             let through = centre + u * (a * x) + v * (b * x + c * y);
             let length_m = through.length();
             let direction = through / length_m;
@@ -251,6 +273,7 @@ impl SurfaceShares {
         let cut = gaussian.in_plane(face.met_m, face.normal);
         let (mut all, mut met) = (Moments::ZERO, Moments::ZERO);
         let mut blocked = false;
+        let ray_share = 1.0 / self.rays.len() as f64;
         for ray in &self.rays {
             let slope = ray.direction.dot(face.normal);
             let distance_m = (face.met_m - origin_m).dot(face.normal) / slope;
@@ -261,6 +284,7 @@ impl SurfaceShares {
             let off = ray.direction * distance_m - (cut.mean_m - origin_m);
             let weight = cut.density_per_m2(gaussian, cut.mean_m + off)
                 * ray.solid_angle
+                * ray_share
                 * distance_m
                 * distance_m
                 / slope.abs();
