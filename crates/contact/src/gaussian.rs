@@ -22,7 +22,11 @@ impl Gaussian {
     /// `None` for a mean that is not finite or a matrix that is no covariance.
     pub(crate) fn new(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
         let symmetric = (covariance_m2 + covariance_m2.transpose()) * 0.5;
-        let covariance_m2 = symmetric + DMat3::from_diagonal(DVec3::splat(FLOOR_M * FLOOR_M));
+        let floor_m2 = DMat3::from_diagonal(DVec3::splat(FLOOR_M * FLOOR_M));
+        Self::checked(mean_m, symmetric + floor_m2)
+    }
+
+    fn checked(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
         let [xx, yx, _, xy, yy, ..] = covariance_m2.to_cols_array();
         let determinant = covariance_m2.determinant();
         // Leading minors; NaN fails every comparison.
@@ -77,6 +81,12 @@ impl Gaussian {
             covariance_m2: self.covariance_m2 - outer * (1.0 / variance),
             peak_per_m2: (variance / self.determinant).sqrt() / TAU,
         }
+    }
+
+    /// With an independent error of `sd_m` in each axis on top.
+    pub(crate) fn widened(&self, sd_m: f64) -> Option<Self> {
+        let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));
+        Self::checked(self.mean_m, self.covariance_m2 + variance)
     }
 
     /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.

@@ -117,17 +117,23 @@ impl GazeModel {
         Ok(())
     }
 
-    /// What is believed of the contact point once the gaze is known: at most three Gaussians with
-    /// the logarithms of their weights, the one without the gaze first.
+    /// A leap of the line of sight beyond this is a new fixation, rad.
+    pub(crate) fn saccade_rad(&self) -> f64 {
+        let [least, most] = SACCADE_RAD;
+        (SACCADE_SDS * self.on_target_sd_rad).clamp(least, most)
+    }
+
+    /// What is believed of the contact point once the gaze is known: at most three Gaussians and
+    /// their weights, which add up to 1, the one without the gaze first.
     pub(crate) fn weigh(
         &self,
-        by_hand: &Gaussian,
+        by_motion: &Gaussian,
         memory: &GazeMemory,
         t_s: f64,
     ) -> [Option<Belief>; 3] {
         let (now, before) = memory.fixations(t_s, self.memory_s);
-        let now = now.and_then(|ray| self.look(by_hand, ray));
-        let before = before.and_then(|(ray, age_s)| Some((self.look(by_hand, ray)?, age_s)));
+        let now = now.and_then(|ray| self.look(by_motion, ray));
+        let before = before.and_then(|(ray, age_s)| Some((self.look(by_motion, ray)?, age_s)));
         let on_target = (1.0 - self.elsewhere_share).ln();
         let elsewhere = self.elsewhere_share.ln();
         // In every hypothesis each fixation is accounted for, on the target or elsewhere.
@@ -140,34 +146,41 @@ impl GazeModel {
             }
         };
         let previous = before.map(|(look, _)| look);
-        let by_hand = Belief {
-            log_weight: if now.is_none() && previous.is_none() {
-                0.0
-            } else {
-                elsewhere + off(now) + off(previous)
-            },
-            gaussian: *by_hand,
-            looked_at: false,
+        let by_hand = if now.is_none() && previous.is_none() {
+            0.0
+        } else {
+            elsewhere + off(now) + off(previous)
         };
-        let by_look = |look: Look, share: f64, other: Option<Look>| Belief {
-            log_weight: on_target + share.ln() + look.log_on_target + off(other),
-            gaussian: look.gaussian,
-            looked_at: true,
+        let by_look = |look: Look, share: f64, other: Option<Look>| {
+            on_target + share.ln() + look.log_on_target + off(other)
         };
-        let mut beliefs = [
-            Some(by_hand),
-            now.map(|look| by_look(look, 1.0 - left, previous)),
-            previous.map(|look| by_look(look, left, now)),
+        let log_weights = [
+            by_hand,
+            now.map_or(f64::NEG_INFINITY, |look| {
+                by_look(look, 1.0 - left, previous)
+            }),
+            previous.map_or(f64::NEG_INFINITY, |look| by_look(look, left, now)),
         ];
-        // What weighs next to nothing is not worth its rays.
-        let most = beliefs
-            .iter()
-            .flatten()
-            .fold(f64::NEG_INFINITY, |m, b| m.max(b.log_weight));
-        for belief in &mut beliefs {
-            *belief = belief.filter(|b| b.log_weight > most + NEGLIGIBLE.ln());
-        }
-        beliefs
+        let most = log_weights.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let weights = log_weights.map(|w| (w - most).exp());
+        let total: f64 = weights.iter().sum();
+        let belief = |weight: f64, gaussian: &Gaussian, sight: Option<GazeRay>| {
+            // What weighs next to nothing is not worth its rays.
+            (weight > NEGLIGIBLE).then(|| Belief {
+                weight: weight / total,
+                gaussian: *gaussian,
+                sight,
+            })
+        };
+        let by_sight = |weight: f64, look: Option<Look>| {
+            look.and_then(|look| belief(weight, &look.gaussian, Some(look.ray)))
+        };
+        let [unseen, on_now, on_previous] = weights;
+        [
+            belief(unseen, by_motion, None),
+            by_sight(on_now, now),
+            by_sight(on_previous, previous),
+        ]
     }
 
     /// The Gaussian along a line of sight, and how well it agrees with the hand.
@@ -196,6 +209,7 @@ impl GazeModel {
             log_density_2d([off.dot(u), off.dot(v)], [uu + variance, uv, vv + variance])
         };
         Some(Look {
+            ray: *ray,
             gaussian,
             log_on_target: log_density(self.on_target_sd_rad),
             log_elsewhere: log_density(self.elsewhere_sd_rad),
@@ -212,14 +226,15 @@ const NEAREST_LOOK_M: f64 = 0.1;
 /// One hypothesis about the contact point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Belief {
-    pub(crate) log_weight: f64,
+    pub(crate) weight: f64,
     pub(crate) gaussian: Gaussian,
-    /// Does the person look at it, or did so last?
-    pub(crate) looked_at: bool,
+    /// The line of sight that it stems from.
+    pub(crate) sight: Option<GazeRay>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Look {
+    ray: GazeRay,
     gaussian: Gaussian,
     log_on_target: f64,
     log_elsewhere: f64,
@@ -239,13 +254,16 @@ struct Fixation {
     until_s: f64,
 }
 
-/// A leap of the line of sight beyond this is a new fixation, rad.
-const SACCADE_RAD: f64 = 0.07;
+/// A leap of the line of sight beyond so many of its spreads about a target is a new fixation ...
+const SACCADE_SDS: f64 = 2.5;
+/// ... but none below the first is told from noise, and every one beyond the second is, rad.
+const SACCADE_RAD: [f64; 2] = [0.07, 0.35];
 /// Shorter fixations are passed over, s: the eye on its way, or noise.
 const SHORTEST_S: f64 = 0.08;
 
 impl GazeMemory {
-    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>) {
+    /// Takes the next line of sight; `saccade_rad`: a leap beyond it is a new fixation.
+    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>, saccade_rad: f64) {
         let usable = ray.filter(|r| {
             r.origin_m.is_finite() && r.direction.is_finite() && r.direction.is_normalized()
         });
@@ -259,7 +277,7 @@ impl GazeMemory {
             return;
         };
         match &mut self.now {
-            Some(f) if f.ray.direction.dot(ray.direction) >= SACCADE_RAD.cos() => {
+            Some(f) if f.ray.direction.dot(ray.direction) >= saccade_rad.cos() => {
                 f.ray = *ray;
                 f.until_s = t_s;
             }

@@ -33,6 +33,7 @@ mod recording;
 mod recording_csv;
 mod resample;
 mod segment;
+mod standing;
 mod steady;
 mod surface_share;
 mod touching_point;

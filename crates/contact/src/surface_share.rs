@@ -17,7 +17,9 @@ pub(crate) struct Face {
     /// A point of the face that was met, m.
     pub(crate) met_m: DVec3,
     /// Logarithm of the weight of a contact here; differences between faces count.
-    pub(crate) log_mass: f64,
+    log_mass: f64,
+    /// The weight itself, that of the heaviest face 1; once [`SurfaceShares::compare`] was called.
+    pub(crate) mass: f64,
     /// Where on the face, m and m².
     pub(crate) mean_m: DVec3,
     pub(crate) covariance_m2: DMat3,
@@ -34,31 +36,69 @@ pub(crate) struct Face {
 /// gets its exact weight from however few rays, and an edge costs an error of about half a ray.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceShares {
-    nodes: Vec<[f64; 2]>,
+    /// The first `few` are spread like all of them.
+    nodes: Vec<Node>,
+    few: usize,
     rays: Vec<Ray>,
     faces: Vec<Face>,
+}
+
+/// A point of a standard normal distribution in the plane, and what it stands for.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    at: [f64; 2],
+    /// 1 / density.
+    area: f64,
+}
+
+impl Node {
+    fn new([x, y]: [f64; 2]) -> Self {
+        let density = (-0.5 * (x * x + y * y)).exp() / std::f64::consts::TAU;
+        Self {
+            at: [x, y],
+            area: 1.0 / density,
+        }
+    }
 }
 
 /// A way from the hand.
 #[derive(Debug, Clone, Copy)]
 struct Ray {
     direction: DVec3,
-    /// Area on a unit sphere about the hand that the ray stands for, by the density of its node.
+    /// Area on a unit sphere about the hand by the density of its node: of all rays, times their number.
     solid_angle: f64,
     /// Index of the face met first, if it can be touched.
     met: Option<usize>,
 }
+
+/// So many rays are cast first. They are enough where they all meet one face and stand closer than
+/// what people touch is wide, that is for a Gaussian of at most this sd, m ...
+const FEW_RAYS: usize = 7;
+const NARROW_M: f64 = 0.02;
+/// ... and for every hypothesis that weighs less than this.
+const LITTLE: f64 = 0.1;
+
+/// Faces that weigh less than this beside the heaviest one are left out.
+const NEGLIGIBLE: f64 = 1e-5;
 
 /// Faces met that cannot matter are not kept beyond this number.
 const MAX_FACES: usize = 96;
 
 impl SurfaceShares {
     pub(crate) fn new(rays: usize) -> Self {
-        let nodes = spiral(rays.max(1));
+        let rays = rays.max(1);
+        let all = spiral(rays);
+        let stride = rays.div_ceil(FEW_RAYS);
+        let each = |first: bool| {
+            let among = move |i: &usize| i.is_multiple_of(stride) == first;
+            (0..rays).filter(among)
+        };
+        let node = |i: usize| Node::new(all[i]);
         Self {
-            rays: Vec::with_capacity(nodes.len()),
+            nodes: each(true).chain(each(false)).map(node).collect(),
+            few: each(true).count(),
+            rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
-            nodes,
         }
     }
 
@@ -71,24 +111,43 @@ impl SurfaceShares {
         self.faces.clear();
     }
 
+    /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns false
+    /// when none is left.
+    pub(crate) fn compare(&mut self) -> bool {
+        let log_masses = self.faces.iter().map(|f| f.log_mass);
+        let most = log_masses.fold(f64::NEG_INFINITY, f64::max);
+        // Infinity less infinity is NaN, which is dropped.
+        self.faces
+            .iter_mut()
+            .for_each(|f| f.mass = (f.log_mass - most).exp());
+        self.faces.retain(|f| f.mass > NEGLIGIBLE);
+        !self.faces.is_empty()
+    }
+
     /// Adds the faces that hold a part of `gaussian` and are met first from `origin_m`, nearer
     /// than `max_distance_m`. `heading`: where the hand goes, for a Gaussian about the hand
-    /// itself. `seen` is a face that counts although no ray may meet it, with the share given.
+    /// itself. `weight`: of the Gaussian, all adding up to 1. `seen` is a face that counts although no
+    /// ray may meet it, with the share given.
     pub(crate) fn add(
         &mut self,
         scene: &Scene,
         (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
         gaussian: &Gaussian,
-        log_weight: f64,
+        weight: f64,
         seen: Option<(&Hit, f64)>,
     ) {
         let first = self.faces.len();
-        self.cast(scene, (origin_m, heading, max_distance_m), gaussian, first);
+        self.cast(
+            scene,
+            (origin_m, heading, max_distance_m),
+            gaussian,
+            (first, weight >= LITTLE),
+        );
         let seen_face = seen.and_then(|(hit, share)| Some((self.face_of(hit, first)?, share)));
         for index in first..self.faces.len() {
             let least =
                 seen_face.map_or(0.0, |(face, share)| if face == index { share } else { 0.0 });
-            self.weigh(index, origin_m, gaussian, log_weight, least);
+            self.weigh(index, origin_m, gaussian, weight.ln(), least);
         }
     }
 
@@ -116,18 +175,20 @@ impl SurfaceShares {
             normal,
             met_m: closest.point_m,
             log_mass: cut.log_density,
+            mass: 0.0,
             mean_m: closest.point_m,
             covariance_m2: cut.covariance_m2,
         });
     }
 
-    /// Casts the rays; the faces met are appended, each once.
+    /// Casts the rays, few unless it is to be looked at `closely` and those disagree; the faces met are
+    /// appended, each once.
     fn cast(
         &mut self,
         scene: &Scene,
         (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
         gaussian: &Gaussian,
-        first: usize,
+        (first, closely): (usize, bool),
     ) {
         self.rays.clear();
         let sd_m = gaussian.sd_m();
@@ -147,14 +208,19 @@ impl SurfaceShares {
         let b = uv / a;
         let c = (vv - b * b).max(0.0).sqrt();
         for index in 0..self.nodes.len() {
-            let [x, y] = self.nodes[index];
+            if index == self.few {
+                let one = self.rays[0].met;
+                let agreed =
+                    one.is_some() && sd_m <= NARROW_M && self.rays.iter().all(|ray| ray.met == one);
+                if agreed || !closely {
+                    break;
+                }
+            }
+            let Node { at: [x, y], area } = self.nodes[index];
             let through = centre + u * (a * x) + v * (b * x + c * y);
             let length_m = through.length();
             let direction = through / length_m;
-            let density = (-0.5 * (x * x + y * y)).exp() / std::f64::consts::TAU;
-            let solid_angle = a * c * direction.dot(axis)
-                / (length_m * length_m * density)
-                / self.nodes.len() as f64;
+            let solid_angle = a * c * area * direction.dot(axis) / (length_m * length_m);
             // The scene refuses only what is no ray.
             let hit = scene.ray_cast(origin_m, direction).ok().flatten();
             let hit = hit.filter(|hit| {
@@ -186,6 +252,7 @@ impl SurfaceShares {
                 normal: hit.normal,
                 met_m: hit.point_m,
                 log_mass: f64::NEG_INFINITY,
+                mass: 0.0,
                 mean_m: hit.point_m,
                 covariance_m2: DMat3::ZERO,
             });
@@ -206,6 +273,7 @@ impl SurfaceShares {
         let cut = gaussian.in_plane(face.met_m, face.normal);
         let (mut all, mut met) = (Moments::ZERO, Moments::ZERO);
         let mut blocked = false;
+        let ray_share = 1.0 / self.rays.len() as f64;
         for ray in &self.rays {
             let slope = ray.direction.dot(face.normal);
             let distance_m = (face.met_m - origin_m).dot(face.normal) / slope;
@@ -216,6 +284,7 @@ impl SurfaceShares {
             let off = ray.direction * distance_m - (cut.mean_m - origin_m);
             let weight = cut.density_per_m2(gaussian, cut.mean_m + off)
                 * ray.solid_angle
+                * ray_share
                 * distance_m
                 * distance_m
                 / slope.abs();

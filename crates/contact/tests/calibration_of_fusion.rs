@@ -44,13 +44,17 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
             model.on_target_sd_rad
         };
         gaze.direction = blurred(&mut sampler, gaze.direction, spread_rad);
+        // The tracker is registered to the scene with an error, which shifts all it says.
+        let shift_m = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal())
+            * config.calibration_sd_m;
+        gaze.origin_m += shift_m;
         let mut fused = Fused::new(config.clone());
         let straight = (contact_m - hand_m).normalize();
         let velocity = blurred(&mut sampler, straight, config.bend.unwrap());
         let answers = fused.see(
             &scene,
-            (hand_m, velocity),
-            Some((contact_m + off_m, covariance)),
+            (hand_m + shift_m, velocity),
+            Some((contact_m + off_m + shift_m, covariance)),
             with_gaze.then_some(gaze),
         );
         tally.reaches += 1.0;
@@ -75,7 +79,7 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
             tally.inside += f64::from(squared <= 2.0 * 10_f64.ln());
             tally.squared += 0.5 * squared;
             tally.fused_m.push(e.length());
-            tally.raw_m.push(off_m.length());
+            tally.raw_m.push((off_m + shift_m).length());
         }
     }
     tally

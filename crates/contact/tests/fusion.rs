@@ -17,10 +17,11 @@ fn fused() -> Fused {
     Fused::new(FusedConfig::default())
 }
 
-/// Without a say of the direction of motion.
+/// Without a say of the direction of motion, registered without error.
 fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
         bend: None,
+        calibration_sd_m: 0.0,
         ..FusedConfig::default()
     })
 }
@@ -59,12 +60,8 @@ fn an_estimate_off_the_wall_is_brought_to_it_by_its_covariance() {
     assert_close!(p.normal, DVec3::NEG_X, Tol::abs(1e-12));
     assert_close!(p.distance_m, 0.5, Tol::abs(1e-12));
     let c = p.covariance_m2.unwrap();
-    assert_close!(
-        c.x_axis.length(),
-        0.0,
-        Tol::abs(1e-12),
-        "none across the wall"
-    );
+    // Registered without error, the wall is where it is to a millimetre.
+    assert_close!(c.x_axis, DVec3::X * 1e-6, Tol::abs(1e-12));
     assert_close!(c.y_axis.y, 0.0004, Tol::abs(2e-6));
     assert_close!(c.z_axis.z, 0.0012 - 0.00125 * 0.5, Tol::abs(2e-6));
     assert_eq!(
@@ -263,6 +260,32 @@ fn what_cannot_be_touched_bars_the_way() {
 }
 
 #[test]
+fn a_barred_place_that_was_looked_at_before_is_thought_of_as_well() {
+    let sidecar = "[surface.glass]\nkind = \"untouchable\"\n";
+    let quads = [
+        ("wall", WALL),
+        ("glass", front(0.5, [-0.15, 1.0], [0.5, 1.8])),
+        ("post", front(0.45, [-0.3, -0.1], [0.5, 1.8])),
+    ];
+    let scene = scene(&quads, Some(sidecar));
+    let state = (DVec3::new(0.2, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.6, -0.05, 1.2), ball(0.08)));
+    let eye_m = DVec3::new(0.3, 0.0, 2.6);
+    let mut fused = by_estimate();
+    let mut wall = |gaze: GazeRay| {
+        let answers = fused.see(&scene, state, estimate, Some(gaze));
+        let of_wall = |a: &&hwall_contact::ContactPrediction| Some(a.surface) == scene.find("wall");
+        answers.iter().find(of_wall).map_or(0.0, |a| a.probability)
+    };
+    for _ in 0..20 {
+        wall(gaze_at(eye_m, DVec3::new(0.7, 0.05, 1.3)));
+    }
+    // Now the eyes see nothing that could be touched.
+    let left = wall(gaze_at(eye_m, DVec3::new(0.3, 2.0, 2.8)));
+    assert!(left > 0.05, "{left}");
+}
+
+#[test]
 fn a_gaze_that_has_left_still_counts() {
     let scene = scene(
         &[
@@ -428,6 +451,83 @@ fn no_number_that_is_none_comes_out() {
 }
 
 #[test]
+fn every_covariance_is_symmetric_and_positive_definite() {
+    let mut sampler = Sampler::new(41);
+    let mut seen = 0;
+    for round in 0..300 {
+        let names = ["a", "b", "c", "d", "e"];
+        let quads = names.map(|name| {
+            let corner = DVec3::new(0.4, 0.0, 1.2) + sampler.unit_vector() * 0.3;
+            let turn = sampler.rotation();
+            let [u, v] = [turn.x_axis, turn.y_axis].map(|e| e * sampler.uniform(0.02, 1.0));
+            let corners = [corner, corner + u, corner + u + v, corner + v];
+            (name, corners.map(|p| p.to_array()))
+        });
+        let scene = scene(&quads, None);
+        let mut fused = Fused::new(FusedConfig {
+            calibration_sd_m: [0.0, 0.008][round % 2],
+            ..FusedConfig::default()
+        });
+        for _ in 0..10 {
+            // From a needle to a ball, at rest and under way.
+            let sd_m = DVec3::new(0.0, sampler.uniform(0.0, 0.01), sampler.uniform(0.0, 0.5));
+            let (off_m, covariance) = error(&mut sampler, sd_m);
+            let velocity = sampler.unit_vector() * [0.0, 1.0][sampler.index(2)];
+            let hand_m = DVec3::new(0.1, 0.0, 1.2) + sampler.unit_vector() * 0.3;
+            let end_m = DVec3::new(0.5, 0.0, 1.2) + off_m;
+            let estimate = (velocity.length() > 0.0).then_some((end_m, covariance));
+            let gaze = sampler.bool().then(|| gaze_at(EYE, end_m));
+            for answer in fused.see(&scene, (hand_m, velocity), estimate, gaze) {
+                // The fallback has no covariance.
+                let Some(c) = answer.covariance_m2 else {
+                    continue;
+                };
+                assert_eq!(c, c.transpose());
+                // Squares of the diagonal of a Cholesky factor: the smallest is no eigenvalue but has its sign.
+                let a = c.x_axis.x;
+                let b = c.y_axis.y - c.x_axis.y.powi(2) / a;
+                let pivots = [a, b, c.determinant() / (a * b)];
+                assert!(pivots.iter().all(|p| *p > 1e-9), "{pivots:?}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 2000, "{seen}");
+}
+
+#[test]
+fn a_time_is_told_of_a_hand_that_clearly_closes_in() {
+    let scene = scene(&[("wall", WALL)], None);
+    let mut due_s = |speed: f64| {
+        let state = (DVec3::new(0.3, 0.0, 1.2), DVec3::X * speed);
+        let p = fused().see(
+            &scene,
+            state,
+            None,
+            Some(gaze_at(EYE, DVec3::new(0.7, 0.0, 1.2))),
+        )[0];
+        p.time_to_contact_s.map(|t| t.mean_s)
+    };
+    assert_eq!([-0.5, 0.0, 0.05, 0.12].map(&mut due_s), [None; 4]);
+    assert!((due_s(0.4).unwrap() - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn the_best_answer_is_kept_however_improbable() {
+    let quads = room(12);
+    let scene = scene(&quads, None);
+    let mut fused = Fused::new(FusedConfig {
+        min_probability: 0.99,
+        ..FusedConfig::default()
+    });
+    let state = (DVec3::new(0.0, 0.0, 1.2), DVec3::X);
+    let estimate = Some((DVec3::new(0.6, 0.1, 1.1), ball(0.1)));
+    let answers = fused.see(&scene, state, estimate, None);
+    assert_eq!((answers.len(), answers[0].probability), (1, 1.0));
+    assert_eq!(answers[0].source, PredictionSource::Motion);
+}
+
+#[test]
 fn a_prediction_does_not_allocate() {
     let quads = room(12);
     let scene = scene(&quads, None);
@@ -517,7 +617,7 @@ fn settings_outside_their_range_are_refused() {
         FusedPredictor::new(Told::default(), config).is_err()
     };
     assert!(bad(&|c| c.rays = 0));
-    assert!(bad(&|c| c.inflation = f64::NAN));
+    assert!(bad(&|c| c.calibration_sd_m = f64::NAN));
     assert!(bad(&|c| c.bend = Some(0.0)));
     assert!(bad(&|c| c.gaze.elsewhere_share = 1.5));
     assert!(bad(&|c| c.min_probability = 1.0));
