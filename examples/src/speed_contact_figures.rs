@@ -73,7 +73,7 @@ impl Axis {
         let steps: &[f64] = match (high / low).log10() {
             d if d > 3.0 => &[1.0],
             d if d > 0.7 => &[1.0, 2.0, 5.0],
-            _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
         };
         let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
         decades
@@ -172,12 +172,11 @@ impl Panel {
                 .map_err(plot_error)?
                 .label(&line.name)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
-            // Neighbouring lines have theirs on different sides.
-            let beside = (-4, if k % 2 == 0 { 8 } else { -20 });
-            let words = line
-                .points
-                .iter()
-                .map(|p| EmptyElement::at(p.at) + Text::new(p.label.clone(), beside, SMALL));
+            // Neighbours, on a line and among lines, have theirs on different sides.
+            let beside = |i: usize| (-4, if (k + i) % 2 == 0 { -20 } else { 8 });
+            let words = line.points.iter().enumerate().map(|(i, p)| {
+                EmptyElement::at(p.at) + Text::new(p.label.clone(), beside(i), SMALL)
+            });
             chart.draw_series(words).map_err(plot_error)?;
         }
         legend(&mut chart, SeriesLabelPosition::UpperRight)
