@@ -3,7 +3,7 @@
 use crate::contact_candidates::Candidate;
 use crate::contact_dissertation::{self, Choice};
 use crate::{contact_report, contact_rooms_study};
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use hwall_testkit::Machine;
 use std::path::Path;
 
@@ -19,6 +19,13 @@ pub fn write(
     recordings: Option<&Path>,
     out: Option<&Path>,
 ) -> anyhow::Result<()> {
+    // Known before minutes of work, not after.
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
+    ensure!(
+        folder.is_none_or(Path::is_dir) && !file.is_dir(),
+        "{}: no file can be written there",
+        file.display()
+    );
     let mut text = format!(
         "# Where, when and which surface: the study\n\n\
          Written by `contact_study --report`. {}. Simulated people are drawn from the seed; those \

@@ -1,4 +1,4 @@
-//! Labelled reaches from a folder of recorded hands, and who is held out when.
+//! Labelled reaches from recorded hands, and who is held out when.
 
 use anyhow::{Context, ensure};
 use hwall_contact::{
@@ -12,6 +12,10 @@ use std::path::{Path, PathBuf};
 const LONGEST_TRIAL_S: f64 = 10.0;
 /// From so many recordings on, whole recordings are held out.
 const FEWEST_RECORDINGS: usize = 5;
+/// What the simulated protocols call their files: recordings beside them are named otherwise.
+const TAKEN: [&str; 4] = ["dissertation", "open-hand", "pointing", "rooms"];
+/// Reasons that an error lists.
+const MOST_REASONS: usize = 4;
 /// More folds than this are joined: training is repeated for each.
 const MOST_FOLDS: usize = 50;
 
@@ -28,6 +32,8 @@ pub struct Source {
     pub recordings: Vec<usize>,
     /// What was left out: how often, the reason, and the first of them.
     pub left_out: Vec<String>,
+    /// Columns that mean nothing here, in the order in which they were met.
+    pub ignored_columns: Vec<String>,
 }
 
 /// What is learnt from and what is judged, by number of the reach.
@@ -54,7 +60,8 @@ struct File {
     recordings: Vec<Recording>,
 }
 
-/// All studies under a folder, and a line for each file that is no recording of a hand.
+/// The study in a file, or all under a folder, and a line for each file there that is no recording of a
+/// hand. No two studies have the same name.
 ///
 /// Files of one folder with the same quantities belong together. Where no person is named but
 /// trials are, in several files, each file is a person. Where neither is, and half of the several files last
@@ -65,19 +72,25 @@ struct File {
 /// `bip_filter`, as made beside recordings by `--generate`: the same hands once more, so it is passed over.
 ///
 /// # Errors
-/// No folder, or no recording of a hand in it.
-pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
-    ensure!(dir.is_dir(), "{}: no such folder", dir.display());
-    let mut files = Vec::new();
-    csv_files(dir, &mut files)?;
-    files.sort();
+/// Nothing there, or no recording of a hand in it.
+pub fn read(path: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
+    ensure!(path.exists(), "{}: no such file or folder", path.display());
     let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
-    for (folder, count) in pass_over_motions(dir, &mut files) {
-        refused.push(format!(
-            "{}: {count} motions for bip_filter (train-*.csv, test-*.csv), no recordings",
-            folder.strip_prefix(dir).unwrap_or(&folder).display()
-        ));
-    }
+    let mut files = Vec::new();
+    let dir = if path.is_dir() {
+        csv_files(path, &mut files)?;
+        files.sort();
+        for (folder, count) in pass_over_motions(path, &mut files) {
+            refused.push(format!(
+                "{}: {count} motions for bip_filter (train-*.csv, test-*.csv), no recordings",
+                folder.strip_prefix(path).unwrap_or(&folder).display()
+            ));
+        }
+        path
+    } else {
+        files.push(path.to_owned());
+        path.parent().unwrap_or(path)
+    };
     for path in files {
         let name = path.strip_prefix(dir).unwrap_or(&path).to_owned();
         match std::fs::File::open(&path)
@@ -97,11 +110,9 @@ pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
     }
     ensure!(
         !groups.is_empty(),
-        "{}: no CSV file with the columns of a hand under it{}",
-        dir.display(),
-        refused
-            .first()
-            .map_or(String::new(), |why| format!(" ({why})"))
+        "no readable recording in {}: {}",
+        path.display(),
+        reasons(&refused)
     );
     let several: BTreeSet<PathBuf> = {
         let folders: Vec<&PathBuf> = groups.keys().map(|(folder, _)| folder).collect();
@@ -109,16 +120,43 @@ pub fn read(dir: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
         twice.map(|w| w[0].clone()).collect()
     };
     let mut sources = Vec::new();
+    let mut taken = BTreeSet::from(TAKEN.map(str::to_owned));
     for ((folder, _), files) in groups {
         let name = if folder.as_os_str().is_empty() || several.contains(&folder) {
             files[0].path.with_extension("")
         } else {
             folder
         };
-        let name = name.display().to_string().replace(['/', '\\'], "-");
-        sources.push(Source::of(name, files)?);
+        let name = unused(name.display().to_string(), &mut taken);
+        let source = Source::of(name.clone(), files).with_context(|| name)?;
+        sources.push(source);
     }
     Ok((sources, refused))
+}
+
+/// A name for files that no other study has, whatever the case of its letters: the path with dashes, and
+/// a number where that is `taken`.
+fn unused(path: String, taken: &mut BTreeSet<String>) -> String {
+    let plain = path.replace(['/', '\\'], "-");
+    let mut name = plain.clone();
+    let mut number = 2;
+    while !taken.insert(name.to_lowercase()) {
+        name = format!("{plain}-{number}");
+        number += 1;
+    }
+    name
+}
+
+/// Why nothing could be read, in one line.
+fn reasons(refused: &[String]) -> String {
+    if refused.is_empty() {
+        return "no CSV file".to_owned();
+    }
+    let mut text = refused[..refused.len().min(MOST_REASONS)].join("; ");
+    if let Some(more @ 1..) = refused.len().checked_sub(MOST_REASONS) {
+        text += &format!("; and {more} more");
+    }
+    text
 }
 
 /// Takes the files of folders of motions out, and says which folders and how many files.
@@ -188,6 +226,12 @@ impl Source {
             (ReachCut::All, "all reaches, by speed")
         };
         let files_are_people = names_trials && !names_people && file_count > 1;
+        let mut ignored_columns: Vec<String> = Vec::new();
+        for column in all().flat_map(|r| &r.ignored_columns) {
+            if !ignored_columns.contains(column) {
+                ignored_columns.push(column.clone());
+            }
+        }
         let points = quantities(&all().cloned().collect::<Vec<_>>()).join(", ");
         let recordings: Vec<Recording> = files
             .into_iter()
@@ -235,6 +279,7 @@ impl Source {
             reaches: labelled.reaches,
             recordings: labelled.recordings,
             left_out,
+            ignored_columns,
         })
     }
 
@@ -353,14 +398,25 @@ mod tests {
 
     #[test]
     fn no_folder_and_no_recording_are_one_clear_line() {
-        let error = read(Path::new("no such folder")).unwrap_err();
-        assert_eq!(error.to_string(), "no such folder: no such folder");
+        let error = read(Path::new("nowhere")).unwrap_err();
+        assert_eq!(error.to_string(), "nowhere: no such file or folder");
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         let error = read(&here).unwrap_err().to_string();
-        assert!(
-            error.contains("no CSV file") && !error.contains('\n'),
-            "{error}"
+        let expected = format!("no readable recording in {}: no CSV file", here.display());
+        assert_eq!(error, expected);
+        let many: Vec<String> = (1..=6).map(|i| format!("{i}.csv: bad")).collect();
+        assert_eq!(
+            reasons(&many),
+            "1.csv: bad; 2.csv: bad; 3.csv: bad; 4.csv: bad; and 2 more"
         );
+    }
+
+    #[test]
+    fn no_two_studies_write_the_same_files() {
+        let mut taken = BTreeSet::from(TAKEN.map(str::to_owned));
+        let mut name = |path: &str| unused(path.to_owned(), &mut taken);
+        let names = ["a/b", "a-b", "A-B", "a-b-2", "rooms"].map(&mut name);
+        assert_eq!(names, ["a-b", "a-b-2", "A-B-3", "a-b-2-2", "rooms-2"]);
     }
 
     #[test]

@@ -2,7 +2,9 @@
 
 use crate::contact_candidates::Candidate;
 use crate::contact_recordings::{Source, Split, read};
-use crate::contact_scores::{Rows, Scores, run};
+use crate::contact_rows::Rows;
+use crate::contact_scores::{Scores, run};
+use crate::numbers::counted;
 use crate::{contact_figures, contact_tables};
 use anyhow::Context;
 use hwall_contact::LabelledReach;
@@ -58,16 +60,16 @@ pub fn compare(
     Ok((scores, notes))
 }
 
-/// Studies everything under a folder; Markdown.
+/// Studies a recording or everything under a folder; Markdown.
 ///
 /// # Errors
 /// No recordings there, or a file that cannot be written.
 pub fn recordings(
-    dir: &Path,
+    path: &Path,
     candidates: &[Candidate],
     out: Option<&Path>,
 ) -> anyhow::Result<String> {
-    let (sources, refused) = read(dir)?;
+    let (sources, refused) = read(path)?;
     let mut text = String::from("## Recorded hands\n");
     for why in refused {
         write!(text, "\nNot read: {why}.\n")?;
@@ -104,7 +106,7 @@ fn heading(source: &Source) -> String {
         quantile(&values, 0.5)
     };
     let n = reaches.len();
-    let mut text = format!("### {}: {n} reaches", source.name);
+    let mut text = format!("### {}: {}", source.name, counted(n, "reach", "reaches"));
     if n > 0 {
         let start_m = |r: &LabelledReach| r.frames.iter().find_map(|f| f.point(r.point));
         let lengths = reaches
@@ -123,6 +125,13 @@ fn heading(source: &Source) -> String {
     }
     if !source.left_out.is_empty() {
         let _ = write!(text, " Left out: {}.", source.left_out.join("; "));
+    }
+    if !source.ignored_columns.is_empty() {
+        let _ = write!(
+            text,
+            " Ignored columns: {}.",
+            source.ignored_columns.join(", ")
+        );
     }
     text
 }

@@ -1,7 +1,7 @@
 //! The figures of the rooms: errors before contact, sureness, and one touch seen from above and from before.
 
-use crate::contact_figures::{before_contact, error_ticks};
-use crate::contact_rooms::Room;
+use crate::contact_figures::unit_square;
+use crate::contact_room::{Outline, Room};
 use crate::contact_rooms_scores::{Told, reliability as bins};
 use crate::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use glam::{DMat3, DVec3};
@@ -12,64 +12,10 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// A name, and median errors over the time to contact: s and m.
-pub type Line = (String, Vec<(f64, f64)>);
-
-/// Errors below this are drawn at it, mm: a logarithmic axis has no zero.
-const SMALLEST_MM: f64 = 2.0;
 /// 90 % of a normal distribution in two dimensions, deviations.
 const IN_90_OF_TWO: f64 = 2.145_966;
 /// The drawings of a touch leave this free around what happens, m.
 const ROUND_M: f64 = 0.08;
-
-/// Median error over the time to contact.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn errors(path: &Path, title: &str, lines: &[Line]) -> anyhow::Result<()> {
-    let points = || lines.iter().flat_map(|(_, points)| points);
-    let largest_mm = points().fold(100.0, |m: f64, p| m.max(1e3 * p.1));
-    let earliest_ms = points().fold(100.0, |m: f64, p| m.max(1e3 * p.0));
-    let root = SVGBackend::new(path, (980, 520)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let y = SMALLEST_MM..1.2 * largest_mm;
-    // Room on the right for the legend; time runs to the right, towards the contact.
-    let mut chart = ChartBuilder::on(&root)
-        .caption(title, TITLE)
-        .margin(14)
-        .x_label_area_size(52)
-        .y_label_area_size(70)
-        .build_cartesian_2d(
-            -earliest_ms * 1.02..0.75 * earliest_ms,
-            y.clone().log_scale().with_key_points(error_ticks(&y)),
-        )
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .disable_x_mesh()
-        .x_desc("time to contact, ms")
-        .y_desc("median error of the predicted point, mm")
-        .x_labels(16)
-        .x_label_formatter(&before_contact)
-        .y_label_formatter(&|y| format!("{y:.0}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    for ((name, line), colour) in lines.iter().zip(COLOURS) {
-        let points = line
-            .iter()
-            .map(|(before_s, error_m)| (-1e3 * before_s, (1e3 * error_m).max(SMALLEST_MM)));
-        let style = colour.stroke_width(3);
-        chart
-            .draw_series(LineSeries::new(points, style).point_size(3))
-            .map_err(plot_error)?
-            .label(name.as_str())
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
-    }
-    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)
-}
 
 /// How often the surface was right over the probability stated, by tenths; dots as large as what they
 /// stand for.
@@ -77,30 +23,12 @@ pub fn errors(path: &Path, title: &str, lines: &[Line]) -> anyhow::Result<()> {
 /// # Errors
 /// A file that cannot be written.
 pub fn reliability(path: &Path, title: &str, all: &[(&str, Vec<&Told>)]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (680, 620)).into_drawing_area();
-    root.fill(&WHITE).map_err(plot_error)?;
-    let mut chart = ChartBuilder::on(&root)
-        .caption(title, TITLE)
-        .margin(14)
-        .margin_right(26)
-        .x_label_area_size(52)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..1.02, 0.0..1.02)
-        .map_err(plot_error)?;
-    chart
-        .configure_mesh()
-        .x_desc("stated probability of the surface")
-        .y_desc("share in which it was right")
-        .x_labels(6)
-        .y_labels(6)
-        .x_label_formatter(&|x| format!("{x:.1}"))
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .label_style(TEXT)
-        .light_line_style(WHITE)
-        .draw()
-        .map_err(plot_error)?;
-    let honest = LineSeries::new([(0.0, 0.0), (1.0, 1.0)], BLACK.mix(0.4));
-    chart.draw_series(honest).map_err(plot_error)?;
+    let root = SVGBackend::new(path, (680, 640)).into_drawing_area();
+    let axes = [
+        "stated probability of the surface",
+        "share in which it was right",
+    ];
+    let mut chart = unit_square(&root, title, axes)?;
     for ((name, told), colour) in all.iter().zip(COLOURS) {
         let bins = bins(told.iter().copied());
         let total: usize = bins.iter().map(|b| b.count).sum();
@@ -200,13 +128,14 @@ pub fn scene(path: &Path, room: &Room, picture: &Picture) -> anyhow::Result<()> 
             .y_desc(names[1])
             .x_labels(7)
             .y_labels(7)
-            .x_label_formatter(&|v| format!("{:.1}", v + 0.0))
-            .y_label_formatter(&|v| format!("{:.1}", v + 0.0))
+            .x_label_formatter(&tenths)
+            .y_label_formatter(&tenths)
             .label_style(TEXT)
             .draw()
             .map_err(plot_error)?;
+        let mut named = Vec::new();
         for outline in &outlines {
-            surface(&mut chart, outline, view)?;
+            surface(&mut chart, outline, view, &mut named)?;
         }
         touch(&mut chart, picture, view)?;
     }
@@ -238,10 +167,21 @@ fn same_scale(
     (range(x, across), range(y, up))
 }
 
+/// One digit, and no zero below zero.
+fn tenths(value: &f64) -> String {
+    format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
+}
+
+/// Would names at these two pixels cover each other?
+fn near(a: (i32, i32), b: (i32, i32)) -> bool {
+    (a.0 - b.0).abs() < 50 && (a.1 - b.1).abs() < 15
+}
+
 fn surface(
     chart: &mut Panel<'_>,
-    outline: &crate::contact_rooms::Outline,
+    outline: &Outline,
     view: View,
+    named: &mut Vec<(i32, i32)>,
 ) -> anyhow::Result<()> {
     let grey = COLOURS[6];
     let mut around: Vec<(f64, f64)> = outline.corners_m.map(view).to_vec();
@@ -260,7 +200,12 @@ fn surface(
     let text = TextStyle::from(("sans-serif", 13))
         .color(&grey)
         .pos(Pos::new(HPos::Left, VPos::Top));
-    let offset = EmptyElement::at((low_x, high_y)) + Text::new(outline.name, (4, 3), text);
+    // Names at the same corner stand below each other.
+    let at = chart.backend_coord(&(low_x, high_y));
+    let below = named.iter().filter(|n| near(**n, at)).count() as i32;
+    named.push(at);
+    let offset =
+        EmptyElement::at((low_x, high_y)) + Text::new(outline.name, (4, 3 + 15 * below), text);
     chart.draw_series([offset]).map_err(plot_error)?;
     Ok(())
 }

@@ -1,15 +1,18 @@
 //! Predictions with a scene, in rooms of more and more surfaces and under worse and worse conditions.
 
+use crate::contact_figures::{self, ErrorLine};
 use crate::contact_moments::Moment;
-use crate::contact_rooms::{
-    Cast, Condition, ROOMS, Room, Stream, follow, listen, reaches, streams,
-};
+use crate::contact_room::{ROOMS, Room};
+use crate::contact_rooms::{Cast, Condition, Stream, follow, listen, reaches, streams};
 use crate::contact_rooms_contenders::{Contender, FUSED, NO_GAZE, RAY_CAST, RAY_LED, Taught};
 use crate::contact_rooms_figures::{self as figures, Picture, Shown};
 use crate::contact_rooms_scores::{Told, gained_s, summary};
 use crate::contact_rooms_tables::{self as tables, Row, Rows};
+use crate::figures::COLOURS;
+use crate::numbers::counted;
 use anyhow::Context;
 use hwall_testkit::MarkdownTable;
+use plotters::style::Color;
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
@@ -36,6 +39,8 @@ struct Setting {
     condition: Condition,
     judged: Vec<Stream>,
     taught: Taught,
+    /// Do all contenders follow them, or the main ones?
+    everyone: bool,
     rows: Vec<Row>,
 }
 
@@ -54,11 +59,15 @@ pub fn report(seed: u64, out: Option<&Path>) -> anyhow::Result<String> {
         .into_iter()
         .chain(worse.map(|condition| (MAIN_ROOM, condition)))
         .collect();
-    let settings = places
+    let mut settings = places
         .into_par_iter()
         .enumerate()
         .map(|(i, (surfaces, condition))| Setting::new(surfaces, condition, &cast, i < ROOMS.len()))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    // One after the other: the times are those of a prediction that has the machine for itself.
+    for setting in &mut settings {
+        setting.listen()?;
+    }
     let text = words(&cast, &settings)?;
     if let Some(folder) = out {
         write_files(folder, &settings)?;
@@ -73,38 +82,52 @@ impl Setting {
         cast: &Cast,
         everyone: bool,
     ) -> anyhow::Result<Self> {
-        let name = || format!("{surfaces} surfaces, {}", condition.name);
+        let name = || format!("{}, {}", counted_surfaces(surfaces), condition.name);
         let room = Room::new(surfaces)?;
         let [learnt, judged] = streams(&room, &condition, cast).with_context(name)?;
         let taught = Taught::new(reaches(&learnt, &condition)?).with_context(name)?;
-        let contenders = if everyone {
-            taught.all()
-        } else {
-            taught.main()
-        };
-        let mut rows = Vec::new();
-        for Contender {
-            name,
-            mut predictor,
-        } in contenders?
-        {
-            let told = listen(predictor.as_mut(), &room, &judged, &condition)?;
-            rows.push((name, told));
-        }
         Ok(Self {
             surfaces,
             room,
             condition,
             judged,
             taught,
-            rows,
+            everyone,
+            rows: Vec::new(),
         })
+    }
+
+    /// Has everyone follow those who are judged.
+    fn listen(&mut self) -> anyhow::Result<()> {
+        let contenders = if self.everyone {
+            self.taught.all()
+        } else {
+            self.taught.main()
+        };
+        for Contender {
+            name,
+            mut predictor,
+        } in contenders?
+        {
+            let told = listen(
+                predictor.as_mut(),
+                &self.room,
+                &self.judged,
+                &self.condition,
+            )?;
+            self.rows.push((name, told));
+        }
+        Ok(())
     }
 
     fn told(&self, name: &str) -> &[Told] {
         let found = self.rows.iter().find(|(n, _)| n == name);
         found.map_or(&[], |(_, told)| told)
     }
+}
+
+fn counted_surfaces(count: usize) -> String {
+    counted(count, "surface", "surfaces")
 }
 
 fn bend_name(bend: Option<f64>) -> String {
@@ -269,9 +292,9 @@ fn better(s: &Setting) -> String {
         }
     };
     format!(
-        "{} surfaces, `{FUSED}` against every ray cast and every baseline, fused or not, by median error: better \
+        "{}, `{FUSED}` against every ray cast and every baseline, fused or not, by median error: better \
          at {}; not at {}.",
-        s.surfaces,
+        counted_surfaces(s.surfaces),
         list(yes),
         list(no)
     )
@@ -281,17 +304,19 @@ fn room_words(s: &Setting) -> String {
     let all = &s.rows;
     let touches = all.first().map_or(0, |(_, told)| told.len());
     format!(
-        "### Room of {} surfaces: {touches} touches, learnt from {}\n\n\
+        "### Room of {}: {touches} touches, learnt from {}\n\n\
          #### Right surface, %\n\n{}\n\
          #### Distance of the predicted from the true point, median / mean, mm\n\n{}\n\
          #### Boards missed, %\n\n{}\n\
+         #### 90 % regions in the plane of the right surface hold the point, %\n\n{}\n\
          #### Per axis, mean / largest error in cm\n\n{}\n\
          #### How sure, how early, how fast\n\n{}",
-        s.surfaces,
+        counted_surfaces(s.surfaces),
         s.taught.reaches(),
         tables::right(all),
         tables::distances(all),
         tables::missed(all),
+        tables::coverage(all),
         tables::axes(all),
         tables::sureness(all),
     )
@@ -328,12 +353,18 @@ fn write_files(folder: &Path, settings: &[Setting]) -> anyhow::Result<()> {
         FUSED,
         NO_GAZE,
     ];
-    let lines: Vec<figures::Line> = names
+    let lines: Vec<ErrorLine> = names
         .iter()
-        .map(|name| ((*name).to_owned(), tables::medians_before(main.told(name))))
+        .zip(COLOURS)
+        .map(|(name, colour)| ErrorLine {
+            name: (*name).to_owned(),
+            points: tables::medians_before(main.told(name)),
+            style: colour.stroke_width(3),
+            dashed: false,
+        })
         .collect();
     let title = format!("Room of {MAIN_ROOM} surfaces: error before contact");
-    figures::errors(&folder.join("rooms_error.svg"), &title, &lines)?;
+    contact_figures::errors(&folder.join("rooms_error.svg"), &title, &lines)?;
     let title = "Is the surface as sure as it is said to be? All rooms, 30 to 90 %";
     figures::reliability(
         &folder.join("rooms_reliability.svg"),

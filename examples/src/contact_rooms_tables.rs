@@ -1,7 +1,7 @@
 //! The tables of the rooms, and their rows as CSV.
 
 use crate::contact_moments::{BEFORE_S, Moment, written};
-use crate::contact_rooms::Room;
+use crate::contact_room::Room;
 use crate::contact_rooms_scores::{
     Summary, Told, gained_s, leads_s, reliability, summary, took_us, under_way,
 };
@@ -12,11 +12,6 @@ use std::path::Path;
 
 /// A predictor's name and what it said of every touch.
 pub type Row = (String, Vec<Told>);
-
-/// Moments of the tables: shares short of the contact itself, and times before it.
-fn moments() -> impl Iterator<Item = Moment> {
-    Moment::all().filter(|m| *m != Moment::Share(1.0))
-}
 
 /// `median (quartiles)`, ms.
 fn quartiles_ms(mut values_s: Vec<f64>) -> String {
@@ -31,10 +26,10 @@ fn percent(share: Option<f64>) -> String {
 
 /// One cell a moment; none where no touch is as long or nothing was said.
 fn by_moment(all: &[Row], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
-    let titles = moments().map(Moment::name);
+    let titles = Moment::all().map(Moment::name);
     let mut table = MarkdownTable::new(["predictor".to_owned()].into_iter().chain(titles));
     for (name, told) in all {
-        let cells = moments().map(|m| match summary(told, m) {
+        let cells = Moment::all().map(|m| match summary(told, m) {
             s if s.count == 0 => "none".to_owned(),
             s => cell(&s),
         });
@@ -66,6 +61,12 @@ pub fn missed(all: &[Row]) -> MarkdownTable {
     by_moment(all, |s| format!("{:.1}", 100.0 * s.missed))
 }
 
+/// Regions of 90 % that hold the point, %; none where none is stated.
+#[must_use]
+pub fn coverage(all: &[Row]) -> MarkdownTable {
+    by_moment(all, |s| percent(s.in_90))
+}
+
 /// Errors of each axis at half and at 70 % of the time, cm.
 #[must_use]
 pub fn axes(all: &[Row]) -> MarkdownTable {
@@ -86,7 +87,6 @@ pub fn axes(all: &[Row]) -> MarkdownTable {
 pub fn sureness(all: &[Row]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
         "predictor",
-        "90 % regions hold, % (30/50/70/90 %)",
         "time to contact, mean error, ms",
         "its 90 % intervals hold, %",
         "right for good before contact, ms (quartiles)",
@@ -96,13 +96,9 @@ pub fn sureness(all: &[Row]) -> MarkdownTable {
     ]);
     for (name, told) in all {
         let under_way = under_way(told);
-        let regions = [0.3, 0.5, 0.7, 0.9]
-            .map(|share| percent(summary(told, Moment::Share(share)).in_90))
-            .join(" / ");
         let took = took_us(told);
         table.row([
             name.clone(),
-            regions,
             under_way
                 .time_mean_s
                 .map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 1e3 * s)),

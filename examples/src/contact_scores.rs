@@ -1,17 +1,15 @@
 //! Every candidate over every held-out reach, frame by frame, and how far off it was.
 
-use crate::contact_candidates::{Candidate, Role};
-use crate::contact_moments::{Moment, written};
+use crate::contact_candidates::{Candidate, Role, Trained};
+use crate::contact_moments::Moment;
 use crate::contact_recordings::Split;
-use crate::numbers;
+use crate::contact_rows::Rows;
 use anyhow::Context;
 use glam::DVec3;
 use hwall_bip::EndPrediction;
 use hwall_contact::{ContactEstimate, LabelledReach};
 use hwall_testkit::quantile;
 use rayon::prelude::*;
-use std::io::Write;
-use std::path::Path;
 use std::time::Instant;
 
 /// Nominal probabilities of regions, and the square of their radius in three dimensions.
@@ -88,7 +86,7 @@ fn frame_at(reach: &LabelledReach, moment: Moment) -> Option<usize> {
 }
 
 /// Start and contact, s.
-fn span_s(reach: &LabelledReach) -> [f64; 2] {
+pub(crate) fn span_s(reach: &LabelledReach) -> [f64; 2] {
     [reach.contact_s - reach.duration_s(), reach.contact_s]
 }
 
@@ -224,9 +222,10 @@ impl Scores {
 }
 
 /// What was said at every frame of a reach, and the time that took, µs.
-type Told = Vec<(Option<ContactEstimate>, f64)>;
+pub type Told = Vec<(Option<ContactEstimate>, f64)>;
 
-/// Trains a candidate on every fold and follows the reaches held out. Folds run side by side.
+/// Trains a candidate on every fold, folds side by side, and follows the reaches held out one after the
+/// other: the times are those of a prediction that has the machine for itself.
 ///
 /// # Errors
 /// A candidate that cannot be trained.
@@ -236,34 +235,34 @@ pub fn run(
     split: &Split,
     rows: Option<&mut Rows>,
 ) -> anyhow::Result<Scores> {
-    let told: Vec<Vec<(usize, Told)>> = split
+    let train = |numbers: &[usize]| -> anyhow::Result<Trained> {
+        let learnt: Vec<LabelledReach> = numbers.iter().map(|&i| reaches[i].clone()).collect();
+        (candidate.train)(&learnt)
+    };
+    let bound = candidate.role == Role::Bound;
+    let trained: Vec<Option<Trained>> = split
         .folds
         .par_iter()
-        .map(|fold| {
-            let of = |numbers: &[usize]| -> Vec<LabelledReach> {
-                numbers.iter().map(|&i| reaches[i].clone()).collect()
-            };
-            let mut estimator = match candidate.role {
-                Role::Bound => None,
-                _ => Some((candidate.train)(&of(&fold.train))?),
-            };
-            let mut told = Vec::new();
-            for &number in &fold.test {
-                if candidate.role == Role::Bound {
-                    estimator = Some((candidate.train)(&of(&[number]))?);
-                }
-                let estimator = estimator.as_mut().context("an estimator")?;
-                estimator.begin();
-                let follow = |frame| {
-                    let start = Instant::now();
-                    let estimate = estimator.step(frame);
-                    (estimate, 1e6 * start.elapsed().as_secs_f64())
-                };
-                told.push((number, reaches[number].frames.iter().map(follow).collect()));
-            }
-            Ok(told)
-        })
+        .map(|fold| (!bound).then(|| train(&fold.train)).transpose())
         .collect::<anyhow::Result<_>>()?;
+    let mut told: Vec<Vec<(usize, Told)>> = Vec::new();
+    for (fold, mut estimator) in split.folds.iter().zip(trained) {
+        let mut of_fold = Vec::new();
+        for &number in &fold.test {
+            if bound {
+                estimator = Some(train(&[number])?);
+            }
+            let estimator = estimator.as_mut().context("an estimator")?;
+            estimator.begin();
+            let follow = |frame| {
+                let start = Instant::now();
+                let estimate = estimator.step(frame);
+                (estimate, 1e6 * start.elapsed().as_secs_f64())
+            };
+            of_fold.push((number, reaches[number].frames.iter().map(follow).collect()));
+        }
+        told.push(of_fold);
+    }
     let mut scores = Scores {
         name: candidate.name.clone(),
         role: candidate.role,
@@ -288,107 +287,6 @@ pub fn run(
     }
     scores.step_us.sort_by(f64::total_cmp);
     Ok(scores)
-}
-
-/// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
-pub struct Rows {
-    source: String,
-    out: csv::Writer<Box<dyn Write>>,
-}
-
-impl Rows {
-    /// Writes the header.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn create(path: &Path, source: &str) -> anyhow::Result<Self> {
-        let mut out = numbers::writer(Some(path))?;
-        out.write_record([
-            "source",
-            "method",
-            "fold",
-            "person",
-            "trial",
-            "t",
-            "share",
-            "to_contact",
-            "x",
-            "y",
-            "z",
-            "true_x",
-            "true_y",
-            "true_z",
-            "var_xx",
-            "var_xy",
-            "var_xz",
-            "var_yy",
-            "var_yz",
-            "var_zz",
-            "left",
-            "left_sd",
-            "us",
-        ])?;
-        Ok(Self {
-            source: source.to_owned(),
-            out,
-        })
-    }
-
-    fn add(
-        &mut self,
-        method: &str,
-        fold: usize,
-        reach: &LabelledReach,
-        told: &Told,
-    ) -> anyhow::Result<()> {
-        let text = |name: &Option<String>| name.clone().unwrap_or_default();
-        let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
-        for index in written(&times_s, span_s(reach)) {
-            let (frame, (estimate, us)) = (&reach.frames[index], &told[index]);
-            let left_s = reach.contact_s - frame.t_s;
-            let mut cells = vec![
-                self.source.clone(),
-                method.to_owned(),
-                fold.to_string(),
-                text(&reach.person),
-                text(&reach.trial),
-                format!("{:.6}", frame.t_s),
-                format!("{:.4}", 1.0 - left_s / reach.duration_s()),
-                format!("{left_s:.6}"),
-            ];
-            // Nothing was said: empty cells.
-            let metres = |cells: &mut Vec<String>, v: Option<DVec3>| match v {
-                Some(v) => cells.extend(v.to_array().map(|x| format!("{x:.6}"))),
-                None => cells.extend([const { String::new() }; 3]),
-            };
-            metres(&mut cells, estimate.map(|e| e.point_m));
-            metres(&mut cells, Some(reach.contact_m));
-            match estimate.and_then(|e| e.covariance_m2) {
-                Some(c) => cells.extend(
-                    [
-                        c.x_axis.x, c.x_axis.y, c.x_axis.z, c.y_axis.y, c.y_axis.z, c.z_axis.z,
-                    ]
-                    .map(|v| format!("{v:.4e}")),
-                ),
-                None => cells.extend([const { String::new() }; 6]),
-            }
-            let left = estimate.and_then(|e| e.time_to_contact_s);
-            let seconds = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
-            cells.push(seconds(left.map(|l| l.mean_s)));
-            cells.push(seconds(left.and_then(|l| l.sd_s)));
-            cells.push(format!("{us:.2}"));
-            self.out.write_record(&cells)?;
-        }
-        Ok(())
-    }
-
-    /// Writes what is left.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn finish(mut self) -> anyhow::Result<()> {
-        self.out.flush().context("predictions")
-    }
 }
 
 #[cfg(test)]

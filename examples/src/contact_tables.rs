@@ -67,10 +67,13 @@ pub fn markdown(scores: &[Scores]) -> String {
     format!(
         "#### Distance of the predicted from the true contact, median / mean, mm, after a share of the time\n\n\
          {}\n#### The same at a time before contact\n\n{}\n\
+         #### Boards missed, and contacts within 50 % / 90 % regions in space, %\n\n{}\n{}\n\
          #### Per axis, mean / largest error in cm, and boards missed\n\n{}\n\
          #### Calibration from 30 to 90 % of the time, time to contact, speed\n\n{}",
         distances(scores, &shares),
         distances(scores, &before),
+        missed(scores),
+        coverage(scores),
         axes(scores),
         calibration(scores),
     )
@@ -100,6 +103,44 @@ fn distances(scores: &[Scores], moments: &[Moment]) -> MarkdownTable {
         table.row([s.name.clone()].into_iter().chain(cells));
     }
     table
+}
+
+/// One cell a moment; none where nothing was said.
+fn by_moment(
+    scores: &[Scores],
+    first: &str,
+    cell: impl Fn(&Summary) -> Option<String>,
+) -> MarkdownTable {
+    let titles = Moment::all().map(Moment::name);
+    let mut table = MarkdownTable::new([first.to_owned()].into_iter().chain(titles));
+    for s in scores {
+        let cells = Moment::all().map(|m| {
+            let summary = s.at_moment(m);
+            let said = (summary.count > 0).then(|| cell(&summary));
+            said.flatten().unwrap_or_else(|| "none".to_owned())
+        });
+        table.row([s.name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+fn missed(scores: &[Scores]) -> MarkdownTable {
+    by_moment(scores, "boards missed", |s| {
+        Some(format!("{:.0}", 100.0 * s.missed as f64 / s.count as f64))
+    })
+}
+
+/// Of those alone who state how sure they are.
+fn coverage(scores: &[Scores]) -> MarkdownTable {
+    let sure: Vec<Scores> = scores
+        .iter()
+        .filter(|s| s.under_way().regions.is_some())
+        .cloned()
+        .collect();
+    by_moment(&sure, "within regions", |s| {
+        let [half, most] = HALF_AND_MOST.map(|i| s.regions.map(|r| 100.0 * r[i]));
+        Some(format!("{:.0} / {:.0}", half?, most?))
+    })
 }
 
 fn axes(scores: &[Scores]) -> MarkdownTable {

@@ -3,7 +3,7 @@
 
 use crate::contact_rooms::{self, Condition, Stream};
 use crate::demonstrations::hand_frame;
-use crate::touches::{self, Touch};
+use crate::touches;
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
@@ -13,7 +13,7 @@ use hwall_contact::{
 };
 use hwall_kinematics::SrsArm;
 use hwall_scene::{Scene, SurfaceId};
-use hwall_sim::{PersonConfig, Population, TouchSequence};
+use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
 use std::time::Instant;
 
 /// A way to foresee touches.
@@ -42,7 +42,7 @@ impl Kind {
     }
 }
 
-/// What a tracker sees of a person, and what people like that person are like.
+/// Whom the predictor learns from, and what a tracker sees of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Company {
     /// Where they stand, and how fast they reach.
@@ -68,12 +68,13 @@ impl Default for Company {
 }
 
 impl Company {
-    /// People like the one in a recording: tracked as that one is, with a hand that starts where
-    /// that one's starts on average, and about as fast. Nothing else of the recording.
+    /// The simulated people of [`Company::default`], of whom no more is tracked than of the hand in a
+    /// recording. Nothing else of it is used: neither where it is nor how fast, which nobody knows before
+    /// the touches that are to be foreseen.
     #[must_use]
-    pub fn like(frames: &[HandFrame], touches: &[Touch]) -> Self {
+    pub fn tracked_as(frames: &[HandFrame]) -> Self {
         let seen = |has: &dyn Fn(&HandFrame) -> bool| frames.iter().any(has);
-        let mut company = Self {
+        Self {
             points: HandPoint::ALL
                 .into_iter()
                 .filter(|p| seen(&|f| f.point(*p).is_some()))
@@ -81,40 +82,18 @@ impl Company {
             head: seen(&|f| f.head_m.is_some()),
             gaze: seen(&|f| f.gaze_ray().is_some()),
             ..Self::default()
-        };
-        let starts: Vec<(DVec3, f64)> = touches
-            .iter()
-            .filter_map(|touch| {
-                let at = frames.partition_point(|f| f.t_s < touch.start_s);
-                let (_, start_m) = frames.get(at)?.contact_point()?;
-                // The pace is stated for the reference distance.
-                let share = start_m.distance(touch.point_m) / PersonConfig::REFERENCE_M;
-                let took_s = (touch.contact_s - touch.start_s).max(0.1);
-                Some((start_m, took_s / share.max(0.1).powf(0.5)))
-            })
-            .collect();
-        if starts.is_empty() {
-            return company;
         }
-        let count = starts.len() as f64;
-        let rest_m = starts.iter().map(|s| s.0).sum::<DVec3>() / count;
-        let reach_s = starts.iter().map(|s| s.1).sum::<f64>() / count;
-        let person = &mut company.person;
-        person.head_m += rest_m - person.hand_rest_m;
-        person.hand_rest_m = rest_m;
-        person.mean_reach_s = PACE.map(|share| share * reach_s);
-        company
     }
 }
-
-/// The slowest and the fastest of people like one, as shares of that one's duration.
-const PACE: [f64; 2] = [0.7, 1.4];
 
 /// People to learn from, and touches of each.
 const PEOPLE: u64 = 12;
 const TOUCHES: usize = 12;
 /// Seed of these people; that of who touches is drawn in another way, so that nobody is both.
 const SEED: u64 = 0x0005_EED0_FD15_7A4C;
+
+/// A hand rests this far before a surface that it is to touch, m: where it rests scatters.
+const CLEAR_M: f64 = 0.1;
 
 /// Period of their tracker, s.
 const TRACKER_S: f64 = 1.0 / 90.0;
@@ -154,7 +133,7 @@ impl Foresight {
         let (fused, leader, remark) = match fused(scene, arm, company) {
             Ok((fused, reaches)) => {
                 let remark = format!(
-                    "the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} other people, in {:.1} s",
+                    "split: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}, none of whom is judged, in {:.1} s",
                     began.elapsed().as_secs_f64()
                 );
                 (Some(fused), leader.unwrap_or(Kind::Fused), remark)
@@ -249,7 +228,9 @@ fn demonstrations(
         .map(|number| {
             let person = population.person(number);
             let places = (person.head_m(), condition.person.hand_rest_m);
-            let plans = touches::plan(scene, arm, places, TOUCHES, SEED ^ number)?;
+            let mut plans = touches::plan(scene, arm, places, TOUCHES, SEED ^ number)?;
+            let before_m = |plan: &TouchPlan| (places.1 - plan.target_m).dot(plan.normal);
+            plans.retain(|plan| before_m(plan) > CLEAR_M);
             stream(scene, &person.plan(&plans)?, company)
         })
         .collect::<anyhow::Result<Vec<_>>>()?;

@@ -201,3 +201,8 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
 pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = String> {
     values.into_iter().map(|v| v.to_string())
 }
+/// `1 reach`, `2 reaches`.
+#[must_use]
+pub fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}

@@ -154,7 +154,7 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
     if !trace.missed_m.is_empty() {
         dots(&trace.missed_m, 4, yellow, "touched, out of reach")?;
     }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
+    legend(&mut chart, SeriesLabelPosition::LowerLeft)?;
     let note = "grey: walls, shelf and pedestal from above; dashes: longest reach of the arm; cross: its base; hand: index tip";
     root.draw_text(
         note,

@@ -71,9 +71,9 @@ impl Axis {
     /// Ticks of a logarithmic axis: decades, and 2 and 5 between them where there is room.
     fn ticks(low: f64, high: f64) -> Vec<f64> {
         let steps: &[f64] = match (high / low).log10() {
-            d if d > 3.0 => &[1.0],
+            d if d > 2.0 => &[1.0],
             d if d > 0.7 => &[1.0, 2.0, 5.0],
-            _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
         };
         let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
         decades
@@ -172,14 +172,33 @@ impl Panel {
                 .map_err(plot_error)?
                 .label(&line.name)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
-            // Neighbouring lines have theirs on different sides.
-            let beside = (-4, if k % 2 == 0 { 8 } else { -20 });
-            let words = line
-                .points
-                .iter()
-                .map(|p| EmptyElement::at(p.at) + Text::new(p.label.clone(), beside, SMALL));
+            // Neighbours, on a line and among lines, have theirs on different sides.
+            let beside = |i: usize| (-4, if (k + i).is_multiple_of(2) { -20 } else { 8 });
+            let words = line.points.iter().enumerate().map(|(i, p)| {
+                EmptyElement::at(p.at) + Text::new(p.label.clone(), beside(i), SMALL)
+            });
             chart.draw_series(words).map_err(plot_error)?;
         }
         legend(&mut chart, SeriesLabelPosition::UpperRight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_leave_room_for_their_words() {
+        // Pixels of a panel's axis, and of the longest word.
+        let (across, word) = (300.0, 44.0);
+        for (low, high) in [(28.0, 130.0), (30.0, 100.0), (1.0, 99.0), (3.0, 5000.0)] {
+            let ticks = Axis::ticks(low, high);
+            assert!(ticks.len() >= 2, "{ticks:?}");
+            let px_per_decade = across / f64::log10(high / low);
+            for pair in ticks.windows(2) {
+                let apart = px_per_decade * (pair[1] / pair[0]).log10();
+                assert!(apart > word, "{pair:?} of {low} to {high}: {apart}");
+            }
+        }
     }
 }

@@ -142,7 +142,7 @@ impl Stage {
         };
         let map = RigidMap::from_affine(base_from_hand)?;
         let frames: Vec<_> = recording.frames().map(|frame| map.frame(frame)).collect();
-        let company = Company::like(&frames, &touches);
+        let company = Company::tracked_as(&frames);
         Ok(Self {
             scene,
             hand: Hand::Recorded(frames, filter),

@@ -1,6 +1,7 @@
 //! Recordings as studies bring them, with columns, cells and names missing, through the whole comparison.
 
 use hwall_contact::{HandPoint, Quantity, Recording, write_recordings};
+use hwall_examples::contact_arguments::Arguments;
 use hwall_examples::contact_candidates::Candidate;
 use hwall_examples::contact_recordings::read;
 use hwall_examples::contact_report::recordings;
@@ -252,4 +253,138 @@ fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
     let per_reach = (rows.lines().count() - 1) as f64 / (2 * REACHES) as f64;
     // 13 moments, some in one sample, and about 18 stretches of 50 ms in 0.9 s; there are 80 samples.
     assert!((18.0..36.0).contains(&per_reach), "{per_reach}");
+}
+
+/// What the program says to these words after its name, or why it fails.
+fn asked(words: &[&str]) -> Result<String, String> {
+    let arguments = Arguments::of([&["contact_study"], words].concat()).unwrap();
+    let said = arguments.run().map_err(|error| format!("{error:#}"));
+    if let Err(why) = &said {
+        assert!(!why.contains('\n'), "one line: {why}");
+    }
+    said
+}
+
+fn text_of(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// One reach of everyone, with the palm alone.
+fn palms(path: &Path) {
+    let kept = Kept {
+        palm: true,
+        person: true,
+        trial: true,
+        ..Kept::default()
+    };
+    write(path, &thinned(&people(), kept));
+}
+
+#[test]
+fn columns_that_mean_nothing_are_named() {
+    let dir = empty_folder("columns");
+    let file = dir.join("all.csv");
+    palms(&file);
+    let text = fs::read_to_string(&file).unwrap();
+    let wider: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| line.to_owned() + if i == 0 { ",pinch,Palm_X" } else { ",1,2" })
+        .collect();
+    fs::write(&file, wider.join("\n")).unwrap();
+    let text = recordings(&dir, &quick(), None).unwrap();
+    assert!(text.contains("Ignored columns: pinch, Palm_X."), "{text}");
+    palms(&file);
+    let text = recordings(&dir, &quick(), None).unwrap();
+    assert!(!text.contains("Ignored columns"), "{text}");
+}
+
+#[test]
+fn a_folder_without_a_recording_says_why_of_every_file() {
+    let dir = empty_folder("unreadable");
+    let named = format!("no readable recording in {}", dir.display());
+    let fails = || asked(&["--recordings", text_of(&dir)]).unwrap_err();
+    assert_eq!(fails(), format!("{named}: no CSV file"));
+    fs::write(dir.join("a.csv"), "t,palm_x,palm_y\n0,1,2\n").unwrap();
+    fs::write(dir.join("b.csv"), "time,place\n0,1\n").unwrap();
+    fs::write(dir.join("c.csv"), "t,palm_x,palm_y,palm_z\n0,1,2,x\n").unwrap();
+    let why = fails();
+    assert!(why.starts_with(&named), "{why}");
+    for reason in ["a.csv: ", "palm_z", "b.csv: ", "c.csv: ", "line 2"] {
+        assert!(why.contains(reason), "{reason}: {why}");
+    }
+    let why = asked(&["--recordings", text_of(&dir.join("nowhere"))]).unwrap_err();
+    assert!(why.ends_with("nowhere: no such file or folder"), "{why}");
+}
+
+#[test]
+fn a_single_file_is_a_study_too() {
+    let dir = empty_folder("single");
+    palms(&dir.join("mine.csv"));
+    palms(&dir.join("other.csv"));
+    let (sources, refused) = read(&dir.join("mine.csv")).unwrap();
+    assert_eq!((sources.len(), refused.len()), (1, 0));
+    assert_eq!(sources[0].name, "mine");
+    assert_eq!(sources[0].reaches.len(), REACHES);
+    fs::write(dir.join("bad.txt"), "no recording").unwrap();
+    let why = asked(&["--recordings", text_of(&dir.join("bad.txt"))]).unwrap_err();
+    assert!(why.contains("bad.txt: bad.txt: "), "{why}");
+}
+
+#[test]
+fn studies_of_like_names_write_their_own_files() {
+    let dir = empty_folder("names");
+    for name in ["a/b", "a-b", "rooms"] {
+        fs::create_dir_all(dir.join(name)).unwrap();
+        palms(&dir.join(name).join("hands.csv"));
+    }
+    let (sources, _) = read(&dir).unwrap();
+    let names: Vec<&str> = sources.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["a-b", "a-b-2", "rooms-2"]);
+}
+
+#[test]
+fn what_recordings_have_no_use_for_is_refused() {
+    let dir = empty_folder("refused");
+    palms(&dir.join("all.csv"));
+    let others: [[&str; 2]; 4] = [
+        ["--seed", "2"],
+        ["--people", "3"],
+        ["--reaches", "4"],
+        ["--protocol", "rooms"],
+    ];
+    for other in others {
+        let why = asked(&["--recordings", text_of(&dir), other[0], other[1]]).unwrap_err();
+        assert!(why.starts_with(other[0]), "{why}");
+        assert!(why.contains("--recordings"), "{why}");
+    }
+    let why = asked(&["--generate", "x", "--recordings", "y"]).unwrap_err();
+    assert!(why.starts_with("--recordings"), "{why}");
+    let why = asked(&["--protocol", "rooms", "--people", "3"]).unwrap_err();
+    assert!(why.starts_with("--people"), "{why}");
+    let why = asked(&["--report", "x", "--protocol", "rooms"]).unwrap_err();
+    assert!(why.starts_with("--protocol"), "{why}");
+    let why = asked(&["--report", text_of(&dir.join("no/such.md"))]).unwrap_err();
+    assert!(
+        why.ends_with("such.md: no file can be written there"),
+        "{why}"
+    );
+}
+
+#[test]
+fn no_empty_folder_is_left_behind() {
+    let dir = empty_folder("left");
+    let out = dir.join("new/out");
+    let nowhere = dir.join("nowhere");
+    let study = |out: &Path| {
+        asked(&["--recordings", text_of(&nowhere), "--out", text_of(out)]).unwrap_err();
+    };
+    study(&out);
+    assert!(!dir.join("new").exists());
+    // What was there before stays.
+    fs::create_dir_all(&out).unwrap();
+    study(&out);
+    assert!(out.is_dir());
+    let why = asked(&["--recordings", text_of(&nowhere), "--out", "/dev/null/x"]).unwrap_err();
+    assert!(why.starts_with("/dev/null/x"), "{why}");
 }

@@ -1,25 +1,18 @@
 //! The simulated person: timing, contact, gaze, hand, noise, determinism.
 
+mod common;
+
+use common::height;
 use glam::DVec3;
 use hwall_sim::{
     Gesture, Person, PersonConfig, PersonSample, SimError, TouchPlan, TouchSequence, minimum_jerk,
 };
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Tol, assert_close};
 
 /// Walls, slanted panels and shelf tops in front of the default person.
 fn plan(seed: u64, count: usize) -> Vec<TouchPlan> {
-    let mut sampler = Sampler::new(seed);
-    let one = |_| {
-        let target_m = sampler.point_in_box(DVec3::new(0.5, -0.4, 0.3), DVec3::new(0.7, 0.4, 0.65));
-        let tilt = sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2));
-        let normal = if sampler.index(4) == 0 {
-            DVec3::Z
-        } else {
-            DVec3::X + tilt
-        };
-        TouchPlan { target_m, normal }
-    };
-    (0..count).map(one).collect()
+    let box_m = [DVec3::new(0.5, -0.4, 0.3), DVec3::new(0.7, 0.4, 0.65)];
+    common::touches_in(box_m, true, seed, count)
 }
 
 fn person(seed: u64) -> Person {
@@ -28,11 +21,6 @@ fn person(seed: u64) -> Person {
 
 fn sequence(seed: u64, count: usize) -> TouchSequence {
     person(seed).plan(&plan(seed, count)).expect("within reach")
-}
-
-fn height(sequence: &TouchSequence, touch: usize, point_m: DVec3) -> f64 {
-    let truth = sequence.touches()[touch];
-    (point_m - truth.target_m).dot(truth.normal)
 }
 
 #[test]
@@ -78,7 +66,7 @@ fn minimum_jerk_peaks_at_1_875_times_distance_over_time() {
 fn the_index_tip_crosses_the_surface_within_1_mm_of_the_target_at_contact() {
     for seed in 0..100 {
         let sequence = sequence(seed, 10);
-        for (i, touch) in sequence.touches().iter().enumerate() {
+        for touch in sequence.touches() {
             for (t_s, into) in [(touch.contact_s, 1.0), (touch.release_s, -1.0)] {
                 let tip_m = sequence.true_index_tip(t_s);
                 assert!(
@@ -86,9 +74,9 @@ fn the_index_tip_crosses_the_surface_within_1_mm_of_the_target_at_contact() {
                     "{} m",
                     tip_m.distance(touch.target_m)
                 );
-                assert!(height(&sequence, i, tip_m).abs() < 1e-12);
-                let before = height(&sequence, i, sequence.true_index_tip(t_s - 0.01 * into));
-                let after = height(&sequence, i, sequence.true_index_tip(t_s + 0.01 * into));
+                assert!(height(touch, tip_m).abs() < 1e-12);
+                let before = height(touch, sequence.true_index_tip(t_s - 0.01 * into));
+                let after = height(touch, sequence.true_index_tip(t_s + 0.01 * into));
                 assert!(before > 0.0 && after < 0.0, "{before} {after}");
             }
             // Still on its way at contact.
@@ -97,11 +85,7 @@ fn the_index_tip_crosses_the_surface_within_1_mm_of_the_target_at_contact() {
                 .dot(touch.normal);
             assert!((0.03..1.0).contains(&speed), "{speed} m/s");
             let pressed = sequence.true_index_tip(0.5 * (touch.press_s + touch.withdraw_s));
-            assert_close!(
-                height(&sequence, i, pressed),
-                -touch.depth_m,
-                Tol::abs(0.31e-3)
-            );
+            assert_close!(height(touch, pressed), -touch.depth_m, Tol::abs(0.31e-3));
         }
     }
 }
@@ -276,15 +260,15 @@ fn the_hand_is_whole_and_moves_without_jumps() {
                 }
                 last = truth;
             }
-            for (i, touch) in sequence.touches().iter().enumerate() {
+            for touch in sequence.touches() {
                 let truth = sequence.truth(touch.contact_s);
                 assert!(
                     truth
                         .tips_m
                         .iter()
-                        .all(|&tip_m| height(&sequence, i, tip_m) > -1e-9)
+                        .all(|&tip_m| height(touch, tip_m) > -1e-9)
                 );
-                assert!(height(&sequence, i, truth.palm_m) > 0.0);
+                assert!(height(touch, truth.palm_m) > 0.0);
             }
         }
     }

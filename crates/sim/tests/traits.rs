@@ -1,20 +1,19 @@
 //! What makes people differ: each trait does what its setting says, and none moves the contact.
 
+mod common;
+
+use common::height;
 use glam::DVec3;
 use hwall_sim::{
     Gesture, Person, PersonConfig, Population, ReachPlan, SimError, TouchPlan, TouchSequence,
     TouchTruth,
 };
-use hwall_testkit::{Sampler, Tol, assert_close};
+use hwall_testkit::{Tol, assert_close};
 
 /// Walls and slanted panels, far enough from the hand that scatters about its rest.
 fn plan(seed: u64, count: usize) -> Vec<TouchPlan> {
-    let mut sampler = Sampler::new(seed);
-    let one = |_| TouchPlan {
-        target_m: sampler.point_in_box(DVec3::new(0.4, -0.4, 0.2), DVec3::new(0.6, 0.4, 0.9)),
-        normal: DVec3::X + sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2)),
-    };
-    (0..count).map(one).collect()
+    let box_m = [DVec3::new(0.4, -0.4, 0.2), DVec3::new(0.6, 0.4, 0.9)];
+    common::touches_in(box_m, false, seed, count)
 }
 
 fn sequence(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
@@ -37,7 +36,7 @@ fn changing(config: PersonConfig, seed: u64, count: usize) -> TouchSequence {
 fn assert_touches_at_the_target(sequence: &TouchSequence) {
     let tremor_m = sequence.person().config().tremor_m[1];
     for touch in sequence.touches() {
-        let height = |t_s| (sequence.true_index_tip(t_s) - touch.target_m).dot(touch.normal);
+        let height = |t_s| height(touch, sequence.true_index_tip(t_s));
         for (t_s, into) in [(touch.contact_s, 1.0), (touch.release_s, -1.0)] {
             let off_m = sequence.true_index_tip(t_s).distance(touch.target_m);
             assert!(off_m <= tremor_m + 1e-9, "{off_m} m");
@@ -213,8 +212,7 @@ fn a_corrected_reach_is_short_of_its_target_first() {
         for touch in sequence.touches() {
             let left = |share: f64| {
                 let at_s = touch.start_s + share * (touch.press_s - touch.start_s);
-                let height =
-                    |t_s| (sequence.true_index_tip(t_s) - touch.target_m).dot(touch.normal);
+                let height = |t_s| height(touch, sequence.true_index_tip(t_s));
                 let from = height(touch.start_s) + touch.depth_m;
                 (height(at_s) + touch.depth_m) / from
             };
