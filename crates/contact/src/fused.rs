@@ -79,10 +79,11 @@ impl Default for FusedConfig {
 ///    how much of the way to the next surface is left; a hand at rest may touch anywhere near.
 /// 2. The gaze makes it a mixture: of the Gaussian times a Gaussian about the present line of
 ///    sight, the same about the fixation before, and the one without a look at the target, each
-///    weighed by how probable it makes both lines of sight ([`GazeModel`]).
+///    weighed by how probable it makes both lines of sight ([`GazeModel`]). One estimate in ten is taken
+///    to be three times as far off as it says, so that a look far from it is not disbelieved.
 /// 3. Each part of the mixture divides among the surfaces: density in the plane of a face times
-///    the share of it that straight ways from the hand meet first. Surfaces that cannot be
-///    touched bar the way.
+///    the share of it that straight ways from the hand meet first, times the sine of the angle at which
+///    they meet it. Surfaces that cannot be touched bar the way.
 /// 4. Per surface the parts add up to a probability and a covariance; the point is the mean of those
 ///    that agree with the most probable one.
 ///

@@ -83,6 +83,11 @@ impl Gaussian {
         }
     }
 
+    /// With standard deviations that many times as large; `None` where they say nothing any more.
+    pub(crate) fn stretched(&self, factor: f64) -> Option<Self> {
+        Self::checked(self.mean_m, self.covariance_m2 * (factor * factor))
+    }
+
     /// With an independent error of `sd_m` in each axis on top.
     pub(crate) fn widened(&self, sd_m: f64) -> Option<Self> {
         let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));

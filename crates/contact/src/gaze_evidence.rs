@@ -132,8 +132,10 @@ impl GazeModel {
         t_s: f64,
     ) -> [Option<Belief>; 3] {
         let (now, before) = memory.fixations(t_s, self.memory_s);
-        let now = now.and_then(|ray| self.look(by_motion, ray));
-        let before = before.and_then(|(ray, age_s)| Some((self.look(by_motion, ray)?, age_s)));
+        let astray = by_motion.stretched(ASTRAY_STRETCH);
+        let look = |ray| self.look_anyhow([Some(by_motion), astray.as_ref()], ray);
+        let now = now.and_then(look);
+        let before = before.and_then(|(ray, age_s)| Some((look(ray)?, age_s)));
         let on_target = (1.0 - self.elsewhere_share).ln();
         let elsewhere = self.elsewhere_share.ln();
         // In every hypothesis each fixation is accounted for, on the target or elsewhere.
@@ -183,6 +185,34 @@ impl GazeModel {
         ]
     }
 
+    /// A look by an estimate that is sometimes astray: errors of estimates have longer tails than a
+    /// Gaussian, and a look far off one is more often the estimate's fault than the eye's.
+    fn look_anyhow(&self, by_hand: [Option<&Gaussian>; 2], ray: &GazeRay) -> Option<Look> {
+        let [usual, astray] = by_hand.map(|g| self.look(g?, ray));
+        let (Some(usual), Some(astray)) = (usual, astray) else {
+            return usual;
+        };
+        let mixed = |usual: f64, astray: f64| {
+            let (a, b) = (
+                (1.0 - ASTRAY_SHARE).ln() + usual,
+                ASTRAY_SHARE.ln() + astray,
+            );
+            let most = a.max(b);
+            most + ((a - most).exp() + (b - most).exp()).ln()
+        };
+        let log_on_target = mixed(usual.log_on_target, astray.log_on_target);
+        let log_elsewhere = mixed(usual.log_elsewhere, astray.log_elsewhere);
+        let is_usual = (1.0 - ASTRAY_SHARE).ln() + usual.log_on_target
+            >= ASTRAY_SHARE.ln() + astray.log_on_target;
+        let gaussian = if is_usual { usual } else { astray }.gaussian;
+        Some(Look {
+            gaussian,
+            log_on_target,
+            log_elsewhere,
+            ..usual
+        })
+    }
+
     /// The Gaussian along a line of sight, and how well it agrees with the hand.
     fn look(&self, by_hand: &Gaussian, ray: &GazeRay) -> Option<Look> {
         let (origin_m, sight) = (ray.origin_m, ray.direction);
@@ -216,6 +246,10 @@ impl GazeModel {
         })
     }
 }
+
+/// Share of the estimates that are astray, and how many times further than their covariance says.
+const ASTRAY_SHARE: f64 = 0.1;
+const ASTRAY_STRETCH: f64 = 3.0;
 
 /// Share of the weight below which a belief is dropped.
 const NEGLIGIBLE: f64 = 0.005;

@@ -28,7 +28,9 @@ pub(crate) struct Face {
 /// Divides Gaussians among the faces that straight ways from a point meet first.
 ///
 /// The contact point x has the density N(x; m, C) of the estimate, and every square metre of a
-/// touchable surface that can be reached is as likely to be touched as any other. What a plane
+/// touchable surface that can be reached is as likely to be touched as any other of the same slope:
+/// the weight goes with the sine of the angle at which the way from the hand meets it, for a hand
+/// that grazes a surface seldom means it. What a plane
 /// holds of the Gaussian is known in closed form; rays through regular points of the Gaussian
 /// only say which share of that can be reached: on ray i through the node zᵢ, the plane f lies at
 /// xᵢ and counts wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not something else is met before it,
@@ -77,6 +79,9 @@ const FEW_RAYS: usize = 7;
 const NARROW_M: f64 = 0.02;
 /// ... and for every hypothesis that weighs less than this.
 const LITTLE: f64 = 0.1;
+
+/// Nothing is ruled out for being grazed: the least sine of the approach that counts.
+const LEAST_SLOPE: f64 = 0.05;
 
 /// Faces that weigh less than this beside the heaviest one are left out.
 const NEGLIGIBLE: f64 = 1e-5;
@@ -298,7 +303,9 @@ impl SurfaceShares {
         // The weights of all add up to 1 where the rays cover what the plane holds.
         let share = (met.weight / all.weight.max(0.5)).min(1.0);
         let face = &mut self.faces[index];
-        face.log_mass = log_weight + cut.log_density + share.max(least_share).ln();
+        let approach = (face.met_m - origin_m).normalize_or_zero();
+        let slope = approach.dot(face.normal).abs().max(LEAST_SLOPE);
+        face.log_mass = log_weight + cut.log_density + share.max(least_share).ln() + slope.ln();
         if blocked && met.weight > 1e-9 {
             // Few rays say little about the spread: each stands for a piece of the whole.
             face.mean_m = cut.mean_m + met.mean() - all.mean();
