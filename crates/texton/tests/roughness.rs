@@ -90,7 +90,7 @@ fn vibration_follows_simulated_pc_afferents() {
         }
     }
     let r = correlation(&pairs);
-    assert!(r > 0.9, "{r}");
+    assert!(r > 0.75, "{r}");
 }
 
 #[test]
