@@ -16,8 +16,11 @@ fn scan(deg: f64) -> ScanAngle {
 
 fn scores(texture: &Texture) -> Vec<OrderScore> {
     let study = StudyOrder::dissertation(100.0);
-    let score = |m: &Box<dyn RoughnessModel>| score_order(&**m, texture, &study).unwrap();
-    roughness_models().iter().map(score).collect()
+    let models = roughness_models();
+    let scores = models
+        .iter()
+        .map(|m| score_order(&**m, texture, &study).unwrap());
+    scores.collect()
 }
 
 #[test]
