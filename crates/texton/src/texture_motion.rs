@@ -58,11 +58,13 @@ impl MotionLimits {
             positive("half_face_m", half_m)?;
             positive("half_face_m less margin_m", half_m - self.margin_m)?;
         }
-        step_time(self.margin_m).map_err(|_| TextonError::Parameter {
-            what: "margin_m",
-            value: self.margin_m,
-            wanted: "at least 0",
-        })?;
+        if self.margin_m < 0.0 {
+            return Err(TextonError::Parameter {
+                what: "margin_m",
+                value: self.margin_m,
+                wanted: "at least 0",
+            });
+        }
         positive("turn_rad_per_s", self.turn_rad_per_s)?;
         positive("return_speed_m_per_s", self.return_speed_m_per_s)?;
         positive("max_step_s", self.max_step_s)?;
