@@ -363,6 +363,7 @@ fn answer(
             point_m,
             normal,
             stamp_s: elapsed_s,
+            roll_rad: None,
         });
         let rendered = renderer.step(elapsed_s, &servo.state()?, target.as_ref());
         servo.command(rendered.command)?;

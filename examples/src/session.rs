@@ -160,6 +160,7 @@ pub fn run(
                 point_m: log.presented(maps, p),
                 normal: p.normal,
                 stamp_s: elapsed_s,
+                roll_rad: None,
             });
             tip.measured(&frame, &tracking);
             log.frame(t_s, &tracking, found.as_ref());

@@ -94,6 +94,7 @@ fn no_command_leaves_the_limits_in_20_random_rooms() {
                 point_m,
                 normal,
                 stamp_s: now_s,
+                roll_rad: None,
             });
             let state = servo.state().unwrap();
             let step = renderer.step(now_s, &state, aim.as_ref());

@@ -65,6 +65,9 @@ pub struct BoardTarget {
     pub normal: DVec3,
     /// When the prediction behind it was made, s, on the renderer's clock.
     pub stamp_s: f64,
+    /// Roll about the normal, rad, see [`board_pose`]: only this and the one half a turn on may be used,
+    /// for a board with a texture. `None`: those of the [`FollowerConfig`](crate::FollowerConfig).
+    pub roll_rad: Option<f64>,
 }
 
 /// `base_from_board` for a board whose face meets `point_m` (m) on a surface with the given
@@ -83,6 +86,19 @@ pub fn board_pose(
 ) -> Result<Pose, HapticsError> {
     finite("point_m", &point_m.to_array())?;
     finite("roll_rad", &[roll_rad])?;
+    let [x0, y0] = surface_axes(outward_normal)?;
+    let z = direction(outward_normal)?;
+    let (sin, cos) = roll_rad.sin_cos();
+    let rotation = DMat3::from_cols(x0 * cos + y0 * sin, y0 * cos - x0 * sin, z);
+    Ok(Pose::new(rotation, point_m)?)
+}
+
+/// The axes of a surface, in the robot base frame: x and y of a board on it at roll 0 ([`board_pose`]).
+/// Seen from the hand x points to the right and y up.
+///
+/// # Errors
+/// As for [`board_pose`].
+pub fn surface_axes(outward_normal: DVec3) -> Result<[DVec3; 2], HapticsError> {
     let z = direction(outward_normal)?;
     let slope_sine = z.x.hypot(z.y);
     let up = if slope_sine < LYING_SINE {
@@ -90,11 +106,8 @@ pub fn board_pose(
     } else {
         DVec3::Z
     };
-    let y0 = (up - z * z.dot(up)).normalize();
-    let x0 = y0.cross(z);
-    let (sin, cos) = roll_rad.sin_cos();
-    let rotation = DMat3::from_cols(x0 * cos + y0 * sin, y0 * cos - x0 * sin, z);
-    Ok(Pose::new(rotation, point_m)?)
+    let y = (up - z * z.dot(up)).normalize();
+    Ok([y.cross(z), y])
 }
 
 /// The unit vector along a finite vector that has a direction.

@@ -4,15 +4,20 @@ use crate::HapticsError;
 use crate::board::{BoardTarget, QUARTER_TURNS_RAD, board_pose, direction};
 use crate::error::{finite, non_negative, positive};
 use crate::profile::{JointBounds, JointMotion};
+use crate::slide::{Slide, Sliding};
 use glam::DVec3;
 use hwall_kinematics::{
     BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution,
-    SrsArm, Unreachable,
+    Pose, SrsArm, Unreachable,
 };
+use std::f64::consts::{PI, TAU};
 
 /// A drift of the target that moves a joint of the goal further than this has left its valley (a
 /// limit or a singular pose came in between): all rolls are compared anew, rad.
 const DRIFT_RAD: f64 = 0.3;
+
+/// How far a slide is looked ahead for the velocities of the joints, s.
+const PREVIEW_S: f64 = 1e-3;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +85,7 @@ impl FollowerConfig {
 struct Aim {
     point_m: DVec3,
     normal: DVec3,
+    roll_rad: Option<f64>,
     unreachable: Option<Unreachable>,
 }
 
@@ -108,6 +114,7 @@ pub struct Follower {
     motion: [JointMotion; 7],
     aim: Option<Aim>,
     goal: Option<Goal>,
+    sliding: Option<Sliding>,
 }
 
 impl Follower {
@@ -145,6 +152,7 @@ impl Follower {
             motion,
             aim: None,
             goal: None,
+            sliding: None,
         };
         follower.restart(start, &JointVelocities::default())?;
         Ok(follower)
@@ -169,7 +177,7 @@ impl Follower {
                 qd_rad_per_s: qd[joint].clamp(-most, most),
             };
         }
-        (self.aim, self.goal) = (None, None);
+        (self.aim, self.goal, self.sliding) = (None, None, None);
         Ok(())
     }
 
@@ -184,36 +192,35 @@ impl Follower {
         target: &BoardTarget,
     ) -> Result<Option<Unreachable>, HapticsError> {
         let BoardTarget {
-            point_m, normal, ..
+            point_m,
+            normal,
+            roll_rad,
+            ..
         } = *target;
-        if let Some(aim) = self
-            .aim
-            .filter(|aim| aim.point_m == point_m && aim.normal == normal)
-        {
+        let same =
+            |aim: &Aim| aim.point_m == point_m && aim.normal == normal && aim.roll_rad == roll_rad;
+        if let Some(aim) = self.aim.filter(same) {
             return Ok(aim.unreachable);
         }
         finite("point_m", &point_m.to_array())?;
+        finite("roll_rad", roll_rad.as_slice())?;
         let unit_normal = direction(normal)?;
         let drifted = match self.goal {
             Some(goal) if self.is_near(&goal, point_m, unit_normal) => {
+                let kept = roll_rad.map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
                 let found = self
-                    .solve(
-                        point_m,
-                        unit_normal,
-                        goal.roll_rad,
-                        &goal.q,
-                        BranchPolicy::Keep,
-                    )?
+                    .solve(point_m, unit_normal, kept, &goal.q, BranchPolicy::Keep)?
                     .ok();
                 found
                     .filter(|solution| solution.q.max_abs_difference(&goal.q) <= DRIFT_RAD)
-                    .map(|solution| (solution, goal.roll_rad))
+                    .map(|solution| (solution, kept))
             }
             _ => None,
         };
-        let (found, unreachable) = match drifted {
-            Some(found) => (Some(found), None),
-            None => self.soonest(point_m, unit_normal)?,
+        let (found, unreachable) = match (drifted, roll_rad) {
+            (Some(found), _) => (Some(found), None),
+            (None, Some(roll)) => self.soonest(point_m, unit_normal, &[roll, roll + PI])?,
+            (None, None) => self.soonest(point_m, unit_normal, &self.config.rolls_rad)?,
         };
         if let Some((solution, roll_rad)) = found {
             self.goal = Some(Goal {
@@ -226,6 +233,7 @@ impl Follower {
         self.aim = Some(Aim {
             point_m,
             normal,
+            roll_rad,
             unreachable,
         });
         Ok(unreachable)
@@ -260,6 +268,7 @@ impl Follower {
     /// # Errors
     /// A step that is negative, NaN or infinite; nothing then moves.
     pub fn step(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
+        self.sliding = None;
         let goal = self.goal;
         self.advance(dt_s, |joint, motion, bounds| match goal {
             Some(goal) => motion.towards(goal.q[joint], bounds, dt_s),
@@ -272,7 +281,75 @@ impl Follower {
     /// # Errors
     /// As for [`Follower::step`].
     pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
+        self.sliding = None;
         self.advance(dt_s, |_, motion, bounds| motion.braked(bounds, dt_s))
+    }
+
+    /// The next configuration while the board moves within its plane, from where braking would have left
+    /// it on the first call. Returns why the board cannot be there, if it cannot; it then brakes.
+    ///
+    /// The joints are on the motion at once as long as their accelerations allow, without lag; where these
+    /// do not, they catch up. A call of any other motion ends the slide.
+    ///
+    /// # Errors
+    /// NaN or infinity in the slide, or a step as for [`Follower::step`]; nothing then moves.
+    pub fn slide(&mut self, dt_s: f64, slide: &Slide) -> Result<Option<Unreachable>, HapticsError> {
+        slide.validate()?;
+        non_negative("dt_s", dt_s)?;
+        let start = || {
+            let stopping = |i: usize| {
+                let limit = self.arm.limits()[i];
+                let at = self.motion[i].stopping_point_rad(&self.bounds[i]);
+                at.clamp(limit.min_rad, limit.max_rad)
+            };
+            let rest = JointPositions(std::array::from_fn(stopping));
+            Sliding::new(self.arm.forward(&rest), rest, slide)
+        };
+        let mut sliding = self.sliding.unwrap_or_else(start);
+        let q = match self.near(&sliding.place(slide, 0.0)?, &sliding.q)? {
+            Ok(q) => q,
+            Err(reason) => return self.stopped(dt_s, sliding, reason),
+        };
+        let soon = match self.near(&sliding.place(slide, PREVIEW_S)?, &q)? {
+            Ok(soon) => soon,
+            Err(reason) => return self.stopped(dt_s, sliding, reason),
+        };
+        sliding.q = q;
+        let rate: [f64; 7] = std::array::from_fn(|i| (soon[i] - q[i]) / PREVIEW_S);
+        self.advance(dt_s, |joint, motion, bounds| {
+            motion.beside(q[joint], rate[joint], bounds, dt_s)
+        })?;
+        self.sliding = Some(sliding);
+        Ok(None)
+    }
+
+    fn stopped(
+        &mut self,
+        dt_s: f64,
+        sliding: Sliding,
+        reason: Unreachable,
+    ) -> Result<Option<Unreachable>, HapticsError> {
+        self.brake(dt_s)?;
+        self.sliding = Some(sliding);
+        Ok(Some(reason))
+    }
+
+    /// The solution beside a configuration.
+    fn near(
+        &self,
+        pose: &Pose,
+        q: &JointPositions,
+    ) -> Result<Result<JointPositions, Unreachable>, HapticsError> {
+        let config = NearestConfig {
+            policy: BranchPolicy::Keep,
+            ..self.nearest
+        };
+        match self.arm.nearest_solution(pose, q, &config) {
+            Ok(found) if found.q.max_abs_difference(q) <= DRIFT_RAD => Ok(Ok(found.q)),
+            Ok(_) => Ok(Err(Unreachable::OtherBranch)),
+            Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
+            Err(other) => Err(other.into()),
+        }
     }
 
     fn advance(
@@ -303,12 +380,17 @@ impl Follower {
     /// Another branch than the present one only where a roll needs it. To search all eight takes
     /// ten times as long, too long for a control step, and shortens the travel by a fifth
     /// (targets and starts at random over the whole workspace).
-    fn soonest(&self, point_m: DVec3, unit_normal: DVec3) -> Result<Found, HapticsError> {
+    fn soonest(
+        &self,
+        point_m: DVec3,
+        unit_normal: DVec3,
+        rolls_rad: &[f64],
+    ) -> Result<Found, HapticsError> {
         let here = self.commanded();
         let mut best: Option<(NearestSolution, f64)> = None;
         let mut best_s = f64::INFINITY;
         let mut reason = None;
-        for &roll_rad in &self.config.rolls_rad {
+        for &roll_rad in rolls_rad {
             match self.solve(point_m, unit_normal, roll_rad, &here, BranchPolicy::Prefer)? {
                 Ok(solution) => {
                     let time_s = self.travel_time_s(&here, &solution.q);
@@ -348,6 +430,12 @@ impl Follower {
             Err(other) => Err(other.into()),
         }
     }
+}
+
+/// The roll or the one half a turn on, whichever is nearer to another, rad.
+fn same_face(roll_rad: f64, to_rad: f64) -> f64 {
+    let away = roll_rad - to_rad;
+    to_rad + away - PI * (2.0 * away / TAU).round()
 }
 
 /// A solution with its roll, or the reason why there is none.

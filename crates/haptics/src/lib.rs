@@ -7,9 +7,10 @@ mod error;
 mod follower;
 mod profile;
 mod renderer;
+mod slide;
 
 pub use arm::{Arm, ArmCommand, ArmState};
-pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose};
+pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose, surface_axes};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use error::HapticsError;
 pub use follower::{Follower, FollowerConfig};
@@ -18,3 +19,4 @@ pub use renderer::{
     ApproachConfig, ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig,
     WatchdogConfig,
 };
+pub use slide::Slide;

@@ -40,6 +40,9 @@ impl JointBounds {
     }
 }
 
+/// Speed kept for catching up with a goal that itself moves at the limit, rad/s.
+const LEAST_SPARE_RAD_PER_S: f64 = 1e-6;
+
 /// Position and velocity of one joint on its way to a goal that may change at any time.
 ///
 /// NaN in any number gives NaN in both.
@@ -126,6 +129,34 @@ impl JointMotion {
         Self {
             q_rad: self.q_rad + sign * moved,
             qd_rad_per_s: sign * speed,
+        }
+    }
+
+    /// The motion `dt_s` later on the time-optimal way to going along with a goal that is then at
+    /// `goal_rad` and moves at a rate, with what its speed leaves of the limit for catching up.
+    ///
+    /// A goal whose acceleration stays within the bounds is followed without lag once it is met.
+    #[must_use]
+    pub fn beside(
+        self,
+        goal_rad: f64,
+        goal_rad_per_s: f64,
+        bounds: &JointBounds,
+        dt_s: f64,
+    ) -> Self {
+        let spare = JointBounds {
+            velocity: (bounds.velocity - goal_rad_per_s.abs()).max(LEAST_SPARE_RAD_PER_S),
+            ..*bounds
+        };
+        let relative = Self {
+            q_rad: self.q_rad - (goal_rad - goal_rad_per_s * dt_s),
+            qd_rad_per_s: self.qd_rad_per_s - goal_rad_per_s,
+        };
+        let next = relative.towards(0.0, &spare, dt_s);
+        let most = bounds.velocity;
+        Self {
+            q_rad: goal_rad + next.q_rad,
+            qd_rad_per_s: (goal_rad_per_s + next.qd_rad_per_s).clamp(-most, most),
         }
     }
 

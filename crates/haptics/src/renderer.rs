@@ -4,7 +4,7 @@ use crate::board::{Board, BoardTarget};
 use crate::contact::{ContactConfig, ContactDetector, ContactState};
 use crate::error::{non_negative, positive};
 use crate::follower::{Follower, FollowerConfig};
-use crate::{ArmCommand, ArmState, HapticsError};
+use crate::{ArmCommand, ArmState, HapticsError, Slide};
 use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
 
 /// Settings of [`Renderer`].
@@ -144,7 +144,7 @@ impl HoldReason {
 pub enum Phase {
     /// Following the target.
     NonContact,
-    /// Touched: standing still as a wall does.
+    /// Touched: standing still as a wall does, or sliding within its plane.
     Contact {
         /// Onset of the touch, s.
         since_s: f64,
@@ -167,6 +167,9 @@ pub struct RenderStep {
     pub unreachable: Option<Unreachable>,
     /// The configuration that the board is on its way to, rad.
     pub goal: Option<JointPositions>,
+    /// Is the touched board on the slide that was asked for? Not if it cannot be reached (see
+    /// `unreachable`) or is not finite: the board then stands still.
+    pub sliding: bool,
 }
 
 /// Turns board targets and arm states into arm commands.
@@ -252,6 +255,18 @@ impl Renderer {
         state: &ArmState,
         target: Option<&BoardTarget>,
     ) -> RenderStep {
+        self.step_sliding(now_s, state, target, None)
+    }
+
+    /// One control step of a board that, while it is touched, moves within its plane; without a slide it
+    /// stands still. Else as [`Renderer::step`].
+    pub fn step_sliding(
+        &mut self,
+        now_s: f64,
+        state: &ArmState,
+        target: Option<&BoardTarget>,
+        slide: Option<&Slide>,
+    ) -> RenderStep {
         let dt_s = match self.tick(now_s) {
             Ok(dt_s) => dt_s,
             Err(reason) => return self.hand_over(reason, 0.0),
@@ -284,9 +299,17 @@ impl Renderer {
                 Err(reason) => Phase::Hold(reason),
             },
         };
-        let moved = match phase {
-            Phase::NonContact => self.follower.step(dt_s),
-            Phase::Contact { .. } | Phase::Hold(_) => self.follower.brake(dt_s),
+        let slide =
+            slide.filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
+        let mut sliding = false;
+        let moved = match (phase, slide) {
+            (Phase::NonContact, _) => self.follower.step(dt_s),
+            (_, None) => self.follower.brake(dt_s),
+            (_, Some(slide)) => self.follower.slide(dt_s, slide).map(|verdict| {
+                unreachable = verdict;
+                sliding = verdict.is_none();
+                self.follower.commanded()
+            }),
         };
         let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
         RenderStep {
@@ -295,6 +318,7 @@ impl Renderer {
             normal_force_n,
             unreachable,
             goal: self.follower.goal(),
+            sliding,
         }
     }
 
@@ -435,6 +459,7 @@ impl Renderer {
             normal_force_n: None,
             unreachable: None,
             goal: self.follower.goal(),
+            sliding: false,
         }
     }
 }

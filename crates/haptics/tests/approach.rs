@@ -38,6 +38,7 @@ impl Rig {
             point_m,
             normal: DVec3::X,
             stamp_s: self.state.t_s,
+            roll_rad: None,
         };
         let step = self
             .renderer

@@ -24,6 +24,7 @@ fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
         point_m,
         normal,
         stamp_s: 0.0,
+        roll_rad: None,
     }
 }
 

@@ -50,6 +50,7 @@ impl Rig {
                 point_m: DVec3::new(0.55, 0.1, 0.6),
                 normal: DVec3::X,
                 stamp_s: 0.0,
+                roll_rad: None,
             }),
             press_n: 0.0,
         }

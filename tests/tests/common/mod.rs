@@ -205,6 +205,7 @@ impl Loop {
                 point_m: found.point_m,
                 normal: found.normal,
                 stamp_s: t_s,
+                roll_rad: None,
             });
         self.tracking = Some(tracking);
     }

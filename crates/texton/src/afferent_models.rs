@@ -1,0 +1,158 @@
+//! Models that follow the skin: what afferents under it would answer, computed simply.
+
+use crate::error::positive;
+use crate::roughness::speed;
+use crate::spectrum::{cycles_per_mm, skin_gain, skin_limit};
+use crate::{ModelInfo, Prediction, RoughnessModel, ScanAngle, TextonError, Texture};
+use std::f64::consts::TAU;
+
+/// Which pairs of afferents [`SpatialVariation`] compares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Pairs {
+    /// In every direction: the same for every scan of one texture.
+    Around,
+    /// One behind the other along the scan.
+    Along,
+    /// Side by side across the scan: those of a simulated hand (TouchSim, Saal and others 2017) vary over
+    /// orientation as this does.
+    #[default]
+    Across,
+}
+
+/// How much slowly adapting (SA1) afferents a fixed distance apart differ.
+///
+/// A stand-in for firing rates: the height of the texture under a Gaussian skin; the prediction is the
+/// root mean square difference between two places, mm. The published measure is the mean absolute
+/// difference of firing rates and does not single out a direction; which one is taken decides what the
+/// model says about orientation, so it is a setting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpatialVariation {
+    /// Distance of the two afferents, mm; default 2.
+    pub apart_mm: f64,
+    /// Standard deviation of the skin's blur, mm; default 0.5, an assumption.
+    pub blur_mm: f64,
+    /// Which pairs are compared; default those across the scan.
+    pub pairs: Pairs,
+}
+
+impl Default for SpatialVariation {
+    fn default() -> Self {
+        Self {
+            apart_mm: 2.0,
+            blur_mm: 0.5,
+            pairs: Pairs::Across,
+        }
+    }
+}
+
+impl RoughnessModel for SpatialVariation {
+    fn info(&self) -> &'static ModelInfo {
+        const INFO: ModelInfo = ModelInfo {
+            name: "SA1 spatial variation",
+            quantity: "rms difference of the blurred height 2 mm apart, mm",
+            source: "after Connor, Johnson 1992; Blake, Hsiao, Johnson 1997; own computation",
+            range: "embossed dots and gratings, spacings of 1 mm and above",
+            misfit: "knows neither speed nor the direction of the scan",
+            depends_on_speed: false,
+        };
+        match self.pairs {
+            Pairs::Around => &INFO,
+            Pairs::Along => &ModelInfo {
+                name: "SA1 variation along the scan",
+                misfit: "knows no speed; falls with orientation on the released grid, whose short pitch is nearly the distance of the afferents",
+                ..INFO
+            },
+            Pairs::Across => &ModelInfo {
+                name: "SA1 variation across the scan",
+                misfit: "knows no speed; highest at 63 degrees on the released grid, and another order on one with pitches of 7 and 3 mm",
+                ..INFO
+            },
+        }
+    }
+
+    fn predict(
+        &self,
+        texture: &Texture,
+        scan: ScanAngle,
+        speed_mm_per_s: f64,
+    ) -> Result<Prediction, TextonError> {
+        speed(speed_mm_per_s)?;
+        positive("apart_mm", self.apart_mm)?;
+        positive("blur_mm", self.blur_mm)?;
+        let (cos, sin) = (scan.cos(), scan.sin());
+        // By Parseval; a pair of waves ±k holds c² each, and a shift by d leaves |1 - e^(i k d)|² of it.
+        let difference = |k: [f64; 2]| {
+            let shift_rad = |direction| TAU * cycles_per_mm(k, direction) * self.apart_mm;
+            match self.pairs {
+                Pairs::Around => 2.0 - 2.0 * libm::j0(k[0].hypot(k[1]) * self.apart_mm),
+                Pairs::Along => 2.0 - 2.0 * shift_rad([cos, sin]).cos(),
+                Pairs::Across => 2.0 - 2.0 * shift_rad([-sin, cos]).cos(),
+            }
+        };
+        let power: f64 = texture
+            .harmonics(skin_limit(self.blur_mm))
+            .map(|wave| {
+                let k = wave.wave_rad_per_mm;
+                (wave.amplitude_mm * skin_gain(k, self.blur_mm)).powi(2) * difference(k)
+            })
+            .sum();
+        Ok(Prediction::Within(power.sqrt()))
+    }
+}
+
+/// Vibration of the skin under a moving finger, weighted as Pacinian (PC) afferents weigh it.
+///
+/// Every wave of the height passes at `f = v (k · s) / 2π`. Its weight `2 x² / (1 + x⁴)`, `x = f / 250 Hz`,
+/// rises with the square of the frequency up to the peak and falls as fast beyond; the prediction is the
+/// root mean square of the weighted height, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vibration {
+    /// Frequency of the greatest sensitivity, Hz; default 250.
+    pub peak_hz: f64,
+    /// Standard deviation of the skin's blur, mm; default 0.5, an assumption.
+    pub blur_mm: f64,
+}
+
+impl Default for Vibration {
+    fn default() -> Self {
+        Self {
+            peak_hz: 250.0,
+            blur_mm: 0.5,
+        }
+    }
+}
+
+impl RoughnessModel for Vibration {
+    fn info(&self) -> &'static ModelInfo {
+        &ModelInfo {
+            name: "PC vibration",
+            quantity: "rms height weighted by PC sensitivity, mm",
+            source: "after Bensmaïa, Hollins 2003, 2005 (Pacinian-weighted power of the vibration); own computation",
+            range: "published for periods below 0.2 mm; used here on bumps of millimetres at 20 to 200 mm/s",
+            misfit: "grows with the square of the speed where firing rates and magnitude estimates grow less",
+            depends_on_speed: true,
+        }
+    }
+
+    fn predict(
+        &self,
+        texture: &Texture,
+        scan: ScanAngle,
+        speed_mm_per_s: f64,
+    ) -> Result<Prediction, TextonError> {
+        speed(speed_mm_per_s)?;
+        positive("peak_hz", self.peak_hz)?;
+        positive("blur_mm", self.blur_mm)?;
+        let direction = [scan.cos(), scan.sin()];
+        let power: f64 = texture
+            .harmonics(skin_limit(self.blur_mm))
+            .map(|wave| {
+                let k = wave.wave_rad_per_mm;
+                let x = speed_mm_per_s * cycles_per_mm(k, direction) / self.peak_hz;
+                let weight = 2.0 * x * x / (1.0 + x.powi(4));
+                (wave.amplitude_mm * skin_gain(k, self.blur_mm) * weight).powi(2)
+            })
+            .sum();
+        Ok(Prediction::Within(power.sqrt()))
+    }
+}

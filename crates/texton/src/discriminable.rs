@@ -1,0 +1,88 @@
+//! Levels that people tell apart.
+
+use crate::TextonError;
+use crate::error::finite;
+
+/// Most levels that a search takes.
+const MOST: usize = 128;
+
+/// The largest set of levels of which every pair differs significantly, as places in the list given,
+/// sorted by magnitude.
+///
+/// `pairs` are the places of the levels that a post hoc test found to differ, in any order. Exact: the
+/// largest clique, by branch and bound. Of several largest sets one is returned, always the same.
+///
+/// # Errors
+/// More than 128 levels, a magnitude that is not finite, a pair of a level with itself or with one
+/// that there is not.
+pub fn discriminable(magnitudes: &[f64], pairs: &[[usize; 2]]) -> Result<Vec<usize>, TextonError> {
+    let n = magnitudes.len();
+    if n > MOST {
+        return Err(TextonError::Parameter {
+            what: "number of levels",
+            value: n as f64,
+            wanted: "at most 128",
+        });
+    }
+    for value in magnitudes {
+        finite("magnitude", *value)?;
+    }
+    let mut differ = vec![0_u128; n];
+    for &[a, b] in pairs {
+        if a == b || a >= n || b >= n {
+            return Err(TextonError::BadPair {
+                pair: [a, b],
+                levels: n,
+            });
+        }
+        differ[a] |= 1 << b;
+        differ[b] |= 1 << a;
+    }
+    let everybody = if n == MOST { u128::MAX } else { (1 << n) - 1 };
+    let mut search = Search {
+        differ: &differ,
+        best: 0,
+    };
+    search.grow(0, everybody);
+    let mut places: Vec<usize> = (0..n).filter(|i| search.best >> i & 1 == 1).collect();
+    places.sort_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]));
+    Ok(places)
+}
+
+struct Search<'a> {
+    differ: &'a [u128],
+    best: u128,
+}
+
+impl Search<'_> {
+    /// Adds to a set from the candidates, all of which differ from all of it.
+    fn grow(&mut self, set: u128, mut candidates: u128) {
+        if candidates == 0 {
+            if set.count_ones() > self.best.count_ones() {
+                self.best = set;
+            }
+            return;
+        }
+        // Classes of levels that do not differ: of each at most one joins. Those of the last classes
+        // are tried first; where the classes left cannot beat the best, nothing below them can.
+        let mut order = Vec::with_capacity(candidates.count_ones() as usize);
+        let (mut uncoloured, mut class) = (candidates, 0);
+        while uncoloured != 0 {
+            class += 1;
+            let mut free = uncoloured;
+            while free != 0 {
+                let level = free.trailing_zeros() as usize;
+                free &= !(1 << level) & !self.differ[level];
+                uncoloured &= !(1 << level);
+                order.push((level, class));
+            }
+        }
+        for (level, class) in order.into_iter().rev() {
+            if set.count_ones() + class <= self.best.count_ones() {
+                return;
+            }
+            self.grow(set | 1 << level, candidates & self.differ[level]);
+            candidates &= !(1 << level);
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The roughness of a virtual surface: one number, or an image over it.
+
+use crate::TextonError;
+use crate::error::finite;
+use exr::prelude::{ReadChannels, ReadLayers, read};
+use std::io::{Read, Seek};
+
+/// How rough a surface of a scene is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SurfaceRoughness {
+    /// The same everywhere, from a material or a sidecar.
+    Uniform(f64),
+    /// An image over the surface.
+    Map(RoughnessMap),
+}
+
+impl SurfaceRoughness {
+    /// The roughness at texture coordinates; a uniform one needs none, but NaN gives `None` in both.
+    #[must_use]
+    pub fn at(&self, uv: [f64; 2]) -> Option<f64> {
+        match self {
+            Self::Uniform(value) => (uv[0].is_finite() && uv[1].is_finite()).then_some(*value),
+            Self::Map(map) => map.at(uv),
+        }
+    }
+}
+
+/// An image of roughness, one number a pixel, first row at the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoughnessMap {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+}
+
+impl RoughnessMap {
+    /// From pixels, row by row from the top.
+    ///
+    /// # Errors
+    /// No pixels, a number of them that is not `width x height`, or one that is not finite.
+    pub fn new(width: usize, height: usize, values: Vec<f32>) -> Result<Self, TextonError> {
+        if values.is_empty() || width.checked_mul(height) != Some(values.len()) {
+            return Err(TextonError::MapSize {
+                width,
+                height,
+                values: values.len(),
+            });
+        }
+        for value in &values {
+            finite("roughness of a pixel", f64::from(*value))?;
+        }
+        Ok(Self {
+            width,
+            height,
+            values,
+        })
+    }
+
+    /// From an OpenEXR file: the channel `roughness`, or else `Y`, `R`, or the only one that there is.
+    ///
+    /// # Errors
+    /// A file that is no OpenEXR image or is cut off; one without such a channel; as
+    /// [`RoughnessMap::new`].
+    pub fn from_exr(file: impl Read + Seek) -> Result<Self, TextonError> {
+        let image = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(std::io::BufReader::new(file))
+            .map_err(|error| TextonError::Exr {
+                reason: error.to_string(),
+            })?;
+        let layer = image.layer_data;
+        let channels = &layer.channel_data.list;
+        let named = |name: &str| channels.iter().find(|c| c.name.eq_case_insensitive(name));
+        let only = || channels.first().filter(|_| channels.len() == 1);
+        let channel = ["roughness", "Y", "R"]
+            .into_iter()
+            .find_map(named)
+            .or_else(only)
+            .ok_or(TextonError::NoChannel {
+                channels: channels.len(),
+            })?;
+        let values = channel.sample_data.values_as_f32().collect();
+        Self::new(layer.size.0, layer.size.1, values)
+    }
+
+    /// Columns and rows.
+    #[must_use]
+    pub const fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    /// The roughness at texture coordinates, bilinear between the middles of the pixels; `None` for NaN.
+    ///
+    /// u runs to the right and v upwards (as in OBJ files), 0 to 1 over the image; beyond it the
+    /// border goes on.
+    #[must_use]
+    pub fn at(&self, [u, v]: [f64; 2]) -> Option<f64> {
+        if u.is_nan() || v.is_nan() {
+            return None;
+        }
+        let place = |share: f64, n: usize| {
+            let at = (share * n as f64 - 0.5).clamp(0.0, (n - 1) as f64);
+            let low = at.floor() as usize;
+            (low, (low + 1).min(n - 1), at - low as f64)
+        };
+        let (left, right, x) = place(u, self.width);
+        let (top, bottom, y) = place(1.0 - v, self.height);
+        let row = |row: usize| {
+            let pixel = |column: usize| f64::from(self.values[row * self.width + column]);
+            pixel(left) + x * (pixel(right) - pixel(left))
+        };
+        Some(row(top) + y * (row(bottom) - row(top)))
+    }
+}
