@@ -52,6 +52,9 @@ struct Args {
     /// Where the board goes for what is foreseen
     #[arg(long, value_enum, default_value = "likeliest")]
     follow: Follow,
+    /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
+    #[arg(long)]
+    plain: bool,
     /// Touches of the simulated person
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=1000))]
     touches: u64,
@@ -110,17 +113,30 @@ fn run(args: &Args) -> anyhow::Result<()> {
     }
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
-    let clock = (1e-3 * args.period_ms, args.seed);
     let maps = WallMaps::of_scene(&arm, scene)?;
-    let led = (&stage.hand, &mut foresight, args.follow);
-    let mut run = session::run(&arm, &board, (scene, &maps), led, clock, |share| {
+    let setup = session::Setup {
+        arm: &arm,
+        board: &board,
+        scene,
+        maps: &maps,
+        hand: &stage.hand,
+        follow: args.follow,
+        textured: !args.plain,
+        period_s: 1e-3 * args.period_ms,
+        seed: args.seed,
+    };
+    let mut run = session::run(&setup, &mut foresight, |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
     let outcomes = touches::judge(&arm, &board, &stage.touches, &run.ticks)?;
     let leads = touches::leads(scene, &stage.touches, &run.said);
     let right = report::who_was_right(&stage.touches, &leads);
-    let table = format!("{}\n{right}", report::table(&run, &maps, &outcomes));
+    let textures = report::textures(&run);
+    let table = format!(
+        "{}\n{right}{textures}",
+        report::table(&run, &maps, &outcomes)
+    );
     writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;

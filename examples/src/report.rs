@@ -7,6 +7,7 @@ use crate::touches::{Outcome, RIGHT_M, Touch};
 use crate::wall_maps::WallMaps;
 use hwall_contact::LostReason;
 use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
+use hwall_texton::Level;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -161,6 +162,45 @@ pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownT
         leads.iter().filter(|l| l[i].is_some()).count().to_string()
     });
     table
+}
+
+/// Touch by touch of textured surfaces, what was to be felt and what was; nothing where no texture was
+/// presented.
+#[must_use]
+pub fn textures(run: &Run) -> String {
+    let Some(touches) = run.textures.as_ref().filter(|t| !t.is_empty()) else {
+        return String::new();
+    };
+    let mut table = MarkdownTable::new([
+        "textured touch",
+        "at, s",
+        "roughness in the scene",
+        "wanted angle, deg / speed, mm/s / roughness, um",
+        "rendered",
+        "speed within 5 % after, ms",
+        "compared for, ms",
+    ]);
+    let level = |l: &Level| {
+        format!(
+            "{:.1} / {:.1} / {:.3}",
+            l.scan.deg(),
+            l.speed_mm_per_s,
+            1e3 * l.magnitude
+        )
+    };
+    for t in touches {
+        table.row([
+            t.surface.clone(),
+            format!("{:.2}", t.felt_s),
+            t.roughness.to_string(),
+            level(&t.wanted),
+            t.rendered.as_ref().map_or("too short".to_owned(), level),
+            t.reached_s
+                .map_or("never".to_owned(), |s| format!("{:.0}", 1e3 * s)),
+            format!("{:.0}", 1e3 * t.lasted_s),
+        ]);
+    }
+    format!("\n{table}")
 }
 
 fn reasons(outcomes: &[Outcome]) -> String {

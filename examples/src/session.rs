@@ -3,6 +3,7 @@
 use crate::board_follow::{BoardFollow, Follow};
 use crate::foresight::{Foresight, Kind, Said};
 use crate::run_figures::Trace;
+use crate::textured_board::{TextureTouch, TexturedBoard};
 use crate::touches::Outcome;
 use crate::wall_maps::{Presented, WallMaps};
 use anyhow::Context;
@@ -99,6 +100,30 @@ pub struct Run {
     pub moved: usize,
     /// Each loss of the hand: when, and why.
     pub losses: Vec<(f64, LostReason)>,
+    /// Each touch of a textured surface; `None`: the board presents none.
+    pub textures: Option<Vec<TextureTouch>>,
+}
+
+/// What a run needs besides the predictors.
+pub struct Setup<'a> {
+    /// The arm, its tool the board's face.
+    pub arm: &'a SrsArm,
+    /// The board.
+    pub board: &'a Board,
+    /// What is touched.
+    pub scene: &'a Scene,
+    /// Where the arm reaches its walls.
+    pub maps: &'a WallMaps,
+    /// Who touches.
+    pub hand: &'a Hand,
+    /// How the board's place is chosen.
+    pub follow: Follow,
+    /// Does the board present the roughness of surfaces?
+    pub textured: bool,
+    /// Control period, s.
+    pub period_s: f64,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
 }
 
 /// Runs the loop to the end of the hand, calling `progress` with the share done.
@@ -106,13 +131,25 @@ pub struct Run {
 /// # Errors
 /// A configuration that a crate refuses, or a state that the simulated arm does.
 pub fn run(
-    arm: &SrsArm,
-    board: &Board,
-    (scene, maps): (&Scene, &WallMaps),
-    (hand, foresight, follow): (&Hand, &mut Foresight, Follow),
-    (period_s, seed): (f64, u64),
+    setup: &Setup<'_>,
+    foresight: &mut Foresight,
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<Run> {
+    let Setup {
+        arm,
+        board,
+        scene,
+        maps,
+        hand,
+        follow,
+        textured,
+        period_s,
+        seed,
+    } = *setup;
+    let mut texture = match textured {
+        true => TexturedBoard::for_scene(scene, board)?,
+        false => None,
+    };
     let mut renderer = Renderer::new(arm, board, RendererConfig::default())?;
     let servo = ServoConfig {
         seed,
@@ -139,6 +176,7 @@ pub fn run(
     let mut log = Log::new(steps, arm);
     let mut tip = Tip::default();
     let (mut next_frame, mut target) = (0, None);
+    let (mut found, mut slide) = (None, None);
     for step in 0..=steps {
         let elapsed_s = step as f64 * period_s;
         let t_s = start_s + elapsed_s;
@@ -154,19 +192,19 @@ pub fn run(
                 gaze: gaze.as_ref(),
             };
             let (answers, said) = foresight.step(scene, &seen);
-            let found = follow.step(answers, servo.pose().position_m());
+            found = follow.step(answers, servo.pose().position_m());
             log.heard(said);
             target = found.as_ref().map(|p| BoardTarget {
                 point_m: log.presented(maps, p),
                 normal: p.normal,
                 stamp_s: elapsed_s,
-                roll_rad: None,
+                roll_rad: texture.as_ref().and_then(|t| t.roll_rad(arm, p)),
             });
             tip.measured(&frame, &tracking);
             log.frame(t_s, &tracking, found.as_ref());
         }
         let began = Instant::now();
-        let rendered = renderer.step(elapsed_s, &state, target.as_ref());
+        let rendered = renderer.step_sliding(elapsed_s, &state, target.as_ref(), slide.as_ref());
         log.step_ns.push(began.elapsed().as_secs_f64() * 1e9);
         servo.command(rendered.command)?;
         servo.advance(period_s)?;
@@ -182,6 +220,23 @@ pub fn run(
         };
         servo.apply_wrench(wrench.unwrap_or_default())?;
         let in_contact = matches!(rendered.phase, Phase::Contact { .. });
+        if let Some(texture) = &mut texture {
+            slide = match (in_contact, &found, tip.last) {
+                (true, Some(found), Some((_, finger_m))) => {
+                    let stands_for = (found, &servo.pose());
+                    let finger = (finger_m, tip.velocity);
+                    texture.slide(elapsed_s, scene, arm, stands_for, finger)?
+                }
+                _ => {
+                    texture.rest(elapsed_s, found.and_then(|p| p.roughness))?;
+                    None
+                }
+            };
+            let twist = servo.twist();
+            let arm_m = tip_m.map_or(DVec3::ZERO, |tip_m| tip_m - servo.pose().position_m());
+            let under_finger = twist.linear_m_per_s + twist.angular_rad_per_s.cross(arm_m);
+            texture.feel(elapsed_s, &servo.pose(), under_finger);
+        }
         log.tick(
             Tick {
                 t_s,
@@ -195,7 +250,9 @@ pub fn run(
         );
         progress(step as f64 / steps.max(1) as f64);
     }
-    Ok(log.finish(foresight.leader()))
+    let mut run = log.finish(foresight.leader());
+    run.textures = texture.map(TexturedBoard::into_touches);
+    Ok(run)
 }
 
 /// The fingertip that meets the board: the true one of a simulated person, the measured one of a
@@ -379,6 +436,7 @@ impl Log {
             look_ups: self.look_ups,
             moved: self.moved,
             losses: self.losses,
+            textures: None,
         }
     }
 }

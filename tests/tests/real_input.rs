@@ -3,8 +3,9 @@
 use hwall_contact::{
     FreezeKind, HandFilter, HandFilterConfig, LostReason, Recording, RigidMap, Tracking,
 };
+use hwall_examples::board_follow::Follow;
 use hwall_examples::foresight::{Foresight, Kind};
-use hwall_examples::session::Hand;
+use hwall_examples::session::{Hand, Setup};
 use hwall_examples::stage::{Options, Stage};
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
@@ -121,16 +122,21 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         stage.remarks
     );
     let maps = hwall_examples::wall_maps::WallMaps::of_scene(&arm, &stage.scene).unwrap();
-    let place = (&stage.scene, &maps);
     let (mut foresight, learnt) =
         Foresight::train(&stage.scene, &arm, &stage.company, Some(Kind::Fused)).unwrap();
     println!("{learnt}");
-    let led = (
-        &stage.hand,
-        &mut foresight,
-        hwall_examples::board_follow::Follow::Likeliest,
-    );
-    let run = hwall_examples::session::run(&arm, &board, place, led, (2e-3, 1), |_| {}).unwrap();
+    let setup = Setup {
+        arm: &arm,
+        board: &board,
+        scene: &stage.scene,
+        maps: &maps,
+        hand: &stage.hand,
+        follow: Follow::Likeliest,
+        textured: true,
+        period_s: 2e-3,
+        seed: 1,
+    };
+    let run = hwall_examples::session::run(&setup, &mut foresight, |_| {}).unwrap();
     assert_eq!(run.leader, Kind::Fused);
     let leads = hwall_examples::touches::leads(&stage.scene, &stage.touches, &run.said);
     assert_eq!(leads.len(), stage.touches.len());
