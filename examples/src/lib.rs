@@ -53,6 +53,7 @@ pub mod speed_contact_figures;
 pub mod speed_reach;
 pub mod speed_scene;
 pub mod stage;
+pub mod texture_touch;
 pub mod touches;
 pub mod trajectories;
 pub mod validation;
