@@ -58,6 +58,7 @@ pub mod speed_contact_knobs;
 pub mod speed_reach;
 pub mod speed_scene;
 pub mod stage;
+pub mod texture_touch;
 pub mod textured_board;
 pub mod touches;
 pub mod trajectories;

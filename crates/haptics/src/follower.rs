@@ -16,8 +16,16 @@ use std::f64::consts::{PI, TAU};
 /// limit or a singular pose came in between): all rolls are compared anew, rad.
 const DRIFT_RAD: f64 = 0.3;
 
-/// How far a slide is looked ahead for the velocities of the joints, s.
+/// How far a slide is looked ahead for the velocities of the joints, s and m.
 const PREVIEW_S: f64 = 1e-3;
+const PREVIEW_M: f64 = 1e-4;
+
+/// A slide looks no further ahead for where it could stop, m: 0.1 m/s at 0.5 m/s².
+const STOP_M: f64 = 0.01;
+
+/// Share of the joints' accelerations that a slide plans with; the rest holds them on the path, whose
+/// curvature in the joints costs some too.
+const SLIDE_SHARE: f64 = 0.9;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
@@ -288,8 +296,8 @@ impl Follower {
     /// The next configuration while the board moves within its plane, from where braking would have left
     /// it on the first call. Returns why the board cannot be there, if it cannot; it then brakes.
     ///
-    /// The joints are on the motion at once as long as their accelerations allow, without lag; where these
-    /// do not, they catch up. A call of any other motion ends the slide.
+    /// The velocity changes no faster than the joints can; they then are on the motion without lag. A call
+    /// of any other motion ends the slide.
     ///
     /// # Errors
     /// NaN or infinity in the slide, or a step as for [`Follower::step`]; nothing then moves.
@@ -305,32 +313,101 @@ impl Follower {
             let rest = JointPositions(std::array::from_fn(stopping));
             Sliding::new(self.arm.forward(&rest), rest, slide)
         };
-        let mut sliding = self.sliding.unwrap_or_else(start);
-        let q = match self.near(&sliding.place(slide, 0.0)?, &sliding.q)? {
+        let sliding = self.sliding.unwrap_or_else(start);
+        let (mut next, mut unreachable) = (sliding, None);
+        for wanted in [slide.velocity_m_per_s, DVec3::ZERO] {
+            let change = sliding.along(wanted) - sliding.velocity_m_per_s;
+            let most = match self.able_m_per_s2(&sliding, change)? {
+                Ok(able) => able * dt_s,
+                Err(reason) => return self.stopped(dt_s, reason),
+            };
+            next = sliding;
+            next.advance(slide.turn_rad, change.clamp_length_max(most), dt_s);
+            match self.stops(&next)? {
+                Ok(()) => break,
+                Err(reason) => unreachable = unreachable.or(Some(reason)),
+            }
+        }
+        let ahead = (
+            next.velocity_m_per_s * PREVIEW_S,
+            slide.turn_rad_per_s * PREVIEW_S,
+        );
+        let q = match self.near(&next.place(DVec3::ZERO, 0.0)?, &sliding.q)? {
             Ok(q) => q,
-            Err(reason) => return self.stopped(dt_s, sliding, reason),
+            Err(reason) => return self.stopped(dt_s, reason),
         };
-        let soon = match self.near(&sliding.place(slide, PREVIEW_S)?, &q)? {
+        let soon = match self.near(&next.place(ahead.0, ahead.1)?, &q)? {
             Ok(soon) => soon,
-            Err(reason) => return self.stopped(dt_s, sliding, reason),
+            Err(reason) => return self.stopped(dt_s, reason),
         };
-        sliding.q = q;
+        next.q = q;
         let rate: [f64; 7] = std::array::from_fn(|i| (soon[i] - q[i]) / PREVIEW_S);
         self.advance(dt_s, |joint, motion, bounds| {
             motion.beside(q[joint], rate[joint], bounds, dt_s)
         })?;
-        self.sliding = Some(sliding);
-        Ok(None)
+        self.sliding = Some(next);
+        Ok(unreachable)
     }
 
+    /// The acceleration of a board at its goal along a direction that all joints allow, m/s²; `None` without
+    /// a goal or a direction, or where the board cannot move that way.
+    ///
+    /// Error: that of a difference over 0.1 mm, some 1e-3 of it away from singular poses.
+    #[must_use]
+    pub fn acceleration_along_m_per_s2(&self, direction: DVec3) -> Option<f64> {
+        let q = self.goal()?;
+        let along = direction.try_normalize()? * PREVIEW_M;
+        let here = self.arm.forward(&q);
+        let there = Pose::new(here.rotation(), here.position_m() + along).ok()?;
+        let there = self.near(&there, &q).ok()?.ok()?;
+        Some(self.acceleration_m_per_s2(&q, &there))
+    }
+
+    /// The acceleration of a sliding board along a direction that the joints allow, m/s².
+    fn able_m_per_s2(
+        &self,
+        sliding: &Sliding,
+        direction: DVec3,
+    ) -> Result<Result<f64, Unreachable>, HapticsError> {
+        let Some(direction) = direction.try_normalize() else {
+            return Ok(Ok(f64::MAX));
+        };
+        let there = sliding.place(direction * PREVIEW_M, 0.0)?;
+        Ok(self
+            .near(&there, &sliding.q)?
+            .map(|there| SLIDE_SHARE * self.acceleration_m_per_s2(&sliding.q, &there)))
+    }
+
+    /// Can the board stop before it comes where it cannot be?
+    fn stops(&self, sliding: &Sliding) -> Result<Result<(), Unreachable>, HapticsError> {
+        let velocity = sliding.velocity_m_per_s;
+        let Some(heading) = velocity.try_normalize() else {
+            return Ok(Ok(()));
+        };
+        let able = match self.able_m_per_s2(sliding, heading)? {
+            Ok(able) => able,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        let way_m = (velocity.length_squared() / (2.0 * able)).min(STOP_M);
+        let end = sliding.place(heading * (way_m + PREVIEW_M), 0.0)?;
+        Ok(self.near(&end, &sliding.q)?.map(|_| ()))
+    }
+
+    /// What the joints allow on the way to a configuration [`PREVIEW_M`] away, m/s².
+    fn acceleration_m_per_s2(&self, from: &JointPositions, to: &JointPositions) -> f64 {
+        (0..7).fold(f64::INFINITY, |most: f64, i| {
+            let rad_per_m = (to[i] - from[i]).abs() / PREVIEW_M;
+            most.min(self.bounds[i].acceleration_rad_per_s2() / rad_per_m)
+        })
+    }
+
+    /// Brakes; the next slide begins where that ends.
     fn stopped(
         &mut self,
         dt_s: f64,
-        sliding: Sliding,
         reason: Unreachable,
     ) -> Result<Option<Unreachable>, HapticsError> {
         self.brake(dt_s)?;
-        self.sliding = Some(sliding);
         Ok(Some(reason))
     }
 

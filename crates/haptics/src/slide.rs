@@ -5,15 +5,15 @@ use crate::error::finite;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointPositions, Pose};
 
-/// Where a touched board shall be within its plane, and how fast, in the robot base frame.
+/// How a touched board shall move within its plane, in the robot base frame.
 ///
-/// Displacement and turn count from any one place and angle; only their change since the first step of
-/// the contact moves the board. Parts along the board's normal are left out: a slide never pushes.
+/// The board takes up the velocity as fast as its joints allow and then keeps it; way that it lost
+/// meanwhile it does not catch up, because that would need more speed than was asked for. The turn counts
+/// from any one angle; only its change since the first step of the contact turns the board. Parts along
+/// the board's normal are left out: a slide never pushes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Slide {
-    /// Displacement, m.
-    pub displacement_m: DVec3,
-    /// Its rate, m/s.
+    /// Velocity, m/s.
     pub velocity_m_per_s: DVec3,
     /// Turn about the outward normal, rad.
     pub turn_rad: f64,
@@ -27,7 +27,6 @@ impl Slide {
     /// # Errors
     /// The first value that is not finite.
     pub fn validate(&self) -> Result<(), HapticsError> {
-        finite("displacement_m", &self.displacement_m.to_array())?;
         finite("velocity_m_per_s", &self.velocity_m_per_s.to_array())?;
         finite("turn_rad", &[self.turn_rad, self.turn_rad_per_s])
     }
@@ -36,10 +35,14 @@ impl Slide {
 /// A slide under way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sliding {
-    /// The board where the slide began, and the slide there.
+    /// The board where the slide began, and the slide's angle there.
     pose: Pose,
-    origin_m: DVec3,
     origin_rad: f64,
+    /// The slide's angle now.
+    turn_rad: f64,
+    /// The board's own way since it began, and its velocity.
+    moved_m: DVec3,
+    pub(crate) velocity_m_per_s: DVec3,
     /// The configuration that it asked for last.
     pub(crate) q: JointPositions,
 }
@@ -48,19 +51,32 @@ impl Sliding {
     pub(crate) const fn new(pose: Pose, q: JointPositions, slide: &Slide) -> Self {
         Self {
             pose,
-            origin_m: slide.displacement_m,
             origin_rad: slide.turn_rad,
+            turn_rad: slide.turn_rad,
+            moved_m: DVec3::ZERO,
+            velocity_m_per_s: DVec3::ZERO,
             q,
         }
     }
 
-    /// The board a time after the slide's own.
-    pub(crate) fn place(&self, slide: &Slide, ahead_s: f64) -> Result<Pose, HapticsError> {
-        let moved = slide.displacement_m - self.origin_m + slide.velocity_m_per_s * ahead_s;
-        let turned = slide.turn_rad - self.origin_rad + slide.turn_rad_per_s * ahead_s;
-        let rotation = self.pose.rotation();
-        let along = moved.reject_from_normalized(rotation.z_axis);
-        let rotation = rotation * DMat3::from_rotation_z(turned);
+    /// A vector's part in the plane of the board.
+    pub(crate) fn along(&self, vector: DVec3) -> DVec3 {
+        vector.reject_from_normalized(self.pose.rotation().z_axis)
+    }
+
+    /// Moves the board on with a change of its velocity.
+    pub(crate) fn advance(&mut self, turn_rad: f64, change_m_per_s: DVec3, dt_s: f64) {
+        let before = self.velocity_m_per_s;
+        self.velocity_m_per_s += change_m_per_s;
+        self.moved_m += 0.5 * dt_s * (before + self.velocity_m_per_s);
+        self.turn_rad = turn_rad;
+    }
+
+    /// The board, further on by this displacement (m) and turn (rad).
+    pub(crate) fn place(&self, ahead_m: DVec3, ahead_rad: f64) -> Result<Pose, HapticsError> {
+        let turned = self.turn_rad - self.origin_rad + ahead_rad;
+        let rotation = self.pose.rotation() * DMat3::from_rotation_z(turned);
+        let along = self.moved_m + ahead_m;
         Ok(Pose::new(rotation, self.pose.position_m() + along)?)
     }
 }

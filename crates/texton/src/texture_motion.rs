@@ -259,23 +259,15 @@ impl TextureMotion {
 
         let wanted = level.speed_mm_per_s * 1e-3;
         let scan = DVec2::from_angle(scan_rad);
-        let face = self.speed_on_face(finger, scan);
+        let face = self.speed_on_face(finger, scan, dt_s);
         let stroke = self.speed_within(self.stroke_left(-scan), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
-        let mut velocity = -scan * speed;
-        // In a curve the board may head elsewhere than it shall: it must be able to stop there too.
-        let heading = self.velocity_m_per_s.normalize_or_zero();
-        let stops = self.speed_within(self.stroke_left(heading), dt_s);
-        let overshoots = self.velocity_m_per_s.length() > stops;
-        if overshoots {
-            velocity = DVec2::ZERO;
-        }
-        let reached = self.accelerate(velocity, dt_s);
+        let Change { reached, braked } = self.accelerate(-scan * speed, dt_s);
         let limited = if wanted > self.limits.speed_m_per_s {
             Some(Limit::Speed)
         } else if face < wanted && face <= stroke {
             Some(Limit::Face)
-        } else if stroke < wanted || overshoots {
+        } else if stroke < wanted || braked {
             Some(Limit::Stroke)
         } else if !reached {
             Some(Limit::Acceleration)
@@ -304,7 +296,7 @@ impl TextureMotion {
         let speed = self.speed_within(left, dt_s);
         let speed = speed.min(self.limits.return_speed_m_per_s);
         let home = -self.displacement_m.normalize_or_zero();
-        let reached = self.accelerate(home * speed, dt_s);
+        let Change { reached, .. } = self.accelerate(home * speed, dt_s);
         if self.displacement_m.length() < ALIKE && self.velocity_m_per_s.length() < ALIKE {
             self.displacement_m = DVec2::ZERO;
             self.velocity_m_per_s = DVec2::ZERO;
@@ -319,14 +311,30 @@ impl TextureMotion {
         }
     }
 
-    /// Moves on towards a velocity; is it reached?
-    fn accelerate(&mut self, velocity_m_per_s: DVec2, dt_s: f64) -> bool {
-        let before = self.velocity_m_per_s;
-        let change =
-            (velocity_m_per_s - before).clamp_length_max(self.limits.acceleration_m_per_s2 * dt_s);
-        self.velocity_m_per_s = before + change;
-        self.displacement_m += 0.5 * dt_s * (before + self.velocity_m_per_s);
-        (velocity_m_per_s - self.velocity_m_per_s).length() < ALIKE
+    /// Moves on towards a velocity, unless the board could then no longer stop within its stroke: it
+    /// brakes instead, which it always can.
+    fn accelerate(&mut self, velocity_m_per_s: DVec2, dt_s: f64) -> Change {
+        let (place, before) = (self.displacement_m, self.velocity_m_per_s);
+        let mut braked = false;
+        for wanted in [velocity_m_per_s, DVec2::ZERO] {
+            let a = self.limits.acceleration_m_per_s2;
+            let change = (wanted - before).clamp_length_max(a * dt_s);
+            let after = before + change;
+            // A change that takes less than the step is over before its end.
+            let ramp_s = (change.length() / a).min(dt_s);
+            self.velocity_m_per_s = after;
+            self.displacement_m = place + 0.5 * ramp_s * (before + after) + (dt_s - ramp_s) * after;
+            let left = self.stroke_left(self.velocity_m_per_s.normalize_or_zero());
+            let need = self.velocity_m_per_s.length_squared() / (2.0 * a);
+            braked = wanted != velocity_m_per_s;
+            if need <= left {
+                break;
+            }
+        }
+        Change {
+            reached: (velocity_m_per_s - self.velocity_m_per_s).length() < ALIKE,
+            braked,
+        }
     }
 
     /// Speed from which the board, after one more step, stops within a distance, m/s.
@@ -337,7 +345,7 @@ impl TextureMotion {
     }
 
     /// Speed from which the board stops before a finger that goes on as it does leaves the face.
-    fn speed_on_face(&self, finger: &FingerState, scan: DVec2) -> f64 {
+    fn speed_on_face(&self, finger: &FingerState, scan: DVec2, dt_s: f64) -> f64 {
         let to_board = DVec2::from_angle(-self.roll_rad);
         let at = to_board.rotate(finger.point_m - self.displacement_m);
         let along = to_board.rotate(scan);
@@ -348,8 +356,8 @@ impl TextureMotion {
                 left = left.min((half.copysign(along[axis]) - at[axis]) / along[axis]);
             }
         }
-        let own = finger.velocity_m_per_s.dot(scan).max(0.0);
         let a = self.limits.acceleration_m_per_s2;
+        let own = finger.velocity_m_per_s.dot(scan).max(0.0) + a * dt_s;
         (own * own + 2.0 * a * left.max(0.0)).sqrt() - own
     }
 
@@ -373,6 +381,14 @@ impl TextureMotion {
         };
         disc.min(strip).max(0.0)
     }
+}
+
+/// How a step towards a velocity went.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    reached: bool,
+    /// It had to brake instead.
+    braked: bool,
 }
 
 /// The angle modulo half a turn that is nearest to another one.

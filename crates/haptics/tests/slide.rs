@@ -1,0 +1,273 @@
+//! A touched board that moves within its plane, and targets that ask for a roll.
+
+use glam::DVec3;
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig, HapticsError, Phase,
+    Renderer, RendererConfig, Slide, board_pose, surface_axes,
+};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
+use hwall_testkit::Sampler;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const DT_S: f64 = 1e-3;
+const START: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0];
+
+fn arm() -> SrsArm {
+    SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap())
+}
+
+fn target(roll_rad: Option<f64>) -> BoardTarget {
+    BoardTarget {
+        point_m: DVec3::new(0.55, 0.1, 0.6),
+        normal: DVec3::X,
+        stamp_s: 0.0,
+        roll_rad,
+    }
+}
+
+/// A follower at rest on the target.
+fn in_place() -> Follower {
+    let start = JointPositions::from_deg(START);
+    let mut follower = Follower::new(arm(), FollowerConfig::default(), &start).unwrap();
+    assert_eq!(follower.set_target(&target(Some(0.0))).unwrap(), None);
+    for _ in 0..3000 {
+        follower.step(DT_S).unwrap();
+    }
+    assert_eq!(Some(follower.commanded()), follower.goal());
+    follower
+}
+
+fn slide(velocity_m_per_s: DVec3) -> Slide {
+    Slide {
+        velocity_m_per_s,
+        ..Slide::default()
+    }
+}
+
+#[test]
+fn the_board_takes_up_the_velocity_and_keeps_to_its_plane() {
+    let mut follower = in_place();
+    let arm = arm();
+    let pose = arm.forward(&follower.commanded());
+    let able = follower.acceleration_along_m_per_s2(DVec3::Y).unwrap();
+    assert!((1.0..20.0).contains(&able), "{able}");
+    let mut before = follower.commanded_velocity();
+    for i in 1..=400 {
+        // Along the wall, with a part along the normal that must not count.
+        let wanted = DVec3::new(0.5, 0.08, 0.0);
+        assert_eq!(follower.slide(DT_S, &slide(wanted)).unwrap(), None);
+        let (q, qd) = (follower.commanded(), follower.commanded_velocity());
+        let now = arm.forward(&q);
+        let moved = now.position_m() - pose.position_m();
+        assert!(moved.x.abs() < 1e-6 && moved.z.abs() < 1e-6, "{i}: {moved}");
+        assert!(now.distance(&pose).1 < 1e-5, "{i}");
+        for j in 0..7 {
+            let change = (qd[j] - before[j]).abs();
+            assert!(change <= 10.0 * DT_S * (1.0 + 1e-6), "{i} {j}: {change}");
+        }
+        before = qd;
+        let velocity = arm.jacobian(&q).twist(&qd).linear_m_per_s;
+        // 0.9 of what the joints allow, and never above what was asked for.
+        assert!(velocity.y <= 0.08 + 1e-5, "{i}: {velocity}");
+        if i as f64 * DT_S > 1.05 * 0.08 / (0.9 * able) {
+            assert!(
+                (velocity - DVec3::Y * 0.08).length() < 1e-4,
+                "{i}: {velocity}"
+            );
+        }
+    }
+    // Without a slide it brakes; a new one starts from there.
+    for _ in 0..100 {
+        follower.brake(DT_S).unwrap();
+    }
+    assert_eq!(follower.commanded_velocity(), JointVelocities::default());
+    let stopped = arm.forward(&follower.commanded());
+    follower.slide(DT_S, &slide(DVec3::ZERO)).unwrap();
+    assert!(arm.forward(&follower.commanded()).distance(&stopped).0 < 1e-9);
+}
+
+#[test]
+fn a_turn_counts_from_where_it_began() {
+    let mut follower = in_place();
+    let arm = arm();
+    let pose = arm.forward(&follower.commanded());
+    for i in 0..400 {
+        let turn = Slide {
+            turn_rad: 1.0 + 0.4 * f64::from(i) * DT_S,
+            turn_rad_per_s: 0.4,
+            ..Slide::default()
+        };
+        assert_eq!(follower.slide(DT_S, &turn).unwrap(), None);
+    }
+    let now = arm.forward(&follower.commanded());
+    assert!(
+        (now.distance(&pose).1 - 0.4 * 0.399).abs() < 1e-4,
+        "{:?}",
+        now.distance(&pose)
+    );
+    assert!(now.distance(&pose).0 < 1e-5);
+}
+
+#[test]
+fn a_slide_out_of_reach_stops_the_board_and_tells_why() {
+    let mut follower = in_place();
+    let mut verdict = None;
+    for _ in 0..20_000 {
+        verdict = follower.slide(DT_S, &slide(DVec3::Z * 0.1)).unwrap();
+        if verdict.is_some() {
+            break;
+        }
+    }
+    assert!(verdict.is_some(), "two metres up");
+    for _ in 0..300 {
+        assert!(
+            follower
+                .slide(DT_S, &slide(DVec3::Z * 0.1))
+                .unwrap()
+                .is_some()
+        );
+    }
+    assert_eq!(follower.commanded_velocity(), JointVelocities::default());
+    // Back down it can.
+    assert_eq!(
+        follower.slide(DT_S, &slide(DVec3::NEG_Z * 0.1)).unwrap(),
+        None
+    );
+}
+
+#[test]
+fn slides_that_are_not_finite_move_nothing() {
+    let mut follower = in_place();
+    let before = follower.commanded();
+    for bad in [
+        slide(DVec3::new(0.0, f64::NAN, 0.0)),
+        Slide {
+            turn_rad: f64::INFINITY,
+            ..Slide::default()
+        },
+        Slide {
+            turn_rad_per_s: f64::NAN,
+            ..Slide::default()
+        },
+    ] {
+        let refused = follower.slide(DT_S, &bad);
+        assert!(
+            matches!(refused, Err(HapticsError::NonFinite { .. })),
+            "{refused:?}"
+        );
+        assert_eq!(follower.commanded(), before);
+    }
+    assert!(follower.slide(-1.0, &Slide::default()).is_err());
+    assert_eq!(follower.acceleration_along_m_per_s2(DVec3::ZERO), None);
+    assert_eq!(follower.acceleration_along_m_per_s2(DVec3::NAN), None);
+}
+
+#[test]
+fn the_renderer_slides_in_contact_only() {
+    let arm = arm();
+    let mut renderer = Renderer::new(
+        &SrsArm::iiwa7(),
+        &Board::default(),
+        RendererConfig::default(),
+    )
+    .unwrap();
+    let mut q = in_place().commanded();
+    let away = slide(DVec3::Y * 0.05);
+    let mut y_m = Vec::new();
+    for i in 0..1500 {
+        let now_s = f64::from(i) * DT_S;
+        let press = Wrench {
+            force_n: DVec3::NEG_X * if (300..900).contains(&i) { 8.0 } else { 0.0 },
+            ..Wrench::default()
+        };
+        let torque: JointTorques = arm.jacobian(&q).torques(&press);
+        let state = ArmState {
+            t_s: now_s,
+            q,
+            qd: JointVelocities::default(),
+            external_torque: Some(torque),
+        };
+        let aim = BoardTarget {
+            stamp_s: now_s,
+            ..target(Some(0.0))
+        };
+        // From 700 on the slide is broken: the board stands still.
+        let bad = slide(DVec3::NAN);
+        let asked = if i < 700 { &away } else { &bad };
+        let step = renderer.step_sliding(now_s, &state, Some(&aim), Some(asked));
+        let touched = matches!(step.phase, Phase::Contact { .. });
+        assert_eq!(step.sliding, touched && i < 700, "{i}");
+        let ArmCommand::Position(next) = step.command else {
+            panic!("{step:?}")
+        };
+        q = next;
+        y_m.push(arm.forward(&q).position_m().y);
+    }
+    assert!((y_m[300] - 0.1).abs() < 1e-6);
+    assert!(
+        (y_m[690] - y_m[590] - 0.005).abs() < 1e-6,
+        "{}",
+        y_m[690] - y_m[590]
+    );
+    assert!((y_m[899] - y_m[800]).abs() < 1e-9);
+    // Free again: back on the target.
+    assert!((y_m[1499] - 0.1).abs() < 1e-6, "{}", y_m[1499]);
+}
+
+#[test]
+fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
+    let arm = arm();
+    let mut s = Sampler::new(4);
+    for _ in 0..30 {
+        let roll = s.uniform(-PI, PI);
+        let start = JointPositions::from_deg(START);
+        let mut follower = Follower::new(arm.clone(), FollowerConfig::default(), &start).unwrap();
+        if follower.set_target(&target(Some(roll))).unwrap().is_some() {
+            continue;
+        }
+        let off = |follower: &Follower, roll: f64| {
+            let now = arm.forward(&follower.goal().unwrap());
+            [0.0, PI].map(|more| {
+                let wanted = board_pose(DVec3::new(0.55, 0.1, 0.6), DVec3::X, roll + more).unwrap();
+                wanted.distance(&now).1
+            })
+        };
+        let [same, half] = off(&follower, roll);
+        assert!(same.min(half) < 1e-9);
+        let side = same < half;
+        // A drift of the roll keeps the side that it is on, over more than a turn of the number.
+        let before = follower.goal().unwrap();
+        assert_eq!(
+            follower
+                .set_target(&target(Some(roll + 0.02 + PI)))
+                .unwrap(),
+            None
+        );
+        let [same, half] = off(&follower, roll + 0.02);
+        assert!(same.min(half) < 1e-9 && (same < half) == side);
+        assert!(follower.goal().unwrap().max_abs_difference(&before) < 0.3);
+    }
+    let start = JointPositions::from_deg(START);
+    let mut follower = Follower::new(arm, FollowerConfig::default(), &start).unwrap();
+    assert!(follower.set_target(&target(Some(f64::NAN))).is_err());
+}
+
+#[test]
+fn the_axes_of_a_surface_are_those_of_a_board_at_roll_0() {
+    let mut s = Sampler::new(5);
+    for i in 0..200 {
+        let normal = if i == 0 {
+            DVec3::Z
+        } else {
+            s.unit_vector() * s.uniform(0.1, 5.0)
+        };
+        let [x, y] = surface_axes(normal).unwrap();
+        let r = board_pose(DVec3::ZERO, normal, 0.0).unwrap().rotation();
+        assert!((r.x_axis - x).length() < 1e-12 && (r.y_axis - y).length() < 1e-12);
+        let turned = board_pose(DVec3::ZERO, normal, FRAC_PI_2)
+            .unwrap()
+            .rotation();
+        assert!((turned.x_axis - y).length() < 1e-12, "from x towards y");
+    }
+    assert!(surface_axes(DVec3::ZERO).is_err());
+}

@@ -1,0 +1,80 @@
+//! A textured board on the simulated arm: as fast as it shall be soon after the touch is felt.
+
+use hwall_examples::texture_touch::{Outcome, SOON, Touch, touch};
+use hwall_sim::ServoConfig;
+use hwall_testkit::Sampler;
+use hwall_texton::MotionLimits;
+
+fn outcomes(seed: u64, speed_mm_per_s: f64, finger_m_per_s: f64, count: usize) -> Vec<Outcome> {
+    let mut sampler = Sampler::new(seed);
+    let mut outcomes = Vec::new();
+    for tries in 0.. {
+        let random = Touch::random(&mut sampler, finger_m_per_s, speed_mm_per_s);
+        let servo = ServoConfig {
+            seed: tries,
+            ..ServoConfig::default()
+        };
+        outcomes.extend(touch(&random, MotionLimits::default(), servo, 0.25).unwrap());
+        if outcomes.len() == count {
+            break;
+        }
+        assert!(
+            tries < 500,
+            "hardly a place where the arm can hold the board"
+        );
+    }
+    outcomes
+}
+
+#[test]
+fn the_board_is_within_5_percent_of_its_speed_from_50_ms_after_the_touch_is_felt() {
+    for (speed_mm_per_s, finger_m_per_s) in [
+        (10.0, 0.0),
+        (20.0, 0.1),
+        (40.0, 0.0),
+        (60.0, 0.1),
+        (80.0, 0.0),
+    ] {
+        let outcomes = outcomes(11, speed_mm_per_s, finger_m_per_s, 24);
+        let able: Vec<_> = outcomes.iter().filter(|o| o.is_able()).collect();
+        assert!(able.len() >= 19, "{speed_mm_per_s}: {}", able.len());
+        for outcome in able {
+            assert!(
+                outcome.late() <= SOON,
+                "{speed_mm_per_s}: {}",
+                outcome.late()
+            );
+            assert!(outcome.slid_s > 0.249, "{}", outcome.slid_s);
+        }
+        for outcome in &outcomes {
+            // The filter on the force and its rise.
+            assert!(outcome.felt_s < 0.02, "{}", outcome.felt_s);
+            // Nothing along the normal, and no overshoot of the speed even where the joints are slow.
+            assert!(outcome.drift_m < 1e-3, "{}", outcome.drift_m);
+            assert!(outcome.error.iter().all(|e| *e <= 1.0 + 1e-3));
+            assert!(outcome.turned_rad < 1e-3, "{}", outcome.turned_rad);
+        }
+    }
+}
+
+#[test]
+fn a_board_told_nothing_to_move_stands_still() {
+    let mut sampler = Sampler::new(12);
+    let mut random = Touch::random(&mut sampler, 0.05, 40.0);
+    random.level.speed_mm_per_s = 0.0;
+    let mut found = None;
+    while found.is_none() {
+        found = touch(
+            &random,
+            MotionLimits::default(),
+            ServoConfig::default(),
+            0.1,
+        )
+        .unwrap();
+        random = Touch {
+            level: random.level,
+            ..Touch::random(&mut sampler, 0.05, 40.0)
+        };
+    }
+    assert!(found.unwrap().drift_m < 1e-9);
+}
