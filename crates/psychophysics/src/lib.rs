@@ -1,1 +1,38 @@
 #![doc = include_str!("../README.md")]
+
+mod analysis;
+mod anova;
+mod art;
+mod assumptions;
+mod describe;
+mod error;
+mod normalise;
+mod posthoc;
+mod ranks;
+mod ratio;
+mod shapiro;
+mod sphericity;
+mod study;
+mod table;
+mod tails;
+mod transform;
+mod wilcoxon;
+
+pub use analysis::{Analysis, AnalysisConfig, DesignSummary, FactorSummary, analyse};
+pub use anova::{Effect, ErrorModel, anova};
+pub use art::{ArtEffect, aligned_rank_transform};
+pub use assumptions::{Assumptions, Warning};
+pub use describe::{CellMean, cell_means};
+pub use error::PsychophysicsError;
+pub use normalise::Normalisation;
+pub use posthoc::{Adjustment, Comparison, PairTest, art_contrasts, pairwise};
+pub use ratio::Ratio;
+pub use shapiro::{ShapiroWilk, shapiro_wilk};
+pub use sphericity::Mauchly;
+pub use study::{Factor, Groups, MOST_FACTORS, Study};
+pub use table::Columns;
+pub use tails::{
+    chi2_tail, f_tail, normal_cdf, normal_quantile, normal_tail, t_quantile_two_sided,
+    t_tail_two_sided,
+};
+pub use wilcoxon::{Wilcoxon, wilcoxon_signed_rank};
