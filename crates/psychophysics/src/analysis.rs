@@ -97,9 +97,9 @@ pub struct FactorSummary {
 /// # Errors
 /// Whatever [`Study::normalise`], [`anova`], [`aligned_rank_transform`] and [`pairwise`] refuse.
 pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis, PsychophysicsError> {
-    let study = &study.normalise(config.normalisation)?;
+    let (given, study) = (study, &study.normalise(config.normalisation)?);
     let names: Vec<&str> = study.within().iter().map(|f| f.name.as_str()).collect();
-    let assumptions = Assumptions::of(study);
+    let assumptions = Assumptions::of(study, given);
     let (mut effects, mut art) = (Vec::new(), Vec::new());
     let (mut posthoc, mut art_posthoc) = (Vec::new(), Vec::new());
     for &errors in &config.errors {

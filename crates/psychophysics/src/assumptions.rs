@@ -67,16 +67,18 @@ pub struct Assumptions {
 }
 
 impl Assumptions {
-    /// Looks at the residuals that cells and subjects leave: `y − ȳ_cell − ȳ_subject + ȳ`, within groups.
+    /// Looks at the residuals that cells and subjects leave, `y − ȳ_cell − ȳ_subject + ȳ` within
+    /// groups, and at the answers as `given`: before each subject's were scaled, which makes equal
+    /// answers differ. Without scaling both are the same study.
     #[must_use]
-    pub fn of(study: &Study) -> Self {
+    pub fn of(study: &Study, given: &Study) -> Self {
         let residuals = residuals(study);
         let n = residuals.len() as f64;
         let moment = |k: i32| residuals.iter().map(|r| r.powi(k)).sum::<f64>() / n;
         let largest = study.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let variance = moment(2);
         let varies = variance > (8.0 * f64::EPSILON * largest).powi(2);
-        let ties = tie_sizes(study.values());
+        let ties = tie_sizes(given.values());
         let pairs: f64 = ties.iter().map(|&t| (t * (t - 1)) as f64).sum();
         Self {
             normality: varies.then(|| shapiro_wilk(&residuals)).flatten(),

@@ -122,7 +122,10 @@ pub fn art_contrasts(
     let pooled = (errors == ErrorModel::Pooled).then(|| contrasts.layout.effects(&ranks, errors));
     let pooled = pooled.and_then(|effects| effects.into_iter().next_back());
     let pooled = pooled.map(|e| (e.ss_error / e.df2 as f64, e.df2 as f64));
-    Ok(contrasts.compare(study, &ranks, pooled))
+    let mut pairs = contrasts.compare(study, &ranks, pooled);
+    // Ranks of differences of ranks say nothing new.
+    pairs.iter_mut().for_each(|p| p.wilcoxon = None);
+    Ok(pairs)
 }
 
 /// What is compared: the combinations of some factors.

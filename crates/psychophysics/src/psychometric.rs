@@ -163,7 +163,8 @@ pub fn fit_psychometric(
             break;
         }
     }
-    if line[1] <= 0.0 {
+    // A flat function is found with a slope of rounding, either way.
+    if line[1] <= 1e-9 {
         let why = "the answers do not rise with the stimulus";
         return Err(PsychophysicsError::NoFit { why });
     }

@@ -97,15 +97,24 @@ impl Study {
     }
 }
 
-fn read_trials(source: impl Read, columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
+fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
+    let mut bytes = Vec::new();
+    source
+        .read_to_end(&mut bytes)
+        .map_err(|error| PsychophysicsError::Io {
+            path: "table".to_owned(),
+            message: error.to_string(),
+        })?;
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let mut lines = Lines::of(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
-        .from_reader(source);
+        .from_reader(text);
     let header: Vec<String> = reader
         .headers()
-        .map_err(refused)?
+        .map_err(|error| lines.refused(&error))?
         .iter()
-        .map(|cell| cell.trim_start_matches('\u{feff}').trim().to_owned())
+        .map(|cell| cell.to_owned())
         .collect();
     if header.iter().all(String::is_empty) {
         return Err(PsychophysicsError::NoHeader);
@@ -130,8 +139,8 @@ fn read_trials(source: impl Read, columns: &Columns) -> Result<Vec<Trial>, Psych
     }
     let mut trials = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(refused)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let record = record.map_err(|error| lines.refused(&error))?;
+        let line = lines.at(record.position());
         let (&value_at, keys_at) = places.split_last().expect("a value column");
         let mut keys = Vec::with_capacity(keys_at.len());
         for &place in keys_at {
@@ -192,24 +201,53 @@ fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
     }
 }
 
-fn refused(error: csv::Error) -> PsychophysicsError {
-    let line = error.position().map_or(1, csv::Position::line);
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => PsychophysicsError::CellCount {
-            line,
-            got: *len,
-            expected: *expected_len,
-        },
-        csv::ErrorKind::Utf8 { .. } => PsychophysicsError::Malformed {
-            line,
-            message: "no UTF-8 text".to_owned(),
-        },
-        _ => PsychophysicsError::Malformed {
-            line,
-            message: error.to_string(),
-        },
+/// Counts lines as editors do; the reader's own count is off after CRLF and empty lines.
+struct Lines<'a> {
+    text: &'a [u8],
+    byte: usize,
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    const fn of(text: &'a [u8]) -> Self {
+        let (byte, line) = (0, 1);
+        Self { text, byte, line }
+    }
+
+    /// Line of a record; records come in order.
+    fn at(&mut self, position: Option<&csv::Position>) -> u64 {
+        let start = position.map_or(0, |p| p.byte() as usize);
+        while let Some(&byte) = self.text.get(self.byte) {
+            let ends = matches!(byte, b'\r' | b'\n');
+            if self.byte >= start && !ends {
+                break;
+            }
+            let halfway = byte == b'\r' && self.text.get(self.byte + 1) == Some(&b'\n');
+            self.line += u64::from(ends && !halfway);
+            self.byte += 1;
+        }
+        self.line
+    }
+
+    fn refused(&mut self, error: &csv::Error) -> PsychophysicsError {
+        let line = self.at(error.position());
+        match error.kind() {
+            csv::ErrorKind::UnequalLengths {
+                expected_len, len, ..
+            } => PsychophysicsError::CellCount {
+                line,
+                got: *len,
+                expected: *expected_len,
+            },
+            csv::ErrorKind::Utf8 { .. } => PsychophysicsError::Malformed {
+                line,
+                message: "no UTF-8 text".to_owned(),
+            },
+            _ => PsychophysicsError::Malformed {
+                line,
+                message: error.to_string(),
+            },
+        }
     }
 }
 

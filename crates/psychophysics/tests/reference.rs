@@ -1,11 +1,15 @@
 //! Agreement with R (car, ARTool), pingouin and statsmodels on 25 subjects × 5 × 5 cells × 6 rounds.
 
-mod common;
+#[path = "common/deviation.rs"]
+mod deviation;
+#[path = "common/files.rs"]
+mod files;
 
-use common::{Deviation, reference, shared_csv};
+use deviation::Deviation;
+use files::{reference, shared_csv};
 use hwall_psychophysics::{
-    Columns, Comparison, Effect, ErrorModel, Normalisation, Study, aligned_rank_transform, anova,
-    pairwise,
+    Columns, Comparison, Effect, ErrorModel, Factor, Normalisation, Study, aligned_rank_transform,
+    anova, pairwise,
 };
 use serde_json::Value;
 
@@ -68,44 +72,57 @@ fn compare_pairs(deviation: &mut Deviation, pairs: &[Comparison], expected: &Val
 }
 
 #[test]
+fn the_excerpt_agrees() {
+    let rows = include_str!("data/averages_times_60.csv");
+    let numbers = rows.split([',', '\n']).filter(|cell| !cell.is_empty());
+    let values = numbers.map(|n| n.parse::<f64>().expect("a number") / 60.0);
+    let levels = ["1", "2", "3", "4", "5"];
+    let within = FACTORS.map(|name| Factor::new(name, levels)).to_vec();
+    let study = Study::from_values(within, None, values.collect()).expect("a study");
+    let truth = include_str!("data/averages_truth.json");
+    let truth = serde_json::from_str(truth).expect("JSON");
+    compare_all("excerpt", &study, &truth);
+}
+
+#[test]
 fn all_tables_agree() {
     let Some(truth) = reference("stats_truth.json") else {
         return;
     };
     for table in ["avg", "norm_arith", "norm_geo"] {
         let study = study(&format!("{table}.csv")).expect("beside the numbers");
-        let expected = &truth[table];
-        for (errors, suffix) in [
-            (ErrorModel::Strata, "strata"),
-            (ErrorModel::Pooled, "pooled"),
-        ] {
-            let mut deviation = Deviation::default();
-            let effects = anova(&study, errors).expect("effects");
-            compare_effects(
-                &mut deviation,
-                &effects,
-                &expected[format!("rm_anova_{suffix}")],
-            );
-            deviation.check(&format!("{table} anova {suffix}"), 1e-9);
-
-            let mut deviation = Deviation::default();
-            let art = aligned_rank_transform(&study, errors).expect("effects");
-            for effect in &art {
-                assert!(effect.aligned_sum.abs() < 1e-9, "{effect:?}");
-                assert!(effect.largest_other_f < 1e-12, "{effect:?}");
-            }
-            let art: Vec<Effect> = art.into_iter().map(|a| a.effect).collect();
-            compare_effects(&mut deviation, &art, &expected[format!("art_{suffix}")]);
-            deviation.check(&format!("{table} art {suffix}"), 1e-9);
-        }
-        let mut deviation = Deviation::default();
-        for (factor, key) in FACTORS.iter().zip(["pairwise_A", "pairwise_B"]) {
-            let pairs = pairwise(&study, &[factor], 0.95).expect("pairs");
-            compare_pairs(&mut deviation, &pairs, &expected[key]);
-        }
-        deviation.check(&format!("{table} pairs"), 1e-9);
-        compare_pingouin(&format!("{table} Mauchly"), &study, expected);
+        compare_all(table, &study, &truth[table]);
     }
+}
+
+fn compare_all(table: &str, study: &Study, expected: &Value) {
+    for (errors, suffix) in [
+        (ErrorModel::Strata, "strata"),
+        (ErrorModel::Pooled, "pooled"),
+    ] {
+        let mut deviation = Deviation::default();
+        let effects = anova(study, errors).expect("effects");
+        let key = format!("rm_anova_{suffix}");
+        compare_effects(&mut deviation, &effects, &expected[key]);
+        deviation.check(&format!("{table} anova {suffix}"), 1e-9);
+
+        let mut deviation = Deviation::default();
+        let art = aligned_rank_transform(study, errors).expect("effects");
+        for effect in &art {
+            assert!(effect.aligned_sum.abs() < 1e-9, "{effect:?}");
+            assert!(effect.largest_other_f < 1e-12, "{effect:?}");
+        }
+        let art: Vec<Effect> = art.into_iter().map(|a| a.effect).collect();
+        compare_effects(&mut deviation, &art, &expected[format!("art_{suffix}")]);
+        deviation.check(&format!("{table} art {suffix}"), 1e-9);
+    }
+    let mut deviation = Deviation::default();
+    for (factor, key) in FACTORS.iter().zip(["pairwise_A", "pairwise_B"]) {
+        let pairs = pairwise(study, &[factor], 0.95).expect("pairs");
+        compare_pairs(&mut deviation, &pairs, &expected[key]);
+    }
+    deviation.check(&format!("{table} pairs"), 1e-9);
+    compare_pingouin(&format!("{table} Mauchly"), study, expected);
 }
 
 /// Pingouin's numbers come rounded to ten digits behind the point.
