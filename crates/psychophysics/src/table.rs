@@ -1,0 +1,397 @@
+//! Reading a study from a long table: one row a trial, columns by name.
+
+use crate::study::{Least, Parts};
+use crate::{Factor, Groups, PsychophysicsError, Study};
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+
+/// Which column of a long table is what.
+///
+/// A name is looked for as written, then without regard to case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    /// Who answered.
+    pub subject: String,
+    /// Factors that vary within subjects, slowest first.
+    pub within: Vec<String>,
+    /// Factor that varies between subjects only.
+    pub between: Option<String>,
+    /// Columns that number repeated trials, which are averaged.
+    pub rounds: Vec<String>,
+    /// The answer.
+    pub value: String,
+}
+
+impl Columns {
+    /// Subjects, factors within subjects and values; neither groups nor rounds.
+    pub fn new<F: Into<String>>(
+        subject: impl Into<String>,
+        within: impl IntoIterator<Item = F>,
+        value: impl Into<String>,
+    ) -> Self {
+        Self {
+            subject: subject.into(),
+            within: within.into_iter().map(Into::into).collect(),
+            between: None,
+            rounds: Vec::new(),
+            value: value.into(),
+        }
+    }
+
+    /// The same with a factor between subjects.
+    #[must_use]
+    pub fn with_between(mut self, factor: impl Into<String>) -> Self {
+        self.between = Some(factor.into());
+        self
+    }
+
+    /// The same with a column of rounds.
+    #[must_use]
+    pub fn with_round(mut self, column: impl Into<String>) -> Self {
+        self.rounds.push(column.into());
+        self
+    }
+}
+
+/// Cells of one row, by role.
+struct Trial {
+    line: u64,
+    subject: String,
+    group: String,
+    levels: Vec<String>,
+    round: Vec<String>,
+    value: f64,
+}
+
+impl Study {
+    /// Reads a long table from CSV text: a header line, then one row a trial.
+    ///
+    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells do not matter. Trials
+    /// that differ in their round only are averaged (arithmetic mean).
+    ///
+    /// # Errors
+    /// Whatever is missing, double, empty or no number, by line and column.
+    pub fn from_csv_str(text: &str, columns: &Columns) -> Result<Self, PsychophysicsError> {
+        Self::read_csv(text.as_bytes(), columns)
+    }
+
+    /// [`Study::from_csv_str`] of a file.
+    ///
+    /// # Errors
+    /// As there, and a file that cannot be read.
+    pub fn from_csv_path(path: &Path, columns: &Columns) -> Result<Self, PsychophysicsError> {
+        let bytes = std::fs::read(path).map_err(|error| PsychophysicsError::Io {
+            path: path.display().to_string(),
+            message: error.to_string(),
+        })?;
+        Self::read_csv(bytes.as_slice(), columns)
+    }
+
+    /// [`Study::from_csv_str`] of a stream.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn read_csv(source: impl Read, columns: &Columns) -> Result<Self, PsychophysicsError> {
+        assemble(read_trials(source, columns)?, columns)
+    }
+}
+
+fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
+    let mut bytes = Vec::new();
+    source
+        .read_to_end(&mut bytes)
+        .map_err(|error| PsychophysicsError::Io {
+            path: "table".to_owned(),
+            message: error.to_string(),
+        })?;
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let mut lines = Lines::of(text);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(text);
+    let header: Vec<String> = reader
+        .headers()
+        .map_err(|error| lines.refused(&error))?
+        .iter()
+        .map(|cell| cell.to_owned())
+        .collect();
+    if header.iter().all(String::is_empty) {
+        return Err(PsychophysicsError::NoHeader);
+    }
+    if let [only] = header.as_slice()
+        && let Some(found) = only.chars().find(|c| matches!(c, ';' | '\t' | '|'))
+    {
+        let header = only.clone();
+        return Err(PsychophysicsError::Delimiter { header, found });
+    }
+    let named = [&columns.subject].into_iter().chain(&columns.within);
+    let named = named.chain(&columns.between).chain(&columns.rounds);
+    let mut taken = vec![false; header.len()];
+    let mut places = Vec::new();
+    for column in named.chain([&columns.value]) {
+        let place = find(&header, column)?;
+        if std::mem::replace(&mut taken[place], true) {
+            let column = column.clone();
+            return Err(PsychophysicsError::ColumnTwice { column });
+        }
+        places.push(place);
+    }
+    let mut trials = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| lines.refused(&error))?;
+        let line = lines.at(record.position());
+        let (&value_at, keys_at) = places.split_last().expect("a value column");
+        let mut keys = Vec::with_capacity(keys_at.len());
+        for &place in keys_at {
+            if record[place].is_empty() {
+                let column = header[place].clone();
+                return Err(PsychophysicsError::EmptyCell { line, column });
+            }
+            keys.push(record[place].to_owned());
+        }
+        let text = &record[value_at];
+        let value = text.parse().ok().filter(|v: &f64| v.is_finite());
+        let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
+            line,
+            column: header[value_at].clone(),
+            text: text.to_owned(),
+        })?;
+        let mut keys = keys.into_iter();
+        let subject = keys.next().expect("a subject column");
+        let levels = keys.by_ref().take(columns.within.len()).collect();
+        let group = match columns.between {
+            Some(_) => keys.next().expect("a group column"),
+            None => String::new(),
+        };
+        trials.push(Trial {
+            line,
+            subject,
+            group,
+            levels,
+            round: keys.collect(),
+            value,
+        });
+    }
+    if trials.is_empty() {
+        return Err(PsychophysicsError::NoRows);
+    }
+    Ok(trials)
+}
+
+fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
+    let places = |same: &dyn Fn(&str) -> bool| -> Vec<usize> {
+        (0..header.len()).filter(|&i| same(&header[i])).collect()
+    };
+    let mut found = places(&|h| h == column);
+    if found.is_empty() {
+        let lower = column.trim().to_lowercase();
+        found = places(&|h| h.to_lowercase() == lower);
+    }
+    match found.as_slice() {
+        [place] => Ok(*place),
+        [] => Err(PsychophysicsError::UnknownColumn {
+            column: column.to_owned(),
+            header: header.join(","),
+        }),
+        several => Err(PsychophysicsError::AmbiguousColumn {
+            column: column.to_owned(),
+            count: several.len(),
+        }),
+    }
+}
+
+/// Counts lines as editors do; the reader's own count is off after CRLF and empty lines.
+struct Lines<'a> {
+    text: &'a [u8],
+    byte: usize,
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    const fn of(text: &'a [u8]) -> Self {
+        let (byte, line) = (0, 1);
+        Self { text, byte, line }
+    }
+
+    /// Line of a record; records come in order.
+    fn at(&mut self, position: Option<&csv::Position>) -> u64 {
+        let start = position.map_or(0, |p| p.byte() as usize);
+        while let Some(&byte) = self.text.get(self.byte) {
+            let ends = matches!(byte, b'\r' | b'\n');
+            if self.byte >= start && !ends {
+                break;
+            }
+            let halfway = byte == b'\r' && self.text.get(self.byte + 1) == Some(&b'\n');
+            self.line += u64::from(ends && !halfway);
+            self.byte += 1;
+        }
+        self.line
+    }
+
+    fn refused(&mut self, error: &csv::Error) -> PsychophysicsError {
+        let line = self.at(error.position());
+        match error.kind() {
+            csv::ErrorKind::UnequalLengths {
+                expected_len, len, ..
+            } => PsychophysicsError::CellCount {
+                line,
+                got: *len,
+                expected: *expected_len,
+            },
+            csv::ErrorKind::Utf8 { .. } => PsychophysicsError::Malformed {
+                line,
+                message: "no UTF-8 text".to_owned(),
+            },
+            _ => PsychophysicsError::Malformed {
+                line,
+                message: error.to_string(),
+            },
+        }
+    }
+}
+
+/// Levels of a column in order, and the place of each text among them.
+struct Levels {
+    names: Vec<String>,
+    place: HashMap<String, usize>,
+}
+
+impl Levels {
+    /// Numbers in order of size, where all are; `0` and `0.0` are then the same level.
+    fn ordered<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
+        let appeared = Self::appeared(texts);
+        let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());
+        let numbers: Option<Vec<f64>> = appeared.names.iter().map(number).collect();
+        let Some(numbers) = numbers else {
+            return appeared;
+        };
+        let mut order: Vec<usize> = (0..numbers.len()).collect();
+        order.sort_by(|&a, &b| numbers[a].total_cmp(&numbers[b]));
+        let mut names: Vec<String> = Vec::new();
+        let mut place = HashMap::new();
+        let mut last = None;
+        for i in order {
+            if last != Some(numbers[i]) {
+                names.push(appeared.names[i].clone());
+            }
+            last = Some(numbers[i]);
+            place.insert(appeared.names[i].clone(), names.len() - 1);
+        }
+        Self { names, place }
+    }
+
+    fn appeared<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
+        let mut names: Vec<String> = Vec::new();
+        let mut place = HashMap::new();
+        for text in texts {
+            place.entry(text.clone()).or_insert_with(|| {
+                names.push(text.clone());
+                names.len() - 1
+            });
+        }
+        Self { names, place }
+    }
+
+    fn len(&self) -> usize {
+        self.names.len()
+    }
+}
+
+fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, PsychophysicsError> {
+    let subjects = Levels::appeared(trials.iter().map(|t| &t.subject));
+    let level = |f: usize| Levels::ordered(trials.iter().map(move |t| &t.levels[f]));
+    let levels: Vec<Levels> = (0..columns.within.len()).map(level).collect();
+    let round = |r: usize| Levels::ordered(trials.iter().map(move |t| &t.round[r]));
+    let rounds: Vec<Levels> = (0..columns.rounds.len()).map(round).collect();
+    let between = columns.between.as_ref();
+    let between = between.map(|name| groups(name, &trials, &subjects));
+    let between = between.transpose()?;
+
+    // Every value has a slot: subject, then factors, then rounds.
+    let axes: Vec<&Levels> = levels.iter().chain(&rounds).collect();
+    let names: Vec<&String> = columns.within.iter().chain(&columns.rounds).collect();
+    let each: usize = axes.iter().map(|a| a.len()).product();
+    let mut slots: Vec<Option<(f64, u64)>> = vec![None; subjects.len() * each];
+    for trial in &trials {
+        let keys = trial.levels.iter().chain(&trial.round);
+        let mut slot = subjects.place[&trial.subject];
+        for (axis, key) in axes.iter().zip(keys) {
+            slot = slot * axis.len() + axis.place[key];
+        }
+        if let Some((_, first_line)) = slots[slot] {
+            return Err(PsychophysicsError::Duplicate {
+                line: trial.line,
+                first_line,
+                subject: trial.subject.clone(),
+                cell: words(&names, &axes, slot % each),
+                rounds: !rounds.is_empty(),
+            });
+        }
+        slots[slot] = Some((trial.value, trial.line));
+    }
+    if let Some(first) = slots.iter().position(Option::is_none) {
+        return Err(PsychophysicsError::MissingCell {
+            subject: subjects.names[first / each].clone(),
+            cell: words(&names, &axes, first % each),
+            missing: slots.iter().filter(|s| s.is_none()).count(),
+        });
+    }
+    let per_cell: usize = rounds.iter().map(Levels::len).product();
+    let cells = slots.chunks_exact(per_cell);
+    let (values, least) = cells
+        .map(|trials| {
+            let trials = || trials.iter().flatten();
+            let sum: f64 = trials().map(|(v, _)| v).sum();
+            let (value, line) = *trials()
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .expect("a trial");
+            (sum / per_cell as f64, Least { value, line })
+        })
+        .unzip();
+    let factor = |(name, levels): (&String, Levels)| Factor::new(name, levels.names);
+    Study::from_parts(Parts {
+        subjects: subjects.names,
+        within: columns.within.iter().zip(levels).map(factor).collect(),
+        between,
+        values,
+        rounds: per_cell,
+        least,
+        value_name: columns.value.clone(),
+    })
+}
+
+fn words(names: &[&String], axes: &[&Levels], mut index: usize) -> String {
+    let mut words = Vec::new();
+    for (name, axis) in names.iter().zip(axes).rev() {
+        words.push(format!("{name}={}", axis.names[index % axis.len()]));
+        index /= axis.len();
+    }
+    words.reverse();
+    words.join(", ")
+}
+
+fn groups(name: &str, trials: &[Trial], subjects: &Levels) -> Result<Groups, PsychophysicsError> {
+    let levels = Levels::ordered(trials.iter().map(|t| &t.group));
+    let mut seen: Vec<Option<(usize, u64)>> = vec![None; subjects.len()];
+    for trial in trials {
+        let group = levels.place[&trial.group];
+        match &mut seen[subjects.place[&trial.subject]] {
+            Some((first, first_line)) if *first != group => {
+                return Err(PsychophysicsError::SubjectInTwoGroups {
+                    line: trial.line,
+                    first_line: *first_line,
+                    subject: trial.subject.clone(),
+                    factor: name.to_owned(),
+                    group: trial.group.clone(),
+                });
+            }
+            Some(_) => {}
+            empty => *empty = Some((group, trial.line)),
+        }
+    }
+    Ok(Groups {
+        factor: Factor::new(name, levels.names),
+        of_subject: seen.into_iter().flatten().map(|(g, _)| g).collect(),
+    })
+}

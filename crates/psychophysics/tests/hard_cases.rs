@@ -1,0 +1,334 @@
+//! Data that have no error, no variation, few subjects, ties everywhere.
+
+use hwall_psychophysics::{
+    Adjustment, AnalysisConfig, ErrorModel, Factor, Groups, Normalisation, PsychophysicsError,
+    Ratio, Study, Warning, aligned_rank_transform, analyse, anova, art_contrasts, cell_means,
+    pairwise,
+};
+use hwall_testkit::Sampler;
+
+fn within(sizes: &[usize]) -> Vec<Factor> {
+    let names = ["a", "b", "c", "d"].iter().zip(sizes);
+    names
+        .map(|(name, &k)| Factor::new(*name, (0..k).map(|l| l.to_string())))
+        .collect()
+}
+
+fn study(sizes: &[usize], subjects: usize, value: impl FnMut(usize, usize) -> f64) -> Study {
+    let mut value = value;
+    let cells: usize = sizes.iter().product();
+    let at = (0..subjects).flat_map(|s| (0..cells).map(move |c| (s, c)));
+    let values = at.map(|(s, c)| value(s, c)).collect();
+    Study::from_values(within(sizes), None, values).expect("a study")
+}
+
+fn everything() -> AnalysisConfig {
+    AnalysisConfig {
+        errors: vec![ErrorModel::Strata, ErrorModel::Pooled],
+        art: true,
+        posthoc: Some(Adjustment::Holm),
+        ..AnalysisConfig::default()
+    }
+}
+
+/// No NaN or infinity hides in the JSON, which would write them as null.
+fn no_null_ratio(study: &Study) -> serde_json::Value {
+    let analysis = analyse(study, &everything()).expect("an analysis");
+    for text in [
+        analysis.to_text(),
+        analysis.to_markdown(),
+        analysis.to_json(),
+    ] {
+        let text = text.replace("infinite", "");
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&analysis.to_json()).expect("JSON");
+    for table in ["effects", "art"] {
+        for effect in json[table].as_array().expect("effects") {
+            assert!(!effect["f"].is_null(), "{effect}");
+        }
+    }
+    json
+}
+
+#[test]
+fn perfect_data_have_infinite_f() {
+    // Only a matters, and nobody errs; 0.1 is no binary number, so sums round.
+    let study = study(&[3, 2], 6, |s, c| 0.1 * s as f64 + 0.7 * (c / 2) as f64);
+    let effects = anova(&study, ErrorModel::Strata).expect("effects");
+    assert_eq!(effects[0].f, Ratio::Infinite);
+    assert_eq!(
+        (effects[0].p, effects[0].partial_eta2),
+        (Some(0.0), Some(1.0))
+    );
+    assert_eq!(effects[1].f, Ratio::Undefined);
+    assert_eq!((effects[1].p, effects[1].partial_eta2), (None, None));
+    let pair = &pairwise(&study, &["a"], 0.95).expect("pairs")[0];
+    assert_eq!(
+        (pair.t, pair.p, pair.cohen_dz),
+        (Ratio::Infinite, Some(0.0), None)
+    );
+    assert_eq!(
+        (pair.ci_low, pair.ci_high),
+        (pair.mean_diff, pair.mean_diff)
+    );
+    let pair = &pairwise(&study, &["b"], 0.95).expect("pairs")[0];
+    assert_eq!(
+        (pair.t, pair.p, pair.p_holm),
+        (Ratio::Undefined, None, None)
+    );
+    let json = no_null_ratio(&study);
+    assert_eq!(json["effects"][0]["f"], "infinite");
+    assert_eq!(json["effects"][1]["f"], "undefined");
+    assert_eq!(json["assumptions"]["normality"], serde_json::Value::Null);
+}
+
+#[test]
+fn constant_data_are_refused() {
+    let study = study(&[3, 2], 6, |_, _| 0.3);
+    let refused = PsychophysicsError::Constant {
+        count: 36,
+        value: 0.3,
+    };
+    assert_eq!(anova(&study, ErrorModel::Pooled), Err(refused.clone()));
+    assert_eq!(
+        aligned_rank_transform(&study, ErrorModel::Strata),
+        Err(refused.clone())
+    );
+    assert_eq!(pairwise(&study, &["a"], 0.95), Err(refused.clone()));
+    assert_eq!(analyse(&study, &everything()), Err(refused));
+}
+
+#[test]
+fn constant_subjects_are_subjects() {
+    let mut sampler = Sampler::new(3);
+    let study = study(&[3, 2], 5, |s, c| {
+        if s == 2 {
+            4.0
+        } else {
+            c as f64 + sampler.normal()
+        }
+    });
+    no_null_ratio(&study);
+}
+
+#[test]
+fn only_subjects_differ() {
+    let study = study(&[3], 5, |s, _| s as f64);
+    let effects = anova(&study, ErrorModel::Strata).expect("effects");
+    assert_eq!(
+        (effects[0].f, effects[0].generalized_eta2),
+        (Ratio::Undefined, Some(0.0))
+    );
+    no_null_ratio(&study);
+}
+
+#[test]
+fn one_subject_is_refused() {
+    let study = study(&[3], 1, |_, c| c as f64);
+    let refused = PsychophysicsError::TooFewSubjects { got: 1, wanted: 2 };
+    assert_eq!(anova(&study, ErrorModel::Strata), Err(refused.clone()));
+    assert_eq!(analyse(&study, &everything()), Err(refused));
+    let groups = Groups {
+        factor: Factor::new("g", ["u", "v"]),
+        of_subject: vec![0, 0, 1],
+    };
+    let values = (0..9).map(|v| f64::from(v * v)).collect();
+    let study = Study::from_values(within(&[3]), Some(groups), values).expect("a study");
+    assert!(matches!(
+        anova(&study, ErrorModel::Strata),
+        Err(PsychophysicsError::TooFewSubjects { got: 1, .. })
+    ));
+}
+
+#[test]
+fn two_subjects_are_enough() {
+    let mut sampler = Sampler::new(5);
+    let study = study(&[4, 3], 2, |_, _| sampler.normal());
+    for effect in anova(&study, ErrorModel::Strata).expect("effects") {
+        let (gg, hf) = (effect.gg.expect("GG"), effect.hf.expect("HF"));
+        let least = 1.0 / effect.df1 as f64;
+        assert!(
+            (gg - least).abs() < 1e-12,
+            "one direction of variation: {gg}"
+        );
+        assert!((gg..=1.0).contains(&hf));
+        assert_eq!(effect.mauchly, None);
+    }
+    no_null_ratio(&study);
+}
+
+#[test]
+fn two_levels_are_spherical() {
+    let mut sampler = Sampler::new(7);
+    let study = study(&[2, 2], 8, |_, _| sampler.normal());
+    for effect in anova(&study, ErrorModel::Strata).expect("effects") {
+        assert_eq!(
+            (effect.gg, effect.hf, effect.mauchly),
+            (Some(1.0), Some(1.0), None)
+        );
+        assert_eq!((effect.p_gg, effect.p_hf), (effect.p, effect.p));
+    }
+}
+
+#[test]
+fn ties_everywhere_warn() {
+    let mut sampler = Sampler::new(11);
+    let study = study(&[3, 3], 10, |_, _| sampler.index(2) as f64);
+    no_null_ratio(&study);
+    let analysis = analyse(&study, &everything()).expect("an analysis");
+    let discrete = |w: &Warning| matches!(w, Warning::Discrete { distinct: 2, .. });
+    assert!(
+        analysis.warnings.iter().any(discrete),
+        "{:?}",
+        analysis.warnings
+    );
+    // Scaling each subject makes equal answers differ; they are discrete all the same.
+    let scaled = AnalysisConfig {
+        normalisation: Normalisation::Arithmetic,
+        ..everything()
+    };
+    let analysis = analyse(&study, &scaled).expect("an analysis");
+    assert!(
+        analysis.warnings.iter().any(discrete),
+        "{:?}",
+        analysis.warnings
+    );
+}
+
+#[test]
+fn skewed_values_warn() {
+    let mut sampler = Sampler::new(13);
+    let study = study(&[3, 3], 30, |_, _| (1.5 * sampler.normal()).exp());
+    let analysis = analyse(&study, &everything()).expect("an analysis");
+    let skewed = |w: &Warning| matches!(w, Warning::Skewed { skewness } if *skewness > 1.0);
+    assert!(
+        analysis.warnings.iter().any(skewed),
+        "{:?}",
+        analysis.warnings
+    );
+}
+
+#[test]
+fn magnitudes_must_be_positive() {
+    let with = |odd: f64| {
+        study(&[3], 3, |s, c| {
+            if (s, c) == (1, 2) {
+                odd
+            } else {
+                1.0 + c as f64
+            }
+        })
+    };
+    let at = |value, wanted| {
+        Err(PsychophysicsError::NotPositive {
+            line: 6,
+            subject: "2".to_owned(),
+            cell: "a=2".to_owned(),
+            value,
+            wanted,
+        })
+    };
+    for how in [Normalisation::Arithmetic, Normalisation::Geometric] {
+        assert_eq!(with(-1.0).normalise(how), at(-1.0, "zero or above"));
+    }
+    assert_eq!(
+        with(0.0).normalise(Normalisation::Geometric),
+        at(0.0, "above zero")
+    );
+    assert!(with(0.0).normalise(Normalisation::Arithmetic).is_ok());
+    assert!(with(-1.0).normalise(Normalisation::None).is_ok());
+    let silent = study(&[3], 3, |s, c| (s * c) as f64);
+    assert!(matches!(
+        silent.normalise(Normalisation::Arithmetic),
+        Err(PsychophysicsError::SubjectMean { subject, .. }) if subject == "1"
+    ));
+}
+
+#[test]
+fn nan_is_refused() {
+    for odd in [f64::NAN, f64::INFINITY] {
+        let values = vec![1.0, 2.0, odd, 3.0];
+        assert!(matches!(
+            Study::from_values(within(&[2]), None, values),
+            Err(PsychophysicsError::NotANumber { line: 3, .. })
+        ));
+    }
+    let study = study(&[2], 3, |s, c| (s + c * s) as f64);
+    for odd in [0.0, 1.0, f64::NAN] {
+        assert!(pairwise(&study, &["a"], odd).is_err());
+        assert!(cell_means(&study, &["a"], odd).is_err());
+    }
+    assert!(pairwise(&study, &["z"], 0.95).is_err() && pairwise(&study, &[], 0.95).is_err());
+}
+
+#[test]
+fn sizes_are_checked() {
+    for (sizes, count) in [
+        (vec![2, 2], 7),
+        (vec![2], 0),
+        (vec![1, 3], 6),
+        (vec![2; 5], 64),
+    ] {
+        let mut names = within(&sizes);
+        names.resize(sizes.len(), Factor::new("e", ["0", "1"]));
+        assert!(Study::from_values(names, None, vec![1.0; count]).is_err());
+    }
+    for groups in [vec![0, 0, 0], vec![0, 1, 2], vec![0, 1]] {
+        let groups = Groups {
+            factor: Factor::new("g", ["u", "v"]),
+            of_subject: groups,
+        };
+        assert!(Study::from_values(within(&[2]), Some(groups), vec![1.0; 6]).is_err());
+    }
+}
+
+#[test]
+fn tiny_and_huge_values_keep_their_ranks() {
+    let mut sampler = Sampler::new(17);
+    let near_one = study(&[3, 2], 8, |_, c| 1.0 + c as f64 + sampler.normal());
+    let expected = aligned_rank_transform(&near_one, ErrorModel::Strata).expect("effects");
+    for scale in [2_f64.powi(-60), 2_f64.powi(60)] {
+        let values = near_one.values().iter().map(|v| v * scale).collect();
+        let scaled = Study::from_values(within(&[3, 2]), None, values).expect("a study");
+        let got = aligned_rank_transform(&scaled, ErrorModel::Strata).expect("effects");
+        for (got, expected) in got.iter().zip(&expected) {
+            assert_eq!(got.effect.f, expected.effect.f);
+        }
+    }
+}
+
+#[test]
+fn unequal_groups_have_no_aligned_ranks() {
+    let mut sampler = Sampler::new(19);
+    let groups = Groups {
+        factor: Factor::new("g", ["u", "v"]),
+        of_subject: vec![0, 0, 1, 1, 1],
+    };
+    let values = (0..10).map(|_| sampler.normal()).collect();
+    let study = Study::from_values(within(&[2]), Some(groups), values).expect("a study");
+    let refused = PsychophysicsError::UnequalGroups {
+        smallest: 2,
+        largest: 3,
+    };
+    assert!(anova(&study, ErrorModel::Strata).is_ok());
+    assert_eq!(
+        aligned_rank_transform(&study, ErrorModel::Strata),
+        Err(refused.clone())
+    );
+    assert_eq!(
+        art_contrasts(&study, &["a"], ErrorModel::Strata, 0.95),
+        Err(refused)
+    );
+}
+
+#[test]
+fn p_values_reach_1e_300() {
+    let mut sampler = Sampler::new(23);
+    let study = study(&[5, 5], 25, |_, c| {
+        100.0 * (c / 5) as f64 + 42.0 * sampler.normal()
+    });
+    let effects = anova(&study, ErrorModel::Pooled).expect("effects");
+    let p = effects[0].p.expect("p");
+    assert!(p > 0.0 && p < 1e-300, "{p:e}");
+}

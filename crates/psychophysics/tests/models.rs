@@ -1,0 +1,315 @@
+//! Power, Stevens' law and psychometric functions with planted truth.
+
+use hwall_psychophysics::{
+    ErrorModel, Factor, PairAnswers, PowerStudy, PowerTest, PsychophysicsError, Sigmoid,
+    fit_psychometric, normal_cdf, power, stevens_fit,
+};
+use hwall_testkit::Sampler;
+
+fn population(means: Vec<f64>, sizes: &[usize]) -> PowerStudy {
+    let names = ["a", "b"].iter().zip(sizes);
+    let factor = |(name, &k): (&&str, &usize)| Factor::new(*name, (0..k).map(|l| l.to_string()));
+    PowerStudy {
+        within: names.map(factor).collect(),
+        means,
+        subjects: 16,
+        between_sd: 2.0,
+        level_sd: 0.0,
+        within_sd: 1.0,
+        test: PowerTest::default(),
+        alpha: 0.05,
+        studies: 4000,
+        seed: 1,
+    }
+}
+
+/// Of 16 differences with dz = 0.5 / √2.
+#[test]
+fn two_levels_have_the_power_of_a_t_test() {
+    let found = power(&population(vec![0.0, 0.5], &[2])).expect("power");
+    let want = paired_t_power(16, 0.5 / 2_f64.sqrt());
+    assert!(
+        found[0].ci_low < want && want < found[0].ci_high,
+        "{found:?}, {want}"
+    );
+}
+
+/// `P(|T'| > t)` of the noncentral t by averaging over the estimated variance.
+fn paired_t_power(n: usize, dz: f64) -> f64 {
+    let df = (n - 1) as f64;
+    let t = hwall_psychophysics::t_quantile_two_sided(0.05, df);
+    let shift = dz * (n as f64).sqrt();
+    let (mut sum, mut weight) = (0.0, 0.0);
+    // u is the χ of df degrees of freedom.
+    for i in 1..40_000 {
+        let u = f64::from(i) * 3e-4 * df.sqrt();
+        let density = ((df - 1.0) * u.ln() - 0.5 * u * u).exp();
+        let edge = t * u / df.sqrt();
+        sum += density * (normal_cdf(shift - edge) + normal_cdf(-shift - edge));
+        weight += density;
+    }
+    sum / weight
+}
+
+#[test]
+fn nothing_is_found_with_probability_alpha() {
+    let study = PowerStudy {
+        means: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+        ..population(vec![], &[2, 3])
+    };
+    for ranks in [false, true] {
+        for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
+            let test = PowerTest {
+                errors,
+                ranks,
+                greenhouse_geisser: false,
+            };
+            let found = power(&PowerStudy {
+                test,
+                studies: 2000,
+                ..study.clone()
+            })
+            .expect("power");
+            assert!(found[0].power > 0.99, "{found:?}");
+            for effect in &found[1..] {
+                assert!(
+                    (effect.power - 0.05).abs() < 0.015,
+                    "{ranks} {errors:?} {effect:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Why the dissertation's error model is a choice: where subjects differ in their effects, pooled
+/// errors find effects that are not there; strata do not.
+#[test]
+fn pooled_errors_need_subjects_that_differ_by_a_constant() {
+    let study = PowerStudy {
+        level_sd: 1.0,
+        studies: 2000,
+        ..population(vec![0.0; 9], &[3, 3])
+    };
+    let pooled = PowerTest {
+        errors: ErrorModel::Pooled,
+        ..PowerTest::default()
+    };
+    let strata = power(&study).expect("power");
+    let pooled = power(&PowerStudy {
+        test: pooled,
+        ..study
+    })
+    .expect("power");
+    assert!(
+        strata[0].power < 0.07 && pooled[0].power > 0.12,
+        "{strata:?} {pooled:?}"
+    );
+}
+
+#[test]
+fn power_has_one_answer_a_seed() {
+    let study = PowerStudy {
+        studies: 200,
+        ..population(vec![0.0, 0.3, 0.6], &[3])
+    };
+    let found = power(&study).expect("power");
+    assert_eq!(power(&study).expect("power"), found);
+    assert_ne!(
+        power(&PowerStudy { seed: 2, ..study }).expect("power"),
+        found
+    );
+}
+
+#[test]
+fn impossible_populations_are_refused() {
+    let base = population(vec![0.0, 0.5], &[2]);
+    for wrong in [
+        PowerStudy {
+            subjects: 1,
+            ..base.clone()
+        },
+        PowerStudy {
+            subjects: 0,
+            ..base.clone()
+        },
+        PowerStudy {
+            studies: 0,
+            ..base.clone()
+        },
+        PowerStudy {
+            within_sd: 0.0,
+            ..base.clone()
+        },
+        PowerStudy {
+            between_sd: -1.0,
+            ..base.clone()
+        },
+        PowerStudy {
+            level_sd: f64::NAN,
+            ..base.clone()
+        },
+        PowerStudy {
+            alpha: 1.0,
+            ..base.clone()
+        },
+        PowerStudy {
+            means: vec![0.0; 3],
+            ..base.clone()
+        },
+        PowerStudy {
+            means: vec![0.0, f64::NAN],
+            ..base.clone()
+        },
+        PowerStudy {
+            within: vec![],
+            means: vec![],
+            ..base
+        },
+    ] {
+        assert!(power(&wrong).is_err(), "{wrong:?}");
+    }
+}
+
+#[test]
+fn an_exact_law_is_found() {
+    let x = [0.5, 1.0, 2.0, 5.0, 9.0];
+    let y = x.map(|x: f64| 3.0 * x.powf(0.7));
+    let law = stevens_fit(&x, &y, 0.95).expect("a law");
+    assert!((law.exponent - 0.7).abs() < 1e-12 && (law.constant - 3.0).abs() < 1e-12);
+    assert!((law.r2 - 1.0).abs() < 1e-12 && law.ln_sd < 1e-12);
+    assert!((law.estimate(4.0) - 3.0 * 4_f64.powf(0.7)).abs() < 1e-12);
+}
+
+#[test]
+fn intervals_of_the_law_cover() {
+    let mut sampler = Sampler::new(3);
+    let x = [1.0, 2.0, 3.0, 5.0, 8.0, 13.0];
+    let (mut exponent, mut constant) = (0, 0);
+    for _ in 0..2000 {
+        let y = x.map(|x: f64| 2.0 * x.powf(1.3) * (0.2 * sampler.normal()).exp());
+        let law = stevens_fit(&x, &y, 0.9).expect("a law");
+        let inside = |[low, high]: [f64; 2], truth| i32::from(low < truth && truth < high);
+        exponent += inside(law.exponent_ci, 1.3);
+        constant += inside(law.constant_ci, 2.0);
+    }
+    assert!((1755..1845).contains(&exponent), "{exponent}");
+    assert!((1755..1845).contains(&constant), "{constant}");
+}
+
+#[test]
+fn laws_without_a_fit_are_refused() {
+    for (x, y) in [
+        (vec![1.0, 2.0], vec![1.0, 2.0]),
+        (vec![1.0, 2.0, 3.0], vec![1.0, 2.0]),
+        (vec![0.0, 2.0, 3.0], vec![1.0, 2.0, 3.0]),
+        (vec![1.0, 2.0, 3.0], vec![1.0, -2.0, 3.0]),
+        (vec![1.0, 2.0, 3.0], vec![1.0, f64::NAN, 3.0]),
+        (vec![2.0, 2.0, 2.0], vec![1.0, 2.0, 3.0]),
+    ] {
+        assert!(stevens_fit(&x, &y, 0.95).is_err());
+    }
+}
+
+fn answers(shares: &[(f64, f64)], trials: u32) -> Vec<PairAnswers> {
+    let one = |&(stimulus, share): &(f64, f64)| PairAnswers {
+        stimulus,
+        greater: (share * f64::from(trials)).round() as u32,
+        trials,
+    };
+    shares.iter().map(one).collect()
+}
+
+#[test]
+fn exact_shares_give_the_function_back() {
+    let stimuli = [80.0, 90.0, 95.0, 100.0, 105.0, 110.0, 120.0];
+    let gauss = stimuli.map(|x| (x, normal_cdf((x - 102.0) / 8.0)));
+    let logistic = stimuli.map(|x| (x, 1.0 / (1.0 + (-(x - 102.0) / 8.0_f64).exp())));
+    for (sigmoid, shares, jnd) in [
+        (
+            Sigmoid::CumulativeGaussian,
+            gauss,
+            8.0 * 0.674_489_750_196_081_7,
+        ),
+        (Sigmoid::Logistic, logistic, 8.0 * 3_f64.ln()),
+    ] {
+        let fit = fit_psychometric(&answers(&shares, 1_000_000_000), sigmoid).expect("a fit");
+        assert!(
+            (fit.pse - 102.0).abs() < 1e-5 && (fit.scale - 8.0).abs() < 1e-5,
+            "{fit:?}"
+        );
+        assert!((fit.jnd - jnd).abs() < 1e-5);
+        assert!((fit.share(fit.pse + fit.jnd) - 0.75).abs() < 1e-12);
+        assert!(fit.deviance < 1e-3 && fit.deviance_p.expect("p") > 0.9);
+    }
+}
+
+#[test]
+fn standard_errors_are_those_of_repetition() {
+    let mut sampler = Sampler::new(4);
+    let stimuli = [-4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0];
+    for sigmoid in [Sigmoid::CumulativeGaussian, Sigmoid::Logistic] {
+        let mut fits = Vec::new();
+        while fits.len() < 400 {
+            let draw = |stimulus: f64| {
+                let share = normal_cdf((stimulus - 0.5) / 2.0);
+                let greater = (0..60)
+                    .filter(|_| sampler.uniform(0.0, 1.0) < share)
+                    .count() as u32;
+                PairAnswers {
+                    stimulus,
+                    greater,
+                    trials: 60,
+                }
+            };
+            fits.push(fit_psychometric(&stimuli.map(draw), sigmoid).expect("a fit"));
+        }
+        let n = fits.len() as f64;
+        let pick: [fn(&hwall_psychophysics::Psychometric) -> (f64, f64); 2] =
+            [|f| (f.pse, f.pse_se), |f| (f.jnd, f.jnd_se)];
+        for (of, truth) in pick.into_iter().zip([0.5, 2.0 * 0.674_489_75]) {
+            let mean = fits.iter().map(|f| of(f).0).sum::<f64>() / n;
+            let squares: f64 = fits.iter().map(|f| (of(f).0 - mean).powi(2)).sum();
+            let told = fits.iter().map(|f| of(f).1).sum::<f64>() / n;
+            let sd = (squares / (n - 1.0)).sqrt();
+            assert!(
+                (told / sd - 1.0).abs() < 0.12,
+                "{sigmoid:?}: told {told}, is {sd}"
+            );
+            assert!((mean - truth).abs() < 0.08, "{sigmoid:?}: {mean}");
+        }
+    }
+}
+
+#[test]
+fn answers_without_a_fit_are_refused() {
+    let no_fit = |shares: &[(f64, f64)]| {
+        let fit = fit_psychometric(&answers(shares, 10), Sigmoid::default());
+        assert!(
+            matches!(fit, Err(PsychophysicsError::NoFit { .. })),
+            "{fit:?}"
+        );
+    };
+    no_fit(&[]);
+    no_fit(&[(1.0, 0.5)]);
+    no_fit(&[(1.0, 0.5), (1.0, 0.7)]);
+    no_fit(&[(1.0, 0.0), (2.0, 0.0), (3.0, 1.0)]);
+    no_fit(&[(1.0, 0.0), (2.0, 0.5), (3.0, 1.0)]);
+    no_fit(&[(1.0, 1.0), (2.0, 0.0)]);
+    no_fit(&[(1.0, 0.0), (2.0, 0.0)]);
+    no_fit(&[(1.0, 0.9), (2.0, 0.5), (3.0, 0.1)]);
+    no_fit(&[(1.0, 0.5), (2.0, 0.5), (3.0, 0.5)]);
+    for (greater, trials) in [(3, 2), (0, 0)] {
+        let answers = [PairAnswers {
+            stimulus: 1.0,
+            greater,
+            trials,
+        }];
+        assert!(fit_psychometric(&answers, Sigmoid::Logistic).is_err());
+    }
+    let nan = [PairAnswers {
+        stimulus: f64::NAN,
+        greater: 1,
+        trials: 2,
+    }];
+    assert!(fit_psychometric(&nan, Sigmoid::Logistic).is_err());
+}

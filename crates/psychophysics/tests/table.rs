@@ -1,0 +1,211 @@
+//! Reading long tables: what does not matter, and what is refused by line and column.
+
+use hwall_psychophysics::{Columns, PsychophysicsError, Study};
+
+fn columns() -> Columns {
+    Columns::new("who", ["a", "b"], "y").with_round("round")
+}
+
+/// Two subjects, two by two cells, two rounds; the value codes where it belongs.
+fn rows() -> Vec<String> {
+    let mut rows = vec!["who,a,b,round,y".to_owned()];
+    for who in ["eve", "bob"] {
+        for a in [1, 10] {
+            for b in ["x", "w"] {
+                for round in [1, 2] {
+                    let y = a * 10 + if b == "x" { 1 } else { 2 } + round;
+                    rows.push(format!("{who},{a},{b},{round},{y}"));
+                }
+            }
+        }
+    }
+    rows
+}
+
+fn read(rows: &[String]) -> Result<Study, PsychophysicsError> {
+    Study::from_csv_str(&rows.join("\n"), &columns())
+}
+
+fn with(line: usize, row: &str) -> PsychophysicsError {
+    let mut rows = rows();
+    rows[line - 1] = row.to_owned();
+    read(&rows).expect_err("refused")
+}
+
+#[test]
+fn values_are_averaged_into_their_cells() {
+    let study = read(&rows()).expect("a study");
+    assert_eq!(study.subjects(), ["eve", "bob"]);
+    assert_eq!(study.within()[0].levels, ["1", "10"]);
+    assert_eq!(study.within()[1].levels, ["x", "w"]);
+    assert_eq!(study.rounds(), 2);
+    assert_eq!(study.values()[..4], [12.5, 13.5, 102.5, 103.5]);
+    assert_eq!(study.cell_name(2), "a=10, b=x");
+}
+
+#[test]
+fn form_does_not_matter() {
+    let plain = read(&rows()).expect("a study");
+    let crlf = "\u{feff}".to_owned() + &rows().join("\r\n") + "\r\n\r\n";
+    assert_eq!(Study::from_csv_str(&crlf, &columns()), Ok(plain.clone()));
+    let mut shouted = rows();
+    shouted[0] = "\"WHO\", A ,B,Round,Y".to_owned();
+    assert_eq!(read(&shouted), Ok(plain.clone()));
+    let quoted: Vec<String> = rows()
+        .iter()
+        .map(|r| format!("\"{}\"", r.replace(',', "\" , \"")).replace(" \"", "\""))
+        .collect();
+    assert_eq!(read(&quoted), Ok(plain.clone()));
+    // Rows in any order: only the subjects' order follows theirs.
+    let mut turned = rows();
+    turned[1..].rotate_left(4);
+    let turned = read(&turned).expect("a study");
+    assert_eq!(turned.values(), plain.values());
+    // Numbers are levels by value, and in order of size.
+    let text = "s,a,y\n1,10,1\n1,9.0,2\n2,9,3\n2,1e1,5\n";
+    let study = Study::from_csv_str(text, &Columns::new("s", ["a"], "y")).expect("a study");
+    assert_eq!(study.within()[0].levels, ["9.0", "10"]);
+    assert_eq!(study.values(), [2.0, 1.0, 3.0, 5.0]);
+}
+
+#[test]
+fn cells_are_refused_by_line_and_column() {
+    for text in ["NaN", "", "NA", "1.2.3", "inf"] {
+        let error = with(4, &format!("eve,1,w,1,{text}"));
+        let column = "y".to_owned();
+        let text = text.to_owned();
+        let line = 4;
+        assert_eq!(error, PsychophysicsError::NotANumber { line, column, text });
+    }
+    assert_eq!(
+        with(5, "eve,,w,2,3").to_string(),
+        "line 5, column \"a\" is empty"
+    );
+    assert_eq!(
+        with(5, "eve,1,w,2").to_string(),
+        "line 5: 4 cells, the header has 5"
+    );
+    assert_eq!(
+        with(5, "eve,1,w,2,\"1,5\"").to_string(),
+        "line 5, column \"y\": \"1,5\" is no finite number"
+    );
+}
+
+#[test]
+fn lines_count_as_in_an_editor() {
+    for (end, blank) in [("\n", "\n\n\n"), ("\r\n", "\r\n\r\n\r\n"), ("\r", "\r\r\r")] {
+        let mut rows = rows();
+        rows[4] = "eve,1,w,2,?".to_owned();
+        let text = rows.join(end).replacen(end, blank, 1);
+        let error = Study::from_csv_str(&text, &columns()).expect_err("refused");
+        assert!(error.to_string().starts_with("line 7, "), "{error}");
+        rows[4] = "eve,1,w".to_owned();
+        let text = rows.join(end).replacen(end, blank, 1);
+        let error = Study::from_csv_str(&text, &columns()).expect_err("refused");
+        assert!(error.to_string().starts_with("line 7: 3 cells"), "{error}");
+    }
+}
+
+#[test]
+fn doubles_and_gaps_are_named() {
+    assert_eq!(
+        with(5, "eve,1,w,1,3").to_string(),
+        "line 5: subject \"eve\" already has a value for a=1, b=w, round=1 on line 4"
+    );
+    let mut fewer = rows();
+    fewer.truncate(15);
+    assert_eq!(
+        read(&fewer).expect_err("a gap").to_string(),
+        "subject \"bob\" has no value for a=10, b=w, round=1, and 1 more values are missing"
+    );
+    let no_round = Columns::new("who", ["a", "b"], "y");
+    assert_eq!(
+        Study::from_csv_str(&rows().join("\n"), &no_round)
+            .expect_err("twice")
+            .to_string(),
+        "line 3: subject \"eve\" already has a value for a=1, b=x on line 2; repeated trials need a round column"
+    );
+}
+
+#[test]
+fn headers_are_refused() {
+    let header = |text: &str| {
+        let mut rows = rows();
+        rows[0] = text.to_owned();
+        read(&rows).expect_err("refused").to_string()
+    };
+    assert_eq!(
+        header("who,a,c,round,y"),
+        "no column \"b\" in the header \"who,a,c,round,y\""
+    );
+    assert_eq!(
+        header("who,A,B,b,y"),
+        "no column \"round\" in the header \"who,A,B,b,y\""
+    );
+    assert_eq!(
+        header("who,a,b,b,y"),
+        "column \"b\" stands 2 times in the header"
+    );
+    assert_eq!(
+        header(""),
+        "no column \"who\" in the header \"eve,1,x,1,12\""
+    );
+    let semicolons = rows().join("\n").replace(',', ";");
+    assert_eq!(
+        Study::from_csv_str(&semicolons, &columns())
+            .expect_err("refused")
+            .to_string(),
+        "the header \"who;a;b;round;y\" is separated by ';', wanted: commas"
+    );
+    assert_eq!(
+        Study::from_csv_str("", &columns()),
+        Err(PsychophysicsError::NoHeader)
+    );
+    assert_eq!(
+        Study::from_csv_str(&rows()[0], &columns()),
+        Err(PsychophysicsError::NoRows)
+    );
+    let twice = Columns::new("who", ["a", "A"], "y");
+    assert!(matches!(
+        Study::from_csv_str(&rows().join("\n"), &twice),
+        Err(PsychophysicsError::ColumnTwice { .. })
+    ));
+    let latin1 = b"who,a,b,round,y\ne\xe9,1,x,1,2\n";
+    assert_eq!(
+        Study::read_csv(latin1.as_slice(), &columns())
+            .expect_err("refused")
+            .to_string(),
+        "line 2: no UTF-8 text"
+    );
+    assert!(matches!(
+        Study::from_csv_path("no such file".as_ref(), &columns()),
+        Err(PsychophysicsError::Io { .. })
+    ));
+}
+
+#[test]
+fn groups_and_levels_are_checked() {
+    let columns = Columns::new("s", ["a"], "y").with_between("g");
+    let read = |text: &str| Study::from_csv_str(text, &columns);
+    let text = "s,g,a,y\n1,u,1,3\n1,v,2,4\n2,v,1,5\n2,v,2,5\n";
+    assert_eq!(
+        read(text).expect_err("two groups").to_string(),
+        "line 3: subject \"1\" is in \"v\" and on line 2 in another \"g\""
+    );
+    assert_eq!(
+        read("s,g,a,y\n1,u,1,3\n1,u,2,4\n")
+            .expect_err("one group")
+            .to_string(),
+        "factor \"g\" has the one level \"u\", wanted: two or more"
+    );
+    assert!(matches!(
+        read("s,g,a,y\n1,u,1,3\n2,v,1,4\n"),
+        Err(PsychophysicsError::OneLevel { .. })
+    ));
+    assert_eq!(
+        Study::from_csv_str("s,y\n1,2\n", &Columns::new("s", [""; 0], "y"))
+            .expect_err("no factor")
+            .to_string(),
+        "0 factors within subjects, wanted: 1 to 4"
+    );
+}

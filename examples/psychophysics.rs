@@ -1,0 +1,34 @@
+//! Plans, analyses and sizes studies of perception.
+//!
+//! `cargo run --release --example psychophysics -- analyse study.csv --subject person --factors a,b --value y`
+
+use clap::{Parser, Subcommand};
+use hwall_examples::{exit, psychophysics_analyse, psychophysics_design, psychophysics_power};
+use std::process::ExitCode;
+
+/// Statistics of studies with repeated measures.
+///
+/// Tables are CSV with a header line, one row a trial. Every number of an analysis is in its JSON.
+#[derive(Parser)]
+struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Analysis of variance, aligned ranks and comparisons of pairs of a study's table
+    Analyse(psychophysics_analyse::Args),
+    /// The order of the trials of every subject, as CSV
+    Design(psychophysics_design::Args),
+    /// How often a study of a given size finds an effect of a given size
+    Power(psychophysics_power::Args),
+}
+
+fn main() -> ExitCode {
+    exit(match Args::parse().command {
+        Command::Analyse(args) => psychophysics_analyse::run(&args),
+        Command::Design(args) => psychophysics_design::run(&args),
+        Command::Power(args) => psychophysics_power::run(&args),
+    })
+}
