@@ -26,6 +26,88 @@ pub enum TextonError {
         /// Distance of their centres where the bumps are scaled to unit circles; 2 is touching.
         distance: f64,
     },
+    /// No bump of the texture fits on the patch.
+    #[error("no bump fits on a patch of {width_mm} x {length_mm} mm")]
+    NoBumps {
+        /// Size of the patch along the long axis, mm.
+        width_mm: f64,
+        /// Its size along the short axis, mm.
+        length_mm: f64,
+    },
+    /// A mounting hole that is not within one tile, or meets another hole.
+    #[error("mounting hole {index} crosses a border or another hole")]
+    Hole {
+        /// Which of the holes.
+        index: usize,
+    },
+    /// Bumps too close for the plate between them to be a surface.
+    #[error("bumps are {gap_mm} mm apart, a mesh needs more than {least_mm} mm between them")]
+    Touching {
+        /// The gap between neighbours, mm.
+        gap_mm: f64,
+        /// What the mesh asked for needs, mm.
+        least_mm: f64,
+    },
+    /// A mesh larger than was allowed.
+    #[error("{triangles} triangles, allowed: {limit}")]
+    TooManyTriangles {
+        /// How many it would have; a lower bound where counting them all takes too long.
+        triangles: u64,
+        /// How many may be.
+        limit: u64,
+    },
+    /// Outlines on the plate that cross or coincide.
+    #[error("the plate cannot be triangulated: {conflicts} outlines cross, or points coincide")]
+    Triangulation {
+        /// How many edges were in the way of others.
+        conflicts: usize,
+    },
+    /// A triangle refers to a point that is not there.
+    #[error("triangle with point {index} of {points}")]
+    MissingPoint {
+        /// The index.
+        index: u32,
+        /// Number of points.
+        points: usize,
+    },
+    /// Points or triangles that are apart in double precision and not in the single precision of STL.
+    #[error("{count} points or triangles vanish in single precision")]
+    SinglePrecision {
+        /// How many.
+        count: usize,
+    },
+    /// A file that cannot be opened, read or written.
+    #[error("{name}: {message}")]
+    File {
+        /// The file, or what was done to it.
+        name: String,
+        /// What the system or the decoder says.
+        message: String,
+    },
+    /// A picture without the channel asked for.
+    #[error("no channel {wanted}; there are: {found}")]
+    Channel {
+        /// The channel.
+        wanted: String,
+        /// Those of the picture.
+        found: String,
+    },
+    /// A picture that does not say what was not given either.
+    #[error("the picture does not say its {name}, and none was given")]
+    Attribute {
+        /// The attribute.
+        name: &'static str,
+    },
+    /// A pixel that is no finite number.
+    #[error("pixel {column}, {row} is {value}")]
+    Pixel {
+        /// Column, from the left.
+        column: usize,
+        /// Row, from the top.
+        row: usize,
+        /// Its value.
+        value: f64,
+    },
 }
 
 /// Rejects what is not a positive number.

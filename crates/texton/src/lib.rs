@@ -1,16 +1,27 @@
 #![doc = include_str!("../README.md")]
 
+mod bump_mesh;
+mod cell;
 mod encounter;
 mod error;
 mod layout;
+mod mesh;
+mod patch;
+mod patch_mesh;
 mod presets;
 mod scan;
+mod surface;
+mod tessellation;
 mod texton;
 mod texture;
+mod triangulate;
 
 pub use encounter::Encounter;
 pub use error::TextonError;
 pub use layout::Layout;
+pub use mesh::{MeshCheck, TriangleMesh};
+pub use patch::{BumpCounts, MountingHole, Patch, PatchSpec};
 pub use scan::ScanAngle;
+pub use tessellation::{ChordSide, Tessellation};
 pub use texton::{Texton, TextonShape};
 pub use texture::Texture;
