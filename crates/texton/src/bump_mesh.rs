@@ -47,16 +47,10 @@ impl Stretch {
 
     /// Bound of the chord error of a triangle given on the unit sphere (or just above it).
     fn chord_error(&self, corners: [[f64; 3]; 3]) -> f64 {
-        let [a, b, c] = corners;
-        let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
-        let n = [
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        ];
-        let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let n = n.map(|x| x / length);
-        let d: f64 = (0..3).map(|i| n[i] * a[i]).sum();
+        let n = cross(corners);
+        let long = length(n);
+        let n = n.map(|x| x / long);
+        let d: f64 = (0..3).map(|i| n[i] * corners[0][i]).sum();
         (1.0 - d) * self.scale(n)
     }
 }
@@ -186,8 +180,8 @@ fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, Texton
         let rings: Vec<Ring> = (0..rows)
             .map(|row| Ring::new(&stretch, meridians.ring(row as f64 / rows as f64)))
             .collect();
-        for shrink in 0..40 {
-            let spacing = widest * 0.96_f64.powi(shrink);
+        for shrink in 0..80 {
+            let spacing = widest * 0.98_f64.powi(shrink);
             let (points, outline) = place(&rings, spacing);
             let fewest = best.as_ref().map_or(usize::MAX, |b| b.triangles.len());
             if 2 * points.len() - outline - 2 >= fewest {
@@ -231,16 +225,15 @@ fn place(rings: &[Ring], spacing: f64) -> (Vec<[f64; 3]>, usize) {
 /// with the bound of the chord error.
 fn connect(
     stretch: &Stretch,
-    sphere: Vec<[f64; 3]>,
+    mut sphere: Vec<[f64; 3]>,
     outline: usize,
     out_mm: f64,
 ) -> Result<(BumpMesh, f64), TextonError> {
-    // The stereographic picture keeps circles, so Delaunay there is Delaunay on the sphere.
-    let flat: Vec<[f64; 2]> = sphere
-        .iter()
-        .map(|[x, y, z]| [x / (1.0 + z), y / (1.0 + z)])
-        .collect();
-    let triangles = inside(&flat, &sides(0, outline as u32).collect::<Vec<_>>())?;
+    let mut triangles = delaunay(&sphere, outline)?;
+    for _ in 0..RELAXATIONS {
+        relax(stretch, &mut sphere, outline, &triangles);
+        triangles = delaunay(&sphere, outline)?;
+    }
     // Else a point of the second row lies outside the chords of the first.
     let fits = triangles.len() == 2 * sphere.len() - outline - 2;
     let moved: Vec<[f64; 3]> = sphere
@@ -259,6 +252,58 @@ fn connect(
         triangles,
     };
     Ok((bump, error_mm))
+}
+
+/// Triangles of points on the upper unit sphere, the outline first.
+fn delaunay(sphere: &[[f64; 3]], outline: usize) -> Result<Vec<[u32; 3]>, TextonError> {
+    // The stereographic picture keeps circles, so Delaunay there is Delaunay on the sphere.
+    let flat: Vec<[f64; 2]> = sphere
+        .iter()
+        .map(|[x, y, z]| [x / (1.0 + z), y / (1.0 + z)])
+        .collect();
+    inside(&flat, &sides(0, outline as u32).collect::<Vec<_>>())
+}
+
+/// Rings of different numbers of points do not mesh; so often the points between are moved.
+const RELAXATIONS: usize = 4;
+
+/// Moves all points but the outline and the top to the mean of the circumcentres around them, weighted by
+/// area and the square of the density wanted: towards triangles of equal size and shape in the metric
+/// [Chen and Xu 2004].
+fn relax(stretch: &Stretch, sphere: &mut [[f64; 3]], outline: usize, triangles: &[[u32; 3]]) {
+    let mut sums = vec![[0.0; 3]; sphere.len()];
+    for triangle in triangles {
+        let n = cross(triangle.map(|i| sphere[i as usize]));
+        // The circumcentre on the sphere is the normal; this one is as long as the area.
+        let weight = (stretch.scale(n) * length(n)).powi(2);
+        for &i in triangle {
+            for (sum, n) in sums[i as usize].iter_mut().zip(n) {
+                *sum += weight * n;
+            }
+        }
+    }
+    let top = sphere.len() - 1;
+    for (at, sum) in sphere.iter_mut().zip(sums).take(top).skip(outline) {
+        let long = length(sum);
+        // Circumcentres beside the outline may lie below it.
+        if long > 0.0 && sum[2] > 0.0 {
+            *at = sum.map(|x| x / long);
+        }
+    }
+}
+
+/// Normal of a triangle, as long as twice its area.
+fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
+    [
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    ]
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Chord errors between samples of a strip, above those at the samples.

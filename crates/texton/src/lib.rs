@@ -2,13 +2,16 @@
 
 mod bump_mesh;
 mod cell;
+mod chord_error;
 mod encounter;
 mod error;
 mod layout;
 mod mesh;
+mod mesh_files;
 mod patch;
 mod patch_mesh;
 mod presets;
+mod print_check;
 mod scan;
 mod surface;
 mod tessellation;
@@ -20,7 +23,9 @@ pub use encounter::Encounter;
 pub use error::TextonError;
 pub use layout::Layout;
 pub use mesh::{MeshCheck, TriangleMesh};
+pub use mesh_files::StlFormat;
 pub use patch::{BumpCounts, MountingHole, Patch, PatchSpec};
+pub use print_check::{Finding, Printer};
 pub use scan::ScanAngle;
 pub use tessellation::{ChordSide, Tessellation};
 pub use texton::{Texton, TextonShape};
