@@ -236,9 +236,13 @@ fn connect(
     }
     // Else a point of the second row lies outside the chords of the first.
     let fits = triangles.len() == 2 * sphere.len() - outline - 2;
+    // Along the normals of the ellipsoid, which are n / radii.
     let moved: Vec<[f64; 3]> = sphere
-        .into_iter()
-        .map(|n| n.map(|x| x * (1.0 + out_mm / stretch.scale(n))))
+        .iter()
+        .map(|n| {
+            let out = out_mm * stretch.scale(*n);
+            [0, 1, 2].map(|i| n[i] * (1.0 + out / stretch.0[i].powi(2)))
+        })
         .collect();
     let error_mm = triangles
         .iter()
@@ -342,7 +346,10 @@ fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
             }
         }
         // Past the best number of rows.
-        if best.as_ref().is_some_and(|(fewest, _)| triangles(least) >= *fewest) {
+        if best
+            .as_ref()
+            .is_some_and(|(fewest, _)| triangles(least) >= *fewest)
+        {
             break;
         }
     }
@@ -354,11 +361,7 @@ fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
 }
 
 /// The cone over points of the unit circle, with its chord error.
-fn strips(
-    texton: &Texton,
-    unit: &[[f64; 3]],
-    rows: usize,
-) -> Result<(BumpMesh, f64), TextonError> {
+fn strips(texton: &Texton, unit: &[[f64; 3]], rows: usize) -> Result<(BumpMesh, f64), TextonError> {
     let [a, b] = texton.radii_mm();
     let [c, d] = texton.top_radii_mm();
     let n = unit.len();

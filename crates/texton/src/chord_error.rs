@@ -44,8 +44,8 @@ impl Patch {
             for i in 0..=ALONG {
                 for j in 0..=ALONG - i {
                     let share = [i, j, ALONG - i - j].map(|k| k as f64 / ALONG as f64);
-                    let [px, py, pz] =
-                        [0, 1, 2].map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum::<f64>());
+                    let [px, py, pz] = [0, 1, 2]
+                        .map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum::<f64>());
                     let at = [px - x, py - y, pz];
                     let above = (pz - height_mm).abs();
                     let on_top = texton.shape() != TextonShape::Hemiellipsoid

@@ -56,10 +56,7 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// A coordinate that is no finite number, or a triangle with a point that is not there.
-    pub fn new(
-        points_mm: Vec<[f64; 3]>,
-        triangles: Vec<[u32; 3]>,
-    ) -> Result<Self, TextonError> {
+    pub fn new(points_mm: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, TextonError> {
         for &value in points_mm.iter().flatten() {
             crate::error::finite("coordinate, mm", value)?;
         }
@@ -121,7 +118,11 @@ impl TriangleMesh {
     /// Area of all triangles, mm².
     #[must_use]
     pub fn area_mm2(&self) -> f64 {
-        self.triangles.iter().map(|t| self.twice_area(*t)).sum::<f64>() / 2.0
+        self.triangles
+            .iter()
+            .map(|t| self.twice_area(*t))
+            .sum::<f64>()
+            / 2.0
     }
 
     fn twice_area(&self, triangle: [u32; 3]) -> f64 {
@@ -218,7 +219,8 @@ mod tests {
 
     #[test]
     fn a_tetrahedron_is_a_solid_and_its_flaws_are_found() {
-        let mesh = |faces: &[[u32; 3]]| TriangleMesh::new(CORNERS.to_vec(), faces.to_vec()).unwrap();
+        let mesh =
+            |faces: &[[u32; 3]]| TriangleMesh::new(CORNERS.to_vec(), faces.to_vec()).unwrap();
         let check = mesh(&FACES).check();
         assert!(check.is_solid());
         assert_eq!(check.euler, 2);

@@ -167,7 +167,9 @@ impl Patch {
         };
         let [width_mm, length_mm] = spec.size_mm;
         let places = width_mm * length_mm / texture.layout().cell_area_mm2();
-        let tiles = spec.tile_mm.map_or(1.0, |t| width_mm * length_mm / (t[0] * t[1]));
+        let tiles = spec
+            .tile_mm
+            .map_or(1.0, |t| width_mm * length_mm / (t[0] * t[1]));
         for (what, value) in [("places of the grid", places), ("tiles", tiles)] {
             if value > MOST {
                 return Err(TextonError::Parameter {
@@ -270,7 +272,11 @@ impl Patch {
                     ..*b
                 })
                 .collect();
-            let holes = self.spec.holes.iter().filter(|h| tile.contains(h.centre_mm));
+            let holes = self
+                .spec
+                .holes
+                .iter()
+                .filter(|h| tile.contains(h.centre_mm));
             let holes = holes.map(|h| MountingHole {
                 centre_mm: moved(h.centre_mm, tile.low),
                 ..*h
@@ -279,7 +285,11 @@ impl Patch {
                 size_mm: moved(tile.high, tile.low),
                 first_mm: Some(moved(
                     self.first_mm(),
-                    if self.spec.restart { [0.0; 2] } else { tile.low },
+                    if self.spec.restart {
+                        [0.0; 2]
+                    } else {
+                        tile.low
+                    },
                 )),
                 tile_mm: None,
                 holes: holes.collect(),

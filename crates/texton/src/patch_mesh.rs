@@ -9,8 +9,8 @@ use crate::cell::{Cells, Corner};
 use crate::patch::{Bump, LEAST_GAP_MM, Rectangle};
 use crate::triangulate::{inside, outline};
 use crate::{ChordSide, MountingHole, Patch, Tessellation, TextonError, TriangleMesh};
-use std::collections::hash_map::{Entry, HashMap};
 use std::collections::HashSet;
+use std::collections::hash_map::{Entry, HashMap};
 use std::f64::consts::TAU;
 
 /// Cells that come closer than this to a border or hole leave it to the constrained triangulation.
@@ -168,8 +168,11 @@ impl Patch {
         for hole in &self.spec().holes {
             plan.around_holes.push(around(hole, ask.accuracy_mm));
         }
-        if let Some(cells) = Cells::new(texton, self.texture().layout()) {
-            self.plan_cells(&cells, &mut plan)?;
+        // A lone bump may fill its cell to the border.
+        if gap_mm >= least_mm {
+            if let Some(cells) = Cells::new(texton, self.texture().layout()) {
+                self.plan_cells(&cells, &mut plan)?;
+            }
         }
         Ok(plan)
     }
@@ -222,9 +225,8 @@ impl Patch {
 
     fn near_hole(&self, bump: &Bump, reach: [f64; 2]) -> bool {
         self.spec().holes.iter().any(|hole| {
-            let beside = |i: usize| {
-                ((hole.centre_mm[i] - bump.centre_mm[i]).abs() - reach[i]).max(0.0)
-            };
+            let beside =
+                |i: usize| ((hole.centre_mm[i] - bump.centre_mm[i]).abs() - reach[i]).max(0.0);
             beside(0).hypot(beside(1)) < 0.5 * hole.diameter_mm + CLEAR_MM
         })
     }

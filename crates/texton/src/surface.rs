@@ -116,14 +116,13 @@ pub(crate) fn closest_on<const N: usize>(radii: [f64; N], point: [f64; N]) -> Op
         .map(|i| -radii[i] * radii[i])
         .fold(f64::NEG_INFINITY, f64::max);
     let sum = |t: f64| -> (f64, f64) {
-        (0..N).filter(|&i| point[i] != 0.0).fold(
-            (-1.0, 0.0),
-            |(value, slope), i| {
+        (0..N)
+            .filter(|&i| point[i] != 0.0)
+            .fold((-1.0, 0.0), |(value, slope), i| {
                 let denominator = t + radii[i] * radii[i];
                 let term = scaled[i] / denominator;
                 (value + term * term, slope - 2.0 * term * term / denominator)
-            },
-        )
+            })
     };
     if start == f64::NEG_INFINITY {
         return None;
@@ -176,7 +175,11 @@ mod tests {
             let n = sampler.unit_vector().to_array();
             // Outside, any distance; inside, less than the least radius of curvature.
             let along = sampler.uniform(-0.16, 4.0);
-            let s = 1.0 / n.iter().zip(radii).map(|(n, r)| (n / r).powi(2)).sum::<f64>();
+            let s = 1.0
+                / n.iter()
+                    .zip(radii)
+                    .map(|(n, r)| (n / r).powi(2))
+                    .sum::<f64>();
             let on: [f64; 3] = std::array::from_fn(|i| radii[i] * n[i]);
             let p = std::array::from_fn(|i| on[i] + along * n[i] / radii[i] * s.sqrt());
             let distance = ellipsoid_distance(radii, p);
