@@ -5,6 +5,8 @@ mod cell;
 mod chord_error;
 mod encounter;
 mod error;
+mod height_exr;
+mod height_field;
 mod layout;
 mod mesh;
 mod mesh_files;
@@ -21,6 +23,8 @@ mod triangulate;
 
 pub use encounter::Encounter;
 pub use error::TextonError;
+pub use height_exr::HeightSource;
+pub use height_field::HeightField;
 pub use layout::Layout;
 pub use mesh::{MeshCheck, TriangleMesh};
 pub use mesh_files::StlFormat;
