@@ -1,5 +1,6 @@
 //! A texture: bumps on a grid, and what a finger meets that crosses it.
 
+use crate::surface::closest_on;
 use crate::{Layout, ScanAngle, Texton, TextonError};
 
 /// Bumps of one kind on a grid; they may touch, but not overlap.
@@ -51,24 +52,22 @@ impl Texture {
 
     /// Width of the plate left free between neighbouring bumps where they are closest, mm.
     ///
-    /// Exact along the axes of the grid; a lower bound between bumps that are closest across.
+    /// Twice the distance of the place halfway between two middles from either ellipse, which are
+    /// mirror images of each other; zero for bumps that touch.
     #[must_use]
     pub fn gap_mm(&self) -> f64 {
-        let [long_mm, short_mm] = self.texton.radii_mm();
-        let mut gap_mm = f64::INFINITY;
-        for [columns, rows] in neighbours() {
-            let [x, y] = self.layout.offset_mm(columns, rows);
-            let distance = (x / long_mm).hypot(y / short_mm);
-            // The straight way between the centres leaves both ellipses at the same share.
-            let free = x.hypot(y) * (1.0 - 2.0 / distance);
-            // The closest points lie on it only where it runs along an axis.
-            let scale = if x == 0.0 || y == 0.0 {
-                1.0
-            } else {
-                short_mm / long_mm
-            };
-            gap_mm = gap_mm.min(free * scale);
-        }
+        let radii = self.texton.radii_mm();
+        let gap_mm = neighbours()
+            .filter_map(|[columns, rows]| {
+                let half = self.layout.offset_mm(columns, rows).map(|x| 0.5 * x);
+                let inside = (half[0] / radii[0]).hypot(half[1] / radii[1]) <= 1.0 + TOUCHING;
+                if inside {
+                    return Some(0.0);
+                }
+                let closest = closest_on(radii, half)?;
+                Some(2.0 * (closest[0] - half[0]).hypot(closest[1] - half[1]))
+            })
+            .fold(f64::INFINITY, f64::min);
         gap_mm.max(0.0)
     }
 

@@ -1,0 +1,209 @@
+//! Height fields: heights of the true surface, pictures that read back, pictures that do not.
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
+    SmallVec, WritableImage,
+};
+use hwall_texton::{HeightField, HeightSource, Patch, PatchSpec, TextonError, Texture};
+use std::path::{Path, PathBuf};
+
+/// A folder of its own for each test, removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let name = format!("hwall-texton-{}-{name}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn patch() -> Patch {
+    let spec = PatchSpec {
+        size_mm: [20.0, 10.0],
+        ..PatchSpec::default()
+    };
+    Patch::new(Texture::released(), spec).unwrap()
+}
+
+/// A picture of someone else's, without metadata.
+fn foreign(path: &Path, size: (usize, usize), channels: &[(&str, Vec<f32>)]) {
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
+        .iter()
+        .map(|(name, samples)| AnyChannel::new(*name, FlatSamples::F32(samples.clone())))
+        .collect();
+    let layer = Layer::new(
+        size,
+        LayerAttributes::default(),
+        Encoding::SMALL_FAST_LOSSLESS,
+        AnyChannels::sort(channels),
+    );
+    let image = Image::from_layers(ImageAttributes::with_size(size), vec![layer]);
+    image.write().to_file(path).unwrap();
+}
+
+#[test]
+fn heights_are_those_of_the_surface() {
+    let patch = patch();
+    let field = patch.height_field(0.05).unwrap();
+    assert_eq!(field.size(), [400, 200]);
+    let mut volume = 0.0;
+    for (k, height) in field.heights_mm().iter().enumerate() {
+        let at = [k % 400, k / 400].map(|i| (i as f64 + 0.5) * 0.05);
+        let truth = patch.height_at_mm(at).unwrap();
+        assert!((f64::from(*height) - truth).abs() < 1e-7);
+        assert!((field.height_at_mm(at).unwrap() - truth).abs() < 1e-6);
+        volume += truth * 0.05 * 0.05;
+    }
+    let bumps = patch.volume_mm3() - 200.0;
+    assert!((volume / bumps - 1.0).abs() < 1e-3);
+    // On the top of a bump and on the plate between them.
+    assert!((patch.height_at_mm([9.3, 3.3]).unwrap() - 0.7).abs() < 1e-12);
+    assert_eq!(patch.height_at_mm([6.2, 2.2]), Some(0.0));
+    for outside in [[-0.1, 1.0], [20.1, 1.0], [f64::NAN, 1.0]] {
+        assert_eq!(patch.height_at_mm(outside), None);
+        assert_eq!(field.height_at_mm(outside), None);
+    }
+    assert!(patch.height_field(0.0).is_err());
+    assert!(patch.height_field(1e-6).is_err());
+    assert!(patch.height_field(100.0).is_err());
+}
+
+#[test]
+fn pictures_read_back_to_the_bit() {
+    let scratch = Scratch::new("read-back");
+    let path = scratch.0.join("patch.exr");
+    let field = patch().height_field(0.1).unwrap();
+    field.write_exr(&path).unwrap();
+    let first = std::fs::read(&path).unwrap();
+    let source = HeightSource::default();
+    assert_eq!(HeightField::read_exr(&path, &source).unwrap(), field);
+    field.write_exr(&path).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), first);
+    // Given units win.
+    let micrometres = HeightSource {
+        unit_mm: Some(1e-3),
+        pitch_mm: Some(0.2),
+        ..HeightSource::default()
+    };
+    let read = HeightField::read_exr(&path, &micrometres).unwrap();
+    assert_eq!(read.pitch_mm(), 0.2);
+    let [large, small] =
+        [&field, &read].map(|f| f.heights_mm().iter().copied().fold(0.0, f32::max));
+    assert!((large / small - 1000.0).abs() < 1e-3);
+}
+
+#[test]
+fn normals_are_unit_and_point_away() {
+    let scratch = Scratch::new("normals");
+    let path = scratch.0.join("normals.exr");
+    let field = patch().height_field(0.05).unwrap();
+    field.write_normal_exr(&path).unwrap();
+    let blue = HeightSource {
+        channel: Some("B".to_owned()),
+        ..HeightSource::default()
+    };
+    let up = HeightField::read_exr(&path, &blue).unwrap();
+    assert!(up.heights_mm().iter().all(|b| *b > 0.0 && *b <= 1.0));
+    // On a slope of the ellipsoid, away from its foot: against the exact normal.
+    let (i, j) = (205, 65);
+    let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) * 0.05);
+    let (dx, dy) = ((x - 9.3) / 3.0, (y - 3.3) / 1.0);
+    let z = (1.0 - dx * dx - dy * dy).sqrt();
+    let exact = glam::dvec3(dx / 3.0, dy, z / 0.7).normalize();
+    let ours = glam::DVec3::from_array(field.normal(i as usize, j as usize));
+    assert!((ours.length() - 1.0).abs() < 1e-12);
+    assert!(exact.distance(ours) < 1e-3, "{exact} {ours}");
+}
+
+#[test]
+fn measured_pictures_are_read_with_what_is_given() {
+    let scratch = Scratch::new("foreign");
+    let path = scratch.0.join("scan.exr");
+    foreign(
+        &path,
+        (3, 2),
+        &[("depth", vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])],
+    );
+    let unknown = HeightField::read_exr(&path, &HeightSource::default());
+    assert_eq!(
+        unknown,
+        Err(TextonError::Attribute {
+            name: "pixel pitch"
+        })
+    );
+    let source = HeightSource {
+        pitch_mm: Some(0.01),
+        unit_mm: Some(1e-3),
+        channel: None,
+    };
+    let field = HeightField::read_exr(&path, &source).unwrap();
+    // The lowest row first.
+    assert_eq!(
+        field.heights_mm(),
+        &[0.004, 0.005, 0.006, 0.001, 0.002, 0.003]
+    );
+    let mesh = field.mesh(1.0, 1_000).unwrap().check();
+    assert!(mesh.is_solid(), "{mesh:?}");
+    assert_eq!(mesh.euler, 2);
+}
+
+#[test]
+fn wrong_pictures_are_refused() {
+    let scratch = Scratch::new("wrong");
+    let path = scratch.0.join("x.exr");
+    let source = HeightSource {
+        pitch_mm: Some(0.01),
+        unit_mm: Some(1.0),
+        channel: None,
+    };
+    let read = || HeightField::read_exr(&path, &source);
+    assert!(matches!(read(), Err(TextonError::File { .. })));
+    foreign(&path, (2, 1), &[("R", vec![0.0; 2]), ("G", vec![0.0; 2])]);
+    assert!(matches!(read(), Err(TextonError::Channel { .. })));
+    foreign(&path, (2, 2), &[("Y", vec![0.0, 1.0, 2.0, f32::NAN])]);
+    assert!(matches!(
+        read(),
+        Err(TextonError::Pixel {
+            column: 1,
+            row: 1,
+            ..
+        })
+    ));
+    patch()
+        .height_field(0.05)
+        .unwrap()
+        .write_exr(&path)
+        .unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    for length in [0, 100, whole.len() / 2, whole.len() - 1] {
+        std::fs::write(&path, &whole[..length]).unwrap();
+        assert!(matches!(read(), Err(TextonError::File { .. })), "{length}");
+    }
+    assert!(HeightField::new(2, 0.1, vec![0.0; 3]).is_err());
+    assert!(HeightField::new(0, 0.1, vec![]).is_err());
+    assert!(HeightField::new(1, 0.1, vec![f32::INFINITY]).is_err());
+}
+
+#[test]
+fn a_height_field_becomes_a_solid() {
+    let patch = patch();
+    let mesh = patch
+        .height_field(0.1)
+        .unwrap()
+        .mesh(1.0, 1_000_000)
+        .unwrap();
+    let check = mesh.check();
+    assert!(check.is_solid(), "{check:?}");
+    let thin = HeightField::new(1, 0.1, vec![0.0; 3]).unwrap();
+    assert!(thin.mesh(1.0, 1_000).is_err());
+    let few = patch.height_field(0.1).unwrap().mesh(1.0, 1_000);
+    assert!(matches!(few, Err(TextonError::TooManyTriangles { .. })));
+}

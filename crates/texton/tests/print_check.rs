@@ -1,0 +1,85 @@
+//! What a printer cannot make is found before it tries.
+
+use hwall_texton::{Finding, Patch, PatchSpec, Printer, Texton, Texture};
+
+#[test]
+fn the_released_patch_prints_in_its_tiles_and_not_in_one_piece() {
+    let patch = Patch::released();
+    let findings = patch.print_check(&Printer::default());
+    assert!(!findings.iter().any(Finding::is_fault), "{findings:?}");
+    let whole = PatchSpec {
+        tile_mm: None,
+        ..PatchSpec::released()
+    };
+    let whole = Patch::new(Texture::released(), whole).unwrap();
+    let findings = whole.print_check(&Printer::default());
+    assert!(findings.iter().any(|f| matches!(
+        f,
+        Finding::Tile {
+            size_mm: [200.0, 200.0],
+            ..
+        }
+    )));
+}
+
+#[test]
+fn gaps_heights_plates_and_sides_are_looked_at() {
+    let touching = Texture::hemiellipsoids([3.0, 1.0], 0.04, [6.0, 2.0]).unwrap();
+    let spec = PatchSpec {
+        plate_mm: 0.3,
+        ..PatchSpec::default()
+    };
+    let printer = Printer {
+        steepest_rad: Some(1.0),
+        ..Printer::default()
+    };
+    let findings = Patch::new(touching, spec).unwrap().print_check(&printer);
+    let faults: Vec<&Finding> = findings.iter().filter(|f| f.is_fault()).collect();
+    assert!(matches!(
+        faults[..],
+        [
+            Finding::Gap { gap_mm: 0.0, .. },
+            Finding::Height {
+                height_mm: 0.04,
+                ..
+            },
+            Finding::Steepness { .. },
+            Finding::Plate { plate_mm: 0.3, .. },
+        ]
+    ));
+    let ridge = Texton::truncated_cone([3.0, 0.71], 0.7).unwrap();
+    let texture = Texture::new(ridge, *Texture::released().layout()).unwrap();
+    let patch = Patch::new(texture, PatchSpec::default()).unwrap();
+    let findings = patch.print_check(&Printer::default());
+    assert!(matches!(
+        findings[..],
+        [Finding::Breadth { .. }, Finding::LeftOut { .. }]
+    ));
+}
+
+#[test]
+fn gaps_are_those_of_the_closest_points() {
+    // Halfway between two bumps that stand askew, by a search over both outlines.
+    let texton = Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap();
+    let layout = hwall_texton::Layout::Staggered {
+        long_mm: 6.6,
+        short_mm: 1.8,
+    };
+    let texture = Texture::new(texton, layout).unwrap();
+    let points: Vec<[f64; 2]> = (0..2_000)
+        .map(|i| f64::from(i) * std::f64::consts::TAU / 2_000.0)
+        .map(|t| [3.0 * t.cos(), t.sin()])
+        .collect();
+    let mut least = f64::INFINITY;
+    for p in &points {
+        for q in &points {
+            least = least.min((p[0] - q[0] - 3.3).hypot(p[1] - q[1] - 1.8));
+        }
+    }
+    assert!(
+        (texture.gap_mm() - least).abs() < 1e-4,
+        "{} {least}",
+        texture.gap_mm()
+    );
+    assert!((Texture::released().gap_mm() - 0.2).abs() < 1e-12);
+}
