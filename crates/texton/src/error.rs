@@ -112,85 +112,95 @@ pub enum TextonError {
         /// Distance of their centres where the bumps are scaled to unit circles; 2 is touching.
         distance: f64,
     },
-        /// Column, from the left.
-        /// How many are wanted.
-        /// How many edges were in the way of others.
-        /// How many it would have; a lower bound where counting them all takes too long.
-        /// How many may be.
-        /// How many there are.
-        /// How many.
-        /// Its size along the short axis, mm.
-        /// Its value.
-        /// Number of points.
-        /// Row, from the top.
-        /// Size of the patch along the long axis, mm.
-        /// The attribute.
-        /// The channel.
-        /// The file, or what was done to it.
-        /// The gap between neighbours, mm.
-        /// The index.
-        /// Those of the picture.
-        /// What the mesh asked for needs, mm.
-        /// What the system or the decoder says.
-        /// Which of the holes.
-        column: usize,
-        conflicts: usize,
-        count: usize,
-        found: String,
-        gap_mm: f64,
-        index: u32,
-        index: usize,
-        least_mm: f64,
-        length_mm: f64,
-        levels: usize,
-        limit: u64,
-        message: String,
-        name: &'static str,
-        name: String,
-        points: usize,
-        row: usize,
-        triangles: u64,
-        value: f64,
-        wanted: String,
-        wanted: usize,
-        width_mm: f64,
-    #[error("bumps are {gap_mm} mm apart, a mesh needs more than {least_mm} mm between them")]
-    #[error("mounting hole {index} crosses a border or another hole")]
-    #[error("no bump fits on a patch of {width_mm} x {length_mm} mm")]
-    #[error("no channel {wanted}; there are: {found}")]
-    #[error("pixel {column}, {row} is {value}")]
-    #[error("the picture does not say its {name}, and none was given")]
-    #[error("the plate cannot be triangulated: {conflicts} outlines cross, or points coincide")]
-    #[error("triangle with point {index} of {points}")]
-    #[error("{count} points or triangles vanish in single precision")]
-    #[error("{name}: {message}")]
-    #[error("{triangles} triangles, allowed: {limit}")]
-    #[error("{wanted} levels wanted of {levels}")]
-    /// A file that cannot be opened, read or written.
-    /// A mesh larger than was allowed.
-    /// A mounting hole that is not within one tile, or meets another hole.
-    /// A picture that does not say what was not given either.
-    /// A picture without the channel asked for.
-    /// A pixel that is no finite number.
-    /// A triangle refers to a point that is not there.
-    /// Bumps too close for the plate between them to be a surface.
     /// No bump of the texture fits on the patch.
-    /// Outlines on the plate that cross or coincide.
-    /// Points or triangles that are apart in double precision and not in the single precision of STL.
-    /// There are fewer levels than wanted, or nothing is wanted.
-    Attribute {
-    Channel {
-    File {
-    Hole {
-    MissingPoint {
+    #[error("no bump fits on a patch of {width_mm} x {length_mm} mm")]
     NoBumps {
-    Pixel {
-    SinglePrecision {
-    TooFewLevels {
-    TooManyTriangles {
-    Touching {
-    Triangulation {
+        /// Size of the patch along the long axis, mm.
+        width_mm: f64,
+        /// Its size along the short axis, mm.
+        length_mm: f64,
     },
+    /// A mounting hole that is not within one tile, or meets another hole.
+    #[error("mounting hole {index} crosses a border or another hole")]
+    Hole {
+        /// Which of the holes.
+        index: usize,
+    },
+    /// Bumps too close for the plate between them to be a surface.
+    #[error("bumps are {gap_mm} mm apart, a mesh needs more than {least_mm} mm between them")]
+    Touching {
+        /// The gap between neighbours, mm.
+        gap_mm: f64,
+        /// What the mesh asked for needs, mm.
+        least_mm: f64,
+    },
+    /// A mesh larger than was allowed.
+    #[error("{triangles} triangles, allowed: {limit}")]
+    TooManyTriangles {
+        /// How many it would have; a lower bound where counting them all takes too long.
+        triangles: u64,
+        /// How many may be.
+        limit: u64,
+    },
+    /// Outlines on the plate that cross or coincide.
+    #[error("the plate cannot be triangulated: {conflicts} outlines cross, or points coincide")]
+    Triangulation {
+        /// How many edges were in the way of others.
+        conflicts: usize,
+    },
+    /// A triangle refers to a point that is not there.
+    #[error("triangle with point {index} of {points}")]
+    MissingPoint {
+        /// The index.
+        index: u32,
+        /// Number of points.
+        points: usize,
+    },
+    /// Points or triangles that are apart in double precision and not in the single precision of STL.
+    #[error("{count} points or triangles vanish in single precision")]
+    SinglePrecision {
+        /// How many.
+        count: usize,
+    },
+    /// A file that cannot be opened, read or written.
+    #[error("{name}: {message}")]
+    File {
+        /// The file, or what was done to it.
+        name: String,
+        /// What the system or the decoder says.
+        message: String,
+    },
+    /// A picture without the channel asked for.
+    #[error("no channel {wanted}; there are: {found}")]
+    Channel {
+        /// The channel.
+        wanted: String,
+        /// Those of the picture.
+        found: String,
+    },
+    /// A picture that does not say what was not given either.
+    #[error("the picture does not say its {name}, and none was given")]
+    Attribute {
+        /// The attribute.
+        name: &'static str,
+    },
+    /// A pixel that is no finite number.
+    #[error("pixel {column}, {row} is {value}")]
+    Pixel {
+        /// Column, from the left.
+        column: usize,
+        /// Row, from the top.
+        row: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// There are fewer levels than wanted, or nothing is wanted.
+    #[error("{wanted} levels wanted of {levels}")]
+    TooFewLevels {
+        /// How many are wanted.
+        wanted: usize,
+        /// How many there are.
+        levels: usize,
     },
 }
 
