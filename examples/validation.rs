@@ -4,7 +4,10 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::{bip_study, bip_validation, exit, published, reach_figures, validation};
+use hwall_examples::{
+    bip_study, bip_validation, exit, perception_validation, published, reach_figures,
+    texture_validation, validation,
+};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -22,6 +25,12 @@ struct Args {
     /// Folder with recorded reaches
     #[arg(long, default_value = "../shared/data")]
     recordings: PathBuf,
+    /// Folder with reference numbers of textures
+    #[arg(long, default_value = "../shared/reference/texton")]
+    texton: PathBuf,
+    /// Folder with reference studies and their analyses
+    #[arg(long, default_value = "../shared/reference/psychophysics")]
+    psychophysics: PathBuf,
     /// Folder for VALIDATION.md and figures/
     #[arg(long, default_value = "docs")]
     out: PathBuf,
@@ -44,11 +53,13 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::create_dir_all(&bip_figures).with_context(|| bip_figures.display().to_string())?;
     let found = validation::reachability(&published, args.seed, args.poses)?;
     let bip = bip_validation::section(&args.bip)?;
+    let textures = texture_validation::section(&args.texton)?;
+    let perception = perception_validation::section(&args.psychophysics)?;
     let recorded = bip_study::recordings_report(&args.recordings)?;
     let text = format!(
         "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
          Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n## Recorded reaches\n\n{}\n{}",
+         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n## Recorded reaches\n\n{}\n{}\n{textures}\n{perception}",
         found.text,
         recorded.text,
         figures_of("bip", &recorded.draw(&bip_figures)?)
