@@ -225,8 +225,8 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
         (10.0, 0.0),
         (20.0, 0.0),
         (40.0, 0.0),
+        (60.0, 0.0),
         (80.0, 0.0),
-        (40.0, 0.1),
         (80.0, 0.1),
     ] {
         let mut sampler = Sampler::new(seed);
