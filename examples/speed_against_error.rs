@@ -3,7 +3,9 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed, speed_bip, speed_contact, speed_reach, speed_scene};
+use hwall_examples::{
+    exit, speed, speed_bip, speed_contact, speed_reach, speed_roughness, speed_scene,
+};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -53,6 +55,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_reach::maps(args.seed, 1_000 * n)?,
         speed_reach::methods(args.seed)?,
         speed_reach::queries(args.seed, n)?,
+        speed_roughness::calibrations(args.seed, n)?,
         speed_bip::filters(args.seed)?,
         speed_scene::build_quality(args.seed, n, args.scene.as_deref())?,
         speed_contact::estimators(args.seed)?,

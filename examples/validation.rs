@@ -4,7 +4,9 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::{bip_study, bip_validation, exit, published, reach_figures, validation};
+use hwall_examples::{
+    bip_study, bip_validation, exit, published, reach_figures, texture_validation, validation,
+};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -44,11 +46,12 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::create_dir_all(&bip_figures).with_context(|| bip_figures.display().to_string())?;
     let found = validation::reachability(&published, args.seed, args.poses)?;
     let bip = bip_validation::section(&args.bip)?;
+    let textures = texture_validation::section(args.seed)?;
     let recorded = bip_study::recordings_report(&args.recordings)?;
     let text = format!(
         "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
          Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n## Recorded reaches\n\n{}\n{}",
+         which keep the data they need.\n\n{machine}\n\n{}\n{textures}\n{bip}\n## Recorded reaches\n\n{}\n{}",
         found.text,
         recorded.text,
         figures_of("bip", &recorded.draw(&bip_figures)?)
