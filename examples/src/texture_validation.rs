@@ -60,7 +60,7 @@ pub fn section(seed: u64) -> anyhow::Result<String> {
         text,
         "{table}\n### How soon the texture has its speed\n\nSimulated iiwa 7 with a reaction delay of 22 ms, touches of 8 N at random places \
          (walls, ramps and tables in front of the arm, any scan). Error: velocity of the board less the wanted one, \
-         over the wanted speed, after the touch was felt. Joints are able where their accelerations (10 rad/s²) allow \
+         over the wanted speed, after the touch was felt; \"off\": from the direction in which the scan was expected. Joints are able where their accelerations (10 rad/s²) allow \
          the wanted speed within 25 ms, and 1 m/s² at least. In the released code of the dissertation the commanded \
          velocity is nominal after 1.5 s.\n\n{motion}"
     );
