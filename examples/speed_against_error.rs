@@ -5,7 +5,7 @@
 use clap::Parser;
 use hwall_examples::{
     exit, speed, speed_bip, speed_contact, speed_contact_fusion, speed_contact_knobs, speed_reach,
-    speed_scene,
+    speed_roughness, speed_scene,
 };
 use hwall_testkit::Machine;
 use std::io::{self, Write};
@@ -56,6 +56,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_reach::maps(args.seed, 1_000 * n)?,
         speed_reach::methods(args.seed)?,
         speed_reach::queries(args.seed, n)?,
+        speed_roughness::calibrations(args.seed, n)?,
         speed_bip::filters(args.seed)?,
         speed_scene::build_quality(args.seed, n, args.scene.as_deref())?,
         speed_contact::estimators(args.seed)?,

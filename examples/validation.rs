@@ -53,7 +53,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::create_dir_all(&bip_figures).with_context(|| bip_figures.display().to_string())?;
     let found = validation::reachability(&published, args.seed, args.poses)?;
     let bip = bip_validation::section(&args.bip)?;
-    let textures = texture_validation::section(&args.texton)?;
+    let textures = texture_validation::section(&args.texton, args.seed)?;
     let perception = perception_validation::section(&args.psychophysics)?;
     let recorded = bip_study::recordings_report(&args.recordings)?;
     let text = format!(

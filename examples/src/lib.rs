@@ -61,6 +61,7 @@ pub mod speed_contact_figures;
 pub mod speed_contact_fusion;
 pub mod speed_contact_knobs;
 pub mod speed_reach;
+pub mod speed_roughness;
 pub mod speed_scene;
 pub mod stage;
 pub mod texture_touch;

@@ -30,6 +30,8 @@ pub struct Touch {
     pub normal: DVec3,
     /// Direction of the scan in the plane, rad.
     pub scan_rad: f64,
+    /// How far off that the scan was expected, rad.
+    pub unexpected_rad: f64,
     /// The finger's own speed, m/s; 0: it rests, and the scan is the expected one.
     pub finger_m_per_s: f64,
     /// Orientation and speed of the texture.
@@ -54,6 +56,7 @@ impl Touch {
             point_m: DVec3::new(x, y, z),
             normal: ahead * slope.cos() + DVec3::Z * slope.sin(),
             scan_rad,
+            unexpected_rad: 0.0,
             finger_m_per_s,
             level: Level {
                 scan: ScanAngle::from_deg(deg).unwrap_or(ScanAngle::ALONG),
@@ -119,7 +122,9 @@ pub fn touch(
     let axes = surface_axes(touch.normal)?;
     let lift = |p: DVec2| axes[0] * p.x + axes[1] * p.y;
     let mut motion = TextureMotion::new(limits)?;
-    motion.scan_mut().expect(touch.scan_rad)?;
+    motion
+        .scan_mut()
+        .expect(touch.scan_rad + touch.unexpected_rad)?;
     let target = |place: DVec2, roll_rad: f64, now_s: f64| BoardTarget {
         point_m: touch.point_m + lift(place),
         normal: touch.normal,
@@ -221,20 +226,23 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
         "largest from 50 ms on",
         "drift along the normal",
     ]);
-    for (speed_mm_per_s, finger_m_per_s) in [
-        (10.0, 0.0),
-        (20.0, 0.0),
-        (40.0, 0.0),
-        (80.0, 0.0),
-        (40.0, 0.1),
-        (80.0, 0.1),
+    for (speed_mm_per_s, finger_m_per_s, unexpected_deg) in [
+        (10.0, 0.0, 0.0),
+        (20.0, 0.0, 0.0),
+        (40.0, 0.0, 0.0),
+        (60.0, 0.0, 0.0),
+        (80.0, 0.0, 0.0),
+        (80.0, 0.1, 20.0),
     ] {
         let mut sampler = Sampler::new(seed);
         let mut outcomes = Vec::new();
         let mut tries = 0;
         while outcomes.len() < touches && tries < 50 * touches {
             tries += 1;
-            let random = Touch::random(&mut sampler, finger_m_per_s, speed_mm_per_s);
+            let random = Touch {
+                unexpected_rad: f64::to_radians(unexpected_deg),
+                ..Touch::random(&mut sampler, finger_m_per_s, speed_mm_per_s)
+            };
             let servo = ServoConfig {
                 seed: tries as u64,
                 ..ServoConfig::default()
@@ -254,7 +262,10 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
         let drift = outcomes.iter().map(|o| o.drift_m).fold(0.0, f64::max);
         let mut row = vec![
             format!("{speed_mm_per_s} mm/s"),
-            format!("{} mm/s", 1e3 * finger_m_per_s),
+            match unexpected_deg {
+                0.0 => format!("{} mm/s", 1e3 * finger_m_per_s),
+                off => format!("{} mm/s, {off} degrees off", 1e3 * finger_m_per_s),
+            },
             outcomes.len().to_string(),
         ];
         row.extend([20, 30, 40, 50, 100].map(|ms| percent(at(ms).median)));

@@ -4,28 +4,17 @@ use crate::HapticsError;
 use crate::board::{BoardTarget, QUARTER_TURNS_RAD, board_pose, direction};
 use crate::error::{finite, non_negative, positive};
 use crate::profile::{JointBounds, JointMotion};
-use crate::slide::{Slide, Sliding};
+use crate::slide::Sliding;
 use glam::DVec3;
 use hwall_kinematics::{
     BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution,
-    Pose, SrsArm, Unreachable,
+    SrsArm, Unreachable,
 };
 use std::f64::consts::{PI, TAU};
 
 /// A drift of the target that moves a joint of the goal further than this has left its valley (a
 /// limit or a singular pose came in between): all rolls are compared anew, rad.
-const DRIFT_RAD: f64 = 0.3;
-
-/// How far a slide is looked ahead for the velocities of the joints, s and m.
-const PREVIEW_S: f64 = 1e-3;
-const PREVIEW_M: f64 = 1e-4;
-
-/// A slide looks no further ahead for where it could stop, m: 0.1 m/s at 0.5 m/s².
-const STOP_M: f64 = 0.01;
-
-/// Share of the joints' accelerations that a slide plans with; the rest holds them on the path, whose
-/// curvature in the joints costs some too.
-const SLIDE_SHARE: f64 = 0.9;
+pub(crate) const DRIFT_RAD: f64 = 0.3;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
@@ -115,14 +104,16 @@ struct Goal {
 /// overshoot.
 #[derive(Debug, Clone)]
 pub struct Follower {
-    arm: SrsArm,
+    pub(crate) arm: SrsArm,
     config: FollowerConfig,
-    bounds: [JointBounds; 7],
-    nearest: NearestConfig,
-    motion: [JointMotion; 7],
+    pub(crate) bounds: [JointBounds; 7],
+    pub(crate) nearest: NearestConfig,
+    pub(crate) motion: [JointMotion; 7],
     aim: Option<Aim>,
     goal: Option<Goal>,
-    sliding: Option<Sliding>,
+    pub(crate) sliding: Option<Sliding>,
+    /// The way on which a slide had to end, and why.
+    pub(crate) blocked: Option<(DVec3, Unreachable)>,
 }
 
 impl Follower {
@@ -161,6 +152,7 @@ impl Follower {
             aim: None,
             goal: None,
             sliding: None,
+            blocked: None,
         };
         follower.restart(start, &JointVelocities::default())?;
         Ok(follower)
@@ -185,7 +177,8 @@ impl Follower {
                 qd_rad_per_s: qd[joint].clamp(-most, most),
             };
         }
-        (self.aim, self.goal, self.sliding) = (None, None, None);
+        (self.aim, self.goal) = (None, None);
+        self.end_slide();
         Ok(())
     }
 
@@ -276,7 +269,7 @@ impl Follower {
     /// # Errors
     /// A step that is negative, NaN or infinite; nothing then moves.
     pub fn step(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
-        self.sliding = None;
+        self.end_slide();
         let goal = self.goal;
         self.advance(dt_s, |joint, motion, bounds| match goal {
             Some(goal) => motion.towards(goal.q[joint], bounds, dt_s),
@@ -289,147 +282,15 @@ impl Follower {
     /// # Errors
     /// As for [`Follower::step`].
     pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
-        self.sliding = None;
+        self.end_slide();
         self.advance(dt_s, |_, motion, bounds| motion.braked(bounds, dt_s))
     }
 
-    /// The next configuration while the board moves within its plane, from where braking would have left
-    /// it on the first call. Returns why the board cannot be there, if it cannot; it then brakes.
-    ///
-    /// The velocity changes no faster than the joints can; they then are on the motion without lag. A call
-    /// of any other motion ends the slide.
-    ///
-    /// # Errors
-    /// NaN or infinity in the slide, or a step as for [`Follower::step`]; nothing then moves.
-    pub fn slide(&mut self, dt_s: f64, slide: &Slide) -> Result<Option<Unreachable>, HapticsError> {
-        slide.validate()?;
-        non_negative("dt_s", dt_s)?;
-        let start = || {
-            let stopping = |i: usize| {
-                let limit = self.arm.limits()[i];
-                let at = self.motion[i].stopping_point_rad(&self.bounds[i]);
-                at.clamp(limit.min_rad, limit.max_rad)
-            };
-            let rest = JointPositions(std::array::from_fn(stopping));
-            Sliding::new(self.arm.forward(&rest), rest, slide)
-        };
-        let sliding = self.sliding.unwrap_or_else(start);
-        let (mut next, mut unreachable) = (sliding, None);
-        for wanted in [slide.velocity_m_per_s, DVec3::ZERO] {
-            let change = sliding.along(wanted) - sliding.velocity_m_per_s;
-            let most = match self.able_m_per_s2(&sliding, change)? {
-                Ok(able) => able * dt_s,
-                Err(reason) => return self.stopped(dt_s, reason),
-            };
-            next = sliding;
-            next.advance(slide.turn_rad, change.clamp_length_max(most), dt_s);
-            match self.stops(&next)? {
-                Ok(()) => break,
-                Err(reason) => unreachable = unreachable.or(Some(reason)),
-            }
-        }
-        let ahead = (
-            next.velocity_m_per_s * PREVIEW_S,
-            slide.turn_rad_per_s * PREVIEW_S,
-        );
-        let q = match self.near(&next.place(DVec3::ZERO, 0.0)?, &sliding.q)? {
-            Ok(q) => q,
-            Err(reason) => return self.stopped(dt_s, reason),
-        };
-        let soon = match self.near(&next.place(ahead.0, ahead.1)?, &q)? {
-            Ok(soon) => soon,
-            Err(reason) => return self.stopped(dt_s, reason),
-        };
-        next.q = q;
-        let rate: [f64; 7] = std::array::from_fn(|i| (soon[i] - q[i]) / PREVIEW_S);
-        self.advance(dt_s, |joint, motion, bounds| {
-            motion.beside(q[joint], rate[joint], bounds, dt_s)
-        })?;
-        self.sliding = Some(next);
-        Ok(unreachable)
+    const fn end_slide(&mut self) {
+        (self.sliding, self.blocked) = (None, None);
     }
 
-    /// The acceleration of a board at its goal along a direction that all joints allow, m/s²; `None` without
-    /// a goal or a direction, or where the board cannot move that way.
-    ///
-    /// Error: that of a difference over 0.1 mm, some 1e-3 of it away from singular poses.
-    #[must_use]
-    pub fn acceleration_along_m_per_s2(&self, direction: DVec3) -> Option<f64> {
-        let q = self.goal()?;
-        let along = direction.try_normalize()? * PREVIEW_M;
-        let here = self.arm.forward(&q);
-        let there = Pose::new(here.rotation(), here.position_m() + along).ok()?;
-        let there = self.near(&there, &q).ok()?.ok()?;
-        Some(self.acceleration_m_per_s2(&q, &there))
-    }
-
-    /// The acceleration of a sliding board along a direction that the joints allow, m/s².
-    fn able_m_per_s2(
-        &self,
-        sliding: &Sliding,
-        direction: DVec3,
-    ) -> Result<Result<f64, Unreachable>, HapticsError> {
-        let Some(direction) = direction.try_normalize() else {
-            return Ok(Ok(f64::MAX));
-        };
-        let there = sliding.place(direction * PREVIEW_M, 0.0)?;
-        Ok(self
-            .near(&there, &sliding.q)?
-            .map(|there| SLIDE_SHARE * self.acceleration_m_per_s2(&sliding.q, &there)))
-    }
-
-    /// Can the board stop before it comes where it cannot be?
-    fn stops(&self, sliding: &Sliding) -> Result<Result<(), Unreachable>, HapticsError> {
-        let velocity = sliding.velocity_m_per_s;
-        let Some(heading) = velocity.try_normalize() else {
-            return Ok(Ok(()));
-        };
-        let able = match self.able_m_per_s2(sliding, heading)? {
-            Ok(able) => able,
-            Err(reason) => return Ok(Err(reason)),
-        };
-        let way_m = (velocity.length_squared() / (2.0 * able)).min(STOP_M);
-        let end = sliding.place(heading * (way_m + PREVIEW_M), 0.0)?;
-        Ok(self.near(&end, &sliding.q)?.map(|_| ()))
-    }
-
-    /// What the joints allow on the way to a configuration [`PREVIEW_M`] away, m/s².
-    fn acceleration_m_per_s2(&self, from: &JointPositions, to: &JointPositions) -> f64 {
-        (0..7).fold(f64::INFINITY, |most: f64, i| {
-            let rad_per_m = (to[i] - from[i]).abs() / PREVIEW_M;
-            most.min(self.bounds[i].acceleration_rad_per_s2() / rad_per_m)
-        })
-    }
-
-    /// Brakes; the next slide begins where that ends.
-    fn stopped(
-        &mut self,
-        dt_s: f64,
-        reason: Unreachable,
-    ) -> Result<Option<Unreachable>, HapticsError> {
-        self.brake(dt_s)?;
-        Ok(Some(reason))
-    }
-
-    /// The solution beside a configuration.
-    fn near(
-        &self,
-        pose: &Pose,
-        q: &JointPositions,
-    ) -> Result<Result<JointPositions, Unreachable>, HapticsError> {
-        let config = NearestConfig {
-            policy: BranchPolicy::Keep,
-            ..self.nearest
-        };
-        match self.arm.nearest_solution(pose, q, &config) {
-            Ok(found) if found.q.max_abs_difference(q) <= DRIFT_RAD => Ok(Ok(found.q)),
-            Ok(_) => Ok(Err(Unreachable::OtherBranch)),
-            Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
-            Err(other) => Err(other.into()),
-        }
-    }
-
-    fn advance(
+    pub(crate) fn advance(
         &mut self,
         dt_s: f64,
         next: impl Fn(usize, JointMotion, &JointBounds) -> JointMotion,

@@ -249,7 +249,9 @@ impl TextureMotion {
     ) -> Result<MotionStep, TextonError> {
         if !self.touched {
             self.touched = true;
+            // The board stands as expected; a finger that scans another way is believed at once.
             self.roll_rad = self.roll_for(level);
+            self.scan.expect_from_approach(finger.velocity_m_per_s)?;
         }
         let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;
         let wanted_roll = nearest_half_turn(scan_rad + level.scan.rad(), self.roll_rad);

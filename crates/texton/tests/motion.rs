@@ -476,3 +476,19 @@ fn a_finger_at_rest_keeps_the_direction_and_one_bad_sample_turns_nothing() {
             .is_err()
     );
 }
+
+#[test]
+fn an_unexpected_scan_moves_the_board_right_at_once_and_turns_it_slowly() {
+    let velocity = 0.1 * DVec2::from_angle(0.35);
+    let mut run = Run::new();
+    let first = run.step(None, &level(45.0, 80.0));
+    let step = run.run(30, &level(45.0, 80.0), |t| finger(velocity * t, velocity));
+    assert!(
+        (step.velocity_m_per_s + 0.8 * velocity).length() < 1e-9,
+        "{step:?}"
+    );
+    assert_eq!(step.limited, Some(Limit::Turn));
+    assert!((step.roll_rad - first.roll_rad) <= 0.5 * 0.031);
+    let step = run.run(700, &level(45.0, 80.0), |t| finger(velocity * t, velocity));
+    assert!((step.roll_rad - (0.35 + PI / 4.0)).abs() < 1e-9);
+}
