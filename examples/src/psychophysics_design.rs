@@ -4,7 +4,11 @@ use crate::numbers;
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_psychophysics::{Factor, Schedule, TrialOrder};
+use std::io::Write;
 use std::path::PathBuf;
+
+/// Conditions of a study, at most.
+const MOST_CONDITIONS: usize = 10_000;
 
 /// The study to be run.
 #[derive(clap::Args)]
@@ -51,10 +55,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         seed: args.seed,
     };
     // Before the file is made: a refused schedule leaves none behind.
-    let trials = schedule.trials()?.len();
-    schedule.write_csv(numbers::output(args.out.as_deref())?)?;
+    let mut script = Vec::new();
+    schedule.write_csv(&mut script)?;
+    numbers::output(args.out.as_deref())?
+        .write_all(&script)
+        .context("writing the session script")?;
     eprintln!(
-        "{trials} trials: {} subjects, {} conditions, {} rounds",
+        "{} subjects, {} conditions, {} rounds",
         schedule.subjects,
         schedule.conditions(),
         schedule.rounds
@@ -104,6 +111,12 @@ pub fn factors(text: &str) -> anyhow::Result<Vec<Factor>> {
             factor.name
         );
     }
+    let conditions = factors.iter().map(|f| f.levels.len());
+    let conditions = conditions.fold(1, usize::saturating_mul);
+    ensure!(
+        conditions <= MOST_CONDITIONS,
+        "--factors: {conditions} conditions, wanted: at most {MOST_CONDITIONS}"
+    );
     Ok(factors)
 }
 

@@ -5,6 +5,7 @@ use crate::art::Aligner;
 use crate::error::check;
 use crate::random::generator;
 use crate::ranks::average_ranks;
+use crate::study::count_cells;
 use crate::tails::normal_quantile;
 use crate::{ErrorModel, Factor, PsychophysicsError, Study};
 use rand::distr::Distribution;
@@ -128,7 +129,7 @@ impl<'a> Population<'a> {
             study.within_sd > 0.0,
             "above zero",
         )?;
-        let cells: usize = study.within.iter().map(|f| f.levels.len()).product();
+        let cells = count_cells(&study.within);
         if study.means.len() != cells {
             return Err(PsychophysicsError::Length {
                 what: "means",

@@ -1,10 +1,15 @@
 //! Which subject meets which condition when.
 
+use crate::error::check;
 use crate::random::generator;
+use crate::study::count_cells;
 use crate::{Factor, PsychophysicsError, balanced_latin_square};
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
 use std::io::Write;
+
+/// Trials of a schedule, at most: far more than people live to do.
+const MOST_TRIALS: usize = 100_000_000;
 
 /// How the conditions of a round are ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,13 +54,13 @@ impl Schedule {
     /// Number of conditions.
     #[must_use]
     pub fn conditions(&self) -> usize {
-        self.factors.iter().map(|f| f.levels.len()).product()
+        count_cells(&self.factors)
     }
 
     /// All trials: subject by subject, in order.
     ///
     /// # Errors
-    /// No factor, level, subject or round.
+    /// No factor, level, subject or round; more than 1e8 trials.
     pub fn trials(&self) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
         for (what, count) in [
             ("factors", self.factors.len()),
@@ -64,13 +69,16 @@ impl Schedule {
             ("rounds", self.rounds),
         ] {
             let value = count as f64;
-            crate::error::check(what, value, count > 0, "at least 1")?;
+            check(what, value, count > 0, "at least 1")?;
         }
+        let all = [self.rounds, self.conditions()];
+        let all = all.into_iter().fold(self.subjects, usize::saturating_mul);
+        check("trials", all as f64, all <= MOST_TRIALS, "at most 1e8")?;
         let square = match self.order {
             TrialOrder::RandomisedBlocks => Vec::new(),
             TrialOrder::BalancedLatinSquare => balanced_latin_square(self.conditions())?,
         };
-        let mut trials = Vec::with_capacity(self.subjects * self.rounds * self.conditions());
+        let mut trials = Vec::with_capacity(all);
         for subject in 0..self.subjects {
             let mut numbers = generator(self.seed, subject);
             let mut order: Vec<usize> = (0..self.conditions()).collect();

@@ -2,7 +2,7 @@
 
 use crate::PsychophysicsError;
 
-/// Factors within subjects, at most: above three nobody reads the interactions.
+/// Factors within subjects, at most: nobody reads interactions of five.
 pub const MOST_FACTORS: usize = 4;
 
 /// A factor and its levels in order.
@@ -85,7 +85,7 @@ impl Study {
         between: Option<Groups>,
         values: Vec<f64>,
     ) -> Result<Self, PsychophysicsError> {
-        let cells: usize = within.iter().map(|f| f.levels.len()).product();
+        let cells = count_cells(&within);
         let subjects = between
             .as_ref()
             .map_or(values.len() / cells.max(1), |g| g.of_subject.len());
@@ -136,7 +136,7 @@ impl Study {
             least: parts.least,
             value_name: parts.value_name,
         };
-        let wanted = study.subjects.len() * study.cells();
+        let wanted = study.subjects.len().saturating_mul(study.cells());
         if study.values.len() != wanted {
             return Err(PsychophysicsError::Length {
                 what: "values",
@@ -206,7 +206,7 @@ impl Study {
     /// Combinations of levels within subjects.
     #[must_use]
     pub fn cells(&self) -> usize {
-        self.within.iter().map(|f| f.levels.len()).product()
+        count_cells(&self.within)
     }
 
     /// Values averaged into each one.
@@ -266,4 +266,10 @@ impl Study {
     pub(crate) fn least(&self) -> &[Least] {
         &self.least
     }
+}
+
+/// Combinations of levels; more than fit in memory are as good as the most that do.
+pub(crate) fn count_cells(factors: &[Factor]) -> usize {
+    let counts = factors.iter().map(|f| f.levels.len());
+    counts.fold(1, usize::saturating_mul)
 }

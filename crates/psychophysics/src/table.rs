@@ -285,10 +285,10 @@ impl Levels {
         let mut names: Vec<String> = Vec::new();
         let mut place = HashMap::new();
         for text in texts {
-            place.entry(text.clone()).or_insert_with(|| {
+            if !place.contains_key(text) {
+                place.insert(text.clone(), names.len());
                 names.push(text.clone());
-                names.len() - 1
-            });
+            }
         }
         Self { names, place }
     }
@@ -308,18 +308,21 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
     let between = between.map(|name| groups(name, &trials, &subjects));
     let between = between.transpose()?;
 
-    // Every value has a slot: subject, then factors, then rounds.
+    // Every value has a slot: subject, then factors, then rounds. A column of many different values
+    // named as a factor would make more slots than memory holds, so only those taken are kept.
     let axes: Vec<&Levels> = levels.iter().chain(&rounds).collect();
     let names: Vec<&String> = columns.within.iter().chain(&columns.rounds).collect();
-    let each: usize = axes.iter().map(|a| a.len()).product();
-    let mut slots: Vec<Option<(f64, u64)>> = vec![None; subjects.len() * each];
+    let slots = axes.iter().map(|a| a.len() as u128);
+    let each = slots.fold(1_u128, u128::saturating_mul);
+    let mut taken: HashMap<u128, (f64, u64)> = HashMap::with_capacity(trials.len());
     for trial in &trials {
         let keys = trial.levels.iter().chain(&trial.round);
-        let mut slot = subjects.place[&trial.subject];
+        let mut slot = subjects.place[&trial.subject] as u128;
         for (axis, key) in axes.iter().zip(keys) {
-            slot = slot * axis.len() + axis.place[key];
+            slot = slot.saturating_mul(axis.len() as u128);
+            slot = slot.saturating_add(axis.place[key] as u128);
         }
-        if let Some((_, first_line)) = slots[slot] {
+        if let Some((_, first_line)) = taken.insert(slot, (trial.value, trial.line)) {
             return Err(PsychophysicsError::Duplicate {
                 line: trial.line,
                 first_line,
@@ -328,22 +331,25 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
                 rounds: !rounds.is_empty(),
             });
         }
-        slots[slot] = Some((trial.value, trial.line));
     }
-    if let Some(first) = slots.iter().position(Option::is_none) {
+    let wanted = each.saturating_mul(subjects.len() as u128);
+    let missing = wanted.saturating_sub(taken.len() as u128);
+    let first = (0..wanted).find(|slot| !taken.contains_key(slot));
+    if let Some(first) = first {
         return Err(PsychophysicsError::MissingCell {
-            subject: subjects.names[first / each].clone(),
+            subject: subjects.names[(first / each) as usize].clone(),
             cell: words(&names, &axes, first % each),
-            missing: slots.iter().filter(|s| s.is_none()).count(),
+            missing: missing.try_into().unwrap_or(usize::MAX),
         });
     }
+    let slots: Vec<(f64, u64)> = (0..wanted).map(|slot| taken[&slot]).collect();
     let per_cell: usize = rounds.iter().map(Levels::len).product();
     let cells = slots.chunks_exact(per_cell);
     let (values, least) = cells
         .map(|trials| {
-            let trials = || trials.iter().flatten();
-            let sum: f64 = trials().map(|(v, _)| v).sum();
-            let (value, line) = *trials()
+            let sum: f64 = trials.iter().map(|(v, _)| v).sum();
+            let (value, line) = *trials
+                .iter()
                 .min_by(|a, b| a.0.total_cmp(&b.0))
                 .expect("a trial");
             (sum / per_cell as f64, Least { value, line })
@@ -361,11 +367,12 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
     })
 }
 
-fn words(names: &[&String], axes: &[&Levels], mut index: usize) -> String {
+fn words(names: &[&String], axes: &[&Levels], mut index: u128) -> String {
     let mut words = Vec::new();
     for (name, axis) in names.iter().zip(axes).rev() {
-        words.push(format!("{name}={}", axis.names[index % axis.len()]));
-        index /= axis.len();
+        let count = axis.len() as u128;
+        words.push(format!("{name}={}", axis.names[(index % count) as usize]));
+        index /= count;
     }
     words.reverse();
     words.join(", ")

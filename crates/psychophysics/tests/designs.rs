@@ -141,6 +141,10 @@ fn empty_schedules_are_refused() {
             ..base.clone()
         },
         Schedule {
+            factors: vec![Factor::new("a", (0..3000).map(|l| l.to_string())); 7],
+            ..base.clone()
+        },
+        Schedule {
             factors: vec![],
             ..base.clone()
         },

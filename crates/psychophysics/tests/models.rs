@@ -264,8 +264,8 @@ fn standard_errors_are_those_of_repetition() {
             fits.push(fit_psychometric(&stimuli.map(draw), sigmoid).expect("a fit"));
         }
         let n = fits.len() as f64;
-        let pick: [fn(&hwall_psychophysics::Psychometric) -> (f64, f64); 2] =
-            [|f| (f.pse, f.pse_se), |f| (f.jnd, f.jnd_se)];
+        type Pick = fn(&hwall_psychophysics::Psychometric) -> (f64, f64);
+        let pick: [Pick; 2] = [|f| (f.pse, f.pse_se), |f| (f.jnd, f.jnd_se)];
         for (of, truth) in pick.into_iter().zip([0.5, 2.0 * 0.674_489_75]) {
             let mean = fits.iter().map(|f| of(f).0).sum::<f64>() / n;
             let squares: f64 = fits.iter().map(|f| (of(f).0 - mean).powi(2)).sum();

@@ -9,7 +9,7 @@ use deviation::Deviation;
 use files::{reference, shared_csv};
 use hwall_psychophysics::{
     Columns, Comparison, Effect, ErrorModel, Factor, Normalisation, Study, aligned_rank_transform,
-    anova, pairwise,
+    anova, f_tail, pairwise,
 };
 use serde_json::Value;
 
@@ -212,4 +212,17 @@ fn split_plot_of_higgins_agrees_with_artool() {
         exact.check("Higgins, exact", 1e-12);
         artool.check("Higgins, ARTool", 1e-6);
     }
+}
+
+/// The dissertation's partial eta squares and p follow from its F only with the pooled error's 576
+/// degrees of freedom, not with 96 and 384.
+#[test]
+fn the_dissertation_pooled_its_errors() {
+    let eta2 = |f: f64, df2: f64| 4.0 * f / (4.0 * f + df2);
+    for (f, want) in [(71.66748, 0.3323), (15.87291, 0.0993)] {
+        assert!((eta2(f, 576.0) - want).abs() < 5e-5);
+        assert!((eta2(f, 96.0) - want).abs() > 0.2);
+    }
+    assert!((f_tail(0.43698, 16.0, 576.0) - 0.9726).abs() < 5e-5);
+    assert!((f_tail(0.43698, 16.0, 384.0) - 0.9726).abs() > 1e-4);
 }

@@ -127,6 +127,20 @@ fn doubles_and_gaps_are_named() {
     );
 }
 
+/// A column of times taken for a factor: its gaps are named, not counted in memory.
+#[test]
+fn continuous_columns_are_no_factors() {
+    let mut text = "s,t,u,v,y\n".to_owned();
+    for i in 0..20_000 {
+        text += &format!("{},{i}.5,{},{i},1\n", i % 25, 40_000 - i);
+    }
+    let columns = Columns::new("s", ["t", "u", "v"], "y");
+    assert!(matches!(
+        Study::from_csv_str(&text, &columns),
+        Err(PsychophysicsError::MissingCell { missing, .. }) if missing == 200_000_000_000_000 - 20_000
+    ));
+}
+
 #[test]
 fn headers_are_refused() {
     let header = |text: &str| {
