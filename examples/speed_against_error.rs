@@ -3,7 +3,9 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{exit, speed, speed_bip, speed_contact, speed_reach, speed_scene};
+use hwall_examples::{
+    exit, speed, speed_bip, speed_contact, speed_reach, speed_scene, speed_texture,
+};
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -58,6 +60,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_contact::estimators(args.seed)?,
         speed_contact::learned(args.seed)?,
         speed_contact::fusion(args.seed)?,
+        speed_texture::tessellation()?,
         speed::dynamics(args.seed, n)?,
     ];
     for section in &sections {
