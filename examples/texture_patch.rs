@@ -63,7 +63,7 @@ struct Args {
     #[arg(long)]
     exr: Option<PathBuf>,
     /// Distance of the pixels, micrometres
-    #[arg(long, default_value_t = 50.0)]
+    #[arg(long, default_value_t = 100.0)]
     pixel_um: f64,
     /// Folder for figures: the patch from above and from the side, spacing and width over orientation
     #[arg(long)]

@@ -117,7 +117,9 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         if let Some(path) = request.exr.as_deref().map(&name) {
             let field = tile.height_field(request.pixel_mm)?;
             field.write_exr(&path)?;
-            field.write_normal_exr(&numbered(&path, "-normals"))?;
+            let normals = numbered(&path, "-normals");
+            field.write_normal_exr(&normals)?;
+            writeln!(out, "wrote {} and {}", path.display(), normals.display())?;
         }
     }
     let findings = patch.print_check(&Printer::default());

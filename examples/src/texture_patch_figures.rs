@@ -86,6 +86,17 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
         )
     });
     chart.draw_series(rings).map_err(plot_error)?;
+    let tile = patch.spec().tile_mm.unwrap_or(size);
+    let borders = |axis: usize| {
+        let at = (1..).map(move |k| f64::from(k) * tile[axis]);
+        at.take_while(move |x| *x < part[axis])
+    };
+    let across = borders(0).map(|x| vec![(x, 0.0), (x, part[1])]);
+    let along = borders(1).map(|y| vec![(0.0, y), (part[0], y)]);
+    let lines = across
+        .chain(along)
+        .map(|l| PathElement::new(l, BLACK.mix(0.5)));
+    chart.draw_series(lines).map_err(plot_error)?;
 
     let row = seen.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min);
     let mut side = ChartBuilder::on(&bottom)
