@@ -5,7 +5,7 @@
 use clap::Parser;
 use hwall_examples::{
     exit, speed, speed_bip, speed_contact, speed_contact_fusion, speed_contact_knobs, speed_reach,
-    speed_roughness, speed_scene,
+    speed_roughness, speed_scene, speed_texture,
 };
 use hwall_testkit::Machine;
 use std::io::{self, Write};
@@ -62,6 +62,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_contact::estimators(args.seed)?,
         speed_contact_knobs::learned(args.seed)?,
         speed_contact_fusion::fusion(args.seed)?,
+        speed_texture::tessellation()?,
         speed::dynamics(args.seed, n)?,
     ];
     for section in &sections {

@@ -24,7 +24,7 @@ impl HeightField {
     /// A pitch that is no positive number, rows that are not full, no pixels, a height that is no finite number.
     pub fn new(columns: usize, pitch_mm: f64, heights_mm: Vec<f32>) -> Result<Self, TextonError> {
         positive("pixel pitch, mm", pitch_mm)?;
-        if columns == 0 || heights_mm.is_empty() || heights_mm.len() % columns != 0 {
+        if columns == 0 || heights_mm.is_empty() || !heights_mm.len().is_multiple_of(columns) {
             return Err(TextonError::Parameter {
                 what: "number of heights",
                 value: heights_mm.len() as f64,
@@ -184,6 +184,7 @@ impl HeightField {
 
 impl Patch {
     /// Height of the true surface above the plate, mm; `None` outside the patch and in its holes.
+    /// Looks at every bump: for many places take [`Patch::height_field`].
     #[must_use]
     pub fn height_at_mm(&self, at_mm: [f64; 2]) -> Option<f64> {
         let size = self.spec().size_mm;

@@ -169,10 +169,10 @@ impl Patch {
             plan.around_holes.push(around(hole, ask.accuracy_mm));
         }
         // A lone bump may fill its cell to the border.
-        if gap_mm >= least_mm {
-            if let Some(cells) = Cells::new(texton, self.texture().layout()) {
-                self.plan_cells(&cells, &mut plan)?;
-            }
+        if gap_mm >= least_mm
+            && let Some(cells) = Cells::new(texton, self.texture().layout())
+        {
+            self.plan_cells(&cells, &mut plan)?;
         }
         Ok(plan)
     }

@@ -408,3 +408,43 @@ fn what_single_precision_cannot_hold_is_not_written() {
         Err(TextonError::File { .. })
     ));
 }
+
+/// How far along a ray the mesh is met first.
+fn cast(mesh: &TriangleMesh, from: glam::DVec3, along: glam::DVec3) -> f64 {
+    let hit = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| glam::DVec3::from_array(mesh.points_mm()[i as usize]));
+        let (u, v) = (b - a, c - a);
+        let across = along.cross(v);
+        let volume = u.dot(across);
+        let s = (from - a).dot(across) / volume;
+        let q = (from - a).cross(u);
+        let t = along.dot(q) / volume;
+        let distance = v.dot(q) / volume;
+        let inside = s >= -1e-9 && t >= -1e-9 && s + t <= 1.0 + 1e-9 && distance > -1e-9;
+        inside.then_some(distance)
+    };
+    let hits = mesh.triangles().iter().filter_map(hit);
+    hits.fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn the_true_surface_is_nowhere_farther_from_the_mesh() {
+    let patch = patch(Texture::released(), [7.0, 3.0]);
+    let mut sampler = hwall_testkit::Sampler::new(5);
+    for accuracy_mm in [0.003, 0.01, 0.1] {
+        let mesh = patch
+            .mesh(&Tessellation::with_accuracy_mm(accuracy_mm))
+            .unwrap();
+        let mut worst: f64 = 0.0;
+        for _ in 0..2_000 {
+            let n = sampler.unit_vector();
+            let n = glam::dvec3(n.x, n.y, n.z.abs());
+            let on = glam::dvec3(3.1 + 3.0 * n.x, 1.1 + n.y, 0.7 * n.z);
+            let normal = glam::dvec3(n.x / 3.0, n.y, n.z / 0.7).normalize();
+            // Straight in, the way to the mesh is at least the distance.
+            worst = worst.max(cast(&mesh, on, -normal));
+        }
+        assert!(worst <= accuracy_mm * 1.001, "{worst} {accuracy_mm}");
+        assert!(worst > 0.7 * accuracy_mm, "{worst} {accuracy_mm}");
+    }
+}
