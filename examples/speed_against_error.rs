@@ -56,13 +56,13 @@ fn run(args: &Args) -> anyhow::Result<()> {
         speed_reach::maps(args.seed, 1_000 * n)?,
         speed_reach::methods(args.seed)?,
         speed_reach::queries(args.seed, n)?,
-        speed_roughness::calibrations(args.seed, n)?,
         speed_bip::filters(args.seed)?,
         speed_scene::build_quality(args.seed, n, args.scene.as_deref())?,
         speed_contact::estimators(args.seed)?,
         speed_contact_knobs::learned(args.seed)?,
         speed_contact_fusion::fusion(args.seed)?,
         speed_texture::tessellation()?,
+        speed_roughness::calibrations(args.seed, n)?,
         speed::dynamics(args.seed, n)?,
     ];
     for section in &sections {
