@@ -179,7 +179,6 @@ pub fn touch(
         let step = motion.step(t_s, finger, &touch.level)?;
         let slide = Slide {
             velocity_m_per_s: lift(step.velocity_m_per_s),
-            turn_rad: step.roll_rad,
             turn_rad_per_s: step.roll_rad_per_s,
         };
         let aim = target(DVec2::ZERO, roll_rad, t_s);

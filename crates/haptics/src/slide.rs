@@ -8,9 +8,10 @@ use hwall_kinematics::{
     BranchPolicy, JointPositions, KinematicsError, NearestConfig, Pose, Unreachable,
 };
 
-/// How far a slide is looked ahead for the velocities of the joints, s and m.
-const PREVIEW_S: f64 = 1e-3;
+/// How far a slide is looked ahead for the velocities of the joints, m; a turn counts by the way of a
+/// place this far off the middle, m.
 const PREVIEW_M: f64 = 1e-4;
+const EDGE_M: f64 = 0.1;
 
 /// A slide looks no further ahead for where it could stop, m: 0.1 m/s at 0.5 m/s².
 const STOP_M: f64 = 0.01;
@@ -21,17 +22,14 @@ const SLIDE_SHARE: f64 = 0.9;
 
 /// How a touched board shall move within its plane, in the robot base frame.
 ///
-/// The board takes up the velocity as fast as its joints allow and then keeps it; way that it lost
-/// meanwhile it does not catch up, because that would need more speed than was asked for. The turn counts
-/// from any one angle; only its change since the first step of the contact turns the board. Parts along
-/// the board's normal are left out: a slide never pushes.
+/// The board takes up the velocities as fast as its joints allow and then keeps them; way that it lost
+/// meanwhile it does not catch up, because that would need more speed than was asked for. A part along the
+/// board's normal is left out: a slide never pushes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Slide {
     /// Velocity, m/s.
     pub velocity_m_per_s: DVec3,
-    /// Turn about the outward normal, rad.
-    pub turn_rad: f64,
-    /// Its rate, rad/s.
+    /// Turn about the outward normal, rad/s.
     pub turn_rad_per_s: f64,
 }
 
@@ -42,56 +40,80 @@ impl Slide {
     /// The first value that is not finite.
     pub fn validate(&self) -> Result<(), HapticsError> {
         finite("velocity_m_per_s", &self.velocity_m_per_s.to_array())?;
-        finite("turn_rad", &[self.turn_rad, self.turn_rad_per_s])
+        finite("turn_rad_per_s", &[self.turn_rad_per_s])
+    }
+}
+
+/// A velocity and a turn within a plane.
+#[derive(Debug, Clone, Copy, Default)]
+struct Planar {
+    linear: DVec3,
+    angular: f64,
+}
+
+impl Planar {
+    fn times(self, factor: f64) -> Self {
+        Self {
+            linear: self.linear * factor,
+            angular: self.angular * factor,
+        }
+    }
+
+    /// Metres, or metres a second, that a place [`EDGE_M`] off the middle moves by at most.
+    fn size(self) -> f64 {
+        self.linear.length() + EDGE_M * self.angular.abs()
     }
 }
 
 /// A slide under way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sliding {
-    /// The board where the slide began, and the slide's angle there.
+    /// The board where the slide began.
     pose: Pose,
-    origin_rad: f64,
-    /// The slide's angle now.
-    turn_rad: f64,
-    /// The board's own way since it began, and its velocity.
-    moved_m: DVec3,
-    velocity_m_per_s: DVec3,
+    /// Its way since, and its velocity.
+    moved: Planar,
+    velocity: Planar,
     /// The configuration that it asked for last.
     q: JointPositions,
 }
 
 impl Sliding {
-    const fn new(pose: Pose, q: JointPositions, slide: &Slide) -> Self {
+    fn new(pose: Pose, q: JointPositions) -> Self {
         Self {
             pose,
-            origin_rad: slide.turn_rad,
-            turn_rad: slide.turn_rad,
-            moved_m: DVec3::ZERO,
-            velocity_m_per_s: DVec3::ZERO,
+            moved: Planar::default(),
+            velocity: Planar::default(),
             q,
         }
     }
 
-    /// A vector's part in the plane of the board.
-    fn along(&self, vector: DVec3) -> DVec3 {
-        vector.reject_from_normalized(self.pose.rotation().z_axis)
+    /// From the present velocity to that of a slide.
+    fn change_to(&self, slide: &Slide) -> Planar {
+        let along = slide
+            .velocity_m_per_s
+            .reject_from_normalized(self.pose.rotation().z_axis);
+        Planar {
+            linear: along - self.velocity.linear,
+            angular: slide.turn_rad_per_s - self.velocity.angular,
+        }
     }
 
-    /// Moves the board on with a change of its velocity.
-    fn advance(&mut self, turn_rad: f64, change_m_per_s: DVec3, dt_s: f64) {
-        let before = self.velocity_m_per_s;
-        self.velocity_m_per_s += change_m_per_s;
-        self.moved_m += 0.5 * dt_s * (before + self.velocity_m_per_s);
-        self.turn_rad = turn_rad;
+    /// The slide one step on, with a change of its velocity.
+    fn advanced(mut self, change: Planar, dt_s: f64) -> Self {
+        let before = self.velocity;
+        self.velocity.linear += change.linear;
+        self.velocity.angular += change.angular;
+        self.moved.linear += 0.5 * dt_s * (before.linear + self.velocity.linear);
+        self.moved.angular += 0.5 * dt_s * (before.angular + self.velocity.angular);
+        self
     }
 
-    /// The board, further on by this displacement (m) and turn (rad).
-    fn place(&self, ahead_m: DVec3, ahead_rad: f64) -> Result<Pose, Stop> {
-        let turned = self.turn_rad - self.origin_rad + ahead_rad;
+    /// The board, further on.
+    fn place(&self, ahead: Planar) -> Result<Pose, Stop> {
+        let turned = self.moved.angular + ahead.angular;
         let rotation = self.pose.rotation() * DMat3::from_rotation_z(turned);
-        let along = self.moved_m + ahead_m;
-        Pose::new(rotation, self.pose.position_m() + along).map_err(Stop::from)
+        let position_m = self.pose.position_m() + self.moved.linear + ahead.linear;
+        Ok(Pose::new(rotation, position_m)?)
     }
 }
 
@@ -162,20 +184,21 @@ impl Follower {
     #[must_use]
     pub fn acceleration_along_m_per_s2(&self, direction: DVec3) -> Option<f64> {
         let q = self.goal()?;
-        let at = Sliding::new(self.arm.forward(&q), q, &Slide::default());
-        direction.try_normalize()?;
-        let able = self.able_m_per_s2(&at, direction).ok()?;
-        Some(able / SLIDE_SHARE)
+        let at = Sliding::new(self.arm.forward(&q), q);
+        let unit = Planar {
+            linear: direction.try_normalize()?,
+            angular: 0.0,
+        };
+        Some(self.most_per_s(&at, unit).ok()? / SLIDE_SHARE)
     }
 
     fn slid(&self, dt_s: f64, slide: &Slide) -> Result<Next, Stop> {
-        let sliding = self.sliding.unwrap_or_else(|| self.at_rest(slide));
+        let sliding = self.sliding.unwrap_or_else(|| self.at_rest());
         let (mut next, mut unreachable) = (sliding, None);
-        for wanted in [slide.velocity_m_per_s, DVec3::ZERO] {
-            let change = sliding.along(wanted) - sliding.velocity_m_per_s;
-            let most = self.able_m_per_s2(&sliding, change)? * dt_s;
-            next = sliding;
-            next.advance(slide.turn_rad, change.clamp_length_max(most), dt_s);
+        for wanted in [*slide, Slide::default()] {
+            let change = sliding.change_to(&wanted);
+            let share = (self.most_per_s(&sliding, change)? * dt_s).min(1.0);
+            next = sliding.advanced(change.times(share), dt_s);
             match self.stops(&next) {
                 Ok(()) => break,
                 Err(Stop::Unreachable(reason)) if unreachable.is_none() => {
@@ -184,50 +207,56 @@ impl Follower {
                 Err(stop) => return Err(stop),
             }
         }
-        let q = self.near(&next.place(DVec3::ZERO, 0.0)?, &sliding.q)?;
-        let ahead_m = next.velocity_m_per_s * PREVIEW_S;
-        let ahead_rad = slide.turn_rad_per_s * PREVIEW_S;
-        let soon = self.near(&next.place(ahead_m, ahead_rad)?, &q)?;
-        next.q = q;
+        next.q = self.near(&next.place(Planar::default())?, &sliding.q)?;
         Ok(Next {
+            rate_rad_per_s: self.rates(&next, next.velocity)?,
             sliding: next,
-            rate_rad_per_s: std::array::from_fn(|i| (soon[i] - q[i]) / PREVIEW_S),
             unreachable,
         })
     }
 
     /// A slide that begins where braking ends.
-    fn at_rest(&self, slide: &Slide) -> Sliding {
+    fn at_rest(&self) -> Sliding {
         let q = JointPositions(std::array::from_fn(|i| {
             let limit = self.arm.limits()[i];
             let stop = self.motion[i].stopping_point_rad(&self.bounds[i]);
             stop.clamp(limit.min_rad, limit.max_rad)
         }));
-        Sliding::new(self.arm.forward(&q), q, slide)
+        Sliding::new(self.arm.forward(&q), q)
     }
 
-    /// The acceleration along a direction that a slide may use, m/s².
-    fn able_m_per_s2(&self, sliding: &Sliding, direction: DVec3) -> Result<f64, Stop> {
-        let Some(direction) = direction.try_normalize() else {
-            return Ok(f64::MAX);
-        };
-        let there = self.near(&sliding.place(direction * PREVIEW_M, 0.0)?, &sliding.q)?;
-        let allowed = (0..7).map(|i| {
-            let rad_per_m = (there[i] - sliding.q[i]).abs() / PREVIEW_M;
-            self.bounds[i].acceleration_rad_per_s2() / rad_per_m
-        });
-        Ok(SLIDE_SHARE * allowed.fold(f64::INFINITY, f64::min))
+    /// The joints' rates for a velocity of the board, rad/s.
+    fn rates(&self, sliding: &Sliding, velocity: Planar) -> Result<[f64; 7], Stop> {
+        let size = velocity.size();
+        if size == 0.0 {
+            return Ok([0.0; 7]);
+        }
+        let preview_s = PREVIEW_M / size;
+        let there = sliding.place(velocity.times(preview_s))?;
+        let there = self.near(&there, &sliding.q)?;
+        Ok(std::array::from_fn(|i| {
+            (there[i] - sliding.q[i]) / preview_s
+        }))
+    }
+
+    /// How often a second the joints could take up a velocity.
+    fn most_per_s(&self, sliding: &Sliding, velocity: Planar) -> Result<f64, Stop> {
+        let rates = self.rates(sliding, velocity)?;
+        let most = (0..7).map(|i| self.bounds[i].acceleration_rad_per_s2() / rates[i].abs());
+        // Finite also where nothing moves: its share is then capped at 1.
+        Ok(SLIDE_SHARE * most.fold(f64::MAX, f64::min))
     }
 
     /// Can the board stop before it comes where it cannot be?
     fn stops(&self, sliding: &Sliding) -> Result<(), Stop> {
-        let velocity = sliding.velocity_m_per_s;
-        let Some(heading) = velocity.try_normalize() else {
+        let velocity = sliding.velocity;
+        let size = velocity.size();
+        if size == 0.0 {
             return Ok(());
-        };
-        let able = self.able_m_per_s2(sliding, heading)?;
-        let way_m = (velocity.length_squared() / (2.0 * able)).min(STOP_M);
-        let end = sliding.place(heading * (way_m + PREVIEW_M), 0.0)?;
+        }
+        let stop_s = 1.0 / self.most_per_s(sliding, velocity)?;
+        let ahead_s = (0.5 * stop_s).min(STOP_M / size) + PREVIEW_M / size;
+        let end = sliding.place(velocity.times(ahead_s))?;
         self.near(&end, &sliding.q).map(|_| ())
     }
 

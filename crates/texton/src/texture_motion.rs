@@ -21,6 +21,8 @@ pub struct MotionLimits {
     pub margin_m: f64,
     /// Fastest turn in contact, rad/s; default 0.5, which a finger 50 mm off the middle feels as 25 mm/s.
     pub turn_rad_per_s: f64,
+    /// Fastest change of the turn, rad/s²; default 4.
+    pub turn_rad_per_s2: f64,
     /// Speed of the return, out of contact, m/s; default 0.25.
     pub return_speed_m_per_s: f64,
     /// Longest time that a single step moves the board on, s; default 0.05.
@@ -38,6 +40,7 @@ impl Default for MotionLimits {
             half_face_m: [0.1; 2],
             margin_m: 0.01,
             turn_rad_per_s: 0.5,
+            turn_rad_per_s2: 4.0,
             return_speed_m_per_s: 0.25,
             max_step_s: 0.05,
             scan: ScanConfig::default(),
@@ -66,6 +69,7 @@ impl MotionLimits {
             });
         }
         positive("turn_rad_per_s", self.turn_rad_per_s)?;
+        positive("turn_rad_per_s2", self.turn_rad_per_s2)?;
         positive("return_speed_m_per_s", self.return_speed_m_per_s)?;
         positive("max_step_s", self.max_step_s)?;
         self.scan.validate()
@@ -138,6 +142,7 @@ pub struct TextureMotion {
     last_s: Option<f64>,
     touched: bool,
     roll_rad: f64,
+    roll_rad_per_s: f64,
     displacement_m: DVec2,
     velocity_m_per_s: DVec2,
     /// Reachable strokes: along an axis, and how far against it and with it, m.
@@ -158,6 +163,7 @@ impl TextureMotion {
             last_s: None,
             touched: false,
             roll_rad: 0.0,
+            roll_rad_per_s: 0.0,
             displacement_m: DVec2::ZERO,
             velocity_m_per_s: DVec2::ZERO,
             reach_axis: DVec2::X,
@@ -255,16 +261,19 @@ impl TextureMotion {
         }
         let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;
         let wanted_roll = nearest_half_turn(scan_rad + level.scan.rad(), self.roll_rad);
-        let most = self.limits.turn_rad_per_s * dt_s;
-        let turn = (wanted_roll - self.roll_rad).clamp(-most, most);
-        self.roll_rad += turn;
-
         let wanted = level.speed_mm_per_s * 1e-3;
         let scan = DVec2::from_angle(scan_rad);
         let face = self.speed_on_face(finger, scan, dt_s);
         let stroke = self.speed_within(self.stroke_left(-scan), dt_s);
         let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
         let Change { reached, braked } = self.accelerate(-scan * speed, dt_s);
+        // The speed is felt before the orientation: both would share what the joints can do.
+        let left_rad = if reached {
+            wanted_roll - self.roll_rad
+        } else {
+            0.0
+        };
+        self.turn(left_rad, dt_s);
         let limited = if wanted > self.limits.speed_m_per_s {
             Some(Limit::Speed)
         } else if face < wanted && face <= stroke {
@@ -278,12 +287,11 @@ impl TextureMotion {
         } else {
             None
         };
-        let roll_rad_per_s = if dt_s > 0.0 { turn / dt_s } else { 0.0 };
         let arm = finger.point_m - self.displacement_m;
-        let texture = self.velocity_m_per_s + roll_rad_per_s * arm.perp();
+        let texture = self.velocity_m_per_s + self.roll_rad_per_s * arm.perp();
         Ok(MotionStep {
             roll_rad: self.roll_rad,
-            roll_rad_per_s,
+            roll_rad_per_s: self.roll_rad_per_s,
             displacement_m: self.displacement_m,
             velocity_m_per_s: self.velocity_m_per_s,
             relative_speed_m_per_s: (finger.velocity_m_per_s - texture).length(),
@@ -294,6 +302,7 @@ impl TextureMotion {
     fn free_step(&mut self, dt_s: f64, level: &Level) -> MotionStep {
         self.touched = false;
         self.roll_rad = self.roll_for(level);
+        self.roll_rad_per_s = 0.0;
         let left = self.displacement_m.length();
         let speed = self.speed_within(left, dt_s);
         let speed = speed.min(self.limits.return_speed_m_per_s);
@@ -311,6 +320,18 @@ impl TextureMotion {
             relative_speed_m_per_s: 0.0,
             limited: (!reached).then_some(Limit::Acceleration),
         }
+    }
+
+    /// Turns on towards an angle this far away, within the limits.
+    fn turn(&mut self, left_rad: f64, dt_s: f64) {
+        let most = self.limits.turn_rad_per_s2 * dt_s;
+        // From this rate it stops in time, after one more step.
+        let stops =
+            (most * most + 2.0 * self.limits.turn_rad_per_s2 * left_rad.abs()).sqrt() - most;
+        let wanted = left_rad.signum() * stops.min(self.limits.turn_rad_per_s);
+        let before = self.roll_rad_per_s;
+        self.roll_rad_per_s += (wanted - before).clamp(-most, most);
+        self.roll_rad += 0.5 * dt_s * (before + self.roll_rad_per_s);
     }
 
     /// Moves on towards a velocity, unless the board could then no longer stop within its stroke: it
