@@ -1,4 +1,15 @@
 //! Analysis of variance of repeated measures, with or without a factor between subjects.
+//!
+//! Of an effect within subjects with d orthonormal contrasts, let `z_s` be those of subject s, `z̄_g`
+//! their mean over the `n_g` subjects of group g, N subjects in G groups. Then
+//!
+//! - the effect has `SS = h |mean_g z̄_g|²`, `h = G² / Σ 1/n_g`, on d degrees of freedom,
+//! - its interaction with the groups `SS = Σ n_g |z̄_g − z̄|²` on d (G − 1),
+//! - both are tested against `SS = Σ |z_s − z̄_g|²` on d (N − G), and the covariance of `z` within
+//!   groups is what sphericity is about.
+//!
+//! The mean is the effect without contrasts of its own (d = 1): its interaction with the groups is
+//! the effect between subjects.
 
 use crate::sphericity::{Sphericity, sphericity};
 use crate::tails::f_tail;

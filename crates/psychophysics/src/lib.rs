@@ -7,6 +7,7 @@ mod assumptions;
 mod describe;
 mod error;
 mod latin;
+mod lines;
 mod normalise;
 mod posthoc;
 mod power;

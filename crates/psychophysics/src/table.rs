@@ -1,5 +1,6 @@
 //! Reading a study from a long table: one row a trial, columns by name.
 
+use crate::lines::Lines;
 use crate::study::{Least, Parts};
 use crate::{Factor, Groups, PsychophysicsError, Study};
 use std::collections::HashMap;
@@ -198,56 +199,6 @@ fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
             column: column.to_owned(),
             count: several.len(),
         }),
-    }
-}
-
-/// Counts lines as editors do; the reader's own count is off after CRLF and empty lines.
-struct Lines<'a> {
-    text: &'a [u8],
-    byte: usize,
-    line: u64,
-}
-
-impl<'a> Lines<'a> {
-    const fn of(text: &'a [u8]) -> Self {
-        let (byte, line) = (0, 1);
-        Self { text, byte, line }
-    }
-
-    /// Line of a record; records come in order.
-    fn at(&mut self, position: Option<&csv::Position>) -> u64 {
-        let start = position.map_or(0, |p| p.byte() as usize);
-        while let Some(&byte) = self.text.get(self.byte) {
-            let ends = matches!(byte, b'\r' | b'\n');
-            if self.byte >= start && !ends {
-                break;
-            }
-            let halfway = byte == b'\r' && self.text.get(self.byte + 1) == Some(&b'\n');
-            self.line += u64::from(ends && !halfway);
-            self.byte += 1;
-        }
-        self.line
-    }
-
-    fn refused(&mut self, error: &csv::Error) -> PsychophysicsError {
-        let line = self.at(error.position());
-        match error.kind() {
-            csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => PsychophysicsError::CellCount {
-                line,
-                got: *len,
-                expected: *expected_len,
-            },
-            csv::ErrorKind::Utf8 { .. } => PsychophysicsError::Malformed {
-                line,
-                message: "no UTF-8 text".to_owned(),
-            },
-            _ => PsychophysicsError::Malformed {
-                line,
-                message: error.to_string(),
-            },
-        }
     }
 }
 
