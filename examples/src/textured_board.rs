@@ -163,7 +163,6 @@ impl TexturedBoard {
         let in_space = |v: DVec2| x * v.x + y * v.y;
         Ok(Some(Slide {
             velocity_m_per_s: in_space(step.velocity_m_per_s),
-            turn_rad: step.roll_rad,
             turn_rad_per_s: step.roll_rad_per_s,
         }))
     }
