@@ -133,36 +133,28 @@ impl TriangleMesh {
     /// Looks at every edge and every point.
     #[must_use]
     pub fn check(&self) -> MeshCheck {
-        // Directed edges by their first point, with the third point of their triangle.
-        let mut edges: Vec<(u64, u32)> = Vec::with_capacity(3 * self.triangles.len());
-        for &[a, b, c] in &self.triangles {
-            edges.extend([(key(a, b), c), (key(b, c), a), (key(c, a), b)]);
-        }
-        edges.sort_unstable();
-        let has = |from: u32, to: u32| {
-            let wanted = key(from, to);
-            let at = edges.partition_point(|e| e.0 < wanted);
-            edges.get(at).filter(|e| e.0 == wanted).map(|e| e.1)
-        };
-        let doubled_edges = edges.windows(2).filter(|e| e[0].0 == e[1].0).count();
+        let edges = Edges::new(self);
+        let mut doubled_edges = 0;
         let mut open_edges = 0;
         let mut pinched_points = 0;
-        let mut used = 0;
         let mut undirected = 0;
-        for around in edges.chunk_by(|a, b| a.0 >> 32 == b.0 >> 32) {
-            used += 1;
-            let middle = (around[0].0 >> 32) as u32;
-            for &(edge, _) in around {
-                let to = edge as u32;
-                let opposite = has(to, middle).is_some();
+        for middle in 0..self.points_mm.len() as u32 {
+            let around = edges.from(middle);
+            let Some(&(first, _)) = around.first() else {
+                // No triangle has it.
+                pinched_points += 1;
+                continue;
+            };
+            doubled_edges += around.windows(2).filter(|e| e[0].0 == e[1].0).count();
+            for &(to, _) in around {
+                let opposite = edges.third(to, middle).is_some();
                 open_edges += usize::from(!opposite);
                 undirected += i64::from(!opposite || middle < to);
             }
             // From triangle to triangle around the point: one round has to meet them all.
-            let first = around[0].0 as u32;
             let mut at = first;
             let mut met = 0;
-            while let Some(next) = has(middle, at) {
+            while let Some(next) = edges.third(middle, at) {
                 met += 1;
                 at = next;
                 if at == first || met > around.len() {
@@ -180,7 +172,7 @@ impl TriangleMesh {
             triangles: self.triangles.len(),
             open_edges,
             doubled_edges,
-            pinched_points: pinched_points + self.points_mm.len() - used,
+            pinched_points,
             degenerate: self.triangles.iter().filter(degenerate).count(),
             euler: self.points_mm.len() as i64 - undirected + self.triangles.len() as i64,
             volume_mm3: self.volume_mm3(),
@@ -201,8 +193,49 @@ impl TriangleMesh {
     }
 }
 
-const fn key(from: u32, to: u32) -> u64 {
-    ((from as u64) << 32) | to as u64
+/// Directed edges by their first point, each with the third point of its triangle.
+struct Edges {
+    /// Where each point's edges begin; one more entry for the end.
+    starts: Vec<usize>,
+    /// Second and third point, ascending for each first point.
+    ends: Vec<(u32, u32)>,
+}
+
+impl Edges {
+    fn new(mesh: &TriangleMesh) -> Self {
+        let mut starts = vec![0; mesh.points_mm.len() + 1];
+        for &i in mesh.triangles.iter().flatten() {
+            starts[i as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut free = starts.clone();
+        let mut ends = vec![(0, 0); 3 * mesh.triangles.len()];
+        for &[a, b, c] in &mesh.triangles {
+            for (from, to, third) in [(a, b, c), (b, c, a), (c, a, b)] {
+                let at = &mut free[from as usize];
+                ends[*at] = (to, third);
+                *at += 1;
+            }
+        }
+        for range in starts.windows(2) {
+            ends[range[0]..range[1]].sort_unstable();
+        }
+        Self { starts, ends }
+    }
+
+    fn from(&self, point: u32) -> &[(u32, u32)] {
+        let i = point as usize;
+        &self.ends[self.starts[i]..self.starts[i + 1]]
+    }
+
+    /// The third point of the triangle left of an edge.
+    fn third(&self, from: u32, to: u32) -> Option<u32> {
+        let edges = self.from(from);
+        let at = edges.partition_point(|e| e.0 < to);
+        edges.get(at).filter(|e| e.0 == to).map(|e| e.1)
+    }
 }
 
 #[cfg(test)]
