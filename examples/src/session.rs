@@ -176,7 +176,7 @@ pub fn run(
     let mut log = Log::new(steps, arm);
     let mut tip = Tip::default();
     let (mut next_frame, mut target) = (0, None);
-    let (mut found, mut slide) = (None, None);
+    let (mut found, mut slide, mut finger_seen) = (None, None, None);
     for step in 0..=steps {
         let elapsed_s = step as f64 * period_s;
         let t_s = start_s + elapsed_s;
@@ -221,10 +221,14 @@ pub fn run(
         servo.apply_wrench(wrench.unwrap_or_default())?;
         let in_contact = matches!(rendered.phase, Phase::Contact { .. });
         if let Some(texture) = &mut texture {
-            slide = match (in_contact, &found, tip.last) {
-                (true, Some(found), Some((_, finger_m))) => {
+            // A finger that the tracker loses in a touch is taken to stay where it was.
+            finger_seen = match tip.last {
+                Some((_, finger_m)) => Some((finger_m, tip.velocity)),
+                None => finger_seen.map(|(finger_m, _)| (finger_m, DVec3::ZERO)),
+            };
+            slide = match (in_contact, &found, finger_seen) {
+                (true, Some(found), Some(finger)) => {
                     let stands_for = (found, &servo.pose());
-                    let finger = (finger_m, tip.velocity);
                     texture.slide(elapsed_s, scene, arm, stands_for, finger)?
                 }
                 _ => {

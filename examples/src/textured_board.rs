@@ -188,6 +188,9 @@ impl TexturedBoard {
         let off_m = (finger_m - at_m).dot(axes[0]);
         let expected_rad = if off_m > 0.0 { PI } else { 0.0 };
         self.motion.scan_mut().expect(expected_rad)?;
+        let long = board.rotation().x_axis;
+        let roll_rad = long.dot(axes[1]).atan2(long.dot(axes[0]));
+        self.motion.stands_at(roll_rad)?;
         self.motion
             .limit_stroke(&level, |displacement_m, roll_rad| {
                 let pose = board_pose(at_m + in_space(displacement_m), normal, roll_rad);
@@ -228,6 +231,8 @@ impl TexturedBoard {
         if let Some(touch) = self.touch.take() {
             let ended = self.ended(touch);
             self.done.push(ended);
+            // The next touch may scan any way again; the board's roll must not depend on the last one.
+            self.motion.scan_mut().expect(0.0)?;
         }
         let level = level_of.and_then(|roughness| self.encoding.level_for(roughness));
         let level = *level.unwrap_or(&self.encoding.levels()[0]);

@@ -142,6 +142,8 @@ pub struct TextureMotion {
     last_s: Option<f64>,
     touched: bool,
     roll_rad: f64,
+    /// The roll at which the next touch finds the board, where it was told.
+    stands_rad: Option<f64>,
     roll_rad_per_s: f64,
     displacement_m: DVec2,
     velocity_m_per_s: DVec2,
@@ -163,6 +165,7 @@ impl TextureMotion {
             last_s: None,
             touched: false,
             roll_rad: 0.0,
+            stands_rad: None,
             roll_rad_per_s: 0.0,
             displacement_m: DVec2::ZERO,
             velocity_m_per_s: DVec2::ZERO,
@@ -192,6 +195,17 @@ impl TextureMotion {
     #[must_use]
     pub fn roll_for(&self, level: &Level) -> f64 {
         nearest_half_turn(self.scan.direction_rad() + level.scan.rad(), 0.0)
+    }
+
+    /// Tells at which roll (rad) the board really stands when the next touch begins. A board that was late
+    /// or could not take the roll of its level turns on from there.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn stands_at(&mut self, roll_rad: f64) -> Result<(), TextonError> {
+        finite("roll_rad", roll_rad)?;
+        self.stands_rad = Some(roll_rad);
+        Ok(())
     }
 
     /// Shortens the stroke to what is reachable from the present place: asks for displacements (m) with
@@ -255,8 +269,10 @@ impl TextureMotion {
     ) -> Result<MotionStep, TextonError> {
         if !self.touched {
             self.touched = true;
-            // The board stands as expected; a finger that scans another way is believed at once.
-            self.roll_rad = self.roll_for(level);
+            // Unless told otherwise the board stands as expected; a finger that scans another way is
+            // believed at once.
+            let stands_rad = self.stands_rad.take();
+            self.roll_rad = stands_rad.unwrap_or_else(|| self.roll_for(level));
             self.scan.expect_from_approach(finger.velocity_m_per_s)?;
         }
         let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;

@@ -147,6 +147,30 @@ fn the_roll_is_the_scan_plus_the_orientation_modulo_half_a_turn() {
 }
 
 #[test]
+fn a_board_that_stands_elsewhere_turns_from_there() {
+    let mut run = Run::new();
+    let level = level(60.0, 20.0);
+    run.step(None, &level);
+    let step = |run: &mut Run| {
+        let step = run.motion.step(run.t_s, rest(), &level).unwrap();
+        run.t_s += DT_S;
+        step
+    };
+    run.motion.stands_at(1.2).unwrap();
+    let first = step(&mut run);
+    assert!((first.roll_rad - 1.2).abs() < 1e-3);
+    let mut last = first;
+    for _ in 0..2000 {
+        last = step(&mut run);
+    }
+    assert!((last.roll_rad - 60.0_f64.to_radians()).abs() < 1e-6);
+    // Told once, it counts for one touch.
+    run.motion.step(run.t_s, None, &level).unwrap();
+    assert!((step(&mut run).roll_rad - 60.0_f64.to_radians()).abs() < 1e-6);
+    assert!(run.motion.stands_at(f64::NAN).is_err());
+}
+
+#[test]
 fn a_level_without_speed_leaves_the_board_where_it_is() {
     let mut run = Run::new();
     let step = run.run(200, &level(90.0, 0.0), |_| rest());
