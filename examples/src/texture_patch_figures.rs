@@ -6,11 +6,11 @@ use plotters::prelude::*;
 use std::path::Path;
 
 /// Largest part of a patch drawn from above, mm: bumps stay visible.
-const PART_MM: [f64; 2] = [40.0, 24.0];
+const PART_MM: [f64; 2] = [20.0, 12.0];
 /// Points of an outline.
-const AROUND: usize = 48;
+const AROUND: usize = 72;
 /// Pixels a millimetre, and around the axes.
-const SCALE: f64 = 22.0;
+const SCALE: f64 = 44.0;
 const LEFT: u32 = 64;
 const BELOW: u32 = 46;
 const MARGIN: u32 = 12;
