@@ -83,6 +83,16 @@ pub enum PsychophysicsError {
         /// The cell.
         text: String,
     },
+    /// Values whose squares, or squares of those, a float cannot hold.
+    #[error(
+        "line {line}: the largest size is {value:e}, wanted: zero, or 1e-60 to 1e60; choose another unit"
+    )]
+    Scale {
+        /// Where; the number of the value, from 1, for a study that was not read from a table.
+        line: u64,
+        /// The value.
+        value: f64,
+    },
     /// Two values for the same subject, cell and round.
     #[error(
         "line {line}: subject {subject:?} already has a value for {cell} on line {first_line}{}",

@@ -5,7 +5,7 @@ use crate::art::Aligner;
 use crate::error::check;
 use crate::random::generator;
 use crate::ranks::average_ranks;
-use crate::study::count_cells;
+use crate::study::{LEAST_SIZE, MOST_SIZE, count_cells};
 use crate::tails::normal_quantile;
 use crate::{ErrorModel, Factor, PsychophysicsError, Study};
 use rand::distr::Distribution;
@@ -121,14 +121,11 @@ impl<'a> Population<'a> {
             ("between_sd", study.between_sd),
             ("level_sd", study.level_sd),
         ] {
-            check(what, sd, sd >= 0.0, "zero or above")?;
+            let holds = (0.0..=MOST_SIZE).contains(&sd);
+            check(what, sd, holds, "zero or above, at most 1e60")?;
         }
-        check(
-            "within_sd",
-            study.within_sd,
-            study.within_sd > 0.0,
-            "above zero",
-        )?;
+        let holds = (LEAST_SIZE..=MOST_SIZE).contains(&study.within_sd);
+        check("within_sd", study.within_sd, holds, "1e-60 to 1e60")?;
         let cells = count_cells(&study.within);
         if study.means.len() != cells {
             return Err(PsychophysicsError::Length {

@@ -1,7 +1,7 @@
 //! Reading a study from a long table: one row a trial, columns by name.
 
 use crate::lines::Lines;
-use crate::study::{Least, Parts};
+use crate::study::{Least, MOST_SIZE, Parts};
 use crate::{Factor, Groups, PsychophysicsError, Study};
 use std::collections::HashMap;
 use std::io::Read;
@@ -158,6 +158,10 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
             column: header[value_at].clone(),
             text: text.to_owned(),
         })?;
+        // The mean over rounds would no longer know its line.
+        if value.abs() > MOST_SIZE {
+            return Err(PsychophysicsError::Scale { line, value });
+        }
         let mut keys = keys.into_iter();
         let subject = keys.next().expect("a subject column");
         let levels = keys.by_ref().take(columns.within.len()).collect();

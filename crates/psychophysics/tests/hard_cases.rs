@@ -332,3 +332,49 @@ fn p_values_reach_1e_300() {
     let p = effects[0].p.expect("p");
     assert!(p > 0.0 && p < 1e-300, "{p:e}");
 }
+
+#[test]
+fn values_without_squares_are_refused() {
+    let mut sampler = Sampler::new(29);
+    let near_one = study(&[3, 2], 8, |_, c| 1.0 + c as f64 + sampler.normal().abs());
+    let largest = near_one.values().iter().copied().fold(0.0, f64::max);
+    let at = near_one.values().iter().position(|v| *v == largest);
+    let line = at.expect("the largest") as u64 + 1;
+    let scaled = |scale: f64| {
+        let values = near_one.values().iter().map(|v| v * scale).collect();
+        Study::from_values(within(&[3, 2]), None, values)
+    };
+    for scale in [1e200, 1e-200, 1e-305, 1e61, 1e-62] {
+        let value = largest * scale;
+        assert_eq!(
+            scaled(scale),
+            Err(PsychophysicsError::Scale { line, value })
+        );
+    }
+    // Nothing is lost inside of the range.
+    let expected = anova(&near_one, ErrorModel::Strata).expect("effects");
+    for scale in [2_f64.powi(190), 2_f64.powi(-190)] {
+        let study = scaled(scale).expect("a study");
+        let effects = anova(&study, ErrorModel::Strata).expect("effects");
+        for (got, want) in effects.iter().zip(&expected) {
+            assert_eq!((got.f, got.gg, got.hf), (want.f, want.gg, want.hf));
+            assert_eq!(
+                (got.p, got.mauchly.is_some()),
+                (want.p, want.mauchly.is_some())
+            );
+        }
+        let art = aligned_rank_transform(&study, ErrorModel::Strata).expect("effects");
+        assert!(art.iter().all(|e| e.effect.f.finite().is_some()));
+        no_null_ratio(&study);
+    }
+    assert!(scaled(0.0).is_ok(), "zeros are allowed");
+    let columns = hwall_psychophysics::Columns::new("s", ["a"], "y").with_round("r");
+    let table = "s,a,r,y\n1,u,1,1\n1,u,2,2\n1,v,1,1e200\n1,v,2,1\n";
+    assert_eq!(
+        Study::from_csv_str(table, &columns),
+        Err(PsychophysicsError::Scale {
+            line: 4,
+            value: 1e200
+        })
+    );
+}
