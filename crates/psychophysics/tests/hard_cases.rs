@@ -63,6 +63,15 @@ fn perfect_data_have_infinite_f() {
     );
     assert_eq!(effects[1].f, Ratio::Undefined);
     assert_eq!((effects[1].p, effects[1].partial_eta2), (None, None));
+    for effect in &effects {
+        assert_eq!(
+            (effect.gg, effect.hf, effect.mauchly),
+            (Some(1.0), Some(1.0), None)
+        );
+        assert_eq!((effect.p_gg, effect.p_hf), (effect.p, effect.p));
+    }
+    let analysis = analyse(&study, &AnalysisConfig::default()).expect("an analysis");
+    assert_eq!(analysis.warnings, []);
     let pair = &pairwise(&study, &["a"], 0.95).expect("pairs")[0];
     assert_eq!(
         (pair.t, pair.p, pair.cohen_dz),
