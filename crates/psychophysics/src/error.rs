@@ -227,6 +227,9 @@ pub enum PsychophysicsError {
         /// The length that fits.
         wanted: usize,
     },
+    /// Pooled errors have no sphericity of their own to correct for.
+    #[error("Greenhouse and Geisser's correction of pooled errors, wanted: strata")]
+    PooledCorrection,
     /// Data from which a fit has no finite answer.
     #[error("no fit: {why}")]
     NoFit {

@@ -11,6 +11,9 @@ use crate::{ErrorModel, Factor, PsychophysicsError, Study};
 use rand::distr::Distribution;
 use rand_distr::StandardNormal;
 
+/// Values of one study, at most: each is drawn and analysed once for every study.
+const MOST_VALUES: usize = 10_000_000;
+
 /// A population, and the study to be drawn from it many times.
 ///
 /// `y = mean of the cell + subject's constant + subject's own deviation at each level + noise`, all
@@ -47,7 +50,7 @@ pub struct PowerTest {
     pub errors: ErrorModel,
     /// On aligned ranks.
     pub ranks: bool,
-    /// With Greenhouse and Geisser's correction (strata only).
+    /// With Greenhouse and Geisser's correction; pooled errors have none and are refused.
     pub greenhouse_geisser: bool,
 }
 
@@ -80,7 +83,8 @@ pub struct EffectPower {
 /// Of an effect that the population does not have this is the type I error.
 ///
 /// # Errors
-/// A count of zero, a standard deviation below zero, all of them zero, a wrong number of means.
+/// A count of zero, more than 1e7 values a study, a standard deviation below zero, that within
+/// subjects zero, a wrong number of means, pooled errors with a correction.
 pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>, PsychophysicsError> {
     let population = Population::of(study)?;
     let mut found = vec![0_usize; population.layout.named().len()];
@@ -133,6 +137,16 @@ impl<'a> Population<'a> {
                 got: study.means.len(),
                 wanted: cells,
             });
+        }
+        let all = study.subjects.saturating_mul(cells);
+        check(
+            "subjects x cells",
+            all as f64,
+            all <= MOST_VALUES,
+            "at most 1e7",
+        )?;
+        if study.test.greenhouse_geisser && study.test.errors == ErrorModel::Pooled {
+            return Err(PsychophysicsError::PooledCorrection);
         }
         let values = study.means.repeat(study.subjects);
         let template = Study::from_values(study.within.clone(), None, values)?;

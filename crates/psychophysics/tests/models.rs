@@ -163,11 +163,36 @@ fn impossible_populations_are_refused() {
         PowerStudy {
             within: vec![],
             means: vec![],
-            ..base
+            ..base.clone()
+        },
+        PowerStudy {
+            subjects: usize::MAX,
+            ..base.clone()
+        },
+        PowerStudy {
+            subjects: 5_000_001,
+            ..base.clone()
+        },
+        PowerStudy {
+            within_sd: 1e200,
+            ..base.clone()
+        },
+        PowerStudy {
+            between_sd: f64::INFINITY,
+            ..base.clone()
         },
     ] {
         assert!(power(&wrong).is_err(), "{wrong:?}");
     }
+    let corrected = PowerStudy {
+        test: PowerTest {
+            errors: ErrorModel::Pooled,
+            greenhouse_geisser: true,
+            ranks: false,
+        },
+        ..base
+    };
+    assert_eq!(power(&corrected), Err(PsychophysicsError::PooledCorrection));
 }
 
 #[test]
