@@ -227,6 +227,14 @@ pub enum PsychophysicsError {
         /// The length that fits.
         wanted: usize,
     },
+    /// A factor of a session script that has the name of another of its columns.
+    #[error(
+        "factor {factor:?} has the name of another column; subject, round, trial and condition are taken"
+    )]
+    ColumnTaken {
+        /// The factor.
+        factor: String,
+    },
     /// Pooled errors have no sphericity of their own to correct for.
     #[error("Greenhouse and Geisser's correction of pooled errors, wanted: strata")]
     PooledCorrection,
