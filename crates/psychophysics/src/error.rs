@@ -155,6 +155,12 @@ pub enum PsychophysicsError {
         /// Its level.
         level: String,
     },
+    /// Two factors of one name, which no question could tell apart.
+    #[error("two factors have the name {factor:?}")]
+    FactorTwice {
+        /// The name.
+        factor: String,
+    },
     /// No factor, or more than the crate works with.
     #[error("{got} factors within subjects, wanted: 1 to {most}")]
     FactorCount {

@@ -84,7 +84,7 @@ impl Study {
     /// A study from its values: subject by subject, the last factor fastest.
     ///
     /// # Errors
-    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor,
+    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor, two factors of one name,
     /// a largest size outside 1e-60 to 1e60 unless all values are zero.
     pub fn from_values(
         within: Vec<Factor>,
@@ -129,6 +129,14 @@ impl Study {
                     level: factor.levels.first().cloned().unwrap_or_default(),
                 });
             }
+        }
+        let mut names: Vec<&str> = Vec::with_capacity(MOST_FACTORS + 1);
+        for factor in parts.within.iter().chain(between) {
+            if names.contains(&factor.name.as_str()) {
+                let factor = factor.name.clone();
+                return Err(PsychophysicsError::FactorTwice { factor });
+            }
+            names.push(&factor.name);
         }
         if parts.values.is_empty() {
             return Err(PsychophysicsError::NoRows);

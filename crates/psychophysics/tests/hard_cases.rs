@@ -293,6 +293,23 @@ fn sizes_are_checked() {
 }
 
 #[test]
+fn factors_have_names_of_their_own() {
+    let refused = Err(PsychophysicsError::FactorTwice {
+        factor: "a".to_owned(),
+    });
+    let twice = vec![Factor::new("a", ["0", "1"]); 2];
+    assert_eq!(Study::from_values(twice, None, vec![1.0; 8]), refused);
+    let groups = Groups {
+        factor: Factor::new("a", ["u", "v"]),
+        of_subject: vec![0, 1],
+    };
+    assert_eq!(
+        Study::from_values(within(&[2]), Some(groups), vec![1.0; 4]),
+        refused
+    );
+}
+
+#[test]
 fn tiny_and_huge_values_keep_their_ranks() {
     let mut sampler = Sampler::new(17);
     let near_one = study(&[3, 2], 8, |_, c| 1.0 + c as f64 + sampler.normal());
