@@ -244,6 +244,12 @@ pub enum PsychophysicsError {
     /// Pooled errors have no sphericity of their own to correct for.
     #[error("Greenhouse and Geisser's correction of pooled errors, wanted: strata")]
     PooledCorrection,
+    /// A fit that was still moving when it was given up.
+    #[error("no fit after {steps} steps: the last still moved it")]
+    NotConverged {
+        /// Steps taken.
+        steps: usize,
+    },
     /// Data from which a fit has no finite answer.
     #[error("no fit: {why}")]
     NoFit {
