@@ -165,8 +165,13 @@ impl Analysis {
     /// All numbers as JSON, to full precision.
     ///
     /// A number that does not exist is `null`; a ratio without error is `"infinite"` or `"undefined"`.
-    #[must_use]
-    pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).unwrap_or_default()
+    ///
+    /// # Errors
+    /// What the writer of JSON refuses; no analysis is known that it does.
+    pub fn to_json(&self) -> Result<String, PsychophysicsError> {
+        serde_json::to_string_pretty(self).map_err(|error| PsychophysicsError::Io {
+            path: "analysis as JSON".to_owned(),
+            message: error.to_string(),
+        })
     }
 }

@@ -64,7 +64,7 @@ pub struct Effect {
     pub p_gg: Option<f64>,
     /// p with both degrees of freedom times `hf`.
     pub p_hf: Option<f64>,
-    /// Mauchly's test of sphericity.
+    /// Mauchly's test of sphericity; `None` too where there is no error but rounding.
     pub mauchly: Option<crate::Mauchly>,
     /// Which factors: bit f for the f-th of [`Study::factors`].
     #[serde(skip)]
@@ -158,8 +158,12 @@ impl Layout {
     }
 
     pub(crate) fn effects(&self, values: &[f64], errors: ErrorModel) -> Vec<Effect> {
-        let strata = self.strata(values, errors == ErrorModel::Strata);
         let floor = rounding_floor(values);
+        let mut strata = self.strata(values, errors == ErrorModel::Strata);
+        // Rounding has a shape too, but it says nothing about the subjects.
+        for stratum in strata.iter_mut().filter(|s| s.ss_error <= floor) {
+            stratum.sphericity = stratum.sphericity.map(|_| Sphericity::WITHOUT_ERROR);
+        }
         let all_error: f64 = strata.iter().map(|s| s.ss_error).sum();
         let within = || strata.iter().skip(1);
         let pooled: f64 = within().map(|s| s.ss_error).sum();

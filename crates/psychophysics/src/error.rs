@@ -83,6 +83,16 @@ pub enum PsychophysicsError {
         /// The cell.
         text: String,
     },
+    /// Values whose squares, or squares of those, a float cannot hold.
+    #[error(
+        "line {line}: the largest size is {value:e}, wanted: zero, or 1e-60 to 1e60; choose another unit"
+    )]
+    Scale {
+        /// Where; the number of the value, from 1, for a study that was not read from a table.
+        line: u64,
+        /// The value.
+        value: f64,
+    },
     /// Two values for the same subject, cell and round.
     #[error(
         "line {line}: subject {subject:?} already has a value for {cell} on line {first_line}{}",
@@ -144,6 +154,12 @@ pub enum PsychophysicsError {
         factor: String,
         /// Its level.
         level: String,
+    },
+    /// Two factors of one name, which no question could tell apart.
+    #[error("two factors have the name {factor:?}")]
+    FactorTwice {
+        /// The name.
+        factor: String,
     },
     /// No factor, or more than the crate works with.
     #[error("{got} factors within subjects, wanted: 1 to {most}")]
@@ -216,6 +232,23 @@ pub enum PsychophysicsError {
         got: usize,
         /// The length that fits.
         wanted: usize,
+    },
+    /// A factor of a session script that has the name of another of its columns.
+    #[error(
+        "factor {factor:?} has the name of another column; subject, round, trial and condition are taken"
+    )]
+    ColumnTaken {
+        /// The factor.
+        factor: String,
+    },
+    /// Pooled errors have no sphericity of their own to correct for.
+    #[error("Greenhouse and Geisser's correction of pooled errors, wanted: strata")]
+    PooledCorrection,
+    /// A fit that was still moving when it was given up.
+    #[error("no fit after {steps} steps: the last still moved it")]
+    NotConverged {
+        /// Steps taken.
+        steps: usize,
     },
     /// Data from which a fit has no finite answer.
     #[error("no fit: {why}")]

@@ -1,6 +1,10 @@
 //! Balanced Latin squares.
 
 use crate::PsychophysicsError;
+use crate::error::check;
+
+/// Conditions of a square, at most: it holds their square, twice for odd numbers.
+const MOST_CONDITIONS: usize = 2000;
 
 /// Orders of `conditions` in which every condition stands equally often at every place and follows
 /// every other equally often: once for an even number (one square), twice for an odd one (a square
@@ -12,16 +16,15 @@ use crate::PsychophysicsError;
 /// Source: Williams 1949.
 ///
 /// # Errors
-/// No condition.
+/// No condition, or more than 2000.
 pub fn balanced_latin_square(conditions: usize) -> Result<Vec<Vec<usize>>, PsychophysicsError> {
     let n = conditions;
-    if n == 0 {
-        return Err(PsychophysicsError::Parameter {
-            what: "conditions",
-            value: 0.0,
-            wanted: "at least 1",
-        });
-    }
+    check(
+        "conditions of a Latin square",
+        n as f64,
+        (1..=MOST_CONDITIONS).contains(&n),
+        "1 to 2000",
+    )?;
     let zigzag = |place: usize| match place {
         p if p % 2 == 1 => p.div_ceil(2),
         0 => 0,

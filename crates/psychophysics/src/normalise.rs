@@ -29,7 +29,7 @@ impl Study {
     ///
     /// # Errors
     /// A negative trial; for the geometric mean also a zero; for the arithmetic mean a subject whose
-    /// estimates are all zero.
+    /// estimates are all zero; results outside the range that a study holds.
     pub fn normalise(&self, how: Normalisation) -> Result<Self, PsychophysicsError> {
         if how == Normalisation::None {
             return Ok(self.clone());
@@ -55,7 +55,9 @@ impl Study {
             }
             values.extend(row.iter().map(|v| v * scale));
         }
-        Ok(self.with_values(values))
+        let scaled = self.with_values(values);
+        scaled.check_scale()?;
+        Ok(scaled)
     }
 
     /// Refuses estimates that are no magnitudes.

@@ -4,7 +4,8 @@ use crate::anova::{ErrorModel, Layout, check_varies};
 use crate::art::Aligner;
 use crate::ranks::average_ranks;
 use crate::tails::{t_quantile_two_sided, t_tail_two_sided};
-use crate::{PsychophysicsError, Ratio, Study, Wilcoxon, wilcoxon_signed_rank};
+use crate::wilcoxon::signed_rank_of;
+use crate::{PsychophysicsError, Ratio, Study, Wilcoxon};
 
 /// How a pair was tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -315,7 +316,7 @@ impl Pair {
             error: (variance / n).sqrt(),
             df: n - 1.0,
             cohen_dz: (variance > 0.0).then(|| mean_diff / variance.sqrt()),
-            wilcoxon: wilcoxon_signed_rank(&differences),
+            wilcoxon: signed_rank_of(&differences, largest),
         }
     }
 

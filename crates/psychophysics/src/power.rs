@@ -5,11 +5,14 @@ use crate::art::Aligner;
 use crate::error::check;
 use crate::random::generator;
 use crate::ranks::average_ranks;
-use crate::study::count_cells;
+use crate::study::{LEAST_SIZE, MOST_SIZE, count_cells};
 use crate::tails::normal_quantile;
 use crate::{ErrorModel, Factor, PsychophysicsError, Study};
 use rand::distr::Distribution;
 use rand_distr::StandardNormal;
+
+/// Values of one study, at most: each is drawn and analysed once for every study.
+const MOST_VALUES: usize = 10_000_000;
 
 /// A population, and the study to be drawn from it many times.
 ///
@@ -47,7 +50,7 @@ pub struct PowerTest {
     pub errors: ErrorModel,
     /// On aligned ranks.
     pub ranks: bool,
-    /// With Greenhouse and Geisser's correction (strata only).
+    /// With Greenhouse and Geisser's correction; pooled errors have none and are refused.
     pub greenhouse_geisser: bool,
 }
 
@@ -80,7 +83,8 @@ pub struct EffectPower {
 /// Of an effect that the population does not have this is the type I error.
 ///
 /// # Errors
-/// A count of zero, a standard deviation below zero, all of them zero, a wrong number of means.
+/// A count of zero, more than 1e7 values a study, a standard deviation below zero, that within
+/// subjects zero, a wrong number of means, pooled errors with a correction.
 pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>, PsychophysicsError> {
     let population = Population::of(study)?;
     let mut found = vec![0_usize; population.layout.named().len()];
@@ -121,14 +125,11 @@ impl<'a> Population<'a> {
             ("between_sd", study.between_sd),
             ("level_sd", study.level_sd),
         ] {
-            check(what, sd, sd >= 0.0, "zero or above")?;
+            let holds = (0.0..=MOST_SIZE).contains(&sd);
+            check(what, sd, holds, "zero or above, at most 1e60")?;
         }
-        check(
-            "within_sd",
-            study.within_sd,
-            study.within_sd > 0.0,
-            "above zero",
-        )?;
+        let holds = (LEAST_SIZE..=MOST_SIZE).contains(&study.within_sd);
+        check("within_sd", study.within_sd, holds, "1e-60 to 1e60")?;
         let cells = count_cells(&study.within);
         if study.means.len() != cells {
             return Err(PsychophysicsError::Length {
@@ -136,6 +137,16 @@ impl<'a> Population<'a> {
                 got: study.means.len(),
                 wanted: cells,
             });
+        }
+        let all = study.subjects.saturating_mul(cells);
+        check(
+            "subjects x cells",
+            all as f64,
+            all <= MOST_VALUES,
+            "at most 1e7",
+        )?;
+        if study.test.greenhouse_geisser && study.test.errors == ErrorModel::Pooled {
+            return Err(PsychophysicsError::PooledCorrection);
         }
         let values = study.means.repeat(study.subjects);
         let template = Study::from_values(study.within.clone(), None, values)?;

@@ -82,6 +82,10 @@ impl Sigmoid {
 
 /// Steps of Fisher's scoring, at most.
 const MOST_STEPS: usize = 200;
+/// Last step of a fit, relative: as far as the sums go at best, and what is still an answer where
+/// their rounding ends it before.
+const BEST_STEP: f64 = 1e-13;
+const LAST_STEP: f64 = 1e-8;
 
 /// Fits a psychometric function by maximum likelihood; answers run from 0 to 1, with no lapses.
 ///
@@ -92,7 +96,8 @@ const MOST_STEPS: usize = 200;
 ///
 /// # Errors
 /// More "greater" than trials; and where no finite fit exists: fewer than two stimuli, answers that change
-/// from all "less" to all "greater" at once, answers that do not rise with the stimulus.
+/// from all "less" to all "greater" at once, answers that do not rise with the stimulus. A fit that
+/// does not converge.
 pub fn fit_psychometric(
     answers: &[PairAnswers],
     sigmoid: Sigmoid,
@@ -123,6 +128,7 @@ pub fn fit_psychometric(
     let mut line = [0.0, 1.0];
     let mut best = log_likelihood(&points, sigmoid, line);
     let mut information = [0.0; 3];
+    let mut moved = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let mut score = [0.0; 2];
         information = [0.0; 3];
@@ -159,9 +165,14 @@ pub fn fit_psychometric(
             }
             share *= 0.5;
         }
-        if step.iter().all(|s| s.abs() < 1e-13 * (1.0 + line[1].abs())) {
+        moved = step[0].abs().max(step[1].abs()) / (1.0 + line[1].abs());
+        if moved < BEST_STEP {
             break;
         }
+    }
+    if moved > LAST_STEP {
+        let steps = MOST_STEPS;
+        return Err(PsychophysicsError::NotConverged { steps });
     }
     // A flat function is found with a slope of rounding, either way.
     if line[1] <= 1e-9 {

@@ -11,6 +11,9 @@ use std::io::Write;
 /// Trials of a schedule, at most: far more than people live to do.
 const MOST_TRIALS: usize = 100_000_000;
 
+/// Columns that every session script has before its factors.
+const COLUMNS: [&str; 4] = ["subject", "round", "trial", "condition"];
+
 /// How the conditions of a round are ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TrialOrder {
@@ -60,7 +63,8 @@ impl Schedule {
     /// All trials: subject by subject, in order.
     ///
     /// # Errors
-    /// No factor, level, subject or round; more than 1e8 trials.
+    /// No factor, level, subject or round; more than 1e8 trials, or than 2000 conditions in a Latin
+    /// square; a factor with the name of another or of a column of the script.
     pub fn trials(&self) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
         for (what, count) in [
             ("factors", self.factors.len()),
@@ -70,6 +74,14 @@ impl Schedule {
         ] {
             let value = count as f64;
             check(what, value, count > 0, "at least 1")?;
+        }
+        for (place, factor) in self.factors.iter().enumerate() {
+            let name = factor.name.trim();
+            let taken = COLUMNS.iter().any(|c| c.eq_ignore_ascii_case(name));
+            if taken || self.factors[..place].iter().any(|f| f.name.trim() == name) {
+                let factor = factor.name.clone();
+                return Err(PsychophysicsError::ColumnTaken { factor });
+            }
         }
         let all = [self.rounds, self.conditions()];
         let all = all.into_iter().fold(self.subjects, usize::saturating_mul);
@@ -100,16 +112,19 @@ impl Schedule {
         Ok(trials)
     }
 
-    /// Level of every factor in a condition.
+    /// Level of every factor in a condition; `None` unless it is one of [`Schedule::conditions`].
     #[must_use]
-    pub fn levels(&self, mut condition: usize) -> Vec<&str> {
+    pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
+        if condition >= self.conditions() {
+            return None;
+        }
         let mut levels: Vec<&str> = Vec::with_capacity(self.factors.len());
         for factor in self.factors.iter().rev() {
             levels.push(&factor.levels[condition % factor.levels.len()]);
             condition /= factor.levels.len();
         }
         levels.reverse();
-        levels
+        Some(levels)
     }
 
     /// The session script as CSV: `subject,round,trial,condition` from 1, then the factors.
@@ -122,14 +137,15 @@ impl Schedule {
         let trials = self.trials()?;
         let mut writer = csv::Writer::from_writer(output);
         let write = |writer: &mut csv::Writer<_>, row: Vec<String>| writer.write_record(row);
-        let header = ["subject", "round", "trial", "condition"].map(str::to_owned);
+        let header = COLUMNS.map(str::to_owned);
         let names = self.factors.iter().map(|f| f.name.clone());
         write(&mut writer, header.into_iter().chain(names).collect()).map_err(not_written)?;
         for trial in &trials {
             let place = trial.round * self.conditions() + trial.place;
             let counts = [trial.subject, trial.round, place, trial.condition];
             let counts = counts.into_iter().map(|c| (c + 1).to_string());
-            let levels = self.levels(trial.condition).into_iter().map(str::to_owned);
+            let levels = self.levels(trial.condition).into_iter().flatten();
+            let levels = levels.map(str::to_owned);
             write(&mut writer, counts.chain(levels).collect()).map_err(not_written)?;
         }
         writer.flush().map_err(|error| not_written(error.into()))

@@ -14,6 +14,15 @@ pub(crate) struct Sphericity {
     pub mauchly: Option<Mauchly>,
 }
 
+impl Sphericity {
+    /// Where nothing varies, or in one direction only.
+    pub(crate) const WITHOUT_ERROR: Self = Self {
+        greenhouse_geisser: 1.0,
+        huynh_feldt: 1.0,
+        mauchly: None,
+    };
+}
+
 /// Mauchly's test of sphericity.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Mauchly {
@@ -42,11 +51,7 @@ pub(crate) fn sphericity(s: &[f64], d: usize, df_error: usize, cells: usize) -> 
     let trace: f64 = (0..d).map(|i| s[i * d + i]).sum();
     let trace_of_square: f64 = s.iter().map(|v| v * v).sum();
     if d < 2 || trace_of_square == 0.0 {
-        return Sphericity {
-            greenhouse_geisser: 1.0,
-            huynh_feldt: 1.0,
-            mauchly: None,
-        };
+        return Sphericity::WITHOUT_ERROR;
     }
     let (dimension, n) = (d as f64, df_error as f64);
     let gg = (trace * trace / (dimension * trace_of_square)).clamp(1.0 / dimension, 1.0);

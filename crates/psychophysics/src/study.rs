@@ -5,6 +5,11 @@ use crate::PsychophysicsError;
 /// Factors within subjects, at most: nobody reads interactions of five.
 pub const MOST_FACTORS: usize = 4;
 
+/// Size of the largest value, at most and at least: sphericity takes fourth powers, down to those of
+/// rounding.
+pub(crate) const MOST_SIZE: f64 = 1e60;
+pub(crate) const LEAST_SIZE: f64 = 1e-60;
+
 /// A factor and its levels in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Factor {
@@ -79,7 +84,8 @@ impl Study {
     /// A study from its values: subject by subject, the last factor fastest.
     ///
     /// # Errors
-    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor.
+    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor, two factors of one name,
+    /// a largest size outside 1e-60 to 1e60 unless all values are zero.
     pub fn from_values(
         within: Vec<Factor>,
         between: Option<Groups>,
@@ -124,6 +130,14 @@ impl Study {
                 });
             }
         }
+        let mut names: Vec<&str> = Vec::with_capacity(MOST_FACTORS + 1);
+        for factor in parts.within.iter().chain(between) {
+            if names.contains(&factor.name.as_str()) {
+                let factor = factor.name.clone();
+                return Err(PsychophysicsError::FactorTwice { factor });
+            }
+            names.push(&factor.name);
+        }
         if parts.values.is_empty() {
             return Err(PsychophysicsError::NoRows);
         }
@@ -155,7 +169,23 @@ impl Study {
                 });
             }
         }
+        study.check_scale()?;
         Ok(study)
+    }
+
+    /// Refuses values whose sums of squares overflow or vanish.
+    pub(crate) fn check_scale(&self) -> Result<(), PsychophysicsError> {
+        let sizes = self.values.iter().map(|v| v.abs()).zip(&self.least);
+        let Some((size, least)) = sizes.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return Ok(());
+        };
+        if size == 0.0 || (LEAST_SIZE..=MOST_SIZE).contains(&size) {
+            return Ok(());
+        }
+        Err(PsychophysicsError::Scale {
+            line: least.line,
+            value: size,
+        })
     }
 
     /// The same study with other values, one for each of [`Study::values`].

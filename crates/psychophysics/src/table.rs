@@ -1,7 +1,7 @@
 //! Reading a study from a long table: one row a trial, columns by name.
 
 use crate::lines::Lines;
-use crate::study::{Least, Parts};
+use crate::study::{Least, MOST_SIZE, Parts};
 use crate::{Factor, Groups, PsychophysicsError, Study};
 use std::collections::HashMap;
 use std::io::Read;
@@ -126,31 +126,37 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
         let header = only.clone();
         return Err(PsychophysicsError::Delimiter { header, found });
     }
-    let named = [&columns.subject].into_iter().chain(&columns.within);
-    let named = named.chain(&columns.between).chain(&columns.rounds);
     let mut taken = vec![false; header.len()];
-    let mut places = Vec::new();
-    for column in named.chain([&columns.value]) {
+    let mut take = |column: &String| {
         let place = find(&header, column)?;
         if std::mem::replace(&mut taken[place], true) {
             let column = column.clone();
             return Err(PsychophysicsError::ColumnTwice { column });
         }
-        places.push(place);
-    }
+        Ok(place)
+    };
+    let subject_at = take(&columns.subject)?;
+    let within_at = columns.within.iter().map(&mut take);
+    let within_at: Vec<usize> = within_at.collect::<Result<_, _>>()?;
+    let between_at = columns.between.as_ref().map(&mut take).transpose()?;
+    let rounds_at = columns.rounds.iter().map(&mut take);
+    let rounds_at: Vec<usize> = rounds_at.collect::<Result<_, _>>()?;
+    let value_at = take(&columns.value)?;
     let mut trials = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| lines.refused(&error))?;
         let line = lines.at(record.position());
-        let (&value_at, keys_at) = places.split_last().expect("a value column");
-        let mut keys = Vec::with_capacity(keys_at.len());
-        for &place in keys_at {
+        let key = |&place: &usize| {
             if record[place].is_empty() {
                 let column = header[place].clone();
                 return Err(PsychophysicsError::EmptyCell { line, column });
             }
-            keys.push(record[place].to_owned());
-        }
+            Ok(record[place].to_owned())
+        };
+        let subject = key(&subject_at)?;
+        let levels = within_at.iter().map(key).collect::<Result<_, _>>()?;
+        let group = between_at.as_ref().map(key).transpose()?;
+        let round = rounds_at.iter().map(key).collect::<Result<_, _>>()?;
         let text = &record[value_at];
         let value = text.parse().ok().filter(|v: &f64| v.is_finite());
         let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
@@ -158,19 +164,16 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
             column: header[value_at].clone(),
             text: text.to_owned(),
         })?;
-        let mut keys = keys.into_iter();
-        let subject = keys.next().expect("a subject column");
-        let levels = keys.by_ref().take(columns.within.len()).collect();
-        let group = match columns.between {
-            Some(_) => keys.next().expect("a group column"),
-            None => String::new(),
-        };
+        // The mean over rounds would no longer know its line.
+        if value.abs() > MOST_SIZE {
+            return Err(PsychophysicsError::Scale { line, value });
+        }
         trials.push(Trial {
             line,
             subject,
-            group,
+            group: group.unwrap_or_default(),
             levels,
-            round: keys.collect(),
+            round,
             value,
         });
     }
@@ -299,11 +302,16 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
     let (values, least) = cells
         .map(|trials| {
             let sum: f64 = trials.iter().map(|(v, _)| v).sum();
-            let (value, line) = *trials
-                .iter()
-                .min_by(|a, b| a.0.total_cmp(&b.0))
-                .expect("a trial");
-            (sum / per_cell as f64, Least { value, line })
+            let mut least = Least {
+                value: f64::INFINITY,
+                line: 0,
+            };
+            for &(value, line) in trials {
+                if value < least.value {
+                    least = Least { value, line };
+                }
+            }
+            (sum / per_cell as f64, least)
         })
         .unzip();
     let factor = |(name, levels): (&String, Levels)| Factor::new(name, levels.names);

@@ -4,7 +4,9 @@
 mod files;
 
 use files::reference;
-use hwall_psychophysics::{Columns, Factor, Schedule, Study, TrialOrder, balanced_latin_square};
+use hwall_psychophysics::{
+    Columns, Factor, PsychophysicsError, Schedule, Study, TrialOrder, balanced_latin_square,
+};
 
 #[test]
 fn squares_are_balanced() {
@@ -32,7 +34,12 @@ fn squares_are_balanced() {
             );
         }
     }
-    assert!(balanced_latin_square(0).is_err());
+    for n in [0, 2001, usize::MAX] {
+        assert!(matches!(
+            balanced_latin_square(n),
+            Err(PsychophysicsError::Parameter { .. })
+        ));
+    }
 }
 
 #[test]
@@ -150,9 +157,37 @@ fn empty_schedules_are_refused() {
         },
         Schedule {
             factors: vec![Factor::new("a", [""; 0])],
+            ..base.clone()
+        },
+        Schedule {
+            factors: vec![Factor::new("a", (0..2001).map(|l| l.to_string()))],
+            subjects: 1,
+            rounds: 1,
             ..base
         },
     ] {
         assert!(wrong.trials().is_err() && wrong.write_csv(Vec::new()).is_err());
+    }
+}
+
+#[test]
+fn levels_are_those_of_conditions() {
+    let mut schedule = schedule(TrialOrder::RandomisedBlocks);
+    assert_eq!(schedule.levels(7), Some(vec!["45", "40"]));
+    assert_eq!(schedule.levels(25), None);
+    schedule.factors[0].levels.clear();
+    assert_eq!(schedule.levels(0), None);
+}
+
+#[test]
+fn factors_do_not_take_the_columns_of_the_script() {
+    for name in ["subject", "Round", "TRIAL", " condition", "velocity"] {
+        let mut schedule = schedule(TrialOrder::RandomisedBlocks);
+        schedule.factors[0].name = name.to_owned();
+        let wanted = PsychophysicsError::ColumnTaken {
+            factor: name.to_owned(),
+        };
+        assert_eq!(schedule.trials(), Err(wanted.clone()));
+        assert_eq!(schedule.write_csv(Vec::new()), Err(wanted));
     }
 }

@@ -34,15 +34,12 @@ fn everything() -> AnalysisConfig {
 /// No NaN or infinity hides in the JSON, which would write them as null.
 fn no_null_ratio(study: &Study) -> serde_json::Value {
     let analysis = analyse(study, &everything()).expect("an analysis");
-    for text in [
-        analysis.to_text(),
-        analysis.to_markdown(),
-        analysis.to_json(),
-    ] {
+    let json = analysis.to_json().expect("JSON");
+    for text in [analysis.to_text(), analysis.to_markdown(), json.clone()] {
         let text = text.replace("infinite", "");
         assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
     }
-    let json: serde_json::Value = serde_json::from_str(&analysis.to_json()).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     for table in ["effects", "art"] {
         for effect in json[table].as_array().expect("effects") {
             assert!(!effect["f"].is_null(), "{effect}");
@@ -63,6 +60,15 @@ fn perfect_data_have_infinite_f() {
     );
     assert_eq!(effects[1].f, Ratio::Undefined);
     assert_eq!((effects[1].p, effects[1].partial_eta2), (None, None));
+    for effect in &effects {
+        assert_eq!(
+            (effect.gg, effect.hf, effect.mauchly),
+            (Some(1.0), Some(1.0), None)
+        );
+        assert_eq!((effect.p_gg, effect.p_hf), (effect.p, effect.p));
+    }
+    let analysis = analyse(&study, &AnalysisConfig::default()).expect("an analysis");
+    assert_eq!(analysis.warnings, []);
     let pair = &pairwise(&study, &["a"], 0.95).expect("pairs")[0];
     assert_eq!(
         (pair.t, pair.p, pair.cohen_dz),
@@ -284,6 +290,23 @@ fn sizes_are_checked() {
 }
 
 #[test]
+fn factors_have_names_of_their_own() {
+    let refused = Err(PsychophysicsError::FactorTwice {
+        factor: "a".to_owned(),
+    });
+    let twice = vec![Factor::new("a", ["0", "1"]); 2];
+    assert_eq!(Study::from_values(twice, None, vec![1.0; 8]), refused);
+    let groups = Groups {
+        factor: Factor::new("a", ["u", "v"]),
+        of_subject: vec![0, 1],
+    };
+    assert_eq!(
+        Study::from_values(within(&[2]), Some(groups), vec![1.0; 4]),
+        refused
+    );
+}
+
+#[test]
 fn tiny_and_huge_values_keep_their_ranks() {
     let mut sampler = Sampler::new(17);
     let near_one = study(&[3, 2], 8, |_, c| 1.0 + c as f64 + sampler.normal());
@@ -331,4 +354,50 @@ fn p_values_reach_1e_300() {
     let effects = anova(&study, ErrorModel::Pooled).expect("effects");
     let p = effects[0].p.expect("p");
     assert!(p > 0.0 && p < 1e-300, "{p:e}");
+}
+
+#[test]
+fn values_without_squares_are_refused() {
+    let mut sampler = Sampler::new(29);
+    let near_one = study(&[3, 2], 8, |_, c| 1.0 + c as f64 + sampler.normal().abs());
+    let largest = near_one.values().iter().copied().fold(0.0, f64::max);
+    let at = near_one.values().iter().position(|v| *v == largest);
+    let line = at.expect("the largest") as u64 + 1;
+    let scaled = |scale: f64| {
+        let values = near_one.values().iter().map(|v| v * scale).collect();
+        Study::from_values(within(&[3, 2]), None, values)
+    };
+    for scale in [1e200, 1e-200, 1e-305, 1e61, 1e-62] {
+        let value = largest * scale;
+        assert_eq!(
+            scaled(scale),
+            Err(PsychophysicsError::Scale { line, value })
+        );
+    }
+    // Nothing is lost inside of the range.
+    let expected = anova(&near_one, ErrorModel::Strata).expect("effects");
+    for scale in [2_f64.powi(190), 2_f64.powi(-190)] {
+        let study = scaled(scale).expect("a study");
+        let effects = anova(&study, ErrorModel::Strata).expect("effects");
+        for (got, want) in effects.iter().zip(&expected) {
+            assert_eq!((got.f, got.gg, got.hf), (want.f, want.gg, want.hf));
+            assert_eq!(
+                (got.p, got.mauchly.is_some()),
+                (want.p, want.mauchly.is_some())
+            );
+        }
+        let art = aligned_rank_transform(&study, ErrorModel::Strata).expect("effects");
+        assert!(art.iter().all(|e| e.effect.f.finite().is_some()));
+        no_null_ratio(&study);
+    }
+    assert!(scaled(0.0).is_ok(), "zeros are allowed");
+    let columns = hwall_psychophysics::Columns::new("s", ["a"], "y").with_round("r");
+    let table = "s,a,r,y\n1,u,1,1\n1,u,2,2\n1,v,1,1e200\n1,v,2,1\n";
+    assert_eq!(
+        Study::from_csv_str(table, &columns),
+        Err(PsychophysicsError::Scale {
+            line: 4,
+            value: 1e200
+        })
+    );
 }

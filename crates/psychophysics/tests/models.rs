@@ -163,11 +163,36 @@ fn impossible_populations_are_refused() {
         PowerStudy {
             within: vec![],
             means: vec![],
-            ..base
+            ..base.clone()
+        },
+        PowerStudy {
+            subjects: usize::MAX,
+            ..base.clone()
+        },
+        PowerStudy {
+            subjects: 5_000_001,
+            ..base.clone()
+        },
+        PowerStudy {
+            within_sd: 1e200,
+            ..base.clone()
+        },
+        PowerStudy {
+            between_sd: f64::INFINITY,
+            ..base.clone()
         },
     ] {
         assert!(power(&wrong).is_err(), "{wrong:?}");
     }
+    let corrected = PowerStudy {
+        test: PowerTest {
+            errors: ErrorModel::Pooled,
+            greenhouse_geisser: true,
+            ranks: false,
+        },
+        ..base
+    };
+    assert_eq!(power(&corrected), Err(PsychophysicsError::PooledCorrection));
 }
 
 #[test]
@@ -312,4 +337,22 @@ fn answers_without_a_fit_are_refused() {
         trials: 2,
     }];
     assert!(fit_psychometric(&nan, Sigmoid::Logistic).is_err());
+}
+
+/// Answers that are nearly separated, with so many trials that scoring steps past the answer.
+#[test]
+fn fits_that_do_not_converge_are_refused() {
+    let answers = [
+        (0.0, 0, 100_000),
+        (1.0, 0, 1_000_000),
+        (2.0, 1, 1_000_000_000),
+        (3.0, 78_112_259, 100_000_000),
+    ];
+    let answers = answers.map(|(stimulus, greater, trials)| PairAnswers {
+        stimulus,
+        greater,
+        trials,
+    });
+    let fit = fit_psychometric(&answers, Sigmoid::Logistic);
+    assert_eq!(fit, Err(PsychophysicsError::NotConverged { steps: 200 }));
 }

@@ -1,6 +1,6 @@
 //! Wilcoxon's and Shapiro and Wilk's tests against published results of R.
 
-use hwall_psychophysics::{shapiro_wilk, wilcoxon_signed_rank};
+use hwall_psychophysics::{Factor, Study, pairwise, shapiro_wilk, wilcoxon_signed_rank};
 use hwall_testkit::Sampler;
 
 /// Hollander and Wolfe 1973, p. 29: depression before and after; R's `wilcox.test` gives V = 40 and,
@@ -47,8 +47,40 @@ fn ties_and_zeros_take_the_normal_approximation() {
     assert_eq!(wilcoxon_signed_rank(&[]), None);
     assert_eq!(wilcoxon_signed_rank(&[1.0, f64::NAN]), None);
     assert_eq!(wilcoxon_signed_rank(&[1.0, -1.0]).expect("a test").p, 1.0);
-    let many: Vec<f64> = (1..=51).map(f64::from).collect();
-    assert!(!wilcoxon_signed_rank(&many).expect("a test").exact);
+    for (count, exact) in [(49, true), (50, false)] {
+        let many: Vec<f64> = (1..=count).map(f64::from).collect();
+        assert_eq!(wilcoxon_signed_rank(&many).expect("a test").exact, exact);
+    }
+}
+
+/// Differences that are equal but for rounding are equal, as in whole numbers.
+#[test]
+fn rounding_makes_no_ranks() {
+    let whole = [1.0, -1.0, 1.0, 2.0, 0.0, -3.0, 3.0];
+    let rounded = [
+        0.3 - 0.2,
+        0.1 - 0.2,
+        0.8 - 0.7,
+        0.3 - 0.1,
+        0.1 + 0.2 - 0.3,
+        0.1 - 0.4,
+        0.7 - 0.4,
+    ];
+    assert_ne!(rounded[0], rounded[2]);
+    assert_ne!(rounded[4], 0.0);
+    assert_eq!(wilcoxon_signed_rank(&rounded), wilcoxon_signed_rank(&whole));
+    let values = |unit: f64| -> Vec<f64> {
+        let pairs = [(3, 2), (1, 2), (8, 7), (3, 1), (1, 4), (7, 4)];
+        let pairs = pairs.iter().flat_map(|&(a, b)| [a, b]);
+        pairs.map(|v| f64::from(v) * unit).collect()
+    };
+    let tests = [1.0, 0.1].map(|unit| {
+        let factors = vec![Factor::new("a", ["u", "v"])];
+        let study = Study::from_values(factors, None, values(unit)).expect("a study");
+        pairwise(&study, &["a"], 0.95).expect("pairs")[0].wilcoxon
+    });
+    assert_eq!(tests[0], tests[1]);
+    assert!(tests[0].is_some_and(|t| !t.exact && t.count == 6));
 }
 
 /// Shapiro and Wilk 1965, and R's data sets: W and p as `shapiro.test` prints them.
