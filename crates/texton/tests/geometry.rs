@@ -86,3 +86,27 @@ fn round_bumps_feel_alike_in_every_direction() {
     assert!((met.gap_mm() - 0.6).abs() < 1e-12);
     assert!((texture.gap_mm() - 0.6).abs() < 1e-12);
 }
+
+#[test]
+fn staggered_rows_are_met_where_they_stand() {
+    let bump = Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap();
+    let layout = Layout::Staggered {
+        long_mm: 6.5,
+        short_mm: 2.2,
+    };
+    let texture = Texture::new(bump, layout).unwrap();
+    let least = texture.least_spaced_rad();
+    assert!((least.to_degrees() - 19.39).abs() < 0.01);
+    let row = |rad: f64| {
+        let scan = ScanAngle::from_rad(rad).unwrap();
+        let rows = texture.spacing_mm(scan)? * scan.sin() / 2.2;
+        Some((rows * 1e6).round() / 1e6)
+    };
+    assert_eq!(row(least - 1e-6), None);
+    assert_eq!(row(least + 1e-6), Some(1.0));
+    let passed = f64::atan2(2.2, 0.25);
+    assert!((passed.to_degrees() - 83.5).abs() < 0.05);
+    assert_eq!(row(passed - 1e-6), Some(1.0));
+    assert_eq!(row(passed + 1e-6), Some(2.0));
+    assert_eq!(row(FRAC_PI_2), Some(2.0));
+}
