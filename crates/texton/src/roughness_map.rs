@@ -15,7 +15,8 @@ pub enum SurfaceRoughness {
 }
 
 impl SurfaceRoughness {
-    /// The roughness at texture coordinates; a uniform one needs none, but NaN gives `None` in both.
+    /// The roughness at texture coordinates; a uniform one needs none, but NaN and infinity give `None`
+    /// in both.
     #[must_use]
     pub fn at(&self, uv: [f64; 2]) -> Option<f64> {
         match self {
@@ -94,13 +95,14 @@ impl RoughnessMap {
         [self.width, self.height]
     }
 
-    /// The roughness at texture coordinates, bilinear between the middles of the pixels; `None` for NaN.
+    /// The roughness at texture coordinates, bilinear between the middles of the pixels; `None` for
+    /// NaN and infinity.
     ///
     /// u runs to the right and v upwards (as in OBJ files), 0 to 1 over the image; beyond it the
     /// border goes on.
     #[must_use]
     pub fn at(&self, [u, v]: [f64; 2]) -> Option<f64> {
-        if u.is_nan() || v.is_nan() {
+        if !(u.is_finite() && v.is_finite()) {
             return None;
         }
         let place = |share: f64, n: usize| {
