@@ -1,8 +1,7 @@
 //! The roughness of a virtual surface: one number, or an image over it.
 
 use crate::TextonError;
-use crate::error::finite;
-use exr::prelude::{ReadChannels, ReadLayers, read};
+use crate::height_exr::{channels, choose, read_bounded};
 use std::io::{Read, Seek};
 
 /// How rough a surface of a scene is.
@@ -47,8 +46,12 @@ impl RoughnessMap {
                 values: values.len(),
             });
         }
-        for value in &values {
-            finite("roughness of a pixel", f64::from(*value))?;
+        if let Some(i) = values.iter().position(|value| !value.is_finite()) {
+            return Err(TextonError::Pixel {
+                column: i % width,
+                row: i / width,
+                value: f64::from(values[i]),
+            });
         }
         Ok(Self {
             width,
@@ -60,33 +63,18 @@ impl RoughnessMap {
     /// From an OpenEXR file: the channel `roughness`, or else `Y`, `R`, or the only one that there is.
     ///
     /// # Errors
-    /// A file that is no OpenEXR image or is cut off; one without such a channel; as
+    /// A file that is no OpenEXR image, is cut off or too large; one without such a channel; as
     /// [`RoughnessMap::new`].
     pub fn from_exr(file: impl Read + Seek) -> Result<Self, TextonError> {
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .non_parallel()
-            .from_buffered(std::io::BufReader::new(file))
-            .map_err(|error| TextonError::Exr {
-                reason: error.to_string(),
-            })?;
-        let layer = image.layer_data;
-        let channels = &layer.channel_data.list;
-        let named = |name: &str| channels.iter().find(|c| c.name.eq_case_insensitive(name));
-        let only = || channels.first().filter(|_| channels.len() == 1);
-        let channel = ["roughness", "Y", "R"]
-            .into_iter()
-            .find_map(named)
-            .or_else(only)
-            .ok_or(TextonError::NoChannel {
-                channels: channels.len(),
-            })?;
-        let values = channel.sample_data.values_as_f32().collect();
-        Self::new(layer.size.0, layer.size.1, values)
+        let failed = |error: exr::error::Error| TextonError::File {
+            name: "roughness map".to_owned(),
+            message: error.to_string(),
+        };
+        let image = read_bounded(std::io::BufReader::new(file), failed)?;
+        let all = channels(&image);
+        let chosen = choose(&all, None, &["roughness", "Y", "R"])?;
+        let values = chosen.1.sample_data.values_as_f32().collect();
+        Self::new(chosen.0.size.0, chosen.0.size.1, values)
     }
 
     /// Columns and rows.

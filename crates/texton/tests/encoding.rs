@@ -235,7 +235,13 @@ fn a_roughness_map_from_openexr() {
     assert_eq!(read(&red).unwrap(), map);
     assert_eq!(read(&write(vec![("height", values.clone())])).unwrap(), map);
     let none = write(vec![("G", values.clone()), ("B", other)]);
-    assert_eq!(read(&none), Err(TextonError::NoChannel { channels: 2 }));
+    assert_eq!(
+        read(&none),
+        Err(TextonError::Channel {
+            wanted: "roughness or Y or R".to_owned(),
+            found: "B, G".to_owned()
+        })
+    );
     for bad in [
         &[][..],
         b"no image at all",
@@ -243,12 +249,35 @@ fn a_roughness_map_from_openexr() {
         &named[..20],
     ] {
         assert!(
-            matches!(read(bad), Err(TextonError::Exr { .. })),
+            matches!(read(bad), Err(TextonError::File { .. })),
             "{} bytes",
             bad.len()
         );
     }
     let mut nan = values;
     nan[4] = f32::NAN;
-    assert!(read(&write(vec![("Y", nan)])).is_err());
+    assert!(matches!(
+        read(&write(vec![("Y", nan)])),
+        Err(TextonError::Pixel {
+            column: 1,
+            row: 1,
+            ..
+        })
+    ));
+    // The header alone asks for more than is allowed: the last columns and rows of both windows.
+    let mut large = named.clone();
+    let window = [0_i32, 0, 2, 1].map(i32::to_le_bytes).concat();
+    let places: Vec<usize> = (0..large.len() - 16)
+        .filter(|&i| large[i..i + 16] == window[..])
+        .collect();
+    assert_eq!(places.len(), 2);
+    for at in places {
+        let last = [99_999_i32; 2].map(i32::to_le_bytes).concat();
+        large[at + 8..at + 16].copy_from_slice(&last);
+    }
+    let refused = read(&large);
+    assert!(
+        matches!(refused, Err(TextonError::Parameter { what: "pixels", .. })),
+        "{refused:?}"
+    );
 }
