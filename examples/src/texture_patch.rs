@@ -335,9 +335,15 @@ fn encounters(texture: &Texture) -> anyhow::Result<String> {
         row.push(or_none(texture.ridge_frequency_hz(scan, 80.0), 2));
         table.row(row);
     }
+    let beyond = match texture.layout() {
+        Layout::Rectangular { .. } => "",
+        Layout::Staggered { .. } => {
+            " Where a scan passes the ends of the shifted bumps, d is that of the row after."
+        }
+    };
     Ok(format!(
         "{table}\nHz: bumps a second over all parallel scans, speed / mean encounter. d begins at {:.2} degrees; below, a \
-         scan through a bump's middle passes the ends of the next row.",
+         scan through a bump's middle passes the ends of the next row.{beyond}",
         texture.least_spaced_rad().to_degrees()
     ))
 }

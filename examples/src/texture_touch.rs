@@ -95,10 +95,19 @@ impl Outcome {
         self.able_m_per_s2 >= f64::max(1.0, self.wanted_m_per_s / 0.025)
     }
 
-    /// Largest relative error of the speed from 50 ms after the touch was felt.
+    /// Largest relative error of the speed from 50 ms after the touch was felt; `None` if the touch was
+    /// not followed for that long, or an error is no number (no speed was wanted).
     #[must_use]
-    pub fn late(&self) -> f64 {
-        self.error.iter().skip(50).copied().fold(0.0, f64::max)
+    pub fn late(&self) -> Option<f64> {
+        let late = self.error.get(50..).filter(|late| !late.is_empty())?;
+        let numbers = late.iter().all(|error| error.is_finite());
+        numbers.then(|| late.iter().copied().fold(0.0, f64::max))
+    }
+
+    /// Is the board within [`SOON`] of its speed from 50 ms after the touch was felt?
+    #[must_use]
+    pub fn is_soon(&self) -> bool {
+        self.late().is_some_and(|late| late <= SOON)
     }
 }
 
@@ -206,7 +215,8 @@ pub fn touch(
 }
 
 /// Relative errors of the speed after the touch was felt, of touches at random that the arm can hold:
-/// quantiles at 20, 30, 40, 50 and 100 ms, and the largest from 50 ms on.
+/// quantiles at 20, 30, 40, 50 and 100 ms, and the largest from 50 ms on; before them, how long after the
+/// press it was felt.
 ///
 /// # Errors
 /// As [`touch`].
@@ -215,6 +225,7 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
         "wanted speed",
         "finger",
         "touches",
+        "from press to felt, median, largest",
         "median error at 20 ms",
         "30 ms",
         "40 ms",
@@ -250,12 +261,18 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
         }
         let percent = |value: f64| format!("{:.2} %", 100.0 * value);
         let at = |ms: usize| -> ErrorStats {
-            ErrorStats::from_errors(outcomes.iter().map(|o| o.error[ms]))
+            ErrorStats::from_errors(
+                outcomes
+                    .iter()
+                    .map(|o| o.error.get(ms).copied().unwrap_or(f64::NAN)),
+            )
         };
-        let late = ErrorStats::from_errors(outcomes.iter().map(Outcome::late));
+        let late: Option<Vec<f64>> = outcomes.iter().map(Outcome::late).collect();
+        let late = late.map(ErrorStats::from_errors);
+        let felt = ErrorStats::from_errors(outcomes.iter().map(|o| o.felt_s));
         let soon = |able: bool| {
             let of: Vec<_> = outcomes.iter().filter(|o| o.is_able() == able).collect();
-            let soon = of.iter().filter(|o| o.late() <= SOON).count();
+            let soon = of.iter().filter(|o| o.is_soon()).count();
             format!("{soon} of {}", of.len())
         };
         let drift = outcomes.iter().map(|o| o.drift_m).fold(0.0, f64::max);
@@ -267,12 +284,45 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
             },
             outcomes.len().to_string(),
         ];
+        row.push(format!(
+            "{:.0} ms, {:.0} ms",
+            1e3 * felt.median,
+            1e3 * felt.max
+        ));
         row.extend([20, 30, 40, 50, 100].map(|ms| percent(at(ms).median)));
         row.push(soon(true));
         row.push(soon(false));
-        row.push(percent(late.max));
+        row.push(late.map_or("unknown".to_owned(), |late| percent(late.max)));
         row.push(format!("{:.3} mm", 1e3 * drift));
         table.row(row);
     }
     Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_few_samples_and_no_numbers_are_no_pass() {
+        let late = |error: Vec<f64>| {
+            let outcome = Outcome {
+                wanted_m_per_s: 0.04,
+                able_m_per_s2: 10.0,
+                felt_s: 0.01,
+                error,
+                drift_m: 0.0,
+                turned_rad: 0.0,
+                slid_s: 0.0,
+            };
+            assert_eq!(outcome.is_soon(), outcome.late().is_some_and(|l| l <= SOON));
+            outcome.late()
+        };
+        assert_eq!(late(Vec::new()), None);
+        assert_eq!(late(vec![0.0; 50]), None);
+        assert_eq!(late(vec![0.01; 51]), Some(0.01));
+        let mut broken = vec![0.01; 100];
+        broken[70] = f64::NAN;
+        assert_eq!(late(broken), None);
+    }
 }

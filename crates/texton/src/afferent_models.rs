@@ -2,7 +2,7 @@
 
 use crate::error::positive;
 use crate::roughness::speed;
-use crate::spectrum::{cycles_per_mm, skin_gain, skin_limit};
+use crate::spectrum::{blur, cycles_per_mm, skin_gain, skin_limit};
 use crate::{ModelInfo, Prediction, RoughnessModel, ScanAngle, TextonError, Texture};
 use std::f64::consts::TAU;
 
@@ -29,7 +29,7 @@ pub enum Pairs {
 pub struct SpatialVariation {
     /// Distance of the two afferents, mm; default 2.
     pub apart_mm: f64,
-    /// Standard deviation of the skin's blur, mm; default 0.5, an assumption.
+    /// Standard deviation of the skin's blur, mm, at least 0.05; default 0.5, an assumption.
     pub blur_mm: f64,
     /// Which pairs are compared; default those across the scan.
     pub pairs: Pairs,
@@ -78,7 +78,7 @@ impl RoughnessModel for SpatialVariation {
     ) -> Result<Prediction, TextonError> {
         speed(speed_mm_per_s)?;
         positive("apart_mm", self.apart_mm)?;
-        positive("blur_mm", self.blur_mm)?;
+        blur(self.blur_mm)?;
         let (cos, sin) = (scan.cos(), scan.sin());
         // By Parseval; a pair of waves ±k holds c² each, and a shift by d leaves |1 - e^(i k d)|² of it.
         let difference = |k: [f64; 2]| {
@@ -109,7 +109,7 @@ impl RoughnessModel for SpatialVariation {
 pub struct Vibration {
     /// Frequency of the greatest sensitivity, Hz; default 250.
     pub peak_hz: f64,
-    /// Standard deviation of the skin's blur, mm; default 0.5, an assumption.
+    /// Standard deviation of the skin's blur, mm, at least 0.05; default 0.5, an assumption.
     pub blur_mm: f64,
 }
 
@@ -142,7 +142,7 @@ impl RoughnessModel for Vibration {
     ) -> Result<Prediction, TextonError> {
         speed(speed_mm_per_s)?;
         positive("peak_hz", self.peak_hz)?;
-        positive("blur_mm", self.blur_mm)?;
+        blur(self.blur_mm)?;
         let direction = [scan.cos(), scan.sin()];
         let power: f64 = texture
             .harmonics(skin_limit(self.blur_mm))

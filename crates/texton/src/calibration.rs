@@ -147,7 +147,8 @@ impl Calibration {
     /// Error: 1e-12 of the range of orientations.
     ///
     /// # Errors
-    /// A magnitude that no orientation has at this speed, with those that there are.
+    /// A magnitude that no orientation has at this speed, with those that there are; a speed beyond the
+    /// calibrated ones of every orientation, named with the least orientation.
     pub fn orientation_for(
         &self,
         magnitude: f64,
@@ -160,7 +161,11 @@ impl Calibration {
         // Angles in between are within the nodes' and so always finite.
         let angle = |deg| ScanAngle::from_deg(deg).unwrap_or(ScanAngle::ALONG);
         let degrees: Vec<f64> = stops.iter().map(|scan| scan.deg()).collect();
-        first_crossing(&degrees, magnitude, |deg| of(angle(deg))).map(angle)
+        let outside = TextonError::OutsideCalibration {
+            orientation_deg: self.least[0],
+            speed_mm_per_s,
+        };
+        first_crossing(&degrees, magnitude, outside, |deg| of(angle(deg))).map(angle)
     }
 
     /// The least speed that has this magnitude at an orientation, mm/s.
@@ -168,10 +173,15 @@ impl Calibration {
     /// Error: 1e-12 of the range of speeds.
     ///
     /// # Errors
-    /// A magnitude that no speed has at this orientation, with those that there are.
+    /// A magnitude that no speed has at this orientation, with those that there are; an orientation beyond
+    /// the calibrated ones of every speed, named with the least speed.
     pub fn speed_for(&self, magnitude: f64, scan: ScanAngle) -> Result<f64, TextonError> {
         let near = self.mesh.natural_neighbor();
-        first_crossing(&self.speeds_mm_per_s(), magnitude, |speed| {
+        let outside = TextonError::OutsideCalibration {
+            orientation_deg: scan.deg(),
+            speed_mm_per_s: self.least[1],
+        };
+        first_crossing(&self.speeds_mm_per_s(), magnitude, outside, |speed| {
             self.interpolate(&near, scan, speed)
         })
     }
@@ -346,10 +356,12 @@ fn pieces(stops: &[f64]) -> impl Iterator<Item = f64> {
         .chain(last)
 }
 
-/// The first place at which a function that is `None` outside its domain has a value.
+/// The first place at which a function that is `None` outside its domain has a value; `outside` where
+/// no stop is within.
 fn first_crossing(
     stops: &[f64],
     wanted: f64,
+    outside: TextonError,
     of: impl Fn(f64) -> Option<f64>,
 ) -> Result<f64, TextonError> {
     finite("magnitude", wanted)?;
@@ -373,6 +385,9 @@ fn first_crossing(
             ));
         }
         before = Some((at, value));
+    }
+    if min > max {
+        return Err(outside);
     }
     Err(TextonError::NotAttained { wanted, min, max })
 }

@@ -14,15 +14,22 @@ impl Calibration {
     ///
     /// # Errors
     /// A missing column; a line that cannot be read, with its number; as [`Calibration::from_rows`].
-    pub fn from_csv(csv: impl Read) -> Result<Self, TextonError> {
+    pub fn from_csv(mut csv: impl Read) -> Result<Self, TextonError> {
+        let mut bytes = Vec::new();
+        csv.read_to_end(&mut bytes)
+            .map_err(|_| TextonError::BrokenLine { line: 0 })?;
+        // A spreadsheet may have put a byte order mark before the first name.
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        let broken = |error: csv::Error| TextonError::BrokenLine {
+            line: error.position().map_or(0, |at| line(bytes, at)),
+        };
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .from_reader(csv);
-        let header = reader.headers().map_err(|error| broken(&error))?.clone();
+            .from_reader(bytes);
+        let header = reader.headers().map_err(broken)?.clone();
         let mut places = [0; 3];
         for (place, column) in places.iter_mut().zip(COLUMNS) {
-            // A spreadsheet may have put a byte order mark before the first name.
-            let named = |name: &str| name.trim_start_matches('\u{feff}') == column;
+            let named = |name: &str| name == column;
             *place = header
                 .iter()
                 .position(named)
@@ -30,12 +37,11 @@ impl Calibration {
         }
         let mut rows = Vec::new();
         for record in reader.records() {
-            let record = record.map_err(|error| broken(&error))?;
-            let line = record.position().map_or(0, csv::Position::line);
+            let record = record.map_err(broken)?;
             let number = |i: usize| {
                 let text = record.get(places[i]).unwrap_or_default();
                 let cell = || TextonError::Cell {
-                    line,
+                    line: record.position().map_or(0, |at| line(bytes, at)),
                     column: COLUMNS[i],
                     text: text.to_owned(),
                 };
@@ -49,8 +55,16 @@ impl Calibration {
     }
 }
 
-fn broken(error: &csv::Error) -> TextonError {
-    TextonError::BrokenLine {
-        line: error.position().map_or(0, csv::Position::line),
-    }
+/// The line of a record, from 1. The reader's own count misses blank lines before the record, and
+/// places one after `\r\n` before its `\n`.
+fn line(bytes: &[u8], at: &csv::Position) -> u64 {
+    let ends = |byte: &u8| matches!(byte, b'\r' | b'\n');
+    let at = usize::try_from(at.byte()).map_or(bytes.len(), |at| at.min(bytes.len()));
+    let blank = bytes[at..].iter().take_while(|byte| ends(byte)).count();
+    let before = at + blank;
+    let ended = (0..before).filter(|&i| {
+        let pair = bytes[i] == b'\r' && bytes.get(i + 1) == Some(&b'\n');
+        ends(&bytes[i]) && !pair
+    });
+    1 + ended.count() as u64
 }

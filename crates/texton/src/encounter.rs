@@ -26,9 +26,12 @@ impl Encounter {
 /// No bump within so many rows: the scan runs along a gap.
 const ROWS: i64 = 64;
 
+/// A row that is crossed farther away has no columns to tell apart in double precision.
+const COLUMNS: f64 = 1e9;
+
 impl Texture {
     /// The first other bump on a scan through the middle of one; `None` if none of the next 64 rows
-    /// holds one, so that the scan runs (nearly) along a gap of the grid.
+    /// (up to 1e9 columns away) holds one, so that the scan runs (nearly) along a gap of the grid.
     #[must_use]
     pub fn encounter(&self, scan: ScanAngle) -> Option<Encounter> {
         let [a, b] = self.texton().radii_mm();
@@ -47,7 +50,11 @@ impl Texture {
                 vec![1]
             } else {
                 let x = y * scan.cos() / scan.sin();
-                let near = (x / pitch_mm).floor() as i64;
+                let near = (x / pitch_mm).floor();
+                if near > COLUMNS {
+                    break;
+                }
+                let near = near as i64;
                 (near - 1..=near + 2).collect()
             };
             for column in columns.into_iter().filter(|c| (*c, row) != (0, 0)) {

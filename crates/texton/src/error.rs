@@ -38,12 +38,6 @@ pub enum TextonError {
         /// What stands there.
         text: String,
     },
-    /// An image is not a readable OpenEXR file.
-    #[error("no readable OpenEXR image: {reason}")]
-    Exr {
-        /// What the reader says.
-        reason: String,
-    },
     /// An image has the wrong number of pixels.
     #[error("{values} pixels for an image of {width} x {height}")]
     MapSize {
@@ -65,12 +59,6 @@ pub enum TextonError {
     NoArea {
         /// How many there are.
         nodes: usize,
-    },
-    /// An image of several channels has none that is known to be roughness.
-    #[error("none of {channels} channels is named roughness, Y or R")]
-    NoChannel {
-        /// How many there are.
-        channels: usize,
     },
     /// The conditions of a calibration are no full grid.
     #[error("{nodes} conditions are no grid of {orientations} orientations and {speeds} speeds")]
@@ -185,11 +173,11 @@ pub enum TextonError {
         name: &'static str,
     },
     /// A pixel that is no finite number.
-    #[error("pixel {column}, {row} is {value}")]
+    #[error("pixel {column}, {row} from the top left is {value}")]
     Pixel {
         /// Column, from the left.
         column: usize,
-        /// Row, from the top.
+        /// Row, from the top: that of the largest y or v.
         row: usize,
         /// Its value.
         value: f64,

@@ -11,7 +11,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
     MetaData, ReadChannels, ReadLayers, SmallVec, Text, WritableImage, read,
 };
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
 const INCH_MM: f64 = 25.4;
@@ -110,44 +110,11 @@ impl HeightField {
     /// said nor given; a pixel that is no finite number.
     pub fn read_exr(path: &Path, source: &HeightSource) -> Result<Self, TextonError> {
         let wrong = |error: exr::error::Error| file_error(path, error);
-        let meta = MetaData::read_from_file(path, false).map_err(wrong)?;
-        for header in &meta.headers {
-            let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
-            if pixels > MOST_PIXELS {
-                return Err(TextonError::Parameter {
-                    what: "pixels",
-                    value: pixels as f64,
-                    wanted: "at most 268435456",
-                });
-            }
-        }
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .all_layers()
-            .all_attributes()
-            .non_parallel()
-            .from_file(path)
-            .map_err(wrong)?;
-        let all: Vec<_> = image
-            .layer_data
-            .iter()
-            .flat_map(|layer| layer.channel_data.list.iter().map(move |c| (layer, c)))
-            .collect();
-        let named = |name: &str| all.iter().find(|(_, c)| c.name.eq_case_insensitive(name));
-        let chosen = match (&source.channel, &all[..]) {
-            (Some(name), _) => named(name),
-            (None, [only]) => Some(only),
-            (None, _) => ["height", "z", "y"].into_iter().find_map(named),
-        };
-        let Some((layer, channel)) = chosen else {
-            let found: Vec<String> = all.iter().map(|(_, c)| c.name.to_string()).collect();
-            return Err(TextonError::Channel {
-                wanted: source.channel.clone().unwrap_or("height".to_owned()),
-                found: found.join(", "),
-            });
-        };
+        let file = std::fs::File::open(path).map_err(|error| file_error(path, error))?;
+        let image = read_bounded(std::io::BufReader::new(file), wrong)?;
+        let all = channels(&image);
+        let names = ["height", "z", "y"];
+        let (layer, channel) = choose(&all, source.channel.as_deref(), &names)?;
         let said = Said::of(&layer.attributes);
         let given = source.pitch_mm.or(said.pitch_mm);
         let pitch_mm = given.ok_or(TextonError::Attribute {
@@ -171,6 +138,71 @@ impl HeightField {
         }
         Self::new(columns, pitch_mm, heights_mm)
     }
+}
+
+/// A picture with all of its layers.
+type Picture = Image<exr::prelude::Layers<AnyChannels<FlatSamples>>>;
+/// A channel and the layer that it is of.
+type Chosen<'a> = (
+    &'a Layer<AnyChannels<FlatSamples>>,
+    &'a AnyChannel<FlatSamples>,
+);
+
+/// Reads a picture, unless its header asks for more pixels than are allowed.
+pub(crate) fn read_bounded(
+    mut file: impl BufRead + Seek,
+    failed: impl Fn(exr::error::Error) -> TextonError,
+) -> Result<Picture, TextonError> {
+    let meta = MetaData::read_from_buffered(&mut file, false).map_err(&failed)?;
+    for header in &meta.headers {
+        let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
+        if pixels > MOST_PIXELS {
+            return Err(TextonError::Parameter {
+                what: "pixels",
+                value: pixels as f64,
+                wanted: "at most 268435456",
+            });
+        }
+    }
+    file.rewind().map_err(|error| failed(error.into()))?;
+    read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(file)
+        .map_err(&failed)
+}
+
+/// The channels of all layers.
+pub(crate) fn channels(picture: &Picture) -> Vec<Chosen<'_>> {
+    let layers = picture.layer_data.iter();
+    layers
+        .flat_map(|layer| layer.channel_data.list.iter().map(move |c| (layer, c)))
+        .collect()
+}
+
+/// The channel asked for; if none was, the only one, or the first of the known names.
+pub(crate) fn choose<'a>(
+    all: &[Chosen<'a>],
+    wanted: Option<&str>,
+    known: &[&str],
+) -> Result<Chosen<'a>, TextonError> {
+    let named = |name: &str| all.iter().find(|(_, c)| c.name.eq_case_insensitive(name));
+    let chosen = match (wanted, all) {
+        (Some(name), _) => named(name),
+        (None, [only]) => Some(only),
+        (None, _) => known.iter().find_map(|name| named(name)),
+    };
+    chosen.copied().ok_or_else(|| {
+        let found: Vec<String> = all.iter().map(|(_, c)| c.name.to_string()).collect();
+        TextonError::Channel {
+            wanted: wanted.map_or_else(|| known.join(" or "), str::to_owned),
+            found: found.join(", "),
+        }
+    })
 }
 
 /// What a picture says of its units.

@@ -25,16 +25,17 @@ impl HeightField {
     pub fn new(columns: usize, pitch_mm: f64, heights_mm: Vec<f32>) -> Result<Self, TextonError> {
         positive("pixel pitch, mm", pitch_mm)?;
         if columns == 0 || heights_mm.is_empty() || !heights_mm.len().is_multiple_of(columns) {
-            return Err(TextonError::Parameter {
-                what: "number of heights",
-                value: heights_mm.len() as f64,
-                wanted: "whole rows, at least one",
+            return Err(TextonError::MapSize {
+                width: columns,
+                height: heights_mm.len().checked_div(columns).unwrap_or(0),
+                values: heights_mm.len(),
             });
         }
         if let Some(i) = heights_mm.iter().position(|h| !h.is_finite()) {
             return Err(TextonError::Pixel {
                 column: i % columns,
-                row: i / columns,
+                // From the top, as in pictures.
+                row: heights_mm.len() / columns - 1 - i / columns,
                 value: f64::from(heights_mm[i]),
             });
         }

@@ -20,7 +20,8 @@ pub struct PatchSpec {
     pub size_mm: [f64; 2],
     /// Thickness of the plate below the bumps, mm.
     pub plate_mm: f64,
-    /// Middle of the first bump, mm; `None` for half a pitch.
+    /// Middle of the first bump, mm; `None` for half a pitch. No bump stands left of or below it; one left of
+    /// or below the plate only moves the grid.
     pub first_mm: Option<[f64; 2]>,
     /// Bumps that come closer than this to a border or hole are left out, mm; 50 µm prints.
     pub margin_mm: f64,
@@ -100,6 +101,11 @@ pub(crate) const LEAST_GAP_MM: f64 = 1e-4;
 /// Tiles and bumps at most: beyond, something was meant in another unit.
 const MOST: f64 = 2e7;
 
+/// Tiles along both axes; rounding makes no tile of its own.
+fn tile_counts(size_mm: [f64; 2], tile_mm: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|i| (size_mm[i] / tile_mm[i] - 1e-9).ceil().max(1.0))
+}
+
 /// A rectangle of the plate, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rectangle {
@@ -158,7 +164,7 @@ impl Patch {
     ///
     /// # Errors
     /// Sizes that are no positive numbers; holes across borders or each other; no bump that fits;
-    /// more than 2e7 places.
+    /// more than 2e7 tiles or places; a first bump more than 2e7 pitches left of or below the plate.
     pub fn new(texture: Texture, spec: PatchSpec) -> Result<Self, TextonError> {
         spec.validate()?;
         let plate = Rectangle {
@@ -166,16 +172,34 @@ impl Patch {
             high: spec.size_mm,
         };
         let [width_mm, length_mm] = spec.size_mm;
-        let places = width_mm * length_mm / texture.layout().cell_area_mm2();
-        let tiles = spec
-            .tile_mm
-            .map_or(1.0, |t| width_mm * length_mm / (t[0] * t[1]));
-        for (what, value) in [("places of the grid", places), ("tiles", tiles)] {
+        let pitch_mm = texture.layout().pitch_mm();
+        let tile_mm = spec.tile_mm.unwrap_or(spec.size_mm);
+        let [across, along] = tile_counts(spec.size_mm, tile_mm);
+        // Columns and rows each, not areas: a long and thin grid has a small area and no end.
+        let area_mm = if spec.restart {
+            [0, 1].map(|i| tile_mm[i].min(spec.size_mm[i]))
+        } else {
+            spec.size_mm
+        };
+        let grids = if spec.restart { across * along } else { 1.0 };
+        let [columns, rows] = [0, 1].map(|i| (area_mm[i] / pitch_mm[i]).ceil());
+        let places = grids * columns * rows;
+        for (what, value) in [("tiles", across * along), ("places of the grid", places)] {
             if value > MOST {
                 return Err(TextonError::Parameter {
                     what,
                     value,
                     wanted: "at most 2e7",
+                });
+            }
+        }
+        for (value, pitch_mm) in spec.first_mm.into_iter().flatten().zip(pitch_mm) {
+            // Beyond, rounding moves the bumps.
+            if value < -MOST * pitch_mm {
+                return Err(TextonError::Parameter {
+                    what: "middle of the first bump, mm",
+                    value,
+                    wanted: "at most 2e7 pitches outside the plate",
                 });
             }
         }
@@ -327,8 +351,7 @@ impl Patch {
     pub(crate) fn rectangles(&self) -> Vec<Rectangle> {
         let size = self.spec.size_mm;
         let tile = self.spec.tile_mm.unwrap_or(size);
-        // Rounding makes no tile of its own.
-        let count = [0, 1].map(|i| ((size[i] / tile[i] - 1e-9).ceil() as usize).max(1));
+        let count = tile_counts(size, tile).map(|n| n as usize);
         let cut = |i: usize, k: usize| {
             let at = |k: usize| {
                 if k == count[i] {
@@ -365,11 +388,13 @@ impl Patch {
         };
         let span = |i: usize| area.high[i] - area.low[i] - first[i];
         let [columns, rows] = [0, 1].map(|i| (span(i) / pitch[i]).ceil().max(0.0) as i64);
+        // One before the first inside, for rows that are moved on.
+        let before = |i: usize| ((-first[i] / pitch[i]).floor() - 1.0).max(0.0) as i64;
         // Tiles stand in a grid of their own.
         let tile_mm = self.spec.tile_mm.unwrap_or(self.spec.size_mm);
-        let tiles_across = (self.spec.size_mm[0] / tile_mm[0] - 1e-9).ceil().max(1.0) as usize;
-        for row in 0..=rows {
-            for column in 0..=columns {
+        let tiles_across = tile_counts(self.spec.size_mm, tile_mm)[0] as usize;
+        for row in before(1)..=rows {
+            for column in before(0)..=columns {
                 let [x, y] = layout.offset_mm(column, row);
                 let centre_mm = [area.low[0] + first[0] + x, area.low[1] + first[1] + y];
                 if !area.contains(centre_mm) {

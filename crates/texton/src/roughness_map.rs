@@ -1,8 +1,7 @@
 //! The roughness of a virtual surface: one number, or an image over it.
 
 use crate::TextonError;
-use crate::error::finite;
-use exr::prelude::{ReadChannels, ReadLayers, read};
+use crate::height_exr::{channels, choose, read_bounded};
 use std::io::{Read, Seek};
 
 /// How rough a surface of a scene is.
@@ -15,7 +14,8 @@ pub enum SurfaceRoughness {
 }
 
 impl SurfaceRoughness {
-    /// The roughness at texture coordinates; a uniform one needs none, but NaN gives `None` in both.
+    /// The roughness at texture coordinates; a uniform one needs none, but NaN and infinity give `None`
+    /// in both.
     #[must_use]
     pub fn at(&self, uv: [f64; 2]) -> Option<f64> {
         match self {
@@ -46,8 +46,12 @@ impl RoughnessMap {
                 values: values.len(),
             });
         }
-        for value in &values {
-            finite("roughness of a pixel", f64::from(*value))?;
+        if let Some(i) = values.iter().position(|value| !value.is_finite()) {
+            return Err(TextonError::Pixel {
+                column: i % width,
+                row: i / width,
+                value: f64::from(values[i]),
+            });
         }
         Ok(Self {
             width,
@@ -59,33 +63,18 @@ impl RoughnessMap {
     /// From an OpenEXR file: the channel `roughness`, or else `Y`, `R`, or the only one that there is.
     ///
     /// # Errors
-    /// A file that is no OpenEXR image or is cut off; one without such a channel; as
+    /// A file that is no OpenEXR image, is cut off or too large; one without such a channel; as
     /// [`RoughnessMap::new`].
     pub fn from_exr(file: impl Read + Seek) -> Result<Self, TextonError> {
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .non_parallel()
-            .from_buffered(std::io::BufReader::new(file))
-            .map_err(|error| TextonError::Exr {
-                reason: error.to_string(),
-            })?;
-        let layer = image.layer_data;
-        let channels = &layer.channel_data.list;
-        let named = |name: &str| channels.iter().find(|c| c.name.eq_case_insensitive(name));
-        let only = || channels.first().filter(|_| channels.len() == 1);
-        let channel = ["roughness", "Y", "R"]
-            .into_iter()
-            .find_map(named)
-            .or_else(only)
-            .ok_or(TextonError::NoChannel {
-                channels: channels.len(),
-            })?;
-        let values = channel.sample_data.values_as_f32().collect();
-        Self::new(layer.size.0, layer.size.1, values)
+        let failed = |error: exr::error::Error| TextonError::File {
+            name: "roughness map".to_owned(),
+            message: error.to_string(),
+        };
+        let image = read_bounded(std::io::BufReader::new(file), failed)?;
+        let all = channels(&image);
+        let chosen = choose(&all, None, &["roughness", "Y", "R"])?;
+        let values = chosen.1.sample_data.values_as_f32().collect();
+        Self::new(chosen.0.size.0, chosen.0.size.1, values)
     }
 
     /// Columns and rows.
@@ -94,13 +83,14 @@ impl RoughnessMap {
         [self.width, self.height]
     }
 
-    /// The roughness at texture coordinates, bilinear between the middles of the pixels; `None` for NaN.
+    /// The roughness at texture coordinates, bilinear between the middles of the pixels; `None` for
+    /// NaN and infinity.
     ///
     /// u runs to the right and v upwards (as in OBJ files), 0 to 1 over the image; beyond it the
     /// border goes on.
     #[must_use]
     pub fn at(&self, [u, v]: [f64; 2]) -> Option<f64> {
-        if u.is_nan() || v.is_nan() {
+        if !(u.is_finite() && v.is_finite()) {
             return None;
         }
         let place = |share: f64, n: usize| {

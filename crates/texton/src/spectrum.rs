@@ -1,6 +1,6 @@
 //! The height of a texture as a sum of waves.
 
-use crate::{Layout, Texton, TextonShape, Texture};
+use crate::{Layout, Texton, TextonError, TextonShape, Texture};
 use std::f64::consts::TAU;
 
 /// One wave of a texture's height.
@@ -84,7 +84,22 @@ pub(crate) fn skin_gain([kx, ky]: [f64; 2], blur_mm: f64) -> f64 {
     (-0.5 * (kx * kx + ky * ky) * blur_mm * blur_mm).exp()
 }
 
-/// Waves beyond this hold less than 1e-7 of their power after the blur, rad/mm.
+/// Less blur asks for more waves than anyone waits for; skin blurs ten times as much.
+const LEAST_BLUR_MM: f64 = 0.05;
+
+/// Rejects a blur that is too small or no number.
+pub(crate) fn blur(blur_mm: f64) -> Result<(), TextonError> {
+    if blur_mm >= LEAST_BLUR_MM && blur_mm.is_finite() {
+        return Ok(());
+    }
+    Err(TextonError::Parameter {
+        what: "blur_mm",
+        value: blur_mm,
+        wanted: "a finite number of at least 0.05",
+    })
+}
+
+/// Waves beyond this keep less than exp(-16) = 1.13e-7 of their power after the blur, rad/mm.
 pub(crate) fn skin_limit(blur_mm: f64) -> f64 {
     4.0 / blur_mm
 }

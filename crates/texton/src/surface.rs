@@ -41,11 +41,18 @@ impl Texton {
     }
 
     /// Steepest angle of the sides against the plate, rad: upright at the foot of a hemiellipsoid.
+    ///
+    /// A cone's is `atan(tan(side) (c + d) / (2 √(c d)))`, `c` and `d` the radii of its top: an ellipse whose
+    /// radii shrink alike draws in less between the axes than along them, and most so at the top.
     #[must_use]
     pub fn steepest_rad(&self) -> f64 {
         match self.shape() {
             TextonShape::Hemiellipsoid => std::f64::consts::FRAC_PI_2,
-            TextonShape::TruncatedCone { side_rad } => side_rad,
+            TextonShape::TruncatedCone { side_rad } => {
+                let [c, d] = self.top_radii_mm();
+                let skew = 0.5 * ((c / d).sqrt() + (d / c).sqrt());
+                (side_rad.tan() * skew).atan()
+            }
         }
     }
 

@@ -9,10 +9,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub enum TextonShape {
     /// The upper half of an ellipsoid.
     Hemiellipsoid,
-    /// An elliptic cone cut off flat, the comparison texton of the studies: its sides rise at this angle
-    /// to the plate everywhere, rad, so that the top's radii are both smaller by `height / tan`.
+    /// An elliptic cone cut off flat, the comparison texton of the studies: the top's radii are both
+    /// smaller by `height / tan(side_rad)`. Beside the axes the side is steeper than along them, see
+    /// [`Texton::steepest_rad`].
     TruncatedCone {
-        /// Angle of the side against the plate, rad; 45 degrees in the studies.
+        /// Angle of the side against the plate along both axes, rad; 45 degrees in the studies.
         side_rad: f64,
     },
 }
@@ -74,7 +75,7 @@ impl Texton {
         Self::new(TextonShape::Hemiellipsoid, radii_mm, height_mm)
     }
 
-    /// A truncated cone with sides of 45 degrees.
+    /// A truncated cone with sides of 45 degrees along both axes.
     ///
     /// # Errors
     /// As [`Texton::new`].

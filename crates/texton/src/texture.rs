@@ -71,19 +71,24 @@ impl Texture {
         gap_mm.max(0.0)
     }
 
-    /// Smallest angle from which on a scan meets the next row on the ridge of its bump, rad:
-    /// `atan(p_short / r_x)`.
+    /// Smallest angle at which a scan meets the next row on the ridge of its bump, rad:
+    /// `atan(p_short / r_x)`, in a staggered grid `atan(p_short / (r_x + p_long / 2))`.
+    ///
+    /// A rectangular grid's next row is met from there on. A staggered grid's is passed again where
+    /// `p_short / tan θ < p_long / 2 - r_x`.
     #[must_use]
     pub fn least_spaced_rad(&self) -> f64 {
         let [_, short_mm] = self.layout.pitch_mm();
-        short_mm.atan2(self.texton.radii_mm()[0])
+        let [moved_mm, _] = self.layout.offset_mm(0, 1);
+        short_mm.atan2(self.texton.radii_mm()[0] + moved_mm)
     }
 
     /// `d(θ)`: distance from the top of a bump to the ridge of the next one along the scan, mm.
     ///
     /// The next row's, `p_short / sin θ`, from [`Texture::least_spaced_rad`] on; `p_long` along the
     /// long axis; `None` between, where the scan passes the ends of the bumps (the dissertation
-    /// uses no such angle). In a staggered grid the next row's where its shifted bump is met, else the one after.
+    /// uses no such angle). In a staggered grid the next row's where its shifted bump is met, else
+    /// `2 p_short / sin θ` where the row after is met, else `None`.
     #[must_use]
     pub fn spacing_mm(&self, scan: ScanAngle) -> Option<f64> {
         let [long_mm, short_mm] = self.layout.pitch_mm();

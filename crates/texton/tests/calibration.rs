@@ -240,6 +240,66 @@ fn bad_csv_names_the_line() {
 }
 
 #[test]
+fn lines_are_counted_as_an_editor_does() {
+    let of = |csv: &str| Calibration::from_csv(csv.as_bytes()).unwrap_err();
+    let cell = |line| TextonError::Cell {
+        line,
+        column: "value",
+        text: "x".to_owned(),
+    };
+    for mark in ["", "\u{feff}"] {
+        for end in ["\n", "\r\n", "\r"] {
+            let text = |lines: &[&str]| format!("{mark}{}{end}", lines.join(end));
+            let header = "orientation_deg,velocity_mm_s,value";
+            for (lines, line) in [
+                (&[header, "0,0,x"][..], 2),
+                (&[header, "0,0,1", "0,20,x"], 3),
+                (&[header, "0,0,1", "", "", "0,20,x", "0,40,1"], 5),
+                (&["", header, "", "0,0,1", "0,20,x"], 5),
+                (&[header, "", "0,0,x", ""], 3),
+            ] {
+                assert_eq!(of(&text(lines)), cell(line), "{end:?} {lines:?}");
+            }
+            assert_eq!(
+                of(&text(&[header, "0,0,1", "", "0,20"])),
+                TextonError::BrokenLine { line: 4 },
+                "{end:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn beyond_the_hull_nothing_is_called_attained() {
+    let table = grid(planted);
+    assert_eq!(
+        table.orientation_for(3.0, 90.0),
+        Err(TextonError::OutsideCalibration {
+            orientation_deg: 0.0,
+            speed_mm_per_s: 90.0
+        })
+    );
+    let rows = [(20.0, 0.0), (20.0, 80.0), (70.0, 0.0), (70.0, 80.0)];
+    let narrow = rows.map(|(deg, speed)| (scan(deg), speed, planted(deg, speed)));
+    let narrow = Calibration::from_rows(narrow).unwrap();
+    let refused = narrow.speed_for(3.0, scan(80.0));
+    assert!(
+        matches!(
+            refused,
+            Err(TextonError::OutsideCalibration {
+                speed_mm_per_s: 0.0,
+                ..
+            })
+        ),
+        "{refused:?}"
+    );
+    assert!(matches!(
+        table.orientation_for(1e6, 40.0),
+        Err(TextonError::NotAttained { .. })
+    ));
+}
+
+#[test]
 fn falls_are_reported_and_repaired() {
     let table = grid(planted);
     assert!(table.violations().is_empty());

@@ -174,7 +174,7 @@ fn a_roughness_map_is_bilinear_between_the_middles_of_pixels() {
         ([0.5, 0.25], 4.0),
         ([0.0, 1.0], 1.0),
         ([9.0, -9.0], 5.0),
-        ([f64::INFINITY, 0.0], 5.0),
+        ([1e300, 0.0], 5.0),
     ] {
         assert_eq!(map.at(uv), Some(value), "{uv:?}");
     }
@@ -182,8 +182,15 @@ fn a_roughness_map_is_bilinear_between_the_middles_of_pixels() {
     let single = RoughnessMap::new(1, 1, vec![0.4]).unwrap();
     assert_eq!(single.at([0.3, 0.9]), Some(f64::from(0.4_f32)));
     assert_eq!(SurfaceRoughness::Uniform(0.7).at([0.1, 0.1]), Some(0.7));
-    assert_eq!(SurfaceRoughness::Uniform(0.7).at([0.1, f64::NAN]), None);
-    assert_eq!(SurfaceRoughness::Map(single).at([f64::NAN, 0.0]), None);
+    for surface in [
+        SurfaceRoughness::Uniform(0.7),
+        SurfaceRoughness::Map(single),
+    ] {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(surface.at([bad, 0.0]), None);
+            assert_eq!(surface.at([0.1, bad]), None);
+        }
+    }
     for bad in [
         (0, 0, vec![]),
         (2, 2, vec![1.0; 3]),
@@ -228,7 +235,13 @@ fn a_roughness_map_from_openexr() {
     assert_eq!(read(&red).unwrap(), map);
     assert_eq!(read(&write(vec![("height", values.clone())])).unwrap(), map);
     let none = write(vec![("G", values.clone()), ("B", other)]);
-    assert_eq!(read(&none), Err(TextonError::NoChannel { channels: 2 }));
+    assert_eq!(
+        read(&none),
+        Err(TextonError::Channel {
+            wanted: "roughness or Y or R".to_owned(),
+            found: "B, G".to_owned()
+        })
+    );
     for bad in [
         &[][..],
         b"no image at all",
@@ -236,12 +249,35 @@ fn a_roughness_map_from_openexr() {
         &named[..20],
     ] {
         assert!(
-            matches!(read(bad), Err(TextonError::Exr { .. })),
+            matches!(read(bad), Err(TextonError::File { .. })),
             "{} bytes",
             bad.len()
         );
     }
     let mut nan = values;
     nan[4] = f32::NAN;
-    assert!(read(&write(vec![("Y", nan)])).is_err());
+    assert!(matches!(
+        read(&write(vec![("Y", nan)])),
+        Err(TextonError::Pixel {
+            column: 1,
+            row: 1,
+            ..
+        })
+    ));
+    // The header alone asks for more than is allowed: the last columns and rows of both windows.
+    let mut large = named.clone();
+    let window = [0_i32, 0, 2, 1].map(i32::to_le_bytes).concat();
+    let places: Vec<usize> = (0..large.len() - 16)
+        .filter(|&i| large[i..i + 16] == window[..])
+        .collect();
+    assert_eq!(places.len(), 2);
+    for at in places {
+        let last = [99_999_i32; 2].map(i32::to_le_bytes).concat();
+        large[at + 8..at + 16].copy_from_slice(&last);
+    }
+    let refused = read(&large);
+    assert!(
+        matches!(refused, Err(TextonError::Parameter { what: "pixels", .. })),
+        "{refused:?}"
+    );
 }

@@ -187,9 +187,19 @@ fn wrong_pictures_are_refused() {
         std::fs::write(&path, &whole[..length]).unwrap();
         assert!(matches!(read(), Err(TextonError::File { .. })), "{length}");
     }
-    assert!(HeightField::new(2, 0.1, vec![0.0; 3]).is_err());
-    assert!(HeightField::new(0, 0.1, vec![]).is_err());
-    assert!(HeightField::new(1, 0.1, vec![f32::INFINITY]).is_err());
+    for (columns, values) in [(2, 3), (0, 0), (0, 3), (2, 0)] {
+        let refused = HeightField::new(columns, 0.1, vec![0.0; values]);
+        assert!(matches!(refused, Err(TextonError::MapSize { .. })));
+    }
+    // The lowest row comes first and is the last from the top.
+    assert!(matches!(
+        HeightField::new(2, 0.1, vec![0.0, f32::INFINITY, 0.0, 0.0, 0.0, 0.0]),
+        Err(TextonError::Pixel {
+            column: 1,
+            row: 2,
+            ..
+        })
+    ));
 }
 
 #[test]

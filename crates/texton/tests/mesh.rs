@@ -278,6 +278,55 @@ fn a_million_bumps_are_counted_before_memory_is_taken() {
 }
 
 #[test]
+fn long_thin_tiles_and_far_first_bumps_are_bounded() {
+    let new = |spec: PatchSpec| Patch::new(Texture::released(), spec);
+    let refused = |spec: PatchSpec| match new(spec) {
+        Err(TextonError::Parameter { what, .. }) => what,
+        other => panic!("{:?}", other.map(|p| p.counts())),
+    };
+    let thin = |restart: bool| PatchSpec {
+        size_mm: [10.0, 1e7],
+        tile_mm: Some([1e9, 1e-3]),
+        restart,
+        ..PatchSpec::default()
+    };
+    assert_eq!(refused(thin(true)), "tiles");
+    assert_eq!(refused(thin(false)), "tiles");
+    let line = PatchSpec {
+        size_mm: [1e-9, 1e12],
+        ..PatchSpec::default()
+    };
+    assert_eq!(refused(line), "places of the grid");
+    let first = |first_mm: [f64; 2]| PatchSpec {
+        first_mm: Some(first_mm),
+        ..PatchSpec::default()
+    };
+    for far in [[-1e12, 0.0], [0.0, -1e12], [-1e300, 1.0]] {
+        assert_eq!(refused(first(far)), "middle of the first bump, mm");
+    }
+    assert!(matches!(
+        new(first([1e12, 1e12])),
+        Err(TextonError::NoBumps { .. })
+    ));
+    // The same bumps from a grid that begins far outside.
+    for texture in [Texture::released(), staggered(6.2, 1.8)] {
+        let [x, y] = texture.layout().pitch_mm();
+        let near = Patch::new(texture, PatchSpec::default()).unwrap();
+        let far = first([0.5 * x - 1e6 * x, 0.5 * y - 1e6 * y]);
+        let far = Patch::new(texture, far).unwrap();
+        let moved = near.centres_mm().zip(far.centres_mm());
+        let off = moved.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+        // A grid from far outside may begin with half a pitch in its moved rows.
+        if matches!(texture.layout(), Layout::Rectangular { .. }) {
+            assert_eq!(near.counts(), far.counts());
+            assert!(off.fold(0.0, f64::max) < 1e-6);
+        } else {
+            assert!(far.counts().placed >= near.counts().placed);
+        }
+    }
+}
+
+#[test]
 fn wrong_questions_are_refused() {
     let patch = patch(Texture::released(), [50.0, 50.0]);
     for accuracy_mm in [0.0, 0.0009, 1.1, f64::NAN, -1.0] {

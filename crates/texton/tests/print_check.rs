@@ -83,3 +83,47 @@ fn gaps_are_those_of_the_closest_points() {
     );
     assert!((Texture::released().gap_mm() - 0.2).abs() < 1e-12);
 }
+
+#[test]
+fn a_cone_is_steepest_beside_its_axes() {
+    let cone = Texton::truncated_cone([3.0, 1.0], 0.7).unwrap();
+    let [c, d] = cone.top_radii_mm();
+    // By central differences just below the top, and at the foot.
+    let slope = |inset_mm: f64, t: f64| {
+        let at = [
+            (c + 0.7 - inset_mm) * t.cos(),
+            (d + 0.7 - inset_mm) * t.sin(),
+        ];
+        let step = 1e-5;
+        let height = |dx: f64, dy: f64| cone.height_at_mm([at[0] + dx, at[1] + dy]);
+        let x = height(step, 0.0) - height(-step, 0.0);
+        let y = height(0.0, step) - height(0.0, -step);
+        (x.hypot(y) / (2.0 * step)).atan()
+    };
+    let steepest = |inset_mm: f64| {
+        let around = (0..4_000).map(|i| f64::from(i) * std::f64::consts::TAU / 4_000.0);
+        around
+            .map(|t| slope(inset_mm, t))
+            .fold(0.0_f64, f64::max)
+            .to_degrees()
+    };
+    let stated = cone.steepest_rad().to_degrees();
+    assert!((stated - 57.4).abs() < 0.05, "{stated}");
+    assert!((steepest(0.6999) - stated).abs() < 0.02);
+    assert!((steepest(1e-4) - 49.1).abs() < 0.05);
+    let round = Texton::truncated_cone([1.0, 1.0], 0.7).unwrap();
+    assert!((round.steepest_rad().to_degrees() - 45.0).abs() < 1e-9);
+    let texture = Texture::new(cone, *Texture::released().layout()).unwrap();
+    let patch = Patch::new(texture, PatchSpec::default()).unwrap();
+    let refused = |most_deg: f64| {
+        let printer = Printer {
+            steepest_rad: Some(most_deg.to_radians()),
+            ..Printer::default()
+        };
+        let findings = patch.print_check(&printer);
+        findings
+            .iter()
+            .any(|f| matches!(f, Finding::Steepness { .. }))
+    };
+    assert!(refused(50.0) && !refused(58.0));
+}

@@ -208,11 +208,35 @@ fn bad_speeds_and_settings_are_named() {
             assert!(!text.is_empty());
         }
     }
-    let bad = Vibration {
-        blur_mm: 0.0,
-        ..Vibration::default()
+    let models = |blur_mm: f64| -> [Box<dyn RoughnessModel>; 2] {
+        let vibration = Vibration {
+            blur_mm,
+            ..Vibration::default()
+        };
+        let variation = SpatialVariation {
+            blur_mm,
+            ..SpatialVariation::default()
+        };
+        [Box::new(vibration), Box::new(variation)]
     };
-    assert!(bad.predict(&texture, ScanAngle::ALONG, 1.0).is_err());
+    for blur_mm in [0.0, -1.0, 1e-6, 0.0499, f64::NAN, f64::INFINITY] {
+        for model in models(blur_mm) {
+            let refused = model.predict(&texture, ScanAngle::ALONG, 1.0);
+            assert!(
+                matches!(
+                    refused,
+                    Err(TextonError::Parameter {
+                        what: "blur_mm",
+                        ..
+                    })
+                ),
+                "{blur_mm}"
+            );
+        }
+    }
+    for model in models(0.05) {
+        assert!(model.predict(&texture, ScanAngle::ALONG, 1.0).is_ok());
+    }
     let study = StudyOrder {
         ranks: vec![0],
         ..StudyOrder::dissertation(100.0)
