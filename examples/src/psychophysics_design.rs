@@ -54,6 +54,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         },
         seed: args.seed,
     };
+    let conditions = schedule.conditions();
+    let cycle = conditions * (1 + conditions % 2);
+    let orders = args.subjects.saturating_mul(args.rounds);
+    if matches!(args.order, Order::Latin) && !orders.is_multiple_of(cycle) {
+        eprintln!(
+            "{orders} orders of {conditions} conditions: successions are balanced only for a multiple of {cycle}"
+        );
+    }
     // Before the file is made: a refused schedule leaves none behind.
     let mut script = Vec::new();
     schedule.write_csv(&mut script)?;

@@ -75,6 +75,9 @@ struct Row {
 /// A population that cannot be read, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let within = factors(&args.factors)?;
+    if args.effect.is_empty() && args.means.is_empty() {
+        eprintln!("without --effect or --means nothing differs: these are rates of false alarms");
+    }
     let means = if args.means.is_empty() {
         added(&within, &args.effect)?
     } else {

@@ -139,6 +139,9 @@ impl std::fmt::Display for Finding {
     }
 }
 
+/// A pitch less two radii is exact to this share of the gap.
+const ROUNDING: f64 = 1e-9;
+
 impl Patch {
     /// What will not come out as designed on a printer; nothing for the released patch but bumps left out.
     ///
@@ -149,7 +152,7 @@ impl Patch {
         let least_mm = printer.least_feature_mm;
         let mut findings = Vec::new();
         let gap_mm = self.texture().gap_mm();
-        if self.counts().placed > 1 && gap_mm < least_mm {
+        if self.counts().placed > 1 && gap_mm < least_mm * (1.0 - ROUNDING) {
             findings.push(Finding::Gap { gap_mm, least_mm });
         }
         let height_mm = texton.height_mm();
