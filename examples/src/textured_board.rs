@@ -25,6 +25,8 @@ const RAMP_S: f64 = 0.05;
 
 /// A finger slower than this rests, m/s: tremor and the noise of a tracker come to half of that.
 const RESTS_M_PER_S: f64 = 0.05;
+/// A finger that lands still carries the motion of its reach for so long, s: that is no scan.
+const LANDING_S: f64 = 0.2;
 /// Time constant of the scan's estimate, s.
 const SCAN_S: f64 = 0.05;
 
@@ -152,9 +154,14 @@ impl TexturedBoard {
         };
         let [x, y] = touch.axes;
         let in_plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+        let landed = t_s - touch.felt_s >= LANDING_S;
         let finger = FingerState {
             point_m: in_plane(finger_m - touch.origin_m),
-            velocity_m_per_s: in_plane(finger_m_per_s),
+            velocity_m_per_s: if landed {
+                in_plane(finger_m_per_s)
+            } else {
+                DVec2::ZERO
+            },
         };
         let step = self.motion.step(t_s, Some(finger), &touch.level)?;
         // Once it slows down for the end of its stroke it is not compared any more.
