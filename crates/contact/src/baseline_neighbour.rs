@@ -1,7 +1,7 @@
 //! The demonstrations that went most like this reach goes.
 
 use crate::baseline::{Follower, TouchPath};
-use crate::estimate::outer;
+use crate::estimate::square;
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
 };
@@ -182,7 +182,7 @@ impl Demonstrations {
         let mut variance_s2 = 0.0;
         for &i in &chosen {
             let e = left_m(i) - mean_m;
-            covariance += scale * outer(e, e);
+            covariance += scale * square(e);
             variance_s2 += scale * (left_s(i) - mean_s).powi(2);
         }
         ContactEstimate {

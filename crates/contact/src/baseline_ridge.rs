@@ -1,7 +1,7 @@
 //! Linear regression of what is left of a reach, from its start and its last frames.
 
 use crate::baseline::{Durations, Follower, TouchPath};
-use crate::estimate::outer;
+use crate::estimate::square;
 use crate::labelled::held_out_groups;
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
@@ -352,7 +352,7 @@ impl Regression {
         let mut covariance_m2 = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         for e in &errors {
             let e = DVec3::new(e[0], e[1], e[2]);
-            covariance_m2 += outer(e, e) * (1.0 / n);
+            covariance_m2 += square(e) * (1.0 / n);
         }
         let variance_s2 = errors.iter().map(|e| e[3] * e[3]).sum::<f64>() / n;
         Some(Self {

@@ -1,11 +1,12 @@
 //! Prediction from all evidence: the hand's motion, the gaze, the surfaces and the time.
 
 use crate::error::{not_negative, positive};
+use crate::estimate::square;
 use crate::gaussian::Gaussian;
 use crate::gaze_evidence::{GazeMemory, GazeModel};
 use crate::onset::{ReachWatch, WatchConfig};
 use crate::standing::{Standing, Touched, onto};
-use crate::surface_share::{Face, SurfaceShares, outer};
+use crate::surface_share::{Face, SurfaceShares};
 use crate::{
     ContactError, ContactEstimate, ContactEstimator, ContactPrediction, DeterministicPredictor,
     HandState, PredictionSource, Predictor, PredictorConfig, Seen, TimeToContact,
@@ -211,7 +212,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             .distance_m
             .max((by_motion.mean_m - hand.point_m).dot(ahead));
         let sd_m = self.config.bend? * left_m + TRACKED_M;
-        let across = DMat3::IDENTITY - outer(ahead);
+        let across = DMat3::IDENTITY - square(ahead);
         by_motion.times(hand.point_m, across * (1.0 / (sd_m * sd_m)))
     }
 
@@ -301,7 +302,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 .unwrap_or((best.met_m, best.normal));
             let off_plane_m = self.config.calibration_sd_m.hypot(LEAST_SD_M);
             let covariance_m2 =
-                covariance_m2 + outer(point_m - mean_m) + outer(best.normal * off_plane_m);
+                covariance_m2 + square(point_m - mean_m) + square(best.normal * off_plane_m);
             let distance_m = (hand.point_m - point_m).dot(normal);
             let p = others * weight / total;
             probability += p;
@@ -405,7 +406,7 @@ fn moments<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face)
         agreed().map(|f| f.mean_m * f.mass).sum::<DVec3>() / agreed().map(|f| f.mass).sum::<f64>();
     let weight: f64 = faces().map(|f| f.mass).sum();
     let covariance_m2 = faces()
-        .map(|f| (f.covariance_m2 + outer(f.mean_m - mean_m)) * (f.mass / weight))
+        .map(|f| (f.covariance_m2 + square(f.mean_m - mean_m)) * (f.mass / weight))
         .fold(DMat3::ZERO, |sum, c| sum + c);
     (mean_m, covariance_m2)
 }

@@ -1,5 +1,6 @@
 //! A Gaussian in space, and what a plane cuts out of it.
 
+use crate::estimate::square;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
@@ -72,13 +73,12 @@ impl Gaussian {
         let cn = self.covariance_m2 * normal;
         let variance = normal.dot(cn);
         let off = (point_m - self.mean_m).dot(normal);
-        let outer = DMat3::from_cols(cn * cn.x, cn * cn.y, cn * cn.z);
         let off_squared = off * off / variance;
         InPlane {
             log_density: -0.5 * (off_squared + (TAU * variance).ln()),
             off_squared,
             mean_m: self.mean_m + cn * (off / variance),
-            covariance_m2: self.covariance_m2 - outer * (1.0 / variance),
+            covariance_m2: self.covariance_m2 - square(cn) * (1.0 / variance),
             peak_per_m2: (variance / self.determinant).sqrt() / TAU,
         }
     }

@@ -216,7 +216,7 @@ impl GazeModel {
     /// The Gaussian along a line of sight, and how well it agrees with the hand.
     fn look(&self, by_hand: &Gaussian, ray: &GazeRay) -> Option<Look> {
         let (origin_m, sight) = (ray.origin_m, ray.direction);
-        let across = DMat3::IDENTITY - crate::surface_share::outer(sight);
+        let across = DMat3::IDENTITY - crate::estimate::square(sight);
         // The spread across grows with the distance, which the product itself tells better.
         let mut gaussian = *by_hand;
         for _ in 0..2 {

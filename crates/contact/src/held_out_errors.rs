@@ -1,7 +1,7 @@
 //! How far the sources of an estimate are off on reaches that they were not learnt from, and how they
 //! are put together for it.
 
-use crate::estimate::outer;
+use crate::estimate::{outer, square};
 use crate::learned::Combination;
 use crate::learning::Sampled;
 use crate::local_ridge::Rows;
@@ -246,8 +246,8 @@ impl Errors {
             let r = miss.regression.clamp_length_max(limits[0]);
             let p = primitive(miss).clamp_length_max(limits[1]);
             let one = Self {
-                regression: outer(r, r),
-                primitive: outer(p, p),
+                regression: square(r),
+                primitive: square(p),
                 cross: outer(r, p),
                 time: miss.time.abs().min(limits[2]).powi(2),
                 ..Self::ZERO

@@ -1,5 +1,6 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
+use crate::estimate::square;
 use crate::gaussian::{Gaussian, spiral};
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
@@ -338,7 +339,7 @@ impl Moments {
         self.weight += weight;
         self.weight_squared += weight * weight;
         self.first += x * weight;
-        self.second += outer(x) * weight;
+        self.second += square(x) * weight;
     }
 
     /// How many points of one weight would say as much.
@@ -351,11 +352,6 @@ impl Moments {
     }
 
     fn covariance(&self) -> DMat3 {
-        self.second * (1.0 / self.weight) - outer(self.mean())
+        self.second * (1.0 / self.weight) - square(self.mean())
     }
-}
-
-/// x xᵀ.
-pub(crate) fn outer(x: DVec3) -> DMat3 {
-    DMat3::from_cols(x * x.x, x * x.y, x * x.z)
 }

@@ -117,37 +117,6 @@ impl Stream {
     }
 }
 
-/// The motion `h` later towards a target that moves at `slope`: the way to rest beside it, seen
-/// from the target, with what the speed limit leaves for catching up.
-fn towards_moving(
-    joint: JointMotion,
-    target: f64,
-    slope: f64,
-    bounds: &JointBounds,
-    h: f64,
-) -> JointMotion {
-    if slope == 0.0 {
-        return joint.towards(target, bounds, h);
-    }
-    let spare = (bounds.velocity_rad_per_s() - slope.abs()).max(LEAST_SPARE_RAD_PER_S);
-    let Ok(relative_bounds) = JointBounds::new(spare, bounds.acceleration_rad_per_s2()) else {
-        return joint.towards(target, bounds, h);
-    };
-    let relative = JointMotion {
-        q_rad: joint.q_rad - target,
-        qd_rad_per_s: joint.qd_rad_per_s - slope,
-    };
-    let next = relative.towards(0.0, &relative_bounds, h);
-    let most = bounds.velocity_rad_per_s();
-    JointMotion {
-        q_rad: target + slope * h + next.q_rad,
-        qd_rad_per_s: (slope + next.qd_rad_per_s).clamp(-most, most),
-    }
-}
-
-/// Speed kept for catching up with a target that itself moves at the limit, rad/s.
-const LEAST_SPARE_RAD_PER_S: f64 = 1e-6;
-
 /// A simulated arm with a clock of its own.
 ///
 /// A command takes effect exactly `reaction_delay_s` after it was given, in the order given, and
@@ -321,7 +290,8 @@ impl ServoArm {
             let bounds = &self.bounds[i];
             *joint = match self.target {
                 Some(target) => {
-                    towards_moving(*joint, target[i] + slope[i] * since_s, slope[i], bounds, h)
+                    let goal_rad = target[i] + slope[i] * (since_s + h);
+                    joint.beside(goal_rad, slope[i], bounds, h)
                 }
                 None => joint.braked(bounds, h),
             };
