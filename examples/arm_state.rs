@@ -4,9 +4,10 @@
 //! 0,0.5,0,-1.2,0,0.8,0" | cargo run --release --example arm_state -- --dynamics`
 
 use clap::Parser;
-use hwall_examples::numbers::{NumberReader, matrix_names, numbered, to_cells, writer};
-use hwall_examples::{arms, exit};
 use hwall_kinematics::ChainDynamics;
+use hwall_stage::arms;
+use hwall_stage::exit;
+use hwall_stage::numbers::{NumberReader, matrix_names, numbered, to_cells, writer};
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -5,10 +5,12 @@
 use anyhow::Context;
 use clap::Parser;
 use glam::DVec3;
-use hwall_examples::placement::{Wanted, csv, heat_map, table, targets};
-use hwall_examples::{arms, exit, stage};
 use hwall_haptics::Board;
+use hwall_lab::reach::placement::{Wanted, csv, heat_map, table, targets};
 use hwall_reachability::{Interval, PlacementConfig, Roll, Steps, place_base};
+use hwall_stage::arms;
+use hwall_stage::exit;
+use hwall_stage::stage;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -4,10 +4,15 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::bip_setup::{BasisChoice, Indices, Mode, Noise, Setup};
-use hwall_examples::{
-    bip_figures, bip_report, bip_run, bip_scores, bip_study, exit, reaches, trajectories,
-};
+use hwall_lab::bip::figures as bip_figures;
+use hwall_lab::bip::reaches;
+use hwall_lab::bip::report as bip_report;
+use hwall_lab::bip::run as bip_run;
+use hwall_lab::bip::scores as bip_scores;
+use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
+use hwall_lab::bip::study as bip_study;
+use hwall_lab::bip::trajectories;
+use hwall_stage::exit;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -4,8 +4,8 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::contact_arguments::Arguments;
-use hwall_examples::exit;
+use hwall_lab::contact::arguments::Arguments;
+use hwall_stage::exit;
 use std::io::{self, Write};
 use std::process::ExitCode;
 

@@ -4,13 +4,18 @@
 
 use anyhow::Context;
 use clap::{Parser, ValueEnum};
-use hwall_examples::board_follow::Follow;
-use hwall_examples::foresight::{Foresight, Kind};
-use hwall_examples::place::Stand;
-use hwall_examples::stage::{Options, Stage};
-use hwall_examples::wall_maps::WallMaps;
-use hwall_examples::{arms, exit, report, run_figures, session, touches};
 use hwall_haptics::Board;
+use hwall_stage::arms;
+use hwall_stage::board_follow::Follow;
+use hwall_stage::exit;
+use hwall_stage::foresight::{Foresight, Kind};
+use hwall_stage::place::Stand;
+use hwall_stage::report;
+use hwall_stage::run_figures;
+use hwall_stage::session;
+use hwall_stage::stage::{Options, Stage};
+use hwall_stage::touches;
+use hwall_stage::wall_maps::WallMaps;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::path::PathBuf;

@@ -3,7 +3,10 @@
 //! `cargo run --release --example psychophysics -- analyse study.csv --subject person --factors a,b --value y`
 
 use clap::{Parser, Subcommand};
-use hwall_examples::{exit, psychophysics_analyse, psychophysics_design, psychophysics_power};
+use hwall_lab::psychophysics::analyse as psychophysics_analyse;
+use hwall_lab::psychophysics::design as psychophysics_design;
+use hwall_lab::psychophysics::power as psychophysics_power;
+use hwall_stage::exit;
 use std::process::ExitCode;
 
 /// Statistics of studies with repeated measures.

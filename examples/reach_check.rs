@@ -6,9 +6,10 @@
 use anyhow::Context;
 use clap::Parser;
 use glam::{DQuat, DVec3};
-use hwall_examples::numbers::{NumberReader, numbered, to_cells, writer};
-use hwall_examples::{arms, exit};
 use hwall_kinematics::{Pose, Reach, SrsArm};
+use hwall_stage::arms;
+use hwall_stage::exit;
+use hwall_stage::numbers::{NumberReader, numbered, to_cells, writer};
 use hwall_testkit::time_batches;
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -4,8 +4,11 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::reach_maps::{Grid, Solver, figures, summary};
-use hwall_examples::{exit, numbers, published, reach_maps};
+use hwall_lab::reach::maps as reach_maps;
+use hwall_lab::reach::maps::{Grid, Solver, figures, summary};
+use hwall_lab::reach::published;
+use hwall_stage::exit;
+use hwall_stage::numbers;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

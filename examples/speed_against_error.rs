@@ -3,10 +3,16 @@
 //! `cargo run --release --example speed_against_error` writes docs/SPEED-AGAINST-ERROR.md.
 
 use clap::Parser;
-use hwall_examples::{
-    exit, speed, speed_bip, speed_contact, speed_contact_fusion, speed_contact_knobs, speed_reach,
-    speed_roughness, speed_scene, speed_texture,
-};
+use hwall_lab::speed::bip as speed_bip;
+use hwall_lab::speed::contact as speed_contact;
+use hwall_lab::speed::fusion as speed_contact_fusion;
+use hwall_lab::speed::knobs as speed_contact_knobs;
+use hwall_lab::speed::reach as speed_reach;
+use hwall_lab::speed::roughness as speed_roughness;
+use hwall_lab::speed::scene as speed_scene;
+use hwall_lab::speed::tables as speed;
+use hwall_lab::speed::texture as speed_texture;
+use hwall_stage::exit;
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;

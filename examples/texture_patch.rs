@@ -3,8 +3,9 @@
 //! `cargo run --release --example texture_patch -- --stl patch.stl --out figures`
 
 use clap::Parser;
-use hwall_examples::texture_patch::{Grid, Request, Shape};
-use hwall_examples::{exit, texture_patch};
+use hwall_lab::texture::patch as texture_patch;
+use hwall_lab::texture::patch::{Grid, Request, Shape};
+use hwall_stage::exit;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -4,10 +4,14 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_examples::{
-    bip_study, bip_validation, exit, perception_validation, published, reach_figures,
-    texture_validation, validation,
-};
+use hwall_lab::bip::study as bip_study;
+use hwall_lab::reach::figures as reach_figures;
+use hwall_lab::reach::published;
+use hwall_lab::validation::bip as bip_validation;
+use hwall_lab::validation::perception as perception_validation;
+use hwall_lab::validation::tables as validation;
+use hwall_lab::validation::texture as texture_validation;
+use hwall_stage::exit;
 use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;

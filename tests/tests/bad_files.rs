@@ -1,8 +1,8 @@
 //! Files that are missing or malformed end in one clear line, never in a panic.
 
-use hwall_examples::stage::{Options, Stage};
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
+use hwall_stage::stage::{Options, Stage};
 use std::path::{Path, PathBuf};
 
 const WALL: &str = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 2 3 4\n";

@@ -1,10 +1,12 @@
 //! Folders of trajectories: what is in them arrives, and what is wrong ends in one clear line.
 
-use hwall_examples::bip_run::{self, Runs};
-use hwall_examples::bip_scores::{Accuracy, sides};
-use hwall_examples::bip_setup::{BasisChoice, Indices, Mode, Noise, Setup};
-use hwall_examples::trajectories::{self, TrajectorySet};
-use hwall_examples::{bip_figures, bip_report, reaches};
+use hwall_lab::bip::figures as bip_figures;
+use hwall_lab::bip::reaches;
+use hwall_lab::bip::report as bip_report;
+use hwall_lab::bip::run::{self as bip_run, Runs};
+use hwall_lab::bip::scores::{Accuracy, sides};
+use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
+use hwall_lab::bip::trajectories::{self, TrajectorySet};
 use std::path::{Path, PathBuf};
 
 /// A fresh folder with these files.

@@ -1,12 +1,12 @@
 //! Recordings as studies bring them, with columns, cells and names missing, through the whole comparison.
 
 use hwall_contact::{HandPoint, Quantity, Recording, write_recordings};
-use hwall_examples::contact_arguments::Arguments;
-use hwall_examples::contact_candidates::Candidate;
-use hwall_examples::contact_recordings::read;
-use hwall_examples::contact_report::recordings;
-use hwall_examples::demonstration_files::{self, Robot};
-use hwall_examples::demonstrations::{Cast, Demonstrated, DemonstrationConfig, generate};
+use hwall_lab::contact::arguments::Arguments;
+use hwall_lab::contact::candidates::Candidate;
+use hwall_lab::contact::recordings::read;
+use hwall_lab::contact::report::recordings;
+use hwall_lab::demonstrations::files::{self as demonstration_files, Robot};
+use hwall_lab::demonstrations::generate::{Cast, Demonstrated, DemonstrationConfig, generate};
 use std::fs;
 use std::path::{Path, PathBuf};
 

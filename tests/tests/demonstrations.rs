@@ -2,9 +2,13 @@
 
 use glam::DVec3;
 use hwall_contact::{HandFrame, HandPoint, LabelledReach, read_recordings};
-use hwall_examples::demonstration_files::{self, HANDS, MOTIONS, Robot};
-use hwall_examples::demonstrations::{Cast, Demonstrated, DemonstrationConfig, Part, generate};
-use hwall_examples::{bip_run, bip_setup::Setup, trajectories};
+use hwall_lab::bip::run as bip_run;
+use hwall_lab::bip::setup::Setup;
+use hwall_lab::bip::trajectories;
+use hwall_lab::demonstrations::files::{self as demonstration_files, HANDS, MOTIONS, Robot};
+use hwall_lab::demonstrations::generate::{
+    Cast, Demonstrated, DemonstrationConfig, Part, generate,
+};
 use hwall_sim::PersonConfig;
 use hwall_testkit::quantile;
 use std::path::{Path, PathBuf};

@@ -1,13 +1,16 @@
 //! Reachability maps across crates: with the scene's walls, with the board, with published maps.
 
 use glam::DVec3;
-use hwall_examples::wall_maps::{Presented, WallMaps};
-use hwall_examples::{placement, published, reach_maps, stage};
 use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::SrsArm;
+use hwall_lab::reach::maps as reach_maps;
+use hwall_lab::reach::placement;
+use hwall_lab::reach::published;
 use hwall_reachability::{
     ExactConfig, Interval, PlacementConfig, ReachabilityMap, Roll, Steps, place_base,
 };
+use hwall_stage::stage;
+use hwall_stage::wall_maps::{Presented, WallMaps};
 use hwall_testkit::{Sampler, quantile};
 use std::path::PathBuf;
 

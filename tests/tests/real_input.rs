@@ -3,13 +3,13 @@
 use hwall_contact::{
     FreezeKind, HandFilter, HandFilterConfig, LostReason, Recording, RigidMap, Tracking,
 };
-use hwall_examples::board_follow::Follow;
-use hwall_examples::foresight::{Foresight, Kind};
-use hwall_examples::session::{Hand, Setup};
-use hwall_examples::stage::{Options, Stage};
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_scene::Scene;
+use hwall_stage::board_follow::Follow;
+use hwall_stage::foresight::{Foresight, Kind};
+use hwall_stage::session::{Hand, Setup};
+use hwall_stage::stage::{Options, Stage};
 use std::path::PathBuf;
 
 /// The file beside the project, if it is there.
@@ -121,7 +121,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         "{:?}",
         stage.remarks
     );
-    let maps = hwall_examples::wall_maps::WallMaps::of_scene(&arm, &stage.scene).unwrap();
+    let maps = hwall_stage::wall_maps::WallMaps::of_scene(&arm, &stage.scene).unwrap();
     let (mut foresight, learnt) =
         Foresight::train(&stage.scene, &arm, &stage.company, Some(Kind::Fused)).unwrap();
     println!("{learnt}");
@@ -136,9 +136,9 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         period_s: 2e-3,
         seed: 1,
     };
-    let run = hwall_examples::session::run(&setup, &mut foresight, |_| {}).unwrap();
+    let run = hwall_stage::session::run(&setup, &mut foresight, |_| {}).unwrap();
     assert_eq!(run.leader, Kind::Fused);
-    let leads = hwall_examples::touches::leads(&stage.scene, &stage.touches, &run.said);
+    let leads = hwall_stage::touches::leads(&stage.scene, &stage.touches, &run.said);
     assert_eq!(leads.len(), stage.touches.len());
     assert!(
         leads

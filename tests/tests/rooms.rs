@@ -5,18 +5,19 @@ use hwall_contact::{
     ContactPrediction, FusedConfig, FusedPredictor, GazeModel, HandFilter, HandFilterConfig,
     HandFrame, LabelledReach, Predictor, RidgeWindow, Seen,
 };
-use hwall_examples::contact_moments::Moment;
-use hwall_examples::contact_rooms::{Cast, Condition, Room, listen, reaches, streams};
-use hwall_examples::contact_rooms_contenders::{Contender, Taught};
-use hwall_examples::contact_rooms_scores::{Told, summary};
+use hwall_lab::contact::moments::Moment;
+use hwall_lab::rooms::contenders::{Contender, Taught};
+use hwall_lab::rooms::people::{Cast, Condition, Room, listen, streams};
+use hwall_lab::rooms::scores::{Told, summary};
 use hwall_scene::Scene;
 use hwall_sim::{PersonConfig, Population, TouchPlan};
+use hwall_stage::training::reaches;
 
 /// What each predictor said: ray cast, ray led, regression on the closest surface, regression fused.
 fn told(condition: &Condition) -> Vec<Vec<Told>> {
     let room = Room::new(6).unwrap();
     let [learnt, judged] = streams(&room, condition, &Cast::default()).unwrap();
-    let reaches: Vec<LabelledReach> = reaches(&learnt, condition).unwrap();
+    let reaches: Vec<LabelledReach> = reaches(&learnt, condition.person.gaze_noise_rad).unwrap();
     let config = FusedConfig {
         gaze: GazeModel::default().fit(&reaches).unwrap(),
         ..FusedConfig::default()
@@ -103,7 +104,7 @@ fn the_direction_of_motion_is_not_counted_twice() {
     let condition = Condition::usual();
     let room = Room::new(6).unwrap();
     let [learnt, judged] = streams(&room, &condition, &Cast::default()).unwrap();
-    let taught = Taught::new(reaches(&learnt, &condition).unwrap()).unwrap();
+    let taught = Taught::new(reaches(&learnt, condition.person.gaze_noise_rad).unwrap()).unwrap();
     let regions = |bend: Option<f64>, calibration_sd_m: f64| {
         let config = FusedConfig {
             bend,
@@ -151,7 +152,7 @@ fn people_who_hold_on_a_wall_are_on_it_until_they_leave() {
         let condition = Condition::usual();
         let room = Room::new(6).unwrap();
         let [learnt, _] = streams(&room, &condition, &Cast::default()).unwrap();
-        reaches(&learnt, &condition).unwrap()
+        reaches(&learnt, condition.person.gaze_noise_rad).unwrap()
     };
     let ridge = RidgeWindow::train(&known).unwrap();
     let population = Population::new(person, 3).unwrap();

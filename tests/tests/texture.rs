@@ -1,6 +1,6 @@
 //! A textured board on the simulated arm: as fast as it shall be soon after the touch is felt.
 
-use hwall_examples::texture_touch::{Outcome, SOON, Touch, touch};
+use hwall_lab::texture::touch::{Outcome, SOON, Touch, touch};
 use hwall_sim::ServoConfig;
 use hwall_testkit::Sampler;
 use hwall_texton::MotionLimits;

@@ -1,0 +1,204 @@
+//! Error and coverage of the predicted end point against the share of a motion that was seen.
+
+use crate::bip::run::TestRun;
+use crate::bip::scores::{Accuracy, INTERVALS, Side, kinds};
+use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
+use hwall_testkit::quantile;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Shares that are drawn, per cent.
+fn percents() -> impl Iterator<Item = usize> {
+    (2..=100).step_by(2)
+}
+
+/// Errors below this share of the largest are drawn at it: a logarithmic axis has no zero.
+const SMALLEST: f64 = 1e-4;
+
+/// Distance of the predicted from the true end point: median, 25 to 75 % and 5 to 95 % of the
+/// motions, one panel a side; the medians of the kinds of motion as lines, where known.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn errors(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<()> {
+    let height = 400;
+    let root = SVGBackend::new(path, (980, height * sides.len() as u32)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    for (panel, side) in root.split_evenly((sides.len(), 1)).iter().zip(sides) {
+        errors_panel(panel, side, runs)?;
+    }
+    root.present().map_err(plot_error)
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// Room for the key to the right of a chart, pixels: within it, it would hide curves.
+const KEY_WIDTH: u32 = 235;
+
+/// Names beside a chart, with the stroke or the band they belong to.
+fn key(area: &Area<'_>, entries: &[(String, ShapeStyle)]) -> anyhow::Result<()> {
+    let left = (area.dim_in_pixel().0 - KEY_WIDTH) as i32 + 14;
+    for (i, (name, style)) in entries.iter().enumerate() {
+        let y = 64 + 24 * i as i32;
+        if style.filled {
+            let band = Rectangle::new([(left, y - 7), (left + 24, y + 7)], *style);
+            area.draw(&band).map_err(plot_error)?;
+        } else {
+            let line = PathElement::new([(left, y), (left + 24, y)], *style);
+            area.draw(&line).map_err(plot_error)?;
+        }
+        area.draw_text(name, &TextStyle::from(TEXT), (left + 32, y - 8))
+            .map_err(plot_error)?;
+    }
+    Ok(())
+}
+
+/// Ticks of a logarithmic axis that do not crowd: 1, 2, 5 of each decade, or decades alone.
+fn ticks(range: &std::ops::Range<f64>) -> Vec<f64> {
+    let (low, high) = (range.start.log10(), range.end.log10());
+    let digits: &[u8] = if high - low < 2.5 { &[1, 2, 5] } else { &[1] };
+    let decades = low.floor() as i32..=high.ceil() as i32;
+    decades
+        .flat_map(|e| digits.iter().map(move |d| format!("{d}e{e}")))
+        // Through text, because 10^-2 as a power is not quite 0.01.
+        .filter_map(|text| text.parse().ok())
+        .filter(|tick| range.contains(tick))
+        .collect()
+}
+
+fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Result<()> {
+    let curves = |kind: Option<&str>, levels: &[f64]| -> Vec<Vec<(f64, f64)>> {
+        let own = || {
+            runs.iter()
+                .filter(|t| kind.is_none() || t.kind.as_deref() == kind)
+        };
+        let mut curves = vec![Vec::new(); levels.len()];
+        for percent in percents() {
+            let distances = Accuracy::at(own(), side, percent).distances;
+            for (curve, level) in curves.iter_mut().zip(levels) {
+                if !distances.is_empty() {
+                    curve.push((percent as f64, quantile(&distances, *level)));
+                }
+            }
+        }
+        curves
+    };
+    let all = curves(None, &[0.05, 0.25, 0.5, 0.75, 0.95]);
+    let highest = all.iter().flatten().fold(0.0, |m: f64, p| m.max(p.1));
+    let highest = if highest > 0.0 { highest } else { 1.0 };
+    let floor = SMALLEST * highest;
+    let lift = |curve: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        curve.iter().map(|p| (p.0, p.1.max(floor))).collect()
+    };
+    let lowest = all.iter().flatten().fold(highest, |m, p| m.min(p.1));
+    let y = lowest.max(floor) / 1.4..highest * 1.4;
+    let title = format!(
+        "End point, {} degrees of freedom ({}): {} motions",
+        side.dofs.len(),
+        side.name,
+        runs.len()
+    );
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, TITLE)
+        .margin(14)
+        .margin_right(KEY_WIDTH)
+        .x_label_area_size(52)
+        .y_label_area_size(84)
+        .build_cartesian_2d(0.0..100.0, y.clone().log_scale().with_key_points(ticks(&y)))
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc("samples seen, %")
+        .y_desc("distance, columns' unit")
+        .x_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_formatter(&|v| v.to_string())
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    let blue = COLOURS[0];
+    let mut names = Vec::new();
+    for (low, high, shade, name) in [
+        (0, 4, 0.14, "5 to 95 % of motions"),
+        (1, 3, 0.28, "25 to 75 %"),
+    ] {
+        let mut outline = lift(&all[low]);
+        outline.extend(lift(&all[high]).into_iter().rev());
+        let style = blue.mix(shade).filled();
+        chart
+            .draw_series([Polygon::new(outline, style)])
+            .map_err(plot_error)?;
+        names.push((name.to_owned(), style));
+    }
+    let mut lines = vec![("median".to_owned(), all[2].clone(), blue.stroke_width(3))];
+    for (kind, colour) in kinds(runs).into_iter().zip(COLOURS[1..].iter().cycle()) {
+        // Longer names would run out of the picture.
+        let name: String = kind.chars().take(15).collect();
+        let median = curves(Some(kind), &[0.5]).concat();
+        lines.push((format!("median, {name}"), median, colour.stroke_width(2)));
+    }
+    for (name, line, style) in lines {
+        chart
+            .draw_series(LineSeries::new(lift(&line), style))
+            .map_err(plot_error)?;
+        names.push((name, style));
+    }
+    key(area, &names)
+}
+
+/// Share of the true end points within the 50 % and 90 % intervals; right is where the dashed
+/// lines are.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<()> {
+    let root = SVGBackend::new(path, (980, 440)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption(
+            format!(
+                "True end points in the intervals, dashed: as it should be ({} motions)",
+                runs.len()
+            ),
+            TITLE,
+        )
+        .margin(14)
+        .margin_right(KEY_WIDTH)
+        .x_label_area_size(52)
+        .y_label_area_size(64)
+        .build_cartesian_2d(0.0..100.0, 0.0..100.0)
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc("samples seen, %")
+        .y_desc("end points within, %")
+        .x_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_formatter(&|v| format!("{v:.0}"))
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    for (share, _) in INTERVALS {
+        let line = [(0.0, 100.0 * share), (100.0, 100.0 * share)];
+        chart
+            .draw_series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))
+            .map_err(plot_error)?;
+    }
+    let mut names = Vec::new();
+    let mut colours = COLOURS.iter();
+    for side in sides {
+        for (i, (share, _)) in INTERVALS.iter().enumerate().rev() {
+            let Some(colour) = colours.next() else { break };
+            let points = percents()
+                .map(|p| (p as f64, 100.0 * Accuracy::at(runs, side, p).covered[i]))
+                .filter(|p| p.1.is_finite());
+            let style = colour.stroke_width(2);
+            chart
+                .draw_series(LineSeries::new(points, style))
+                .map_err(plot_error)?;
+            names.push((format!("{:.0} %, {}", 100.0 * share, side.name), style));
+        }
+    }
+    key(&root, &names)?;
+    root.present().map_err(plot_error)
+}

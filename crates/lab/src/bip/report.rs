@@ -1,0 +1,229 @@
+//! What a run of a filter over test motions comes to: tables and a file.
+
+use crate::bip::run::{Runs, TestRun};
+use crate::bip::scores::{Accuracy, INTERVALS, Side, kinds, sides};
+use crate::bip::setup::{Mode, Setup, Trained};
+use anyhow::Context;
+use hwall_bip::BankConfig;
+use hwall_stage::numbers;
+use hwall_testkit::{MarkdownTable, format_ns};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// The tables of errors and coverage, of all motions and of each kind, then sizes and times.
+#[must_use]
+pub fn tables(setup: &Setup, trained: &Trained, runs: &Runs) -> String {
+    let sides = sides(setup, trained);
+    let all: Vec<&TestRun> = runs.tests.iter().collect();
+    let mut text = format!(
+        "End point after a share of the samples of each of {} motions, errors in the columns' units.\n\
+         Distance: over all degrees of freedom of a side. In 50 %, in 90 %: share of the true end points\n\
+         in these intervals, measurement noise ({}) included.\n\n{}",
+        all.len(),
+        setup.noise,
+        accuracy(&all, &sides)
+    );
+    for kind in kinds(&runs.tests) {
+        let own: Vec<&TestRun> = all
+            .iter()
+            .copied()
+            .filter(|t| t.kind.as_deref() == Some(kind))
+            .collect();
+        // Formatting into a string cannot fail.
+        let _ = write!(
+            text,
+            "\n{kind} ({}):\n\n{}",
+            own.len(),
+            accuracy(&own, &sides)
+        );
+    }
+    let _ = write!(text, "\n{}", costs(setup, trained, runs));
+    text
+}
+
+fn accuracy(runs: &[&TestRun], sides: &[Side]) -> MarkdownTable {
+    let mut columns = vec!["seen".to_owned()];
+    for Side { name, dofs, .. } in sides {
+        columns.push(format!("{name} ({}): mean", dofs.len()));
+        columns.extend(["median", "RMS distance", "in 50 %", "in 90 %"].map(str::to_owned));
+    }
+    let mut table = MarkdownTable::new(columns);
+    for percent in (10..=100).step_by(10) {
+        let mut row = vec![format!("{percent} %")];
+        for side in sides {
+            let a = Accuracy::at(runs.iter().copied(), side, percent);
+            if a.distances.is_empty() {
+                row.extend(["unknown"; 3 + INTERVALS.len()].map(str::to_owned));
+                continue;
+            }
+            row.extend([a.mean, a.median, a.rms_distance].map(short));
+            row.extend(a.covered.map(|share| format!("{:.0} %", 100.0 * share)));
+        }
+        table.row(row);
+    }
+    table
+}
+
+fn costs(setup: &Setup, trained: &Trained, runs: &Runs) -> MarkdownTable {
+    let mut table = MarkdownTable::new(["what", "value"]);
+    let mut row = |what: &str, value: String| {
+        table.row([what.to_owned(), value]);
+    };
+    let (dofs, state) = (trained.model.dofs(), state_size(setup, trained));
+    let demonstrations = trained.model.demonstrations();
+    row(
+        "demonstrations, degrees of freedom, of them observed",
+        format!("{demonstrations}, {dofs}, {}", trained.observed.len()),
+    );
+    row("state of the filter", state.to_string());
+    for group in trained.model.groups() {
+        row(
+            &format!("basis of {}", group.name),
+            format!("{:?}", group.basis),
+        );
+    }
+    if let Some(t) = trained.model.tuning() {
+        row(
+            "chosen by leave-one-out: noise variance, variance of the acceleration, spread, time that deviations last",
+            format!(
+                "{} x held out, {:.2e}, {:.3}, {:.3}",
+                t.noise_factor, t.acceleration_variance, t.spread, t.correlation_time
+            ),
+        );
+    }
+    let (kib, what) = memory_kib(setup, trained);
+    row(
+        "memory of one filter, estimated",
+        format!("{kib:.0} KiB ({what})"),
+    );
+    let steps = runs.step.count;
+    let time = |t: &hwall_testkit::Timing| {
+        let (median, p99) = (format_ns(t.median_ns), format_ns(t.p99_ns));
+        format!("{median} / {p99}")
+    };
+    row(
+        &format!("prediction and update, median / p99 of {steps}"),
+        time(&runs.step),
+    );
+    row(
+        &format!("end point, mean and variance of {dofs}, median / p99"),
+        time(&runs.query),
+    );
+    let negative: usize = runs
+        .tests
+        .iter()
+        .flat_map(|t| t.end_sd.iter().flatten())
+        .filter(|sd| sd.is_nan())
+        .count();
+    if negative > 0 {
+        row("end points with a negative variance", negative.to_string());
+    }
+    table
+}
+
+/// Weights of all degrees of freedom.
+fn weights(trained: &Trained) -> usize {
+    let groups = trained.model.groups().iter();
+    groups.map(|g| g.dofs * g.basis.count()).sum()
+}
+
+fn state_size(setup: &Setup, trained: &Trained) -> usize {
+    match setup.mode {
+        Mode::Compat => 2 + weights(trained),
+        Mode::Exact | Mode::Bank | Mode::Ensemble(_) => 2 + trained.model.rank(),
+    }
+}
+
+/// Matrices only, and which they are.
+fn memory_kib(setup: &Setup, trained: &Trained) -> (f64, &'static str) {
+    let (n, m) = (state_size(setup, trained), trained.model.dofs());
+    let directions = weights(trained) * n;
+    let (numbers, what) = match setup.mode {
+        Mode::Compat => (n * n, "covariance"),
+        Mode::Exact => (
+            2 * n * n + m * n + directions,
+            "two square roots, measurement rows, directions of the weights",
+        ),
+        Mode::Bank => (
+            (1 + 3 * BankConfig::default().hypotheses) * n * n + m * n + directions,
+            "square roots of all hypotheses and spares, rows, directions of the weights",
+        ),
+        Mode::Ensemble(members) => (
+            (2 * n + 2 * m) * members + directions,
+            "members twice, their expectations, directions of the weights",
+        ),
+    };
+    ((numbers * size_of::<f64>()) as f64 / 1024.0, what)
+}
+
+/// Three digits.
+pub(crate) fn short(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    match value.abs().log10().floor() as i32 {
+        exponent @ -4..=2 => format!("{value:.*}", (2 - exponent) as usize),
+        3..=5 => format!("{value:.0}"),
+        _ => format!("{value:.2e}"),
+    }
+}
+
+/// The JSON file: what was run, then every motion.
+#[derive(Serialize)]
+struct File<'a> {
+    convention: String,
+    basis: Vec<String>,
+    noise: String,
+    published: bool,
+    rank: usize,
+    state: usize,
+    columns: &'a [String],
+    observed: &'a [usize],
+    noise_variance: &'a [f64],
+    /// Is `final_sd` that of what will be measured, or of the mean motion alone?
+    final_sd_of_measurement: bool,
+    initial_phase_var: f64,
+    proc_var: Option<f64>,
+    tests: &'a [TestRun],
+}
+
+/// Writes what the filter believed after every sample of every motion.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_json(
+    path: &Path,
+    setup: &Setup,
+    trained: &Trained,
+    columns: &[String],
+    runs: &Runs,
+) -> anyhow::Result<()> {
+    let file = File {
+        convention: setup.mode.to_string(),
+        basis: trained
+            .model
+            .groups()
+            .iter()
+            .map(|g| format!("{}: {:?}", g.name, g.basis))
+            .collect(),
+        noise: setup.noise.to_string(),
+        published: setup.trains_as_published(),
+        rank: trained.model.rank(),
+        state: state_size(setup, trained),
+        columns,
+        observed: &trained.observed,
+        noise_variance: &trained.noise,
+        final_sd_of_measurement: setup.predicts_measurements(),
+        initial_phase_var: setup.phase_variance,
+        proc_var: setup.process_variance,
+        tests: &runs.tests,
+    };
+    let mut out = numbers::output(Some(path))?;
+    let context = || path.display().to_string();
+    serde_json::to_writer(&mut out, &file).with_context(context)?;
+    writeln!(out)
+        .and_then(|()| out.flush())
+        .with_context(context)
+}

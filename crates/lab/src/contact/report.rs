@@ -1,0 +1,138 @@
+//! The study of one set of reaches: all candidates, their tables, rows and figures.
+
+use crate::contact::candidates::Candidate;
+use crate::contact::figures as contact_figures;
+use crate::contact::recordings::{Source, Split, read};
+use crate::contact::rows::Rows;
+use crate::contact::scores::{Scores, run};
+use crate::contact::tables as contact_tables;
+use anyhow::Context;
+use hwall_contact::LabelledReach;
+use hwall_stage::numbers::counted;
+use hwall_testkit::quantile;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Fewer reaches than this are an illustration, not a result.
+const FEW: usize = 10;
+
+/// Every candidate on one set of reaches; one that cannot be trained is a note.
+///
+/// With a folder: `NAME_predictions.csv` (one row a prediction at the moments of the tables, and one every
+/// 50 ms), `NAME_scores.csv`, `NAME_error.svg` and
+/// `NAME_reliability.svg` in it.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn compare(
+    name: &str,
+    candidates: &[Candidate],
+    reaches: &[LabelledReach],
+    split: &Split,
+    out: Option<&Path>,
+) -> anyhow::Result<(Vec<Scores>, Vec<String>)> {
+    let file = |what: &str| out.map(|folder| folder.join(format!("{name}_{what}")));
+    let mut rows = match file("predictions.csv") {
+        Some(path) => Some(Rows::create(&path, name)?),
+        None => None,
+    };
+    let (mut scores, mut notes) = (Vec::new(), Vec::new());
+    for candidate in candidates {
+        match run(candidate, reaches, split, rows.as_mut()) {
+            Ok(found) => scores.push(found),
+            Err(error) => notes.push(format!("{}: {error:#}", candidate.name)),
+        }
+    }
+    if let Some(rows) = rows {
+        rows.finish()?;
+    }
+    if let Some(path) = file("scores.csv") {
+        contact_tables::csv(&path, name, &scores)?;
+    }
+    let judged: usize = split.folds.iter().map(|f| f.test.len()).sum();
+    if let (Some(path), false) = (file("error.svg"), scores.is_empty()) {
+        let title = format!("{name}: where {judged} reaches end, none of them learnt from");
+        contact_figures::error_over_time(&path, &title, &scores)?;
+    }
+    if let Some(path) = file("reliability.svg") {
+        let title = format!("{name}: calibration, 30 to 90 % of {judged} reaches");
+        contact_figures::reliability(&path, &title, &scores)?;
+    }
+    Ok((scores, notes))
+}
+
+/// Studies a recording or everything under a folder; Markdown.
+///
+/// # Errors
+/// No recordings there, or a file that cannot be written.
+pub fn recordings(
+    path: &Path,
+    candidates: &[Candidate],
+    out: Option<&Path>,
+) -> anyhow::Result<String> {
+    let (sources, refused) = read(path)?;
+    let mut text = String::from("## Recorded hands\n");
+    for why in refused {
+        write!(text, "\nNot read: {why}.\n")?;
+    }
+    for source in &sources {
+        write!(text, "\n{}", heading(source))?;
+        if source.reaches.len() < 2 {
+            writeln!(text, "\nNothing to learn from.")?;
+            continue;
+        }
+        let split = source.split();
+        let (scores, notes) = compare(&source.name, candidates, &source.reaches, &split, out)
+            .with_context(|| source.name.clone())?;
+        writeln!(text, " Split: {}.", split.description)?;
+        for note in notes {
+            writeln!(text, "\nNot run: {note}.")?;
+        }
+        if !scores.is_empty() {
+            write!(
+                text,
+                "{}\n{}",
+                contact_tables::in_short(&scores),
+                contact_tables::markdown(&scores)
+            )?;
+        }
+    }
+    Ok(text)
+}
+
+fn heading(source: &Source) -> String {
+    let reaches = &source.reaches;
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        quantile(&values, 0.5)
+    };
+    let n = reaches.len();
+    let mut text = format!("### {}: {}", source.name, counted(n, "reach", "reaches"));
+    if n > 0 {
+        let start_m = |r: &LabelledReach| r.frames.iter().find_map(|f| f.point(r.point));
+        let lengths = reaches
+            .iter()
+            .filter_map(|r| Some(start_m(r)?.distance(r.contact_m)));
+        let _ = write!(
+            text,
+            " of {:.2} m and {:.2} s (medians)",
+            median(lengths.collect()),
+            median(reaches.iter().map(LabelledReach::duration_s).collect())
+        );
+    }
+    let _ = write!(text, "\n\n{}.", source.description);
+    if n < FEW {
+        text += " Too few for conclusions: an illustration.";
+    }
+    if !source.left_out.is_empty() {
+        let _ = write!(text, " Left out: {}.", source.left_out.join("; "));
+    }
+    if !source.ignored_columns.is_empty() {
+        let _ = write!(
+            text,
+            " Ignored columns: {}.",
+            source.ignored_columns.join(", ")
+        );
+    }
+    text
+}

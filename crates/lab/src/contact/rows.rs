@@ -1,0 +1,115 @@
+//! Predictions of where a reach ends as a file, one row each.
+
+use crate::contact::moments::written;
+use crate::contact::scores::{Told, span_s};
+use anyhow::Context;
+use glam::DVec3;
+use hwall_contact::LabelledReach;
+use hwall_stage::numbers;
+use std::io::Write;
+use std::path::Path;
+
+/// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
+pub struct Rows {
+    source: String,
+    out: csv::Writer<Box<dyn Write>>,
+}
+
+impl Rows {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn create(path: &Path, source: &str) -> anyhow::Result<Self> {
+        let mut out = numbers::writer(Some(path))?;
+        out.write_record([
+            "source",
+            "method",
+            "fold",
+            "person",
+            "trial",
+            "t",
+            "share",
+            "to_contact",
+            "x",
+            "y",
+            "z",
+            "true_x",
+            "true_y",
+            "true_z",
+            "var_xx",
+            "var_xy",
+            "var_xz",
+            "var_yy",
+            "var_yz",
+            "var_zz",
+            "left",
+            "left_sd",
+            "us",
+        ])?;
+        Ok(Self {
+            source: source.to_owned(),
+            out,
+        })
+    }
+
+    /// Adds what was said of one reach.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn add(
+        &mut self,
+        method: &str,
+        fold: usize,
+        reach: &LabelledReach,
+        told: &Told,
+    ) -> anyhow::Result<()> {
+        let text = |name: &Option<String>| name.clone().unwrap_or_default();
+        let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
+        for index in written(&times_s, span_s(reach)) {
+            let (frame, (estimate, us)) = (&reach.frames[index], &told[index]);
+            let left_s = reach.contact_s - frame.t_s;
+            let mut cells = vec![
+                self.source.clone(),
+                method.to_owned(),
+                fold.to_string(),
+                text(&reach.person),
+                text(&reach.trial),
+                format!("{:.6}", frame.t_s),
+                format!("{:.4}", 1.0 - left_s / reach.duration_s()),
+                format!("{left_s:.6}"),
+            ];
+            // Nothing was said: empty cells.
+            let metres = |cells: &mut Vec<String>, v: Option<DVec3>| match v {
+                Some(v) => cells.extend(v.to_array().map(|x| format!("{x:.6}"))),
+                None => cells.extend([const { String::new() }; 3]),
+            };
+            metres(&mut cells, estimate.map(|e| e.point_m));
+            metres(&mut cells, Some(reach.contact_m));
+            match estimate.and_then(|e| e.covariance_m2) {
+                Some(c) => cells.extend(
+                    [
+                        c.x_axis.x, c.x_axis.y, c.x_axis.z, c.y_axis.y, c.y_axis.z, c.z_axis.z,
+                    ]
+                    .map(|v| format!("{v:.4e}")),
+                ),
+                None => cells.extend([const { String::new() }; 6]),
+            }
+            let left = estimate.and_then(|e| e.time_to_contact_s);
+            let seconds = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
+            cells.push(seconds(left.map(|l| l.mean_s)));
+            cells.push(seconds(left.and_then(|l| l.sd_s)));
+            cells.push(format!("{us:.2}"));
+            self.out.write_record(&cells)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.out.flush().context("predictions")
+    }
+}

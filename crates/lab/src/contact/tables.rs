@@ -1,0 +1,262 @@
+//! The study's tables.
+
+use crate::contact::candidates::Role;
+use crate::contact::moments::{BEFORE_S, Moment, SHARES};
+use crate::contact::scores::{REGIONS, Scores, Summary};
+use hwall_stage::numbers;
+use hwall_testkit::{MarkdownTable, quantile};
+use std::path::Path;
+
+/// Place of the 50 % and 90 % regions among [`REGIONS`].
+const HALF_AND_MOST: [usize; 2] = [4, 8];
+
+/// The short of it: the best baseline at every moment, the learned estimator, and who is better.
+#[must_use]
+pub fn in_short(scores: &[Scores]) -> String {
+    let Some(learned) = scores.iter().find(|s| s.role == Role::Learned) else {
+        return "\nThe learned estimator could not be trained: nothing to compare.\n".to_owned();
+    };
+    let mut table = MarkdownTable::new([
+        "moment",
+        "best baseline",
+        "its median error, mm",
+        "learned, mm",
+        "better than every baseline",
+    ]);
+    for moment in Moment::all() {
+        let median_m = |s: &Scores| s.at_moment(moment).median_m;
+        let own_m = median_m(learned);
+        let best = scores
+            .iter()
+            .filter(|s| s.role == Role::Baseline)
+            .map(|s| (s.name.as_str(), median_m(s)))
+            .filter(|(_, median_m)| median_m.is_finite())
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let (Some((name, best_m)), true) = (best, own_m.is_finite()) else {
+            continue;
+        };
+        table.row([
+            moment.name(),
+            name.to_owned(),
+            format!("{:.1}", 1e3 * best_m),
+            format!("{:.1}", 1e3 * own_m),
+            if own_m < best_m { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    let bounds: Vec<&str> = scores
+        .iter()
+        .filter(|s| s.role == Role::Bound)
+        .map(|s| s.name.as_str())
+        .collect();
+    let bound = if bounds.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "\nNot compared: {}, which learns from the reach that is judged; a bound.\n",
+            bounds.join("; ")
+        )
+    };
+    format!("\n{table}{bound}")
+}
+
+/// All tables of one source, under fourth-level headings.
+#[must_use]
+pub fn markdown(scores: &[Scores]) -> String {
+    let shares = SHARES.map(Moment::Share);
+    let before = BEFORE_S.map(Moment::Before);
+    format!(
+        "#### Distance of the predicted from the true contact, median / mean, mm, after a share of the time\n\n\
+         {}\n#### The same at a time before contact\n\n{}\n\
+         #### Boards missed, and contacts within 50 % / 90 % regions in space, %\n\n{}\n{}\n\
+         #### Per axis, mean / largest error in cm, and boards missed\n\n{}\n\
+         #### Calibration from 30 to 90 % of the time, time to contact, speed\n\n{}",
+        distances(scores, &shares),
+        distances(scores, &before),
+        missed(scores),
+        coverage(scores),
+        axes(scores),
+        calibration(scores),
+    )
+}
+
+fn distances(scores: &[Scores], moments: &[Moment]) -> MarkdownTable {
+    let counts = moments.iter().map(|m| {
+        let n = scores.first().map_or(0, |s| {
+            let summary = s.at_moment(*m);
+            summary.count + summary.silent
+        });
+        format!("{} (n {n})", m.name())
+    });
+    let mut table = MarkdownTable::new(["method".to_owned()].into_iter().chain(counts));
+    for s in scores {
+        let cells = moments.iter().map(|m| {
+            let summary = s.at_moment(*m);
+            match summary.count {
+                0 => "none".to_owned(),
+                _ => format!(
+                    "{:.0} / {:.0}",
+                    1e3 * summary.median_m,
+                    1e3 * summary.mean_m
+                ),
+            }
+        });
+        table.row([s.name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+/// One cell a moment; none where nothing was said.
+fn by_moment(
+    scores: &[Scores],
+    first: &str,
+    cell: impl Fn(&Summary) -> Option<String>,
+) -> MarkdownTable {
+    let titles = Moment::all().map(Moment::name);
+    let mut table = MarkdownTable::new([first.to_owned()].into_iter().chain(titles));
+    for s in scores {
+        let cells = Moment::all().map(|m| {
+            let summary = s.at_moment(m);
+            let said = (summary.count > 0).then(|| cell(&summary));
+            said.flatten().unwrap_or_else(|| "none".to_owned())
+        });
+        table.row([s.name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+fn missed(scores: &[Scores]) -> MarkdownTable {
+    by_moment(scores, "boards missed", |s| {
+        Some(format!("{:.0}", 100.0 * s.missed as f64 / s.count as f64))
+    })
+}
+
+/// Of those alone who state how sure they are.
+fn coverage(scores: &[Scores]) -> MarkdownTable {
+    let sure: Vec<Scores> = scores
+        .iter()
+        .filter(|s| s.under_way().regions.is_some())
+        .cloned()
+        .collect();
+    by_moment(&sure, "within regions", |s| {
+        let [half, most] = HALF_AND_MOST.map(|i| s.regions.map(|r| 100.0 * r[i]));
+        Some(format!("{:.0} / {:.0}", half?, most?))
+    })
+}
+
+fn axes(scores: &[Scores]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "method",
+        "x at 50 %",
+        "y",
+        "z",
+        "missed",
+        "x at 70 %",
+        "y",
+        "z",
+        "missed",
+    ]);
+    for s in scores {
+        let cells = [0.5, 0.7].into_iter().flat_map(|share| {
+            let summary = s.at_moment(Moment::Share(share));
+            let (mean, max) = (100.0 * summary.axis_mean_m, 100.0 * summary.axis_max_m);
+            let axis = |i: usize| format!("{:.2} / {:.2}", mean[i], max[i]);
+            [
+                axis(0),
+                axis(1),
+                axis(2),
+                format!("{} of {}", summary.missed, summary.count),
+            ]
+        });
+        table.row([s.name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+fn calibration(scores: &[Scores]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "method",
+        "per axis in 50 %",
+        "in 90 %",
+        "in space in 50 %",
+        "in 90 %",
+        "CRPS, mm",
+        "time, mean error, ms",
+        "in 90 %",
+        "µs per frame, median / p99",
+        "silent",
+    ]);
+    for s in scores {
+        let all = s.under_way();
+        let percent = |share: Option<f64>| {
+            share.map_or_else(
+                || "none".to_owned(),
+                |share| format!("{:.0} %", 100.0 * share),
+            )
+        };
+        table.row([
+            s.name.clone(),
+            percent(all.intervals.map(|i| i[0])),
+            percent(all.intervals.map(|i| i[1])),
+            percent(all.regions.map(|r| r[HALF_AND_MOST[0]])),
+            percent(all.regions.map(|r| r[HALF_AND_MOST[1]])),
+            format!("{:.1}", 1e3 * all.crps_m),
+            all.time_mean_s
+                .map_or_else(|| "none".to_owned(), |t| format!("{:.0}", 1e3 * t)),
+            percent(all.time_interval),
+            format!(
+                "{:.1} / {:.1}",
+                quantile(&s.step_us, 0.5),
+                quantile(&s.step_us, 0.99)
+            ),
+            all.silent.to_string(),
+        ]);
+    }
+    table
+}
+
+/// Everything at every moment, one row a method and a moment.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn csv(path: &Path, source: &str, scores: &[Scores]) -> anyhow::Result<()> {
+    let mut out = numbers::writer(Some(path))?;
+    let names = "source,method,moment,count,silent,median_m,mean_m,mean_x_m,mean_y_m,mean_z_m,max_x_m,max_y_m,\
+                 max_z_m,missed,interval_50,interval_90,region_50,region_90,crps_m,time_mean_s,time_90,median_us";
+    out.write_record(names.split(','))?;
+    for s in scores {
+        for moment in Moment::all() {
+            let summary = s.at_moment(moment);
+            let mut cells = vec![source.to_owned(), s.name.clone(), moment.name()];
+            cells.extend([summary.count, summary.silent].map(|n| n.to_string()));
+            cells.extend(numbers_of(&summary));
+            cells.push(format!("{:.2}", quantile(&s.step_us, 0.5)));
+            out.write_record(&cells)?;
+        }
+    }
+    out.flush()?;
+    Ok(())
+}
+
+fn numbers_of(s: &Summary) -> Vec<String> {
+    let number = |v: f64| {
+        if v.is_finite() {
+            format!("{v:.6}")
+        } else {
+            String::new()
+        }
+    };
+    let optional = |v: Option<f64>| v.map_or(String::new(), number);
+    let mut cells = vec![number(s.median_m), number(s.mean_m)];
+    cells.extend(s.axis_mean_m.to_array().map(number));
+    cells.extend(s.axis_max_m.to_array().map(number));
+    cells.push(s.missed.to_string());
+    cells.extend([0, 1].map(|i| optional(s.intervals.map(|v| v[i]))));
+    cells.extend(HALF_AND_MOST.map(|i| optional(s.regions.map(|v| v[i]))));
+    cells.extend([
+        number(s.crps_m),
+        optional(s.time_mean_s),
+        optional(s.time_interval),
+    ]);
+    debug_assert_eq!(REGIONS[HALF_AND_MOST[1]].0, 0.9);
+    cells
+}

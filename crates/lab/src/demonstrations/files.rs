@@ -1,0 +1,227 @@
+//! Demonstrations as files: all hands in one recording, and one motion a file for `bip_filter`.
+
+use crate::bip::trajectories::{Trajectory, TrajectorySet};
+use crate::demonstrations::generate::{
+    Demonstrated, DemonstrationConfig, Part, Response, generate,
+};
+use anyhow::{Context, ensure};
+use hwall_contact::{HandPoint, LabelledReach, Recording, write_recordings};
+use hwall_stage::numbers;
+use std::path::Path;
+
+/// All hands, in the format of recordings: `person,trial,t,palm_x,...,target_x,...,contact`.
+pub const HANDS: &str = "hands.csv";
+/// Folder of the motions, `train-001.csv` and so on and `test-001.csv` and so on.
+pub const MOTIONS: &str = "demonstrations";
+
+/// What of the arm goes beside the hand into a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Robot {
+    /// Its seven joints, rad.
+    #[default]
+    Joints,
+    /// The middle of its board, m, and the normal of it.
+    Board,
+}
+
+impl Robot {
+    fn columns(self) -> Vec<String> {
+        match self {
+            Self::Joints => numbers::numbered("q", 7),
+            Self::Board => {
+                let of = |point: &str| ["x", "y", "z"].map(|axis| format!("{point}_{axis}"));
+                [of("board"), of("normal")].concat()
+            }
+        }
+    }
+
+    fn cells(self, response: &Response, frame: usize) -> Vec<f64> {
+        match self {
+            Self::Joints => response.joints_rad[frame].0.to_vec(),
+            Self::Board => {
+                let pose = &response.base_from_board[frame];
+                let (point_m, normal) = (pose.position_m(), pose.rotation().z_axis);
+                [point_m.to_array(), normal.to_array()].concat()
+            }
+        }
+    }
+}
+
+/// Makes demonstrations and writes them; says what was made, in one line.
+///
+/// # Errors
+/// As [`generate`] and [`write()`].
+pub fn generate_into(
+    folder: &Path,
+    config: &DemonstrationConfig,
+    robot: Robot,
+) -> anyhow::Result<String> {
+    let made = generate(config)?;
+    write(folder, &made, robot)?;
+    let count = |part| made.iter().filter(|d| d.part == part).count();
+    Ok(format!(
+        "{} reaches of {} people to learn from, {} of {} others to be judged by: {HANDS} and {MOTIONS}/ in {}",
+        count(Part::Train),
+        config.train.people,
+        count(Part::Test),
+        config.test.people,
+        folder.display()
+    ))
+}
+
+/// Writes [`HANDS`] and the folder [`MOTIONS`]; the latter is for `bip_filter`, given twice:
+/// `--train DIR/demonstrations --test DIR/demonstrations --observed 0-17` with all six points.
+///
+/// # Errors
+/// Nothing to write, a folder of motions that cannot be written or is not empty, a reach without a point of the hand that all
+/// others have too.
+pub fn write(folder: &Path, made: &[Demonstrated], robot: Robot) -> anyhow::Result<()> {
+    let motions = folder.join(MOTIONS);
+    std::fs::create_dir_all(&motions).with_context(|| motions.display().to_string())?;
+    // Motions of another run would be learnt from as well.
+    let mut held = std::fs::read_dir(&motions).with_context(|| motions.display().to_string())?;
+    ensure!(held.next().is_none(), "{}: not empty", motions.display());
+    let recordings: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
+    let hands = folder.join(HANDS);
+    let file = numbers::output(Some(&hands))?;
+    write_recordings(file, &recordings).with_context(|| hands.display().to_string())?;
+    let points = common_points(made.iter().map(|d| &d.labelled));
+    for part in [Part::Train, Part::Test] {
+        let of_part = made.iter().filter(|d| d.part == part);
+        let reaches: Vec<_> = of_part
+            .map(|d| (&d.labelled, d.response.as_ref()))
+            .collect();
+        let set = motions_of(&reaches, &points, robot, part)?;
+        write_motions(&motions, &set, part)?;
+    }
+    Ok(())
+}
+
+/// The points of the hand that each of the reaches has seen twice or more.
+pub fn common_points<'a>(
+    reaches: impl Iterator<Item = &'a LabelledReach> + Clone,
+) -> Vec<HandPoint> {
+    let seen = |reach: &LabelledReach, point: HandPoint| {
+        let frames = reach.frames.iter();
+        frames.filter(|f| f.point(point).is_some()).count() > 1
+    };
+    HandPoint::ALL
+        .into_iter()
+        .filter(|&point| reaches.clone().all(|reach| seen(reach, point)))
+        .collect()
+}
+
+/// Reaches, recorded or simulated, as motions: time from the start of the reach, these points of
+/// the hand, and the arm where every reach has one.
+///
+/// In motions to learn from a point that is missing for a while is put on the straight line
+/// between its neighbours in time, and before the first and after the last one it stays there:
+/// such motions must be whole. In the others it is left missing.
+///
+/// # Errors
+/// No points, or a response that has not one entry a frame.
+pub fn motions_of(
+    reaches: &[(&LabelledReach, Option<&Response>)],
+    points: &[HandPoint],
+    robot: Robot,
+    part: Part,
+) -> anyhow::Result<TrajectorySet> {
+    ensure!(
+        !points.is_empty(),
+        "no point of the hand that all reaches have"
+    );
+    let axes = |point: &HandPoint| ["x", "y", "z"].map(|axis| format!("{}_{axis}", point.name()));
+    let mut columns: Vec<String> = points.iter().flat_map(axes).collect();
+    let with_arm = !reaches.is_empty() && reaches.iter().all(|(_, r)| r.is_some());
+    if with_arm {
+        columns.extend(robot.columns());
+    }
+    let motion = |(i, (reach, response)): (usize, &(&LabelledReach, Option<&Response>))| {
+        let name = |part: &Option<String>| part.clone().unwrap_or_else(|| "?".to_owned());
+        let name = format!("{}/{}", name(&reach.person), name(&reach.trial));
+        let mut rows = hand_rows(reach, points, part);
+        if let Some(response) = response.filter(|_| with_arm) {
+            let entries = [response.joints_rad.len(), response.base_from_board.len()];
+            ensure!(
+                entries == [rows.len(); 2],
+                "{name}: {entries:?} entries of the arm beside {} frames",
+                rows.len()
+            );
+            for (frame, row) in rows.iter_mut().enumerate() {
+                row.extend(robot.cells(response, frame).into_iter().map(Some));
+            }
+        }
+        let from_s = reach.frames.first().map_or(0.0, |f| f.t_s);
+        Ok(Trajectory {
+            name,
+            id: i as u64 + 1,
+            kind: None,
+            times_s: Some(reach.frames.iter().map(|f| f.t_s - from_s).collect()),
+            rows,
+        })
+    };
+    Ok(TrajectorySet {
+        columns,
+        trajectories: reaches
+            .iter()
+            .enumerate()
+            .map(motion)
+            .collect::<anyhow::Result<_>>()?,
+    })
+}
+
+/// Writes motions as `train-001.csv` or `test-001.csv` and so on.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_motions(folder: &Path, set: &TrajectorySet, part: Part) -> anyhow::Result<()> {
+    for motion in &set.trajectories {
+        let path = folder.join(format!("{}-{:03}.csv", part.name(), motion.id));
+        let mut csv = numbers::writer(Some(&path))?;
+        let time = motion.times_s.as_ref().map(|_| "t".to_owned());
+        csv.write_record(time.iter().chain(&set.columns))?;
+        for (i, row) in motion.rows.iter().enumerate() {
+            let t_s = motion.times_s.as_ref().map(|times| Some(times[i]));
+            let cells = t_s.into_iter().chain(row.iter().copied());
+            csv.write_record(cells.map(|cell| cell.map_or(String::new(), |v| v.to_string())))?;
+        }
+        csv.flush().with_context(|| path.display().to_string())?;
+    }
+    Ok(())
+}
+
+/// One row a frame, three cells a point.
+fn hand_rows(reach: &LabelledReach, points: &[HandPoint], part: Part) -> Vec<Vec<Option<f64>>> {
+    let mut rows = vec![Vec::with_capacity(3 * points.len() + 7); reach.frames.len()];
+    for &point in points {
+        let seen: Vec<(f64, glam::DVec3)> = reach
+            .frames
+            .iter()
+            .filter_map(|f| Some((f.t_s, f.point(point)?)))
+            .collect();
+        for (row, frame) in rows.iter_mut().zip(&reach.frames) {
+            let value = match part {
+                Part::Test => frame.point(point),
+                Part::Train => between(&seen, frame.t_s),
+            };
+            row.extend(match value {
+                Some(point_m) => point_m.to_array().map(Some),
+                None => [None; 3],
+            });
+        }
+    }
+    rows
+}
+
+/// On the straight line between the neighbours in time, at the ends the nearest one.
+fn between(seen: &[(f64, glam::DVec3)], t_s: f64) -> Option<glam::DVec3> {
+    let next = seen.partition_point(|&(at_s, _)| at_s < t_s);
+    match (next.checked_sub(1).map(|i| seen[i]), seen.get(next)) {
+        (_, Some(&(at_s, point_m))) if at_s == t_s => Some(point_m),
+        (Some((before_s, a)), Some(&(after_s, b))) => {
+            Some(a.lerp(b, (t_s - before_s) / (after_s - before_s)))
+        }
+        (Some((_, only)), None) => Some(only),
+        (None, only) => only.map(|&(_, point_m)| point_m),
+    }
+}

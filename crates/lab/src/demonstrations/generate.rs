@@ -1,0 +1,372 @@
+//! Demonstrations made up: simulated people reach for reachable places, the simulated arm answers.
+//!
+//! What comes out has the shape of real recordings, so that whatever learns from these or is
+//! judged by them takes the others as well; [`crate::demonstrations::files`] writes both.
+
+use crate::demonstrations::targets::{Panel, Places, Targets};
+use anyhow::{Context, ensure};
+use glam::DVec3;
+use hwall_contact::{HandPoint, LabelledReach, Recording, Sample};
+use hwall_haptics::{Arm, Board, BoardTarget, Renderer, RendererConfig};
+use hwall_kinematics::{JointPositions, Pose, SrsArm};
+use hwall_sim::{
+    Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, TouchSequence,
+    TouchTruth,
+};
+use hwall_stage::session::START_DEG;
+use hwall_stage::training::hand_frame;
+use hwall_testkit::Sampler;
+
+/// Longest step of the arm's control loop, s.
+const CONTROL_S: f64 = 1e-3;
+
+/// What is to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DemonstrationConfig {
+    /// What people are like.
+    pub person: PersonConfig,
+    /// Everything follows from it.
+    pub seed: u64,
+    /// Reaches to learn from.
+    pub train: Cast,
+    /// Reaches to be judged by, by other people.
+    pub test: Cast,
+    /// Where they touch.
+    pub targets: Targets,
+    /// Share of the reaches that start towards another target, 0 to 1.
+    pub changes_of_mind: f64,
+    /// Period of the tracker, s.
+    pub tracker_s: f64,
+    /// Points of the hand that it follows; the tip of the index finger must be among them.
+    pub points: Vec<HandPoint>,
+    /// Does it follow the gaze? The head is always followed.
+    pub gaze: bool,
+    /// A recording begins this long before the hand starts, s, if the person rests by then.
+    pub before_s: f64,
+    /// The arm starts for the target this long after the person looks at it, s; `None`: there is
+    /// no arm.
+    pub arm_reaction_s: Option<f64>,
+}
+
+/// How many reaches by how many people, who take turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cast {
+    /// Different people.
+    pub people: usize,
+    /// Reaches of all of them together.
+    pub reaches: usize,
+}
+
+impl DemonstrationConfig {
+    /// The dissertation's experiment: 47 reaches to learn from, 30 to be judged by, one static
+    /// panel in front of the arm; here by people who differ.
+    #[must_use]
+    pub fn dissertation() -> Self {
+        let panel = Panel {
+            centre_m: DVec3::new(0.6, 0.0, 0.55),
+            normal: DVec3::X,
+            half_width_m: 0.45,
+            half_height_m: 0.4,
+        };
+        Self {
+            person: PersonConfig::varied(),
+            seed: 1,
+            train: Cast {
+                people: 6,
+                reaches: 47,
+            },
+            test: Cast {
+                people: 5,
+                reaches: 30,
+            },
+            targets: Targets::Panels(vec![panel]),
+            changes_of_mind: 0.0,
+            tracker_s: 1.0 / 90.0,
+            points: HandPoint::ALL.to_vec(),
+            gaze: true,
+            before_s: 0.3,
+            arm_reaction_s: Some(0.1),
+        }
+    }
+
+    /// As a study of pointing in VR: 13 people, 125 reaches each of about 0.8 m and 0.87 s, of
+    /// whom palm, tip of the index finger and head are tracked; no arm. Nobody is left to be
+    /// judged by: leave one person out.
+    #[must_use]
+    pub fn pointing() -> Self {
+        let person = PersonConfig {
+            hand_rest_m: DVec3::new(1.15, 0.20, 0.45),
+            rest_scatter_m: 0.04,
+            gesture: Some(Gesture::Pointing),
+            mean_reach_s: [0.62, 1.00],
+            speed_peak: [0.36, 0.46],
+            corrections: 0.8,
+            press_depth_m: [0.002, 0.006],
+            ..PersonConfig::varied()
+        };
+        Self {
+            person,
+            train: Cast {
+                people: 13,
+                reaches: 13 * 125,
+            },
+            test: Cast {
+                people: 0,
+                reaches: 0,
+            },
+            targets: Targets::Box {
+                low_m: DVec3::new(0.45, -0.35, 0.60),
+                high_m: DVec3::new(0.60, 0.45, 1.10),
+                normal: DVec3::X,
+            },
+            points: vec![HandPoint::Palm, HandPoint::Index],
+            gaze: false,
+            arm_reaction_s: None,
+            ..Self::dissertation()
+        }
+    }
+
+    fn validate(&self) -> anyhow::Result<()> {
+        for (name, cast) in [("train", self.train), ("test", self.test)] {
+            ensure!(
+                cast.reaches == 0 || cast.people > 0,
+                "{name}: {} reaches by nobody",
+                cast.reaches
+            );
+        }
+        ensure!(
+            self.points.contains(&HandPoint::Index),
+            "the tip of the index finger touches: the tracker must follow it"
+        );
+        let share = self.changes_of_mind;
+        ensure!(
+            (0.0..=1.0).contains(&share),
+            "changes_of_mind is {share}, not within 0 to 1"
+        );
+        let period = self.tracker_s;
+        ensure!(
+            (1e-3..=0.1).contains(&period),
+            "tracker_s is {period}, not within 0.001 to 0.1"
+        );
+        for (name, value) in [
+            ("before_s", self.before_s),
+            ("arm_reaction_s", self.arm_reaction_s.unwrap_or(0.0)),
+        ] {
+            ensure!(
+                value >= 0.0 && value.is_finite(),
+                "{name} is {value}, not finite and at least 0"
+            );
+        }
+        Ok(())
+    }
+}
+
+/// What a reach is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// To learn from.
+    Train,
+    /// To be judged by.
+    Test,
+}
+
+impl Part {
+    /// As files and people are named.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Test => "test",
+        }
+    }
+}
+
+/// One reach, as trackers and the arm's encoders saw it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Demonstrated {
+    /// What it is for.
+    pub part: Part,
+    /// How the person holds the hand.
+    pub gesture: Gesture,
+    /// What really happened, on the clock of the recording.
+    pub truth: TouchTruth,
+    /// From a little before the hand starts until the first sample in contact.
+    pub recording: Recording,
+    /// From the start of the movement to the contact.
+    pub labelled: LabelledReach,
+    /// The arm at the times of the frames of `labelled`, if there is one.
+    pub response: Option<Response>,
+}
+
+/// How an arm answers a reach, one entry a frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Response {
+    /// Joint angles, rad.
+    pub joints_rad: Vec<JointPositions>,
+    /// Where the board is: its origin in the middle of the face, z towards the person.
+    pub base_from_board: Vec<Pose>,
+}
+
+/// Makes demonstrations, those to learn from first; person by person, in order of time.
+///
+/// Person `i` of a seed reaches in the same way for the same places however many others there are.
+///
+/// # Errors
+/// A configuration that makes no sense, panels that the arm cannot reach, a target beside or
+/// behind the resting hand.
+pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<Demonstrated>> {
+    config.validate()?;
+    let board = Board::default();
+    let places = Places::new(&config.targets, &board)?;
+    let population = Population::new(config.person, config.seed)?;
+    let mut made = Vec::with_capacity(config.train.reaches + config.test.reaches);
+    let mut number = 0;
+    for (part, cast) in [(Part::Train, config.train), (Part::Test, config.test)] {
+        for i in 0..cast.people {
+            let name = format!("{}-{:02}", part.name(), i + 1);
+            let count = cast.reaches / cast.people + usize::from(i < cast.reaches % cast.people);
+            let mut sampler = Sampler::new(config.seed ^ ((number + 1) << 32));
+            let plans = places.plans(count, config.changes_of_mind, &mut sampler)?;
+            let sequence = population.person(number).plan_reaches(&plans);
+            let sequence = sequence.with_context(|| name.clone())?;
+            for trial in 0..count {
+                let names = (name.as_str(), trial + 1);
+                let one = record(&sequence, trial, config, &board, part, names)?;
+                made.push(one);
+            }
+            number += 1;
+        }
+    }
+    Ok(made)
+}
+
+/// Cuts one reach out of a person's sequence.
+fn record(
+    sequence: &TouchSequence,
+    trial: usize,
+    config: &DemonstrationConfig,
+    board: &Board,
+    part: Part,
+    (person, number): (&str, usize),
+) -> anyhow::Result<Demonstrated> {
+    let truth = sequence.touches()[trial];
+    let rests_from_s = match trial {
+        0 => 0.0,
+        _ => sequence.touches()[trial - 1].end_s,
+    };
+    let first_s = (truth.start_s - config.before_s).max(rests_from_s);
+    let frame_at = |t_s: f64| (t_s / config.tracker_s).ceil() as usize;
+    let mut samples = Vec::new();
+    let mut frames = Vec::new();
+    let (first, last) = (frame_at(first_s), frame_at(truth.contact_s));
+    let states = match config.arm_reaction_s {
+        Some(reaction_s) => answer(sequence, &truth, board, config, reaction_s, [first, last])?,
+        None => Vec::new(),
+    };
+    let mut response = config.arm_reaction_s.map(|_| Response::default());
+    for k in first..=last {
+        let t_s = k as f64 * config.tracker_s;
+        let frame = hand_frame(&sequence.tracked(t_s), &config.points, config.gaze);
+        samples.push(Sample {
+            frame,
+            object_m: None,
+            target_m: Some(truth.target_m),
+            contact: Some(t_s >= truth.contact_s),
+        });
+        if (truth.start_s..=truth.contact_s).contains(&t_s) {
+            frames.push(frame);
+            if let Some(response) = &mut response {
+                response.joints_rad.push(states[k - first].0);
+                response.base_from_board.push(states[k - first].1);
+            }
+        }
+    }
+    let (person, trial) = (Some(person.to_owned()), Some(number.to_string()));
+    let recording = Recording {
+        person: person.clone(),
+        trial: trial.clone(),
+        samples,
+        ignored_columns: Vec::new(),
+    };
+    let labelled = LabelledReach {
+        person,
+        trial,
+        point: HandPoint::Index,
+        frames,
+        contact_m: truth.target_m,
+        contact_s: truth.contact_s,
+        normal: Some(truth.normal),
+    };
+    recording.validate()?;
+    labelled.validate()?;
+    Ok(Demonstrated {
+        part,
+        gesture: sequence.person().gesture(),
+        truth,
+        recording,
+        labelled,
+        response,
+    })
+}
+
+/// The arm's joints and board at these samples of the tracker, while it carries the board from its
+/// starting position to where the person is going to touch: it knows the target, as a teacher's
+/// arm does.
+fn answer(
+    sequence: &TouchSequence,
+    touch: &TouchTruth,
+    board: &Board,
+    config: &DemonstrationConfig,
+    reaction_s: f64,
+    [first, last]: [usize; 2],
+) -> anyhow::Result<Vec<(JointPositions, Pose)>> {
+    let mut renderer = Renderer::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
+    let servo = ServoConfig {
+        seed: config.seed,
+        ..ServoConfig::default()
+    };
+    let start = JointPositions::from_deg(START_DEG);
+    let mut servo = ServoArm::new(renderer.arm().clone(), start, servo)?;
+    let finger = HandContact {
+        half_extent_m: board.half_width_m,
+        ..HandContact::default()
+    };
+    // A whole number of control steps a sample, so that the clocks never part.
+    let per_sample = (config.tracker_s / CONTROL_S).ceil() as usize;
+    let step_s = config.tracker_s / per_sample as f64;
+    let from = first.min((touch.look_s / config.tracker_s) as usize);
+    let mut states = Vec::with_capacity(last + 1 - first);
+    for step in 0..=(last - from) * per_sample {
+        let elapsed_s = step as f64 * step_s;
+        let t_s = from as f64 * config.tracker_s + elapsed_s;
+        if step.is_multiple_of(per_sample) && from + step / per_sample >= first {
+            states.push((servo.q(), servo.pose()));
+        }
+        let target = wanted(touch, t_s - reaction_s).map(|(point_m, normal)| BoardTarget {
+            point_m,
+            normal,
+            stamp_s: elapsed_s,
+            roll_rad: None,
+        });
+        let rendered = renderer.step(elapsed_s, &servo.state()?, target.as_ref());
+        servo.command(rendered.command)?;
+        servo.advance(step_s)?;
+        let (tip_m, velocity) = (
+            sequence.true_index_tip(t_s),
+            sequence.true_index_velocity_m_per_s(t_s),
+        );
+        let relative = velocity - servo.twist().linear_m_per_s;
+        let wrench = finger.wrench(&servo.pose(), tip_m, relative)?;
+        servo.apply_wrench(wrench.unwrap_or_default())?;
+    }
+    Ok(states)
+}
+
+/// What the person goes for at a time, and the surface's normal there.
+fn wanted(touch: &TouchTruth, t_s: f64) -> Option<(DVec3, DVec3)> {
+    match touch.changed {
+        _ if t_s < touch.look_s => None,
+        Some(meant) if t_s < meant.switch_s => Some((meant.target_m, meant.normal)),
+        _ => Some((touch.target_m, touch.normal)),
+    }
+}

@@ -1,0 +1,5 @@
+//! demonstrations
+
+pub mod files;
+pub mod generate;
+pub mod targets;

@@ -1,0 +1,144 @@
+//! The analysis of a study's table, for the example `psychophysics`.
+
+use crate::psychophysics::figures as psychophysics_figures;
+use anyhow::{Context, ensure};
+use clap::ValueEnum;
+use hwall_psychophysics::{
+    Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, Study, analyse,
+};
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// What to analyse and how.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The table
+    table: PathBuf,
+    /// Column of the subjects
+    #[arg(long)]
+    subject: String,
+    /// Columns of the factors: a,b; the last one varies fastest in the tables
+    #[arg(long, value_delimiter = ',', required = true)]
+    factors: Vec<String>,
+    /// Column of the answers
+    #[arg(long)]
+    value: String,
+    /// The factors vary within subjects: the default, said aloud
+    #[arg(long)]
+    within: bool,
+    /// Column of a factor that varies between subjects; it may stand in --factors too
+    #[arg(long)]
+    between: Option<String>,
+    /// Columns that number repeated trials, which are averaged: a,b
+    #[arg(long, value_delimiter = ',')]
+    round: Vec<String>,
+    /// How the subjects' scales are brought together
+    #[arg(long, value_enum, default_value = "none")]
+    normalise: Scale,
+    /// strata: each effect against its own error; pooled: all against one
+    #[arg(long, value_enum, default_value = "strata")]
+    errors: Errors,
+    /// Aligned rank transform beside the plain analysis
+    #[arg(long)]
+    art: bool,
+    /// Compare all pairs of levels, p adjusted so
+    #[arg(long, value_enum)]
+    posthoc: Option<Adjust>,
+    /// Confidence of all intervals
+    #[arg(long, default_value_t = 0.95)]
+    confidence: f64,
+    /// Write every number here, as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Write the report here, as Markdown
+    #[arg(long)]
+    markdown: Option<PathBuf>,
+    /// Folder for figures: means with intervals, and boxes of the subjects' values
+    #[arg(long)]
+    svg: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Scale {
+    None,
+    Arithmetic,
+    Geometric,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Errors {
+    Strata,
+    Pooled,
+    Both,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Adjust {
+    Bonferroni,
+    Holm,
+}
+
+impl Args {
+    fn columns(&self) -> Columns {
+        let within = self.factors.iter().map(|f| f.trim());
+        let within = within.filter(|f| self.between.as_deref() != Some(f));
+        let mut columns = Columns::new(&self.subject, within, &self.value);
+        columns.between.clone_from(&self.between);
+        columns.rounds.clone_from(&self.round);
+        columns
+    }
+
+    fn config(&self) -> AnalysisConfig {
+        AnalysisConfig {
+            normalisation: match self.normalise {
+                Scale::None => Normalisation::None,
+                Scale::Arithmetic => Normalisation::Arithmetic,
+                Scale::Geometric => Normalisation::Geometric,
+            },
+            errors: match self.errors {
+                Errors::Strata => vec![ErrorModel::Strata],
+                Errors::Pooled => vec![ErrorModel::Pooled],
+                Errors::Both => vec![ErrorModel::Strata, ErrorModel::Pooled],
+            },
+            art: self.art,
+            posthoc: self.posthoc.map(|p| match p {
+                Adjust::Bonferroni => Adjustment::Bonferroni,
+                Adjust::Holm => Adjustment::Holm,
+            }),
+            confidence: self.confidence,
+        }
+    }
+}
+
+/// Reads, analyses, prints, writes what was asked for.
+///
+/// # Errors
+/// A table that is no complete study, a file that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let columns = args.columns();
+    ensure!(
+        !columns.within.is_empty(),
+        "--factors needs a factor within subjects beside --between"
+    );
+    let name = || args.table.display().to_string();
+    let table = fs::File::open(&args.table).with_context(name)?;
+    let study = Study::read_csv(table, &columns).with_context(name)?;
+    let config = args.config();
+    let analysis = analyse(&study, &config).with_context(name)?;
+    for (path, text) in [
+        (&args.json, analysis.to_json()? + "\n"),
+        (&args.markdown, analysis.to_markdown()),
+    ] {
+        if let Some(path) = path {
+            fs::write(path, text).with_context(|| path.display().to_string())?;
+        }
+    }
+    if let Some(folder) = &args.svg {
+        let scaled = study.normalise(config.normalisation)?;
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        psychophysics_figures::means(&folder.join("means.svg"), &scaled, config.confidence)?;
+        psychophysics_figures::boxes(&folder.join("boxes.svg"), &scaled)?;
+    }
+    write!(io::stdout(), "{}", analysis.to_text()).context("standard output")
+}

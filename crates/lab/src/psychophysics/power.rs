@@ -1,0 +1,165 @@
+//! Power of a study by simulation, for the example `psychophysics`.
+
+use crate::psychophysics::design::factors;
+use anyhow::{Context, bail, ensure};
+use hwall_psychophysics::{EffectPower, ErrorModel, Factor, PowerStudy, PowerTest, power};
+use hwall_testkit::MarkdownTable;
+use serde::Serialize;
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// The population, and the studies drawn from it.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Numbers of levels, 5x5, or names and levels: orientation=0:45:90,velocity=20:40
+    #[arg(long)]
+    factors: String,
+    /// What each level of a factor adds to the mean, one per factor that matters: a=0:0.5:1:1.5:2
+    #[arg(long, allow_hyphen_values = true)]
+    effect: Vec<String>,
+    /// Means of all cells, the last factor fastest: 1,2,... [default: those of --effect]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        conflicts_with = "effect"
+    )]
+    means: Vec<f64>,
+    /// Subjects, or several numbers of them: 10,15,20
+    #[arg(long, value_delimiter = ',', required = true)]
+    subjects: Vec<usize>,
+    /// Standard deviation between the subjects' means
+    #[arg(long, default_value_t = 1.0)]
+    between_sd: f64,
+    /// Standard deviation between the subjects' own deviations at each level of each factor
+    #[arg(long, default_value_t = 0.0)]
+    level_sd: f64,
+    /// Standard deviation of a value about its subject's expectation
+    #[arg(long, default_value_t = 1.0)]
+    within_sd: f64,
+    /// An effect is found below this p
+    #[arg(long, default_value_t = 0.05)]
+    alpha: f64,
+    /// Against one pooled error instead of each effect's own
+    #[arg(long)]
+    pooled: bool,
+    /// With Greenhouse and Geisser's correction
+    #[arg(long, conflicts_with = "pooled")]
+    gg: bool,
+    /// On aligned ranks
+    #[arg(long)]
+    art: bool,
+    /// Studies drawn
+    #[arg(long, default_value_t = 10_000)]
+    studies: usize,
+    /// Seed of the studies
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the result here, as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+/// Power of all effects at one number of subjects.
+#[derive(Serialize)]
+struct Row {
+    subjects: usize,
+    studies: usize,
+    effects: Vec<EffectPower>,
+}
+
+/// Draws, counts, prints.
+///
+/// # Errors
+/// A population that cannot be read, a file that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let within = factors(&args.factors)?;
+    if args.effect.is_empty() && args.means.is_empty() {
+        eprintln!("without --effect or --means nothing differs: these are rates of false alarms");
+    }
+    let means = if args.means.is_empty() {
+        added(&within, &args.effect)?
+    } else {
+        args.means.clone()
+    };
+    let mut rows = Vec::new();
+    for &subjects in &args.subjects {
+        let study = PowerStudy {
+            within: within.clone(),
+            means: means.clone(),
+            subjects,
+            between_sd: args.between_sd,
+            level_sd: args.level_sd,
+            within_sd: args.within_sd,
+            test: PowerTest {
+                errors: if args.pooled {
+                    ErrorModel::Pooled
+                } else {
+                    ErrorModel::Strata
+                },
+                ranks: args.art,
+                greenhouse_geisser: args.gg,
+            },
+            alpha: args.alpha,
+            studies: args.studies,
+            seed: args.seed,
+        };
+        rows.push(Row {
+            subjects,
+            studies: args.studies,
+            effects: power(&study)?,
+        });
+    }
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&rows)? + "\n";
+        fs::write(path, text).with_context(|| path.display().to_string())?;
+    }
+    let mut table = MarkdownTable::new(["subjects", "effect", "power", "95% interval"]);
+    for (row, effect) in rows
+        .iter()
+        .flat_map(|r| r.effects.iter().map(move |e| (r, e)))
+    {
+        table.row([
+            row.subjects.to_string(),
+            effect.name.clone(),
+            format!("{:.4}", effect.power),
+            format!("{:.4} to {:.4}", effect.ci_low, effect.ci_high),
+        ]);
+    }
+    write!(io::stdout(), "{table}").context("standard output")
+}
+
+/// Means of all cells where factors only add.
+fn added(within: &[Factor], effects: &[String]) -> anyhow::Result<Vec<f64>> {
+    let mut additions: Vec<Vec<f64>> = within.iter().map(|f| vec![0.0; f.levels.len()]).collect();
+    for effect in effects {
+        let (name, values) = effect
+            .split_once('=')
+            .with_context(|| format!("--effect: {effect:?} is no factor=value:value"))?;
+        let Some(place) = within.iter().position(|f| f.name == name.trim()) else {
+            bail!("--effect: no factor {:?} in --factors", name.trim());
+        };
+        let values = values.split(':').map(|v| {
+            let number = v.trim().parse().ok().filter(|v: &f64| v.is_finite());
+            number.with_context(|| format!("--effect: {v:?} is no finite number"))
+        });
+        let values: Vec<f64> = values.collect::<Result<_, _>>()?;
+        let levels = additions[place].len();
+        ensure!(
+            values.len() == levels,
+            "--effect: {} values for the {levels} levels of {:?}",
+            values.len(),
+            within[place].name
+        );
+        additions[place] = values;
+    }
+    let mut means = vec![0.0];
+    for addition in &additions {
+        means = means
+            .iter()
+            .flat_map(|mean| addition.iter().map(move |a| mean + a))
+            .collect();
+    }
+    Ok(means)
+}

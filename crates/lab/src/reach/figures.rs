@@ -1,0 +1,239 @@
+//! Figures of reachability maps.
+
+use crate::reach::published::{Bounds, Comparison, Row};
+use anyhow::Context;
+use hwall_reachability::WallGrid;
+use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Small text of panels.
+const SMALL: (&str, u32) = ("sans-serif", 12);
+
+/// Panels of one figure, at most; further planes are left out and the title says so.
+const MOST_PANELS: usize = 48;
+const COLUMNS: usize = 8;
+
+/// Smallest difference drawn, mm: below lies the last printed digit.
+const SMALLEST_MM: f64 = 1e-6;
+
+/// All planes of one wall grid as small panels: reachable intervals over s and height.
+///
+/// `rows` of any walls; those of `wall` are drawn. `s_m` turns a row into places along the wall.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn orientation(
+    path: &Path,
+    grid: &WallGrid,
+    intervals: &[([usize; 2], [f64; 2])],
+) -> anyhow::Result<()> {
+    let planes = grid.distances.count();
+    let shown = planes.min(MOST_PANELS);
+    let panel_rows = shown.div_ceil(COLUMNS);
+    let size = (1240, 78 + 176 * panel_rows as u32);
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let left_out = match planes - shown {
+        0 => String::new(),
+        n => format!(", first {shown} of {planes} planes ({n} left out)"),
+    };
+    let title = format!(
+        "Reachable part of walls at heading {:.1} degrees: along the wall and up, m{left_out}",
+        // Not "-0.0".
+        grid.heading_rad.to_degrees() + 0.0
+    );
+    let root = root.titled(&title, TITLE).map_err(plot_error)?;
+    let reach = intervals
+        .iter()
+        .flat_map(|(_, s)| s.map(f64::abs))
+        .fold(0.5, f64::max);
+    let step = grid.heights.spacing_m();
+    let heights = || grid.heights.iter();
+    let low = heights().fold(f64::INFINITY, f64::min) - step;
+    let high = heights().fold(f64::NEG_INFINITY, f64::max) + step;
+    let blue = COLOURS[0];
+    for (plane, area) in root
+        .split_evenly((panel_rows, COLUMNS))
+        .into_iter()
+        .enumerate()
+        .take(shown)
+    {
+        let caption = format!("n·p = {:.3} m", grid.distances.at(plane));
+        let mut chart = ChartBuilder::on(&area)
+            .caption(caption, SMALL)
+            .margin(4)
+            .x_label_area_size(20)
+            .y_label_area_size(30)
+            .build_cartesian_2d(-1.05 * reach..1.05 * reach, low..high)
+            .map_err(plot_error)?;
+        chart
+            .configure_mesh()
+            .x_labels(3)
+            .y_labels(4)
+            .x_label_formatter(&|x| format!("{x:.1}"))
+            .y_label_formatter(&|y| format!("{y:.1}"))
+            .label_style(SMALL)
+            .light_line_style(WHITE)
+            .bold_line_style(BLACK.mix(0.08))
+            .draw()
+            .map_err(plot_error)?;
+        let bars = intervals
+            .iter()
+            .filter(|(line, _)| line[0] == plane)
+            .map(|(line, s)| {
+                let z = grid.heights.at(line[1]);
+                // A point-like interval still shows.
+                let (lo, hi) = (s[0], s[1].max(s[0] + 0.004 * reach));
+                Rectangle::new(
+                    [(lo, z - 0.42 * step), (hi, z + 0.42 * step)],
+                    blue.filled(),
+                )
+            });
+        chart.draw_series(bars).map_err(plot_error)?;
+    }
+    root.present().map_err(plot_error)
+}
+
+/// Share of the published bounds that are off by more than so much, one line a file.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()> {
+    let root = SVGBackend::new(path, (860, 520)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption("Published bounds against the exact solver", TITLE)
+        .margin(14)
+        .x_label_area_size(52)
+        .y_label_area_size(70)
+        .build_cartesian_2d((1e-4..2e3f64).log_scale(), 0.0..100.0)
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc("off by more than, mm")
+        .y_desc("share of the bounds, %")
+        .x_label_formatter(&|x| format!("{x}"))
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    for (file, (c, colour)) in comparisons.iter().zip(COLOURS).enumerate() {
+        let n = c.off_mm.len();
+        if n == 0 {
+            continue;
+        }
+        let share = |i: usize| 100.0 * (n - i) as f64 / n as f64;
+        let curve = c.off_mm.iter().enumerate();
+        let curve = curve.map(|(i, off)| (off.max(SMALLEST_MM), share(i)));
+        let dash = if file == 1 { 6 } else { 2 };
+        chart
+            .draw_series(LineSeries::new(curve, colour.stroke_width(dash / 2 + 1)))
+            .map_err(plot_error)?
+            .label(format!("ori_{}", file + 1))
+            .legend(move |(x, y)| {
+                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+            });
+    }
+    for limit in [1.0, 10.0] {
+        let mark = PathElement::new(vec![(limit, 0.0), (limit, 100.0)], BLACK.mix(0.4));
+        chart.draw_series([mark]).map_err(plot_error)?;
+    }
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+    root.present().map_err(plot_error)
+}
+
+/// The plane with the largest difference: exact intervals, published bounds on top.
+///
+/// # Errors
+/// A file that cannot be written, or nothing to compare.
+pub fn worst_plane(
+    path: &Path,
+    grids: &[WallGrid],
+    rows: &[Row],
+    published: &[Bounds],
+) -> anyhow::Result<()> {
+    let heights = grids.first().context("no grids")?.heights;
+    let ends = |wall: usize, plane: usize, height: usize| {
+        let own = rows.iter().filter(|r| r.line == [wall, plane, height]);
+        let (lo, hi) = own.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), r| {
+            (lo.min(r.y_mm[0]), hi.max(r.y_mm[1]))
+        });
+        (lo <= hi).then_some([lo, hi])
+    };
+    let mut worst = (0.0, 0, 0);
+    for (wall, bounds) in published.iter().enumerate() {
+        for (line, theirs) in bounds.iter().enumerate() {
+            let (plane, height) = (line / heights.count(), line % heights.count());
+            if let Some((ours, theirs)) = ends(wall, plane, height).zip(*theirs) {
+                let off = (ours[0] - theirs[0]).abs().max((ours[1] - theirs[1]).abs());
+                if off > worst.0 {
+                    worst = (off, wall, plane);
+                }
+            }
+        }
+    }
+    let (_, wall, plane) = worst;
+    let root = SVGBackend::new(path, (760, 560)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let title = format!(
+        "ori_{}, plane {plane} (n·p = {:.3} m): the largest difference",
+        wall + 1,
+        grids[wall].distances.at(plane)
+    );
+    let mut chart = ChartBuilder::on(&root)
+        .caption(title, TITLE)
+        .margin(14)
+        .x_label_area_size(52)
+        .y_label_area_size(70)
+        .build_cartesian_2d(
+            -1000.0..1000.0,
+            heights.at(0) - 0.1..heights.at(heights.count() - 1) + 0.1,
+        )
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .x_desc("y in the base frame, mm")
+        .y_desc("height, m")
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| format!("{y:.1}"))
+        .label_style(TEXT)
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(plot_error)?;
+    let (blue, orange) = (COLOURS[0], COLOURS[1]);
+    let bars = rows
+        .iter()
+        .filter(|r| r.line[..2] == [wall, plane])
+        .map(|r| {
+            let z = heights.at(r.line[2]);
+            Rectangle::new(
+                [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)],
+                blue.mix(0.55).filled(),
+            )
+        });
+    chart
+        .draw_series(bars)
+        .map_err(plot_error)?
+        .label("reachable (exact)")
+        .legend(move |(x, y)| {
+            Rectangle::new([(x, y - 5), (x + 18, y + 5)], blue.mix(0.55).filled())
+        });
+    let count = heights.count();
+    let marks = published[wall][plane * count..(plane + 1) * count]
+        .iter()
+        .enumerate();
+    let marks = marks
+        .filter_map(|(j, b)| b.map(|b| (j, b)))
+        .flat_map(|(j, b)| {
+            let z = heights.at(j);
+            b.map(|y| Circle::new((y, z), 4, orange.filled()))
+        });
+    chart
+        .draw_series(marks)
+        .map_err(plot_error)?
+        .label("published y_min and y_max")
+        .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+    root.present().map_err(plot_error)
+}

@@ -1,0 +1,319 @@
+//! Reachability maps from the command line: what is asked for, solving it, and what came out.
+
+use crate::reach::figures as reach_figures;
+use crate::reach::published::{self, Bounds, Comparison, Row};
+use anyhow::{Context, bail, ensure};
+use clap::ValueEnum;
+use hwall_reachability::{
+    ExactConfig, OptimizationConfig, OptimizationSolver, ReachabilityMap, Roll, Steps, WallGrid,
+    WallLine,
+};
+use hwall_stage::arms;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// How lines are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Solver {
+    /// Interval sets with proof; S-R-S arms.
+    Exact,
+    /// The extremes that a multi-start optimization finds; any arm.
+    Optimization,
+}
+
+/// A grid as text: headings in degrees, planes and heights in metres.
+pub struct Grid<'a> {
+    /// `a,b,...` or `from:to:step`, degrees.
+    pub orientations: &'a str,
+    /// A value or `from:to:step`, m.
+    pub planes: &'a str,
+    /// A value or `from:to:step`, m.
+    pub heights: &'a str,
+}
+
+impl Grid<'_> {
+    /// The grids it describes, one a heading.
+    ///
+    /// # Errors
+    /// Text that is no number, a step that is not positive, too many lines.
+    pub fn parse(&self) -> anyhow::Result<Vec<WallGrid>> {
+        let steps = |name: &str, text: &str| -> anyhow::Result<Steps> {
+            let parts: Vec<f64> = numbers(name, text, ':')?;
+            let steps = match parts[..] {
+                [value] => Steps::single(value, 0.025),
+                [from, to, step] => Steps::spanning(from, to, step),
+                _ => bail!("--{name} {text}: expected a value or from:to:step"),
+            };
+            steps.with_context(|| format!("--{name} {text}"))
+        };
+        let headings = if self.orientations.contains(':') {
+            let steps = steps("orientations", self.orientations)?;
+            steps.iter().collect()
+        } else {
+            numbers("orientations", self.orientations, ',')?
+        };
+        let (distances, heights) = (
+            steps("planes", self.planes)?,
+            steps("heights", self.heights)?,
+        );
+        let grid = |heading: f64| WallGrid {
+            heading_rad: heading.to_radians(),
+            distances,
+            heights,
+            span_m: None,
+        };
+        Ok(headings.into_iter().map(grid).collect())
+    }
+}
+
+fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> {
+    let parse = |part: &str| {
+        let value: f64 = part.trim().parse().ok()?;
+        value.is_finite().then_some(value)
+    };
+    let parts = text.split(separator);
+    let parsed = parts.map(|part| {
+        parse(part).with_context(|| format!("--{name} {text}: {part:?} is no finite number"))
+    });
+    parsed.collect()
+}
+
+/// What is asked for.
+pub struct Request<'a> {
+    /// `iiwa7`, `iiwa14` or a URDF file.
+    pub arm: &'a str,
+    /// How lines are solved.
+    pub solver: Solver,
+    /// Starts of the optimization on each line.
+    pub starts: usize,
+    /// Accuracy of the exact solver, m.
+    pub accuracy_m: f64,
+    /// Degrees, `quarter` or `free`.
+    pub roll: &'a str,
+    /// Where to write the map's own CSV.
+    pub map_csv: Option<&'a Path>,
+    /// Where to save the map.
+    pub save: Option<&'a Path>,
+    /// Where to save the picture.
+    pub exr: Option<&'a Path>,
+    /// The walls.
+    pub grid: &'a [WallGrid],
+}
+
+/// What came out.
+pub struct Solved {
+    /// One row an interval.
+    pub rows: Vec<Row>,
+    /// The same as plane, height and ends along the wall, m, one list a wall.
+    pub along: Vec<Vec<([usize; 2], [f64; 2])>>,
+    /// For people.
+    pub remarks: Vec<String>,
+    lines: usize,
+    took: Duration,
+}
+
+/// Solves all lines of a request.
+///
+/// # Errors
+/// An unknown arm or roll, a grid that makes no sense, a file that cannot be written.
+pub fn solve(request: &Request) -> anyhow::Result<Solved> {
+    match request.solver {
+        Solver::Exact => exact(request),
+        Solver::Optimization => optimization(request),
+    }
+}
+
+fn exact(request: &Request) -> anyhow::Result<Solved> {
+    let arm = arms::closed_form(request.arm)?;
+    let config = ExactConfig {
+        accuracy_m: request.accuracy_m,
+        roll: roll(request.roll)?,
+        ..ExactConfig::default()
+    };
+    let bar = progress();
+    let start = Instant::now();
+    let map = ReachabilityMap::build_monitored(&arm, &config, request.grid.to_vec(), &|p| {
+        bar.set_length(p.total as u64);
+        bar.set_position(p.done as u64);
+        ControlFlow::Continue(())
+    })?;
+    let took = start.elapsed();
+    bar.finish_and_clear();
+    let mut solved = Solved::new(request.grid, took);
+    for index in map.lines() {
+        let line = map.line(index).context("a line of the map")?;
+        for interval in map.intervals(index) {
+            let ends = [interval.span.lo_m, interval.span.hi_m];
+            solved.push([index.wall, index.plane, index.height], &line, ends);
+        }
+    }
+    let (reachable, unknown) = map.lengths_m();
+    let report = map.report();
+    solved.remarks.push(format!(
+        "reachable {reachable:.1} m of line, without proof {:.1} mm ({:.1e} of it); {} lines solved, the others are their images",
+        1e3 * unknown,
+        unknown / reachable.max(f64::MIN_POSITIVE),
+        report.solved,
+    ));
+    if let Some(path) = request.map_csv {
+        map.write_csv(hwall_stage::numbers::output(Some(path))?)?;
+        solved
+            .remarks
+            .push(format!("map as CSV: {}", path.display()));
+    }
+    if let Some(path) = request.save {
+        map.save(path)?;
+        let kilobytes = map.to_bytes().len() / 1000;
+        solved
+            .remarks
+            .push(format!("map saved, {kilobytes} kB: {}", path.display()));
+    }
+    if let Some(path) = request.exr {
+        map.write_exr(path, &hwall_reachability::PictureConfig::default())?;
+        solved
+            .remarks
+            .push(format!("picture saved: {}", path.display()));
+    }
+    Ok(solved)
+}
+
+fn optimization(request: &Request) -> anyhow::Result<Solved> {
+    ensure!(
+        request.save.is_none() && request.exr.is_none() && request.map_csv.is_none(),
+        "--save, --exr and --map-csv need --solver exact: two extremes are no map"
+    );
+    let chain = arms::chain(request.arm)?;
+    let roll_rad = match roll(request.roll)? {
+        Roll::Fixed(roll) => Some(roll),
+        Roll::Free => None,
+        Roll::AnyOf(_) => bail!("--roll quarter needs --solver exact"),
+    };
+    let config = OptimizationConfig {
+        starts: request.starts,
+        roll_rad,
+        ..OptimizationConfig::default()
+    };
+    let solver = OptimizationSolver::new(&chain, config)?;
+    let bar = progress();
+    let start = Instant::now();
+    let mut solved = Solved::new(request.grid, Duration::ZERO);
+    let planes: Vec<(usize, usize)> = request
+        .grid
+        .iter()
+        .enumerate()
+        .flat_map(|(wall, grid)| (0..grid.distances.count()).map(move |plane| (wall, plane)))
+        .collect();
+    bar.set_length(planes.len() as u64);
+    for (wall, plane) in planes {
+        let grid = &request.grid[wall];
+        let on_plane = grid.plane(plane)?;
+        let lines: Vec<WallLine> = grid.heights.iter().map(|z| on_plane.line(z)).collect();
+        let found = solver.sweep(&lines, &mut |_| ControlFlow::Continue(()))?;
+        for (height, (line, extremes)) in lines.iter().zip(found).enumerate() {
+            if let Some(extremes) = extremes {
+                let ends = [extremes.lo.s_m, extremes.hi.s_m];
+                solved.push([wall, plane, height], line, ends);
+            }
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    solved.took = start.elapsed();
+    solved.remarks.push(format!(
+        "{} starts a line; one interval a line, holes are not seen, nothing is proven",
+        request.starts
+    ));
+    Ok(solved)
+}
+
+fn roll(text: &str) -> anyhow::Result<Roll> {
+    match text {
+        "free" => Ok(Roll::Free),
+        "quarter" => Ok(Roll::quarter_turns()),
+        degrees => {
+            let parsed: f64 = degrees
+                .parse()
+                .with_context(|| format!("--roll {degrees}: expected degrees, quarter or free"))?;
+            ensure!(parsed.is_finite(), "--roll {degrees}: not finite");
+            Ok(Roll::Fixed(parsed.to_radians()))
+        }
+    }
+}
+
+fn progress() -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(0).with_style(style)
+}
+
+impl Solved {
+    fn new(grid: &[WallGrid], took: Duration) -> Self {
+        Self {
+            rows: Vec::new(),
+            along: vec![Vec::new(); grid.len()],
+            remarks: Vec::new(),
+            lines: grid.iter().map(WallGrid::line_count).sum(),
+            took,
+        }
+    }
+
+    fn push(&mut self, index: [usize; 3], line: &WallLine, s_m: [f64; 2]) {
+        self.rows.push(Row::new(index, line, s_m));
+        self.along[index[0]].push(([index[1], index[2]], s_m));
+    }
+}
+
+/// What was solved, how fast, and how it compares.
+#[must_use]
+pub fn summary(solved: &Solved, comparisons: Option<&[Comparison]>) -> String {
+    let mut text = String::new();
+    let ms = 1e3 * solved.took.as_secs_f64();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{} lines, {} intervals in {ms:.1} ms",
+        solved.lines,
+        solved.rows.len()
+    );
+    for remark in &solved.remarks {
+        let _ = writeln!(text, "{remark}");
+    }
+    if let Some(comparisons) = comparisons {
+        let _ = write!(text, "\n{}", published::table(comparisons));
+        let (holes, reachable) = comparisons
+            .iter()
+            .fold((0.0, 0.0), |(h, r), c| (h + c.hole_m, r + c.reachable_m));
+        let _ = writeln!(
+            text,
+            "\nholes that one interval a line cannot hold: {holes:.0} m beside {reachable:.0} m reachable"
+        );
+    }
+    text
+}
+
+/// Draws the planes of each orientation and, where there is one, the comparison.
+///
+/// # Errors
+/// A folder or file that cannot be written.
+pub fn figures(
+    folder: &Path,
+    grid: &[WallGrid],
+    solved: &Solved,
+    published: Option<&[Bounds]>,
+    comparisons: Option<&[Comparison]>,
+) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    for (wall, (grid, intervals)) in grid.iter().zip(&solved.along).enumerate() {
+        let path = folder.join(format!("orientation_{}.svg", wall + 1));
+        reach_figures::orientation(&path, grid, intervals)?;
+    }
+    if let (Some(published), Some(comparisons)) = (published, comparisons) {
+        reach_figures::comparison(&folder.join("comparison.svg"), comparisons)?;
+        let path = folder.join("worst_plane.svg");
+        reach_figures::worst_plane(&path, grid, &solved.rows, published)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,6 @@
+//! reach
+
+pub mod figures;
+pub mod maps;
+pub mod placement;
+pub mod published;

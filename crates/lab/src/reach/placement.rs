@@ -1,0 +1,286 @@
+//! Base placement from the command line: targets on the walls of a scene, the heat map, the table.
+
+use anyhow::{Context, ensure};
+use glam::DVec3;
+use hwall_reachability::{Interval, PlacementScores, Target};
+use hwall_scene::{Patch, Scene, SurfaceId};
+use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
+use hwall_testkit::MarkdownTable;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Which parts of which walls are to be reached.
+pub struct Wanted<'a> {
+    /// Names of surfaces; all that can be touched where there are none.
+    pub surfaces: &'a [String],
+    /// Heights, m.
+    pub heights: Interval,
+    /// Distance between targets, m.
+    pub spacing_m: f64,
+    /// Only targets within a distance of a point of the floor plan, m.
+    pub near: Option<[f64; 3]>,
+}
+
+/// Targets all over the vertical surfaces of a scene, seen from their outer side.
+///
+/// # Errors
+/// An unknown surface, a spacing that is not positive, no targets at all.
+pub fn targets(scene: &Scene, wanted: &Wanted) -> anyhow::Result<Vec<Target>> {
+    for name in wanted.surfaces {
+        let known = || scene.surfaces().iter().map(|s| s.name.as_str());
+        ensure!(
+            known().any(|other| other == name),
+            "--surface {name}: the scene has {}",
+            known().collect::<Vec<_>>().join(", ")
+        );
+    }
+    let mut targets = Vec::new();
+    for patch in scene.vertical_patches() {
+        let name = &scene.surface(patch.surface).name;
+        if !wanted.surfaces.is_empty() && !wanted.surfaces.contains(name) {
+            continue;
+        }
+        let low = patch.height_range_m.0.max(wanted.heights.lo_m);
+        let high = patch.height_range_m.1.min(wanted.heights.hi_m);
+        if low > high {
+            continue;
+        }
+        let middle = middle(&patch);
+        let all = Target::on_wall(
+            middle,
+            patch.normal,
+            patch.width_m,
+            (low, high),
+            wanted.spacing_m,
+        )?;
+        let near = |point: DVec3| match wanted.near {
+            Some([x, y, radius]) => (point.x - x).hypot(point.y - y) <= radius,
+            None => true,
+        };
+        targets.extend(
+            all.into_iter()
+                .filter(|t| near(t.point_m) && on(&patch, t.point_m)),
+        );
+    }
+    ensure!(
+        !targets.is_empty(),
+        "no vertical surface with targets between {} and {} m",
+        wanted.heights.lo_m,
+        wanted.heights.hi_m
+    );
+    Ok(targets)
+}
+
+/// Halfway along the wall: the centre of area of a patch need not be that.
+fn middle(patch: &Patch) -> DVec3 {
+    let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
+    let places = patch
+        .outline_m
+        .iter()
+        .map(|p| (*p - patch.point_m).dot(along));
+    let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), s| {
+        (lo.min(s), hi.max(s))
+    });
+    patch.point_m + along * (0.5 * (low + high))
+}
+
+/// Is a point of the patch's plane within its outline?
+fn on(patch: &Patch, point_m: DVec3) -> bool {
+    let n = patch.outline_m.len();
+    (0..n).all(|i| {
+        let (a, b) = (patch.outline_m[i], patch.outline_m[(i + 1) % n]);
+        let inward = patch.normal.cross(b - a).normalize_or_zero();
+        (point_m - a).dot(inward) >= -1e-6
+    })
+}
+
+/// The best placements, for people.
+#[must_use]
+pub fn table(scores: &PlacementScores) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "",
+        "x, m",
+        "y, m",
+        "heading",
+        "targets reached",
+        "worst margin",
+        "mean margin",
+    ]);
+    let mm =
+        |margin: Option<f64>| margin.map_or("none".to_owned(), |m| format!("{:.1} mm", 1e3 * m));
+    for (i, place) in scores.best().iter().enumerate() {
+        table.row([
+            (i + 1).to_string(),
+            format!("{:.2}", place.x_m),
+            format!("{:.2}", place.y_m),
+            format!("{:.0} deg", place.heading_rad.to_degrees()),
+            format!(
+                "{} of {} ({:.1} %)",
+                place.reachable,
+                place.total,
+                100.0 * place.share()
+            ),
+            mm(place.worst_margin_m),
+            mm(place.mean_margin_m),
+        ]);
+    }
+    table
+}
+
+/// `x,y,z,heading_rad,reachable,total,worst_margin_m,mean_margin_m`, best first; empty where there is none.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
+    let mut writer = csv::Writer::from_path(path).with_context(|| path.display().to_string())?;
+    writer.write_record([
+        "x_m",
+        "y_m",
+        "z_m",
+        "heading_rad",
+        "reachable",
+        "total",
+        "worst_margin_m",
+        "mean_margin_m",
+    ])?;
+    let cell = |margin: Option<f64>| margin.map_or(String::new(), |m| m.to_string());
+    for place in scores.best() {
+        writer.write_record([
+            // Nanometres: the rounding of a grid is no place.
+            format!("{:.9}", place.x_m),
+            format!("{:.9}", place.y_m),
+            format!("{:.9}", place.z_m),
+            place.heading_rad.to_string(),
+            place.reachable.to_string(),
+            place.total.to_string(),
+            cell(place.worst_margin_m),
+            cell(place.mean_margin_m),
+        ])?;
+    }
+    Ok(writer.flush()?)
+}
+
+/// Dark for none, light for all; readable without colours.
+fn shade(share: f64) -> RGBColor {
+    let stops = [
+        (68, 1, 84),
+        (59, 82, 139),
+        (33, 145, 140),
+        (94, 201, 98),
+        (253, 231, 37),
+    ];
+    let at = share.clamp(0.0, 1.0) * 4.0;
+    let i = (at as usize).min(3);
+    let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * (at - i as f64)) as u8;
+    let ((r, g, b), (s, h, c)) = (stops[i], stops[i + 1]);
+    RGBColor(mix(r, s), mix(g, h), mix(b, c))
+}
+
+/// The heat map from above: share of the targets for a base standing there, walls, targets, best.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn heat_map(
+    path: &Path,
+    scene: &Scene,
+    targets: &[Target],
+    scores: &PlacementScores,
+) -> anyhow::Result<()> {
+    let config = scores.config();
+    let half = |steps: &hwall_reachability::Steps| 0.5 * steps.spacing_m();
+    let ends = |steps: &hwall_reachability::Steps| {
+        let (a, b) = (steps.at(0), steps.at(steps.count() - 1));
+        (a.min(b) - half(steps), a.max(b) + half(steps))
+    };
+    let ((x0, x1), (y0, y1)) = (ends(&config.x), ends(&config.y));
+    let scale = 620.0 / (x1 - x0).max(y1 - y0);
+    let (w, h) = (((x1 - x0) * scale) as u32, ((y1 - y0) * scale) as u32);
+    let size = ((w + 220).max(560), h.max(260) + 120);
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let (left, key) = root.split_horizontally(size.0 - 130);
+    let mut chart = ChartBuilder::on(&left)
+        .caption("Where to stand: share of the targets in reach", TITLE)
+        .margin(10)
+        .x_label_area_size(46)
+        .y_label_area_size(58)
+        .build_cartesian_2d(x0..x1, y0..y1)
+        .map_err(plot_error)?;
+    let shares = scores.shares();
+    // No place reaches all the walls of a room: the lightest shade is the best there is.
+    let most = shares.iter().copied().fold(0.0, f64::max);
+    let relative = |share: f64| if most > 0.0 { share / most } else { 0.0 };
+    let (columns, hx, hy) = (config.x.count(), half(&config.x), half(&config.y));
+    let cells = shares.iter().enumerate().map(|(i, share)| {
+        let (x, y) = (config.x.at(i % columns), config.y.at(i / columns));
+        Rectangle::new(
+            [(x - hx, y - hy), (x + hx, y + hy)],
+            shade(relative(*share)).filled(),
+        )
+    });
+    chart.draw_series(cells).map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc("x in the scene, m")
+        .y_desc("y in the scene, m")
+        .label_style(TEXT)
+        .draw()
+        .map_err(plot_error)?;
+    let inside = |p: DVec3| (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y);
+    for id in (0..scene.surfaces().len()).map(SurfaceId) {
+        for [a, b, c] in scene.triangles_m(id)? {
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let upright = normal.z.abs() < 0.02;
+            for (p, q) in [(a, b), (b, c), (c, a)] {
+                let level = (p.z - q.z).abs() < 1e-6 && upright;
+                if level && (inside(p) || inside(q)) {
+                    let clamp = |p: DVec3| (p.x.clamp(x0, x1), p.y.clamp(y0, y1));
+                    let line =
+                        PathElement::new(vec![clamp(p), clamp(q)], WHITE.mix(0.9).stroke_width(2));
+                    chart.draw_series([line]).map_err(plot_error)?;
+                }
+            }
+        }
+    }
+    let dots = targets.iter().map(|t| {
+        // Beside the wall, on the person's side.
+        let at = t.point_m + t.normal * 0.03;
+        Circle::new((at.x, at.y), 1, COLOURS[1].filled())
+    });
+    chart.draw_series(dots).map_err(plot_error)?;
+    for (i, place) in scores.best().iter().enumerate().take(3).rev() {
+        let at = (place.x_m, place.y_m);
+        let mark = EmptyElement::at(at)
+            + Circle::new((0, 0), 9, WHITE.filled())
+            + Circle::new((0, 0), 9, BLACK.stroke_width(1))
+            + Text::new((i + 1).to_string(), (-4, -8), TEXT.into_font());
+        chart.draw_series([mark]).map_err(plot_error)?;
+    }
+    draw_key(&key, most)?;
+    root.present().map_err(plot_error)
+}
+
+fn draw_key(
+    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+    most: f64,
+) -> anyhow::Result<()> {
+    let label = |text: &str, y: i32| {
+        area.draw_text(text, &TextStyle::from(TEXT), (34, y))
+            .map_err(plot_error)
+    };
+    for i in 0..=40 {
+        let y = 60 + 3 * (40 - i);
+        let bar = Rectangle::new([(8, y), (28, y + 3)], shade(f64::from(i) / 40.0).filled());
+        area.draw(&bar).map_err(plot_error)?;
+    }
+    label(&format!("{:.0} %", 100.0 * most), 56)?;
+    label(&format!("{:.0} %", 50.0 * most), 116)?;
+    label("0 %", 176)?;
+    let dot = Circle::new((18, 204), 3, COLOURS[1].filled());
+    area.draw(&dot).map_err(plot_error)?;
+    label("targets", 197)?;
+    area.draw(&Circle::new((18, 228), 7, BLACK.stroke_width(1)))
+        .map_err(plot_error)?;
+    label("best three", 221)
+}

@@ -1,0 +1,217 @@
+//! Who competes in the rooms: ray casts, estimates brought to a surface, fusions and their ablations.
+
+use crate::contact::candidates::{self as contact_candidates, Role, Trained};
+use anyhow::Context;
+use hwall_contact::{
+    ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
+    LabelledReach, LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorConfig,
+    ReachWatch, Seen, WatchConfig,
+};
+use hwall_scene::Scene;
+
+/// The dissertation's predictor, which leads are gained over.
+pub const RAY_CAST: &str = "ray cast";
+/// The ray cast of which the point is where the gaze meets the surface, until the hand is near.
+pub const RAY_LED: &str = "ray cast, ray led";
+/// The main contender.
+pub const FUSED: &str = "learned, fused";
+/// The same without a gaze.
+pub const NO_GAZE: &str = "learned, fused without gaze";
+/// The same without the direction of motion.
+pub const NO_BEND: &str = "learned, fused without bend";
+
+/// A predictor and its name in the tables.
+pub struct Contender {
+    /// For tables and legends.
+    pub name: String,
+    /// What it is.
+    pub predictor: Box<dyn Predictor + Send>,
+}
+
+impl Contender {
+    fn of(name: impl Into<String>, predictor: impl Predictor + Send + 'static) -> Self {
+        Self {
+            name: name.into(),
+            predictor: Box::new(predictor),
+        }
+    }
+
+    /// The dissertation's ray cast.
+    ///
+    /// # Errors
+    /// Never for the default limits.
+    pub fn ray_cast() -> anyhow::Result<Self> {
+        let ray = DeterministicPredictor::new(PredictorConfig::default())?;
+        Ok(Self::of(RAY_CAST, ray))
+    }
+
+    /// The ray cast that follows the gaze until the hand is near.
+    ///
+    /// # Errors
+    /// Never for these limits.
+    pub fn ray_led() -> anyhow::Result<Self> {
+        let ray = DeterministicPredictor::new(PredictorConfig::ray_led())?;
+        Ok(Self::of(RAY_LED, ray))
+    }
+
+    /// An estimator alone: its estimate on the closest surface.
+    ///
+    /// # Errors
+    /// Never for the default watch.
+    pub fn projected(name: &str, estimator: Trained) -> anyhow::Result<Self> {
+        let watch = ReachWatch::new(WatchConfig::default())?;
+        let projected = Projected {
+            estimator,
+            watch,
+            answer: None,
+        };
+        Ok(Self::of(format!("{name}, closest surface"), projected))
+    }
+
+    /// An estimator fused with gaze and scene.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn fused(
+        name: impl Into<String>,
+        estimator: Trained,
+        config: &FusedConfig,
+    ) -> anyhow::Result<Self> {
+        let fused = FusedPredictor::new(estimator, config.clone())?;
+        Ok(Self::of(name, fused))
+    }
+}
+
+/// What is learnt from training people once and shared by the contenders.
+pub struct Taught {
+    reaches: Vec<LabelledReach>,
+    learned: LearnedModel,
+    /// The gaze of these people, and everything else as it stands by itself.
+    pub config: FusedConfig,
+}
+
+impl Taught {
+    /// Learns the main estimator and how people look.
+    ///
+    /// # Errors
+    /// Too few reaches, or too few looks.
+    pub fn new(reaches: Vec<LabelledReach>) -> anyhow::Result<Self> {
+        let learned = LearnedModel::train(&reaches, &LearnedConfig::default());
+        Ok(Self {
+            learned: learned.context("the learned estimator")?,
+            config: FusedConfig {
+                gaze: GazeModel::default().fit(&reaches).context("the gaze")?,
+                ..FusedConfig::default()
+            },
+            reaches,
+        })
+    }
+
+    /// Reaches that were learnt from.
+    #[must_use]
+    pub fn reaches(&self) -> usize {
+        self.reaches.len()
+    }
+
+    /// The main contender with these settings.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn fused(&self, config: &FusedConfig) -> anyhow::Result<Contender> {
+        Contender::fused(FUSED, Box::new(self.learned.estimator()), config)
+    }
+
+    /// Those whose numbers are worth a row under every condition.
+    ///
+    /// # Errors
+    /// An estimator that cannot be trained.
+    pub fn main(&self) -> anyhow::Result<Vec<Contender>> {
+        let learned = || Box::new(self.learned.estimator());
+        let mut without_gaze = self.fused(&self.config)?;
+        without_gaze.name = NO_GAZE.to_owned();
+        without_gaze.predictor = Box::new(WithoutGaze(without_gaze.predictor));
+        Ok(vec![
+            Contender::ray_cast()?,
+            Contender::ray_led()?,
+            Contender::projected("learned", learned())?,
+            self.fused(&self.config)?,
+            without_gaze,
+        ])
+    }
+
+    /// Everyone: each baseline on the closest surface and fused between the ray casts and the rest, and
+    /// the fusion without `bend` last.
+    ///
+    /// # Errors
+    /// An estimator that cannot be trained.
+    pub fn all(&self) -> anyhow::Result<Vec<Contender>> {
+        let mut all = self.main()?;
+        let mut baselines = Vec::new();
+        for candidate in contact_candidates::all() {
+            if candidate.role == Role::Baseline {
+                let train =
+                    || (candidate.train)(&self.reaches).with_context(|| candidate.name.clone());
+                baselines.push(Contender::projected(&candidate.name, train()?)?);
+                let name = format!("{}, fused", candidate.name);
+                baselines.push(Contender::fused(name, train()?, &self.config)?);
+            }
+        }
+        all.splice(2..2, baselines);
+        let straight = FusedConfig {
+            bend: None,
+            ..self.config.clone()
+        };
+        let estimator = Box::new(self.learned.estimator());
+        all.push(Contender::fused(NO_BEND, estimator, &straight)?);
+        Ok(all)
+    }
+}
+
+/// An estimate brought to the closest surface: what an estimator is worth without fusion.
+struct Projected {
+    estimator: Trained,
+    watch: ReachWatch,
+    answer: Option<ContactPrediction>,
+}
+
+/// Estimates further from every surface than this are not brought to one, m.
+const FARTHEST_M: f64 = 1.0;
+
+impl Predictor for Projected {
+    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+        let estimate = self.watch.step(seen.frame, seen.hand, &mut self.estimator);
+        self.answer = estimate.and_then(|e| {
+            let closest = scene.closest_touchable(e.point_m, FARTHEST_M).ok()??;
+            Some(ContactPrediction {
+                surface: closest.surface,
+                point_m: closest.point_m,
+                covariance_m2: e.covariance_m2,
+                normal: closest.normal,
+                roughness: None,
+                distance_m: closest.distance_m,
+                time_to_contact_s: e.time_to_contact_s,
+                probability: 1.0,
+                source: PredictionSource::Motion,
+            })
+        });
+        self.answer.as_slice()
+    }
+}
+
+/// A predictor that is shown no gaze.
+struct WithoutGaze(Box<dyn Predictor + Send>);
+
+impl Predictor for WithoutGaze {
+    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+        let mut frame = *seen.frame;
+        frame.gaze = None;
+        self.0.predict(
+            scene,
+            &Seen {
+                frame: &frame,
+                hand: seen.hand,
+                gaze: None,
+            },
+        )
+    }
+}

@@ -1,0 +1,340 @@
+//! The figures of the rooms: errors before contact, sureness, and one touch seen from above and from before.
+
+use crate::contact::figures::unit_square;
+use crate::rooms::room::{Outline, Room};
+use crate::rooms::scores::{Told, reliability as bins};
+use glam::{DMat3, DVec3};
+use hwall_contact::{ContactPrediction, GazeRay};
+use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::path::Path;
+
+/// 90 % of a normal distribution in two dimensions, deviations.
+const IN_90_OF_TWO: f64 = 2.145_966;
+/// The drawings of a touch leave this free around what happens, m.
+const ROUND_M: f64 = 0.08;
+
+/// How often the surface was right over the probability stated, by tenths; dots as large as what they
+/// stand for.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn reliability(path: &Path, title: &str, all: &[(&str, Vec<&Told>)]) -> anyhow::Result<()> {
+    let root = SVGBackend::new(path, (680, 640)).into_drawing_area();
+    let axes = [
+        "stated probability of the surface",
+        "share in which it was right",
+    ];
+    let mut chart = unit_square(&root, title, axes)?;
+    for ((name, told), colour) in all.iter().zip(COLOURS) {
+        let bins = bins(told.iter().copied());
+        let total: usize = bins.iter().map(|b| b.count).sum();
+        let style = colour.stroke_width(2);
+        let line = bins.iter().map(|b| (b.stated, b.right));
+        chart
+            .draw_series(LineSeries::new(line, style))
+            .map_err(plot_error)?
+            .label(*name)
+            .legend(move |(x, y)| Circle::new((x + 9, y), 5, colour.filled()));
+        let dots = bins.iter().map(|b| {
+            let share = b.count as f64 / total as f64;
+            let radius = 3 + (14.0 * share.sqrt()) as i32;
+            Circle::new((b.stated, b.right), radius, colour.mix(0.7).filled())
+        });
+        chart.draw_series(dots).map_err(plot_error)?;
+    }
+    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
+    root.present().map_err(plot_error)
+}
+
+/// What was said at one moment of the touch that is drawn.
+pub struct Shown {
+    /// Share of the time.
+    pub share: f64,
+    /// The fusion's first answer.
+    pub fused: ContactPrediction,
+    /// The line of sight.
+    pub gaze: Option<GazeRay>,
+    /// The ray cast's answer.
+    pub cast: Option<ContactPrediction>,
+}
+
+/// One touch.
+pub struct Picture {
+    /// Moments, in order.
+    pub shown: Vec<Shown>,
+    /// The filtered hand.
+    pub hand_m: Vec<DVec3>,
+    /// Where it touches.
+    pub target_m: DVec3,
+    /// Above the drawing.
+    pub title: String,
+}
+
+type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// One touch from above and from the person's side, with a key below both.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn scene(path: &Path, room: &Room, picture: &Picture) -> anyhow::Result<()> {
+    let root = SVGBackend::new(path, (1180, 660)).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let root = root.titled(&picture.title, TITLE).map_err(plot_error)?;
+    let (drawings, below) = root.split_vertically(540);
+    let (left, right) = drawings.split_horizontally(610);
+    let outlines: Vec<_> = room.outlines().collect();
+    let corners = outlines.iter().flat_map(|o| o.corners_m);
+    let shown = corners.chain(picture.hand_m.iter().copied());
+    let (low, high) = shown.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    let (low, high) = (low - ROUND_M, high + ROUND_M);
+    // The right of the person, who looks towards smaller x, is at the right of both.
+    let views: [(&Area<'_>, &str, [&str; 2], View); 2] = [
+        (
+            &left,
+            "from above (wall at the top)",
+            ["y, m", "x, m"],
+            |p| (p.y, p.x),
+        ),
+        (&right, "as the person sees it", ["y, m", "z, m"], |p| {
+            (p.y, p.z)
+        }),
+    ];
+    for (area, title, names, view) in views {
+        let (a, b) = (view(low), view(high));
+        let (x, y) = same_scale(area.dim_in_pixel(), (a.0, b.0), (a.1, b.1));
+        // From above the wall, at small x, is at the top.
+        let y = if names[1].starts_with('x') {
+            y.end..y.start
+        } else {
+            y
+        };
+        let mut chart = ChartBuilder::on(area)
+            .caption(title, TEXT)
+            .margin(10)
+            .x_label_area_size(AXIS_PX.1)
+            .y_label_area_size(AXIS_PX.0)
+            .build_cartesian_2d(x, y)
+            .map_err(plot_error)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc(names[0])
+            .y_desc(names[1])
+            .x_labels(7)
+            .y_labels(7)
+            .x_label_formatter(&tenths)
+            .y_label_formatter(&tenths)
+            .label_style(TEXT)
+            .draw()
+            .map_err(plot_error)?;
+        let mut named = Vec::new();
+        for outline in &outlines {
+            surface(&mut chart, outline, view, &mut named)?;
+        }
+        touch(&mut chart, picture, view)?;
+    }
+    key(&below, picture)?;
+    root.present().map_err(plot_error)
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type View = fn(DVec3) -> (f64, f64);
+
+/// Pixels of the labels beside the vertical and below the horizontal axis.
+const AXIS_PX: (u32, u32) = (58, 46);
+/// Pixels of margins and caption, across and up.
+const FRAME_PX: (u32, u32) = (20, 50);
+
+/// Widens one of two ranges until a metre is as long on both axes.
+fn same_scale(
+    (width, height): (u32, u32),
+    x: (f64, f64),
+    y: (f64, f64),
+) -> (std::ops::Range<f64>, std::ops::Range<f64>) {
+    let across = f64::from(width.saturating_sub(AXIS_PX.0 + FRAME_PX.0).max(1));
+    let up = f64::from(height.saturating_sub(AXIS_PX.1 + FRAME_PX.1).max(1));
+    let m_per_px = ((x.1 - x.0) / across).max((y.1 - y.0) / up);
+    let range = |(low, high): (f64, f64), pixels: f64| {
+        let (middle, half) = (0.5 * (low + high), 0.5 * pixels * m_per_px);
+        middle - half..middle + half
+    };
+    (range(x, across), range(y, up))
+}
+
+/// One digit, and no zero below zero.
+fn tenths(value: &f64) -> String {
+    format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
+}
+
+/// Would names at these two pixels cover each other?
+fn near(a: (i32, i32), b: (i32, i32)) -> bool {
+    (a.0 - b.0).abs() < 50 && (a.1 - b.1).abs() < 15
+}
+
+fn surface(
+    chart: &mut Panel<'_>,
+    outline: &Outline,
+    view: View,
+    named: &mut Vec<(i32, i32)>,
+) -> anyhow::Result<()> {
+    let grey = COLOURS[6];
+    let mut around: Vec<(f64, f64)> = outline.corners_m.map(view).to_vec();
+    around.push(around[0]);
+    let style = if outline.touchable {
+        grey.mix(0.8).stroke_width(2)
+    } else {
+        grey.mix(0.35).stroke_width(6)
+    };
+    chart
+        .draw_series([PathElement::new(around.clone(), style)])
+        .map_err(plot_error)?;
+    // Beside the corner that is highest and leftmost on the paper.
+    let low_x = around.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
+    let high_y = around.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
+    let text = TextStyle::from(("sans-serif", 13))
+        .color(&grey)
+        .pos(Pos::new(HPos::Left, VPos::Top));
+    // Names at the same corner stand below each other.
+    let at = chart.backend_coord(&(low_x, high_y));
+    let below = named.iter().filter(|n| near(**n, at)).count() as i32;
+    named.push(at);
+    let offset =
+        EmptyElement::at((low_x, high_y)) + Text::new(outline.name, (4, 3 + 15 * below), text);
+    chart.draw_series([offset]).map_err(plot_error)?;
+    Ok(())
+}
+
+fn touch(chart: &mut Panel<'_>, picture: &Picture, view: View) -> anyhow::Result<()> {
+    let hand = picture.hand_m.iter().map(|&p| view(p));
+    chart
+        .draw_series(LineSeries::new(hand, BLACK.stroke_width(2)))
+        .map_err(plot_error)?;
+    for (shown, colour) in picture.shown.iter().zip(COLOURS) {
+        if let Some(gaze) = shown.gaze {
+            let end_m = gaze.origin_m + gaze.direction * sight_m(&gaze, &shown.fused);
+            let ray = [view(gaze.origin_m), view(end_m)];
+            chart
+                .draw_series(DashedLineSeries::new(
+                    ray,
+                    5,
+                    5,
+                    colour.mix(0.7).stroke_width(1),
+                ))
+                .map_err(plot_error)?;
+        }
+        if let Some(c) = shown.fused.covariance_m2 {
+            let ellipse = ellipse(shown.fused.point_m, c, view);
+            chart
+                .draw_series([PathElement::new(ellipse, colour.stroke_width(2))])
+                .map_err(plot_error)?;
+        }
+        chart
+            .draw_series([Circle::new(view(shown.fused.point_m), 4, colour.filled())])
+            .map_err(plot_error)?;
+        let cast = shown.cast.map(|c| view(c.point_m));
+        chart
+            .draw_series(cast.map(|p| TriangleMarker::new(p, 7, colour.filled())))
+            .map_err(plot_error)?;
+    }
+    chart
+        .draw_series([Cross::new(view(picture.target_m), 8, BLACK.stroke_width(3))])
+        .map_err(plot_error)?;
+    Ok(())
+}
+
+/// Where a line of sight is drawn to: as far as the plane of the predicted surface, at most 1.5 m, m.
+fn sight_m(gaze: &GazeRay, answer: &ContactPrediction) -> f64 {
+    let slope = gaze.direction.dot(answer.normal);
+    let distance_m = (answer.point_m - gaze.origin_m).dot(answer.normal) / slope;
+    if distance_m > 0.0 {
+        distance_m.min(1.5)
+    } else {
+        1.5
+    }
+}
+
+/// The outline of the 90 % region as seen: the projection of the covariance.
+fn ellipse(point_m: DVec3, covariance_m2: DMat3, view: View) -> Vec<(f64, f64)> {
+    let axis = |k: usize| {
+        let unit = |v: DVec3| if k == 0 { view(v).0 } else { view(v).1 };
+        DVec3::new(unit(DVec3::X), unit(DVec3::Y), unit(DVec3::Z))
+    };
+    let (u, v) = (axis(0), axis(1));
+    let along = |a: DVec3, b: DVec3| a.dot(covariance_m2 * b);
+    // Cholesky factor of the two by two block.
+    let a = along(u, u).max(0.0).sqrt();
+    let b = if a > 0.0 { along(u, v) / a } else { 0.0 };
+    let c = (along(v, v) - b * b).max(0.0).sqrt();
+    let centre = view(point_m);
+    (0..=60)
+        .map(|i| {
+            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 60.0).sin_cos();
+            let (x, y) = (a * cos, b * cos + c * sin);
+            (centre.0 + IN_90_OF_TWO * x, centre.1 + IN_90_OF_TWO * y)
+        })
+        .collect()
+}
+
+/// What colours and marks mean, in two lines.
+fn key(area: &Area<'_>, picture: &Picture) -> anyhow::Result<()> {
+    let text = TextStyle::from(TEXT);
+    let mut x = 60;
+    for (shown, colour) in picture.shown.iter().zip(COLOURS) {
+        let line = PathElement::new([(x, 22), (x + 26, 22)], colour.stroke_width(4));
+        area.draw(&line).map_err(plot_error)?;
+        let name = format!(
+            "{:.0} % of the time, probability {:.2}",
+            100.0 * shown.share,
+            shown.fused.probability
+        );
+        area.draw_text(&name, &text, (x + 34, 14))
+            .map_err(plot_error)?;
+        x += 270;
+    }
+    let grey = COLOURS[6];
+    let (y, place) = (58, |i: i32| 60 + 180 * i);
+    area.draw(&Circle::new((place(0) + 13, y), 5, grey.filled()))
+        .map_err(plot_error)?;
+    let ring: Vec<(i32, i32)> = (0..=40)
+        .map(|i| {
+            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 40.0).sin_cos();
+            (place(0) + 13 + (13.0 * cos) as i32, y + (8.0 * sin) as i32)
+        })
+        .collect();
+    area.draw(&PathElement::new(ring, grey.stroke_width(2)))
+        .map_err(plot_error)?;
+    area.draw(&TriangleMarker::new((place(2) + 13, y), 7, grey.filled()))
+        .map_err(plot_error)?;
+    for dash in 0..3 {
+        let from = place(3) + 10 * dash;
+        area.draw(&PathElement::new(
+            [(from, y), (from + 5, y)],
+            grey.stroke_width(1),
+        ))
+        .map_err(plot_error)?;
+    }
+    area.draw(&PathElement::new(
+        [(place(4), y), (place(4) + 26, y)],
+        BLACK.stroke_width(2),
+    ))
+    .map_err(plot_error)?;
+    area.draw(&Cross::new((place(5) + 13, y), 8, BLACK.stroke_width(3)))
+        .map_err(plot_error)?;
+    for (i, name) in [
+        (0, "learned, fused: point and 90 % region"),
+        (2, "ray cast: point"),
+        (3, "line of sight"),
+        (4, "path of the hand"),
+        (5, "where it touches"),
+    ] {
+        area.draw_text(name, &text, (place(i) + 36, y - 8))
+            .map_err(plot_error)?;
+    }
+    Ok(())
+}

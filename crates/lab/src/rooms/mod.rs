@@ -1,0 +1,9 @@
+//! rooms
+
+pub mod contenders;
+pub mod figures;
+pub mod people;
+pub mod room;
+pub mod scores;
+pub mod study;
+pub mod tables;

@@ -1,0 +1,240 @@
+//! How good predictions with a scene are: the right surface, how far off, how early, how sure.
+
+use crate::contact::moments::{Moment, SHARES};
+use glam::DVec3;
+use hwall_contact::ContactPrediction;
+use hwall_stage::training::Touch;
+use hwall_testkit::quantile;
+
+/// Half a board's edge, m.
+const HALF_BOARD_M: f64 = 0.1;
+/// A board this far before or behind the touched surface is not there, m.
+const OFF_PLANE_M: f64 = 0.03;
+/// A prediction is right within this, m.
+pub const RIGHT_M: f64 = 0.05;
+/// 90 % of a normal distribution in one dimension, deviations.
+const IN_90_OF_ONE: f64 = 1.644_853_626_951;
+
+/// What was said at one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Heard {
+    /// Time, s.
+    pub t_s: f64,
+    /// The most probable answer.
+    pub first: Option<ContactPrediction>,
+    /// How long it took, µs.
+    pub took_us: f64,
+}
+
+/// What was said of one touch.
+#[derive(Debug, Clone)]
+pub struct Told {
+    /// The touch.
+    pub touch: Touch,
+    /// Sample by sample from the start of the hand.
+    pub heard: Vec<Heard>,
+}
+
+impl Told {
+    /// Start and contact, s.
+    #[must_use]
+    pub fn span_s(&self) -> [f64; 2] {
+        [self.touch.start_s, self.touch.contact_s]
+    }
+
+    /// The last sample by a moment; `None` in a touch that starts later.
+    fn at(&self, moment: Moment) -> Option<&Heard> {
+        let times_s = self.heard.iter().map(|h| h.t_s);
+        Some(&self.heard[moment.index(times_s, self.span_s())?])
+    }
+
+    fn off_m(&self, answer: &ContactPrediction) -> DVec3 {
+        answer.point_m - self.touch.target_m
+    }
+
+    fn right(&self, answer: &ContactPrediction) -> bool {
+        answer.surface == self.touch.surface
+    }
+
+    /// Is a board of 0.2 m that stands upright on the answer not where the hand comes?
+    fn missed(&self, answer: &ContactPrediction) -> bool {
+        let off_m = self.off_m(answer);
+        let off_plane_m = off_m.dot(self.touch.normal);
+        let in_plane_m = off_m - self.touch.normal * off_plane_m;
+        let up_m = in_plane_m.z;
+        let across_m = (in_plane_m - DVec3::Z * up_m).length();
+        off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
+    }
+
+    /// Does the 90 % region of an answer on the right surface, in its plane, hold the target?
+    fn in_90(&self, answer: &ContactPrediction) -> Option<bool> {
+        let c = answer.covariance_m2.filter(|_| self.right(answer))?;
+        let (u, v) = answer.normal.any_orthonormal_pair();
+        let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
+        let [a, b] = [u, v].map(|axis| self.off_m(answer).dot(axis));
+        let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
+        // 90 % of a normal distribution in two dimensions.
+        Some(squared <= 2.0 * 10_f64.ln())
+    }
+
+    /// Time before contact from which the answers stay right, s.
+    #[must_use]
+    pub fn lead_s(&self) -> f64 {
+        let right = |h: &&Heard| {
+            let near = |a: &ContactPrediction| self.off_m(a).length() <= RIGHT_M;
+            h.first.is_some_and(|a| self.right(&a) && near(&a))
+        };
+        let since = self.heard.iter().rev().take_while(right).last();
+        since.map_or(0.0, |h| self.touch.contact_s - h.t_s)
+    }
+}
+
+/// Averages over the touches at one moment, or over several.
+#[derive(Debug, Clone, Copy)]
+pub struct Summary {
+    /// Touches that are as long, by moments.
+    pub count: usize,
+    /// Those of them about which nothing was said; they count as wrong and as missed.
+    pub silent: usize,
+    /// Share with the right surface.
+    pub right: f64,
+    /// Median distance of the point, m; of those about which something was said.
+    pub median_m: f64,
+    /// Mean distance, m.
+    pub mean_m: f64,
+    /// Mean error of each axis, m.
+    pub axis_mean_m: DVec3,
+    /// Largest error of each axis, m.
+    pub axis_max_m: DVec3,
+    /// Share of the boards that are missed.
+    pub missed: f64,
+    /// Share of the 90 % regions in the plane of the right surface that hold the target.
+    pub in_90: Option<f64>,
+    /// Mean error of the time to contact, s.
+    pub time_mean_s: Option<f64>,
+    /// Share of its 90 % intervals that hold the truth.
+    pub time_in_90: Option<f64>,
+}
+
+/// Over all touches at a moment.
+#[must_use]
+pub fn summary(told: &[Told], moment: Moment) -> Summary {
+    summary_of(told, &[moment])
+}
+
+/// Over all touches from 30 to 90 % of their time.
+#[must_use]
+pub fn under_way(told: &[Told]) -> Summary {
+    let moments: Vec<Moment> = under_way_moments().collect();
+    summary_of(told, &moments)
+}
+
+fn under_way_moments() -> impl Iterator<Item = Moment> {
+    let shares = SHARES.into_iter().filter(|share| *share < 0.95);
+    shares.map(Moment::Share)
+}
+
+fn summary_of(told: &[Told], moments: &[Moment]) -> Summary {
+    let all: Vec<(&Told, &Heard)> = moments
+        .iter()
+        .flat_map(|&m| told.iter().filter_map(move |t| Some((t, t.at(m)?))))
+        .collect();
+    let said: Vec<(&Told, &Heard, ContactPrediction)> = all
+        .iter()
+        .filter_map(|(t, h)| Some((*t, *h, h.first?)))
+        .collect();
+    let mut off_m: Vec<f64> = said.iter().map(|(t, _, a)| t.off_m(a).length()).collect();
+    off_m.sort_by(f64::total_cmp);
+    let axes = || said.iter().map(|(t, _, a)| t.off_m(a).abs());
+    let of_all = |count: usize| count as f64 / all.len() as f64;
+    let count = |f: &dyn Fn(&Told, &ContactPrediction) -> bool| {
+        said.iter().filter(|(t, _, a)| f(t, a)).count()
+    };
+    let times: Vec<(f64, Option<f64>)> = said
+        .iter()
+        .filter_map(|(t, h, a)| {
+            let left = a.time_to_contact_s?;
+            let off_s = (left.mean_s - (t.touch.contact_s - h.t_s)).abs();
+            Some((off_s, left.sd_s))
+        })
+        .collect();
+    let share = |hits: Vec<bool>| {
+        let n = hits.len();
+        (n > 0).then(|| hits.into_iter().filter(|hit| *hit).count() as f64 / n as f64)
+    };
+    Summary {
+        count: all.len(),
+        silent: all.len() - said.len(),
+        right: of_all(count(&|t, a| t.right(a))),
+        median_m: quantile(&off_m, 0.5),
+        mean_m: off_m.iter().sum::<f64>() / off_m.len() as f64,
+        axis_mean_m: axes().sum::<DVec3>() / said.len() as f64,
+        axis_max_m: axes().fold(DVec3::ZERO, DVec3::max),
+        missed: of_all(count(&|t, a| t.missed(a)) + all.len() - said.len()),
+        in_90: share(said.iter().filter_map(|(t, _, a)| t.in_90(a)).collect()),
+        time_mean_s: (!times.is_empty())
+            .then(|| times.iter().map(|t| t.0).sum::<f64>() / times.len() as f64),
+        time_in_90: share(
+            times
+                .iter()
+                .filter_map(|(off_s, sd_s)| Some(*off_s <= IN_90_OF_ONE * (*sd_s)?))
+                .collect(),
+        ),
+    }
+}
+
+/// Time before contact from which the answers stay right, of every touch, s.
+pub fn leads_s(told: &[Told]) -> Vec<f64> {
+    told.iter().map(Told::lead_s).collect()
+}
+
+/// How much earlier than a reference over the same touches, s.
+#[must_use]
+pub fn gained_s(told: &[Told], reference: &[Told]) -> Vec<f64> {
+    told.iter()
+        .zip(reference)
+        .map(|(t, r)| t.lead_s() - r.lead_s())
+        .collect()
+}
+
+/// Time for a prediction, µs, sorted.
+#[must_use]
+pub fn took_us(told: &[Told]) -> Vec<f64> {
+    let heard = told.iter().flat_map(|t| &t.heard);
+    let mut took: Vec<f64> = heard.map(|h| h.took_us).collect();
+    took.sort_by(f64::total_cmp);
+    took
+}
+
+/// What was stated about the surface in one tenth of the probabilities, and how often it was right.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bin {
+    /// Mean probability stated.
+    pub stated: f64,
+    /// Share that was right.
+    pub right: f64,
+    /// How many.
+    pub count: usize,
+}
+
+/// Stated probabilities of the first answers from 30 to 90 % of the time, by tenths; those without an
+/// answer are left out.
+#[must_use]
+pub fn reliability<'a>(told: impl IntoIterator<Item = &'a Told>) -> Vec<Bin> {
+    let mut bins = [(0.0, 0, 0); 10];
+    for t in told {
+        for answer in under_way_moments().filter_map(|m| t.at(m)?.first) {
+            let bin = &mut bins[((10.0 * answer.probability) as usize).min(9)];
+            bin.0 += answer.probability;
+            bin.1 += usize::from(t.right(&answer));
+            bin.2 += 1;
+        }
+    }
+    let mean = |(stated, right, count): (f64, usize, usize)| Bin {
+        stated: stated / count as f64,
+        right: right as f64 / count as f64,
+        count,
+    };
+    let bins = bins.into_iter().filter(|b| b.2 > 0);
+    bins.map(mean).collect()
+}

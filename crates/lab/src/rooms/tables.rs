@@ -1,0 +1,280 @@
+//! The tables of the rooms, and their rows as CSV.
+
+use crate::contact::moments::{BEFORE_S, Moment, written};
+use crate::rooms::room::Room;
+use crate::rooms::scores::{
+    Summary, Told, gained_s, leads_s, reliability, summary, took_us, under_way,
+};
+use hwall_stage::numbers;
+use hwall_testkit::{MarkdownTable, quantile};
+use std::io::Write;
+use std::path::Path;
+
+/// A predictor's name and what it said of every touch.
+pub type Row = (String, Vec<Told>);
+
+/// `median (quartiles)`, ms.
+fn quartiles_ms(mut values_s: Vec<f64>) -> String {
+    values_s.sort_by(f64::total_cmp);
+    let q = |p| 1e3 * quantile(&values_s, p);
+    format!("{:.0} ({:.0} to {:.0})", q(0.5), q(0.25), q(0.75))
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 100.0 * s))
+}
+
+/// One cell a moment; none where no touch is as long or nothing was said.
+fn by_moment(all: &[Row], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
+    let titles = Moment::all().map(Moment::name);
+    let mut table = MarkdownTable::new(["predictor".to_owned()].into_iter().chain(titles));
+    for (name, told) in all {
+        let cells = Moment::all().map(|m| match summary(told, m) {
+            s if s.count == 0 => "none".to_owned(),
+            s => cell(&s),
+        });
+        table.row([name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+/// Right surface, %.
+#[must_use]
+pub fn right(all: &[Row]) -> MarkdownTable {
+    by_moment(all, |s| format!("{:.1}", 100.0 * s.right))
+}
+
+/// Median / mean distance, mm.
+#[must_use]
+pub fn distances(all: &[Row]) -> MarkdownTable {
+    by_moment(all, |s| {
+        if s.count == s.silent {
+            return "none".to_owned();
+        }
+        format!("{:.0} / {:.0}", 1e3 * s.median_m, 1e3 * s.mean_m)
+    })
+}
+
+/// Boards missed, %.
+#[must_use]
+pub fn missed(all: &[Row]) -> MarkdownTable {
+    by_moment(all, |s| format!("{:.1}", 100.0 * s.missed))
+}
+
+/// Regions of 90 % that hold the point, %; none where none is stated.
+#[must_use]
+pub fn coverage(all: &[Row]) -> MarkdownTable {
+    by_moment(all, |s| percent(s.in_90))
+}
+
+/// Errors of each axis at half and at 70 % of the time, cm.
+#[must_use]
+pub fn axes(all: &[Row]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(["predictor", "x at 50 %", "y", "z", "x at 70 %", "y", "z"]);
+    for (name, told) in all {
+        let cells = [0.5, 0.7].into_iter().flat_map(|share| {
+            let s = summary(told, Moment::Share(share));
+            let (mean, max) = (100.0 * s.axis_mean_m, 100.0 * s.axis_max_m);
+            [0, 1, 2].map(|i| format!("{:.1} / {:.1}", mean[i], max[i]))
+        });
+        table.row([name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+/// How sure, how early and how fast; leads are gained over the first of the predictors.
+#[must_use]
+pub fn sureness(all: &[Row]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "predictor",
+        "time to contact, mean error, ms",
+        "its 90 % intervals hold, %",
+        "right for good before contact, ms (quartiles)",
+        "gained over the ray cast, ms (quartiles)",
+        "µs, median / p99",
+        "silent",
+    ]);
+    for (name, told) in all {
+        let under_way = under_way(told);
+        let took = took_us(told);
+        table.row([
+            name.clone(),
+            under_way
+                .time_mean_s
+                .map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 1e3 * s)),
+            percent(under_way.time_in_90),
+            quartiles_ms(leads_s(told)),
+            quartiles_ms(gained_s(told, &all[0].1)),
+            format!("{:.1} / {:.1}", quantile(&took, 0.5), quantile(&took, 0.99)),
+            format!("{} of {}", under_way.silent, under_way.count),
+        ]);
+    }
+    table
+}
+
+/// Stated and observed probability of the surface, by tenths: `observed % (count)`.
+#[must_use]
+pub fn reliabilities(all: &[(&str, Vec<&Told>)]) -> MarkdownTable {
+    let tenths = (0..10).map(|i| format!("{} to {} %", 10 * i, 10 * (i + 1)));
+    let mut table = MarkdownTable::new(["stated".to_owned()].into_iter().chain(tenths));
+    for (name, told) in all {
+        let mut cells = vec!["none".to_owned(); 10];
+        for bin in reliability(told.iter().copied()) {
+            let place = ((10.0 * bin.stated) as usize).min(9);
+            cells[place] = format!("{:.0} (of {})", 100.0 * bin.right, bin.count);
+        }
+        table.row([(*name).to_owned()].into_iter().chain(cells));
+    }
+    table
+}
+
+/// Main contenders under one condition a row.
+#[must_use]
+pub fn conditions() -> MarkdownTable {
+    MarkdownTable::new([
+        "condition",
+        "predictor",
+        "touches",
+        "right surface, %, at 30 / 50 / 70 / 90 %",
+        "median error, mm",
+        "board missed, %",
+        "90 % regions hold, %",
+        "right for good before contact, ms (quartiles)",
+        "gained over the ray cast, ms (quartiles)",
+    ])
+}
+
+/// Rows of the table of conditions.
+pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[Row]) {
+    for (name, told) in all {
+        let at = [0.3, 0.5, 0.7, 0.9].map(|share| summary(told, Moment::Share(share)));
+        let list =
+            |cell: &dyn Fn(&Summary) -> String| at.iter().map(cell).collect::<Vec<_>>().join(" / ");
+        table.row([
+            condition.to_owned(),
+            name.clone(),
+            told.len().to_string(),
+            list(&|s| format!("{:.0}", 100.0 * s.right)),
+            list(&|s| format!("{:.0}", 1e3 * s.median_m)),
+            list(&|s| format!("{:.0}", 100.0 * s.missed)),
+            list(&|s| percent(s.in_90)),
+            quartiles_ms(leads_s(told)),
+            quartiles_ms(gained_s(told, &all[0].1)),
+        ]);
+    }
+}
+
+/// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
+pub struct Rows(csv::Writer<Box<dyn Write>>);
+
+impl Rows {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let mut out = numbers::writer(Some(path))?;
+        let names = "room,condition,predictor,touch,t,share,to_contact,surface,true_surface,probability,x,y,z,\
+                     true_x,true_y,true_z,var_xx,var_xy,var_xz,var_yy,var_yz,var_zz,left,left_sd,us";
+        out.write_record(names.split(','))?;
+        Ok(Self(out))
+    }
+
+    /// Adds what one predictor said.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn add(&mut self, place: [&str; 2], room: &Room, (name, told): &Row) -> anyhow::Result<()> {
+        let surface = |id| room.scene.surface(id).name.clone();
+        let metres = |v: glam::DVec3| v.to_array().map(|x| format!("{x:.5}"));
+        for (number, t) in told.iter().enumerate() {
+            let times_s: Vec<f64> = t.heard.iter().map(|h| h.t_s).collect();
+            let [start_s, contact_s] = t.span_s();
+            for index in written(&times_s, [start_s, contact_s]) {
+                let heard = &t.heard[index];
+                let mut cells = place.map(str::to_owned).to_vec();
+                cells.extend([name.clone(), (number + 1).to_string()]);
+                let share = (heard.t_s - start_s) / (contact_s - start_s);
+                cells.extend([
+                    format!("{:.6}", heard.t_s),
+                    format!("{share:.4}"),
+                    format!("{:.6}", contact_s - heard.t_s),
+                ]);
+                // Nothing was said: empty cells.
+                let said = heard.first;
+                let or_empty = |text: Option<String>| text.unwrap_or_default();
+                cells.push(or_empty(said.map(|a| surface(a.surface))));
+                cells.push(surface(t.touch.surface));
+                cells.push(or_empty(said.map(|a| format!("{:.4}", a.probability))));
+                cells.extend(said.map_or([const { String::new() }; 3], |a| metres(a.point_m)));
+                cells.extend(metres(t.touch.target_m));
+                let six = said.and_then(|a| a.covariance_m2).map(|c| {
+                    let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
+                    [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| format!("{v:.3e}"))
+                });
+                cells.extend(six.unwrap_or([const { String::new() }; 6]));
+                let left = said.and_then(|a| a.time_to_contact_s);
+                let seconds = |v: Option<f64>| or_empty(v.map(|v| format!("{v:.4}")));
+                cells.push(seconds(left.map(|l| l.mean_s)));
+                cells.push(seconds(left.and_then(|l| l.sd_s)));
+                cells.push(format!("{:.1}", heard.took_us));
+                self.0.write_record(&cells)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        Ok(self.0.flush()?)
+    }
+}
+
+/// Median errors over the time to contact, for the figure: s and m.
+#[must_use]
+pub fn medians_before(told: &[Told]) -> Vec<(f64, f64)> {
+    let at = |before_s: f64| {
+        let s = summary(told, Moment::Before(before_s));
+        (s.count > s.silent).then_some((before_s, s.median_m))
+    };
+    BEFORE_S.into_iter().filter_map(at).collect()
+}
+
+/// Everything at every moment, one row a predictor and a moment.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn scores_csv(path: &Path, all: &[([String; 2], Vec<Row>)]) -> anyhow::Result<()> {
+    let mut out = numbers::writer(Some(path))?;
+    let names = "room,condition,predictor,moment,touches,silent,right,median_m,mean_m,mean_x_m,mean_y_m,mean_z_m,\
+                 max_x_m,max_y_m,max_z_m,missed,in_90,time_mean_s,time_in_90";
+    out.write_record(names.split(','))?;
+    let number = |v: f64| {
+        if v.is_finite() {
+            format!("{v:.5}")
+        } else {
+            String::new()
+        }
+    };
+    for (place, rows) in all {
+        for (name, told) in rows {
+            for moment in Moment::all() {
+                let s = summary(told, moment);
+                let mut cells = place.to_vec();
+                cells.extend([name.clone(), moment.name()]);
+                cells.extend([s.count, s.silent].map(|n| n.to_string()));
+                cells.extend([s.right, s.median_m, s.mean_m].map(number));
+                cells.extend(s.axis_mean_m.to_array().map(number));
+                cells.extend(s.axis_max_m.to_array().map(number));
+                cells.push(number(s.missed));
+                let optional = [s.in_90, s.time_mean_s, s.time_in_90];
+                cells.extend(optional.map(|v| v.map_or(String::new(), number)));
+                out.write_record(&cells)?;
+            }
+        }
+    }
+    Ok(out.flush()?)
+}

@@ -1,0 +1,237 @@
+//! Estimators of where a reach ends: time of a sample against how far off the end is foreseen.
+
+use crate::contact::candidates::{self as contact_candidates, Candidate, Role};
+use crate::contact::moments::Moment;
+use crate::contact::recordings::{Fold, Split};
+use crate::contact::scores::{self as contact_scores, Scores};
+use crate::demonstrations::generate::{Cast, DemonstrationConfig, Part, generate};
+use crate::speed::multiples::{Axis, Line, Panel, Point};
+use crate::speed::tables::{Figure, Section, summary};
+use anyhow::Context;
+use hwall_contact::LabelledReach;
+use hwall_testkit::{MarkdownTable, Timing, format_ns};
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// Every row is of so many worlds, each with people of its own.
+const WORLDS: u64 = 2;
+/// Demonstrations where something else is varied, as in the dissertation.
+pub(crate) const DEMONSTRATIONS: usize = 47;
+/// Shares of the time of a reach at which it is judged.
+pub(crate) const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
+/// What the tables say of those shares.
+pub(crate) const AT: &str = "median error at 50 / 70 / 90 %, mm";
+
+/// Reaches of some people to learn from, and of others to be judged by.
+pub(crate) struct World {
+    train: Vec<LabelledReach>,
+    test: Vec<LabelledReach>,
+}
+
+impl World {
+    /// The dissertation's panel: 400 reaches of 50 people, of which mostly the first are learnt
+    /// from, and 60 of 10 others.
+    fn new(seed: u64) -> anyhow::Result<Self> {
+        let cast = |people, reaches| Cast { people, reaches };
+        let made = generate(&DemonstrationConfig {
+            seed,
+            train: cast(50, 400),
+            test: cast(10, 60),
+            arm_reaction_s: None,
+            ..DemonstrationConfig::dissertation()
+        })?;
+        let (train, test): (Vec<_>, Vec<_>) = made.into_iter().partition(|d| d.part == Part::Train);
+        let reaches = |made: Vec<crate::demonstrations::generate::Demonstrated>| {
+            made.into_iter().map(|d| d.labelled).collect()
+        };
+        Ok(Self {
+            train: reaches(train),
+            test: reaches(test),
+        })
+    }
+
+    /// As a slower tracker sees it: every so-manieth sample.
+    pub(crate) fn every(&self, samples: usize) -> Self {
+        let thinned = |reaches: &[LabelledReach]| {
+            reaches
+                .iter()
+                .map(|r| LabelledReach {
+                    frames: r.frames.iter().step_by(samples).copied().collect(),
+                    ..r.clone()
+                })
+                .collect()
+        };
+        Self {
+            train: thinned(&self.train),
+            test: thinned(&self.test),
+        }
+    }
+}
+
+pub(crate) fn worlds(seed: u64) -> anyhow::Result<Vec<World>> {
+    (seed..seed + WORLDS).map(World::new).collect()
+}
+
+/// One way to foresee the end of a reach, over all worlds.
+pub(crate) struct Run {
+    scores: Scores,
+    pub(crate) timing: Timing,
+    /// Mean time of training, s.
+    pub(crate) train_s: f64,
+}
+
+impl Run {
+    /// Trains on the first reaches of every world and follows all that it is judged by.
+    pub(crate) fn of(
+        candidate: &Candidate,
+        worlds: &[World],
+        reaches: usize,
+    ) -> anyhow::Result<Self> {
+        let mut pooled: Option<Scores> = None;
+        let mut train_s = 0.0;
+        for world in worlds {
+            let train = &world.train[..reaches];
+            let clock = Instant::now();
+            let trained = (candidate.train)(train).with_context(|| candidate.name.clone())?;
+            train_s += clock.elapsed().as_secs_f64() / worlds.len() as f64;
+            let seat = Mutex::new(Some(trained));
+            let ready = Candidate {
+                name: candidate.name.clone(),
+                role: Role::Learned,
+                train: Box::new(move |_| {
+                    let mut seat = seat.lock().ok().context("a seat")?;
+                    seat.take().context("one fold")
+                }),
+            };
+            let split = Split {
+                description: String::new(),
+                folds: vec![Fold {
+                    train: Vec::new(),
+                    test: (0..world.test.len()).collect(),
+                }],
+            };
+            let scores = contact_scores::run(&ready, &world.test, &split, None)?;
+            match &mut pooled {
+                None => pooled = Some(scores),
+                Some(pooled) => {
+                    for (all, more) in pooled.judged.iter_mut().zip(scores.judged) {
+                        all.extend(more);
+                    }
+                    pooled.step_us.extend(scores.step_us);
+                }
+            }
+        }
+        let scores = pooled.context("no worlds")?;
+        let timing = Timing::from_samples_ns(scores.step_us.iter().map(|us| 1e3 * us).collect());
+        Ok(Self {
+            scores,
+            timing,
+            train_s,
+        })
+    }
+
+    pub(crate) fn median_mm(&self, share: f64) -> f64 {
+        1e3 * self.scores.at_moment(Moment::Share(share)).median_m
+    }
+
+    /// Times and errors for a table; [`columns`] names them.
+    pub(crate) fn cells(&self) -> [String; 6] {
+        let all = self.scores.under_way();
+        // The second last of the regions is that of 90 %.
+        let held = all.regions.map(|r| r[contact_scores::REGIONS.len() - 2]);
+        [
+            format_ns(self.timing.median_ns),
+            format_ns(self.timing.p99_ns),
+            format_ns(1e9 * self.train_s),
+            SHARES
+                .map(|s| format!("{:.1}", self.median_mm(s)))
+                .join(" / "),
+            format!("{:.1}", 1e3 * all.crps_m),
+            held.map_or("none".to_owned(), |held| format!("{:.0} %", 100.0 * held)),
+        ]
+    }
+}
+
+pub(crate) fn columns(first: &[&str]) -> Vec<String> {
+    let rest = [
+        "median",
+        "p99",
+        "training",
+        AT,
+        "CRPS, mm",
+        "90 % regions hold",
+    ];
+    first
+        .iter()
+        .chain(&rest)
+        .map(|&name| name.to_owned())
+        .collect()
+}
+
+/// Every estimator of where a reach ends.
+///
+/// # Errors
+/// None in practice: the reaches are made here.
+pub fn estimators(seed: u64) -> anyhow::Result<Section> {
+    let worlds = worlds(seed)?;
+    let mut table = MarkdownTable::new(columns(&["estimator"]));
+    let (mut lines, mut quoted) = (Vec::new(), Vec::new());
+    let mut all = contact_candidates::all();
+    all.retain(|c| c.role != Role::Bound);
+    for candidate in &all {
+        let run = Run::of(candidate, &worlds, DEMONSTRATIONS)?;
+        let mut cells = vec![candidate.name.clone()];
+        cells.extend(run.cells());
+        table.row(cells);
+        let point = |share: f64| Point {
+            at: (run.median_mm(share), run.timing.median_ns),
+            up_to: Some(run.timing.p99_ns),
+            ..Point::default()
+        };
+        lines.push(Line {
+            name: candidate.name.clone(),
+            points: SHARES.map(point).to_vec(),
+        });
+        quoted = vec![summary(
+            "contact",
+            "where and when a reach ends, 47 demonstrations",
+            &run.timing,
+            format!(
+                "{:.0} mm (median) at 70 %, {:.0} mm at 90 % of it",
+                run.median_mm(0.7),
+                run.median_mm(0.9)
+            ),
+        )];
+    }
+    let title =
+        "Where a reach ends: time of a sample against median error at 50, 70, 90 % (right to left)";
+    Ok(Section {
+        text: format!(
+            "### Estimators of where a reach ends\n\n{} CRPS: of a coordinate, from 30 to 90 % of the time; \
+             without a covariance the absolute error. Single calls, the clock included.\n\n{table}",
+            people(seed)
+        ),
+        figure: Some(Figure::panels(
+            "contact_estimators.svg",
+            title,
+            1,
+            vec![Panel {
+                title: String::new(),
+                axes: [
+                    Axis::Number("median error, mm"),
+                    Axis::Time("time per sample: median (dot) to p99 (bar)"),
+                ],
+                lines,
+            }],
+        )),
+        summary: quoted,
+    })
+}
+
+pub(crate) fn people(seed: u64) -> String {
+    format!(
+        "Simulated people and the dissertation's panel; {DEMONSTRATIONS} reaches of 6 people to learn from unless said \
+         otherwise, 60 of 10 others to be judged by, in {WORLDS} such worlds together (seeds {seed} to {}).",
+        seed + WORLDS - 1
+    )
+}

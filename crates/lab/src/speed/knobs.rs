@@ -1,0 +1,202 @@
+//! The learned estimator, one knob at a time: error and time by window, rank, demonstrations and more.
+
+use crate::contact::candidates::Candidate;
+use crate::speed::contact::{DEMONSTRATIONS, Run, SHARES, World, columns, people, worlds};
+use crate::speed::multiples::{Axis, Line, Panel, Point};
+use crate::speed::tables::{Figure, Section};
+use hwall_bip::Basis;
+use hwall_contact::{LabelledReach, LearnedConfig, LearnedModel};
+use hwall_testkit::MarkdownTable;
+use std::rc::Rc;
+
+/// From so many demonstrations on, one world has to do.
+const MANY: usize = 400;
+/// Knobs in a row of the figure.
+const SIDE_BY_SIDE: usize = 4;
+
+/// The learned estimator.
+fn candidate(name: &str, config: LearnedConfig) -> Candidate {
+    Candidate::of(name, move |reaches: &[LabelledReach]| {
+        Ok(LearnedModel::train(reaches, &config)?.estimator())
+    })
+}
+
+/// A setting of a knob: its value, the configuration, demonstrations, and every how-manieth sample.
+struct Setting {
+    value: f64,
+    config: LearnedConfig,
+    reaches: usize,
+    every: usize,
+}
+
+impl Setting {
+    fn is_usual(&self) -> bool {
+        let Self {
+            config,
+            reaches,
+            every,
+            ..
+        } = *self;
+        config == LearnedConfig::default() && reaches == DEMONSTRATIONS && every == 1
+    }
+
+    fn run(&self, knob: &str, worlds: &[World]) -> anyhow::Result<Run> {
+        let candidate = candidate(knob, self.config);
+        // Training takes longest of all here.
+        let worlds = match self.reaches {
+            MANY.. => &worlds[..1],
+            _ => worlds,
+        };
+        if self.every == 1 {
+            return Run::of(&candidate, worlds, self.reaches);
+        }
+        let thinned: Vec<World> = worlds.iter().map(|w| w.every(self.every)).collect();
+        Run::of(&candidate, &thinned, self.reaches)
+    }
+}
+
+/// What can be turned at the learned estimator, one knob at a time.
+fn knobs() -> Vec<(&'static str, Vec<Setting>)> {
+    let usual = LearnedConfig::default();
+    let setting = |value: usize, config| Setting {
+        value: value as f64,
+        config,
+        reaches: DEMONSTRATIONS,
+        every: 1,
+    };
+    let of = |values: &[usize], change: &dyn Fn(usize, &mut LearnedConfig)| {
+        let with = |&value: &usize| {
+            let mut config = usual;
+            change(value, &mut config);
+            setting(value, config)
+        };
+        values.iter().map(with).collect::<Vec<_>>()
+    };
+    vec![
+        (
+            "regions of progress",
+            of(&[1, 4, 8, 16, 32], &|n, c| c.regions = n),
+        ),
+        (
+            "samples per reach",
+            of(&[5, 10, 30, 60], &|n, c| c.samples_per_reach = n),
+        ),
+        (
+            "steps back of the window, each twice the one before",
+            of(&[1, 2, 3, 4, 5, 6], &|n, c| c.lags = n),
+        ),
+        (
+            "most directions of the primitive",
+            of(&[2, 4, 8, 12, 16, 24, 32, 48], &|n, c| c.rank = n),
+        ),
+        (
+            "basis functions of the primitive",
+            of(&[5, 7, 9, 12], &|n, c| {
+                c.basis = Basis::normalized_gaussian(n);
+            }),
+        ),
+        (
+            "Legendre functions of the primitive",
+            of(&[4, 8, 12], &|count, c| {
+                c.basis = Basis::Legendre { count };
+            }),
+        ),
+        (
+            "demonstrations",
+            [12, 24, 47, 100, 400]
+                .map(|reaches| Setting {
+                    reaches,
+                    ..setting(reaches, usual)
+                })
+                .into(),
+        ),
+        (
+            "period of the tracker, in 1/90 s",
+            [1, 2, 4]
+                .map(|every| Setting {
+                    every,
+                    ..setting(every, usual)
+                })
+                .into(),
+        ),
+    ]
+}
+
+/// The learned estimator, one knob at a time.
+///
+/// # Errors
+/// None in practice: the reaches are made here.
+pub fn learned(seed: u64) -> anyhow::Result<Section> {
+    let worlds = worlds(seed)?;
+    let mut table = MarkdownTable::new(columns(&["knob", "value"]));
+    let (mut errors, mut times) = (Vec::new(), Vec::new());
+    // Every knob passes through it.
+    let usual = candidate("learned", LearnedConfig::default());
+    let usual = Rc::new(Run::of(&usual, &worlds, DEMONSTRATIONS)?);
+    for (knob, settings) in knobs() {
+        let mut runs = Vec::new();
+        for setting in settings {
+            let run = match setting.is_usual() {
+                true => Rc::clone(&usual),
+                false => Rc::new(setting.run(knob, &worlds)?),
+            };
+            let mut cells = vec![knob.to_owned(), setting.value.to_string()];
+            cells.extend(run.cells());
+            table.row(cells);
+            runs.push((setting.value, run));
+        }
+        let line = |name: &str, y: &dyn Fn(&Run) -> f64, up: &dyn Fn(&Run) -> Option<f64>| Line {
+            name: name.to_owned(),
+            points: runs
+                .iter()
+                .map(|(value, run)| Point {
+                    at: (*value, y(run)),
+                    up_to: up(run),
+                    label: String::new(),
+                })
+                .collect(),
+        };
+        errors.push(Panel {
+            title: knob.to_owned(),
+            axes: [Axis::Number(knob), Axis::Number("median error, mm")],
+            lines: SHARES
+                .map(|share| {
+                    let name = format!("at {:.0} %", 100.0 * share);
+                    line(&name, &|run| run.median_mm(share), &|_| None)
+                })
+                .into(),
+        });
+        times.push(Panel {
+            title: String::new(),
+            axes: [Axis::Number(knob), Axis::Time("time")],
+            lines: vec![
+                line("training", &|run| 1e9 * run.train_s, &|_| None),
+                line("a sample, to p99", &|run| run.timing.median_ns, &|run| {
+                    Some(run.timing.p99_ns)
+                }),
+            ],
+        });
+    }
+    // Under the errors of a knob its times.
+    let mut panels = Vec::new();
+    let (mut errors, mut times) = (errors.into_iter(), times.into_iter());
+    while errors.len() > 0 {
+        panels.extend(errors.by_ref().take(SIDE_BY_SIDE));
+        panels.extend(times.by_ref().take(SIDE_BY_SIDE));
+    }
+    let title = "The learned estimator: error and time by its knobs";
+    Ok(Section {
+        text: format!(
+            "### {title}\n\n{} Both sources, at their defaults but for one knob: 16 regions, 30 samples of a \
+             reach, 4 steps back (0.03 s, the next always twice as long: 0.24 s), 9 normalised Gaussians, 24 directions. 12, 24, 47, 100 and 400 demonstrations are of 2, 3, 6, 13 and 50 people; {MANY} in the first world only.\n\n{table}",
+            people(seed)
+        ),
+        figure: Some(Figure::panels(
+            "contact_learned.svg",
+            title,
+            SIDE_BY_SIDE,
+            panels,
+        )),
+        summary: Vec::new(),
+    })
+}

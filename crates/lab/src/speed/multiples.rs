@@ -1,0 +1,204 @@
+//! Small multiples of time and error: one panel a knob or a room.
+
+use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_testkit::format_ns;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Width and height of a panel, pixels.
+const PANEL: (u32, u32) = (400, 330);
+/// Text of panels.
+const SMALL: (&str, u32) = ("sans-serif", 14);
+
+/// Height of a line of a legend, and of what is above and below a panel's axes, pixels.
+const LEGEND_LINE: u32 = 20;
+const AROUND: u32 = 90;
+/// One more than the other figures need.
+const BROWN: RGBColor = RGBColor(140, 86, 75);
+
+/// Both axes are logarithmic.
+pub struct Panel {
+    /// Above it.
+    pub title: String,
+    /// What is along x and along y.
+    pub axes: [Axis; 2],
+    /// Named lines, a colour each.
+    pub lines: Vec<Line>,
+}
+
+/// What is along an axis, and how its ticks are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// Nanoseconds, written with the unit that suits.
+    Time(&'static str),
+    /// Plain numbers; the unit is in the name.
+    Number(&'static str),
+}
+
+/// A named line.
+pub struct Line {
+    /// For the legend.
+    pub name: String,
+    /// In the order in which they are joined.
+    pub points: Vec<Point>,
+}
+
+/// A dot, a bar up to another y, and a word beside it.
+#[derive(Debug, Clone, Default)]
+pub struct Point {
+    /// Where the dot is.
+    pub at: (f64, f64),
+    /// Upper end of a bar, for instance the time that 99 % stay below.
+    pub up_to: Option<f64>,
+    /// Beside the dot.
+    pub label: String,
+}
+
+impl Axis {
+    fn name(self) -> &'static str {
+        let (Self::Time(name) | Self::Number(name)) = self;
+        name
+    }
+
+    fn tick(self, value: f64) -> String {
+        match self {
+            Self::Time(_) => format_ns(value).replace(".00", "").replace(".0", ""),
+            // Enough digits to tell ticks apart, and no more.
+            Self::Number(_) => format!("{}", (value * 1e4).round() / 1e4),
+        }
+    }
+
+    /// Ticks of a logarithmic axis: decades, and 2 and 5 between them where there is room.
+    fn ticks(low: f64, high: f64) -> Vec<f64> {
+        let steps: &[f64] = match (high / low).log10() {
+            d if d > 2.0 => &[1.0],
+            d if d > 0.7 => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+        };
+        let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
+        decades
+            .flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)))
+            .filter(|t| (low..=high).contains(t))
+            .collect()
+    }
+}
+
+/// Draws panels row by row, with one legend each.
+///
+/// # Errors
+/// A file that cannot be written, a number that has no logarithm.
+pub fn draw(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> anyhow::Result<()> {
+    let rows = panels.len().div_ceil(columns);
+    let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32 + 40);
+    // A single panel has the size of the other figures.
+    let size = if panels.len() == 1 {
+        (860, 520)
+    } else {
+        (width, height)
+    };
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let area = root.titled(title, TITLE).map_err(plot_error)?;
+    let areas = area.split_evenly((rows, columns));
+    for (area, panel) in areas.iter().zip(panels) {
+        panel.draw(area)?;
+    }
+    root.present().map_err(plot_error)
+}
+
+impl Panel {
+    fn draw(
+        &self,
+        area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+    ) -> anyhow::Result<()> {
+        let points = || self.lines.iter().flat_map(|l| &l.points);
+        let bad =
+            points().find(|p| p.at.0.is_nan() || p.at.1.is_nan() || p.at.0.min(p.at.1) <= 0.0);
+        anyhow::ensure!(bad.is_none(), "{}: no logarithm of {bad:?}", self.title);
+        let ends = |low: &dyn Fn(&Point) -> f64, high: &dyn Fn(&Point) -> f64| {
+            (
+                points().map(low).fold(f64::MAX, f64::min),
+                points().map(high).fold(f64::MIN, f64::max),
+            )
+        };
+        let (left, right) = ends(&|p| p.at.0, &|p| p.at.0);
+        let x = (0.8 * left, 1.3 * right);
+        let (low, high) = ends(&|p| p.at.1, &|p| p.up_to.unwrap_or(p.at.1));
+        let (low, high) = (0.7 * low, 1.4 * high);
+        // The legend is above the lines: its share of the height.
+        let share = (f64::from(LEGEND_LINE) * self.lines.len() as f64 + 20.0)
+            / f64::from(area.dim_in_pixel().1 - AROUND);
+        let y = (
+            low,
+            high * (high / low).max(3.0).powf(share / (1.0 - share)),
+        );
+        let axis = |(low, high): (f64, f64)| {
+            let ticks = Axis::ticks(low, high);
+            (low..high).log_scale().with_key_points(ticks)
+        };
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, TEXT)
+            .margin(8)
+            .x_label_area_size(42)
+            .y_label_area_size(64)
+            .build_cartesian_2d(axis(x), axis(y))
+            .map_err(plot_error)?;
+        let [x_axis, y_axis] = self.axes;
+        chart
+            .configure_mesh()
+            .x_desc(x_axis.name())
+            .y_desc(y_axis.name())
+            .x_label_formatter(&|x| x_axis.tick(*x))
+            .y_label_formatter(&|y| y_axis.tick(*y))
+            .label_style(SMALL)
+            .light_line_style(WHITE)
+            .draw()
+            .map_err(plot_error)?;
+        let colours = COLOURS.into_iter().chain([BROWN]).cycle();
+        for (k, (line, colour)) in self.lines.iter().zip(colours).enumerate() {
+            let joined = LineSeries::new(line.points.iter().map(|p| p.at), colour.stroke_width(2));
+            chart.draw_series(joined).map_err(plot_error)?;
+            let bars = line.points.iter().filter_map(|p| {
+                let bar = vec![p.at, (p.at.0, p.up_to?)];
+                Some(PathElement::new(bar, colour.stroke_width(3)))
+            });
+            chart.draw_series(bars).map_err(plot_error)?;
+            let dots = line
+                .points
+                .iter()
+                .map(|p| Circle::new(p.at, 4, colour.filled()));
+            chart
+                .draw_series(dots)
+                .map_err(plot_error)?
+                .label(&line.name)
+                .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
+            // Neighbours, on a line and among lines, have theirs on different sides.
+            let beside = |i: usize| (-4, if (k + i).is_multiple_of(2) { -20 } else { 8 });
+            let words = line.points.iter().enumerate().map(|(i, p)| {
+                EmptyElement::at(p.at) + Text::new(p.label.clone(), beside(i), SMALL)
+            });
+            chart.draw_series(words).map_err(plot_error)?;
+        }
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_leave_room_for_their_words() {
+        // Pixels of a panel's axis, and of the longest word.
+        let (across, word) = (300.0, 44.0);
+        for (low, high) in [(28.0, 130.0), (30.0, 100.0), (1.0, 99.0), (3.0, 5000.0)] {
+            let ticks = Axis::ticks(low, high);
+            assert!(ticks.len() >= 2, "{ticks:?}");
+            let px_per_decade = across / f64::log10(high / low);
+            for pair in ticks.windows(2) {
+                let apart = px_per_decade * (pair[1] / pair[0]).log10();
+                assert!(apart > word, "{pair:?} of {low} to {high}: {apart}");
+            }
+        }
+    }
+}

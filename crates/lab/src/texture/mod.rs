@@ -1,0 +1,5 @@
+//! texture
+
+pub mod patch;
+pub mod patch_figures;
+pub mod touch;

@@ -1,0 +1,421 @@
+//! From the words of a command line to a patch, its files and its tables.
+
+use crate::texture::patch_figures as texture_patch_figures;
+use anyhow::{Context, bail};
+use clap::ValueEnum;
+use hwall_testkit::{MarkdownTable, format_ns};
+use hwall_texton::{
+    ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, ScanAngle, StlFormat,
+    Tessellation, Texton, Texture,
+};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Orientations of the studies: 0, 45, atan 2, atan 3, 90 degrees.
+const ANGLES_DEG: [f64; 5] = [
+    0.0,
+    45.0,
+    63.434_948_822_922_01,
+    71.565_051_177_077_99,
+    90.0,
+];
+/// Speeds of the studies, mm/s.
+const SPEEDS_MM_PER_S: [f64; 5] = [0.0, 20.0, 40.0, 60.0, 80.0];
+
+/// What a bump looks like from the side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Shape {
+    /// The upper half of an ellipsoid
+    Ellipsoid,
+    /// An elliptic cone cut off flat, sides of 45 degrees
+    Cone,
+}
+
+/// How bumps stand on the plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Grid {
+    /// Straight above each other
+    Rectangular,
+    /// Every second row between those of the first
+    Staggered,
+}
+
+/// What was asked for.
+pub struct Request {
+    /// Name, or five numbers.
+    pub preset: String,
+    /// None, one or two numbers.
+    pub size_mm: Vec<f64>,
+    /// Of the mesh.
+    pub accuracy_mm: f64,
+    /// Triangles on both sides of the surface?
+    pub both_sides: bool,
+    /// Of the bumps.
+    pub shape: Shape,
+    /// Of the bumps.
+    pub grid: Grid,
+    /// Thickness.
+    pub plate_mm: f64,
+    /// X,Y,DIAMETER each.
+    pub holes: Vec<String>,
+    /// One or two numbers.
+    pub tile_mm: Vec<f64>,
+    /// Does the grid start anew on each tile?
+    pub restart: bool,
+    /// A file for each tile?
+    pub by_tile: bool,
+    /// STL file.
+    pub stl: Option<PathBuf>,
+    /// As text?
+    pub ascii: bool,
+    /// OBJ file.
+    pub obj: Option<PathBuf>,
+    /// EXR file.
+    pub exr: Option<PathBuf>,
+    /// Of the EXR file.
+    pub pixel_mm: f64,
+    /// Folder.
+    pub figures: Option<PathBuf>,
+}
+
+/// Makes the patch, prints what it is and writes what was asked for.
+///
+/// # Errors
+/// Numbers that make no patch, files that cannot be written.
+pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
+    let texture = texture(request)?;
+    let patch = patch(request, texture)?;
+    let ask = Tessellation {
+        accuracy_mm: request.accuracy_mm,
+        side: if request.both_sides {
+            ChordSide::Both
+        } else {
+            ChordSide::Inside
+        },
+        ..Tessellation::default()
+    };
+    describe(&patch, out)?;
+    let tiles = if request.by_tile {
+        patch.tiles()
+    } else {
+        vec![([0.0; 2], patch.clone())]
+    };
+    for (k, (corner, tile)) in tiles.iter().enumerate() {
+        if request.by_tile {
+            let [x, y] = corner;
+            writeln!(out, "\ntile {} at {x}, {y} mm", k + 1)?;
+        }
+        let name = |path: &Path| {
+            if request.by_tile {
+                numbered(path, &format!("-{}", k + 1))
+            } else {
+                path.to_owned()
+            }
+        };
+        mesh(request, tile, &ask, &name, out)?;
+        if let Some(path) = request.exr.as_deref().map(&name) {
+            let field = tile.height_field(request.pixel_mm)?;
+            field.write_exr(&path)?;
+            let normals = numbered(&path, "-normals");
+            field.write_normal_exr(&normals)?;
+            writeln!(out, "wrote {} and {}", path.display(), normals.display())?;
+        }
+    }
+    let findings = patch.print_check(&Printer::default());
+    let faults = findings.iter().filter(|f| f.is_fault()).count();
+    writeln!(out, "\nprint check: {faults} faults")?;
+    for finding in &findings {
+        let kind = if finding.is_fault() { "fault" } else { "note" };
+        writeln!(out, "  {kind}: {finding}")?;
+    }
+    if findings.iter().any(|f| matches!(f, Finding::Tile { .. })) {
+        writeln!(out, "  --tile-mm cuts the patch into smaller tiles")?;
+    }
+    writeln!(out, "\n{}", encounters(&texture)?)?;
+    if let Some(folder) = &request.figures {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let (plan, spacing) = (
+            folder.join("texture_patch.svg"),
+            folder.join("texture_spacing.svg"),
+        );
+        texture_patch_figures::plan(&plan, &patch)?;
+        texture_patch_figures::spacing(&spacing, &texture)?;
+        writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;
+    }
+    Ok(())
+}
+
+/// A name with more before its extension.
+fn numbered(path: &Path, more: &str) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let mut name = format!("{stem}{more}");
+    if let Some(extension) = path.extension() {
+        name = format!("{name}.{}", extension.to_string_lossy());
+    }
+    path.with_file_name(name)
+}
+
+fn texture(request: &Request) -> anyhow::Result<Texture> {
+    let preset = match request.preset.as_str() {
+        "released" => Texture::released(),
+        "study-1.5" => Texture::study_1_5(),
+        "study-2" => Texture::study_2(),
+        "study-2.5" => Texture::study_2_5(),
+        "study-3" => Texture::study_3(),
+        "spaced-3" => Texture::spaced_3_mm(),
+        numbers => {
+            let wanted = || {
+                format!(
+                    "--preset {numbers}: neither released, study-1.5, study-2, study-2.5, study-3, \
+                     spaced-3 nor RX,RY,H,PX,PY in mm"
+                )
+            };
+            let [a, b, height, long_mm, short_mm] = parse(numbers).with_context(wanted)?;
+            let layout = layout(request.grid, [long_mm, short_mm]);
+            return Ok(Texture::new(bump(request.shape, [a, b], height)?, layout)?);
+        }
+    };
+    let texton = preset.texton();
+    let texton = bump(request.shape, texton.radii_mm(), texton.height_mm())?;
+    Ok(Texture::new(
+        texton,
+        layout(request.grid, preset.layout().pitch_mm()),
+    )?)
+}
+
+fn bump(shape: Shape, radii_mm: [f64; 2], height_mm: f64) -> anyhow::Result<Texton> {
+    Ok(match shape {
+        Shape::Ellipsoid => Texton::hemiellipsoid(radii_mm, height_mm)?,
+        Shape::Cone => Texton::truncated_cone(radii_mm, height_mm)?,
+    })
+}
+
+const fn layout(grid: Grid, [long_mm, short_mm]: [f64; 2]) -> Layout {
+    match grid {
+        Grid::Rectangular => Layout::Rectangular { long_mm, short_mm },
+        Grid::Staggered => Layout::Staggered { long_mm, short_mm },
+    }
+}
+
+fn parse<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|w| w.trim().parse()).collect();
+    let numbers = numbers.with_context(|| text.to_owned())?;
+    let count = numbers.len();
+    match numbers.try_into() {
+        Ok(numbers) => Ok(numbers),
+        Err(_) => bail!("{text}: {count} numbers, wanted {N}"),
+    }
+}
+
+/// One number for both axes, or one for each.
+fn pair(numbers: &[f64]) -> anyhow::Result<[f64; 2]> {
+    match *numbers {
+        [one] => Ok([one, one]),
+        [x, y] => Ok([x, y]),
+        _ => bail!("{} numbers, wanted one or two", numbers.len()),
+    }
+}
+
+fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
+    let size_mm = match (&request.size_mm[..], request.preset.as_str()) {
+        ([], "released") => [200.0; 2],
+        ([], _) => [50.0; 2],
+        (numbers, _) => pair(numbers).context("--size-mm")?,
+    };
+    let holes = request.holes.iter().map(|text| {
+        let [x, y, diameter_mm] = parse(text).context("--hole")?;
+        Ok(MountingHole {
+            centre_mm: [x, y],
+            diameter_mm,
+        })
+    });
+    let spec = PatchSpec {
+        size_mm,
+        plate_mm: request.plate_mm,
+        tile_mm: Some(pair(&request.tile_mm).context("--tile-mm")?),
+        restart: request.restart,
+        holes: holes.collect::<anyhow::Result<_>>()?,
+        ..PatchSpec::default()
+    };
+    Ok(Patch::new(texture, spec)?)
+}
+
+fn describe(patch: &Patch, out: &mut impl Write) -> anyhow::Result<()> {
+    let texture = patch.texture();
+    let [a, b] = texture.texton().radii_mm();
+    let [long, short] = texture.layout().pitch_mm();
+    let [x, y] = patch.spec().size_mm;
+    writeln!(
+        out,
+        "patch {x} x {y} mm on a plate of {} mm: {} bumps of {a} x {b} mm radius, {} mm high, pitch {long} x \
+         {short:.4} mm, gap {:.3} mm, {:.1} % covered",
+        patch.spec().plate_mm,
+        patch.counts().placed,
+        texture.texton().height_mm(),
+        texture.gap_mm(),
+        100.0 * patch.coverage()
+    )?;
+    Ok(())
+}
+
+fn mesh(
+    request: &Request,
+    patch: &Patch,
+    ask: &Tessellation,
+    name: &dyn Fn(&Path) -> PathBuf,
+    out: &mut impl Write,
+) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let mesh = patch.mesh(ask)?;
+    let took = start.elapsed();
+    let check = mesh.check();
+    let error_mm = patch.chord_error_mm(&mesh);
+    let off = check.volume_mm3 - patch.volume_mm3();
+    writeln!(
+        out,
+        "mesh: {} triangles, {} points, in {}\n\
+         watertight: {} (open edges {}, doubled edges {}, pinched points {}, empty triangles {}; Euler \
+         characteristic {})\n\
+         chord error: {:.3} um measured, {:.3} um asked\n\
+         volume: {:.3} mm3, exact {:.3} mm3 ({off:+.3} mm3, {:+.3} %)",
+        check.triangles,
+        check.points,
+        format_ns(took.as_nanos() as f64),
+        if check.is_solid() { "yes" } else { "NO" },
+        check.open_edges,
+        check.doubled_edges,
+        check.pinched_points,
+        check.degenerate,
+        check.euler,
+        1e3 * error_mm,
+        1e3 * ask.accuracy_mm,
+        check.volume_mm3,
+        patch.volume_mm3(),
+        100.0 * off / patch.volume_mm3(),
+    )?;
+    if let Some(path) = request.stl.as_deref().map(name) {
+        let format = if request.ascii {
+            StlFormat::Ascii
+        } else {
+            StlFormat::Binary
+        };
+        mesh.write_stl(&path, format)?;
+        writeln!(out, "wrote {}", path.display())?;
+    }
+    if let Some(path) = request.obj.as_deref().map(name) {
+        mesh.write_obj(&path)?;
+        writeln!(out, "wrote {}", path.display())?;
+    }
+    Ok(())
+}
+
+/// What a finger meets: a row an orientation.
+fn encounters(texture: &Texture) -> anyhow::Result<String> {
+    let mut columns: Vec<String> = ["theta, deg", "w, mm", "d, mm", "mean encounter, mm"]
+        .map(str::to_owned)
+        .to_vec();
+    columns.extend(SPEEDS_MM_PER_S.map(|v| format!("{v} mm/s, Hz")));
+    columns.push("v / d at 80 mm/s, Hz".to_owned());
+    let mut table = MarkdownTable::new(columns);
+    let or_none = |value: Option<f64>, digits: usize| {
+        value.map_or("none".to_owned(), |v| format!("{v:.digits$}"))
+    };
+    for deg in ANGLES_DEG {
+        let scan = ScanAngle::from_deg(deg)?;
+        let mut row = vec![
+            format!("{deg:.2}"),
+            format!("{:.4}", texture.texton().width_mm(scan)),
+            or_none(texture.spacing_mm(scan), 4),
+            format!("{:.4}", texture.mean_encounter_mm(scan)),
+        ];
+        row.extend(
+            SPEEDS_MM_PER_S.map(|v| format!("{:.2}", texture.encounter_frequency_hz(scan, v))),
+        );
+        row.push(or_none(texture.ridge_frequency_hz(scan, 80.0), 2));
+        table.row(row);
+    }
+    let beyond = match texture.layout() {
+        Layout::Rectangular { .. } => "",
+        Layout::Staggered { .. } => {
+            " Where a scan passes the ends of the shifted bumps, d is that of the row after."
+        }
+    };
+    Ok(format!(
+        "{table}\nHz: bumps a second over all parallel scans, speed / mean encounter. d begins at {:.2} degrees; below, a \
+         scan through a bump's middle passes the ends of the next row.{beyond}",
+        texture.least_spaced_rad().to_degrees()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(preset: &str) -> Request {
+        Request {
+            preset: preset.to_owned(),
+            size_mm: vec![20.0, 10.0],
+            accuracy_mm: 0.05,
+            both_sides: false,
+            shape: Shape::Ellipsoid,
+            grid: Grid::Rectangular,
+            plate_mm: 1.0,
+            holes: Vec::new(),
+            tile_mm: vec![100.0],
+            restart: true,
+            by_tile: false,
+            stl: None,
+            ascii: false,
+            obj: None,
+            exr: None,
+            pixel_mm: 0.05,
+            figures: None,
+        }
+    }
+
+    #[test]
+    fn every_preset_prints_its_table() {
+        for preset in [
+            "released",
+            "study-1.5",
+            "study-2",
+            "study-2.5",
+            "study-3",
+            "spaced-3",
+            "3,1,0.7,6.2,2.2",
+        ] {
+            let mut text = Vec::new();
+            run(&request(preset), &mut text).unwrap();
+            let text = String::from_utf8(text).unwrap();
+            assert!(
+                text.contains("watertight: yes") && text.contains("63.43"),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn wrong_words_are_refused() {
+        for preset in [
+            "",
+            "study-4",
+            "3,1,0.7,6.2",
+            "3,1,0.7,6.2,x",
+            "3,1,0.7,5,2.2",
+        ] {
+            assert!(run(&request(preset), &mut Vec::new()).is_err(), "{preset}");
+        }
+        let hole = Request {
+            holes: vec!["1,2".to_owned()],
+            ..request("released")
+        };
+        assert!(run(&hole, &mut Vec::new()).is_err());
+    }
+
+    #[test]
+    fn names_are_numbered_before_their_extension() {
+        assert_eq!(numbered(Path::new("a/b.stl"), "-1"), Path::new("a/b-1.stl"));
+        assert_eq!(numbered(Path::new("b"), "-1"), Path::new("b-1"));
+    }
+}

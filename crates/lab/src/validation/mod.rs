@@ -1,0 +1,6 @@
+//! validation
+
+pub mod bip;
+pub mod perception;
+pub mod tables;
+pub mod texture;

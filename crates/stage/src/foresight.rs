@@ -1,0 +1,261 @@
+//! Who foresees the touches of the main job: three predictors on the same samples, one of which
+//! leads the board.
+
+use crate::touches;
+use crate::training::{self, Stream, hand_frame};
+use clap::ValueEnum;
+use glam::DVec3;
+use hwall_contact::{
+    ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel, HandFrame,
+    HandPoint, LabelledReach, LearnedConfig, LearnedEstimator, LearnedModel, Predictor,
+    PredictorConfig, Seen,
+};
+use hwall_kinematics::SrsArm;
+use hwall_scene::{Scene, SurfaceId};
+use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
+use std::time::Instant;
+
+/// A way to foresee touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// The learned estimate of where the motion ends, fused with gaze and surfaces
+    Fused,
+    /// The gaze ray; without a gaze, the ray along the hand's motion
+    RayLed,
+    /// As the dissertation: the surface that the gaze ray meets, the hand projected onto it
+    RayCast,
+}
+
+impl Kind {
+    /// In the order of tables and legends.
+    pub const ALL: [Self; 3] = [Self::Fused, Self::RayLed, Self::RayCast];
+
+    /// For tables and legends.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fused => "fused",
+            Self::RayLed => "ray-led",
+            Self::RayCast => "ray cast",
+        }
+    }
+}
+
+/// Whom the predictor learns from, and what a tracker sees of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Company {
+    /// Where they stand, and how fast they reach.
+    pub person: PersonConfig,
+    /// Points of the hand that are tracked.
+    pub points: Vec<HandPoint>,
+    /// Is the head tracked?
+    pub head: bool,
+    /// Is the gaze?
+    pub gaze: bool,
+}
+
+impl Default for Company {
+    /// The simulated person's: all different, everything tracked.
+    fn default() -> Self {
+        Self {
+            person: PersonConfig::varied(),
+            points: HandPoint::ALL.to_vec(),
+            head: true,
+            gaze: true,
+        }
+    }
+}
+
+impl Company {
+    /// The simulated people of [`Company::default`], of whom no more is tracked than of the hand in a
+    /// recording. Nothing else of it is used: neither where it is nor how fast, which nobody knows before
+    /// the touches that are to be foreseen.
+    #[must_use]
+    pub fn tracked_as(frames: &[HandFrame]) -> Self {
+        let seen = |has: &dyn Fn(&HandFrame) -> bool| frames.iter().any(has);
+        Self {
+            points: HandPoint::ALL
+                .into_iter()
+                .filter(|p| seen(&|f| f.point(*p).is_some()))
+                .collect(),
+            head: seen(&|f| f.head_m.is_some()),
+            gaze: seen(&|f| f.gaze_ray().is_some()),
+            ..Self::default()
+        }
+    }
+}
+
+/// People to learn from, and touches of each.
+const PEOPLE: u64 = 12;
+const TOUCHES: usize = 12;
+/// Seed of these people; that of who touches is drawn in another way, so that nobody is both.
+const SEED: u64 = 0x0005_EED0_FD15_7A4C;
+
+/// A hand rests this far before a surface that it is to touch, m: where it rests scatters.
+const CLEAR_M: f64 = 0.1;
+
+/// Period of their tracker, s.
+const TRACKER_S: f64 = 1.0 / 90.0;
+
+/// What the predictors said to one sample: surface and point of the most probable answer.
+#[derive(Debug, Clone, Copy)]
+pub struct Said {
+    /// Time of the sample, s.
+    pub t_s: f64,
+    /// In the order of [`Kind::ALL`]; `None`: nothing in sight.
+    pub first: [Option<(SurfaceId, DVec3)>; 3],
+    /// Time that each took, ns; 0 where there is no such predictor.
+    pub took_ns: [f64; 3],
+}
+
+/// The three predictors, those that there are.
+pub struct Foresight {
+    predictors: [Option<Box<dyn Predictor>>; 3],
+    leader: Kind,
+    answers: Vec<ContactPrediction>,
+}
+
+impl Foresight {
+    /// Trains for a scene and for people like those to come; `leader` leads the board, by default the
+    /// fused predictor, or the ray-led one where nobody can be learnt from. Also says what was learnt
+    /// from whom, for people.
+    ///
+    /// # Errors
+    /// The fused predictor is asked for, but in this scene there is nobody to learn from.
+    pub fn train(
+        scene: &Scene,
+        arm: &SrsArm,
+        company: &Company,
+        leader: Option<Kind>,
+    ) -> anyhow::Result<(Self, String)> {
+        let began = Instant::now();
+        let (fused, leader, remark) = match fused(scene, arm, company) {
+            Ok((fused, reaches)) => {
+                let remark = format!(
+                    "split: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}, none of whom is judged, in {:.1} s",
+                    began.elapsed().as_secs_f64()
+                );
+                (Some(fused), leader.unwrap_or(Kind::Fused), remark)
+            }
+            Err(error) if leader == Some(Kind::Fused) => {
+                return Err(error.context("the fused predictor cannot be trained"));
+            }
+            Err(error) => {
+                let remark = format!("no fused predictor, nobody to learn from: {error:#}");
+                (None, leader.unwrap_or(Kind::RayLed), remark)
+            }
+        };
+        let ray = |config| -> anyhow::Result<Option<Box<dyn Predictor>>> {
+            Ok(Some(Box::new(DeterministicPredictor::new(config)?)))
+        };
+        let predictors = [
+            fused.map(|fused| Box::new(fused) as Box<dyn Predictor>),
+            ray(PredictorConfig::ray_led())?,
+            ray(PredictorConfig::default())?,
+        ];
+        let answers = Vec::with_capacity(16);
+        let all = Self {
+            predictors,
+            leader,
+            answers,
+        };
+        Ok((all, remark))
+    }
+
+    /// Who leads the board.
+    #[must_use]
+    pub const fn leader(&self) -> Kind {
+        self.leader
+    }
+
+    /// Asks all of them; the answers are the leader's.
+    pub fn step(&mut self, scene: &Scene, seen: &Seen<'_>) -> (&[ContactPrediction], Said) {
+        let mut said = Said {
+            t_s: seen.frame.t_s,
+            first: [None; 3],
+            took_ns: [0.0; 3],
+        };
+        for (i, predictor) in self.predictors.iter_mut().enumerate() {
+            let Some(predictor) = predictor else { continue };
+            let began = Instant::now();
+            let answers = predictor.predict(scene, seen);
+            said.took_ns[i] = began.elapsed().as_secs_f64() * 1e9;
+            said.first[i] = answers.first().map(|p| (p.surface, p.point_m));
+            if i == self.leader as usize {
+                self.answers.clear();
+                self.answers.extend_from_slice(answers);
+            }
+        }
+        (&self.answers, said)
+    }
+}
+
+/// The fused predictor, and how many reaches it learnt from.
+fn fused(
+    scene: &Scene,
+    arm: &SrsArm,
+    company: &Company,
+) -> anyhow::Result<(FusedPredictor<LearnedEstimator>, usize)> {
+    let reaches = demonstrations(scene, arm, company)?;
+    let model = LearnedModel::train(&reaches, &LearnedConfig::default())?;
+    let mut gaze = GazeModel::default();
+    if company.gaze {
+        gaze = gaze.fit(&reaches)?;
+    }
+    let config = FusedConfig {
+        gaze,
+        ..FusedConfig::default()
+    };
+    Ok((
+        FusedPredictor::new(model.estimator(), config)?,
+        reaches.len(),
+    ))
+}
+
+/// Reaches of other people for places in the scene, as the live filters see them.
+fn demonstrations(
+    scene: &Scene,
+    arm: &SrsArm,
+    company: &Company,
+) -> anyhow::Result<Vec<LabelledReach>> {
+    let population = Population::new(company.person, SEED)?;
+    let streams = (0..PEOPLE)
+        .map(|number| {
+            let person = population.person(number);
+            let places = (person.head_m(), company.person.hand_rest_m);
+            let mut plans = touches::plan(scene, arm, places, TOUCHES, SEED ^ number)?;
+            let before_m = |plan: &TouchPlan| (places.1 - plan.target_m).dot(plan.normal);
+            plans.retain(|plan| before_m(plan) > CLEAR_M);
+            stream(scene, &person.plan(&plans)?, company)
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    training::reaches(&streams, company.person.gaze_noise_rad)
+}
+
+fn stream(scene: &Scene, hand: &TouchSequence, company: &Company) -> anyhow::Result<Stream> {
+    let count = (hand.duration_s() / TRACKER_S) as usize;
+    let frames = (0..count)
+        .map(|i| {
+            let tracked = hand.tracked(i as f64 * TRACKER_S);
+            let mut frame = hand_frame(&tracked, &company.points, company.gaze);
+            frame.head_m = frame.head_m.filter(|_| company.head);
+            frame
+        })
+        .collect();
+    let touches = hand
+        .touches()
+        .iter()
+        // The outline of a patch spans its holes: a place in one of them is on no surface.
+        .filter_map(|truth| {
+            let closest = scene.closest_touchable(truth.target_m, 0.05).transpose()?;
+            Some(closest.map(|closest| training::Touch {
+                surface: closest.surface,
+                target_m: truth.target_m,
+                normal: truth.normal,
+                start_s: truth.start_s,
+                contact_s: truth.contact_s,
+            }))
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Stream::new(frames, touches))
+}

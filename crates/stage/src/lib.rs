@@ -1,0 +1,41 @@
+//! The main job around a session: scene, person and arm set up, touches judged, tables, figures.
+//!
+//! Nothing here is published. The libraries under `crates/` do the work; this composes them.
+
+pub mod arms;
+pub mod board_follow;
+pub mod figures;
+pub mod foresight;
+pub mod numbers;
+pub mod place;
+pub mod report;
+pub mod run_figures;
+pub mod session;
+pub mod stage;
+pub mod textured_board;
+pub mod touches;
+pub mod training;
+pub mod wall_maps;
+
+use std::process::ExitCode;
+
+/// Ends a binary: one clear line on standard error and status 2 for an error.
+#[must_use]
+pub fn exit(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // A reader that closes the pipe early (`| head`) has all it wanted.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        let io = cause.downcast_ref::<std::io::Error>();
+        io.is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+    })
+}

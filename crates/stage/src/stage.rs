@@ -1,0 +1,213 @@
+//! Sets the stage of the main job: scene, hand and touches in the arm's base frame.
+
+use crate::foresight::Company;
+use crate::place::{self, Contacts, Stand};
+use crate::session::Hand;
+use crate::touches::{self, Touch};
+use anyhow::{anyhow, bail};
+use hwall_contact::{HandFilterConfig, Recording, RigidMap};
+use hwall_kinematics::SrsArm;
+use hwall_scene::{LoadReport, Scene};
+use hwall_sim::{Person, PersonConfig};
+use std::path::Path;
+
+/// The room made for this project, so that the binary runs from anywhere.
+const ROOM: (&str, &str) = (
+    include_str!("../../../examples/assets/room.obj"),
+    include_str!("../../../examples/assets/room.toml"),
+);
+
+/// Period of the simulated tracker, s: a headset's 90 Hz.
+const TRACKER_S: f64 = 1.0 / 90.0;
+
+/// What the command line asks for.
+pub struct Options<'a> {
+    /// OBJ file; the built-in room without one.
+    pub scene: Option<&'a Path>,
+    /// Recording; a simulated person without one.
+    pub hand: Option<&'a Path>,
+    /// Is the recording y up?
+    pub y_up: bool,
+    /// Place arm and recording before a wall.
+    pub auto: bool,
+    /// The arm's base in the scene.
+    pub base: Option<Stand>,
+    /// The recording's origin in the scene.
+    pub hand_origin: Option<Stand>,
+    /// Is the recorded hand made up, its shape always the same?
+    pub rigid_hand: bool,
+    /// Touches of the simulated person.
+    pub touches: usize,
+    /// Seed of the simulated person.
+    pub seed: u64,
+}
+
+/// Everything the loop needs, in the arm's base frame.
+pub struct Stage {
+    /// The scene.
+    pub scene: Scene,
+    /// The hand.
+    pub hand: Hand,
+    /// The touches that the hand makes.
+    pub touches: Vec<Touch>,
+    /// What people like the one with the hand are like, for a predictor to learn from.
+    pub company: Company,
+    /// What was chosen or repaired, for people.
+    pub remarks: Vec<String>,
+}
+
+impl Stage {
+    /// Loads, places and plans. `arm`: its tool is the board's face.
+    ///
+    /// # Errors
+    /// A file that is missing or malformed, a recording without a reach, no suitable wall.
+    pub fn set(arm: &SrsArm, options: &Options) -> anyhow::Result<Self> {
+        let (scene, remarks) = load_scene(options.scene)?;
+        match options.hand {
+            Some(path) => Self::recorded(scene, path, options, remarks),
+            None => Self::simulated(arm, scene, options, remarks),
+        }
+    }
+
+    fn simulated(
+        arm: &SrsArm,
+        scene: Scene,
+        options: &Options,
+        remarks: Vec<String>,
+    ) -> anyhow::Result<Self> {
+        if options.hand_origin.is_some() || options.auto {
+            bail!("--hand-origin and --place auto place a recording: they need --hand");
+        }
+        let scene = in_base(&scene, options.base.unwrap_or(Stand::ORIGIN))?;
+        let config = PersonConfig::default();
+        let person = Person::new(config, options.seed)?;
+        let places = (config.head_m, config.hand_rest_m);
+        let plans = touches::plan(&scene, arm, places, options.touches, options.seed)?;
+        let sequence = person.plan(&plans)?;
+        let touches = touches::of_person(&scene, sequence.touches());
+        Ok(Self {
+            scene,
+            hand: Hand::Simulated(Box::new(sequence), TRACKER_S),
+            touches,
+            company: Company::default(),
+            remarks,
+        })
+    }
+
+    fn recorded(
+        scene: Scene,
+        path: &Path,
+        options: &Options,
+        mut remarks: Vec<String>,
+    ) -> anyhow::Result<Self> {
+        let mut recording = Recording::from_csv_path(path).map_err(|e| named(path, &e))?;
+        if options.y_up {
+            for sample in &mut recording.samples {
+                sample.frame = RigidMap::Z_UP_FROM_Y_UP.frame(&sample.frame);
+            }
+        }
+        let contacts = place::reaches_to_contact(&recording, options.rigid_hand);
+        let (base, hand) = match (options.auto, options.base, options.hand_origin) {
+            // Nothing is left to place; a recording without a reach then has no touch to judge.
+            (_, Some(base), Some(hand)) => (base, hand),
+            (true, base, hand) => {
+                let reaches = &contacts
+                    .as_ref()
+                    .map_err(|e| named_text(path, &e.to_string()))?
+                    .reaches;
+                let found = place::before_a_wall(&scene, &recording, reaches, base)?;
+                remarks.push(found.remark);
+                (found.base, hand.unwrap_or(found.hand))
+            }
+            (false, base, hand) => (base.unwrap_or(Stand::ORIGIN), hand.unwrap_or(Stand::ORIGIN)),
+        };
+        remarks.push(format!(
+            "the arm's base stands at {base}, the recording's origin at {hand} (x,y,z,yaw)"
+        ));
+        let contacts = contacts.unwrap_or_else(|error| Contacts {
+            remark: error.to_string(),
+            ..Contacts::default()
+        });
+        remarks.push(contacts.remark);
+        let base_from_hand = base.outer_from_here().inverse() * hand.outer_from_here();
+        let scene = in_base(&scene, base)?;
+        let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts.reaches)?;
+        if touches.is_empty() {
+            remarks.push("no recorded movement meets a touchable surface".to_owned());
+        }
+        let filter = if options.rigid_hand {
+            HandFilterConfig::simulated()
+        } else {
+            HandFilterConfig::default()
+        };
+        let map = RigidMap::from_affine(base_from_hand)?;
+        let frames: Vec<_> = recording.frames().map(|frame| map.frame(frame)).collect();
+        let company = Company::tracked_as(&frames);
+        Ok(Self {
+            scene,
+            hand: Hand::Recorded(frames, filter),
+            touches,
+            company,
+            remarks,
+        })
+    }
+}
+
+/// The scene in a file, or the built-in room, and what had to be mended.
+///
+/// # Errors
+/// A file that is missing or malformed.
+pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
+    let (scene, report) = match path {
+        Some(path) => Scene::from_obj_file(path, None).map_err(|e| named(path, &e))?,
+        None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
+    };
+    Ok((scene, repairs(&report)))
+}
+
+fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
+    Ok(scene.placed(base.outer_from_here().inverse())?)
+}
+
+/// The error with the file's name in front, unless it says it already.
+fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
+    named_text(path, &error.to_string())
+}
+
+/// One line, however many the cause has.
+fn named_text(path: &Path, text: &str) -> anyhow::Error {
+    let (name, text) = (
+        path.display().to_string(),
+        text.split_whitespace().collect::<Vec<_>>().join(" "),
+    );
+    if text.contains(&name) {
+        anyhow!(text)
+    } else {
+        anyhow!("{name}: {text}")
+    }
+}
+
+/// What the loader had to drop or mend, one line a kind.
+fn repairs(report: &LoadReport) -> Vec<String> {
+    if report.is_clean() {
+        return Vec::new();
+    }
+    let counts = [
+        ("degenerate faces dropped", report.degenerate_faces),
+        ("duplicate faces dropped", report.duplicate_faces),
+        ("concave polygons cut as fans", report.concave_polygons),
+        ("points and lines ignored", report.points_and_lines),
+        ("lines ignored", report.ignored_lines),
+        ("empty surfaces", report.empty_surfaces.len()),
+        (
+            "material libraries missing",
+            report.missing_material_libraries.len(),
+        ),
+        ("materials missing", report.missing_materials.len()),
+    ];
+    let found = counts
+        .into_iter()
+        .filter(|(_, n)| *n > 0)
+        .map(|(what, n)| format!("{n} {what}"));
+    vec![format!("scene: {}", found.collect::<Vec<_>>().join(", "))]
+}

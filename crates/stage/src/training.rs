@@ -1,0 +1,144 @@
+//! Reaches that a predictor learns from: people as the live filters see them.
+
+use glam::DVec3;
+use hwall_contact::{
+    ContactEstimate, ContactEstimator, GazeFilter, HandFilter, HandFilterConfig, HandFrame,
+    HandPoint, LabelledReach, ReachWatch, WatchConfig,
+};
+use hwall_scene::SurfaceId;
+use hwall_sim::TrackedSample;
+
+/// Noise of a gaze beyond which the filter takes a leap for a saccade, in standard deviations.
+const SACCADE_SDS: f64 = 3.5;
+
+/// One touch that is judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    /// The surface touched.
+    pub surface: SurfaceId,
+    /// Where, m, and the unit normal there.
+    pub target_m: DVec3,
+    /// Unit normal towards the person.
+    pub normal: DVec3,
+    /// The hand starts, and touches, s.
+    pub start_s: f64,
+    /// See `start_s`.
+    pub contact_s: f64,
+}
+
+/// A person's samples and touches.
+pub struct Stream {
+    /// As the tracker saw them.
+    pub frames: Vec<HandFrame>,
+    /// In order of time.
+    pub touches: Vec<Touch>,
+}
+
+impl Stream {
+    /// Both in order of time.
+    #[must_use]
+    pub const fn new(frames: Vec<HandFrame>, touches: Vec<Touch>) -> Self {
+        Self { frames, touches }
+    }
+}
+
+/// Keeps the samples of a reach as an estimator would be given them.
+#[derive(Default)]
+struct Keeper(Vec<HandFrame>);
+
+impl ContactEstimator for Keeper {
+    fn begin(&mut self) {
+        self.0.clear();
+    }
+
+    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+        self.0.push(*frame);
+        None
+    }
+}
+
+/// The filters that every predictor lives behind.
+pub struct Filters {
+    /// Smooths the hand.
+    pub hand: HandFilter,
+    /// Smooths the gaze.
+    pub gaze: GazeFilter,
+}
+
+impl Filters {
+    /// For a gaze of this noise, rad.
+    ///
+    /// # Errors
+    /// Settings that a filter refuses.
+    pub fn new(gaze_noise_rad: f64) -> anyhow::Result<Self> {
+        let saccade_rad = (SACCADE_SDS * gaze_noise_rad).clamp(0.07, 0.35);
+        Ok(Self {
+            hand: HandFilter::new(HandFilterConfig::simulated())?,
+            gaze: GazeFilter::new(0.15, saccade_rad)?,
+        })
+    }
+}
+
+/// Reaches to learn from, each with the samples that a live estimator would see of it, and with the
+/// filtered gaze in them.
+///
+/// # Errors
+/// Settings that a filter refuses.
+pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<LabelledReach>> {
+    let mut all = Vec::new();
+    for (person, stream) in streams.iter().enumerate() {
+        let mut filters = Filters::new(gaze_noise_rad)?;
+        let mut watch = ReachWatch::new(WatchConfig::default())?;
+        let mut keeper = Keeper::default();
+        let mut due = stream.touches.iter();
+        let mut next = due.next();
+        for frame in &stream.frames {
+            let Some(touch) = next else { break };
+            if frame.t_s >= touch.contact_s {
+                let reach = LabelledReach {
+                    person: Some(person.to_string()),
+                    trial: Some(all.len().to_string()),
+                    point: HandPoint::Index,
+                    frames: keeper.0.clone(),
+                    contact_m: touch.target_m,
+                    contact_s: touch.contact_s,
+                    normal: Some(touch.normal),
+                };
+                let begun = reach
+                    .frames
+                    .first()
+                    .is_some_and(|f| f.t_s > touch.start_s - 0.2);
+                if begun && reach.validate().is_ok() {
+                    all.push(reach);
+                }
+                next = due.next();
+            }
+            let tracking = filters.hand.step(frame);
+            let gaze = frame
+                .gaze_ray()
+                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let mut kept = *frame;
+            kept.gaze = gaze.map(|ray| ray.direction);
+            watch.step(&kept, tracking.state(), &mut keeper);
+        }
+    }
+    Ok(all)
+}
+
+/// What a tracker of these points delivers.
+#[must_use]
+pub fn hand_frame(tracked: &TrackedSample, points: &[HandPoint], gaze: bool) -> HandFrame {
+    let mut frame = HandFrame {
+        head_m: tracked.head_m,
+        gaze: tracked.gaze.filter(|_| gaze),
+        ..HandFrame::empty(tracked.t_s)
+    };
+    for &point in points {
+        let seen = match point {
+            HandPoint::Palm => tracked.palm_m,
+            tip => tracked.tips_m[tip as usize - 1],
+        };
+        frame.set_point(point, seen);
+    }
+    frame
+}
