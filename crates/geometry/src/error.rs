@@ -1,0 +1,26 @@
+//! The one error type of the crate.
+
+use hwall_numeric::ArgumentError;
+
+/// What is no pose.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// An argument is NaN or infinite.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// A matrix or quaternion is no rotation.
+    #[error("not a rotation: {deviation} away from one")]
+    NotARotation {
+        /// Largest entry of `RᵀR - 1`; 2 for a mirror.
+        deviation: f64,
+    },
+    /// A vector is too short to point anywhere.
+    #[error("{what} of length {length} has no direction")]
+    NoDirection {
+        /// Name of the argument.
+        what: &'static str,
+        /// Its length.
+        length: f64,
+    },
+}

@@ -1,0 +1,11 @@
+#![doc = include_str!("../README.md")]
+
+mod error;
+mod pose;
+mod six_vectors;
+
+pub use error::GeometryError;
+pub use glam;
+pub use hwall_numeric::ArgumentError;
+pub use pose::{Pose, ROTATION_TOLERANCE, direction, rotation_vector};
+pub use six_vectors::{Twist, Wrench};

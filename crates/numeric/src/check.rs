@@ -1,0 +1,119 @@
+//! Checks of arguments: each names what was given, its value and what was wanted.
+//!
+//! NaN passes none of them.
+
+use std::fmt;
+
+/// An argument that makes no sense.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum ArgumentError {
+    /// NaN or an infinity.
+    NonFinite {
+        /// Name of the argument.
+        what: &'static str,
+        /// Its place in an argument of several numbers, from 0.
+        index: Option<usize>,
+        /// NaN or the infinity.
+        value: f64,
+    },
+    /// A finite number (or NaN) outside the range of a setting.
+    OutOfRange {
+        /// Name of the setting.
+        what: &'static str,
+        /// Value given.
+        value: f64,
+        /// The range it must lie in, in words.
+        wanted: &'static str,
+    },
+}
+
+impl fmt::Display for ArgumentError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NonFinite {
+                what,
+                index: Some(index),
+                value,
+            } => write!(f, "{what}[{index}] is {value}, not a finite number"),
+            Self::NonFinite {
+                what,
+                index: None,
+                value,
+            } => write!(f, "{what} is {value}, not a finite number"),
+            Self::OutOfRange {
+                what,
+                value,
+                wanted,
+            } => write!(f, "{what} is {value}, it must be {wanted}"),
+        }
+    }
+}
+
+impl std::error::Error for ArgumentError {}
+
+/// The value, if it is finite.
+///
+/// # Errors
+/// NaN or infinity.
+pub fn finite(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(ArgumentError::NonFinite {
+        what,
+        index: None,
+        value,
+    })
+}
+
+/// Passes if all values are finite.
+///
+/// # Errors
+/// The first that is NaN or infinite, with its place.
+pub fn all_finite(what: &'static str, values: &[f64]) -> Result<(), ArgumentError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(ArgumentError::NonFinite {
+            what,
+            index: Some(index),
+            value: values[index],
+        }),
+    }
+}
+
+/// The value, if it is finite and above zero.
+///
+/// # Errors
+/// Anything else.
+pub fn positive(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
+    that(value > 0.0 && value.is_finite(), what, value, "positive")
+}
+
+/// The value, if it is finite and at least zero.
+///
+/// # Errors
+/// Anything else.
+pub fn non_negative(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
+    that(value >= 0.0 && value.is_finite(), what, value, "at least 0")
+}
+
+/// The value, if `holds` says so; `wanted` is what the message says it must be. NaN never passes.
+///
+/// # Errors
+/// A condition that does not hold, or NaN.
+pub fn that(
+    holds: bool,
+    what: &'static str,
+    value: f64,
+    wanted: &'static str,
+) -> Result<f64, ArgumentError> {
+    if holds && !value.is_nan() {
+        return Ok(value);
+    }
+    Err(ArgumentError::OutOfRange {
+        what,
+        value,
+        wanted,
+    })
+}

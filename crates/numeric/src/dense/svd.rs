@@ -1,0 +1,176 @@
+//! Singular values.
+
+use super::eigen::rotation;
+use super::matrix::add_multiple;
+use super::{Matrix, dot};
+use std::fmt;
+
+/// Singular values that were not found: the matrix holds NaN or infinity, or its entries are so large
+/// or small that their squares are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotConverged {
+    /// Rows of the matrix.
+    pub rows: usize,
+    /// Columns of the matrix.
+    pub columns: usize,
+}
+
+impl fmt::Display for NotConverged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { rows, columns } = self;
+        write!(f, "no singular values of a {rows} x {columns} matrix")
+    }
+}
+
+impl std::error::Error for NotConverged {}
+
+/// Thin singular value decomposition `A = left · diag(singular) · rightᵀ`, `k = min(rows, columns)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Svd {
+    /// `rows × k`; columns are orthonormal (zero where the singular value is exactly zero).
+    pub left: Matrix,
+    /// Not negative, largest first.
+    pub singular: Vec<f64>,
+    /// `columns × k`; columns are orthonormal.
+    pub right: Matrix,
+}
+
+/// Sweeps: ten suffice for any matrix seen; convergence is quadratic.
+const SWEEPS: usize = 60;
+
+impl Svd {
+    /// By one-sided Jacobi rotations of the triangular factor.
+    ///
+    /// Error: each singular value within some `n ε` of itself for a matrix whose columns are badly scaled but
+    /// otherwise well conditioned, `n ε ‖A‖` in general. Source: [Demmel 1992], algorithm 4.1, after a
+    /// Householder reduction of the longer side.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn thin(a: &Matrix) -> Result<Self, NotConverged> {
+        let failed = NotConverged {
+            rows: a.rows(),
+            columns: a.columns(),
+        };
+        if a.entries().iter().any(|x| !x.is_finite()) {
+            return Err(failed);
+        }
+        // Scaled, so that no square overflows or vanishes.
+        let largest = a.entries().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let tall = a.rows() >= a.columns();
+        let scaled = if tall {
+            Matrix::from_fn(a.columns(), a.rows(), |i, j| a[(j, i)] / scale)
+        } else {
+            Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] / scale)
+        };
+        let (long, singular, short) = decomposed(scaled).ok_or(failed)?;
+        let (left, right) = if tall { (long, short) } else { (short, long) };
+        Ok(Self {
+            left: left.transpose(),
+            singular: singular.into_iter().map(|s| s * scale).collect(),
+            right: right.transpose(),
+        })
+    }
+
+    /// Number of singular values above `tolerance` times the largest.
+    #[must_use]
+    pub fn rank(&self, tolerance: f64) -> usize {
+        let largest = self.singular.first().copied().unwrap_or(0.0);
+        let counts = |s: &&f64| **s > tolerance * largest;
+        self.singular.iter().take_while(counts).count()
+    }
+}
+
+/// Of `k` vectors (rows) of length `m >= k`: vectors on the long side (`k × m`), singular values, vectors on the short
+/// side (`k × k`), one a row.
+fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
+    let k = vectors.rows();
+    let reflectors = reduce(&mut vectors);
+    // What is left is triangular: row j of `work` is column j of R.
+    let mut work = Matrix::from_fn(k, k, |j, i| if i <= j { vectors[(j, i)] } else { 0.0 });
+    let mut turned = Matrix::identity(k);
+    let mut converged = k < 2;
+    for _ in 0..SWEEPS {
+        if converged {
+            break;
+        }
+        converged = true;
+        for p in 0..k {
+            for q in p + 1..k {
+                converged &= !orthogonalized(&mut work, &mut turned, p, q);
+            }
+        }
+    }
+    if !converged {
+        return None;
+    }
+    let lengths: Vec<f64> = (0..k)
+        .map(|i| dot(work.row(i), work.row(i)).sqrt())
+        .collect();
+    let mut order: Vec<usize> = (0..k).collect();
+    order.sort_by(|&i, &j| lengths[j].total_cmp(&lengths[i]));
+    let m = vectors.columns();
+    let mut long = Matrix::zeros(k, m);
+    for (to, &from) in order.iter().enumerate() {
+        let row = long.row_mut(to);
+        if lengths[from] > 0.0 {
+            let unit = work.row(from).iter().map(|x| x / lengths[from]);
+            row.iter_mut().zip(unit).for_each(|(r, u)| *r = u);
+            for (j, (v, beta)) in reflectors.iter().enumerate().rev() {
+                let part = -beta * dot(v, &row[j..]);
+                add_multiple(&mut row[j..], part, v);
+            }
+        }
+    }
+    let short = Matrix::from_fn(k, k, |i, j| turned[(order[i], j)]);
+    let singular = order.iter().map(|&i| lengths[i]).collect();
+    Some((long, singular, short))
+}
+
+/// Householder reduction of vectors (rows) to triangular form in place; gives the reflectors `I - beta v vᵀ`, the
+/// j-th acting from entry j on.
+fn reduce(vectors: &mut Matrix) -> Vec<(Vec<f64>, f64)> {
+    let (k, m) = (vectors.rows(), vectors.columns());
+    (0..k)
+        .map(|j| {
+            let mut v = vectors.row(j)[j..].to_vec();
+            let norm = dot(&v, &v).sqrt();
+            let head = v[0];
+            let beta = if norm > 0.0 && m > j {
+                v[0] += norm.copysign(head);
+                2.0 / dot(&v, &v)
+            } else {
+                0.0
+            };
+            for i in j..k {
+                let row = &mut vectors.row_mut(i)[j..];
+                let part = -beta * dot(&v, row);
+                add_multiple(row, part, &v);
+            }
+            (v, beta)
+        })
+        .collect()
+}
+
+/// Turns two rows until they are orthogonal; `false` if they were.
+fn orthogonalized(work: &mut Matrix, turned: &mut Matrix, p: usize, q: usize) -> bool {
+    let (pp, qq) = (dot(work.row(p), work.row(p)), dot(work.row(q), work.row(q)));
+    let pq = dot(work.row(p), work.row(q));
+    // Products below the least normal number are zero for all that the result can show.
+    if pq.abs() <= 1e-15 * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
+        return false;
+    }
+    let Some((c, s)) = rotation(pp, qq, pq) else {
+        return false;
+    };
+    for matrix in [work, turned] {
+        let n = matrix.columns();
+        for k in 0..n {
+            let (x, y) = (matrix[(p, k)], matrix[(q, k)]);
+            matrix[(p, k)] = c * x - s * y;
+            matrix[(q, k)] = s * x + c * y;
+        }
+    }
+    true
+}

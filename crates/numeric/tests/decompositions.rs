@@ -1,0 +1,163 @@
+//! Decompositions against their definitions, faer, and matrices that break naive ones.
+
+use faer::Side;
+use faer::linalg::solvers::Solve;
+use hwall_numeric::check;
+use hwall_numeric::dense::{Cholesky, Matrix, Svd, symmetric_eigen};
+use hwall_testkit::Sampler;
+
+fn random(rows: usize, columns: usize, sampler: &mut Sampler) -> Matrix {
+    Matrix::from_fn(rows, columns, |_, _| sampler.uniform(-1.0, 1.0))
+}
+
+fn faer_of(a: &Matrix) -> faer::Mat<f64> {
+    faer::Mat::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)])
+}
+
+fn largest(a: &Matrix) -> f64 {
+    a.entries().iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+/// `left diag(singular) rightᵀ - a`.
+fn residual(svd: &Svd, a: &Matrix) -> f64 {
+    let k = svd.singular.len();
+    let scaled = Matrix::from_fn(a.rows(), k, |i, j| svd.left[(i, j)] * svd.singular[j]);
+    let mut product = scaled.times(&svd.right.transpose());
+    product.add(-1.0, a);
+    largest(&product)
+}
+
+fn orthonormal(a: &Matrix) -> f64 {
+    let mut gram = a.gram();
+    gram.add(-1.0, &Matrix::identity(a.columns()));
+    largest(&gram)
+}
+
+#[test]
+fn singular_values_agree_with_faer_for_every_shape() {
+    let mut sampler = Sampler::new(1);
+    for (rows, columns) in [
+        (1, 1),
+        (3, 1),
+        (1, 4),
+        (7, 6),
+        (6, 7),
+        (47, 252),
+        (252, 47),
+        (60, 60),
+    ] {
+        let a = random(rows, columns, &mut sampler);
+        let ours = Svd::thin(&a).unwrap();
+        let theirs = faer_of(&a).thin_svd().unwrap();
+        for (i, s) in ours.singular.iter().enumerate() {
+            let relative = (s - theirs.S()[i]).abs() / ours.singular[0];
+            assert!(relative < 1e-14, "{rows} x {columns}: {relative}");
+        }
+        assert!(residual(&ours, &a) < 1e-13, "{rows} x {columns}");
+        assert!(orthonormal(&ours.left) < 1e-13 && orthonormal(&ours.right) < 1e-13);
+    }
+}
+
+#[test]
+fn tiny_singular_values_of_scaled_columns_keep_their_digits() {
+    // Columns scaled from 1 to 1e-150: their lengths are the singular values to first order.
+    let mut sampler = Sampler::new(2);
+    let a = random(8, 4, &mut sampler);
+    let scales: [f64; 4] = [1.0, 1e-50, 1e-100, 1e-150];
+    let b = Matrix::from_fn(8, 4, |i, j| a[(i, j)] * scales[j]);
+    let svd = Svd::thin(&b).unwrap();
+    // The product of all is the root of the determinant of the Gram matrix, known from the unscaled one.
+    let root = 0.5 * Cholesky::new(&a.gram()).unwrap().log_determinant();
+    let expected = root + scales.iter().map(|s| s.ln()).sum::<f64>();
+    let found: f64 = svd.singular.iter().map(|s| s.ln()).sum();
+    assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+}
+
+#[test]
+fn lost_rank_zero_and_empty_matrices_have_singular_values() {
+    let mut sampler = Sampler::new(3);
+    let (left, right) = (random(9, 2, &mut sampler), random(2, 7, &mut sampler));
+    let a = left.times(&right);
+    let svd = Svd::thin(&a).unwrap();
+    assert_eq!(svd.rank(1e-12), 2);
+    assert!(residual(&svd, &a) < 1e-14);
+    let zero = Svd::thin(&Matrix::zeros(3, 2)).unwrap();
+    assert_eq!(
+        (zero.singular.as_slice(), zero.rank(1e-12)),
+        (&[0.0, 0.0][..], 0)
+    );
+    assert!(Svd::thin(&Matrix::zeros(0, 4)).unwrap().singular.is_empty());
+    let huge = Matrix::from_rows(2, 2, vec![1e300, 0.0, 0.0, 1e-300]);
+    assert_eq!(Svd::thin(&huge).unwrap().singular, [1e300, 1e-300]);
+    let nan = Matrix::from_rows(1, 2, vec![1.0, f64::NAN]);
+    assert_eq!(Svd::thin(&nan).unwrap_err().columns, 2);
+}
+
+#[test]
+fn solutions_agree_with_faer_and_ill_conditioned_ones_solve_their_system() {
+    let mut sampler = Sampler::new(4);
+    for n in [1, 2, 18, 120] {
+        let a = random(n + 5, n, &mut sampler).gram();
+        let b = random(n, 3, &mut sampler);
+        let x = Cholesky::new(&a).unwrap().solve(&b);
+        let theirs = faer_of(&a).llt(Side::Lower).unwrap().solve(faer_of(&b));
+        // Both are solutions of systems within rounding of this one: they agree to the condition.
+        let scale = largest(&x);
+        let singular = Svd::thin(&a).unwrap().singular;
+        let condition = singular[0] / singular[n - 1];
+        for i in 0..n {
+            for j in 0..3 {
+                let off = (x[(i, j)] - theirs[(i, j)]).abs() / scale;
+                assert!(off < 1e-14 * condition, "{n}: {off} at {condition}");
+            }
+        }
+        let mut residual = a.times(&x);
+        residual.add(-1.0, &b);
+        assert!(largest(&residual) < 1e-13 * (1.0 + largest(&a) * scale * n as f64));
+    }
+    let singular = Matrix::from_rows(2, 2, vec![1.0, 1.0, 1.0, 1.0]);
+    assert_eq!(Cholesky::new(&singular).unwrap_err().pivot, 1);
+    let nan = Matrix::from_rows(1, 1, vec![f64::NAN]);
+    assert!(Cholesky::new(&nan).is_err());
+}
+
+#[test]
+fn small_eigenvalues_keep_their_digits_and_nan_stays_nan() {
+    let mut sampler = Sampler::new(5);
+    let a = random(9, 6, &mut sampler);
+    let gram = a.gram();
+    let m: [[f64; 6]; 6] = std::array::from_fn(|i| std::array::from_fn(|j| gram[(i, j)]));
+    let eigen = symmetric_eigen(&m);
+    for (value, s) in eigen.values.iter().zip(Svd::thin(&a).unwrap().singular) {
+        assert!((value - s * s).abs() < 1e-13 * eigen.values[0]);
+    }
+    for (value, v) in eigen.values.iter().zip(eigen.vectors) {
+        for i in 0..6 {
+            let av: f64 = (0..6).map(|j| m[i][j] * v[j]).sum();
+            assert!((av - value * v[i]).abs() < 1e-13 * eigen.values[0]);
+        }
+    }
+    let scaled = symmetric_eigen(&[[1e20, 0.0, 0.0], [0.0, 2.0, 1.0], [0.0, 1.0, 2.0]]);
+    assert!((scaled.values[2] - 1.0).abs() < 1e-15);
+    assert!(
+        symmetric_eigen(&[[f64::NAN, 1.0], [1.0, 2.0]])
+            .values
+            .iter()
+            .any(|v| v.is_nan())
+    );
+}
+
+#[test]
+fn checks_name_what_is_wrong_and_let_no_nan_pass() {
+    assert_eq!(check::positive("gain", 2.0), Ok(2.0));
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(check::positive("gain", bad).is_err());
+    }
+    assert_eq!(check::non_negative("delay_s", 0.0), Ok(0.0));
+    assert!(check::non_negative("delay_s", f64::NAN).is_err());
+    let error = check::all_finite("q", &[0.0, f64::NAN]).unwrap_err();
+    assert_eq!(error.to_string(), "q[1] is NaN, not a finite number");
+    assert!(check::that(true, "share", f64::NAN, "at most 1").is_err());
+    let error = check::that(false, "share", 2.0, "at most 1").unwrap_err();
+    assert_eq!(error.to_string(), "share is 2, it must be at most 1");
+}
