@@ -3,6 +3,7 @@
 mod difference;
 mod machine;
 mod sampler;
+mod shared;
 mod stats;
 mod table;
 mod timing;
@@ -11,6 +12,7 @@ mod tolerance;
 pub use difference::{central_difference, central_jacobian};
 pub use machine::Machine;
 pub use sampler::Sampler;
+pub use shared::shared;
 pub use stats::{ErrorStats, quantile};
 pub use table::{MarkdownTable, SpeedErrorRow, SpeedErrorTable, format_error, format_ns};
 pub use timing::{Timing, time_batches, time_each};
