@@ -1,9 +1,9 @@
 //! The board at the end of the arm, and the pose that puts it on a surface.
 
-use crate::HapticsError;
-use crate::error::{finite, non_negative, positive};
+use crate::error::HapticsError;
 use glam::{DMat3, DVec3};
-use hwall_kinematics::Pose;
+use hwall_geometry::{Pose, direction};
+use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The rolls at which a square board covers the same area, rad.
@@ -42,7 +42,8 @@ impl Board {
     pub fn validate(&self) -> Result<(), HapticsError> {
         positive("half_width_m", self.half_width_m)?;
         positive("half_height_m", self.half_height_m)?;
-        non_negative("thickness_m", self.thickness_m)
+        non_negative("thickness_m", self.thickness_m)?;
+        Ok(())
     }
 
     /// The tool frame of the board: origin in the middle of the touched face, z along the face's
@@ -53,6 +54,57 @@ impl Board {
     pub fn flange_from_board_face(&self) -> Result<Pose, HapticsError> {
         self.validate()?;
         Ok(Pose::from_translation(DVec3::Z * self.thickness_m)?)
+    }
+}
+
+/// When a board counts as in place for a touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceTolerance {
+    /// The touched point lies at least this far inside the edge of the face, m; default 0.02.
+    pub inset_m: f64,
+    /// The face is this near to the point along the normal of the face, m; default 0.005.
+    pub gap_m: f64,
+    /// The face is parallel to the surface within this, rad; default 0.035 (2 degrees).
+    pub tilt_rad: f64,
+}
+
+impl Default for PlaceTolerance {
+    fn default() -> Self {
+        Self {
+            inset_m: 0.02,
+            gap_m: 0.005,
+            tilt_rad: 0.035,
+        }
+    }
+}
+
+impl PlaceTolerance {
+    /// Rejects settings below zero.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        non_negative("inset_m", self.inset_m)?;
+        non_negative("gap_m", self.gap_m)?;
+        non_negative("tilt_rad", self.tilt_rad)?;
+        Ok(())
+    }
+
+    /// Does a board in this pose stand where a surface is touched? `normal` is the unit normal of the surface at the point (m), both
+    /// in the frame of the pose.
+    #[must_use]
+    pub fn holds(
+        &self,
+        board: &Board,
+        base_from_board: &Pose,
+        point_m: DVec3,
+        normal: DVec3,
+    ) -> bool {
+        let p = base_from_board.inverse_transform_point(point_m);
+        let on_board = p.x.abs() <= board.half_width_m - self.inset_m
+            && p.y.abs() <= board.half_height_m - self.inset_m;
+        let tilt_rad = base_from_board.rotation().z_axis.angle_between(normal);
+        on_board && p.z.abs() <= self.gap_m && tilt_rad <= self.tilt_rad
     }
 }
 
@@ -84,10 +136,10 @@ pub fn board_pose(
     outward_normal: DVec3,
     roll_rad: f64,
 ) -> Result<Pose, HapticsError> {
-    finite("point_m", &point_m.to_array())?;
-    finite("roll_rad", &[roll_rad])?;
+    all_finite("point_m", &point_m.to_array())?;
+    finite("roll_rad", roll_rad)?;
     let [x0, y0] = surface_axes(outward_normal)?;
-    let z = direction(outward_normal)?;
+    let z = direction("normal", outward_normal)?;
     let (sin, cos) = roll_rad.sin_cos();
     let rotation = DMat3::from_cols(x0 * cos + y0 * sin, y0 * cos - x0 * sin, z);
     Ok(Pose::new(rotation, point_m)?)
@@ -99,7 +151,7 @@ pub fn board_pose(
 /// # Errors
 /// As for [`board_pose`].
 pub fn surface_axes(outward_normal: DVec3) -> Result<[DVec3; 2], HapticsError> {
-    let z = direction(outward_normal)?;
+    let z = direction("normal", outward_normal)?;
     let slope_sine = z.x.hypot(z.y);
     let up = if slope_sine < LYING_SINE {
         DVec3::X
@@ -108,17 +160,4 @@ pub fn surface_axes(outward_normal: DVec3) -> Result<[DVec3; 2], HapticsError> {
     };
     let y = (up - z * z.dot(up)).normalize();
     Ok([y.cross(z), y])
-}
-
-/// The unit vector along a finite vector that has a direction.
-pub(crate) fn direction(normal: DVec3) -> Result<DVec3, HapticsError> {
-    finite("normal", &normal.to_array())?;
-    // Scaled first, so that neither tiny nor huge components are lost when squared.
-    let largest = normal.abs().max_element();
-    if largest < 1e-12 {
-        return Err(HapticsError::NoDirection {
-            length: normal.length(),
-        });
-    }
-    Ok((normal / largest).normalize())
 }

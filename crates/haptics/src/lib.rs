@@ -2,21 +2,18 @@
 
 mod arm;
 mod board;
-mod contact;
 mod error;
-mod follower;
-mod profile;
-mod renderer;
-mod slide;
+pub mod motion;
+pub mod render;
 
 pub use arm::{Arm, ArmCommand, ArmState};
-pub use board::{Board, BoardTarget, QUARTER_TURNS_RAD, board_pose, surface_axes};
-pub use contact::{ContactConfig, ContactDetector, ContactState};
+pub use board::{Board, BoardTarget, PlaceTolerance, QUARTER_TURNS_RAD, board_pose, surface_axes};
 pub use error::HapticsError;
-pub use follower::{Follower, FollowerConfig};
-pub use profile::{JointBounds, JointMotion};
-pub use renderer::{
-    ApproachConfig, ForceConfig, HoldReason, Phase, RenderStep, Renderer, RendererConfig,
-    WatchdogConfig,
+pub use motion::{Follower, FollowerConfig, JointBounds, JointMotion, Slide};
+pub use render::{
+    ApproachConfig, ContactConfig, ContactDetector, ContactState, ForceConfig, HoldReason, Phase,
+    RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };
-pub use slide::Slide;
+
+pub use hwall_geometry::{ArgumentError, GeometryError, glam};
+pub use hwall_kinematics as kinematics;

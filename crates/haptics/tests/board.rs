@@ -1,7 +1,9 @@
 //! Board poses: every normal has one, bad input has a typed error.
 
 use glam::{DMat3, DVec3};
-use hwall_haptics::{Board, HapticsError, QUARTER_TURNS_RAD, board_pose};
+use hwall_haptics::{
+    ArgumentError, Board, GeometryError, HapticsError, QUARTER_TURNS_RAD, board_pose,
+};
 use hwall_testkit::Sampler;
 
 fn check(normal: DVec3, roll_rad: f64) {
@@ -85,33 +87,33 @@ fn bad_input_is_a_typed_error() {
         let normal = board_pose(o, DVec3::new(0.0, bad, 1.0), 0.0);
         assert!(matches!(
             normal,
-            Err(HapticsError::NonFinite {
+            Err(HapticsError::Argument(ArgumentError::NonFinite {
                 what: "normal",
-                index: 1,
+                index: Some(1),
                 ..
-            })
+            }))
         ));
         let point = board_pose(DVec3::new(0.0, 0.0, bad), DVec3::X, 0.0);
         assert!(matches!(
             point,
-            Err(HapticsError::NonFinite {
+            Err(HapticsError::Argument(ArgumentError::NonFinite {
                 what: "point_m",
-                index: 2,
+                index: Some(2),
                 ..
-            })
+            }))
         ));
         let roll = board_pose(o, DVec3::X, bad);
         assert!(matches!(
             roll,
-            Err(HapticsError::NonFinite {
+            Err(HapticsError::Argument(ArgumentError::NonFinite {
                 what: "roll_rad",
                 ..
-            })
+            }))
         ));
     }
     assert!(matches!(
         board_pose(o, o, 0.0),
-        Err(HapticsError::NoDirection { .. })
+        Err(HapticsError::Geometry(GeometryError::NoDirection { .. }))
     ));
     assert!(board_pose(o, DVec3::splat(f64::MAX), 0.0).is_ok());
 }
@@ -128,10 +130,10 @@ fn the_tool_frame_is_the_middle_of_the_face() {
         };
         assert!(matches!(
             board.flange_from_board_face(),
-            Err(HapticsError::Parameter {
+            Err(HapticsError::Argument(ArgumentError::OutOfRange {
                 what: "thickness_m",
                 ..
-            })
+            }))
         ));
     }
     assert!(

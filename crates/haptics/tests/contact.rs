@@ -1,6 +1,6 @@
 //! The contact state machine on planted forces.
 
-use hwall_haptics::{ContactConfig, ContactDetector, ContactState, HapticsError};
+use hwall_haptics::{ArgumentError, ContactConfig, ContactDetector, ContactState, HapticsError};
 use hwall_testkit::Sampler;
 
 const DT_S: f64 = 1e-3;
@@ -97,7 +97,7 @@ fn nan_is_an_error_and_keeps_the_state() {
     ] {
         assert!(matches!(
             d.step(t_s, force_n),
-            Err(HapticsError::NonFinite { .. })
+            Err(HapticsError::Argument(ArgumentError::NonFinite { .. }))
         ));
         assert_eq!(d, before);
     }
@@ -126,7 +126,7 @@ fn settings_out_of_range_are_named() {
         .err()
     };
     let named = |error: Option<HapticsError>| match error {
-        Some(HapticsError::Parameter { what, .. }) => what,
+        Some(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => what,
         other => panic!("{other:?}"),
     };
     assert_eq!(named(make(f64::NAN, 1.0, 0.1)), "on_n");

@@ -1,7 +1,9 @@
 //! The follower: limits at every step, exact arrival, branches kept, unreachable targets.
 
 use glam::DVec3;
-use hwall_haptics::{Board, BoardTarget, Follower, FollowerConfig, HapticsError};
+use hwall_haptics::{
+    ArgumentError, Board, BoardTarget, Follower, FollowerConfig, GeometryError, HapticsError,
+};
 use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
 use hwall_testkit::Sampler;
 
@@ -226,18 +228,24 @@ fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
     let nan_point = f.set_target(&target(DVec3::splat(f64::NAN), DVec3::X));
     assert!(matches!(
         nan_point,
-        Err(HapticsError::NonFinite {
+        Err(HapticsError::Argument(ArgumentError::NonFinite {
             what: "point_m",
             ..
-        })
+        }))
     ));
     let nan_normal = f.set_target(&target(DVec3::X, DVec3::splat(f64::NAN)));
     assert!(matches!(
         nan_normal,
-        Err(HapticsError::NonFinite { what: "normal", .. })
+        Err(HapticsError::Argument(ArgumentError::NonFinite {
+            what: "normal",
+            ..
+        }))
     ));
     let no_normal = f.set_target(&target(DVec3::X, DVec3::ZERO));
-    assert!(matches!(no_normal, Err(HapticsError::NoDirection { .. })));
+    assert!(matches!(
+        no_normal,
+        Err(HapticsError::Geometry(GeometryError::NoDirection { .. }))
+    ));
     for dt_s in [-1e-3, f64::NAN, f64::INFINITY] {
         assert!(f.step(dt_s).is_err() && f.brake(dt_s).is_err());
     }
@@ -251,7 +259,9 @@ fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
 #[test]
 fn settings_out_of_range_are_named() {
     let named = |config: FollowerConfig| match Follower::new(arm(), config, &start()) {
-        Err(HapticsError::Parameter { what, .. } | HapticsError::NonFinite { what, .. }) => what,
+        Err(HapticsError::Argument(
+            ArgumentError::OutOfRange { what, .. } | ArgumentError::NonFinite { what, .. },
+        )) => what,
         other => panic!("{other:?}"),
     };
     let d = FollowerConfig::default;

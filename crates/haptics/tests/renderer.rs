@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_haptics::{
-    ApproachConfig, ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HapticsError,
-    HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ApproachConfig, ArgumentError, ArmCommand, ArmState, Board, BoardTarget, ForceConfig,
+    HapticsError, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };
 use hwall_kinematics::{
     JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench,
@@ -400,7 +400,7 @@ fn settings_out_of_range_are_named() {
         let mut config = RendererConfig::default();
         change(&mut config);
         match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
-            Err(HapticsError::Parameter { what, .. }) => what,
+            Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => what,
             other => panic!("{other:?}"),
         }
     };
@@ -443,7 +443,9 @@ fn settings_out_of_range_are_named() {
             ),
         ] {
             match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
-                Err(HapticsError::Parameter { what, .. }) => assert_eq!(what, wanted),
+                Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => {
+                    assert_eq!(what, wanted)
+                }
                 other => panic!("{other:?}"),
             }
         }

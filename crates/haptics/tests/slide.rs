@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig, HapticsError, Phase,
-    Renderer, RendererConfig, Slide, board_pose, surface_axes,
+    ArgumentError, ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig,
+    HapticsError, Phase, Renderer, RendererConfig, Slide, board_pose, surface_axes,
 };
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
 use hwall_testkit::Sampler;
@@ -148,7 +148,10 @@ fn slides_that_are_not_finite_move_nothing() {
     ] {
         let refused = follower.slide(DT_S, &bad);
         assert!(
-            matches!(refused, Err(HapticsError::NonFinite { .. })),
+            matches!(
+                refused,
+                Err(HapticsError::Argument(ArgumentError::NonFinite { .. }))
+            ),
             "{refused:?}"
         );
         assert_eq!(follower.commanded(), before);

@@ -1,11 +1,13 @@
 //! One control step: watch the inputs, feel for a touch, move or hold.
 
+use super::contact::{ContactConfig, ContactDetector, ContactState};
+use super::hold::HoldReason;
+use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
-use crate::contact::{ContactConfig, ContactDetector, ContactState};
-use crate::error::{non_negative, positive};
-use crate::follower::{Follower, FollowerConfig};
-use crate::{ArmCommand, ArmState, HapticsError, Slide};
+use crate::error::HapticsError;
+use crate::motion::{Follower, FollowerConfig, Slide};
 use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_numeric::check::{non_negative, positive};
 
 /// Settings of [`Renderer`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -85,56 +87,6 @@ impl Default for WatchdogConfig {
             max_state_age_s: 0.1,
             max_step_s: 0.05,
             resync_rad: 0.05,
-        }
-    }
-}
-
-/// Why the renderer holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum HoldReason {
-    /// The time given is NaN or infinite.
-    NonFiniteTime,
-    /// The time given lies before that of the last step.
-    TimeReversed {
-        /// By how much, s.
-        by_s: f64,
-    },
-    /// The arm state holds NaN or an infinity.
-    NonFiniteState {
-        /// The quantity.
-        what: &'static str,
-        /// Joint, from 0.
-        joint: usize,
-    },
-    /// The arm state is too old.
-    StaleState {
-        /// Its age, s; negative if its stamp lies ahead.
-        age_s: f64,
-    },
-    /// There is no target.
-    NoTarget,
-    /// The target holds NaN, an infinity, or a normal without a direction.
-    InvalidTarget,
-    /// The target is too old.
-    StaleTarget {
-        /// Its age, s; negative if its stamp lies ahead.
-        age_s: f64,
-    },
-}
-
-impl HoldReason {
-    /// A short name for tables and files.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::NonFiniteTime => "non_finite_time",
-            Self::TimeReversed { .. } => "time_reversed",
-            Self::NonFiniteState { .. } => "non_finite_state",
-            Self::StaleState { .. } => "stale_state",
-            Self::NoTarget => "no_target",
-            Self::InvalidTarget => "invalid_target",
-            Self::StaleTarget { .. } => "stale_target",
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Time-optimal motion of one joint under velocity and acceleration limits.
 
-use crate::HapticsError;
-use crate::error::positive;
+use crate::error::HapticsError;
+use hwall_numeric::check::positive;
 
 /// Limits of the motion of one joint, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,6 +170,7 @@ impl JointMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hwall_numeric::ArgumentError;
     use hwall_testkit::Sampler;
     use proptest::prelude::*;
 
@@ -416,7 +417,7 @@ mod tests {
     fn bounds_that_are_not_positive_are_named() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let what = |bounds| match bounds {
-                Err(HapticsError::Parameter { what, .. }) => what,
+                Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => what,
                 other => panic!("{other:?}"),
             };
             assert_eq!(what(JointBounds::new(bad, 1.0)), "velocity_rad_per_s");

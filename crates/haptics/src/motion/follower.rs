@@ -1,20 +1,21 @@
 //! From a moving board target to joint commands within the arm's limits.
 
-use crate::HapticsError;
-use crate::board::{BoardTarget, QUARTER_TURNS_RAD, board_pose, direction};
-use crate::error::{finite, non_negative, positive};
-use crate::profile::{JointBounds, JointMotion};
-use crate::slide::Sliding;
+use super::profile::{JointBounds, JointMotion};
+use super::slide::{Slide, Sliding, Stop};
+use crate::board::{BoardTarget, QUARTER_TURNS_RAD, board_pose};
+use crate::error::HapticsError;
 use glam::DVec3;
+use hwall_geometry::{Pose, direction};
 use hwall_kinematics::{
     BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution,
     SrsArm, Unreachable,
 };
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use std::f64::consts::{PI, TAU};
 
 /// A drift of the target that moves a joint of the goal further than this has left its valley (a
 /// limit or a singular pose came in between): all rolls are compared anew, rad.
-pub(crate) const DRIFT_RAD: f64 = 0.3;
+const DRIFT_RAD: f64 = 0.3;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
@@ -53,27 +54,25 @@ impl FollowerConfig {
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), HapticsError> {
         positive("speed_share", self.speed_share)?;
-        if self.speed_share > 1.0 {
-            let (what, value) = ("speed_share", self.speed_share);
-            return Err(HapticsError::Parameter {
-                what,
-                value,
-                wanted: "at most 1",
-            });
-        }
+        that(
+            self.speed_share <= 1.0,
+            "speed_share",
+            self.speed_share,
+            "at most 1",
+        )?;
         for acceleration in self.acceleration_rad_per_s2 {
             positive("acceleration_rad_per_s2", acceleration)?;
         }
-        if self.rolls_rad.is_empty() {
-            return Err(HapticsError::Parameter {
-                what: "number of rolls",
-                value: 0.0,
-                wanted: "at least 1",
-            });
-        }
-        finite("rolls_rad", &self.rolls_rad)?;
+        that(
+            !self.rolls_rad.is_empty(),
+            "number of rolls",
+            0.0,
+            "at least 1",
+        )?;
+        all_finite("rolls_rad", &self.rolls_rad)?;
         non_negative("far_m", self.far_m)?;
-        non_negative("far_rad", self.far_rad)
+        non_negative("far_rad", self.far_rad)?;
+        Ok(())
     }
 }
 
@@ -104,16 +103,16 @@ struct Goal {
 /// overshoot.
 #[derive(Debug, Clone)]
 pub struct Follower {
-    pub(crate) arm: SrsArm,
+    arm: SrsArm,
     config: FollowerConfig,
-    pub(crate) bounds: [JointBounds; 7],
-    pub(crate) nearest: NearestConfig,
-    pub(crate) motion: [JointMotion; 7],
+    bounds: [JointBounds; 7],
+    nearest: NearestConfig,
+    motion: [JointMotion; 7],
     aim: Option<Aim>,
     goal: Option<Goal>,
-    pub(crate) sliding: Option<Sliding>,
+    sliding: Option<Sliding>,
     /// The way on which a slide had to end, and why.
-    pub(crate) blocked: Option<(DVec3, Unreachable)>,
+    blocked: Option<(DVec3, Unreachable)>,
 }
 
 impl Follower {
@@ -168,8 +167,8 @@ impl Follower {
         q: &JointPositions,
         qd: &JointVelocities,
     ) -> Result<(), HapticsError> {
-        finite("q", &q.0)?;
-        finite("qd", &qd.0)?;
+        all_finite("q", &q.0)?;
+        all_finite("qd", &qd.0)?;
         for (joint, motion) in self.motion.iter_mut().enumerate() {
             let most = self.bounds[joint].velocity_rad_per_s();
             *motion = JointMotion {
@@ -203,9 +202,9 @@ impl Follower {
         if let Some(aim) = self.aim.filter(same) {
             return Ok(aim.unreachable);
         }
-        finite("point_m", &point_m.to_array())?;
-        finite("roll_rad", roll_rad.as_slice())?;
-        let unit_normal = direction(normal)?;
+        all_finite("point_m", &point_m.to_array())?;
+        all_finite("roll_rad", roll_rad.as_slice())?;
+        let unit_normal = direction("normal", normal)?;
         let drifted = match self.goal {
             Some(goal) if self.is_near(&goal, point_m, unit_normal) => {
                 let kept = roll_rad.map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
@@ -290,7 +289,7 @@ impl Follower {
         (self.sliding, self.blocked) = (None, None);
     }
 
-    pub(crate) fn advance(
+    fn advance(
         &mut self,
         dt_s: f64,
         next: impl Fn(usize, JointMotion, &JointBounds) -> JointMotion,
@@ -367,6 +366,82 @@ impl Follower {
             Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
             Err(other) => Err(other.into()),
         }
+    }
+}
+
+impl Follower {
+    /// The next configuration while the board moves within its plane, from where braking would have left
+    /// it on the first call. Returns why the board cannot go on, if it cannot; it then comes to
+    /// rest and waits for another way.
+    ///
+    /// The velocity changes no faster than the joints can, so that they follow without lag and without
+    /// overshoot. A call of any other motion ends the slide.
+    ///
+    /// # Errors
+    /// NaN or infinity in the slide, or a step as for [`Follower::step`]; nothing then moves.
+    pub fn slide(&mut self, dt_s: f64, slide: &Slide) -> Result<Option<Unreachable>, HapticsError> {
+        slide.validate()?;
+        non_negative("dt_s", dt_s)?;
+        let way = slide.velocity_m_per_s;
+        let blocked = self.blocked.filter(|(blocked, _)| blocked.dot(way) > 0.0);
+        let next = match blocked {
+            Some((_, reason)) => Err(Stop::Unreachable(reason)),
+            None => {
+                let sliding = self.sliding.unwrap_or_else(|| self.at_rest());
+                sliding.next(dt_s, slide, &self.bounds, |pose, q| self.near(pose, q))
+            }
+        };
+        match next {
+            Ok(next) => {
+                let (q, rate) = (next.sliding.q(), next.rate_rad_per_s);
+                self.advance(dt_s, |joint, motion, bounds| {
+                    motion.beside(q[joint], rate[joint], bounds, dt_s)
+                })?;
+                (self.sliding, self.blocked) = (Some(next.sliding), None);
+                Ok(next.unreachable)
+            }
+            Err(Stop::Unreachable(reason)) => {
+                self.brake(dt_s)?;
+                self.blocked = Some((way, reason));
+                Ok(Some(reason))
+            }
+            Err(Stop::Error(error)) => Err(error),
+        }
+    }
+
+    /// The acceleration of a board at its goal along a direction that all joints allow, m/s²; `None` without
+    /// a goal or a direction, or where the board cannot move that way.
+    ///
+    /// Error: that of a difference over 0.1 mm, some 1e-3 of it away from singular poses.
+    #[must_use]
+    pub fn acceleration_along_m_per_s2(&self, direction: DVec3) -> Option<f64> {
+        let q = self.goal()?;
+        let at = Sliding::new(self.arm.forward(&q), q);
+        let near = |pose: &Pose, q: &JointPositions| self.near(pose, q);
+        at.acceleration_along_m_per_s2(direction, &self.bounds, near)
+    }
+
+    /// A slide that begins where braking ends.
+    fn at_rest(&self) -> Sliding {
+        let q = JointPositions(std::array::from_fn(|i| {
+            let limit = self.arm.limits()[i];
+            let stop = self.motion[i].stopping_point_rad(&self.bounds[i]);
+            stop.clamp(limit.min_rad, limit.max_rad)
+        }));
+        Sliding::new(self.arm.forward(&q), q)
+    }
+
+    /// The solution beside a configuration.
+    fn near(&self, pose: &Pose, q: &JointPositions) -> Result<JointPositions, Stop> {
+        let config = NearestConfig {
+            policy: BranchPolicy::Keep,
+            ..self.nearest
+        };
+        let found = self.arm.nearest_solution(pose, q, &config)?;
+        if found.q.max_abs_difference(q) > DRIFT_RAD {
+            return Err(Stop::Unreachable(Unreachable::OtherBranch));
+        }
+        Ok(found.q)
     }
 }
 

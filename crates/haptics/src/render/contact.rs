@@ -1,7 +1,7 @@
 //! When does a force on the board count as a touch?
 
-use crate::HapticsError;
-use crate::error::{finite, non_negative, positive};
+use crate::error::HapticsError;
+use hwall_numeric::check::{finite, non_negative, positive, that};
 
 /// Settings of [`ContactDetector`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,13 +33,7 @@ impl ContactConfig {
         positive("on_n", self.on_n)?;
         positive("off_n", self.off_n)?;
         non_negative("dwell_s", self.dwell_s)?;
-        if self.off_n > self.on_n {
-            return Err(HapticsError::Parameter {
-                what: "off_n",
-                value: self.off_n,
-                wanted: "at most on_n",
-            });
-        }
+        that(self.off_n <= self.on_n, "off_n", self.off_n, "at most on_n")?;
         Ok(())
     }
 }
@@ -92,8 +86,8 @@ impl ContactDetector {
     /// # Errors
     /// NaN or infinity; the state then stays what it was.
     pub fn step(&mut self, t_s: f64, normal_force_n: f64) -> Result<ContactState, HapticsError> {
-        finite("t_s", &[t_s])?;
-        finite("normal_force_n", &[normal_force_n])?;
+        finite("t_s", t_s)?;
+        finite("normal_force_n", normal_force_n)?;
         match self.state {
             ContactState::NonContact if normal_force_n > self.config.on_n => {
                 self.state = ContactState::Contact { since_s: t_s };

@@ -1,0 +1,9 @@
+//! From places of the board to joint commands within the limits of the arm.
+
+mod follower;
+mod profile;
+mod slide;
+
+pub use follower::{Follower, FollowerConfig};
+pub use profile::{JointBounds, JointMotion};
+pub use slide::Slide;

@@ -1,0 +1,247 @@
+//! Motion of a touched board within its own plane.
+
+use super::profile::JointBounds;
+use crate::error::HapticsError;
+use glam::{DMat3, DVec3};
+use hwall_geometry::{GeometryError, Pose};
+use hwall_kinematics::{JointPositions, KinematicsError, Unreachable};
+use hwall_numeric::check::{all_finite, finite};
+
+/// How far a slide is looked ahead for the velocities of the joints, m; a turn counts by the way of a
+/// place this far off the middle, m.
+const PREVIEW_M: f64 = 1e-4;
+const EDGE_M: f64 = 0.1;
+
+/// A slide looks no further ahead for where it could stop, m: 0.1 m/s at 0.5 m/s².
+const STOP_M: f64 = 0.01;
+
+/// Share of the joints' accelerations that a slide plans with; the rest holds them on the path, whose
+/// curvature in the joints costs some too.
+const SLIDE_SHARE: f64 = 0.9;
+
+/// How a touched board shall move within its plane, in the robot base frame.
+///
+/// The board takes up the velocities as fast as its joints allow and then keeps them; way that it lost
+/// meanwhile it does not catch up, because that would need more speed than was asked for. A part along the
+/// board's normal is left out: a slide never pushes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Slide {
+    /// Velocity, m/s.
+    pub velocity_m_per_s: DVec3,
+    /// Turn about the outward normal, rad/s.
+    pub turn_rad_per_s: f64,
+}
+
+impl Slide {
+    /// Rejects NaN and infinities.
+    ///
+    /// # Errors
+    /// The first value that is not finite.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        all_finite("velocity_m_per_s", &self.velocity_m_per_s.to_array())?;
+        finite("turn_rad_per_s", self.turn_rad_per_s)?;
+        Ok(())
+    }
+}
+
+/// A velocity and a turn within a plane.
+#[derive(Debug, Clone, Copy, Default)]
+struct Planar {
+    linear: DVec3,
+    angular: f64,
+}
+
+impl Planar {
+    fn times(self, factor: f64) -> Self {
+        Self {
+            linear: self.linear * factor,
+            angular: self.angular * factor,
+        }
+    }
+
+    /// Metres, or metres a second, that a place [`EDGE_M`] off the middle moves by at most.
+    fn size(self) -> f64 {
+        self.linear.length() + EDGE_M * self.angular.abs()
+    }
+}
+
+/// A slide under way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sliding {
+    /// The board where the slide began.
+    pose: Pose,
+    /// Its way since, and its velocity.
+    moved: Planar,
+    velocity: Planar,
+    /// The configuration that it asked for last.
+    q: JointPositions,
+}
+
+impl Sliding {
+    /// At rest in a configuration that holds the board there.
+    pub(super) fn new(pose: Pose, q: JointPositions) -> Self {
+        Self {
+            pose,
+            moved: Planar::default(),
+            velocity: Planar::default(),
+            q,
+        }
+    }
+
+    /// The configuration that the slide asked for last.
+    pub(super) const fn q(&self) -> JointPositions {
+        self.q
+    }
+
+    /// One step on; `near` solves for the configuration beside another one.
+    pub(super) fn next(
+        &self,
+        dt_s: f64,
+        slide: &Slide,
+        bounds: &[JointBounds; 7],
+        near: impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+    ) -> Result<Next, Stop> {
+        let (mut next, mut unreachable) = (*self, None);
+        for wanted in [*slide, Slide::default()] {
+            let change = self.change_to(&wanted);
+            let share = (self.most_per_s(change, bounds, &near)? * dt_s).min(1.0);
+            next = self.advanced(change.times(share), dt_s);
+            match next.can_stop(bounds, &near) {
+                Ok(()) => break,
+                Err(Stop::Unreachable(reason)) if unreachable.is_none() => {
+                    unreachable = Some(reason);
+                }
+                Err(stop) => return Err(stop),
+            }
+        }
+        next.q = near(&next.place(Planar::default())?, &self.q)?;
+        Ok(Next {
+            rate_rad_per_s: next.rates(next.velocity, &near)?,
+            sliding: next,
+            unreachable,
+        })
+    }
+
+    /// The acceleration along a direction that all joints allow, m/s².
+    pub(super) fn acceleration_along_m_per_s2(
+        &self,
+        direction: DVec3,
+        bounds: &[JointBounds; 7],
+        near: impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+    ) -> Option<f64> {
+        let unit = Planar {
+            linear: direction.try_normalize()?,
+            angular: 0.0,
+        };
+        Some(self.most_per_s(unit, bounds, &near).ok()? / SLIDE_SHARE)
+    }
+
+    /// The joints' rates for a velocity of the board, rad/s.
+    fn rates(
+        &self,
+        velocity: Planar,
+        near: &impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+    ) -> Result<[f64; 7], Stop> {
+        let size = velocity.size();
+        if size == 0.0 {
+            return Ok([0.0; 7]);
+        }
+        let preview_s = PREVIEW_M / size;
+        let there = self.place(velocity.times(preview_s))?;
+        let there = near(&there, &self.q)?;
+        Ok(std::array::from_fn(|i| (there[i] - self.q[i]) / preview_s))
+    }
+
+    /// How often a second the joints could take up a velocity.
+    fn most_per_s(
+        &self,
+        velocity: Planar,
+        bounds: &[JointBounds; 7],
+        near: &impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+    ) -> Result<f64, Stop> {
+        let rates = self.rates(velocity, near)?;
+        let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2() / rates[i].abs());
+        // Finite also where nothing moves: its share is then capped at 1.
+        Ok(SLIDE_SHARE * most.fold(f64::MAX, f64::min))
+    }
+
+    /// Can the board stop before it comes where it cannot be?
+    fn can_stop(
+        &self,
+        bounds: &[JointBounds; 7],
+        near: &impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+    ) -> Result<(), Stop> {
+        let size = self.velocity.size();
+        if size == 0.0 {
+            return Ok(());
+        }
+        let stop_s = 1.0 / self.most_per_s(self.velocity, bounds, near)?;
+        let ahead_s = (0.5 * stop_s).min(STOP_M / size) + PREVIEW_M / size;
+        let end = self.place(self.velocity.times(ahead_s))?;
+        near(&end, &self.q).map(|_| ())
+    }
+
+    /// From the present velocity to that of a slide.
+    fn change_to(&self, slide: &Slide) -> Planar {
+        let along = slide
+            .velocity_m_per_s
+            .reject_from_normalized(self.pose.rotation().z_axis);
+        Planar {
+            linear: along - self.velocity.linear,
+            angular: slide.turn_rad_per_s - self.velocity.angular,
+        }
+    }
+
+    /// The slide one step on, with a change of its velocity.
+    fn advanced(mut self, change: Planar, dt_s: f64) -> Self {
+        let before = self.velocity;
+        self.velocity.linear += change.linear;
+        self.velocity.angular += change.angular;
+        self.moved.linear += 0.5 * dt_s * (before.linear + self.velocity.linear);
+        self.moved.angular += 0.5 * dt_s * (before.angular + self.velocity.angular);
+        self
+    }
+
+    /// The board, further on.
+    fn place(&self, ahead: Planar) -> Result<Pose, Stop> {
+        let turned = self.moved.angular + ahead.angular;
+        let rotation = self.pose.rotation() * DMat3::from_rotation_z(turned);
+        let position_m = self.pose.position_m() + self.moved.linear + ahead.linear;
+        Ok(Pose::new(rotation, position_m).map_err(HapticsError::from)?)
+    }
+}
+
+/// Why a slide cannot go on.
+pub(super) enum Stop {
+    Unreachable(Unreachable),
+    Error(HapticsError),
+}
+
+impl From<HapticsError> for Stop {
+    fn from(error: HapticsError) -> Self {
+        Self::Error(error)
+    }
+}
+
+impl From<KinematicsError> for Stop {
+    fn from(error: KinematicsError) -> Self {
+        match error {
+            KinematicsError::Unreachable(reason) => Self::Unreachable(reason),
+            other => Self::Error(other.into()),
+        }
+    }
+}
+
+impl From<GeometryError> for Stop {
+    fn from(error: GeometryError) -> Self {
+        Self::Error(error.into())
+    }
+}
+
+/// A slide one step on.
+pub(super) struct Next {
+    pub(super) sliding: Sliding,
+    pub(super) rate_rad_per_s: [f64; 7],
+    /// Why it slows down before the end of its way, if it does.
+    pub(super) unreachable: Option<Unreachable>,
+}
