@@ -1,29 +1,38 @@
 //! Where the tracker stands, from points that were measured in both frames.
 
-use crate::{ContactError, RigidMap};
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use crate::error::HandError;
+use glam::{DMat3, DQuat, DVec3};
+use hwall_geometry::Pose;
+use hwall_numeric::check::all_finite;
+use hwall_numeric::dense::{Eigen, symmetric_eigen};
 
-/// A rigid map from point pairs, and how well it fits them.
+/// One point, measured in two frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointPair {
+    /// In frame a, such as the robot's base, m.
+    pub in_a_m: DVec3,
+    /// In frame b, such as the tracker's, m.
+    pub in_b_m: DVec3,
+}
+
+/// The rigid transform between two frames that fits point pairs best, and how well it fits them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Calibration {
-    /// The map, least squares over all pairs.
-    pub a_from_b: RigidMap,
-    /// Distance of each mapped point from its partner, m, in the order of the pairs.
+pub struct RigidFit {
+    /// The transform, least squares over all pairs.
+    pub a_from_b: Pose,
+    /// Distance of each transformed point from its partner, m, in the order of the pairs.
     pub residuals_m: Vec<f64>,
 }
 
-/// Fewest pairs that fix a rigid map.
+/// Fewest pairs that determine a rigid transform.
 const FEWEST: usize = 3;
-/// Points on one line leave the turn about it open: below this ratio of what fixes the turn to the
-/// size of the cloud they count as such.
+/// Points on one line leave the rotation about it undetermined. They count as such below this ratio of
+/// what fixes the rotation to the extent of the points.
 const COLLINEAR: f64 = 1e-9;
-/// Sweeps of the eigenvalue iteration; it converges quadratically, in five or six.
-const SWEEPS: usize = 50;
 
-impl Calibration {
+impl RigidFit {
     /// From points known in both frames, such as the board's corners touched with a tracked
-    /// finger: `(in a, in b)`, m. Three pairs that are not on one line are enough; more average
-    /// noise out.
+    /// finger. Three pairs that are not on one line are enough; more average noise out.
     ///
     /// Error: exact to rounding for exact pairs; with independent noise of standard deviation `s`
     /// a coordinate, the mean of `n` points is off by `s √(3 / n)`.
@@ -31,37 +40,32 @@ impl Calibration {
     ///
     /// # Errors
     /// NaN or infinity, fewer than three pairs, points on one line or all in one place.
-    pub fn from_pairs(pairs: &[(DVec3, DVec3)]) -> Result<Self, ContactError> {
+    pub fn from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
         if pairs.len() < FEWEST {
-            return Err(ContactError::TooFewPairs {
+            return Err(HandError::TooFewPairs {
                 needed: FEWEST,
                 got: pairs.len(),
             });
         }
-        let finite = |p: &DVec3| p.to_array().into_iter().find(|x| !x.is_finite());
-        if let Some(value) = pairs.iter().find_map(|(a, b)| finite(a).or(finite(b))) {
-            return Err(ContactError::NonFinite {
-                what: "point of a pair",
-                value,
-            });
+        for pair in pairs {
+            all_finite("point in frame a", &pair.in_a_m.to_array())?;
+            all_finite("point in frame b", &pair.in_b_m.to_array())?;
         }
         let n = pairs.len() as f64;
-        let mean = |pick: fn(&(DVec3, DVec3)) -> DVec3| {
-            // Divided first: sums of large coordinates would overflow.
-            pairs.iter().map(|p| pick(p) / n).sum::<DVec3>()
-        };
-        let (mean_a, mean_b) = (mean(|p| p.0), mean(|p| p.1));
-        let size = pairs.iter().fold(0.0, |m: f64, (a, b)| {
-            m.max((a - mean_a).abs().max_element())
-                .max((b - mean_b).abs().max_element())
+        // Divided first: sums of large coordinates would overflow.
+        let mean_a = pairs.iter().map(|p| p.in_a_m / n).sum::<DVec3>();
+        let mean_b = pairs.iter().map(|p| p.in_b_m / n).sum::<DVec3>();
+        let size = pairs.iter().fold(0.0, |m: f64, p| {
+            m.max((p.in_a_m - mean_a).abs().max_element())
+                .max((p.in_b_m - mean_b).abs().max_element())
         });
         if !(size > 0.0 && size.is_finite()) {
-            return Err(ContactError::Collinear { ratio: 0.0 });
+            return Err(HandError::Collinear { ratio: 0.0 });
         }
         // Sum of b aᵀ, of points about their means in units of the cloud.
         let mut s = DMat3::ZERO;
-        for (a, b) in pairs {
-            let (a, b) = ((a - mean_a) / size, (b - mean_b) / size);
+        for pair in pairs {
+            let (a, b) = ((pair.in_a_m - mean_a) / size, (pair.in_b_m - mean_b) / size);
             s += DMat3::from_cols(b * a.x, b * a.y, b * a.z);
         }
         let [sx, sy, sz] = [s.row(0), s.row(1), s.row(2)];
@@ -71,22 +75,17 @@ impl Calibration {
             [sz.x - sx.z, sx.y + sy.x, sy.y - sx.x - sz.z, sy.z + sz.y],
             [sx.y - sy.x, sz.x + sx.z, sy.z + sz.y, sz.z - sx.x - sy.y],
         ];
-        let (values, vectors) = eigen(n4);
-        let mut order = [0, 1, 2, 3];
-        order.sort_by(|i, j| values[*j].total_cmp(&values[*i]));
-        let ratio = (values[order[0]] - values[order[1]]) / values[order[0]].abs();
+        let Eigen { values, vectors } = symmetric_eigen(&n4);
+        let ratio = (values[0] - values[1]) / values[0].abs();
         if ratio.is_nan() || ratio <= COLLINEAR {
-            return Err(ContactError::Collinear { ratio });
+            return Err(HandError::Collinear { ratio });
         }
-        let [w, x, y, z] = [0, 1, 2, 3].map(|k| vectors[k][order[0]]);
-        let turn = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-        let a_from_b = RigidMap::from_affine(DAffine3 {
-            matrix3: turn,
-            translation: mean_a - turn * mean_b,
-        })?;
+        let [w, x, y, z] = vectors[0];
+        let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+        let a_from_b = Pose::new(rotation, mean_a - rotation * mean_b)?;
         let residuals_m = pairs
             .iter()
-            .map(|(a, b)| a_from_b.point(*b).distance(*a))
+            .map(|p| a_from_b.transform_point(p.in_b_m).distance(p.in_a_m))
             .collect();
         Ok(Self {
             a_from_b,
@@ -101,55 +100,12 @@ impl Calibration {
         (squares / self.residuals_m.len() as f64).sqrt()
     }
 
-    /// The worst pair, from 0, and its residual, m: the first to look at when the fit is bad.
+    /// The pair with the largest residual, from 0: the first to look at when the fit is bad.
     #[must_use]
-    pub fn worst(&self) -> (usize, f64) {
-        self.residuals_m
-            .iter()
-            .copied()
-            .enumerate()
-            .fold((0, 0.0), |worst, r| if r.1 > worst.1 { r } else { worst })
+    pub fn worst(&self) -> usize {
+        let residuals = self.residuals_m.iter().enumerate();
+        residuals
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or(0, |(pair, _)| pair)
     }
-}
-
-/// Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
-fn eigen(mut a: [[f64; 4]; 4]) -> ([f64; 4], [[f64; 4]; 4]) {
-    let mut v = [[0.0; 4]; 4];
-    for (i, row) in v.iter_mut().enumerate() {
-        row[i] = 1.0;
-    }
-    for _ in 0..SWEEPS {
-        let off: f64 = (0..4)
-            .flat_map(|i| (0..i).map(move |j| (i, j)))
-            .map(|(i, j)| a[i][j].powi(2))
-            .sum();
-        if off == 0.0 {
-            break;
-        }
-        for p in 0..3 {
-            for q in p + 1..4 {
-                if a[p][q] == 0.0 {
-                    continue;
-                }
-                let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-                // The smaller root; for a huge theta its square overflows to infinity and t to 0.
-                let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-                let c = 1.0 / t.hypot(1.0);
-                let s = t * c;
-                for row in &mut a {
-                    (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
-                }
-                let (before_q, from_q) = a.split_at_mut(q);
-                for (x, y) in before_q[p].iter_mut().zip(&mut from_q[0]) {
-                    (*x, *y) = (c * *x - s * *y, s * *x + c * *y);
-                }
-                a[p][q] = 0.0;
-                a[q][p] = 0.0;
-                for row in &mut v {
-                    (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
-                }
-            }
-        }
-    }
-    ([0, 1, 2, 3].map(|k| a[k][k]), v)
 }

@@ -1,49 +1,12 @@
-//! Frames and rigid maps: identities and what must be refused.
+//! Frames: in another coordinate system, and points that are missing.
 
-use glam::{DAffine3, DMat3, DVec3};
-use hwall_contact::{ContactError, HandFrame, HandPoint, RigidMap};
-use hwall_testkit::{Sampler, Tol, assert_close};
-
-fn random_map(sampler: &mut Sampler) -> RigidMap {
-    let translation = sampler.point_in_box(DVec3::splat(-3.0), DVec3::splat(3.0));
-    RigidMap::from_affine(DAffine3::from_mat3_translation(
-        sampler.rotation(),
-        translation,
-    ))
-    .unwrap()
-}
-
-#[test]
-fn headset_axes_map_to_base_axes_exactly() {
-    let map = RigidMap::Z_UP_FROM_Y_UP;
-    assert_eq!(map.direction(DVec3::NEG_Z), DVec3::X, "forward");
-    assert_eq!(map.direction(DVec3::NEG_X), DVec3::Y, "left");
-    assert_eq!(map.direction(DVec3::Y), DVec3::Z, "up");
-    assert_eq!(map.to_affine().matrix3.determinant(), 1.0, "no mirror");
-}
-
-#[test]
-fn maps_keep_lengths_compose_and_invert() {
-    let mut sampler = Sampler::new(1);
-    for _ in 0..200 {
-        let (a, b) = (random_map(&mut sampler), random_map(&mut sampler));
-        let p = sampler.point_in_box(DVec3::splat(-2.0), DVec3::splat(2.0));
-        let q = sampler.point_in_box(DVec3::splat(-2.0), DVec3::splat(2.0));
-        assert_close!(
-            a.point(p).distance(a.point(q)),
-            p.distance(q),
-            Tol::abs(1e-13)
-        );
-        assert_close!((a * b).point(p), a.point(b.point(p)), Tol::abs(1e-13));
-        assert_close!(a.inverse().point(a.point(p)), p, Tol::abs(1e-13));
-        assert_close!(a.direction(p - q), a.point(p) - a.point(q), Tol::abs(1e-13));
-    }
-}
+use glam::DVec3;
+use hwall_hand::{HandFrame, HandPoint, Pose, TrackedPoint};
+use hwall_testkit::{Tol, assert_close};
 
 #[test]
 fn a_frame_is_mapped_whole() {
-    let map =
-        RigidMap::from_yaw(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap() * RigidMap::Z_UP_FROM_Y_UP;
+    let map = Pose::from_yaw(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap() * Pose::Z_UP_FROM_Y_UP;
     let frame = HandFrame {
         t_s: 4.5,
         palm_m: Some(DVec3::X),
@@ -51,55 +14,21 @@ fn a_frame_is_mapped_whole() {
         head_m: Some(DVec3::new(0.0, 1.7, 0.0)),
         gaze: Some(DVec3::NEG_Z),
     };
-    let mapped = map.frame(&frame);
+    let mapped = frame.transformed(&map);
     assert_eq!(mapped.t_s, 4.5);
     for which in HandPoint::ALL {
         assert_eq!(
             mapped.point(which),
-            frame.point(which).map(|p| map.point(p))
+            frame.point(which).map(|p| map.transform_point(p))
         );
     }
-    assert_eq!(mapped.head_m, frame.head_m.map(|p| map.point(p)));
+    assert_eq!(mapped.head_m, frame.head_m.map(|p| map.transform_point(p)));
     // A direction is turned but not moved.
     assert_close!(
         mapped.gaze.unwrap(),
         DVec3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0),
         Tol::abs(1e-15)
     );
-}
-
-#[test]
-fn what_is_not_rigid_is_refused() {
-    let refused = |m: DMat3| RigidMap::from_affine(DAffine3::from_mat3(m)).unwrap_err();
-    assert!(
-        matches!(
-            refused(DMat3::IDENTITY * 1.001),
-            ContactError::NotRigid { .. }
-        ),
-        "scale"
-    );
-    let mirror = DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));
-    assert_eq!(refused(mirror), ContactError::NotRigid { deviation: 2.0 });
-    assert!(matches!(
-        refused(DMat3::ZERO),
-        ContactError::NotRigid { .. }
-    ));
-    assert!(
-        matches!(
-            refused(DMat3::IDENTITY * 1e200),
-            ContactError::NotRigid { .. }
-        ),
-        "overflow"
-    );
-    assert!(matches!(
-        refused(DMat3::IDENTITY * f64::NAN),
-        ContactError::NonFinite { .. }
-    ));
-    assert!(matches!(
-        RigidMap::from_yaw(f64::INFINITY, DVec3::ZERO),
-        Err(ContactError::NonFinite { .. })
-    ));
-    assert!(RigidMap::from_yaw(0.0, DVec3::new(0.0, f64::NAN, 0.0)).is_err());
 }
 
 #[test]
@@ -113,15 +42,21 @@ fn points_that_are_no_numbers_count_as_missing() {
     frame.tips_m[4] = Some(DVec3::new(1e7, 0.0, 0.0));
     assert_eq!(
         frame.contact_point(),
-        Some((HandPoint::Palm, DVec3::ZERO)),
+        Some(TrackedPoint {
+            point: HandPoint::Palm,
+            position_m: DVec3::ZERO
+        }),
         "the index is no number"
     );
     assert_eq!(frame.centroid_m(), Some(DVec3::ZERO));
     frame.tips_m[1] = Some(DVec3::new(0.1, 0.0, 0.0));
     frame.tips_m[2] = Some(DVec3::new(0.12, 0.0, 0.0));
-    assert_eq!(frame.contact_point().unwrap().0, HandPoint::Index);
-    assert_eq!(frame.foremost(DVec3::X * 7.0).unwrap().0, HandPoint::Middle);
-    assert_eq!(frame.foremost(DVec3::NEG_X).unwrap().0, HandPoint::Palm);
+    assert_eq!(frame.contact_point().unwrap().point, HandPoint::Index);
+    assert_eq!(
+        frame.foremost(DVec3::X * 7.0).unwrap().point,
+        HandPoint::Middle
+    );
+    assert_eq!(frame.foremost(DVec3::NEG_X).unwrap().point, HandPoint::Palm);
     assert_eq!(frame.foremost(DVec3::ZERO), None);
     frame.head_m = Some(DVec3::Z);
     assert_eq!(frame.gaze_ray(), None, "no gaze");
@@ -129,4 +64,24 @@ fn points_that_are_no_numbers_count_as_missing() {
     assert_eq!(frame.gaze_ray(), None, "a gaze without direction");
     frame.gaze = Some(DVec3::X * 2.0);
     assert_eq!(frame.gaze_ray().unwrap().direction, DVec3::X);
+}
+
+#[test]
+fn a_limited_tracker_delivers_its_points_and_the_head() {
+    let frame = HandFrame {
+        t_s: 1.0,
+        palm_m: Some(DVec3::X),
+        tips_m: [Some(DVec3::Y); 5],
+        head_m: Some(DVec3::Z),
+        gaze: Some(DVec3::X),
+    };
+    let all = frame.limited_to(&HandPoint::ALL, true);
+    assert_eq!(all, frame);
+    let tip = frame.limited_to(&[HandPoint::Index], false);
+    let expected = HandFrame {
+        tips_m: [None, Some(DVec3::Y), None, None, None],
+        head_m: Some(DVec3::Z),
+        ..HandFrame::empty(1.0)
+    };
+    assert_eq!(tip, expected);
 }
