@@ -100,9 +100,12 @@ pub enum ReachabilityError {
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,
-    /// A pose or an arm model is not valid.
+    /// An arm model is not valid.
     #[error(transparent)]
     Kinematics(#[from] hwall_kinematics::KinematicsError),
+    /// A pose is not valid.
+    #[error(transparent)]
+    Geometry(#[from] hwall_kinematics::GeometryError),
 }
 
 pub(crate) fn finite(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {

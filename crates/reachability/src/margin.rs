@@ -1,14 +1,14 @@
 //! How far a board may be off its place with the pose still reachable: a proven lower bound.
 //!
 //! The run time keeps this distance from the end of the reachable set, because a tracked hand and
-//! a predicted contact are not exact. One test of a region ([`SrsArm::reach_region`]) proves a whole
+//! a predicted contact are not exact. One test of a region ([`SrsArm::region_verdict`]) proves a whole
 //! ball of positions and cone of orientations; the largest size that passes is found by bisection.
 //! The true margin is larger: see the README for by how much.
 
 use crate::ReachabilityError;
 use crate::error::{finite, non_negative};
 use crate::exact::size_m;
-use hwall_kinematics::{Pose, PoseRegion, RegionReach, SrsArm};
+use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 
 /// Sizes are told apart to this share.
 const RESOLUTION: f64 = 1.02;
@@ -34,7 +34,7 @@ pub fn position_margin_m(
     let size = size_m(arm);
     let largest = largest_proven(0.05, |share| {
         let region = PoseRegion::ball(*base_from_tool, share * size, cone_rad);
-        matches!(arm.reach_region(&region), RegionReach::Reachable(_))
+        matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
     });
     Ok(largest.map(|share| share * size))
 }
@@ -53,7 +53,7 @@ pub fn orientation_margin_rad(
     non_negative("radius_m", radius_m)?;
     Ok(largest_proven(0.1, |angle_rad| {
         let region = PoseRegion::ball(*base_from_tool, radius_m, angle_rad);
-        matches!(arm.reach_region(&region), RegionReach::Reachable(_))
+        matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
     }))
 }
 

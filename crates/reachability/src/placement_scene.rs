@@ -4,7 +4,7 @@ use crate::exact::{ExactConfig, ExactSolver, Freedom, size_m};
 use crate::placement::{Placement, PlacementConfig, Target};
 use crate::{ReachabilityError, WallPlane, position_margin_m};
 use glam::DVec3;
-use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionReach, SrsArm};
+use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionVerdict, SrsArm};
 use std::f64::consts::TAU;
 
 /// Rounding of the shoulder's distance from the wrist, relative, with room to spare.
@@ -176,8 +176,8 @@ impl<'a> Scene<'a> {
             }
             return;
         }
-        let reach = self.any_heading.arm().reach(pose);
-        let Some(witness) = reach.witness() else {
+        let verdict = self.any_heading.arm().verdict(pose);
+        let Some(witness) = verdict.witness() else {
             return;
         };
         let first = witness.q[0].rem_euclid(TAU);
@@ -342,7 +342,7 @@ impl<'a> Scene<'a> {
 /// Is every pose within this distance proven reachable?
 fn is_proven(arm: &SrsArm, pose: Pose, margin_m: f64) -> bool {
     let region = PoseRegion::ball(pose, margin_m, 0.0);
-    matches!(arm.reach_region(&region), RegionReach::Reachable(_))
+    matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
 }
 
 /// What a look at a candidate's margins found.

@@ -4,7 +4,7 @@ use crate::polygon::extent;
 use crate::strips::{Strips, meets_square};
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint, WallRegion};
 use glam::DVec3;
-use hwall_kinematics::{Pose, PoseRegion, RegionReach};
+use hwall_kinematics::{Pose, PoseRegion, RegionVerdict};
 
 /// Sides of the first squares are at most this, in lengths of the stretched wrist.
 const FIRST_SIDE: f64 = 0.1;
@@ -185,10 +185,10 @@ impl Prover<'_> {
             let pose = pose.at(plane.point_m(cell.middle));
             // The middle of what is free, for all of the cell.
             let held = PoseRegion::rectangle(pose, sides(0.0, 0.0));
-            match solver.narrow.reach_region_between(&solver.wide, &held) {
-                RegionReach::Reachable(_) => return Some(true),
-                RegionReach::Undecided => impossible = false,
-                RegionReach::Unreachable(_) => {}
+            match solver.narrow.region_verdict_between(&solver.wide, &held) {
+                RegionVerdict::Reachable(_) => return Some(true),
+                RegionVerdict::Undecided => impossible = false,
+                RegionVerdict::Unreachable(_) => {}
             }
             if free.half_roll > 0.0 || free.half_rise > 0.0 || solver.half_width_m > 0.0 {
                 let everything = PoseRegion {
@@ -197,8 +197,8 @@ impl Prover<'_> {
                 };
                 let none = solver
                     .narrow
-                    .reach_region_between(&solver.wide, &everything);
-                impossible &= matches!(none, RegionReach::Unreachable(_));
+                    .region_verdict_between(&solver.wide, &everything);
+                impossible &= matches!(none, RegionVerdict::Unreachable(_));
             }
         }
         impossible.then_some(false)

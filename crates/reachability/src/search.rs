@@ -6,7 +6,7 @@ use crate::interval::{united, without};
 use crate::line_reach::{Hold, LineReach, Piece};
 use crate::{Interval, ReachabilityError, WallLine};
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionReach};
+use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionVerdict};
 use std::cell::Cell;
 
 /// A line is cut into this many cells to begin with: wider ones are never decided.
@@ -246,11 +246,13 @@ impl<'a> LineSearch<'a> {
         match self
             .solver
             .narrow
-            .reach_region_between(&self.solver.wide, region)
+            .region_verdict_between(&self.solver.wide, region)
         {
-            RegionReach::Reachable(branches) => CellVerdict::Reachable(Hold { roll: 0, branches }),
-            RegionReach::Unreachable(_) => CellVerdict::Unreachable,
-            RegionReach::Undecided => CellVerdict::Undecided,
+            RegionVerdict::Reachable(branches) => {
+                CellVerdict::Reachable(Hold { roll: 0, branches })
+            }
+            RegionVerdict::Unreachable(_) => CellVerdict::Unreachable,
+            RegionVerdict::Undecided => CellVerdict::Undecided,
         }
     }
 
