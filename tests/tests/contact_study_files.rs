@@ -1,6 +1,6 @@
 //! Recordings as studies bring them, with columns, cells and names missing, through the whole comparison.
 
-use hwall_contact::{HandPoint, Quantity, Recording, write_recordings};
+use hwall_hand::{HandPoint, Quantity, Recording, write_recordings};
 use hwall_lab::contact::arguments::Arguments;
 use hwall_lab::contact::candidates::Candidate;
 use hwall_lab::contact::recordings::read;

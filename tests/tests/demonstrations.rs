@@ -1,7 +1,7 @@
 //! Made-up demonstrations: what is written reads back, trains a filter, and looks like people.
 
 use glam::DVec3;
-use hwall_contact::{HandFrame, HandPoint, LabelledReach, read_recordings};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach, read_recordings};
 use hwall_lab::bip::run as bip_run;
 use hwall_lab::bip::setup::Setup;
 use hwall_lab::bip::trajectories;

@@ -7,7 +7,7 @@ mod common;
 
 use common::{DT_S, Faults, Loop, NONE, Tick, in_place, slow_person, wall};
 use glam::DVec3;
-use hwall_contact::{FreezeKind, HandFilterConfig, HandFrame, LostReason, Tracking};
+use hwall_hand::{FreezeKind, HandFilterConfig, HandFrame, LostReason, Tracking};
 use hwall_haptics::{ArmCommand, HoldReason, Phase};
 use hwall_kinematics::Unreachable;
 use hwall_sim::{TouchSequence, TouchTruth};

@@ -1,8 +1,6 @@
 //! Recorded hands in a real house; skipped where the data are absent.
 
-use hwall_contact::{
-    FreezeKind, HandFilter, HandFilterConfig, LostReason, Recording, RigidMap, Tracking,
-};
+use hwall_hand::{FreezeKind, HandFilter, HandFilterConfig, LostReason, Pose, Recording, Tracking};
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_scene::Scene;
@@ -33,7 +31,7 @@ fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
     let mut filter = HandFilter::new(HandFilterConfig::default()).unwrap();
     let (mut tracked, mut jumps, mut frozen_to_the_end) = (Vec::new(), Vec::new(), false);
     for frame in recording.frames() {
-        let frame = RigidMap::Z_UP_FROM_Y_UP.frame(frame);
+        let frame = frame.transformed(&Pose::Z_UP_FROM_Y_UP);
         match filter.step(&frame) {
             Tracking::Tracked(hand) => {
                 assert!(hand.point_m.is_finite() && hand.velocity_m_per_s.is_finite());

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, FusedConfig, FusedPredictor, GazeModel, HandFilter, HandFilterConfig,
-    HandFrame, LabelledReach, Predictor, RidgeWindow, Seen,
+    ContactPrediction, FusedConfig, FusedPredictor, GazeModel, Predictor, PredictorInput,
+    RidgeWindow,
 };
+use hwall_hand::{HandFilter, HandFilterConfig, LabelledReach};
 use hwall_lab::contact::moments::Moment;
 use hwall_lab::rooms::contenders::{Contender, Taught};
 use hwall_lab::rooms::people::{Cast, Condition, Room, listen, streams};
@@ -173,16 +174,9 @@ fn people_who_hold_on_a_wall_are_on_it_until_they_leave() {
         let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
         let (mut right, mut wrong) = (0, 0);
         for i in 0..(hand.duration_s() * 90.0) as usize {
-            let sample = hand.tracked(i as f64 / 90.0);
-            let frame = HandFrame {
-                t_s: sample.t_s,
-                palm_m: sample.palm_m,
-                tips_m: sample.tips_m,
-                head_m: sample.head_m,
-                gaze: sample.gaze,
-            };
+            let frame = hand.tracked(i as f64 / 90.0);
             let (tracking, gaze) = (filter.step(&frame), frame.gaze_ray());
-            let seen = Seen {
+            let seen = PredictorInput {
                 frame: &frame,
                 hand: tracking.state(),
                 gaze: gaze.as_ref(),
@@ -191,15 +185,15 @@ fn people_who_hold_on_a_wall_are_on_it_until_they_leave() {
             let touch = hand
                 .touches()
                 .iter()
-                .find(|t| (t.contact_s..t.withdraw_s).contains(&sample.t_s));
+                .find(|t| (t.contact_s..t.withdraw_s).contains(&frame.t_s));
             if touch.is_some() && tracking.state().is_some() {
                 let first = answers.first().copied();
                 let on_wall = first.is_some_and(|a| Some(a.surface) == scene.find("wall"));
                 right += usize::from(on_wall);
                 wrong += usize::from(!on_wall);
-                if touch.is_some_and(|t| sample.t_s > t.press_s + 0.05) {
+                if touch.is_some_and(|t| frame.t_s > t.press_s + 0.05) {
                     let due = first.and_then(|a| a.time_to_contact_s);
-                    assert_eq!(due.map(|t| t.mean_s), Some(0.0), "{} {first:?}", sample.t_s);
+                    assert_eq!(due.map(|t| t.mean_s), Some(0.0), "{} {first:?}", frame.t_s);
                 }
             }
         }

@@ -8,9 +8,10 @@ mod reaches;
 use glam::DVec3;
 use hwall_contact::{
     Combination, ConstantVelocity, ContactError, ContactEstimator, FusedConfig, FusedPredictor,
-    GazeRay, HandFilter, HandFilterConfig, Hold, LabelledReach, LearnedConfig, LearnedModel,
-    MinimumJerk, NearestNeighbour, Predictor, RidgeWindow, Seen,
+    Hold, LearnedConfig, LearnedModel, MinimumJerk, NearestNeighbour, Predictor, PredictorInput,
+    RidgeWindow,
 };
+use hwall_hand::{GazeRay, HandFilter, HandFilterConfig, LabelledReach};
 use hwall_scene::Scene;
 use hwall_testkit::{ErrorStats, Machine, SpeedErrorTable, Timing, format_ns};
 use reaches::reaches;
@@ -122,7 +123,7 @@ fn fused(table: &mut SpeedErrorTable, rays: usize) {
             origin_m,
             direction: (reach.contact_m - origin_m).normalize(),
         });
-        let seen = Seen {
+        let seen = PredictorInput {
             frame,
             hand: tracking.state(),
             gaze: gaze.as_ref(),

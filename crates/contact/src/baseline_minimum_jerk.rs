@@ -1,10 +1,11 @@
 //! The minimum-jerk motion nearest to what was seen.
 
-use crate::baseline::{Durations, Follower, TouchPath, mean_and_sd};
-use crate::{
-    ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
-};
+use crate::baseline::{Durations, Follower, mean_and_sd};
+use crate::error::ContactError;
+use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
+use crate::touch_path::TouchPath;
 use glam::DVec3;
+use hwall_hand::{HandFrame, LabelledReach};
 
 /// Samples that a fit looks at: more change nothing but the time it takes.
 const MOST_SAMPLES: usize = 16;
@@ -88,7 +89,7 @@ struct Fit {
 
 impl Usual {
     fn end_of(&self, path: &TouchPath) -> ContactEstimate {
-        let mut seen = Seen::of(path);
+        let mut seen = PathMoments::of(path);
         let (mean_s, sd_s) = self.duration_s;
         // Deviations of duration and start; a motion lasts at least a fifth of the usual time.
         let mut fit = |(d, s): (f64, f64)| {
@@ -140,7 +141,7 @@ impl Usual {
 }
 
 /// Some of the samples, evenly chosen, the first and the last among them.
-struct Seen {
+struct PathMoments {
     count: usize,
     /// Since the first sample, s.
     times_s: [f64; MOST_SAMPLES],
@@ -148,7 +149,7 @@ struct Seen {
     shares: [f64; MOST_SAMPLES],
 }
 
-impl Seen {
+impl PathMoments {
     fn of(path: &TouchPath) -> Self {
         let n = path.len();
         let count = n.min(MOST_SAMPLES);

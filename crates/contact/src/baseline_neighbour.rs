@@ -1,11 +1,12 @@
 //! The demonstrations that went most like this reach goes.
 
-use crate::baseline::{Follower, TouchPath};
+use crate::baseline::Follower;
+use crate::error::ContactError;
 use crate::estimate::square;
-use crate::{
-    ContactError, ContactEstimate, ContactEstimator, HandFrame, LabelledReach, TimeToContact,
-};
+use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
+use crate::touch_path::TouchPath;
 use glam::{DMat3, DVec3};
+use hwall_hand::{HandFrame, LabelledReach};
 
 /// As many demonstrations are averaged as the square root of their number, at least and at most.
 const NEIGHBOURS: (usize, usize) = (5, 20);

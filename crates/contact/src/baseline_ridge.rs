@@ -1,15 +1,16 @@
 //! Linear regression of what is left of a reach, from its start and its last frames.
 
-use crate::baseline::{Durations, Follower, TouchPath};
+use crate::baseline::{Durations, Follower};
+use crate::error::ContactError;
 use crate::estimate::square;
-use crate::labelled::held_out_groups;
-use crate::{
-    ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
-    TimeToContact,
-};
+use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
+use crate::reach_set::held_out_groups;
+use crate::touch_path::TouchPath;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use glam::{DMat3, DVec3};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_numeric::check::that;
 
 /// Frames of the usual window, and of the longest.
 const FRAMES: usize = 5;
@@ -86,13 +87,12 @@ impl RidgeWindow {
         reaches: &[LabelledReach],
         frames: usize,
     ) -> Result<Self, ContactError> {
-        if !(1..=MOST_FRAMES).contains(&frames) {
-            return Err(ContactError::Parameter {
-                what: "frames",
-                value: frames as f64,
-                wanted: "between 1 and 100",
-            });
-        }
+        that(
+            (1..=MOST_FRAMES).contains(&frames),
+            "frames",
+            frames as f64,
+            "between 1 and 100",
+        )?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
                 got: reaches.len(),

@@ -1,8 +1,9 @@
 //! Where to send the board, given where the hand may touch and how fast the arm is.
 
-use crate::error::{not_negative, positive};
-use crate::{ContactError, ContactPrediction};
+use crate::error::ContactError;
+use crate::predict::ContactPrediction;
 use glam::{DMat3, DVec3};
+use hwall_numeric::check::{non_negative, positive};
 use hwall_scene::SurfaceId;
 
 /// The board and the arm that carries it.
@@ -90,13 +91,13 @@ impl BoardChooser {
     /// # Errors
     /// A setting outside its range.
     pub fn new(config: BoardConfig) -> Result<Self, ContactError> {
-        not_negative("inset_m", config.inset_m)?;
+        non_negative("inset_m", config.inset_m)?;
         for half_m in config.half_extents_m {
             positive("half_extents_m - inset_m", half_m - config.inset_m)?;
         }
         positive("speed_m_per_s", config.speed_m_per_s)?;
-        not_negative("latency_s", config.latency_s)?;
-        not_negative("resolved_s", config.resolved_s)?;
+        non_negative("latency_s", config.latency_s)?;
+        non_negative("resolved_s", config.resolved_s)?;
         Ok(Self { config })
     }
 

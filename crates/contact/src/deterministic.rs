@@ -1,10 +1,11 @@
 //! Prediction by one ray, as in the dissertation.
 
-use crate::{
-    ContactError, ContactPrediction, GazeRay, HandState, PredictionSource, Predictor, Seen,
-    TimeToContact, error::positive,
-};
+use crate::error::ContactError;
+use crate::estimate::TimeToContact;
+use crate::predict::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use glam::DVec3;
+use hwall_hand::{GazeRay, HandState};
+use hwall_numeric::check::positive;
 use hwall_scene::{Scene, SurfaceId};
 
 /// Limits of the deterministic predictor.
@@ -199,7 +200,7 @@ struct Aim {
 }
 
 impl Predictor for DeterministicPredictor {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         self.answer = seen
             .hand
             .and_then(|hand| self.contact(scene, hand, seen.gaze));

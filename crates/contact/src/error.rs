@@ -1,33 +1,29 @@
 //! The one error type of the crate.
 
-/// What can be wrong with a recording, a calibration or a configuration.
+use hwall_hand::HandError;
+use hwall_numeric::ArgumentError;
+
+/// What can be wrong with training reaches, a model file or a configuration.
 ///
-/// A hand that is lost, or a hand that is about to touch nothing, is no error: see
-/// [`Tracking`](crate::Tracking) and [`Predictor`](crate::Predictor).
+/// A hand that is about to touch nothing is not an error: see [`Predictor`](crate::Predictor).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContactError {
+    /// An argument is not finite or outside its range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// A labelled reach cannot be learnt from, or a setting of a filter is out of range.
+    #[error(transparent)]
+    Hand(#[from] HandError),
     /// A file cannot be read or written.
     #[error("{path}: {message}")]
     Io {
         /// The file, or `(stream)`.
         path: String,
-        /// What the system said.
+        /// Which kind of failure it is.
+        kind: std::io::ErrorKind,
+        /// The message of the operating system.
         message: String,
-    },
-    /// The CSV holds no header line.
-    #[error("empty: no header line")]
-    Empty,
-    /// The CSV holds a header and nothing below it.
-    #[error("no samples below the header line")]
-    NoSamples,
-    /// A reach that nothing can be learnt from or judged by.
-    #[error("reach {reach}: {what}")]
-    Reach {
-        /// Person and trial.
-        reach: String,
-        /// What is wrong with it.
-        what: &'static str,
     },
     /// Too few reaches to learn from.
     #[error("{got} reaches, at least {needed} are needed")]
@@ -106,164 +102,4 @@ pub enum ContactError {
         /// Entries there are.
         got: usize,
     },
-    /// A column that must be there is missing: `t`, or one coordinate of a point of which another is given.
-    #[error("no column {column:?}")]
-    MissingColumn {
-        /// Name of the missing column.
-        column: String,
-    },
-    /// A column that must be there is missing, and the header is one single column with a sign in it that
-    /// separates columns elsewhere.
-    #[error(
-        "no column {column:?}: the header is one column that contains {separator:?}; columns must be separated by ','"
-    )]
-    Separator {
-        /// Name of the missing column.
-        column: String,
-        /// The sign that seems to separate columns.
-        separator: char,
-    },
-    /// Two columns carry the same name.
-    #[error("column {column:?} appears twice")]
-    DuplicateColumn {
-        /// The name.
-        column: String,
-    },
-    /// The header names no point of the hand at all.
-    #[error("no point of the hand among the columns")]
-    NoHandColumns,
-    /// A row is longer or shorter than the header.
-    #[error("line {line}: {got} cells, the header has {expected}")]
-    CellCount {
-        /// Line of the file, the header being line 1.
-        line: u64,
-        /// Cells of the header.
-        expected: u64,
-        /// Cells of the row.
-        got: u64,
-    },
-    /// The text is no UTF-8.
-    #[error("line {line}: not UTF-8")]
-    NotUtf8 {
-        /// Line of the file, the header being line 1.
-        line: u64,
-    },
-    /// A cell is no number.
-    #[error("line {line}, column {column:?}: {text:?} is not a number")]
-    NotANumber {
-        /// Line of the file, the header being line 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// The cell, cut to 40 characters.
-        text: String,
-    },
-    /// A cell says NaN or infinity; a missing value is an empty cell.
-    #[error("line {line}, column {column:?}: {value} is not a finite number")]
-    NonFiniteCell {
-        /// Line of the file, the header being line 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// NaN or an infinity.
-        value: f64,
-    },
-    /// A point has one coordinate but lacks another, or a row lacks its time.
-    #[error("line {line}, column {column:?}: empty")]
-    MissingCell {
-        /// Line of the file, the header being line 1.
-        line: u64,
-        /// Name of the empty column.
-        column: String,
-    },
-    /// A gaze direction has no direction.
-    #[error("line {line}: gaze of length {length}")]
-    ZeroGaze {
-        /// Line of the file, the header being line 1.
-        line: u64,
-        /// Its length.
-        length: f64,
-    },
-    /// Time stands still or runs backwards inside one trial.
-    #[error("line {line}: time {t_s} s does not follow {previous_s} s")]
-    TimeNotIncreasing {
-        /// Line of the file, the header being line 1; for recordings made in memory, the sample from 1.
-        line: u64,
-        /// Time of the sample, s.
-        t_s: f64,
-        /// Time of the sample before, s.
-        previous_s: f64,
-    },
-    /// A file holds several trials where one was asked for.
-    #[error("{count} trials in a file of which one was expected")]
-    SeveralTrials {
-        /// Trials found.
-        count: usize,
-    },
-    /// A number is NaN or infinite.
-    #[error("{what} is {value}, not a finite number")]
-    NonFinite {
-        /// The argument that holds it.
-        what: &'static str,
-        /// NaN or an infinity.
-        value: f64,
-    },
-    /// Fewer point pairs than a rigid map needs.
-    #[error("{got} point pairs, {needed} are needed")]
-    TooFewPairs {
-        /// Pairs needed.
-        needed: usize,
-        /// Pairs given.
-        got: usize,
-    },
-    /// The points lie on one line or in one place: the turn about it is open.
-    #[error("the points lie on one line: {ratio} of their extent fixes the turn about it")]
-    Collinear {
-        /// What fixes the turn beside the extent of the points.
-        ratio: f64,
-    },
-    /// A map between frames does not keep lengths and handedness.
-    #[error("not rigid: {deviation} away from a rotation")]
-    NotRigid {
-        /// Largest entry of `|RᵀR − 1|`, or 2 for a mirror.
-        deviation: f64,
-    },
-    /// A parameter is outside its range.
-    #[error("{what} is {value}, it must be {wanted}")]
-    Parameter {
-        /// Name of the parameter.
-        what: &'static str,
-        /// Value given.
-        value: f64,
-        /// The range it must lie in.
-        wanted: &'static str,
-    },
-}
-
-/// Rejects a parameter that is not finite and above zero.
-pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), ContactError> {
-    let ok = value.is_finite() && value > 0.0;
-    if ok {
-        Ok(())
-    } else {
-        Err(ContactError::Parameter {
-            what,
-            value,
-            wanted: "finite and positive",
-        })
-    }
-}
-
-/// Rejects a parameter that is not finite or below zero.
-pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<(), ContactError> {
-    let ok = value.is_finite() && value >= 0.0;
-    if ok {
-        Ok(())
-    } else {
-        Err(ContactError::Parameter {
-            what,
-            value,
-            wanted: "finite and not negative",
-        })
-    }
 }

@@ -1,7 +1,7 @@
 //! Where and when a reach ends, without a scene: one trait for what is learnt and what is not.
 
-use crate::HandFrame;
 use glam::{DMat3, DVec3};
+use hwall_hand::HandFrame;
 
 /// Where and when the hand is going to touch, as far as its own motion tells.
 #[derive(Debug, Clone, Copy, PartialEq)]

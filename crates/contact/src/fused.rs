@@ -1,17 +1,18 @@
 //! Prediction from all evidence: the hand's motion, the gaze, the surfaces and the time.
 
-use crate::error::{not_negative, positive};
+use crate::deterministic::{DeterministicPredictor, PredictorConfig};
+use crate::error::ContactError;
 use crate::estimate::square;
+use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::gaussian::Gaussian;
 use crate::gaze_evidence::{GazeMemory, GazeModel};
-use crate::onset::{ReachWatch, WatchConfig};
+use crate::predict::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use crate::standing::{Standing, Touched, onto};
+use crate::stream::StreamEstimator;
 use crate::surface_share::{Face, SurfaceShares};
-use crate::{
-    ContactError, ContactEstimate, ContactEstimator, ContactPrediction, DeterministicPredictor,
-    HandState, PredictionSource, Predictor, PredictorConfig, Seen, TimeToContact,
-};
 use glam::{DMat3, DVec3};
+use hwall_hand::{HandState, WatchConfig};
+use hwall_numeric::check::{non_negative, positive, that};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// Settings of a [`FusedPredictor`].
@@ -25,7 +26,7 @@ pub struct FusedConfig {
     pub default_sd_m: f64,
     /// Error of the registration of the tracker to the scene, sd in each axis, m: it adds to the
     /// covariance of everything said of a contact, and a hand at rest this near (by a few sds) to a surface
-    /// is on it. Default 0.008; [`Calibration`](crate::Calibration) tells that of a place, 0 is for
+    /// is on it. Default 0.008; [`RigidFit`](hwall_hand::RigidFit) tells that of a place, 0 is for
     /// simulations. It shifts the hand, the gaze and the estimate alike, so it does not part them.
     pub calibration_sd_m: f64,
     /// How far beside the line ahead of it a moving hand touches, as a share of the way left, sd in
@@ -109,9 +110,8 @@ impl Default for FusedConfig {
 /// answers. No allocation after the first samples apart from the estimator's own.
 #[derive(Debug, Clone)]
 pub struct FusedPredictor<E> {
-    estimator: E,
+    stream: StreamEstimator<E>,
     config: FusedConfig,
-    watch: ReachWatch,
     gaze: GazeMemory,
     shares: SurfaceShares,
     standing: Standing,
@@ -128,9 +128,9 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     pub fn new(estimator: E, config: FusedConfig) -> Result<Self, ContactError> {
         config.gaze.validate()?;
         positive("default_sd_m", config.default_sd_m)?;
-        not_negative("calibration_sd_m", config.calibration_sd_m)?;
+        non_negative("calibration_sd_m", config.calibration_sd_m)?;
         positive("rest_sd_m", config.rest_sd_m)?;
-        config.bend.map_or(Ok(()), |bend| positive("bend", bend))?;
+        config.bend.map_or(Ok(0.0), |bend| positive("bend", bend))?;
         positive("max_distance_m", config.max_distance_m)?;
         positive("rays", config.rays as f64)?;
         for (what, value) in [
@@ -138,20 +138,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             ("round_about_share", config.round_about_share),
             ("min_probability", config.min_probability),
         ] {
-            if !(0.0..1.0).contains(&value) {
-                let wanted = "in [0, 1)";
-                return Err(ContactError::Parameter {
-                    what,
-                    value,
-                    wanted,
-                });
-            }
+            that((0.0..1.0).contains(&value), what, value, "in [0, 1)")?;
         }
         Ok(Self {
-            watch: ReachWatch::new(config.watch)?,
+            stream: StreamEstimator::new(estimator, config.watch)?,
             shares: SurfaceShares::new(config.rays),
             fallback: DeterministicPredictor::new(config.fallback)?,
-            estimator,
             config,
             gaze: GazeMemory::default(),
             standing: Standing::default(),
@@ -169,12 +161,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     /// The estimator.
     #[must_use]
     pub const fn estimator(&self) -> &E {
-        &self.estimator
+        self.stream.estimator()
     }
 
     /// Forgets every sample; the next one may be of another person or time.
     pub fn reset(&mut self) {
-        self.watch.reset();
+        self.stream.reset();
         self.gaze.forget();
         self.standing.forget();
         self.estimate = None;
@@ -412,13 +404,10 @@ fn moments<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face)
 }
 
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         self.answers.clear();
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
-        self.estimate = self
-            .watch
-            .step(seen.frame, seen.hand, &mut self.estimator)
-            .filter(finite);
+        self.estimate = self.stream.step(seen.frame, seen.hand).filter(finite);
         self.gaze
             .step(seen.frame.t_s, seen.gaze, self.config.gaze.saccade_rad());
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();

@@ -1,9 +1,10 @@
 //! What a gaze says about the place that is going to be touched.
 
-use crate::error::positive;
+use crate::error::ContactError;
 use crate::gaussian::{Gaussian, log_density_2d};
-use crate::{ContactError, GazeRay, LabelledReach};
 use glam::DMat3;
+use hwall_hand::{GazeRay, LabelledReach};
+use hwall_numeric::check::{positive, that};
 
 /// How people look while they reach: at the place they are going to touch, or elsewhere.
 ///
@@ -105,14 +106,7 @@ impl GazeModel {
             ("elsewhere_share", self.elsewhere_share),
             ("left_share", self.left_share),
         ] {
-            if !(0.0..=1.0).contains(&value) {
-                let wanted = "in [0, 1]";
-                return Err(ContactError::Parameter {
-                    what,
-                    value,
-                    wanted,
-                });
-            }
+            that((0.0..=1.0).contains(&value), what, value, "in [0, 1]")?;
         }
         Ok(())
     }

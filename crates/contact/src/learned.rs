@@ -1,18 +1,19 @@
 //! The learned estimator: a regression of the end beside an interaction primitive.
 
+use crate::error::ContactError;
+use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::gates::Gates;
 use crate::held_out_errors::{HeldOut, weighted_quantile};
-use crate::labelled::held_out_groups;
 use crate::learning::{self, OUTPUTS};
 use crate::local_ridge::LocalRidge;
 use crate::primitive::{Follower, Primitive};
+use crate::reach_set::{held_out_groups, touching_point};
 use crate::reach_track::{Inputs, MOST_LAGS, ReachTrack};
-use crate::{
-    ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, LabelledReach,
-    TimeToContact,
-};
 use glam::DVec3;
 use hwall_bip::Basis;
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::that;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -76,17 +77,9 @@ impl Default for LearnedConfig {
 }
 
 impl LearnedConfig {
-    fn validate(&self) -> Result<(), ContactError> {
+    fn validate(&self) -> Result<(), ArgumentError> {
         let within = |what, value: usize, range: RangeInclusive<usize>, wanted| {
-            if range.contains(&value) {
-                return Ok(());
-            }
-            let value = value as f64;
-            Err(ContactError::Parameter {
-                what,
-                value,
-                wanted,
-            })
+            that(range.contains(&value), what, value as f64, wanted)
         };
         within("regions", self.regions, 1..=usize::MAX, "at least 1")?;
         within(
@@ -97,7 +90,8 @@ impl LearnedConfig {
         )?;
         within("lags", self.lags, 0..=MOST_LAGS, "at most 8")?;
         within("rank", self.rank, 1..=usize::MAX, "at least 1")?;
-        within("folds", self.folds, 2..=usize::MAX, "at least 2")
+        within("folds", self.folds, 2..=usize::MAX, "at least 2")?;
+        Ok(())
     }
 }
 
@@ -154,7 +148,6 @@ impl LearnedModel {
     /// Fewer than eight reaches, a reach that nothing can be learnt from or with another touching point
     /// than the first, no regions or samples.
     pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
-        reaches.iter().try_for_each(LabelledReach::validate)?;
         config.validate()?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
@@ -162,12 +155,7 @@ impl LearnedModel {
                 needed: FEWEST,
             });
         }
-        if let Some(other) = reaches.iter().find(|r| r.point != reaches[0].point) {
-            return Err(ContactError::Reach {
-                reach: other.name(),
-                what: "another touching point than the first reach",
-            });
-        }
+        touching_point(reaches)?;
         let inputs = Inputs::of(reaches, config.gaze, config.lags);
         let folds = held_out_groups(reaches, config.folds, config.folds);
         let mut samples = learning::samples(&inputs, reaches, &folds, config);

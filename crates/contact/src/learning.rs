@@ -1,13 +1,15 @@
 //! From labelled reaches to what a regression is fitted to.
 
+use crate::error::ContactError;
 use crate::gates::Gates;
 use crate::held_out_errors::{SENSOR_M, weighted_quantile};
+use crate::learned::LearnedConfig;
 use crate::local_ridge::{Fitted, LocalRidge, Rows};
 use crate::primitive::{Follower, Primitive, Training};
 use crate::reach_track::{Inputs, PROGRESS, ReachTrack};
-use crate::{ContactError, LabelledReach, LearnedConfig};
 use glam::DVec3;
 use hwall_bip::Demonstration;
+use hwall_hand::LabelledReach;
 
 /// Way left, time left, normal.
 pub(crate) const OUTPUTS: usize = 7;

@@ -1,6 +1,6 @@
 //! Ridge regression whose coefficients change with how far a reach has come.
 
-use crate::ContactError;
+use crate::error::ContactError;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::ops::Range;

@@ -1,15 +1,17 @@
 //! Files of learned models: versioned JSON that gives back the model bit by bit, or says what is wrong.
 
-use crate::error::positive;
+use crate::error::ContactError;
 use crate::gates::Gates;
 use crate::held_out_errors::{Axes, Errors, HeldOut};
+use crate::learned::{Combination, LearnedModel};
 use crate::learned::{Learnt, Origin};
 use crate::learning::OUTPUTS;
 use crate::local_ridge::LocalRidge;
 use crate::primitive::Primitive;
 use crate::reach_track::{Inputs, MOST_LAGS, PROGRESS};
-use crate::{Combination, ContactError, HandPoint, LearnedModel};
 use glam::{DMat3, DVec3};
+use hwall_hand::HandPoint;
+use hwall_numeric::check::{positive, that};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -190,6 +192,7 @@ impl LearnedModel {
 fn stream(e: &std::io::Error) -> ContactError {
     ContactError::Io {
         path: "(stream)".into(),
+        kind: e.kind(),
         message: e.to_string(),
     }
 }
@@ -282,14 +285,7 @@ impl File {
                 got,
             }),
         };
-        let within = |what, value: usize, ok: bool, wanted| match ok {
-            true => Ok(()),
-            false => Err(ContactError::Parameter {
-                what,
-                value: value as f64,
-                wanted,
-            }),
-        };
+        let within = |what, value: usize, ok: bool, wanted| that(ok, what, value as f64, wanted);
         let known = |p: usize| within("point", p, p < HandPoint::ALL.len(), "a point of the hand");
         known(self.inputs.point)?;
         for (k, &other) in self.inputs.others.iter().enumerate() {

@@ -1,12 +1,13 @@
 //! What a prediction of contact is, with a scene: one trait for one ray and for all evidence.
 
-use crate::{GazeRay, HandFrame, HandState, TimeToContact};
+use crate::estimate::TimeToContact;
 use glam::{DMat3, DVec3};
+use hwall_hand::{GazeRay, HandFrame, HandState};
 use hwall_scene::{Scene, SurfaceId};
 
 /// What is known at one time: a sample and what the filters made of it; all in the frame of the scene.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
+pub struct PredictorInput<'a> {
     /// The sample as the tracker gave it.
     pub frame: &'a HandFrame,
     /// The hand, filtered; `None` while it is lost.
@@ -61,11 +62,11 @@ pub enum PredictionSource {
 pub trait Predictor {
     /// The contact that comes next: answers by probability, the most probable first; empty when
     /// none is in sight. No number of an answer is NaN or infinite.
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction];
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction];
 }
 
 impl<P: Predictor + ?Sized> Predictor for Box<P> {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         (**self).predict(scene, seen)
     }
 }

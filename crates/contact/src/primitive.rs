@@ -1,12 +1,14 @@
 //! The end of a reach by an interaction primitive of the hand.
 
+use crate::error::ContactError;
+use crate::learned::LearnedConfig;
 use crate::reach_track::{Inputs, ReachTrack};
-use crate::{ContactError, LabelledReach, LearnedConfig};
 use glam::DVec3;
 use hwall_bip::{
     Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
     TrainingConfig, Tuning, TuningConfig, tune,
 };
+use hwall_hand::LabelledReach;
 
 /// Reaches that the noise is tuned on, spread evenly over all: more change little and take long.
 const TUNED_ON: usize = 60;

@@ -1,8 +1,10 @@
 //! The reach so far as numbers: what a regression of its end looks at.
 
-use crate::touching_point::{TouchingPoint, mean, mean_offsets_m, slope};
-use crate::{HandFrame, HandPoint, LabelledReach};
+use crate::reach_set::{mean, mean_offsets_m};
+use crate::touch_path::slope;
 use glam::{DMat3, DVec3};
+use hwall_hand::reach::TouchingPoint;
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 
 /// The shortest time by which positions are compared with the present one, s; each next lag is twice
 /// the one before.

@@ -1,7 +1,7 @@
 //! Where the hand stands to the surfaces: before them all, through one, or at rest on one.
 
-use crate::{HandState, WatchConfig};
 use glam::DVec3;
+use hwall_hand::{HandState, WatchConfig};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// A surface on which the hand rests.

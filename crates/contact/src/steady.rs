@@ -1,7 +1,9 @@
 //! A prediction that does not fidget.
 
-use crate::{ContactError, ContactPrediction, error::positive};
+use crate::error::ContactError;
+use crate::predict::ContactPrediction;
 use glam::DVec3;
+use hwall_numeric::check::positive;
 
 /// Holds the predicted point while new ones fall near it.
 ///

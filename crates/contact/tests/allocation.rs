@@ -3,9 +3,8 @@
 #[path = "../benches/reaches/mod.rs"]
 mod reaches;
 
-use hwall_contact::{
-    Combination, ContactEstimator, HandFrame, HandPoint, LearnedConfig, LearnedModel,
-};
+use hwall_contact::{Combination, ContactEstimator, LearnedConfig, LearnedModel};
+use hwall_hand::{HandFrame, HandPoint};
 use reaches::reaches;
 
 /// Samples after which nothing may be allocated any more: beginning a reach copies the primitive,

@@ -3,9 +3,10 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    ConstantVelocity, ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint, Hold,
-    LabelledReach, MinimumJerk, NearestNeighbour, RidgeWindow,
+    ConstantVelocity, ContactError, ContactEstimate, ContactEstimator, Hold, MinimumJerk,
+    NearestNeighbour, RidgeWindow,
 };
+use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 
 type Trained = Box<dyn ContactEstimator>;
@@ -246,7 +247,7 @@ fn ridge_takes_windows_of_one_frame_and_of_many() {
     }
     for window in [0, 101, usize::MAX] {
         let refused = RidgeWindow::train_with_window(&training, window);
-        assert!(matches!(refused, Err(ContactError::Parameter { .. })));
+        assert!(matches!(refused, Err(ContactError::Argument(_))));
     }
 }
 
@@ -443,7 +444,7 @@ fn reaches_that_do_not_fit_together_are_refused() {
     for training in [broken, mixed] {
         for (name, estimator) in all(&training) {
             assert!(
-                matches!(estimator, Err(ContactError::Reach { .. })),
+                matches!(estimator, Err(ContactError::Hand(HandError::Reach { .. }))),
                 "{name}"
             );
         }

@@ -5,9 +5,10 @@ mod common;
 use common::{Fused, Told, blurred, error, front, gaze_at, hand, room, scene, side, target};
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    ContactError, FusedConfig, FusedPredictor, GazeModel, GazeRay, HandFrame, HandPoint,
-    LabelledReach, PredictionSource, Predictor, Seen,
+    ContactError, FusedConfig, FusedPredictor, GazeModel, PredictionSource, Predictor,
+    PredictorInput,
 };
+use hwall_hand::{GazeRay, HandFrame, HandPoint, LabelledReach};
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -156,7 +157,7 @@ fn failure_the_hand_is_already_behind_the_surface() {
             assert_eq!(due_s == 0.0, x > 0.7);
         }
     }
-    // Seen there for the first time, the gaze tells where the person stands.
+    // PredictorInput there for the first time, the gaze tells where the person stands.
     let state = (DVec3::new(0.75, 0.0, 1.2), DVec3::X * 0.5);
     let p = fused().see(
         &scene,
@@ -438,7 +439,7 @@ fn no_number_that_is_none_comes_out() {
         }
     }
     let nan = hand(f64::NAN, DVec3::NAN, DVec3::NAN);
-    let seen = Seen {
+    let seen = PredictorInput {
         frame: &HandFrame::empty(f64::NAN),
         hand: Some(&nan),
         gaze: None,

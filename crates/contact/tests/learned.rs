@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    Combination, ContactError, ContactEstimate, ContactEstimator, HandFrame, HandPoint,
-    LabelledReach, LearnedConfig, LearnedModel,
+    Combination, ContactError, ContactEstimate, ContactEstimator, LearnedConfig, LearnedModel,
 };
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 
 /// Reaches of half a metre to a wall at x = 0, minimum jerk with a bow, by people who differ.
@@ -347,10 +347,7 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
             ..standard
         },
     ] {
-        assert!(matches!(
-            train(&good, &config),
-            ContactError::Parameter { .. }
-        ));
+        assert!(matches!(train(&good, &config), ContactError::Argument(_)));
     }
 }
 

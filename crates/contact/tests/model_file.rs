@@ -5,9 +5,9 @@
 mod reaches;
 
 use hwall_contact::{
-    Combination, ContactError, ContactEstimate, ContactEstimator, HandPoint, LabelledReach,
-    LearnedConfig, LearnedModel,
+    Combination, ContactError, ContactEstimate, ContactEstimator, LearnedConfig, LearnedModel,
 };
+use hwall_hand::{HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 use reaches::reaches;
 use serde_json::Value;
@@ -185,7 +185,7 @@ fn each_damage_has_its_error() {
         (&["ridge", "outputs"], usize::MAX.into()),
     ] {
         let error = error(&with(path, value));
-        assert!(matches!(error, E::Parameter { .. }), "{path:?}: {error}");
+        assert!(matches!(error, E::Argument(_)), "{path:?}: {error}");
     }
     for (path, value) in [
         (&["reaches"][..], 13.into()),

@@ -5,9 +5,10 @@ mod common;
 use common::scene;
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, GazeRay, HandFilter, HandFilterConfig, HandFrame,
-    HandPoint, HandState, PredictionSource, Predictor, PredictorConfig, Seen,
+    ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
+    PredictorInput,
 };
+use hwall_hand::{GazeRay, HandFilter, HandFilterConfig, HandFrame, HandPoint, HandState};
 use hwall_scene::Scene;
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -49,7 +50,7 @@ fn predict_with(
     hand: &HandState,
     gaze: Option<GazeRay>,
 ) -> Option<ContactPrediction> {
-    let seen = Seen {
+    let seen = PredictorInput {
         frame: &HandFrame::empty(hand.t_s),
         hand: Some(hand),
         gaze: gaze.as_ref(),

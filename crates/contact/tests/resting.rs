@@ -5,9 +5,10 @@ mod common;
 use common::{front, gaze_at, side};
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, HandFilter,
-    HandFilterConfig, HandFrame, HandPoint, Predictor, Seen,
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
+    PredictorInput,
 };
+use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, HandPoint};
 use hwall_scene::Scene;
 use hwall_testkit::Sampler;
 
@@ -71,7 +72,7 @@ fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<Co
             let reaching = t_s < SPANS_S[0] + SPANS_S[1];
             let gaze = gaze_at(EYE, if reaching { way.stop_m } else { look_m });
             let tracking = filter.step(&frame);
-            let seen = Seen {
+            let seen = PredictorInput {
                 frame: &frame,
                 hand: tracking.state(),
                 gaze: Some(&gaze),

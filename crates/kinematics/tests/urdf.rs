@@ -5,7 +5,9 @@ mod chain_support;
 
 use chain_support::random_q;
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{ArgumentError, Chain, JointKind, JointLimit, KinematicsError};
+use hwall_kinematics::{
+    ArgumentError, Chain, GeometryError, JointKind, JointLimit, KinematicsError,
+};
 use hwall_testkit::{Sampler, Tol, assert_close};
 use std::fmt::Write;
 use std::path::Path;
@@ -458,7 +460,10 @@ fn bad_numbers_are_errors() {
     ] {
         assert!(matches!(
             with(&format!("<origin {origin}/>{LIMIT}")),
-            Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
+            Err(KinematicsError::Argument(ArgumentError::NonFinite { .. })
+                | KinematicsError::Geometry(GeometryError::Argument(
+                    ArgumentError::NonFinite { .. }
+                )))
         ));
     }
     for speed in ["-1", "NaN"] {

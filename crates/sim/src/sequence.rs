@@ -6,6 +6,7 @@ use crate::gaze::{self, Fixation, deflected};
 use crate::hand;
 use crate::reach::{Approach, ChangeOfMind, ReachPath, TouchTruth, bisect};
 use glam::DVec3;
+use hwall_hand::HandFrame;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -33,19 +34,18 @@ pub struct PersonSample {
     pub gaze: DVec3,
 }
 
-/// What a tracker delivers at one instant, base frame: a point that it did not see is `None`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackedSample {
-    /// Time from the start of the sequence, s.
-    pub t_s: f64,
-    /// Centre of the palm, m.
-    pub palm_m: Option<DVec3>,
-    /// Fingertips, thumb first, m.
-    pub tips_m: [Option<DVec3>; 5],
-    /// Point between the eyes, where the gaze starts, m.
-    pub head_m: Option<DVec3>,
-    /// Unit direction of the gaze.
-    pub gaze: Option<DVec3>,
+impl PersonSample {
+    /// The same as a tracker that sees every point delivers it.
+    #[must_use]
+    pub fn hand_frame(&self) -> HandFrame {
+        HandFrame {
+            t_s: self.t_s,
+            palm_m: Some(self.palm_m),
+            tips_m: self.tips_m.map(Some),
+            head_m: Some(self.head_m),
+            gaze: Some(self.gaze),
+        }
+    }
 }
 
 /// Times of a touch that are set before the crossings of the surface are known, s.
@@ -201,13 +201,13 @@ impl TouchSequence {
         sample
     }
 
-    /// What the trackers deliver: [`sample`](Self::sample) without the points that they lose at
-    /// that time. All of it is `None` for a time that is NaN or infinite.
+    /// What the trackers deliver, base frame: [`sample`](Self::sample) without the points that they
+    /// lose at that time. All of it is `None` for a time that is NaN or infinite.
     #[must_use]
-    pub fn tracked(&self, t_s: f64) -> TrackedSample {
+    pub fn tracked(&self, t_s: f64) -> HandFrame {
         let sample = self.sample(t_s);
         let seen = |place: u64, point| (!self.is_lost(place, t_s)).then_some(point);
-        TrackedSample {
+        HandFrame {
             t_s,
             palm_m: seen(0, sample.palm_m),
             tips_m: std::array::from_fn(|i| seen(1 + i as u64, sample.tips_m[i])),

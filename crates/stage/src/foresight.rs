@@ -2,14 +2,14 @@
 //! leads the board.
 
 use crate::touches;
-use crate::training::{self, Stream, hand_frame};
+use crate::training::{self, Stream};
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel, HandFrame,
-    HandPoint, LabelledReach, LearnedConfig, LearnedEstimator, LearnedModel, Predictor,
-    PredictorConfig, Seen,
+    ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
+    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorConfig, PredictorInput,
 };
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_kinematics::SrsArm;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
@@ -169,7 +169,11 @@ impl Foresight {
     }
 
     /// Asks all of them; the answers are the leader's.
-    pub fn step(&mut self, scene: &Scene, seen: &Seen<'_>) -> (&[ContactPrediction], Said) {
+    pub fn step(
+        &mut self,
+        scene: &Scene,
+        seen: &PredictorInput<'_>,
+    ) -> (&[ContactPrediction], Said) {
         let mut said = Said {
             t_s: seen.frame.t_s,
             first: [None; 3],
@@ -237,7 +241,7 @@ fn stream(scene: &Scene, hand: &TouchSequence, company: &Company) -> anyhow::Res
     let frames = (0..count)
         .map(|i| {
             let tracked = hand.tracked(i as f64 * TRACKER_S);
-            let mut frame = hand_frame(&tracked, &company.points, company.gaze);
+            let mut frame = tracked.limited_to(&company.points, company.gaze);
             frame.head_m = frame.head_m.filter(|_| company.head);
             frame
         })

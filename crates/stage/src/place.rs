@@ -5,7 +5,7 @@
 
 use anyhow::bail;
 use glam::{DAffine3, DMat3, DVec3, dvec3};
-use hwall_contact::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
+use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
 use hwall_scene::{Patch, Scene};
 
 /// The arm stands this far behind the wall and its base this far below the touched points, m:

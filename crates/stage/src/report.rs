@@ -5,7 +5,7 @@ use crate::numbers;
 use crate::session::Run;
 use crate::touches::{Outcome, RIGHT_M, Touch};
 use crate::wall_maps::WallMaps;
-use hwall_contact::LostReason;
+use hwall_hand::LostReason;
 use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
 use hwall_texton::Level;
 use std::collections::BTreeMap;

@@ -8,14 +8,12 @@ use crate::touches::Outcome;
 use crate::wall_maps::{Presented, WallMaps};
 use anyhow::Context;
 use glam::DVec3;
-use hwall_contact::{
-    ContactPrediction, GazeFilter, HandFilter, HandFilterConfig, HandFrame, LostReason,
-    PredictionSource, Seen, Tracking,
-};
+use hwall_contact::{ContactPrediction, PredictionSource, PredictorInput};
+use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, HandFrame, LostReason, Tracking};
 use hwall_haptics::{Arm, Board, BoardTarget, Phase, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
 use hwall_scene::Scene;
-use hwall_sim::{HandContact, PersonSample, ServoArm, ServoConfig, TouchSequence};
+use hwall_sim::{HandContact, ServoArm, ServoConfig, TouchSequence};
 use std::time::Instant;
 
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
@@ -47,22 +45,12 @@ impl Hand {
         let frame = match self {
             Self::Simulated(sequence, period_s) => {
                 let due_s = *next as f64 * period_s;
-                (due_s <= t_s).then(|| measured(&sequence.sample(due_s)))
+                (due_s <= t_s).then(|| sequence.sample(due_s).hand_frame())
             }
             Self::Recorded(frames, _) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
         };
         *next += usize::from(frame.is_some());
         frame
-    }
-}
-
-fn measured(sample: &PersonSample) -> HandFrame {
-    HandFrame {
-        t_s: sample.t_s,
-        palm_m: Some(sample.palm_m),
-        tips_m: sample.tips_m.map(Some),
-        head_m: Some(sample.head_m),
-        gaze: Some(sample.gaze),
     }
 }
 
@@ -186,7 +174,7 @@ pub fn run(
             let gaze = frame
                 .gaze_ray()
                 .and_then(|ray| gaze_filter.step(frame.t_s, &ray));
-            let seen = Seen {
+            let seen = PredictorInput {
                 frame: &frame,
                 hand: tracking.state(),
                 gaze: gaze.as_ref(),
@@ -272,7 +260,7 @@ impl Tip {
         self.last = tracking
             .state()
             .and(frame.contact_point())
-            .map(|(_, p)| (frame.t_s, p));
+            .map(|tip| (frame.t_s, tip.position_m));
         self.velocity = tracking.state().map_or(DVec3::ZERO, |s| s.velocity_m_per_s);
     }
 

@@ -5,7 +5,7 @@ use crate::place::{self, Contacts, Stand};
 use crate::session::Hand;
 use crate::touches::{self, Touch};
 use anyhow::{anyhow, bail};
-use hwall_contact::{HandFilterConfig, Recording, RigidMap};
+use hwall_hand::{HandFilterConfig, Pose, Recording};
 use hwall_kinematics::SrsArm;
 use hwall_scene::{LoadReport, Scene};
 use hwall_sim::{Person, PersonConfig};
@@ -103,7 +103,7 @@ impl Stage {
         let mut recording = Recording::from_csv_path(path).map_err(|e| named(path, &e))?;
         if options.y_up {
             for sample in &mut recording.samples {
-                sample.frame = RigidMap::Z_UP_FROM_Y_UP.frame(&sample.frame);
+                sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);
             }
         }
         let contacts = place::reaches_to_contact(&recording, options.rigid_hand);
@@ -140,8 +140,11 @@ impl Stage {
         } else {
             HandFilterConfig::default()
         };
-        let map = RigidMap::from_affine(base_from_hand)?;
-        let frames: Vec<_> = recording.frames().map(|frame| map.frame(frame)).collect();
+        let map = Pose::from_affine(&base_from_hand)?;
+        let frames: Vec<_> = recording
+            .frames()
+            .map(|frame| frame.transformed(&map))
+            .collect();
         let company = Company::tracked_as(&frames);
         Ok(Self {
             scene,

@@ -4,7 +4,7 @@ use crate::foresight::Said;
 use crate::session::Tick;
 use anyhow::{Context, bail};
 use glam::{DAffine3, DVec3};
-use hwall_contact::{Reach as HandReach, Recording};
+use hwall_hand::{Reach as HandReach, Recording};
 use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{SrsArm, Unreachable, Verdict};
 use hwall_scene::{Patch, Scene, SurfaceId};

@@ -1,12 +1,11 @@
 //! Reaches that a predictor learns from: people as the live filters see them.
 
 use glam::DVec3;
-use hwall_contact::{
-    ContactEstimate, ContactEstimator, GazeFilter, HandFilter, HandFilterConfig, HandFrame,
-    HandPoint, LabelledReach, ReachWatch, WatchConfig,
+use hwall_hand::{
+    GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach, ReachWatch,
+    WatchConfig, WatchUpdate,
 };
 use hwall_scene::SurfaceId;
-use hwall_sim::TrackedSample;
 
 /// Noise of a gaze beyond which the filter takes a leap for a saccade, in standard deviations.
 const SACCADE_SDS: f64 = 3.5;
@@ -42,21 +41,6 @@ impl Stream {
     }
 }
 
-/// Keeps the samples of a reach as an estimator would be given them.
-#[derive(Default)]
-struct Keeper(Vec<HandFrame>);
-
-impl ContactEstimator for Keeper {
-    fn begin(&mut self) {
-        self.0.clear();
-    }
-
-    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        self.0.push(*frame);
-        None
-    }
-}
-
 /// The filters that every predictor lives behind.
 pub struct Filters {
     /// Smooths the hand.
@@ -89,7 +73,8 @@ pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<La
     for (person, stream) in streams.iter().enumerate() {
         let mut filters = Filters::new(gaze_noise_rad)?;
         let mut watch = ReachWatch::new(WatchConfig::default())?;
-        let mut keeper = Keeper::default();
+        // The samples of the reach under way.
+        let mut so_far: Vec<HandFrame> = Vec::new();
         let mut due = stream.touches.iter();
         let mut next = due.next();
         for frame in &stream.frames {
@@ -99,7 +84,7 @@ pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<La
                     person: Some(person.to_string()),
                     trial: Some(all.len().to_string()),
                     point: HandPoint::Index,
-                    frames: keeper.0.clone(),
+                    frames: so_far.clone(),
                     contact_m: touch.target_m,
                     contact_s: touch.contact_s,
                     normal: Some(touch.normal),
@@ -119,26 +104,15 @@ pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<La
                 .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
             let mut kept = *frame;
             kept.gaze = gaze.map(|ray| ray.direction);
-            watch.step(&kept, tracking.state(), &mut keeper);
+            match watch.step(&kept, tracking.state()) {
+                WatchUpdate::Begun { samples } => {
+                    so_far.clear();
+                    so_far.extend(watch.latest(samples));
+                }
+                WatchUpdate::UnderWay => so_far.push(kept),
+                WatchUpdate::AtRest | WatchUpdate::Repeated => {}
+            }
         }
     }
     Ok(all)
-}
-
-/// What a tracker of these points delivers.
-#[must_use]
-pub fn hand_frame(tracked: &TrackedSample, points: &[HandPoint], gaze: bool) -> HandFrame {
-    let mut frame = HandFrame {
-        head_m: tracked.head_m,
-        gaze: tracked.gaze.filter(|_| gaze),
-        ..HandFrame::empty(tracked.t_s)
-    };
-    for &point in points {
-        let seen = match point {
-            HandPoint::Palm => tracked.palm_m,
-            tip => tracked.tips_m[tip as usize - 1],
-        };
-        frame.set_point(point, seen);
-    }
-    frame
 }

@@ -4,9 +4,9 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    DeterministicPredictor, GazeFilter, HandFilter, HandFilterConfig, HandFrame, Predictor,
-    PredictorConfig, Seen, SteadyPoint, Tracking,
+    DeterministicPredictor, Predictor, PredictorConfig, PredictorInput, SteadyPoint,
 };
+use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, HandFrame, Tracking};
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, BoardTarget, Phase, RenderStep, Renderer, RendererConfig,
 };
@@ -145,14 +145,7 @@ impl Loop {
         while self.frames as f64 * TRACKER_S <= t_s {
             let sample = self.hand.sample(self.frames as f64 * TRACKER_S);
             self.frames += 1;
-            let frame = HandFrame {
-                t_s: sample.t_s,
-                palm_m: Some(sample.palm_m),
-                tips_m: sample.tips_m.map(Some),
-                head_m: Some(sample.head_m),
-                gaze: Some(sample.gaze),
-            };
-            if let Some(frame) = (faults.frame)(frame) {
+            if let Some(frame) = (faults.frame)(sample.hand_frame()) {
                 self.see(&frame, t_s);
             }
         }
@@ -193,7 +186,7 @@ impl Loop {
         let gaze = frame
             .gaze_ray()
             .and_then(|ray| self.gaze.step(frame.t_s, &ray));
-        let seen = Seen {
+        let seen = PredictorInput {
             frame,
             hand: tracking.state(),
             gaze: gaze.as_ref(),

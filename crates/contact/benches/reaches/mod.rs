@@ -1,7 +1,7 @@
 //! Reaches of a hand of six points whose truth is planted, for benches and the test of allocations.
 
 use glam::DVec3;
-use hwall_contact::{HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
 
 /// Noise of the tracker in each coordinate, m.

@@ -3,9 +3,10 @@
 
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, GazeRay,
-    HandFrame, HandPoint, HandState, Predictor, Seen, TimeToContact,
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
+    PredictorInput, TimeToContact,
 };
+use hwall_hand::{GazeRay, HandFrame, HandPoint, HandState};
 use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::Sampler;
 
@@ -141,7 +142,7 @@ impl Fused {
             palm_m: Some(hand_m),
             ..HandFrame::empty(self.t_s)
         };
-        let seen = Seen {
+        let seen = PredictorInput {
             frame: &frame,
             hand: Some(&state),
             gaze: gaze.as_ref(),

@@ -3,7 +3,7 @@
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall_bip::Demonstration;
-use hwall_contact::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
+use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
 use std::path::{Path, PathBuf};
 
 /// Reaches of one source, all with the same points of the hand, in the frame of their tracker.
@@ -238,7 +238,7 @@ impl Reaches {
 mod tests {
     use super::*;
     use crate::bip::baselines::minimum_jerk_share;
-    use hwall_contact::HandFrame;
+    use hwall_hand::HandFrame;
 
     /// Rest, a reach of one second, rest; the thumb is missing in every `gaps`-th frame.
     fn recording(gaps: usize) -> Recording {

@@ -314,7 +314,7 @@ mod tests {
         let set = Reaches {
             name: "made",
             source: String::new(),
-            points: vec![hwall_contact::HandPoint::Index],
+            points: vec![hwall_hand::HandPoint::Index],
             scored: 0,
             demonstrations: reaches,
             left_out: Vec::new(),

@@ -1,9 +1,10 @@
 //! Who competes in the study: the one list of estimators.
 
 use hwall_contact::{
-    Combination, ConstantVelocity, ContactError, ContactEstimator, Hold, LabelledReach,
-    LearnedConfig, LearnedEstimator, LearnedModel, MinimumJerk, NearestNeighbour, RidgeWindow,
+    Combination, ConstantVelocity, ContactError, ContactEstimator, Hold, LearnedConfig,
+    LearnedEstimator, LearnedModel, MinimumJerk, NearestNeighbour, RidgeWindow,
 };
+use hwall_hand::LabelledReach;
 
 /// A trained estimator, ready for reaches that it has not seen.
 pub type Trained = Box<dyn ContactEstimator + Send>;

@@ -8,7 +8,7 @@ use crate::contact::scores::Scores;
 use crate::contact::tables as contact_tables;
 use crate::demonstrations::generate::{Cast, DemonstrationConfig, Part, generate};
 use anyhow::ensure;
-use hwall_contact::LabelledReach;
+use hwall_hand::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
 use hwall_testkit::MarkdownTable;
 use std::collections::BTreeSet;

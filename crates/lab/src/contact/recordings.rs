@@ -1,8 +1,8 @@
 //! Labelled reaches from recorded hands, and who is held out when.
 
 use anyhow::{Context, ensure};
-use hwall_contact::{
-    ContactError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
+use hwall_hand::{
+    HandError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
     labelled_reaches, read_recordings,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -208,7 +208,7 @@ fn quantities(recordings: &[Recording]) -> Vec<&'static str> {
 }
 
 impl Source {
-    fn of(name: String, files: Vec<File>) -> Result<Self, ContactError> {
+    fn of(name: String, files: Vec<File>) -> Result<Self, HandError> {
         let file_count = files.len();
         let all = || files.iter().flat_map(|f| &f.recordings);
         let names_trials = all().any(|r| r.trial.is_some());
@@ -346,7 +346,7 @@ fn units<T: PartialEq>(things: &[T]) -> Vec<usize> {
 mod tests {
     use super::*;
     use glam::DVec3;
-    use hwall_contact::HandFrame;
+    use hwall_hand::HandFrame;
 
     fn reach(person: Option<&str>) -> LabelledReach {
         LabelledReach {

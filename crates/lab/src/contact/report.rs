@@ -7,7 +7,7 @@ use crate::contact::rows::Rows;
 use crate::contact::scores::{Scores, run};
 use crate::contact::tables as contact_tables;
 use anyhow::Context;
-use hwall_contact::LabelledReach;
+use hwall_hand::LabelledReach;
 use hwall_stage::numbers::counted;
 use hwall_testkit::quantile;
 use std::fmt::Write as _;

@@ -4,7 +4,7 @@ use crate::contact::moments::written;
 use crate::contact::scores::{Told, span_s};
 use anyhow::Context;
 use glam::DVec3;
-use hwall_contact::LabelledReach;
+use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
 use std::io::Write;
 use std::path::Path;

@@ -7,7 +7,8 @@ use crate::contact::rows::Rows;
 use anyhow::Context;
 use glam::DVec3;
 use hwall_bip::EndPrediction;
-use hwall_contact::{ContactEstimate, LabelledReach};
+use hwall_contact::ContactEstimate;
+use hwall_hand::LabelledReach;
 use hwall_testkit::quantile;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -294,7 +295,8 @@ mod tests {
     use super::*;
     use crate::contact::recordings::Fold;
     use glam::DMat3;
-    use hwall_contact::{ContactEstimator, HandFrame, HandPoint, TimeToContact};
+    use hwall_contact::{ContactEstimator, TimeToContact};
+    use hwall_hand::{HandFrame, HandPoint};
 
     /// Knows everything, and is off by what it is told.
     struct Off(DVec3);

@@ -5,7 +5,7 @@ use crate::demonstrations::generate::{
     Demonstrated, DemonstrationConfig, Part, Response, generate,
 };
 use anyhow::{Context, ensure};
-use hwall_contact::{HandPoint, LabelledReach, Recording, write_recordings};
+use hwall_hand::{HandPoint, LabelledReach, Recording, write_recordings};
 use hwall_stage::numbers;
 use std::path::Path;
 

@@ -6,7 +6,7 @@
 use crate::demonstrations::targets::{Panel, Places, Targets};
 use anyhow::{Context, ensure};
 use glam::DVec3;
-use hwall_contact::{HandPoint, LabelledReach, Recording, Sample};
+use hwall_hand::{HandPoint, LabelledReach, Recording, Sample};
 use hwall_haptics::{Arm, Board, BoardTarget, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
 use hwall_sim::{
@@ -14,7 +14,6 @@ use hwall_sim::{
     TouchTruth,
 };
 use hwall_stage::session::START_DEG;
-use hwall_stage::training::hand_frame;
 use hwall_testkit::Sampler;
 
 /// Longest step of the arm's control loop, s.
@@ -266,7 +265,8 @@ fn record(
     let mut response = config.arm_reaction_s.map(|_| Response::default());
     for k in first..=last {
         let t_s = k as f64 * config.tracker_s;
-        let frame = hand_frame(&sequence.tracked(t_s), &config.points, config.gaze);
+        let tracked = sequence.tracked(t_s);
+        let frame = tracked.limited_to(&config.points, config.gaze);
         samples.push(Sample {
             frame,
             object_m: None,

@@ -4,9 +4,10 @@ use crate::contact::candidates::{self as contact_candidates, Role, Trained};
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
-    LabelledReach, LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorConfig,
-    ReachWatch, Seen, WatchConfig,
+    LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorConfig, PredictorInput,
+    StreamEstimator,
 };
+use hwall_hand::{LabelledReach, WatchConfig};
 use hwall_scene::Scene;
 
 /// The dissertation's predictor, which leads are gained over.
@@ -59,10 +60,8 @@ impl Contender {
     /// # Errors
     /// Never for the default watch.
     pub fn projected(name: &str, estimator: Trained) -> anyhow::Result<Self> {
-        let watch = ReachWatch::new(WatchConfig::default())?;
         let projected = Projected {
-            estimator,
-            watch,
+            stream: StreamEstimator::new(estimator, WatchConfig::default())?,
             answer: None,
         };
         Ok(Self::of(format!("{name}, closest surface"), projected))
@@ -169,8 +168,7 @@ impl Taught {
 
 /// An estimate brought to the closest surface: what an estimator is worth without fusion.
 struct Projected {
-    estimator: Trained,
-    watch: ReachWatch,
+    stream: StreamEstimator<Trained>,
     answer: Option<ContactPrediction>,
 }
 
@@ -178,8 +176,8 @@ struct Projected {
 const FARTHEST_M: f64 = 1.0;
 
 impl Predictor for Projected {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
-        let estimate = self.watch.step(seen.frame, seen.hand, &mut self.estimator);
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let estimate = self.stream.step(seen.frame, seen.hand);
         self.answer = estimate.and_then(|e| {
             let closest = scene.closest_touchable(e.point_m, FARTHEST_M).ok()??;
             Some(ContactPrediction {
@@ -202,12 +200,12 @@ impl Predictor for Projected {
 struct WithoutGaze(Box<dyn Predictor + Send>);
 
 impl Predictor for WithoutGaze {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         let mut frame = *seen.frame;
         frame.gaze = None;
         self.0.predict(
             scene,
-            &Seen {
+            &PredictorInput {
                 frame: &frame,
                 hand: seen.hand,
                 gaze: None,

@@ -3,9 +3,8 @@
 pub use crate::rooms::room::Room;
 use crate::rooms::scores::{Heard, Told};
 use anyhow::Context;
-use hwall_contact::{ContactPrediction, HandPoint, Predictor, Seen};
+use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_sim::{PersonConfig, Population, ReachPlan, TouchSequence};
-use hwall_stage::training::hand_frame;
 use hwall_stage::training::{Filters, Stream, Touch};
 use hwall_testkit::Sampler;
 use std::time::Instant;
@@ -145,7 +144,7 @@ pub fn streams(
 fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
     let samples = (hand.duration_s() / PERIOD_S) as usize;
     let frames = (0..samples)
-        .map(|i| hand_frame(&hand.tracked(i as f64 * PERIOD_S), &HandPoint::ALL, true))
+        .map(|i| hand.tracked(i as f64 * PERIOD_S))
         .collect();
     let mut touches = Vec::new();
     for truth in hand.touches() {
@@ -167,7 +166,7 @@ pub struct Answered<'a> {
     /// Which stream, and which of its touches.
     pub place: [usize; 2],
     /// What the predictor was given.
-    pub seen: Seen<'a>,
+    pub seen: PredictorInput<'a>,
     /// What it said.
     pub answers: &'a [ContactPrediction],
     /// How long that took, µs.
@@ -199,7 +198,7 @@ pub fn follow(
             let gaze = frame
                 .gaze_ray()
                 .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
-            let seen = Seen {
+            let seen = PredictorInput {
                 frame,
                 hand: tracking.state(),
                 gaze: gaze.as_ref(),

@@ -8,7 +8,7 @@ use crate::demonstrations::generate::{Cast, DemonstrationConfig, Part, generate}
 use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::tables::{Figure, Section, summary};
 use anyhow::Context;
-use hwall_contact::LabelledReach;
+use hwall_hand::LabelledReach;
 use hwall_testkit::{MarkdownTable, Timing, format_ns};
 use std::sync::Mutex;
 use std::time::Instant;

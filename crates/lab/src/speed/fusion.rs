@@ -8,7 +8,7 @@ use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::tables::{Figure, Section, summary};
 use hwall_contact::{
     Combination, ContactPrediction, FusedConfig, FusedPredictor, GazeModel, LearnedConfig,
-    LearnedEstimator, LearnedModel, Predictor, Seen,
+    LearnedEstimator, LearnedModel, Predictor, PredictorInput,
 };
 use hwall_scene::{Scene, SurfaceId};
 use hwall_stage::training::{self, Stream};
@@ -26,8 +26,8 @@ struct Listener {
 }
 
 impl Predictor for Listener {
-    fn predict(&mut self, scene: &Scene, seen: &Seen<'_>) -> &[ContactPrediction] {
-        let seen = Seen {
+    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let seen = PredictorInput {
             gaze: seen.gaze.filter(|_| self.gaze),
             ..*seen
         };

@@ -5,7 +5,8 @@ use crate::speed::contact::{DEMONSTRATIONS, Run, SHARES, World, columns, people,
 use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::tables::{Figure, Section};
 use hwall_bip::Basis;
-use hwall_contact::{LabelledReach, LearnedConfig, LearnedModel};
+use hwall_contact::{LearnedConfig, LearnedModel};
+use hwall_hand::LabelledReach;
 use hwall_testkit::MarkdownTable;
 use std::rc::Rc;
 

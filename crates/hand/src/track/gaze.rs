@@ -1,7 +1,9 @@
 //! A gaze without the noise of the eye tracker.
 
-use crate::{ContactError, GazeRay, error::positive};
+use crate::error::HandError;
+use crate::frame::GazeRay;
 use glam::DVec3;
+use hwall_numeric::check::positive;
 
 /// Averages the gaze while it rests, and follows at once when it leaps.
 ///
@@ -20,7 +22,7 @@ impl GazeFilter {
     ///
     /// # Errors
     /// A setting that is no positive number.
-    pub fn new(time_constant_s: f64, saccade_rad: f64) -> Result<Self, ContactError> {
+    pub fn new(time_constant_s: f64, saccade_rad: f64) -> Result<Self, HandError> {
         positive("time_constant_s", time_constant_s)?;
         positive("saccade_rad", saccade_rad)?;
         Ok(Self {

@@ -1,10 +1,9 @@
 //! Finds poses that a tracker repeats instead of measuring.
 
-use crate::{
-    ContactError, HandFrame,
-    error::{not_negative, positive},
-};
+use crate::frame::HandFrame;
 use glam::DVec3;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::{non_negative, positive};
 
 /// When a pose counts as frozen.
 ///
@@ -44,11 +43,12 @@ impl Default for FreezeConfig {
 }
 
 impl FreezeConfig {
-    pub(crate) fn validate(&self) -> Result<(), ContactError> {
+    pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
         positive("still_after_s", self.still_after_s)?;
-        not_negative("still_tolerance_m", self.still_tolerance_m)?;
+        non_negative("still_tolerance_m", self.still_tolerance_m)?;
         positive("rigid_after_s", self.rigid_after_s)?;
-        not_negative("rigid_tolerance_m", self.rigid_tolerance_m)
+        non_negative("rigid_tolerance_m", self.rigid_tolerance_m)?;
+        Ok(())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Recordings of hands in memory.
 
-use crate::{ContactError, HandFrame, HandPoint};
+use crate::error::HandError;
+use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
 
 /// A vector quantity of a recording: three columns `NAME_x, NAME_y, NAME_z`.
@@ -103,7 +104,7 @@ impl Recording {
     ///
     /// # Errors
     /// See [`Recording::validate`].
-    pub fn from_frames(frames: impl IntoIterator<Item = HandFrame>) -> Result<Self, ContactError> {
+    pub fn from_frames(frames: impl IntoIterator<Item = HandFrame>) -> Result<Self, HandError> {
         let samples = frames
             .into_iter()
             .map(|frame| Sample {
@@ -153,22 +154,22 @@ impl Recording {
     ///
     /// # Errors
     /// The first sample that breaks the promise; `line` counts samples from 1.
-    pub fn validate(&self) -> Result<(), ContactError> {
+    pub fn validate(&self) -> Result<(), HandError> {
         if self.samples.is_empty() {
-            return Err(ContactError::NoSamples);
+            return Err(HandError::NoSamples);
         }
         let mut previous_s = f64::NEG_INFINITY;
         for (line, sample) in (1..).zip(&self.samples) {
             let t_s = sample.frame.t_s;
             if !t_s.is_finite() {
-                return Err(ContactError::NonFiniteCell {
+                return Err(HandError::NonFiniteCell {
                     line,
                     column: "t".into(),
                     value: t_s,
                 });
             }
             if t_s <= previous_s {
-                return Err(ContactError::TimeNotIncreasing {
+                return Err(HandError::TimeNotIncreasing {
                     line,
                     t_s,
                     previous_s,
@@ -179,7 +180,7 @@ impl Recording {
                 let cells = sample.get(quantity).map_or([0.0; 3], |v| v.to_array());
                 if let Some(axis) = cells.iter().position(|c| !c.is_finite()) {
                     let column = format!("{}_{}", quantity.name(), ["x", "y", "z"][axis]);
-                    return Err(ContactError::NonFiniteCell {
+                    return Err(HandError::NonFiniteCell {
                         line,
                         column,
                         value: cells[axis],

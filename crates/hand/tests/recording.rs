@@ -1,13 +1,12 @@
 //! Recordings as CSV: round trips, and every way in which a file can be broken.
 
 use glam::DVec3;
-use hwall_contact::{
-    ContactError, HandFrame, HandPoint, Quantity, Recording, Sample, read_recordings,
-    write_recordings,
+use hwall_hand::{
+    HandError, HandFrame, HandPoint, Quantity, Recording, Sample, read_recordings, write_recordings,
 };
 use hwall_testkit::Sampler;
 
-fn read(text: &str) -> Result<Recording, ContactError> {
+fn read(text: &str) -> Result<Recording, HandError> {
     Recording::from_csv(text.as_bytes())
 }
 
@@ -85,7 +84,7 @@ fn trials_may_alternate_and_keep_their_own_clocks() {
     assert_eq!(all[0].samples.len(), 2);
     assert_eq!(all[0].samples[1].contact, Some(true));
     assert_eq!(all[1].samples[0].contact, None);
-    assert_eq!(read(text), Err(ContactError::SeveralTrials { count: 3 }));
+    assert_eq!(read(text), Err(HandError::SeveralTrials { count: 3 }));
 }
 
 #[test]
@@ -96,7 +95,7 @@ fn gaze_becomes_a_unit_vector() {
     let zero = read("t,palm_x,palm_y,palm_z,gaze_x,gaze_y,gaze_z\n0,,,,0,0,0\n");
     assert_eq!(
         zero,
-        Err(ContactError::ZeroGaze {
+        Err(HandError::ZeroGaze {
             line: 2,
             length: 0.0
         })
@@ -105,7 +104,7 @@ fn gaze_becomes_a_unit_vector() {
 
 #[test]
 fn broken_files_are_named_by_line_and_column() {
-    use ContactError as E;
+    use HandError as E;
     let h = "t,palm_x,palm_y,palm_z\n";
     let with = |rows: &str| read(&format!("{h}{rows}")).unwrap_err();
     assert_eq!(read(""), Err(E::Empty));
@@ -228,13 +227,13 @@ fn a_byte_order_mark_blank_lines_and_windows_line_ends_do_no_harm() {
         .join(end);
         let error = read(&text).unwrap_err();
         assert!(
-            matches!(error, ContactError::NotANumber { line: 6, .. }),
+            matches!(error, HandError::NotANumber { line: 6, .. }),
             "blank lines count: {error}"
         );
         let error = read(&text.replace("2,x", "2,3,4")).unwrap_err();
         assert_eq!(
             error,
-            ContactError::CellCount {
+            HandError::CellCount {
                 line: 6,
                 expected: 4,
                 got: 5
@@ -263,18 +262,18 @@ fn a_recording_that_would_not_read_back_is_not_written() {
         }
         .to_csv(std::io::sink())
     };
-    assert_eq!(write(&[]), Err(ContactError::NoSamples));
+    assert_eq!(write(&[]), Err(HandError::NoSamples));
     assert!(matches!(
         write(&[frame(0.0, f64::NAN)]),
-        Err(ContactError::NonFiniteCell { line: 1, .. })
+        Err(HandError::NonFiniteCell { line: 1, .. })
     ));
     assert!(matches!(
         write(&[frame(f64::NAN, 1.0)]),
-        Err(ContactError::NonFiniteCell { .. })
+        Err(HandError::NonFiniteCell { .. })
     ));
     assert_eq!(
         write(&[frame(0.0, 1.0), frame(0.0, 2.0)]),
-        Err(ContactError::TimeNotIncreasing {
+        Err(HandError::TimeNotIncreasing {
             line: 2,
             t_s: 0.0,
             previous_s: 0.0
@@ -282,7 +281,7 @@ fn a_recording_that_would_not_read_back_is_not_written() {
     );
     assert_eq!(
         write(&[HandFrame::empty(0.0)]),
-        Err(ContactError::NoHandColumns)
+        Err(HandError::NoHandColumns)
     );
     assert_eq!(write(&[frame(0.0, 1.0)]), Ok(()));
 }
@@ -303,8 +302,5 @@ fn a_full_disk_is_an_error() {
         ..HandFrame::empty(0.0)
     };
     let recording = Recording::from_frames([frame]).unwrap();
-    assert!(matches!(
-        recording.to_csv(Full),
-        Err(ContactError::Io { .. })
-    ));
+    assert!(matches!(recording.to_csv(Full), Err(HandError::Io { .. })));
 }

@@ -1,8 +1,11 @@
 //! Reaches in a stream of samples: when a hand leaves its rest, and when it rests again.
 
-use crate::error::{not_negative, positive};
-use crate::{ContactError, ContactEstimate, ContactEstimator, HandFrame, HandState};
+use crate::error::HandError;
+use crate::frame::HandFrame;
+use crate::track::HandState;
 use glam::DVec3;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::{non_negative, positive};
 use std::collections::VecDeque;
 
 /// What counts as a reach in a stream. The speeds are those of [`SegmentConfig`](crate::SegmentConfig),
@@ -35,25 +38,41 @@ impl Default for WatchConfig {
 }
 
 impl WatchConfig {
-    fn validate(&self) -> Result<(), ContactError> {
+    fn validate(&self) -> Result<(), ArgumentError> {
         positive("onset_m_per_s", self.onset_m_per_s)?;
         positive("offset_m_per_s", self.offset_m_per_s)?;
         positive(
             "onset_m_per_s - offset_m_per_s",
             self.onset_m_per_s - self.offset_m_per_s,
         )?;
-        not_negative("rest_s", self.rest_s)?;
+        non_negative("rest_s", self.rest_s)?;
         positive("buffer", self.buffer as f64)?;
-        positive("max_gap_s", self.max_gap_s)
+        positive("max_gap_s", self.max_gap_s)?;
+        Ok(())
     }
 }
 
-/// Feeds a [`ContactEstimator`] the reaches of an unbroken stream, each from its true start.
+/// What a sample means for the reaches of a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WatchUpdate {
+    /// The sample has the time of the one before: nothing new.
+    Repeated,
+    /// No reach is under way; also the answer to a sample whose time is not finite.
+    AtRest,
+    /// A reach has begun. [`ReachWatch::latest`] has its samples so far, this one last.
+    Begun {
+        /// How many samples the reach has so far.
+        samples: usize,
+    },
+    /// The reach goes on with this sample.
+    UnderWay,
+}
+
+/// Finds the reaches of an unbroken stream, each from its true start.
 ///
-/// The onset is only seen some samples after the movement began; those are kept and replayed, so
-/// one step at the onset costs as much as there are samples since the start, at most `buffer`. A hand
-/// that turns back while it moves, after a touch or by a change of mind, begins a new reach where it was
-/// slowest. Nothing is allocated after the construction but what the estimator allocates when it begins.
+/// The onset is only seen some samples after the movement began; the watch keeps those, at most `buffer`
+/// of them. A hand that turns back while it moves, after a touch or by a change of mind, begins a new reach
+/// where it was slowest. Nothing is allocated after the construction.
 #[derive(Debug, Clone)]
 pub struct ReachWatch {
     config: WatchConfig,
@@ -61,7 +80,6 @@ pub struct ReachWatch {
     recent: VecDeque<(HandFrame, f64)>,
     reach: Option<Reaching>,
     last_s: f64,
-    answer: Option<ContactEstimate>,
 }
 
 /// A reach under way.
@@ -80,14 +98,13 @@ impl ReachWatch {
     ///
     /// # Errors
     /// A setting outside its range.
-    pub fn new(config: WatchConfig) -> Result<Self, ContactError> {
+    pub fn new(config: WatchConfig) -> Result<Self, HandError> {
         config.validate()?;
         Ok(Self {
             recent: VecDeque::with_capacity(config.buffer),
             config,
             reach: None,
             last_s: f64::NEG_INFINITY,
-            answer: None,
         })
     }
 
@@ -102,36 +119,24 @@ impl ReachWatch {
         self.recent.clear();
         self.reach = None;
         self.last_s = f64::NEG_INFINITY;
-        self.answer = None;
     }
 
-    /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at
-    /// rest. A sample that repeats the time of the one before gets the same answer; after a leap of the
-    /// clock backwards the watch starts anew.
-    pub fn step(
-        &mut self,
-        frame: &HandFrame,
-        hand: Option<&HandState>,
-        estimator: &mut impl ContactEstimator,
-    ) -> Option<ContactEstimate> {
+    /// The newest samples, oldest first; at most as many as are kept.
+    pub fn latest(&self, samples: usize) -> impl ExactSizeIterator<Item = &HandFrame> {
+        let first = self.recent.len().saturating_sub(samples);
+        self.recent.range(first..).map(|(frame, _)| frame)
+    }
+
+    /// Takes the next sample, and the filtered hand unless it is lost. After a leap of the clock backwards
+    /// the watch starts anew.
+    pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> WatchUpdate {
         let t_s = frame.t_s;
         if t_s == self.last_s {
             // A stream that is polled faster than it is measured: nothing new, nothing forgotten.
-            return self.answer;
+            return WatchUpdate::Repeated;
         }
-        self.answer = self.follow(frame, hand, estimator);
-        self.answer
-    }
-
-    fn follow(
-        &mut self,
-        frame: &HandFrame,
-        hand: Option<&HandState>,
-        estimator: &mut impl ContactEstimator,
-    ) -> Option<ContactEstimate> {
-        let t_s = frame.t_s;
         if !t_s.is_finite() {
-            return None;
+            return WatchUpdate::AtRest;
         }
         if t_s < self.last_s {
             self.recent.clear();
@@ -151,26 +156,25 @@ impl ReachWatch {
                         self.recent.clear();
                     }
                     self.reach = None;
-                    return None;
+                    return WatchUpdate::AtRest;
                 }
                 turned
             }
         };
         if begins {
-            return self.begin(velocity.unwrap_or(DVec3::ZERO), estimator);
+            WatchUpdate::Begun {
+                samples: self.begin(velocity.unwrap_or(DVec3::ZERO)),
+            }
+        } else if self.reach.is_some() {
+            WatchUpdate::UnderWay
+        } else {
+            WatchUpdate::AtRest
         }
-        self.reach
-            .is_some()
-            .then(|| estimator.step(frame))
-            .flatten()
     }
 
-    /// Begins a reach at the last slow sample, or at the slowest after a turn, and replays.
-    fn begin(
-        &mut self,
-        velocity: DVec3,
-        estimator: &mut impl ContactEstimator,
-    ) -> Option<ContactEstimate> {
+    /// Begins a reach at the last slow sample, or at the slowest after a turn; returns its number of
+    /// samples so far.
+    fn begin(&mut self, velocity: DVec3) -> usize {
         let first = if self.reach.is_some() {
             // The last way down to the slowest sample before the speed of now.
             let mut slowest = self.recent.len() - 1;
@@ -195,12 +199,7 @@ impl ReachWatch {
             slow_since_s: None,
             unseen_since_s: None,
         });
-        estimator.begin();
-        let mut estimate = None;
-        for (frame, _) in self.recent.iter().skip(first) {
-            estimate = estimator.step(frame);
-        }
-        estimate
+        self.recent.len() - first
     }
 
     /// Keeps a sample and the speed of the hand at it.
@@ -218,10 +217,10 @@ impl ReachWatch {
         }
         // The filter is silent at first and after a fault; then the samples themselves tell.
         let raw = || {
-            let (which, now_m) = seen?;
+            let now = seen?;
             let near = |(f, _): &&(HandFrame, f64)| frame.t_s - f.t_s <= SPEED_WINDOW_S;
             let (before, _) = self.recent.iter().rev().take_while(near).last()?;
-            Some(now_m.distance(before.point(which)?) / (frame.t_s - before.t_s))
+            Some(now.position_m.distance(before.point(now.point)?) / (frame.t_s - before.t_s))
         };
         // The first sample of all may be in mid movement.
         let speed = filtered_m_per_s.or_else(raw).unwrap_or(f64::INFINITY);

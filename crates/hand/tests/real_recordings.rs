@@ -1,21 +1,14 @@
 //! The filter and the segmentation on recorded hands; skipped where the data are absent.
 
-use hwall_contact::{
-    FreezeKind, HandFilter, HandFilterConfig, HandPoint, LostReason, Reach, ReachEnd, Recording,
-    RigidMap, SegmentConfig, Tracking, reaches,
+use hwall_hand::{
+    FreezeKind, HandFilter, HandFilterConfig, HandPoint, LostReason, Pose, Reach, ReachEnd,
+    Recording, SegmentConfig, Tracking, reaches,
 };
-use hwall_testkit::ErrorStats;
-use std::path::PathBuf;
+use hwall_testkit::{ErrorStats, shared};
 
 /// The file beside the project, if it is there.
 fn load(name: &str) -> Option<Recording> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/data")
-        .join(name);
-    if !path.is_file() {
-        println!("skipped: {name} is not beside the project");
-        return None;
-    }
+    let path = shared(&format!("data/{name}"))?;
     Some(Recording::from_csv_path(path).expect(name))
 }
 
@@ -137,7 +130,7 @@ fn leap_recording_holds_six_reaches_of_half_a_metre_before_the_loss() {
     );
     // Up and down alternate; in base axes, up is +z.
     for (i, r) in whole.iter().take(5).enumerate() {
-        let up = RigidMap::Z_UP_FROM_Y_UP.direction(r.direction).z;
+        let up = Pose::Z_UP_FROM_Y_UP.transform_vector(r.direction).z;
         assert!(
             if i % 2 == 0 { up < -0.5 } else { up > 0.5 },
             "reach {i}: {up}"

@@ -1,10 +1,10 @@
-//! Rigid calibration from point pairs: planted truth, noise, and clouds that fix nothing.
+//! Rigid transforms from point pairs: planted truth, noise, and clouds that fix nothing.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
-use hwall_contact::{Calibration, ContactError, RigidMap};
+use glam::{DMat3, DQuat, DVec3};
+use hwall_hand::{ArgumentError, HandError, PointPair, Pose, RigidFit};
 use hwall_testkit::Sampler;
 
-fn random_map(sampler: &mut Sampler) -> RigidMap {
+fn random_map(sampler: &mut Sampler) -> Pose {
     let q = DQuat::from_xyzw(
         sampler.normal(),
         sampler.normal(),
@@ -13,11 +13,7 @@ fn random_map(sampler: &mut Sampler) -> RigidMap {
     )
     .normalize();
     let t = DVec3::from_array([0; 3].map(|_| sampler.uniform(-3.0, 3.0)));
-    RigidMap::from_affine(DAffine3 {
-        matrix3: DMat3::from_quat(q),
-        translation: t,
-    })
-    .unwrap()
+    Pose::from_quat(q, t).unwrap()
 }
 
 fn cloud(sampler: &mut Sampler, n: usize, size: DVec3) -> Vec<DVec3> {
@@ -26,12 +22,17 @@ fn cloud(sampler: &mut Sampler, n: usize, size: DVec3) -> Vec<DVec3> {
         .collect()
 }
 
-fn pairs(map: RigidMap, points: &[DVec3]) -> Vec<(DVec3, DVec3)> {
-    points.iter().map(|&b| (map.point(b), b)).collect()
+fn pair(in_a_m: DVec3, in_b_m: DVec3) -> PointPair {
+    PointPair { in_a_m, in_b_m }
 }
 
-fn angle_between(a: RigidMap, b: RigidMap) -> f64 {
-    let turn = a.inverse().to_affine().matrix3 * b.to_affine().matrix3;
+fn pairs(map: Pose, points: &[DVec3]) -> Vec<PointPair> {
+    let both = |&b| pair(map.transform_point(b), b);
+    points.iter().map(both).collect()
+}
+
+fn angle_between(a: Pose, b: Pose) -> f64 {
+    let turn = a.inverse().rotation() * b.rotation();
     // From the sine as well: the cosine alone loses half of the digits near 0.
     let sine = DVec3::new(
         turn.y_axis.z - turn.z_axis.y,
@@ -50,10 +51,10 @@ fn exact_pairs_give_the_map_back() {
         for _ in 0..200 {
             let truth = random_map(&mut sampler);
             let points = cloud(&mut sampler, n, DVec3::new(1.0, 0.7, 0.4));
-            let found = Calibration::from_pairs(&pairs(truth, &points)).unwrap();
+            let found = RigidFit::from_pairs(&pairs(truth, &points)).unwrap();
             // Three random points may be nearly in line: then the turn is known less well.
             assert!(found.rms_m() < 1e-12, "{n}: {}", found.rms_m());
-            assert!(found.worst().1 < 1e-11);
+            assert!(found.residuals_m[found.worst()] < 1e-11);
         }
     }
 }
@@ -71,12 +72,9 @@ fn a_plane_is_enough_and_half_turns_too() {
             std::f64::consts::PI - 1e-9,
             std::f64::consts::PI,
         ] {
-            let truth = RigidMap::from_affine(DAffine3 {
-                matrix3: DMat3::from_axis_angle(axis, angle),
-                translation: DVec3::new(0.6, -0.2, 0.9),
-            })
-            .unwrap();
-            let found = Calibration::from_pairs(&pairs(truth, &corners)).unwrap();
+            let rotation = DMat3::from_axis_angle(axis, angle);
+            let truth = Pose::new(rotation, DVec3::new(0.6, -0.2, 0.9)).unwrap();
+            let found = RigidFit::from_pairs(&pairs(truth, &corners)).unwrap();
             assert!(angle_between(truth, found.a_from_b) < 1e-12);
             assert!(found.rms_m() < 1e-14);
         }
@@ -94,11 +92,11 @@ fn noise_averages_out() {
             .iter()
             .map(|&b| {
                 let noise = DVec3::from_array([0; 3].map(|_| 2e-3 * sampler.normal()));
-                (truth.point(b) + noise, b)
+                pair(truth.transform_point(b) + noise, b)
             })
             .collect();
-        let found = Calibration::from_pairs(&noisy).unwrap();
-        let centre = found.a_from_b.point(DVec3::ZERO) - truth.point(DVec3::ZERO);
+        let found = RigidFit::from_pairs(&noisy).unwrap();
+        let centre = found.a_from_b.position_m() - truth.position_m();
         assert!(centre.length() < 5.0 * 2e-3 * (3.0_f64 / 400.0).sqrt());
         assert!(angle_between(truth, found.a_from_b) < 2e-3);
         mean_rms += found.rms_m() / 100.0;
@@ -114,8 +112,8 @@ fn the_worst_pair_is_named() {
     let truth = random_map(&mut sampler);
     let points = cloud(&mut sampler, 20, DVec3::ONE);
     let mut pairs = pairs(truth, &points);
-    pairs[7].0.x += 0.3;
-    assert_eq!(Calibration::from_pairs(&pairs).unwrap().worst().0, 7);
+    pairs[7].in_a_m.x += 0.3;
+    assert_eq!(RigidFit::from_pairs(&pairs).unwrap().worst(), 7);
 }
 
 #[test]
@@ -127,7 +125,7 @@ fn far_away_and_at_other_scales() {
             .into_iter()
             .map(|p| p + DVec3::splat(far))
             .collect();
-        let found = Calibration::from_pairs(&pairs(truth, &points)).unwrap();
+        let found = RigidFit::from_pairs(&pairs(truth, &points)).unwrap();
         assert!(
             found.rms_m() < tolerance,
             "{size} {far}: {:e}",
@@ -144,22 +142,22 @@ fn clouds_that_fix_nothing_are_typed_errors() {
     let place = vec![DVec3::ONE; 5];
     for points in [line, place] {
         assert!(matches!(
-            Calibration::from_pairs(&pairs(RigidMap::IDENTITY, &points)),
-            Err(ContactError::Collinear { .. })
+            RigidFit::from_pairs(&pairs(Pose::IDENTITY, &points)),
+            Err(HandError::Collinear { .. })
         ));
     }
     assert!(matches!(
-        Calibration::from_pairs(&[(DVec3::ZERO, DVec3::ZERO), (DVec3::X, DVec3::X)]),
-        Err(ContactError::TooFewPairs { needed: 3, got: 2 })
+        RigidFit::from_pairs(&pairs(Pose::IDENTITY, &[DVec3::ZERO, DVec3::X])),
+        Err(HandError::TooFewPairs { needed: 3, got: 2 })
     ));
     let bad = [
-        (DVec3::ZERO, DVec3::ZERO),
-        (DVec3::X, DVec3::X),
-        (DVec3::Y, DVec3::new(0.0, f64::NAN, 0.0)),
+        pair(DVec3::ZERO, DVec3::ZERO),
+        pair(DVec3::X, DVec3::X),
+        pair(DVec3::Y, DVec3::new(0.0, f64::NAN, 0.0)),
     ];
     assert!(matches!(
-        Calibration::from_pairs(&bad),
-        Err(ContactError::NonFinite { .. })
+        RigidFit::from_pairs(&bad),
+        Err(HandError::Argument(ArgumentError::NonFinite { .. }))
     ));
 }
 
@@ -170,8 +168,8 @@ fn a_mirror_shows_in_the_residual() {
     let points = cloud(&mut sampler, 10, DVec3::new(1.0, 0.6, 0.3));
     let mirrored: Vec<_> = points
         .iter()
-        .map(|b| (*b * DVec3::new(1.0, 1.0, -1.0), *b))
+        .map(|b| pair(*b * DVec3::new(1.0, 1.0, -1.0), *b))
         .collect();
-    let found = Calibration::from_pairs(&mirrored).unwrap();
+    let found = RigidFit::from_pairs(&mirrored).unwrap();
     assert!(found.rms_m() > 0.05);
 }

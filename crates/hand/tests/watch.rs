@@ -1,44 +1,54 @@
 //! Reaches found in a stream.
 
 use glam::DVec3;
-use hwall_contact::{
-    ContactEstimate, ContactEstimator, HandFilter, HandFilterConfig, HandFrame, ReachWatch,
-    WatchConfig,
+use hwall_hand::{
+    HandFilter, HandFilterConfig, HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate,
 };
 
-/// Writes down what it is given.
+/// Writes down the samples of each reach.
 #[derive(Debug, Default)]
 struct Diary {
     reaches: Vec<Vec<f64>>,
 }
 
-impl ContactEstimator for Diary {
-    fn begin(&mut self) {
-        self.reaches.push(Vec::new());
-    }
-
-    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        self.reaches.last_mut()?.push(frame.t_s);
-        Some(ContactEstimate::of_point(frame.t_s, DVec3::ZERO))
+impl Diary {
+    fn step(
+        &mut self,
+        watch: &mut ReachWatch,
+        frame: &HandFrame,
+        hand: Option<&HandState>,
+    ) -> WatchUpdate {
+        let update = watch.step(frame, hand);
+        match update {
+            WatchUpdate::Begun { samples } => {
+                let times = watch.latest(samples).map(|f| f.t_s).collect();
+                self.reaches.push(times);
+            }
+            WatchUpdate::UnderWay => self.reaches.last_mut().unwrap().push(frame.t_s),
+            WatchUpdate::AtRest | WatchUpdate::Repeated => {}
+        }
+        update
     }
 }
 
-/// Runs a hand at 100 Hz along x; returns the diary and the times with an estimate.
+/// Runs a hand at 100 Hz along x; returns the diary and the times within a reach.
 fn run(until_s: f64, x: impl Fn(f64) -> Option<f64>) -> (Diary, Vec<f64>) {
     let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
     let mut watch = ReachWatch::new(WatchConfig::default()).unwrap();
-    let (mut diary, mut estimated_s) = (Diary::default(), Vec::new());
+    let (mut diary, mut reaching_s) = (Diary::default(), Vec::new());
     for i in 0..(until_s * 100.0) as usize {
         let t_s = 0.01 * i as f64;
         let mut frame = HandFrame::empty(t_s);
         frame.palm_m = x(t_s).map(|x| DVec3::new(x, 0.0, 1.0));
         let tracking = filter.step(&frame);
-        if watch.step(&frame, tracking.state(), &mut diary).is_some() {
-            assert!(watch.reaching());
-            estimated_s.push(t_s);
+        let update = diary.step(&mut watch, &frame, tracking.state());
+        let within = matches!(update, WatchUpdate::Begun { .. } | WatchUpdate::UnderWay);
+        assert_eq!(watch.reaching(), within);
+        if within {
+            reaching_s.push(t_s);
         }
     }
-    (diary, estimated_s)
+    (diary, reaching_s)
 }
 
 fn minimum_jerk(t: f64) -> f64 {
@@ -47,9 +57,9 @@ fn minimum_jerk(t: f64) -> f64 {
 }
 
 #[test]
-fn a_reach_is_replayed_from_where_it_began_and_ends_at_rest() {
+fn a_reach_is_told_from_where_it_began_and_ends_at_rest() {
     // At rest until 0.5 s, 0.6 m in 0.8 s, at rest again.
-    let (diary, estimated_s) = run(3.0, |t| Some(0.6 * minimum_jerk((t - 0.5) / 0.8)));
+    let (diary, reaching_s) = run(3.0, |t| Some(0.6 * minimum_jerk((t - 0.5) / 0.8)));
     assert_eq!(diary.reaches.len(), 1);
     let seen = &diary.reaches[0];
     // The speed passes 0.1 m/s at 0.57 s; the filter is a step and a half late.
@@ -57,11 +67,11 @@ fn a_reach_is_replayed_from_where_it_began_and_ends_at_rest() {
     // Nothing is skipped.
     assert!(seen.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
     assert!(
-        (0.62..0.72).contains(&estimated_s[0]),
+        (0.62..0.72).contains(&reaching_s[0]),
         "onset seen at {}",
-        estimated_s[0]
+        reaching_s[0]
     );
-    let end_s = estimated_s.last().unwrap();
+    let end_s = reaching_s.last().unwrap();
     assert!((1.25..1.45).contains(end_s), "{end_s}");
 }
 
@@ -79,8 +89,8 @@ fn there_and_back_without_a_rest_are_two_reaches() {
 
 #[test]
 fn tremor_and_slow_drift_are_no_reach() {
-    let (diary, estimated_s) = run(5.0, |t| Some(0.05 * t + 0.001 * (60.0 * t).sin()));
-    assert!(diary.reaches.is_empty() && estimated_s.is_empty());
+    let (diary, reaching_s) = run(5.0, |t| Some(0.05 * t + 0.001 * (60.0 * t).sin()));
+    assert!(diary.reaches.is_empty() && reaching_s.is_empty());
 }
 
 #[test]
@@ -114,7 +124,7 @@ fn a_clock_that_is_set_back_starts_anew_and_a_repeated_sample_is_passed_over() {
             frame.palm_m = Some(DVec3::X * (t_s - start_s));
             for _ in 0..2 {
                 let tracking = filter.step(&frame);
-                watch.step(&frame, tracking.state(), &mut diary);
+                diary.step(&mut watch, &frame, tracking.state());
             }
         }
     }
@@ -122,8 +132,6 @@ fn a_clock_that_is_set_back_starts_anew_and_a_repeated_sample_is_passed_over() {
     for (reach, start_s) in diary.reaches.iter().zip([10.0, 2.0]) {
         assert_eq!((reach.len(), reach[0]), (30, start_s));
     }
-    assert_eq!(
-        watch.step(&HandFrame::empty(f64::NAN), None, &mut diary),
-        None
-    );
+    let nan = HandFrame::empty(f64::NAN);
+    assert_eq!(watch.step(&nan, None), WatchUpdate::AtRest);
 }

@@ -1,8 +1,10 @@
 //! Recordings at even times.
 
-use crate::error::positive;
-use crate::{ContactError, HandFrame, Quantity, Recording, Sample};
+use super::in_memory::{Quantity, Recording, Sample};
+use crate::error::HandError;
+use crate::frame::HandFrame;
 use glam::DVec3;
+use hwall_numeric::check::{positive, that};
 
 /// More samples than a day at a kilohertz: a period that was meant in other units.
 const MOST_SAMPLES: f64 = 1e8;
@@ -21,18 +23,17 @@ impl Recording {
     /// # Errors
     /// See [`Recording::validate`]; a period or a gap that is not finite and positive, more than
     /// 1e8 samples.
-    pub fn resampled(&self, period_s: f64, longest_gap_s: f64) -> Result<Self, ContactError> {
+    pub fn resampled(&self, period_s: f64, longest_gap_s: f64) -> Result<Self, HandError> {
         self.validate()?;
         positive("period", period_s)?;
         positive("longest gap", longest_gap_s)?;
         let steps = self.duration_s() / period_s;
-        if steps > MOST_SAMPLES {
-            return Err(ContactError::Parameter {
-                what: "period",
-                value: period_s,
-                wanted: "long enough for at most 1e8 samples",
-            });
-        }
+        that(
+            steps <= MOST_SAMPLES,
+            "period",
+            period_s,
+            "long enough for at most 1e8 samples",
+        )?;
         let start_s = self.samples[0].frame.t_s;
         // A last step that only rounding keeps from the end counts.
         let count = (steps + 1e-9).floor() as usize + 1;

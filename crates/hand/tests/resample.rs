@@ -1,7 +1,7 @@
 //! Even times out of uneven ones, and OpenXR's joints.
 
 use glam::DVec3;
-use hwall_contact::{ContactError, HandFrame, HandPoint, Recording, Sample};
+use hwall_hand::{HandError, HandFrame, HandPoint, Recording, Sample};
 use hwall_testkit::Sampler;
 
 fn at(t_s: f64) -> DVec3 {
@@ -108,7 +108,7 @@ fn periods_that_make_no_sense_are_typed_errors() {
     ] {
         assert!(matches!(
             original.resampled(period, gap),
-            Err(ContactError::Parameter { .. })
+            Err(HandError::Argument(_))
         ));
     }
     assert!(Recording::default().resampled(0.01, 0.1).is_err());

@@ -1,6 +1,7 @@
 //! One sample of a tracked hand.
 
 use glam::DVec3;
+use hwall_geometry::Pose;
 
 /// Largest coordinate that is taken for a measurement, m: anything beyond is treated as missing.
 ///
@@ -76,6 +77,15 @@ impl HandPoint {
     }
 }
 
+/// A point of the hand and where it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackedPoint {
+    /// Which point.
+    pub point: HandPoint,
+    /// Where it is, m.
+    pub position_m: DVec3,
+}
+
 /// A line of sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazeRay {
@@ -148,6 +158,33 @@ impl HandFrame {
         HandPoint::ALL.map(|p| self.point(p))
     }
 
+    /// The same sample in another frame; its time stays.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        let point = |p: DVec3| a_from_b.transform_point(p);
+        Self {
+            t_s: self.t_s,
+            palm_m: self.palm_m.map(point),
+            tips_m: self.tips_m.map(|tip_m| tip_m.map(point)),
+            head_m: self.head_m.map(point),
+            gaze: self.gaze.map(|d| a_from_b.transform_vector(d)),
+        }
+    }
+
+    /// What a tracker of these points alone delivers, with or without an eye tracker; the head stays.
+    #[must_use]
+    pub fn limited_to(&self, points: &[HandPoint], gaze: bool) -> Self {
+        let mut limited = Self {
+            head_m: self.head_m,
+            gaze: self.gaze.filter(|_| gaze),
+            ..Self::empty(self.t_s)
+        };
+        for &point in points {
+            limited.set_point(point, self.point(point));
+        }
+        limited
+    }
+
     /// Mean of the tracked points, m.
     #[must_use]
     pub fn centroid_m(&self) -> Option<DVec3> {
@@ -162,21 +199,29 @@ impl HandFrame {
     /// The tracked point that lies furthest along a direction (of any length but zero), and
     /// where it is, m: the one that touches first when the hand moves that way.
     #[must_use]
-    pub fn foremost(&self, direction: DVec3) -> Option<(HandPoint, DVec3)> {
+    pub fn foremost(&self, direction: DVec3) -> Option<TrackedPoint> {
         let direction = direction.try_normalize()?;
         HandPoint::ALL
             .into_iter()
-            .filter_map(|which| self.point(which).map(|p| (which, p)))
-            .max_by(|a, b| a.1.dot(direction).total_cmp(&b.1.dot(direction)))
+            .filter_map(|point| self.tracked(point))
+            .max_by(|a, b| {
+                let ahead = |p: &TrackedPoint| p.position_m.dot(direction);
+                ahead(a).total_cmp(&ahead(b))
+            })
     }
 
     /// The point that stands for the contact, and where it is, m: the first of
     /// [`HandPoint::BY_CONTACT`] that is tracked.
     #[must_use]
-    pub fn contact_point(&self) -> Option<(HandPoint, DVec3)> {
+    pub fn contact_point(&self) -> Option<TrackedPoint> {
         HandPoint::BY_CONTACT
             .into_iter()
-            .find_map(|which| self.point(which).map(|p| (which, p)))
+            .find_map(|point| self.tracked(point))
+    }
+
+    fn tracked(&self, point: HandPoint) -> Option<TrackedPoint> {
+        let position_m = self.point(point)?;
+        Some(TrackedPoint { point, position_m })
     }
 
     /// The line of sight, when both head and gaze are tracked.

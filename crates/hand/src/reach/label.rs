@@ -1,13 +1,15 @@
 //! From recordings to reaches with a known end.
 
-use crate::baseline::TouchPath;
-use crate::error::{not_negative, positive};
-use crate::segment::{Knot, speeds};
-use crate::{
-    ContactError, FreezeConfig, HandPoint, LabelledReach, Reach, ReachEnd, Recording, Sample,
-    SegmentConfig, reaches,
-};
+use super::labelled::LabelledReach;
+use super::segment::{Knot, Reach, ReachEnd, SegmentConfig, find_reaches, speeds};
+use super::touching_point::TouchingPoint;
+use crate::error::HandError;
+use crate::frame::HandPoint;
+use crate::recording::{Recording, Sample};
+use crate::track::FreezeConfig;
 use glam::DVec3;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::{non_negative, positive, that};
 
 /// A hand faster than this share of the peak speed of its trial clearly moves.
 const CLEAR_SHARE: f64 = 0.25;
@@ -111,7 +113,7 @@ pub struct Labelled {
 pub fn labelled_reaches(
     recordings: &[Recording],
     config: &LabelConfig,
-) -> Result<Labelled, ContactError> {
+) -> Result<Labelled, HandError> {
     config.validate()?;
     for recording in recordings {
         recording.validate()?;
@@ -124,7 +126,7 @@ pub fn labelled_reaches(
     };
     let segment = match &config.segment {
         Some(segment) => segment.clone(),
-        None => SegmentConfig::adapted(recordings)?,
+        None => SegmentConfig::adapted(recordings),
     };
     for (number, recording) in recordings.iter().enumerate() {
         let mut source = Source {
@@ -143,7 +145,7 @@ pub fn labelled_reaches(
                 .push(LeftOut::new(recording, number, Some(at_s), why));
             source.samples = &source.samples[1..];
         }
-        source.label(&mut labelled)?;
+        source.label(&mut labelled);
     }
     Ok(labelled)
 }
@@ -155,10 +157,8 @@ impl SegmentConfig {
     /// as long as nine tenths of them are at most, and reaches at least a fifth of the speed that nine
     /// tenths of them do: thresholds in proportion to what the hand does. Frozen poses are looked for
     /// where three points or more are tracked: the distance of two may well stay the same.
-    ///
-    /// # Errors
-    /// As [`reaches`].
-    pub fn adapted(recordings: &[Recording]) -> Result<Self, ContactError> {
+    #[must_use]
+    pub fn adapted(recordings: &[Recording]) -> Self {
         let tracked = HandPoint::ALL
             .into_iter()
             .filter(|&p| share_seen(recordings, p) > 0.5)
@@ -172,7 +172,7 @@ impl SegmentConfig {
         };
         let mut found: Vec<Reach> = Vec::new();
         for recording in recordings {
-            found.extend(reaches(recording, &wide)?);
+            found.extend(find_reaches(recording, &wide));
         }
         found.retain(|reach| reach.end != ReachEnd::TrackingLost);
         let most = |value: fn(&Reach) -> f64| {
@@ -181,27 +181,26 @@ impl SegmentConfig {
             let place = (0.9 * values.len() as f64) as usize;
             values.get(place).copied().unwrap_or(0.0)
         };
-        Ok(Self {
+        Self {
             onset_m_per_s: onset_m_per_s.max(0.2 * most(|r| r.peak_speed_m_per_s)),
             min_length_m: min_length_m.max(0.5 * most(|r| r.length_m)),
             ..wide
-        })
+        }
     }
 }
 
 impl LabelConfig {
-    fn validate(&self) -> Result<(), ContactError> {
+    fn validate(&self) -> Result<(), ArgumentError> {
         positive("slow_share", self.slow_share)?;
-        not_negative("slow_m_per_s", self.slow_m_per_s)?;
-        not_negative("shortest_rest_s", self.shortest_rest_s)?;
+        non_negative("slow_m_per_s", self.slow_m_per_s)?;
+        non_negative("shortest_rest_s", self.shortest_rest_s)?;
         positive("min_length_m", self.min_length_m)?;
-        if self.slow_share >= CLEAR_SHARE {
-            return Err(ContactError::Parameter {
-                what: "slow_share",
-                value: self.slow_share,
-                wanted: "below 0.25",
-            });
-        }
+        that(
+            self.slow_share < CLEAR_SHARE,
+            "slow_share",
+            self.slow_share,
+            "below 0.25",
+        )?;
         self.segment
             .as_ref()
             .map_or(Ok(()), SegmentConfig::validate)
@@ -240,20 +239,20 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn label(&self, labelled: &mut Labelled) -> Result<(), ContactError> {
+    fn label(&self, labelled: &mut Labelled) {
         let one_trial = self.config.cut == ReachCut::ByTrial && self.recording.trial.is_some();
         if one_trial {
             let reach = self
                 .trial()
                 .and_then(|(first, last)| self.reach(first, last));
             self.keep(reach, None, labelled);
-            return Ok(());
+            return;
         }
         let recording = Recording {
             samples: self.samples.to_vec(),
             ..Recording::default()
         };
-        let mut found = reaches(&recording, self.segment)?;
+        let mut found = find_reaches(&recording, self.segment);
         if found.is_empty() {
             self.keep(Err("no reach in it"), None, labelled);
         }
@@ -280,7 +279,6 @@ impl Source<'_> {
             let name = (!first_only || self.recording.trial.is_none()).then_some(start_s);
             self.keep(cut, name, labelled);
         }
-        Ok(())
     }
 
     fn keep(
@@ -311,14 +309,14 @@ impl Source<'_> {
             return Err("in contact from the first sample on");
         }
         let seen_until = contact.map_or(self.samples.len(), |c| c + 1);
-        let mut path = TouchPath::untrained(self.point);
+        let mut touching = TouchingPoint::new(self.point, [None; 6]);
         let mut knots: Vec<Knot> = Vec::new();
         for (index, sample) in self.samples[..seen_until].iter().enumerate() {
-            if path.take(&sample.frame) {
+            if let Some(position_m) = touching.locate(&sample.frame.points()) {
                 knots.push(Knot {
                     index,
-                    t_s: path.now_s(),
-                    position_m: path.now_m(),
+                    t_s: sample.frame.t_s,
+                    position_m,
                 });
             }
         }
@@ -417,12 +415,15 @@ impl Source<'_> {
     /// Where the touching point is in a sample; by another point and the last offset, or a little
     /// earlier, if need be.
     fn end_m(&self, last: usize) -> Option<DVec3> {
-        let mut path = TouchPath::untrained(self.point);
+        let mut touching = TouchingPoint::new(self.point, [None; 6]);
+        let mut latest = None;
         for sample in &self.samples[..=last] {
-            path.take(&sample.frame);
+            let position_m = touching.locate(&sample.frame.points());
+            latest = position_m.map(|p| (sample.frame.t_s, p)).or(latest);
         }
-        let ago_s = self.samples[last].frame.t_s - path.times_s().last()?;
-        (ago_s <= self.segment.max_gap_s).then(|| path.now_m())
+        let (t_s, end_m) = latest?;
+        let ago_s = self.samples[last].frame.t_s - t_s;
+        (ago_s <= self.segment.max_gap_s).then_some(end_m)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Reaches of which the end is known: what estimators learn from and are judged by.
 
-use crate::{ContactError, HandFrame, HandPoint};
+use crate::error::HandError;
+use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
 
 /// One reach from the start of the movement to its contact, and where and when that was.
@@ -29,8 +30,8 @@ impl LabelledReach {
     /// # Errors
     /// Fewer than two samples in which the touching point was seen, times that do not increase or lie
     /// behind the contact, or a label that is not finite.
-    pub fn validate(&self) -> Result<(), ContactError> {
-        let bad = |what| ContactError::Reach {
+    pub fn validate(&self) -> Result<(), HandError> {
+        let bad = |what| HandError::Reach {
             reach: self.name(),
             what,
         };
@@ -55,7 +56,8 @@ impl LabelledReach {
     }
 
     /// Person and trial, for messages.
-    pub(crate) fn name(&self) -> String {
+    #[must_use]
+    pub fn name(&self) -> String {
         let part = |p: &Option<String>| p.clone().unwrap_or_else(|| "?".to_owned());
         format!("{}/{}", part(&self.person), part(&self.trial))
     }
@@ -67,27 +69,4 @@ impl LabelledReach {
             .first()
             .map_or(0.0, |first| self.contact_s - first.t_s)
     }
-}
-
-/// Fewest people that are held out by themselves.
-const FEWEST_PEOPLE: usize = 3;
-
-/// Which reaches are held out together: those of a person where there are three people or more, in as many
-/// groups at most as `by_person`; else every so-manieth reach, in `by_reach` groups. Reaches without a
-/// name count as those of one person.
-pub(crate) fn held_out_groups(
-    reaches: &[LabelledReach],
-    by_person: usize,
-    by_reach: usize,
-) -> Vec<usize> {
-    let mut people: Vec<&Option<String>> = reaches.iter().map(|r| &r.person).collect();
-    people.sort();
-    people.dedup();
-    let named = people.len() >= FEWEST_PEOPLE;
-    let groups = if named { by_person } else { by_reach }.min(reaches.len());
-    let group = |(i, r): (usize, &LabelledReach)| match people.binary_search(&&r.person) {
-        Ok(person) if named => person % groups,
-        _ => i % groups,
-    };
-    reaches.iter().enumerate().map(group).collect()
 }

@@ -1,12 +1,12 @@
 //! Cuts a recording into reaches by the speed of the hand.
 
-use crate::{
-    ContactError, FreezeConfig, HandPoint, Recording,
-    error::{not_negative, positive},
-    freeze::FreezeKind,
-    freeze::FreezeWatch,
-};
+use crate::error::HandError;
+use crate::frame::HandPoint;
+use crate::recording::Recording;
+use crate::track::{FreezeConfig, FreezeKind, FreezeWatch};
 use glam::DVec3;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::{non_negative, positive, that};
 
 /// What counts as a reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,10 +94,15 @@ pub struct Reach {
 /// # Errors
 /// A configuration that is no positive number where it must be, or an offset above the onset.
 /// A recording in which nothing is tracked has no reaches and is no error.
-pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reach>, ContactError> {
+pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reach>, HandError> {
     config.validate()?;
+    Ok(find_reaches(recording, config))
+}
+
+/// The reaches of a recording; the configuration has been checked.
+pub(super) fn find_reaches(recording: &Recording, config: &SegmentConfig) -> Vec<Reach> {
     let Some(point) = config.point.or_else(|| recording.steadiest_point()) else {
-        return Ok(Vec::new());
+        return Vec::new();
     };
     let frozen = frozen_samples(recording, config);
     let mut found = Vec::new();
@@ -145,39 +150,38 @@ pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reac
         ReachEnd::RecordingEnded
     };
     cut(&mut stretch, end, point, config, &mut found);
-    Ok(found)
+    found
 }
 
 impl SegmentConfig {
-    pub(crate) fn validate(&self) -> Result<(), ContactError> {
+    pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         positive("onset_m_per_s", self.onset_m_per_s)?;
         positive("offset_m_per_s", self.offset_m_per_s)?;
         positive("min_length_m", self.min_length_m)?;
         positive("speed_window_s", self.speed_window_s)?;
         positive("max_gap_s", self.max_gap_s)?;
         positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
-        not_negative("jump_slack_m", self.jump_slack_m)?;
-        if self.offset_m_per_s > self.onset_m_per_s {
-            return Err(ContactError::Parameter {
-                what: "offset_m_per_s",
-                value: self.offset_m_per_s,
-                wanted: "at most onset_m_per_s",
-            });
-        }
+        non_negative("jump_slack_m", self.jump_slack_m)?;
+        that(
+            self.offset_m_per_s <= self.onset_m_per_s,
+            "offset_m_per_s",
+            self.offset_m_per_s,
+            "at most onset_m_per_s",
+        )?;
         self.freeze.as_ref().map_or(Ok(()), FreezeConfig::validate)
     }
 }
 
 /// A tracked sample of the followed point.
 #[derive(Clone, Copy)]
-pub(crate) struct Knot {
-    pub(crate) index: usize,
-    pub(crate) t_s: f64,
-    pub(crate) position_m: DVec3,
+pub(super) struct Knot {
+    pub(super) index: usize,
+    pub(super) t_s: f64,
+    pub(super) position_m: DVec3,
 }
 
 impl Knot {
-    pub(crate) fn breaks_from(&self, before: &Self, config: &SegmentConfig) -> bool {
+    pub(super) fn breaks_from(&self, before: &Self, config: &SegmentConfig) -> bool {
         let step_s = self.t_s - before.t_s;
         let reach_m = config.max_speed_m_per_s * step_s + config.jump_slack_m;
         step_s > config.max_gap_s || self.position_m.distance(before.position_m) > reach_m
@@ -262,7 +266,7 @@ fn cut(
 ///
 /// A window holds the sample itself and at least one neighbour, so that a slow tracker still
 /// has a speed; a lone sample has none and gets 0.
-pub(crate) fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
+pub(super) fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
     let n = stretch.len();
     let (mut from, mut to) = (0, 0);
     (0..n)

@@ -1,10 +1,11 @@
 //! Recordings become reaches that start, end and point where they should; nothing is lost silently.
 
 use glam::DVec3;
-use hwall_contact::{
-    ContactError, HandFrame, HandPoint, LabelConfig, Labelled, ReachCut, Recording, Sample,
+use hwall_hand::{
+    HandError, HandFrame, HandPoint, LabelConfig, Labelled, ReachCut, Recording, Sample,
     labelled_reaches,
 };
+use hwall_testkit::shared;
 
 const FROM: DVec3 = DVec3::new(0.1, -0.2, 1.0);
 const TO: DVec3 = DVec3::new(0.7, 0.1, 1.3);
@@ -182,7 +183,7 @@ fn what_is_no_reach_is_listed_with_the_reason() {
     assert_eq!(empty, Labelled::default());
     let none = Recording::default();
     let refused = labelled_reaches(&[none], &LabelConfig::default());
-    assert_eq!(refused, Err(ContactError::NoSamples));
+    assert_eq!(refused, Err(HandError::NoSamples));
 }
 
 #[test]
@@ -245,19 +246,14 @@ fn a_configuration_out_of_range_is_refused() {
         },
     ] {
         let refused = labelled_reaches(&[recording(0.0, 0.0)], &config);
-        assert!(matches!(refused, Err(ContactError::Parameter { .. })));
+        assert!(matches!(refused, Err(HandError::Argument(_))));
     }
 }
 
 #[test]
 fn recordings_beside_the_project_give_their_reaches() {
-    let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/");
     let read = |file: &str| {
-        let path = std::path::PathBuf::from(format!("{dir}{file}"));
-        if !path.is_file() {
-            println!("skipped: {file} is not beside the project");
-            return None;
-        }
+        let path = shared(&format!("data/{file}"))?;
         Some(Recording::from_csv_path(path).unwrap())
     };
     if let Some(strokes) = read("hand_embodiment/recording.csv") {

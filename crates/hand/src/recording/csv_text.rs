@@ -6,7 +6,8 @@
 //! an empty cell is a missing value; other columns are left out and listed. Rows of several
 //! trials may share a file and may even alternate: `person` and `trial` tell them apart.
 
-use crate::{ContactError, Quantity, Recording, Sample};
+use super::in_memory::{Quantity, Recording, Sample};
+use crate::error::HandError;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::io::{Read, Write};
@@ -26,11 +27,11 @@ impl Recording {
     ///
     /// # Errors
     /// Everything wrong with the text, by line and column; several trials.
-    pub fn from_csv(reader: impl Read) -> Result<Self, ContactError> {
+    pub fn from_csv(reader: impl Read) -> Result<Self, HandError> {
         let mut all = read_recordings(reader)?;
         match (all.pop(), all.len()) {
             (Some(only), 0) => Ok(only),
-            (_, others) => Err(ContactError::SeveralTrials { count: others + 1 }),
+            (_, others) => Err(HandError::SeveralTrials { count: others + 1 }),
         }
     }
 
@@ -38,10 +39,11 @@ impl Recording {
     ///
     /// # Errors
     /// As [`Recording::from_csv`], and a file that cannot be opened.
-    pub fn from_csv_path(path: impl AsRef<Path>) -> Result<Self, ContactError> {
+    pub fn from_csv_path(path: impl AsRef<Path>) -> Result<Self, HandError> {
         let path = path.as_ref();
-        let file = std::fs::File::open(path).map_err(|e| ContactError::Io {
+        let file = std::fs::File::open(path).map_err(|e| HandError::Io {
             path: path.display().to_string(),
+            kind: e.kind(),
             message: e.to_string(),
         })?;
         Self::from_csv(file)
@@ -51,7 +53,7 @@ impl Recording {
     ///
     /// # Errors
     /// As [`write_recordings`].
-    pub fn to_csv(&self, writer: impl Write) -> Result<(), ContactError> {
+    pub fn to_csv(&self, writer: impl Write) -> Result<(), HandError> {
         write_recordings(writer, std::slice::from_ref(self))
     }
 }
@@ -59,12 +61,10 @@ impl Recording {
 /// Reads all trials of a CSV, in the order in which they first appear.
 ///
 /// # Errors
-/// Everything wrong with the text, by line and column: see [`ContactError`].
-pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactError> {
+/// Everything wrong with the text, by line and column: see [`HandError`].
+pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, HandError> {
     let mut bytes = Vec::new();
-    reader
-        .read_to_end(&mut bytes)
-        .map_err(|e| stream_error(&e))?;
+    reader.read_to_end(&mut bytes).map_err(|e| io_error(&e))?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut lines = Lines {
         text,
@@ -99,7 +99,7 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactE
         if let Some(previous_s) = samples.last().map(|s| s.frame.t_s)
             && sample.frame.t_s <= previous_s
         {
-            return Err(ContactError::TimeNotIncreasing {
+            return Err(HandError::TimeNotIncreasing {
                 line,
                 t_s: sample.frame.t_s,
                 previous_s,
@@ -108,7 +108,7 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactE
         samples.push(sample);
     }
     if recordings.is_empty() {
-        Err(ContactError::NoSamples)
+        Err(HandError::NoSamples)
     } else {
         Ok(recordings)
     }
@@ -121,7 +121,7 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, ContactE
 /// # Errors
 /// A recording that [`Recording::validate`] rejects or that holds no point of the hand;
 /// a stream that cannot be written.
-pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<(), ContactError> {
+pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<(), HandError> {
     for recording in recordings {
         recording.validate()?;
     }
@@ -131,7 +131,7 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
         .filter(|&q| samples().any(|s| s.get(q).is_some()))
         .collect();
     if !held.iter().any(|q| matches!(q, Quantity::Hand(_))) {
-        return Err(ContactError::NoHandColumns);
+        return Err(HandError::NoHandColumns);
     }
     let person = recordings.iter().any(|r| r.person.is_some());
     let trial = recordings.iter().any(|r| r.trial.is_some());
@@ -147,7 +147,7 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
             .flat_map(|q| AXES.map(|axis| column_name(*q, axis))),
     );
     row.extend(contact.then(|| "contact".into()));
-    csv.write_record(&row).map_err(|e| stream_error(&e))?;
+    csv.write_record(&row).map_err(|e| csv_error(&e))?;
 
     for recording in recordings {
         for sample in &recording.samples {
@@ -167,10 +167,10 @@ pub fn write_recordings(writer: impl Write, recordings: &[Recording]) -> Result<
                     .map_or("", |c| if c { "1" } else { "0" })
                     .into()
             }));
-            csv.write_record(&row).map_err(|e| stream_error(&e))?;
+            csv.write_record(&row).map_err(|e| csv_error(&e))?;
         }
     }
-    csv.flush().map_err(|e| stream_error(&e))
+    csv.flush().map_err(|e| io_error(&e))
 }
 
 /// Where each quantity stands in a row.
@@ -184,14 +184,14 @@ struct Columns {
 }
 
 impl Columns {
-    fn from_header(header: &csv::StringRecord) -> Result<Self, ContactError> {
+    fn from_header(header: &csv::StringRecord) -> Result<Self, HandError> {
         if header.iter().all(str::is_empty) {
-            return Err(ContactError::Empty);
+            return Err(HandError::Empty);
         }
         let mut place: HashMap<&str, usize> = HashMap::new();
         for (i, name) in header.iter().enumerate() {
             if place.insert(name, i).is_some() {
-                return Err(ContactError::DuplicateColumn {
+                return Err(HandError::DuplicateColumn {
                     column: name.into(),
                 });
             }
@@ -206,8 +206,8 @@ impl Columns {
         let missing = |column: &str| {
             let column = column.into();
             match separator {
-                Some(separator) => ContactError::Separator { column, separator },
-                None => ContactError::MissingColumn { column },
+                Some(separator) => HandError::Separator { column, separator },
+                None => HandError::MissingColumn { column },
             }
         };
         let t = place.remove("t").ok_or_else(|| missing("t"))?;
@@ -227,7 +227,7 @@ impl Columns {
             }
         }
         if !vectors.iter().any(|(q, _)| matches!(q, Quantity::Hand(_))) {
-            return Err(ContactError::NoHandColumns);
+            return Err(HandError::NoHandColumns);
         }
         let ignored = header
             .iter()
@@ -244,10 +244,10 @@ impl Columns {
         })
     }
 
-    fn sample(&self, row: &csv::StringRecord, line: u64) -> Result<Sample, ContactError> {
+    fn sample(&self, row: &csv::StringRecord, line: u64) -> Result<Sample, HandError> {
         let mut sample = Sample::default();
         sample.frame.t_s =
-            number(row, self.t, line, || "t".into())?.ok_or_else(|| ContactError::MissingCell {
+            number(row, self.t, line, || "t".into())?.ok_or_else(|| HandError::MissingCell {
                 line,
                 column: "t".into(),
             })?;
@@ -264,7 +264,7 @@ impl Columns {
                 _ => {
                     let axis = cells.iter().position(Option::is_none).unwrap_or(0);
                     let column = column_name(quantity, AXES[axis]);
-                    return Err(ContactError::MissingCell { line, column });
+                    return Err(HandError::MissingCell { line, column });
                 }
             };
             let value = if quantity == Quantity::Gaze {
@@ -291,21 +291,21 @@ fn number(
     place: usize,
     line: u64,
     column: impl Fn() -> String,
-) -> Result<Option<f64>, ContactError> {
+) -> Result<Option<f64>, HandError> {
     let text = &row[place];
     if text.is_empty() {
         return Ok(None);
     }
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(Some(value)),
-        Ok(value) => Err(ContactError::NonFiniteCell {
+        Ok(value) => Err(HandError::NonFiniteCell {
             line,
             column: column(),
             value,
         }),
         Err(_) => {
             let text = text.chars().take(40).collect();
-            Err(ContactError::NotANumber {
+            Err(HandError::NotANumber {
                 line,
                 column: column(),
                 text,
@@ -314,10 +314,10 @@ fn number(
     }
 }
 
-fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, ContactError> {
+fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, HandError> {
     let length = gaze.length();
     if length < MIN_GAZE_LENGTH || !length.is_finite() {
-        return Err(ContactError::ZeroGaze { line, length });
+        return Err(HandError::ZeroGaze { line, length });
     }
     Ok(if (length - 1.0).abs() > GAZE_LENGTH_TOLERANCE {
         gaze / length
@@ -326,10 +326,22 @@ fn unit_gaze(gaze: DVec3, line: u64) -> Result<DVec3, ContactError> {
     })
 }
 
-fn stream_error(error: &impl ToString) -> ContactError {
-    ContactError::Io {
+fn io_error(error: &std::io::Error) -> HandError {
+    HandError::Io {
         path: "(stream)".into(),
+        kind: error.kind(),
         message: error.to_string(),
+    }
+}
+
+fn csv_error(error: &csv::Error) -> HandError {
+    match error.kind() {
+        csv::ErrorKind::Io(error) => io_error(error),
+        _ => HandError::Io {
+            path: "(stream)".into(),
+            kind: std::io::ErrorKind::InvalidData,
+            message: error.to_string(),
+        },
     }
 }
 
@@ -361,18 +373,18 @@ impl Lines<'_> {
         self.line
     }
 
-    fn locate(&mut self, error: &csv::Error) -> ContactError {
+    fn locate(&mut self, error: &csv::Error) -> HandError {
         let line = self.at(error.position());
         match error.kind() {
             csv::ErrorKind::UnequalLengths {
                 expected_len, len, ..
-            } => ContactError::CellCount {
+            } => HandError::CellCount {
                 line,
                 expected: *expected_len,
                 got: *len,
             },
-            csv::ErrorKind::Utf8 { .. } => ContactError::NotUtf8 { line },
-            _ => stream_error(error),
+            csv::ErrorKind::Utf8 { .. } => HandError::NotUtf8 { line },
+            _ => csv_error(error),
         }
     }
 }

@@ -1,11 +1,10 @@
 //! The hand tracking filter: smooth position, velocity and direction, or an honest "lost".
 
-use crate::{
-    ContactError, FreezeConfig, FreezeKind, HandFrame, HandPoint,
-    error::{not_negative, positive},
-    freeze::FreezeWatch,
-};
+use super::freeze::{FreezeConfig, FreezeKind, FreezeWatch};
+use crate::error::HandError;
+use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
+use hwall_numeric::check::{non_negative, positive, that};
 
 /// Times beyond this are no time of a tracker, s. The Unix time passes, exact to 0.2 microseconds;
 /// above, f64 would soon blur the steps.
@@ -62,25 +61,26 @@ impl HandFilterConfig {
         }
     }
 
-    fn validate(&self) -> Result<(), ContactError> {
+    fn validate(&self) -> Result<(), HandError> {
         positive("max_gap_s", self.max_gap_s)?;
         positive("max_speed_m_per_s", self.max_speed_m_per_s)?;
-        not_negative("jump_slack_m", self.jump_slack_m)?;
+        non_negative("jump_slack_m", self.jump_slack_m)?;
         positive(
             "min_direction_speed_m_per_s",
             self.min_direction_speed_m_per_s,
         )?;
-        not_negative("recover_after_s", self.recover_after_s)?;
-        not_negative("recover_after_fault_s", self.recover_after_fault_s)?;
-        if !(1e-4..=1.0).contains(&self.min_step_s) {
-            let value = self.min_step_s;
-            return Err(ContactError::Parameter {
-                what: "min_step_s",
-                value,
-                wanted: "in [1e-4, 1] s",
-            });
-        }
-        self.freeze.as_ref().map_or(Ok(()), FreezeConfig::validate)
+        non_negative("recover_after_s", self.recover_after_s)?;
+        non_negative("recover_after_fault_s", self.recover_after_fault_s)?;
+        that(
+            (1e-4..=1.0).contains(&self.min_step_s),
+            "min_step_s",
+            self.min_step_s,
+            "in [1e-4, 1] s",
+        )?;
+        Ok(self
+            .freeze
+            .as_ref()
+            .map_or(Ok(()), FreezeConfig::validate)?)
     }
 }
 
@@ -204,7 +204,7 @@ impl HandFilter {
     ///
     /// # Errors
     /// A parameter that is NaN, infinite or not positive where it must be.
-    pub fn new(config: HandFilterConfig) -> Result<Self, ContactError> {
+    pub fn new(config: HandFilterConfig) -> Result<Self, HandError> {
         config.validate()?;
         Ok(Self {
             config,
@@ -365,15 +365,15 @@ impl HandFilter {
         let rank = |p: HandPoint| HandPoint::BY_CONTACT.iter().position(|&q| q == p);
         let best = frame.contact_point();
         match (self.anchor, best) {
-            (None, Some((point, _))) => self.anchor = Some(point),
+            (None, Some(seen)) => self.anchor = Some(seen.point),
             // A better point than the followed one comes into sight: carry the window over to it.
-            (Some(anchor), Some((point, position_m))) if rank(point) < rank(anchor) => {
+            (Some(anchor), Some(better)) if rank(better.point) < rank(anchor) => {
                 let old_m = seen[anchor as usize].or_else(|| self.shifted(&seen));
                 match old_m {
-                    Some(old_m) => self.shift_window(position_m - old_m),
+                    Some(old_m) => self.shift_window(better.position_m - old_m),
                     None => self.forget(),
                 }
-                self.anchor = Some(point);
+                self.anchor = Some(better.point);
                 self.offsets_m = [None; 6];
             }
             _ => {}

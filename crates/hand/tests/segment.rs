@@ -1,9 +1,7 @@
 //! Reaches with planted start and end.
 
 use glam::DVec3;
-use hwall_contact::{
-    ContactError, HandFrame, HandPoint, ReachEnd, Recording, SegmentConfig, reaches,
-};
+use hwall_hand::{HandError, HandFrame, HandPoint, ReachEnd, Recording, SegmentConfig, reaches};
 use hwall_testkit::Sampler;
 
 /// Minimum-jerk share of the way at a share of the time.
@@ -186,7 +184,7 @@ fn impossible_thresholds_are_refused() {
     ] {
         assert!(matches!(
             reaches(&recording, &config),
-            Err(ContactError::Parameter { .. })
+            Err(HandError::Argument(_))
         ));
     }
 }

@@ -1,8 +1,8 @@
 //! The hand filter: planted motion, the ways in which trackers fail, and no NaN out of anything.
 
 use glam::DVec3;
-use hwall_contact::{
-    ContactError, FreezeConfig, FreezeKind, HandFilter, HandFilterConfig, HandFrame, HandPoint,
+use hwall_hand::{
+    FreezeConfig, FreezeKind, HandError, HandFilter, HandFilterConfig, HandFrame, HandPoint,
     HandState, LostReason, Tracking,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
@@ -415,7 +415,7 @@ fn impossible_parameters_are_refused() {
         },
     ] {
         assert!(
-            matches!(HandFilter::new(config), Err(ContactError::Parameter { .. })),
+            matches!(HandFilter::new(config), Err(HandError::Argument(_))),
             "{config:?}"
         );
     }

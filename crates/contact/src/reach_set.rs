@@ -1,0 +1,65 @@
+//! What a set of reaches has in common, and how it is split to hold some out.
+
+use crate::error::ContactError;
+use glam::DVec3;
+use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach};
+
+/// The touching point of all reaches.
+///
+/// # Errors
+/// No reach, one that is not valid, or several touching points.
+pub(crate) fn touching_point(reaches: &[LabelledReach]) -> Result<HandPoint, ContactError> {
+    reaches.iter().try_for_each(LabelledReach::validate)?;
+    let first = reaches
+        .first()
+        .ok_or(ContactError::TooFewReaches { got: 0, needed: 1 })?;
+    if let Some(other) = reaches.iter().find(|r| r.point != first.point) {
+        return Err(HandError::Reach {
+            reach: other.name(),
+            what: "another touching point than the first reach",
+        }
+        .into());
+    }
+    Ok(first.point)
+}
+
+/// Means of a point of the hand less every other over all samples that show both, m.
+pub(crate) fn mean_offsets_m(reaches: &[LabelledReach], point: HandPoint) -> [Option<DVec3>; 6] {
+    let offset = |f: &HandFrame, other| Some(f.point(point)? - f.point(other)?);
+    HandPoint::ALL
+        .map(|other| mean(reaches, |f| offset(f, other)))
+        .map(|offset_m| offset_m.filter(|o| o.is_finite()))
+}
+
+/// Mean of what some samples of the reaches have.
+pub(crate) fn mean(
+    reaches: &[LabelledReach],
+    value: impl Fn(&HandFrame) -> Option<DVec3>,
+) -> Option<DVec3> {
+    let values = reaches.iter().flat_map(|r| &r.frames).filter_map(value);
+    let (sum, n) = values.fold((DVec3::ZERO, 0.0), |(s, n), v| (s + v, n + 1.0));
+    (n > 0.0).then(|| sum / n)
+}
+
+/// Fewest people that are held out by themselves.
+const FEWEST_PEOPLE: usize = 3;
+
+/// Which reaches are held out together: those of a person where there are three people or more, in as many
+/// groups at most as `by_person`; else every so-manieth reach, in `by_reach` groups. Reaches without a
+/// name count as those of one person.
+pub(crate) fn held_out_groups(
+    reaches: &[LabelledReach],
+    by_person: usize,
+    by_reach: usize,
+) -> Vec<usize> {
+    let mut people: Vec<&Option<String>> = reaches.iter().map(|r| &r.person).collect();
+    people.sort();
+    people.dedup();
+    let named = people.len() >= FEWEST_PEOPLE;
+    let groups = if named { by_person } else { by_reach }.min(reaches.len());
+    let group = |(i, r): (usize, &LabelledReach)| match people.binary_search(&&r.person) {
+        Ok(person) if named => person % groups,
+        _ => i % groups,
+    };
+    reaches.iter().enumerate().map(group).collect()
+}

@@ -1,0 +1,74 @@
+//! An estimator for a stream of samples, which finds the reaches itself.
+
+use crate::error::ContactError;
+use crate::estimate::{ContactEstimate, ContactEstimator};
+use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
+
+/// Feeds an estimator the reaches of an unbroken stream, each from its true start.
+///
+/// The onset of a reach is seen some samples late: these are replayed, so the step at an onset costs as much
+/// as there are samples since the start, at most [`WatchConfig::buffer`]. Nothing is allocated after the
+/// construction except by the estimator when a reach begins.
+#[derive(Debug, Clone)]
+pub struct StreamEstimator<E> {
+    watch: ReachWatch,
+    estimator: E,
+    estimate: Option<ContactEstimate>,
+}
+
+impl<E: ContactEstimator> StreamEstimator<E> {
+    /// A stream of which nothing has been seen.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(estimator: E, watch: WatchConfig) -> Result<Self, ContactError> {
+        Ok(Self {
+            watch: ReachWatch::new(watch)?,
+            estimator,
+            estimate: None,
+        })
+    }
+
+    /// The estimator.
+    #[must_use]
+    pub const fn estimator(&self) -> &E {
+        &self.estimator
+    }
+
+    /// Is a reach under way?
+    #[must_use]
+    pub const fn reaching(&self) -> bool {
+        self.watch.reaching()
+    }
+
+    /// The estimate of the last sample; `None` at rest.
+    #[must_use]
+    pub const fn estimate(&self) -> Option<&ContactEstimate> {
+        self.estimate.as_ref()
+    }
+
+    /// Forgets every sample.
+    pub fn reset(&mut self) {
+        self.watch.reset();
+        self.estimate = None;
+    }
+
+    /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
+    /// sample that repeats the time of the one before gets the same answer; after a leap of the clock
+    /// backwards the stream starts anew.
+    pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
+        match self.watch.step(frame, hand) {
+            WatchUpdate::Repeated => {}
+            WatchUpdate::AtRest => self.estimate = None,
+            WatchUpdate::UnderWay => self.estimate = self.estimator.step(frame),
+            WatchUpdate::Begun { samples } => {
+                self.estimator.begin();
+                self.estimate = None;
+                for frame in self.watch.latest(samples) {
+                    self.estimate = self.estimator.step(frame);
+                }
+            }
+        }
+        self.estimate
+    }
+}

@@ -1,0 +1,150 @@
+//! The one error type of the crate.
+
+use hwall_geometry::GeometryError;
+use hwall_numeric::ArgumentError;
+
+/// What can be wrong with a recording, a labelled reach, point pairs or a configuration.
+///
+/// A lost hand is not an error: see [`Tracking`](crate::Tracking).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum HandError {
+    /// An argument is not finite or outside its range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// The fitted transform is not finite: the points are too far away.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// A file cannot be read or written.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file, or `(stream)`.
+        path: String,
+        /// Which kind of failure it is.
+        kind: std::io::ErrorKind,
+        /// The message of the operating system or of the CSV library.
+        message: String,
+    },
+    /// The CSV has no header line.
+    #[error("empty: no header line")]
+    Empty,
+    /// The CSV has a header and nothing below it, or a recording has no sample.
+    #[error("no samples below the header line")]
+    NoSamples,
+    /// A required column is missing: `t`, or one coordinate of a point of which another is given.
+    #[error("no column {column:?}")]
+    MissingColumn {
+        /// Name of the missing column.
+        column: String,
+    },
+    /// A required column is missing, and the header is one single column that contains a sign which
+    /// other programs put between columns.
+    #[error(
+        "no column {column:?}: the header is one column that contains {separator:?}; columns must be separated by ','"
+    )]
+    Separator {
+        /// Name of the missing column.
+        column: String,
+        /// The sign that probably separates the columns.
+        separator: char,
+    },
+    /// Two columns have the same name.
+    #[error("column {column:?} appears twice")]
+    DuplicateColumn {
+        /// The name.
+        column: String,
+    },
+    /// No column holds a point of the hand.
+    #[error("no point of the hand among the columns")]
+    NoHandColumns,
+    /// A row is longer or shorter than the header.
+    #[error("line {line}: {got} cells, the header has {expected}")]
+    CellCount {
+        /// Line of the file; the header is line 1.
+        line: u64,
+        /// Cells of the header.
+        expected: u64,
+        /// Cells of the row.
+        got: u64,
+    },
+    /// The text is not UTF-8.
+    #[error("line {line}: not UTF-8")]
+    NotUtf8 {
+        /// Line of the file; the header is line 1.
+        line: u64,
+    },
+    /// A cell is not a number.
+    #[error("line {line}, column {column:?}: {text:?} is not a number")]
+    NotANumber {
+        /// Line of the file; the header is line 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// The cell, cut to 40 characters.
+        text: String,
+    },
+    /// A cell is NaN or infinite; a missing value is an empty cell.
+    #[error("line {line}, column {column:?}: {value} is not a finite number")]
+    NonFiniteCell {
+        /// Line of the file, the header being line 1; for recordings in memory, the sample from 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A point has one coordinate but lacks another, or a row has no time.
+    #[error("line {line}, column {column:?}: empty")]
+    MissingCell {
+        /// Line of the file; the header is line 1.
+        line: u64,
+        /// Name of the empty column.
+        column: String,
+    },
+    /// A gaze direction is too short to have a direction.
+    #[error("line {line}: gaze of length {length}")]
+    ZeroGaze {
+        /// Line of the file; the header is line 1.
+        line: u64,
+        /// Its length.
+        length: f64,
+    },
+    /// Time stands still or runs backwards within one trial.
+    #[error("line {line}: time {t_s} s does not follow {previous_s} s")]
+    TimeNotIncreasing {
+        /// Line of the file, the header being line 1; for recordings in memory, the sample from 1.
+        line: u64,
+        /// Time of the sample, s.
+        t_s: f64,
+        /// Time of the sample before, s.
+        previous_s: f64,
+    },
+    /// A file holds several trials where one was expected.
+    #[error("{count} trials in a file of which one was expected")]
+    SeveralTrials {
+        /// Trials found.
+        count: usize,
+    },
+    /// A reach cannot be used for learning or for judging a prediction.
+    #[error("reach {reach}: {what}")]
+    Reach {
+        /// Person and trial.
+        reach: String,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// There are fewer point pairs than a rigid transform needs.
+    #[error("{got} point pairs, {needed} are needed")]
+    TooFewPairs {
+        /// Pairs needed.
+        needed: usize,
+        /// Pairs given.
+        got: usize,
+    },
+    /// The points lie on one line or in one place, so the rotation about it is not determined.
+    #[error("the points lie on one line: {ratio} of their extent fixes the rotation about it")]
+    Collinear {
+        /// What fixes the rotation, as a share of the extent of the points.
+        ratio: f64,
+    },
+}

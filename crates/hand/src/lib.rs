@@ -1,0 +1,24 @@
+#![doc = include_str!("../README.md")]
+
+mod error;
+mod frame;
+pub mod reach;
+pub mod recording;
+mod rigid_fit;
+pub mod track;
+
+pub use error::HandError;
+pub use frame::{GazeRay, HandFrame, HandPoint, MAX_COORDINATE_M, TrackedPoint};
+pub use glam;
+pub use hwall_geometry::{self, Pose};
+pub use hwall_numeric::ArgumentError;
+pub use reach::{
+    LabelConfig, Labelled, LabelledReach, LeftOut, Reach, ReachCut, ReachEnd, ReachWatch,
+    SegmentConfig, WatchConfig, WatchUpdate, labelled_reaches, reaches,
+};
+pub use recording::{Quantity, Recording, Sample, read_recordings, write_recordings};
+pub use rigid_fit::{PointPair, RigidFit};
+pub use track::{
+    FreezeConfig, FreezeKind, GazeFilter, HandFilter, HandFilterConfig, HandState, LostReason,
+    Tracking,
+};

@@ -1,0 +1,13 @@
+//! Reaches: movements of a hand from rest to a touch, found in recordings and in live streams.
+
+mod label;
+mod labelled;
+mod segment;
+mod touching_point;
+mod watch;
+
+pub use label::{LabelConfig, Labelled, LeftOut, ReachCut, labelled_reaches};
+pub use labelled::LabelledReach;
+pub use segment::{Reach, ReachEnd, SegmentConfig, reaches};
+pub use touching_point::TouchingPoint;
+pub use watch::{ReachWatch, WatchConfig, WatchUpdate};

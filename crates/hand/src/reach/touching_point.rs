@@ -1,0 +1,54 @@
+//! Where the touching point of a hand is, also while it is not seen.
+
+use crate::frame::HandPoint;
+use glam::DVec3;
+
+/// Locates the touching point in the course of one reach. While it is missing, another point of the hand
+/// stands in, shifted by the last offset between the two, or by the usual one until there is one.
+#[derive(Debug, Clone)]
+pub struct TouchingPoint {
+    point: HandPoint,
+    /// From each point of the hand to the touching one, m.
+    usual_m: [Option<DVec3>; 6],
+    /// The same when both were last seen in this reach.
+    last_m: [Option<DVec3>; 6],
+}
+
+impl TouchingPoint {
+    /// For a touching point; `usual_m` holds its usual offset from every point of the hand, in the order of
+    /// [`HandPoint::ALL`], m; `None` where it is not known.
+    #[must_use]
+    pub const fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
+        Self {
+            point,
+            usual_m,
+            last_m: [None; 6],
+        }
+    }
+
+    /// A new reach begins: forgets the offsets of the last one.
+    pub fn begin(&mut self) {
+        self.last_m = [None; 6];
+    }
+
+    /// Where the touching point is, m, by the points of the hand that are seen, in the order of
+    /// [`HandPoint::ALL`]; `None` where none of them tells.
+    pub fn locate(&mut self, seen_m: &[Option<DVec3>; 6]) -> Option<DVec3> {
+        let Some(own_m) = seen_m[self.point as usize] else {
+            return HandPoint::BY_CONTACT
+                .into_iter()
+                .find_map(|other| Some(seen_m[other as usize]? + self.offset_m(other)?));
+        };
+        for (last_m, seen_m) in self.last_m.iter_mut().zip(seen_m) {
+            *last_m = seen_m.map(|seen_m| own_m - seen_m).or(*last_m);
+        }
+        Some(own_m)
+    }
+
+    /// From another point of the hand to the touching point, m; `None` where they were never seen together
+    /// and the usual offset is not known.
+    #[must_use]
+    pub fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
+        self.last_m[other as usize].or(self.usual_m[other as usize])
+    }
+}

@@ -1,0 +1,8 @@
+//! Recordings of hands: in memory, as CSV, at even times.
+
+mod csv_text;
+mod in_memory;
+mod resample;
+
+pub use csv_text::{read_recordings, write_recordings};
+pub use in_memory::{Quantity, Recording, Sample};

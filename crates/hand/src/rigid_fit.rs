@@ -1,0 +1,111 @@
+//! Where the tracker stands, from points that were measured in both frames.
+
+use crate::error::HandError;
+use glam::{DMat3, DQuat, DVec3};
+use hwall_geometry::Pose;
+use hwall_numeric::check::all_finite;
+use hwall_numeric::dense::{Eigen, symmetric_eigen};
+
+/// One point, measured in two frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointPair {
+    /// In frame a, such as the robot's base, m.
+    pub in_a_m: DVec3,
+    /// In frame b, such as the tracker's, m.
+    pub in_b_m: DVec3,
+}
+
+/// The rigid transform between two frames that fits point pairs best, and how well it fits them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidFit {
+    /// The transform, least squares over all pairs.
+    pub a_from_b: Pose,
+    /// Distance of each transformed point from its partner, m, in the order of the pairs.
+    pub residuals_m: Vec<f64>,
+}
+
+/// Fewest pairs that determine a rigid transform.
+const FEWEST: usize = 3;
+/// Points on one line leave the rotation about it undetermined. They count as such below this ratio of
+/// what fixes the rotation to the extent of the points.
+const COLLINEAR: f64 = 1e-9;
+
+impl RigidFit {
+    /// From points known in both frames, such as the board's corners touched with a tracked
+    /// finger. Three pairs that are not on one line are enough; more average noise out.
+    ///
+    /// Error: exact to rounding for exact pairs; with independent noise of standard deviation `s`
+    /// a coordinate, the mean of `n` points is off by `s √(3 / n)`.
+    /// Source: [Horn 1987], unit quaternions.
+    ///
+    /// # Errors
+    /// NaN or infinity, fewer than three pairs, points on one line or all in one place.
+    pub fn from_pairs(pairs: &[PointPair]) -> Result<Self, HandError> {
+        if pairs.len() < FEWEST {
+            return Err(HandError::TooFewPairs {
+                needed: FEWEST,
+                got: pairs.len(),
+            });
+        }
+        for pair in pairs {
+            all_finite("point in frame a", &pair.in_a_m.to_array())?;
+            all_finite("point in frame b", &pair.in_b_m.to_array())?;
+        }
+        let n = pairs.len() as f64;
+        // Divided first: sums of large coordinates would overflow.
+        let mean_a = pairs.iter().map(|p| p.in_a_m / n).sum::<DVec3>();
+        let mean_b = pairs.iter().map(|p| p.in_b_m / n).sum::<DVec3>();
+        let size = pairs.iter().fold(0.0, |m: f64, p| {
+            m.max((p.in_a_m - mean_a).abs().max_element())
+                .max((p.in_b_m - mean_b).abs().max_element())
+        });
+        if !(size > 0.0 && size.is_finite()) {
+            return Err(HandError::Collinear { ratio: 0.0 });
+        }
+        // Sum of b aᵀ, of points about their means in units of the cloud.
+        let mut s = DMat3::ZERO;
+        for pair in pairs {
+            let (a, b) = ((pair.in_a_m - mean_a) / size, (pair.in_b_m - mean_b) / size);
+            s += DMat3::from_cols(b * a.x, b * a.y, b * a.z);
+        }
+        let [sx, sy, sz] = [s.row(0), s.row(1), s.row(2)];
+        let n4 = [
+            [sx.x + sy.y + sz.z, sy.z - sz.y, sz.x - sx.z, sx.y - sy.x],
+            [sy.z - sz.y, sx.x - sy.y - sz.z, sx.y + sy.x, sz.x + sx.z],
+            [sz.x - sx.z, sx.y + sy.x, sy.y - sx.x - sz.z, sy.z + sz.y],
+            [sx.y - sy.x, sz.x + sx.z, sy.z + sz.y, sz.z - sx.x - sy.y],
+        ];
+        let Eigen { values, vectors } = symmetric_eigen(&n4);
+        let ratio = (values[0] - values[1]) / values[0].abs();
+        if ratio.is_nan() || ratio <= COLLINEAR {
+            return Err(HandError::Collinear { ratio });
+        }
+        let [w, x, y, z] = vectors[0];
+        let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+        let a_from_b = Pose::new(rotation, mean_a - rotation * mean_b)?;
+        let residuals_m = pairs
+            .iter()
+            .map(|p| a_from_b.transform_point(p.in_b_m).distance(p.in_a_m))
+            .collect();
+        Ok(Self {
+            a_from_b,
+            residuals_m,
+        })
+    }
+
+    /// Root mean square of the residuals, m.
+    #[must_use]
+    pub fn rms_m(&self) -> f64 {
+        let squares: f64 = self.residuals_m.iter().map(|r| r * r).sum();
+        (squares / self.residuals_m.len() as f64).sqrt()
+    }
+
+    /// The pair with the largest residual, from 0: the first to look at when the fit is bad.
+    #[must_use]
+    pub fn worst(&self) -> usize {
+        let residuals = self.residuals_m.iter().enumerate();
+        residuals
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or(0, |(pair, _)| pair)
+    }
+}

@@ -1,0 +1,10 @@
+//! Live filters: where the hand and the gaze are now, or that the hand is lost.
+
+mod filter;
+mod freeze;
+mod gaze;
+
+pub use filter::{HandFilter, HandFilterConfig, HandState, LostReason, Tracking};
+pub(crate) use freeze::FreezeWatch;
+pub use freeze::{FreezeConfig, FreezeKind};
+pub use gaze::GazeFilter;

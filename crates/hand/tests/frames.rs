@@ -1,0 +1,87 @@
+//! Frames: in another coordinate system, and points that are missing.
+
+use glam::DVec3;
+use hwall_hand::{HandFrame, HandPoint, Pose, TrackedPoint};
+use hwall_testkit::{Tol, assert_close};
+
+#[test]
+fn a_frame_is_mapped_whole() {
+    let map = Pose::from_yaw(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap() * Pose::Z_UP_FROM_Y_UP;
+    let frame = HandFrame {
+        t_s: 4.5,
+        palm_m: Some(DVec3::X),
+        tips_m: [Some(DVec3::Y), None, Some(DVec3::Z), None, Some(DVec3::ONE)],
+        head_m: Some(DVec3::new(0.0, 1.7, 0.0)),
+        gaze: Some(DVec3::NEG_Z),
+    };
+    let mapped = frame.transformed(&map);
+    assert_eq!(mapped.t_s, 4.5);
+    for which in HandPoint::ALL {
+        assert_eq!(
+            mapped.point(which),
+            frame.point(which).map(|p| map.transform_point(p))
+        );
+    }
+    assert_eq!(mapped.head_m, frame.head_m.map(|p| map.transform_point(p)));
+    // A direction is turned but not moved.
+    assert_close!(
+        mapped.gaze.unwrap(),
+        DVec3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0),
+        Tol::abs(1e-15)
+    );
+}
+
+#[test]
+fn points_that_are_no_numbers_count_as_missing() {
+    let mut frame = HandFrame::empty(0.0);
+    assert_eq!(frame.contact_point(), None);
+    assert_eq!(frame.centroid_m(), None);
+    assert_eq!(frame.foremost(DVec3::X), None);
+    frame.palm_m = Some(DVec3::ZERO);
+    frame.tips_m[1] = Some(DVec3::new(0.0, f64::NAN, 0.0));
+    frame.tips_m[4] = Some(DVec3::new(1e7, 0.0, 0.0));
+    assert_eq!(
+        frame.contact_point(),
+        Some(TrackedPoint {
+            point: HandPoint::Palm,
+            position_m: DVec3::ZERO
+        }),
+        "the index is no number"
+    );
+    assert_eq!(frame.centroid_m(), Some(DVec3::ZERO));
+    frame.tips_m[1] = Some(DVec3::new(0.1, 0.0, 0.0));
+    frame.tips_m[2] = Some(DVec3::new(0.12, 0.0, 0.0));
+    assert_eq!(frame.contact_point().unwrap().point, HandPoint::Index);
+    assert_eq!(
+        frame.foremost(DVec3::X * 7.0).unwrap().point,
+        HandPoint::Middle
+    );
+    assert_eq!(frame.foremost(DVec3::NEG_X).unwrap().point, HandPoint::Palm);
+    assert_eq!(frame.foremost(DVec3::ZERO), None);
+    frame.head_m = Some(DVec3::Z);
+    assert_eq!(frame.gaze_ray(), None, "no gaze");
+    frame.gaze = Some(DVec3::ZERO);
+    assert_eq!(frame.gaze_ray(), None, "a gaze without direction");
+    frame.gaze = Some(DVec3::X * 2.0);
+    assert_eq!(frame.gaze_ray().unwrap().direction, DVec3::X);
+}
+
+#[test]
+fn a_limited_tracker_delivers_its_points_and_the_head() {
+    let frame = HandFrame {
+        t_s: 1.0,
+        palm_m: Some(DVec3::X),
+        tips_m: [Some(DVec3::Y); 5],
+        head_m: Some(DVec3::Z),
+        gaze: Some(DVec3::X),
+    };
+    let all = frame.limited_to(&HandPoint::ALL, true);
+    assert_eq!(all, frame);
+    let tip = frame.limited_to(&[HandPoint::Index], false);
+    let expected = HandFrame {
+        tips_m: [None, Some(DVec3::Y), None, None, None],
+        head_m: Some(DVec3::Z),
+        ..HandFrame::empty(1.0)
+    };
+    assert_eq!(tip, expected);
+}
