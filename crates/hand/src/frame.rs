@@ -95,6 +95,17 @@ pub struct GazeRay {
     pub direction: DVec3,
 }
 
+impl GazeRay {
+    /// The same line in another frame.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        Self {
+            origin_m: a_from_b.transform_point(self.origin_m),
+            direction: a_from_b.transform_vector(self.direction),
+        }
+    }
+}
+
 /// One sample of the tracker: the hand, the head and the gaze at one time, in one frame.
 ///
 /// A point that the tracker did not see is `None`. A coordinate that is NaN, infinite or

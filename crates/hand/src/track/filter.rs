@@ -4,6 +4,7 @@ use super::freeze::{FreezeConfig, FreezeKind, FreezeWatch};
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
+use hwall_geometry::Pose;
 use hwall_numeric::check::{non_negative, positive, that};
 
 /// Times beyond this are no time of a tracker, s. The Unix time passes, exact to 0.2 microseconds;
@@ -108,6 +109,21 @@ pub struct HandState {
     pub unseen_s: f64,
     /// The palm as measured in this sample, m.
     pub palm_m: Option<DVec3>,
+}
+
+impl HandState {
+    /// The same hand in another frame, its times as they are.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        Self {
+            point_m: a_from_b.transform_point(self.point_m),
+            velocity_m_per_s: a_from_b.transform_vector(self.velocity_m_per_s),
+            direction: self.direction.map(|d| a_from_b.transform_vector(d)),
+            smoothed_m: self.smoothed_m.map(|p| a_from_b.transform_point(p)),
+            palm_m: self.palm_m.map(|p| a_from_b.transform_point(p)),
+            ..*self
+        }
+    }
 }
 
 /// Why the hand is lost.
