@@ -1,21 +1,18 @@
 //! From a moving board target to joint commands within the arm's limits.
 
 use super::profile::{JointBounds, JointMotion};
-use super::slide::{Slide, Sliding, Stop};
-use crate::board::{BoardTarget, QUARTER_TURNS_RAD, board_pose};
+use super::slide::{Slide, Sliding};
+use super::solver::{DRIFT_RAD, Place, Solver, Stop};
+use crate::board::{BoardTarget, QUARTER_TURNS_RAD};
 use crate::error::HapticsError;
 use glam::DVec3;
-use hwall_geometry::{Pose, direction};
+use hwall_geometry::direction;
 use hwall_kinematics::{
     BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution,
     SrsArm, Unreachable,
 };
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use std::f64::consts::{PI, TAU};
-
-/// A drift of the target that moves a joint of the goal further than this has left its valley (a
-/// limit or a singular pose came in between): all rolls are compared anew, rad.
-const DRIFT_RAD: f64 = 0.3;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
@@ -96,17 +93,16 @@ struct Goal {
 
 /// Follows a board target with the arm's joints.
 ///
-/// The goal configuration comes from the closed-form inverse. A target that drifts keeps the
+/// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. A target that drifts keeps the
 /// branch, the roll and the neighbourhood of the goal it had; a new or far one takes the roll that
 /// the commanded joints reach soonest, on their own branch if that reaches it. The joints then
 /// move there each for itself, time-optimally within velocity and acceleration limits, without
 /// overshoot.
 #[derive(Debug, Clone)]
 pub struct Follower {
-    arm: SrsArm,
+    solver: Solver,
     config: FollowerConfig,
     bounds: [JointBounds; 7],
-    nearest: NearestConfig,
     motion: [JointMotion; 7],
     aim: Option<Aim>,
     goal: Option<Goal>,
@@ -123,7 +119,7 @@ impl Follower {
     /// As for [`FollowerConfig::validate`]; an arm with a joint speed that is not positive; a
     /// start that is not finite.
     pub fn new(
-        arm: SrsArm,
+        arm: Arc<dyn ArmKinematics>,
         config: FollowerConfig,
         start: &JointPositions,
     ) -> Result<Self, HapticsError> {
@@ -136,17 +132,11 @@ impl Follower {
             let velocity_rad_per_s = config.speed_share * arm.max_velocity_rad_per_s()[joint];
             *bounds = JointBounds::new(velocity_rad_per_s, config.acceleration_rad_per_s2[joint])?;
         }
-        let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
-        let nearest = NearestConfig {
-            weights,
-            ..NearestConfig::default()
-        };
         let motion = [JointMotion::at_rest(0.0); 7];
         let mut follower = Self {
-            arm,
+            solver: Solver::new(arm),
             config,
             bounds,
-            nearest,
             motion,
             aim: None,
             goal: None,
@@ -208,8 +198,14 @@ impl Follower {
         let drifted = match self.goal {
             Some(goal) if self.is_near(&goal, point_m, unit_normal) => {
                 let kept = roll_rad.map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
+                let place = Place {
+                    point_m,
+                    normal: unit_normal,
+                    roll_rad: kept,
+                };
                 let found = self
-                    .solve(point_m, unit_normal, kept, &goal.q, BranchPolicy::Keep)?
+                    .solver
+                    .on_place(&place, &goal.q, BranchPolicy::Keep)?
                     .ok();
                 found
                     .filter(|solution| solution.q.max_abs_difference(&goal.q) <= DRIFT_RAD)
@@ -219,8 +215,28 @@ impl Follower {
         };
         let (found, unreachable) = match (drifted, roll_rad) {
             (Some(found), _) => (Some(found), None),
-            (None, Some(roll)) => self.soonest(point_m, unit_normal, &[roll, roll + PI])?,
-            (None, None) => self.soonest(point_m, unit_normal, &self.config.rolls_rad)?,
+            (None, roll_rad) => {
+                let here = self.commanded();
+                let place = |roll_rad| Place {
+                    point_m,
+                    normal: unit_normal,
+                    roll_rad,
+                };
+                let both;
+                let rolls_rad = match roll_rad {
+                    Some(roll) => {
+                        both = [roll, roll + PI];
+                        &both[..]
+                    }
+                    None => &self.config.rolls_rad,
+                };
+                soonest(
+                    &mut self.solver,
+                    &self.bounds,
+                    &here,
+                    rolls_rad.iter().map(|roll| place(*roll)),
+                )?
+            }
         };
         if let Some((solution, roll_rad)) = found {
             self.goal = Some(Goal {
@@ -259,8 +275,8 @@ impl Follower {
 
     /// The arm with the board as its tool.
     #[must_use]
-    pub const fn arm(&self) -> &SrsArm {
-        &self.arm
+    pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+        self.solver.arm()
     }
 
     /// The next configuration on the way to the goal, `dt_s` later. Without a goal it brakes.
@@ -299,7 +315,7 @@ impl Follower {
             let before = motion.q_rad;
             *motion = next(joint, *motion, &self.bounds[joint]);
             // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
-            let limit = self.arm.limits()[joint];
+            let limit = self.arm().limits()[joint];
             motion.q_rad = motion
                 .q_rad
                 .clamp(limit.min_rad.min(before), limit.max_rad.max(before));
@@ -310,62 +326,6 @@ impl Follower {
     fn is_near(&self, goal: &Goal, point_m: DVec3, unit_normal: DVec3) -> bool {
         goal.point_m.distance(point_m) <= self.config.far_m
             && goal.normal.angle_between(unit_normal) <= self.config.far_rad
-    }
-
-    /// The roll with the least travel time, or the reason of the first roll.
-    ///
-    /// Another branch than the present one only where a roll needs it. To search all eight takes
-    /// ten times as long, too long for a control step, and shortens the travel by a fifth
-    /// (targets and starts at random over the whole workspace).
-    fn soonest(
-        &self,
-        point_m: DVec3,
-        unit_normal: DVec3,
-        rolls_rad: &[f64],
-    ) -> Result<Found, HapticsError> {
-        let here = self.commanded();
-        let mut best: Option<(NearestSolution, f64)> = None;
-        let mut best_s = f64::INFINITY;
-        let mut reason = None;
-        for &roll_rad in rolls_rad {
-            match self.solve(point_m, unit_normal, roll_rad, &here, BranchPolicy::Prefer)? {
-                Ok(solution) => {
-                    let time_s = self.travel_time_s(&here, &solution.q);
-                    if time_s < best_s {
-                        (best, best_s) = (Some((solution, roll_rad)), time_s);
-                    }
-                }
-                Err(unreachable) => reason = reason.or(Some(unreachable)),
-            }
-        }
-        Ok((best, if best.is_some() { None } else { reason }))
-    }
-
-    /// The time at full speed that the slowest joint needs, s.
-    fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
-        (0..7).fold(0.0, |most: f64, i| {
-            most.max((to[i] - from[i]).abs() / self.bounds[i].velocity_rad_per_s())
-        })
-    }
-
-    fn solve(
-        &self,
-        point_m: DVec3,
-        unit_normal: DVec3,
-        roll_rad: f64,
-        reference: &JointPositions,
-        policy: BranchPolicy,
-    ) -> Result<Result<NearestSolution, Unreachable>, HapticsError> {
-        let pose = board_pose(point_m, unit_normal, roll_rad)?;
-        let config = NearestConfig {
-            policy,
-            ..self.nearest
-        };
-        match self.arm.nearest_solution(&pose, reference, &config) {
-            Ok(solution) => Ok(Ok(solution)),
-            Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
-            Err(other) => Err(other.into()),
-        }
     }
 }
 
@@ -388,7 +348,7 @@ impl Follower {
             Some((_, reason)) => Err(Stop::Unreachable(reason)),
             None => {
                 let sliding = self.sliding.unwrap_or_else(|| self.at_rest());
-                sliding.next(dt_s, slide, &self.bounds, |pose, q| self.near(pose, q))
+                sliding.next(dt_s, slide, &self.bounds, &mut self.solver)
             }
         };
         match next {
@@ -414,35 +374,56 @@ impl Follower {
     ///
     /// Error: that of a difference over 0.1 mm, some 1e-3 of it away from singular poses.
     #[must_use]
-    pub fn acceleration_along_m_per_s2(&self, direction: DVec3) -> Option<f64> {
+    pub fn acceleration_along_m_per_s2(&mut self, direction: DVec3) -> Option<f64> {
         let q = self.goal()?;
-        let at = Sliding::new(self.arm.forward(&q), q);
-        let near = |pose: &Pose, q: &JointPositions| self.near(pose, q);
-        at.acceleration_along_m_per_s2(direction, &self.bounds, near)
+        let at = Sliding::new(self.arm().forward(&q), q);
+        at.acceleration_along_m_per_s2(direction, &self.bounds, &mut self.solver)
     }
 
     /// A slide that begins where braking ends.
     fn at_rest(&self) -> Sliding {
         let q = JointPositions(std::array::from_fn(|i| {
-            let limit = self.arm.limits()[i];
+            let limit = self.arm().limits()[i];
             let stop = self.motion[i].stopping_point_rad(&self.bounds[i]);
             stop.clamp(limit.min_rad, limit.max_rad)
         }));
-        Sliding::new(self.arm.forward(&q), q)
+        Sliding::new(self.arm().forward(&q), q)
     }
+}
 
-    /// The solution beside a configuration.
-    fn near(&self, pose: &Pose, q: &JointPositions) -> Result<JointPositions, Stop> {
-        let config = NearestConfig {
-            policy: BranchPolicy::Keep,
-            ..self.nearest
-        };
-        let found = self.arm.nearest_solution(pose, q, &config)?;
-        if found.q.max_abs_difference(q) > DRIFT_RAD {
-            return Err(Stop::Unreachable(Unreachable::OtherBranch));
+/// The place that the joints reach soonest, or the reason of the first one.
+///
+/// Another branch than the present one only where a place needs it. To search all eight takes
+/// ten times as long, too long for a control step, and shortens the travel by a fifth
+/// (targets and starts at random over the whole workspace).
+fn soonest(
+    solver: &mut Solver,
+    bounds: &[JointBounds; 7],
+    here: &JointPositions,
+    places: impl Iterator<Item = Place>,
+) -> Result<Found, HapticsError> {
+    let mut best: Option<(ArmSolution, f64)> = None;
+    let mut best_s = f64::INFINITY;
+    let mut reason = None;
+    for place in places {
+        match solver.on_place(&place, here, BranchPolicy::Prefer)? {
+            Ok(solution) => {
+                let time_s = travel_time_s(bounds, here, &solution.q);
+                if time_s < best_s {
+                    (best, best_s) = (Some((solution, place.roll_rad)), time_s);
+                }
+            }
+            Err(unreachable) => reason = reason.or(Some(unreachable)),
         }
-        Ok(found.q)
     }
+    Ok((best, if best.is_some() { None } else { reason }))
+}
+
+/// The time at full speed that the slowest joint needs, s.
+fn travel_time_s(bounds: &[JointBounds; 7], from: &JointPositions, to: &JointPositions) -> f64 {
+    (0..7).fold(0.0, |most: f64, i| {
+        most.max((to[i] - from[i]).abs() / bounds[i].velocity_rad_per_s())
+    })
 }
 
 /// The roll or the one half a turn on, whichever is nearer to another, rad.
@@ -452,4 +433,4 @@ fn same_face(roll_rad: f64, to_rad: f64) -> f64 {
 }
 
 /// A solution with its roll, or the reason why there is none.
-type Found = (Option<(NearestSolution, f64)>, Option<Unreachable>);
+type Found = (Option<(ArmSolution, f64)>, Option<Unreachable>);

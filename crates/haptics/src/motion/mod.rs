@@ -3,6 +3,7 @@
 mod follower;
 mod profile;
 mod slide;
+mod solver;
 
 pub use follower::{Follower, FollowerConfig};
 pub use profile::{JointBounds, JointMotion};

@@ -1,10 +1,11 @@
 //! Motion of a touched board within its own plane.
 
 use super::profile::JointBounds;
+use super::solver::{Solver, Stop};
 use crate::error::HapticsError;
 use glam::{DMat3, DVec3};
-use hwall_geometry::{GeometryError, Pose};
-use hwall_kinematics::{JointPositions, KinematicsError, Unreachable};
+use hwall_geometry::Pose;
+use hwall_kinematics::{JointPositions, Unreachable};
 use hwall_numeric::check::{all_finite, finite};
 
 /// How far a slide is looked ahead for the velocities of the joints, m; a turn counts by the way of a
@@ -93,20 +94,20 @@ impl Sliding {
         self.q
     }
 
-    /// One step on; `near` solves for the configuration beside another one.
+    /// One step on.
     pub(super) fn next(
         &self,
         dt_s: f64,
         slide: &Slide,
         bounds: &[JointBounds; 7],
-        near: impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+        solver: &mut Solver,
     ) -> Result<Next, Stop> {
         let (mut next, mut unreachable) = (*self, None);
         for wanted in [*slide, Slide::default()] {
             let change = self.change_to(&wanted);
-            let share = (self.most_per_s(change, bounds, &near)? * dt_s).min(1.0);
+            let share = (self.most_per_s(change, bounds, solver)? * dt_s).min(1.0);
             next = self.advanced(change.times(share), dt_s);
-            match next.can_stop(bounds, &near) {
+            match next.can_stop(bounds, solver) {
                 Ok(()) => break,
                 Err(Stop::Unreachable(reason)) if unreachable.is_none() => {
                     unreachable = Some(reason);
@@ -114,9 +115,9 @@ impl Sliding {
                 Err(stop) => return Err(stop),
             }
         }
-        next.q = near(&next.place(Planar::default())?, &self.q)?;
+        next.q = solver.beside(&next.place(Planar::default())?, &self.q)?;
         Ok(Next {
-            rate_rad_per_s: next.rates(next.velocity, &near)?,
+            rate_rad_per_s: next.rates(next.velocity, solver)?,
             sliding: next,
             unreachable,
         })
@@ -127,20 +128,20 @@ impl Sliding {
         &self,
         direction: DVec3,
         bounds: &[JointBounds; 7],
-        near: impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+        solver: &mut Solver,
     ) -> Option<f64> {
         let unit = Planar {
             linear: direction.try_normalize()?,
             angular: 0.0,
         };
-        Some(self.most_per_s(unit, bounds, &near).ok()? / SLIDE_SHARE)
+        Some(self.most_per_s(unit, bounds, solver).ok()? / SLIDE_SHARE)
     }
 
     /// The joints' rates for a velocity of the board, rad/s.
     fn rates(
         &self,
         velocity: Planar,
-        near: &impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+        solver: &mut Solver,
     ) -> Result<[f64; 7], Stop> {
         let size = velocity.size();
         if size == 0.0 {
@@ -148,7 +149,7 @@ impl Sliding {
         }
         let preview_s = PREVIEW_M / size;
         let there = self.place(velocity.times(preview_s))?;
-        let there = near(&there, &self.q)?;
+        let there = solver.beside(&there, &self.q)?;
         Ok(std::array::from_fn(|i| (there[i] - self.q[i]) / preview_s))
     }
 
@@ -157,9 +158,9 @@ impl Sliding {
         &self,
         velocity: Planar,
         bounds: &[JointBounds; 7],
-        near: &impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+        solver: &mut Solver,
     ) -> Result<f64, Stop> {
-        let rates = self.rates(velocity, near)?;
+        let rates = self.rates(velocity, solver)?;
         let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2() / rates[i].abs());
         // Finite also where nothing moves: its share is then capped at 1.
         Ok(SLIDE_SHARE * most.fold(f64::MAX, f64::min))
@@ -169,16 +170,16 @@ impl Sliding {
     fn can_stop(
         &self,
         bounds: &[JointBounds; 7],
-        near: &impl Fn(&Pose, &JointPositions) -> Result<JointPositions, Stop>,
+        solver: &mut Solver,
     ) -> Result<(), Stop> {
         let size = self.velocity.size();
         if size == 0.0 {
             return Ok(());
         }
-        let stop_s = 1.0 / self.most_per_s(self.velocity, bounds, near)?;
+        let stop_s = 1.0 / self.most_per_s(self.velocity, bounds, solver)?;
         let ahead_s = (0.5 * stop_s).min(STOP_M / size) + PREVIEW_M / size;
         let end = self.place(self.velocity.times(ahead_s))?;
-        near(&end, &self.q).map(|_| ())
+        solver.beside(&end, &self.q).map(|_| ())
     }
 
     /// From the present velocity to that of a slide.
@@ -208,33 +209,6 @@ impl Sliding {
         let rotation = self.pose.rotation() * DMat3::from_rotation_z(turned);
         let position_m = self.pose.position_m() + self.moved.linear + ahead.linear;
         Ok(Pose::new(rotation, position_m).map_err(HapticsError::from)?)
-    }
-}
-
-/// Why a slide cannot go on.
-pub(super) enum Stop {
-    Unreachable(Unreachable),
-    Error(HapticsError),
-}
-
-impl From<HapticsError> for Stop {
-    fn from(error: HapticsError) -> Self {
-        Self::Error(error)
-    }
-}
-
-impl From<KinematicsError> for Stop {
-    fn from(error: KinematicsError) -> Self {
-        match error {
-            KinematicsError::Unreachable(reason) => Self::Unreachable(reason),
-            other => Self::Error(other.into()),
-        }
-    }
-}
-
-impl From<GeometryError> for Stop {
-    fn from(error: GeometryError) -> Self {
-        Self::Error(error.into())
     }
 }
 

@@ -6,7 +6,8 @@ use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
 use crate::motion::{Follower, FollowerConfig, Slide};
-use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable};
+use std::sync::Arc;
 use hwall_numeric::check::{non_negative, positive};
 
 /// Settings of [`Renderer`].
@@ -158,7 +159,11 @@ impl Renderer {
     ///
     /// # Errors
     /// A setting outside its range.
-    pub fn new(arm: &SrsArm, board: &Board, config: RendererConfig) -> Result<Self, HapticsError> {
+    pub fn new(
+        arm: &dyn ArmKinematics,
+        board: &Board,
+        config: RendererConfig,
+    ) -> Result<Self, HapticsError> {
         let RendererConfig {
             contact,
             follower,
@@ -175,7 +180,7 @@ impl Renderer {
         positive("max_state_age_s", watchdog.max_state_age_s)?;
         positive("max_step_s", watchdog.max_step_s)?;
         non_negative("resync_rad", watchdog.resync_rad)?;
-        let arm = arm.with_tool(board.flange_from_board_face()?);
+        let arm = arm.carrying(board.flange_from_board_face()?);
         Ok(Self {
             force,
             watchdog,
@@ -190,7 +195,7 @@ impl Renderer {
 
     /// The arm with the board's face as its tool.
     #[must_use]
-    pub const fn arm(&self) -> &SrsArm {
+    pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
         self.follower.arm()
     }
 

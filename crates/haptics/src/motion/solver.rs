@@ -1,0 +1,114 @@
+//! Which configuration puts the board there, for any arm.
+
+use crate::board::board_pose;
+use crate::error::HapticsError;
+use glam::DVec3;
+use hwall_geometry::{GeometryError, Pose};
+use hwall_kinematics::{
+    ArmKinematics, ArmScratch, ArmSolution, BranchPolicy, JointPositions, KinematicsError,
+    NearestConfig, Unreachable,
+};
+use std::sync::Arc;
+
+/// A drift of the target that moves a joint of the goal further than this has left its valley (a
+/// limit or a singular pose came in between), rad.
+pub(super) const DRIFT_RAD: f64 = 0.3;
+
+/// The inverse kinematics of an arm, with its memory: nothing is allocated when it is asked.
+#[derive(Debug, Clone)]
+pub(super) struct Solver {
+    arm: Arc<dyn ArmKinematics>,
+    config: NearestConfig,
+    scratch: ArmScratch,
+}
+
+impl Solver {
+    /// Slow joints count more.
+    pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
+        let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
+        Self {
+            config: NearestConfig {
+                weights,
+                ..NearestConfig::default()
+            },
+            scratch: arm.scratch(),
+            arm,
+        }
+    }
+
+    pub(super) const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+        &self.arm
+    }
+
+    /// The configuration nearest to a reference that puts the board on a place with a roll, or why there is none.
+    pub(super) fn on_place(
+        &mut self,
+        place: &Place,
+        reference: &JointPositions,
+        policy: BranchPolicy,
+    ) -> Result<Result<ArmSolution, Unreachable>, HapticsError> {
+        let pose = board_pose(place.point_m, place.normal, place.roll_rad)?;
+        let config = NearestConfig {
+            policy,
+            ..self.config
+        };
+        match self.arm.nearest(&pose, reference, &config, &mut self.scratch) {
+            Ok(solution) => Ok(Ok(solution)),
+            Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
+            Err(other) => Err(other.into()),
+        }
+    }
+
+    /// The configuration beside another one that holds a pose.
+    pub(super) fn beside(
+        &mut self,
+        pose: &Pose,
+        q: &JointPositions,
+    ) -> Result<JointPositions, Stop> {
+        let config = NearestConfig {
+            policy: BranchPolicy::Keep,
+            ..self.config
+        };
+        let found = self.arm.nearest(pose, q, &config, &mut self.scratch)?;
+        if found.q.max_abs_difference(q) > DRIFT_RAD {
+            return Err(Stop::Unreachable(Unreachable::OtherBranch));
+        }
+        Ok(found.q)
+    }
+}
+
+/// A place for the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    pub(super) point_m: DVec3,
+    /// Unit normal.
+    pub(super) normal: DVec3,
+    pub(super) roll_rad: f64,
+}
+
+/// Why there is no configuration to go on with.
+pub(super) enum Stop {
+    Unreachable(Unreachable),
+    Error(HapticsError),
+}
+
+impl From<HapticsError> for Stop {
+    fn from(error: HapticsError) -> Self {
+        Self::Error(error)
+    }
+}
+
+impl From<KinematicsError> for Stop {
+    fn from(error: KinematicsError) -> Self {
+        match error {
+            KinematicsError::Unreachable(reason) => Self::Unreachable(reason),
+            other => Self::Error(other.into()),
+        }
+    }
+}
+
+impl From<GeometryError> for Stop {
+    fn from(error: GeometryError) -> Self {
+        Self::Error(error.into())
+    }
+}
