@@ -1,8 +1,11 @@
 //! Forward kinematics, Jacobian and drift acceleration of a [`Chain`].
 
-use crate::chain::{AxisFrame, GROUP, settings};
-use crate::{Chain, KinematicsError, Pose, Twist, Wrench};
+use crate::arm::MOST_JOINTS;
+use crate::chain::{AxisFrame, Chain, GROUP, settings};
+use crate::error::KinematicsError;
+use crate::forward::Jacobian;
 use glam::{DMat3, DVec3};
+use hwall_geometry::{Pose, Twist, Wrench};
 use hwall_numeric::check::all_finite;
 
 /// Geometric Jacobian of the tip: one column a joint, `[vx vy vz ωx ωy ωz]` in base axes at the tip.
@@ -198,9 +201,33 @@ impl Chain {
         self.tip_pose(q, |_, r, p| axes.push((r.z_axis, p)))
     }
 
+    /// The Jacobian of a chain of at most seven joints, zero beyond the last; inputs are not checked.
+    pub(crate) fn jacobian_of_seven(&self, q: &[f64; MOST_JOINTS]) -> Jacobian {
+        let mut axes = [(DVec3::ZERO, DVec3::ZERO); MOST_JOINTS];
+        let mut joint = 0;
+        let tip = self.tip_pose(q, |_, r, p| {
+            axes[joint] = (r.z_axis, p);
+            joint += 1;
+        });
+        let mut jacobian = Jacobian {
+            linear: [DVec3::ZERO; MOST_JOINTS],
+            angular: [DVec3::ZERO; MOST_JOINTS],
+        };
+        for (i, (frame, axis)) in self.frames.iter().zip(&axes).enumerate() {
+            let [vx, vy, vz, wx, wy, wz] = column(frame, axis, tip.position_m());
+            jacobian.linear[i] = DVec3::new(vx, vy, vz);
+            jacobian.angular[i] = DVec3::new(wx, wy, wz);
+        }
+        jacobian
+    }
+
     /// Walks the axis frames from base to tip.
     #[inline(always)]
-    fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {
+    pub(crate) fn tip_pose(
+        &self,
+        q: &[f64],
+        mut visit: impl FnMut(&AxisFrame, DMat3, DVec3),
+    ) -> Pose {
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
         for (frames, q) in self.frames.chunks(GROUP).zip(q.chunks(GROUP)) {
             for (frame, setting) in frames.iter().zip(settings(frames, q)) {

@@ -83,6 +83,20 @@ pub enum KinematicsError {
     /// A chain has no movable joint.
     #[error("the chain has no movable joint")]
     NoJoints,
+    /// A chain is too long for an arm.
+    #[error("the chain has {got} joints, an arm at most {most}")]
+    TooManyJoints {
+        /// Joints of the chain.
+        got: usize,
+        /// Most joints of an arm.
+        most: usize,
+    },
+    /// A joint of an arm comes without a largest velocity.
+    #[error("joint {joint:?} has no velocity limit")]
+    NoVelocityLimit {
+        /// Joint name.
+        joint: String,
+    },
     /// Two joints of a chain have the same name.
     #[error("two joints are called {joint:?}")]
     DuplicateJoint {

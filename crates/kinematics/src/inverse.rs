@@ -2,8 +2,9 @@
 
 use crate::circle::{Direction, ElbowCircle, Triangle, wrist_from_shoulder};
 use crate::forward::Frames;
+use crate::joints::nearest_turn;
 use crate::{Branch, JointLimit, JointPositions, Pose, SrsArm};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Largest turn of the tool, rad, that moving an angle onto its limit may cost.
 const CLAMP_RAD: f64 = 1e-12;
@@ -55,7 +56,7 @@ impl SrsArm {
         let mut q = angles;
         for (joint, turned) in [(0, s), (2, s != e), (4, e != w), (6, w)] {
             let angle = angles[joint] + if turned { PI } else { 0.0 };
-            q[joint] = nearest_turn(angle, &self.limits()[joint], 0.0);
+            q[joint] = self.limits()[joint].nearest_turn(angle, 0.0);
         }
         for (joint, mirrored) in [(1, s), (3, e), (5, w)] {
             q[joint] = if mirrored {
@@ -210,9 +211,9 @@ impl SphericalJoint {
         } else {
             y.atan2(x)
         };
-        let mut first = clamp(nearest_turn(free, limits[0], reference[0]), limits[0]);
+        let mut first = clamp(limits[0].nearest_turn(free, reference[0]), limits[0]);
         let (mut second, third) = self.after(first);
-        let mut third = nearest_turn(third, limits[2], reference[1]);
+        let mut third = limits[2].nearest_turn(third, reference[1]);
         let end = clamp(third, limits[2]);
         if third != end {
             // Near the singularity only first + third (first - third, upside down) matters:
@@ -221,7 +222,7 @@ impl SphericalJoint {
             first = clamp(first + upright * (third - end), limits[0]);
             let (again, rest) = self.after(first);
             second = again;
-            if !within(near(rest - end, 0.0)) {
+            if !within(nearest_turn(rest - end, 0.0)) {
                 return None;
             }
             third = end;
@@ -248,33 +249,6 @@ impl SphericalJoint {
         let second = (cos * m[0][2] + sin * m[1][2]).atan2(m[2][2]);
         let third = (cos * m[1][0] - sin * m[0][0]).atan2(cos * m[1][1] - sin * m[0][1]);
         (second, third)
-    }
-}
-
-/// The angle plus full turns that lies within the limit, nearest to the reference; outside, the
-/// one nearest to the limit.
-pub(crate) fn nearest_turn(angle: f64, limit: &JointLimit, reference: f64) -> f64 {
-    if limit.max_rad - limit.min_rad < TAU {
-        // At most one candidate fits; prefer the one that is least outside.
-        let middle = 0.5 * (limit.min_rad + limit.max_rad);
-        return near(angle, middle);
-    }
-    let mut best = near(angle, reference);
-    if best < limit.min_rad {
-        best += TAU * ((limit.min_rad - best) / TAU).ceil();
-    } else if best > limit.max_rad {
-        best -= TAU * ((best - limit.max_rad) / TAU).ceil();
-    }
-    best
-}
-
-/// The angle plus full turns that is nearest to `to`.
-fn near(angle: f64, to: f64) -> f64 {
-    let d = angle - to;
-    if d.abs() > PI {
-        angle - TAU * (d / TAU).round()
-    } else {
-        angle
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::error::KinematicsError;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::all_finite;
+use std::f64::consts::{PI, TAU};
 
 macro_rules! joint_array {
     ($(#[$doc:meta])* $name:ident) => {
@@ -133,6 +134,23 @@ impl JointLimit {
         }
     }
 
+    /// The angle plus full turns that lies within the limit, nearest to the reference; outside, the
+    /// one nearest to the limit.
+    pub(crate) fn nearest_turn(&self, angle: f64, reference: f64) -> f64 {
+        if self.max_rad - self.min_rad < TAU {
+            // At most one candidate fits; prefer the one that is least outside.
+            let middle = 0.5 * (self.min_rad + self.max_rad);
+            return nearest_turn(angle, middle);
+        }
+        let mut best = nearest_turn(angle, reference);
+        if best < self.min_rad {
+            best += TAU * ((self.min_rad - best) / TAU).ceil();
+        } else if best > self.max_rad {
+            best -= TAU * ((best - self.max_rad) / TAU).ceil();
+        }
+        best
+    }
+
     /// Rejects NaN and reversed ends; infinite ends mean "no limit".
     pub(crate) fn validate(&self, index: usize) -> Result<(), KinematicsError> {
         if self.min_rad.is_nan() || self.max_rad.is_nan() {
@@ -151,6 +169,16 @@ impl JointLimit {
             });
         }
         Ok(())
+    }
+}
+
+/// The angle plus full turns that is nearest to `to`.
+pub(crate) fn nearest_turn(angle: f64, to: f64) -> f64 {
+    let d = angle - to;
+    if d.abs() > PI {
+        angle - TAU * (d / TAU).round()
+    } else {
+        angle
     }
 }
 

@@ -1,8 +1,10 @@
 #![doc = include_str!("../README.md")]
 
+mod arm;
 mod arm_angles;
 mod branch;
 mod chain;
+mod chain_arm;
 mod chain_motion;
 mod chain_presets;
 mod circle;
@@ -22,6 +24,7 @@ mod pinched;
 mod redundancy;
 mod region;
 mod srs;
+mod srs_arm;
 mod statics;
 mod trig;
 #[cfg(feature = "urdf")]
@@ -29,9 +32,11 @@ mod urdf;
 mod verdict;
 mod window;
 
+pub use arm::{ArmKinematics, ArmScratch, ArmSolution, MOST_JOINTS};
 pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
 pub use branch::{Branch, BranchSet};
 pub use chain::{Chain, ChainJoint, JointKind};
+pub use chain_arm::ChainArm;
 pub use chain_motion::{ChainJacobian, ChainScratch};
 #[cfg(feature = "dynamics")]
 pub use dynamics::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};

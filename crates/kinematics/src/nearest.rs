@@ -6,7 +6,7 @@ use crate::inverse::BaseSolution;
 use crate::{Branch, JointPositions, KinematicsError, Pose, SrsArm, Unreachable};
 use hwall_numeric::check::{all_finite, positive};
 
-/// Which branches [`SrsArm::nearest_solution`] may use.
+/// Which branches the nearest solution may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BranchPolicy {
     /// Those that join the reference's branch without a jump; if none reaches, any.
@@ -19,7 +19,7 @@ pub enum BranchPolicy {
     Any,
 }
 
-/// Settings of [`SrsArm::nearest_solution`].
+/// Settings of [`SrsArm::nearest_solution`] and [`ArmKinematics::nearest`](crate::ArmKinematics::nearest).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestConfig {
     /// Default [`BranchPolicy::Prefer`].
@@ -27,8 +27,25 @@ pub struct NearestConfig {
     /// Weight of each joint's squared difference; default 1. Raise the weight of slow joints.
     pub weights: [f64; 7],
     /// A joint 2, 4 or 6 within this of zero in the reference may change its sign without the
-    /// branch counting as left, rad; default 0.2. A hand's width of servoing needs no more.
+    /// branch counting as left, rad; default 0.2. A hand's width of servoing needs no more. A chain,
+    /// which has no named branches, does not read it.
     pub sign_change_rad: f64,
+}
+
+impl NearestConfig {
+    pub(crate) fn validate(&self) -> Result<(), KinematicsError> {
+        for weight in self.weights {
+            positive("weight", weight)?;
+        }
+        Ok(())
+    }
+
+    /// Weighted squares of the joint differences.
+    pub(crate) fn cost(&self, q: &JointPositions, reference: &JointPositions) -> f64 {
+        (0..7)
+            .map(|i| self.weights[i] * (q[i] - reference[i]).powi(2))
+            .sum()
+    }
 }
 
 impl Default for NearestConfig {
@@ -88,9 +105,7 @@ impl SrsArm {
         config: &NearestConfig,
     ) -> Result<NearestSolution, KinematicsError> {
         all_finite("reference", &reference.0)?;
-        for weight in config.weights {
-            positive("weight", weight)?;
-        }
+        config.validate()?;
         let near = joined_branches(reference, config.sign_change_rad);
         let psi_reference = self.arm_angle(reference);
         let flange_pose = self.flange_pose(base_from_tool);
@@ -220,9 +235,7 @@ impl Problem<'_> {
             branch,
             self.reference,
         )?;
-        let cost = (0..7)
-            .map(|i| self.config.weights[i] * (q[i] - self.reference[i]).powi(2))
-            .sum();
+        let cost = self.config.cost(&q, self.reference);
         Some(Candidate {
             q,
             branch,

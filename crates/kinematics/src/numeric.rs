@@ -62,7 +62,7 @@ impl NumericConfig {
         }
     }
 
-    fn validate(&self) -> Result<(), ArgumentError> {
+    pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
         positive("tolerance_m", self.tolerance_m)?;
         positive("tolerance_rad", self.tolerance_rad)?;
         Ok(())
@@ -176,6 +176,19 @@ impl Chain {
         config: &NumericConfig,
         scratch: &mut NumericScratch,
     ) -> Result<NumericReport, KinematicsError> {
+        self.search_numeric(target, q_start, config, scratch, |_, _| true)
+    }
+
+    /// Offers every solution, that of the descent from `q_start` first, to `enough` until it says so;
+    /// returns the report of the last one.
+    pub(crate) fn search_numeric(
+        &self,
+        target: &Pose,
+        q_start: &[f64],
+        config: &NumericConfig,
+        scratch: &mut NumericScratch,
+        mut enough: impl FnMut(&[f64], &NumericReport) -> bool,
+    ) -> Result<NumericReport, KinematicsError> {
         config.validate()?;
         self.check_limits(q_start)?;
         let n = self.joint_count();
@@ -184,8 +197,8 @@ impl Chain {
         scratch.trial.resize(n, 0.0);
         scratch.fixed.resize(n, false);
 
-        let (center, reach_m) = self.reach;
-        let out_of_reach = target.position_m().distance(center) > reach_m + config.tolerance_m;
+        let reach_m = self.reach.1;
+        let out_of_reach = self.gap_m(target) > config.tolerance_m;
         // A rotation counts as much as the shift it causes at a quarter of the arm's length.
         let arm_m = if reach_m.is_finite() && reach_m > 0.0 {
             0.25 * reach_m
@@ -202,6 +215,7 @@ impl Chain {
 
         let mut random = SplitMix(config.seed);
         let (mut least_cost, mut best) = (f64::INFINITY, (f64::INFINITY, f64::INFINITY));
+        let mut last = None;
         for restart in 0..=config.max_restarts {
             if restart > 0 {
                 descent.draw_start(&mut random, q_start, scratch);
@@ -213,12 +227,16 @@ impl Chain {
             };
             let (residual_m, residual_rad) = (error.position.length(), error.rotation.length());
             if descent.solved(&error) {
-                return Ok(NumericReport {
+                let report = NumericReport {
                     residual_m,
                     residual_rad,
                     iterations: descent.iterations,
                     restarts: restart,
-                });
+                };
+                if enough(&scratch.q, &report) {
+                    return Ok(report);
+                }
+                last = Some(report);
             }
             let cost = error.cost(arm_m);
             if cost < least_cost {
@@ -229,11 +247,31 @@ impl Chain {
             }
         }
         let (residual_m, residual_rad) = best;
-        Err(KinematicsError::NotConverged {
+        last.ok_or(KinematicsError::NotConverged {
             iterations: descent.iterations,
             residual_m,
             residual_rad,
         })
+    }
+
+    /// How far the target lies beyond the outstretched chain, m; negative within.
+    pub(crate) fn gap_m(&self, target: &Pose) -> f64 {
+        let (center, reach_m) = self.reach;
+        target.position_m().distance(center) - reach_m
+    }
+
+    /// Memory for [`Chain::inverse_numeric_into`] that is large enough from the first call on.
+    #[must_use]
+    pub fn numeric_scratch(&self) -> NumericScratch {
+        let n = self.joint_count();
+        NumericScratch {
+            q: Vec::with_capacity(n),
+            trial: Vec::with_capacity(n),
+            fixed: Vec::with_capacity(n),
+            columns: Vec::with_capacity(n),
+            axes: Vec::with_capacity(n),
+            trial_axes: Vec::with_capacity(n),
+        }
     }
 }
 

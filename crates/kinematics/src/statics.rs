@@ -1,7 +1,11 @@
 //! Between forces at the tool and torques at the joints.
 
+use crate::error::KinematicsError;
+use crate::forward::Jacobian;
+use crate::joints::{JointPositions, JointTorques};
 use crate::linalg::{gram, roots};
-use crate::{JointPositions, JointTorques, KinematicsError, SrsArm, Wrench};
+use crate::srs::SrsArm;
+use hwall_geometry::Wrench;
 use hwall_numeric::check::{all_finite, non_negative, positive};
 use hwall_numeric::dense::symmetric_eigen;
 
@@ -18,14 +22,7 @@ pub struct WrenchEstimate {
     pub residual_n_m: f64,
 }
 
-impl SrsArm {
-    /// Joint torques that a wrench on the tool (base axes, about the tool origin) exerts,
-    /// `τ = Jᵀ f`.
-    #[must_use]
-    pub fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
-        self.jacobian(q).torques(wrench)
-    }
-
+impl WrenchEstimate {
     /// The wrench on the tool that explains external joint torques, by damped least squares:
     /// `min |Jᵀ f - τ|² + λ² |f|²`, moments counted in units of `moment_length_m`.
     ///
@@ -35,19 +32,17 @@ impl SrsArm {
     ///
     /// # Errors
     /// NaN or infinity, a negative damping, or a moment length that is not positive.
-    pub fn wrench_from_torques(
-        &self,
-        q: &JointPositions,
+    pub fn from_torques(
+        jacobian: &Jacobian,
         torques: &JointTorques,
         damping_m: f64,
         moment_length_m: f64,
-    ) -> Result<WrenchEstimate, KinematicsError> {
-        all_finite("q", &q.0)?;
+    ) -> Result<Self, KinematicsError> {
         all_finite("torques", &torques.0)?;
         non_negative("damping_m", damping_m)?;
         positive("moment_length_m", moment_length_m)?;
-        let jacobian = self.jacobian(q);
         let mut rows = jacobian.to_rows();
+        all_finite("jacobian", rows.as_flattened())?;
         for row in &mut rows[3..] {
             *row = row.map(|x| x * moment_length_m);
         }
@@ -75,10 +70,35 @@ impl SrsArm {
             .sqrt();
         let singular_values = roots(eigen.values);
         let condition = singular_values[0] / singular_values[5];
-        Ok(WrenchEstimate {
+        Ok(Self {
             wrench,
             condition,
             residual_n_m,
         })
+    }
+}
+
+impl SrsArm {
+    /// Joint torques that a wrench on the tool (base axes, about the tool origin) exerts,
+    /// `τ = Jᵀ f`.
+    #[must_use]
+    pub fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
+        self.jacobian(q).torques(wrench)
+    }
+
+    /// The wrench on the tool that explains external joint torques, see
+    /// [`WrenchEstimate::from_torques`].
+    ///
+    /// # Errors
+    /// NaN or infinity, a negative damping, or a moment length that is not positive.
+    pub fn wrench_from_torques(
+        &self,
+        q: &JointPositions,
+        torques: &JointTorques,
+        damping_m: f64,
+        moment_length_m: f64,
+    ) -> Result<WrenchEstimate, KinematicsError> {
+        all_finite("q", &q.0)?;
+        WrenchEstimate::from_torques(&self.jacobian(q), torques, damping_m, moment_length_m)
     }
 }

@@ -46,7 +46,7 @@ pub struct Witness {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unreachable {
-    /// The wrist centre lies beyond the stretched arm.
+    /// The wrist centre (the tool point of a chain) lies beyond the stretched arm.
     #[error("too far by {gap_m} m")]
     TooFar {
         /// Missing length, m.
@@ -76,6 +76,14 @@ pub enum Unreachable {
     /// Only branches that the request excludes hold the pose.
     #[error("reachable on another branch only")]
     OtherBranch,
+    /// A numeric search ended without a configuration: no proof that there is none.
+    #[error("no configuration found, {residual_m} m and {residual_rad} rad left")]
+    NotFound {
+        /// Position error of the best attempt, m.
+        residual_m: f64,
+        /// Orientation error of the best attempt, rad.
+        residual_rad: f64,
+    },
 }
 
 impl Unreachable {
@@ -90,6 +98,7 @@ impl Unreachable {
             Self::WristLimit => "wrist_limit",
             Self::ArmAngleConflict => "arm_angle_conflict",
             Self::OtherBranch => "other_branch",
+            Self::NotFound { .. } => "not_found",
         }
     }
 }

@@ -1,0 +1,52 @@
+//! The S-R-S arm as an arm among others.
+
+use crate::arm::{ArmKinematics, ArmScratch, ArmSolution, MOST_JOINTS};
+use crate::error::KinematicsError;
+use crate::forward::Jacobian;
+use crate::joints::{JointLimit, JointPositions};
+use crate::nearest::NearestConfig;
+use crate::srs::SrsArm;
+use hwall_geometry::Pose;
+use std::sync::Arc;
+
+/// In closed form: [`SrsArm::nearest_solution`].
+impl ArmKinematics for SrsArm {
+    fn joint_count(&self) -> usize {
+        MOST_JOINTS
+    }
+
+    fn limits(&self) -> &[JointLimit; MOST_JOINTS] {
+        self.limits()
+    }
+
+    fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS] {
+        self.max_velocity_rad_per_s()
+    }
+
+    fn forward(&self, q: &JointPositions) -> Pose {
+        self.forward(q)
+    }
+
+    fn jacobian(&self, q: &JointPositions) -> Jacobian {
+        self.jacobian(q)
+    }
+
+    fn nearest(
+        &self,
+        base_from_tool: &Pose,
+        reference: &JointPositions,
+        config: &NearestConfig,
+        _scratch: &mut ArmScratch,
+    ) -> Result<ArmSolution, KinematicsError> {
+        let found = self.nearest_solution(base_from_tool, reference, config)?;
+        Ok(ArmSolution {
+            q: found.q,
+            branch_changed: found.branch_changed,
+            largest_move_rad: found.largest_move_rad,
+        })
+    }
+
+    fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics> {
+        Arc::new(self.with_tool(flange_from_tool))
+    }
+}
