@@ -6,6 +6,7 @@ use hwall_haptics::{
 };
 use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
 use hwall_testkit::Sampler;
+use std::sync::Arc;
 
 const DT_S: f64 = 1e-3;
 
@@ -18,7 +19,7 @@ fn arm() -> SrsArm {
 }
 
 fn follower(config: FollowerConfig) -> Follower {
-    Follower::new(arm(), config, &start()).unwrap()
+    Follower::new(Arc::new(arm()), config, &start()).unwrap()
 }
 
 fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
@@ -258,7 +259,7 @@ fn bad_targets_and_steps_are_typed_errors_and_change_nothing() {
 
 #[test]
 fn settings_out_of_range_are_named() {
-    let named = |config: FollowerConfig| match Follower::new(arm(), config, &start()) {
+    let named = |config: FollowerConfig| match Follower::new(Arc::new(arm()), config, &start()) {
         Err(HapticsError::Argument(
             ArgumentError::OutOfRange { what, .. } | ArgumentError::NonFinite { what, .. },
         )) => what,

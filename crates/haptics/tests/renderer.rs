@@ -359,7 +359,8 @@ fn a_press_of_known_force_is_estimated() {
         let point_m = s.point_in_box(DVec3::new(0.45, -0.3, 0.3), DVec3::new(0.65, 0.3, 0.8));
         let normal = (DVec3::X + 0.3 * s.unit_vector()).normalize();
         let pose = hwall_haptics::board_pose(point_m, normal, 0.0).unwrap();
-        let Ok(found) = arm.nearest_solution(&pose, &rig.state.q, &Default::default()) else {
+        let Ok(found) = arm.nearest(&pose, &rig.state.q, &Default::default(), &mut arm.scratch())
+        else {
             continue;
         };
         let press_n = s.uniform(1.0, 50.0);

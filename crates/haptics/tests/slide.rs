@@ -8,6 +8,7 @@ use hwall_haptics::{
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 const DT_S: f64 = 1e-3;
 const START: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0];
@@ -28,7 +29,7 @@ fn target(roll_rad: Option<f64>) -> BoardTarget {
 /// A follower at rest on the target.
 fn in_place() -> Follower {
     let start = JointPositions::from_deg(START);
-    let mut follower = Follower::new(arm(), FollowerConfig::default(), &start).unwrap();
+    let mut follower = Follower::new(Arc::new(arm()), FollowerConfig::default(), &start).unwrap();
     assert_eq!(follower.set_target(&target(Some(0.0))).unwrap(), None);
     for _ in 0..3000 {
         follower.step(DT_S).unwrap();
@@ -220,7 +221,8 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
     for _ in 0..30 {
         let roll = s.uniform(-PI, PI);
         let start = JointPositions::from_deg(START);
-        let mut follower = Follower::new(arm.clone(), FollowerConfig::default(), &start).unwrap();
+        let mut follower =
+            Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
         if follower.set_target(&target(Some(roll))).unwrap().is_some() {
             continue;
         }
@@ -247,7 +249,7 @@ fn a_target_with_a_roll_uses_that_or_the_half_turn_and_follows_its_drift() {
         assert!(follower.goal().unwrap().max_abs_difference(&before) < 0.3);
     }
     let start = JointPositions::from_deg(START);
-    let mut follower = Follower::new(arm, FollowerConfig::default(), &start).unwrap();
+    let mut follower = Follower::new(Arc::new(arm), FollowerConfig::default(), &start).unwrap();
     assert!(follower.set_target(&target(Some(f64::NAN))).is_err());
 }
 

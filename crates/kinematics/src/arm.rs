@@ -6,7 +6,7 @@ use crate::joints::{JointLimit, JointPositions, JointTorques};
 use crate::nearest::NearestConfig;
 use crate::numeric::NumericScratch;
 use crate::statics::WrenchEstimate;
-use hwall_geometry::Pose;
+use hwall_geometry::{Pose, Wrench};
 use hwall_numeric::check::all_finite;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -90,6 +90,11 @@ pub trait ArmKinematics: Debug + Send + Sync {
     ) -> Result<WrenchEstimate, KinematicsError> {
         all_finite("q", &q.0)?;
         WrenchEstimate::from_torques(&self.jacobian(q), torques, damping_m, moment_length_m)
+    }
+
+    /// The joint torques that a wrench on the tool asks for, N m: `τ = Jᵀ F`, base axes, about the tool origin.
+    fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
+        self.jacobian(q).torques(wrench)
     }
 }
 

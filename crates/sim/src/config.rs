@@ -1,10 +1,10 @@
 //! Settings of a simulated person.
 
-use crate::SimError;
-use crate::error::{finite, not_negative, positive};
-use crate::hand::Gesture;
+use crate::error::SimError;
+use crate::gesture::Gesture;
 use crate::profile::PEAKS;
 use glam::DVec3;
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
 
 /// Settings of a [`Person`](crate::Person). Pairs are ranges, smallest then largest; each person draws a habit
 /// from them uniformly, unless the field says that each reach does.
@@ -160,9 +160,9 @@ impl PersonConfig {
     /// # Errors
     /// NaN, infinity, a reversed range, or a setting outside its range, by name.
     pub fn validate(&self) -> Result<(), SimError> {
-        finite("head_m", &self.head_m.to_array())?;
-        finite("facing", &self.facing.to_array())?;
-        finite("hand_rest_m", &self.hand_rest_m.to_array())?;
+        all_finite("head_m", &self.head_m.to_array())?;
+        all_finite("facing", &self.facing.to_array())?;
+        all_finite("hand_rest_m", &self.hand_rest_m.to_array())?;
         positive("horizontal part of facing", self.facing.truncate().length())?;
         for (what, range) in [
             ("hand_length_m", self.hand_length_m),
@@ -182,7 +182,7 @@ impl PersonConfig {
             ("onset_dwell_s", self.onset_dwell_s, f64::INFINITY),
             ("tremor_m", self.tremor_m, f64::INFINITY),
         ] {
-            not_negative(what, range[0])?;
+            non_negative(what, range[0])?;
             rising(what, range, most)?;
         }
         rising("speed_peak", self.speed_peak, PEAKS[1])?;
@@ -194,7 +194,7 @@ impl PersonConfig {
             ("gaze_noise_rad", self.gaze_noise_rad),
             ("tracker_noise_m", self.tracker_noise_m),
         ] {
-            not_negative(what, value)?;
+            non_negative(what, value)?;
         }
         for (what, value, most) in [
             ("posture_rad", self.posture_rad, 0.2),
@@ -209,38 +209,22 @@ impl PersonConfig {
         }
         positive("dropout_s", self.dropout_s)?;
         // Else the tremor alone could carry the tip back through the surface.
-        if self.press_depth_m[0] < 2.0 * self.tremor_m[1] {
-            let (what, value) = ("press_depth_m", self.press_depth_m[0]);
-            return Err(SimError::Parameter {
-                what,
-                value,
-                wanted: "at least twice the tremor",
-            });
-        }
+        let depth_m = self.press_depth_m[0];
+        let deep = depth_m >= 2.0 * self.tremor_m[1];
+        that(deep, "press_depth_m", depth_m, "at least twice the tremor")?;
         Ok(())
     }
 }
 
 /// A range whose upper end is finite, at most `most` and not below the lower one.
 fn rising(what: &'static str, [lo, hi]: [f64; 2], most: f64) -> Result<(), SimError> {
-    not_negative(what, hi)?;
-    if lo <= hi && hi <= most {
-        return Ok(());
-    }
-    Err(SimError::Parameter {
-        what,
-        value: hi,
-        wanted: "at least the lower end of its range and within its bounds",
-    })
+    non_negative(what, hi)?;
+    let wanted = "at least the lower end of its range and within its bounds";
+    that(lo <= hi && hi <= most, what, hi, wanted)?;
+    Ok(())
 }
 
 fn between(what: &'static str, value: f64, [lo, hi]: [f64; 2]) -> Result<(), SimError> {
-    if lo <= value && value <= hi {
-        return Ok(());
-    }
-    Err(SimError::Parameter {
-        what,
-        value,
-        wanted: "within its bounds",
-    })
+    that(lo <= value && value <= hi, what, value, "within its bounds")?;
+    Ok(())
 }

@@ -1,19 +1,14 @@
 //! The one error type of the crate.
 
+use hwall_numeric::ArgumentError;
+
 /// What can be wrong with a command, a configuration or a plan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// A number is NaN or infinite.
-    #[error("{what}[{index}] is {value}, not a finite number")]
-    NonFinite {
-        /// The argument that holds it.
-        what: &'static str,
-        /// Its place in the argument.
-        index: usize,
-        /// NaN or an infinity.
-        value: f64,
-    },
+    /// An argument is NaN or infinite, or a setting outside its range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
     /// A start or commanded position violates a joint limit.
     #[error("joint {joint}: {value_rad} rad outside [{min_rad}, {max_rad}]")]
     JointLimit {
@@ -25,16 +20,6 @@ pub enum SimError {
         min_rad: f64,
         /// Upper limit, rad.
         max_rad: f64,
-    },
-    /// A setting is outside its range.
-    #[error("{what} is {value}, it must be {wanted}")]
-    Parameter {
-        /// Name of the setting.
-        what: &'static str,
-        /// Value given.
-        value: f64,
-        /// The range it must lie in.
-        wanted: &'static str,
     },
     /// The arm has no such kind of command.
     #[error("the simulated arm does not know this kind of command")]
@@ -60,40 +45,4 @@ pub enum SimError {
         /// Least distance, m.
         needed_m: f64,
     },
-}
-
-/// Rejects NaN and infinities, naming the argument and the place.
-pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), SimError> {
-    match values.iter().position(|v| !v.is_finite()) {
-        None => Ok(()),
-        Some(index) => Err(SimError::NonFinite {
-            what,
-            index,
-            value: values[index],
-        }),
-    }
-}
-
-/// Rejects what is not finite and above zero.
-pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), SimError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(SimError::Parameter {
-        what,
-        value,
-        wanted: "finite and above 0",
-    })
-}
-
-/// Rejects what is not finite and at least zero.
-pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<(), SimError> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(SimError::Parameter {
-        what,
-        value,
-        wanted: "finite and at least 0",
-    })
 }

@@ -4,7 +4,7 @@ mod config;
 mod draw;
 mod error;
 mod gaze;
-mod hand;
+mod gesture;
 mod person;
 mod population;
 mod profile;
@@ -15,8 +15,7 @@ mod touch;
 
 pub use config::PersonConfig;
 pub use error::SimError;
-pub use hand::Gesture;
-pub use hwall_hand;
+pub use gesture::Gesture;
 pub use person::Person;
 pub use population::Population;
 pub use profile::minimum_jerk;
@@ -24,3 +23,8 @@ pub use reach::{ChangeOfMind, ReachPlan, TouchPlan, TouchTruth};
 pub use sequence::{PersonSample, TouchSequence};
 pub use servo::{ServoArm, ServoConfig};
 pub use touch::HandContact;
+
+pub use hwall_hand as hand;
+pub use hwall_haptics as haptics;
+pub use hwall_kinematics::{self as kinematics, glam};
+pub use hwall_numeric::ArgumentError;

@@ -2,7 +2,7 @@
 
 use crate::draw::Draw;
 use crate::gaze::{Fixation, LookAt, SACCADE_S, deflected};
-use crate::hand::{Gesture, Hand};
+use crate::gesture::{Gesture, Hand};
 use crate::profile::{PEAKS, Profile};
 use crate::reach::{Approach, ReachPath, Shape};
 use crate::sequence::{Timeline, Touch, TouchSequence};

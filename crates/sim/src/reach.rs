@@ -1,9 +1,9 @@
 //! One reach: the noise-free way of the index fingertip to a touch and back.
 
-use crate::SimError;
-use crate::error::finite;
+use crate::error::SimError;
 use crate::profile::{Profile, minimum_jerk};
 use glam::DVec3;
+use hwall_numeric::check::{all_finite, that};
 
 /// Least distance of the resting fingertip in front of a surface, m; less is no reach.
 const MIN_HEIGHT_M: f64 = 0.02;
@@ -124,16 +124,11 @@ impl ReachPath {
         rest_m: DVec3,
         shape: &Shape,
     ) -> Result<Self, SimError> {
-        finite("target_m", &plan.target_m.to_array())?;
-        finite("normal", &plan.normal.to_array())?;
+        all_finite("target_m", &plan.target_m.to_array())?;
+        all_finite("normal", &plan.normal.to_array())?;
         let length = plan.normal.length();
-        if !(length > 1e-12 && length.is_finite()) {
-            return Err(SimError::Parameter {
-                what: "length of the normal",
-                value: length,
-                wanted: "above 1e-12",
-            });
-        }
+        let long = length > 1e-12 && length.is_finite();
+        that(long, "length of the normal", length, "above 1e-12")?;
         let normal = plan.normal / length;
         let rest_from_target = rest_m - plan.target_m;
         let height_m = rest_from_target.dot(normal);

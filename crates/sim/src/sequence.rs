@@ -3,7 +3,7 @@
 use crate::Person;
 use crate::draw::scrambled;
 use crate::gaze::{self, Fixation, deflected};
-use crate::hand;
+use crate::gesture;
 use crate::reach::{Approach, ChangeOfMind, ReachPath, TouchTruth, bisect};
 use glam::DVec3;
 use hwall_hand::HandFrame;
@@ -242,7 +242,7 @@ impl TouchSequence {
                 gaze: nan,
             };
         }
-        let at_rest = hand::orientation(self.person.fingers_at_rest());
+        let at_rest = gesture::orientation(self.person.fingers_at_rest());
         let index_tip_m = self.true_index_tip(t_s);
         let head_m = self.true_head(t_s);
         let hand = &self.person.habits().hand;
@@ -252,9 +252,9 @@ impl TouchSequence {
                 let (path, changed) = touch.way(t_s);
                 let tau = touch.timeline.tau(t_s);
                 let share = path.approach(tau);
-                let mut at_contact = hand::orientation(touch.fingers);
+                let mut at_contact = gesture::orientation(touch.fingers);
                 if let Some(meant) = touch.fingers_meant {
-                    at_contact = hand::orientation(meant).slerp(at_contact, changed);
+                    at_contact = gesture::orientation(meant).slerp(at_contact, changed);
                 }
                 let turned = at_rest.slerp(at_contact, share);
                 let (palm_m, mut tips_m) = hand.place(path.elapsed(tau), turned, index_tip_m);

@@ -1,15 +1,16 @@
 //! An arm at servo level: delayed joint targets, tracked within velocity and acceleration limits.
 
-use crate::SimError;
-use crate::error::{finite, not_negative, positive};
+use crate::error::SimError;
 use hwall_haptics::{Arm, ArmCommand, ArmState, JointBounds, JointMotion};
 use hwall_kinematics::{
-    JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Twist, Wrench,
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, Pose, Twist, Wrench,
 };
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Longest step of the integration, s; also how finely a target is tracked.
 const MAX_STEP_S: f64 = 1e-3;
@@ -129,7 +130,7 @@ impl Stream {
 /// Nothing is allocated after construction.
 #[derive(Debug)]
 pub struct ServoArm {
-    arm: SrsArm,
+    arm: Arc<dyn ArmKinematics>,
     delay_s: f64,
     bounds: [JointBounds; 7],
     torque_noise_n_m: f64,
@@ -149,17 +150,15 @@ impl ServoArm {
     ///
     /// # Errors
     /// A start that is not finite or outside the limits, or a setting outside its range.
-    pub fn new(arm: SrsArm, start: JointPositions, config: ServoConfig) -> Result<Self, SimError> {
-        let start = within_limits(&arm, "start", &start)?;
+    pub fn new(
+        arm: Arc<dyn ArmKinematics>,
+        start: JointPositions,
+        config: ServoConfig,
+    ) -> Result<Self, SimError> {
+        let start = within_limits(&*arm, "start", &start)?;
         let delay_s = config.reaction_delay_s;
-        if !(0.0..=1.0).contains(&delay_s) {
-            let (what, value) = ("reaction_delay_s", delay_s);
-            return Err(SimError::Parameter {
-                what,
-                value,
-                wanted: "between 0 and 1",
-            });
-        }
+        let in_range = (0.0..=1.0).contains(&delay_s);
+        that(in_range, "reaction_delay_s", delay_s, "between 0 and 1")?;
         let max_velocity = config
             .max_velocity_rad_per_s
             .unwrap_or(*arm.max_velocity_rad_per_s());
@@ -170,7 +169,7 @@ impl ServoArm {
                 config.max_acceleration_rad_per_s2[joint],
             )?;
         }
-        not_negative("torque_noise_n_m", config.torque_noise_n_m)?;
+        non_negative("torque_noise_n_m", config.torque_noise_n_m)?;
         let capacity = (delay_s * COMMANDS_PER_S).ceil() as usize + 16;
         let mut servo = Self {
             arm,
@@ -234,7 +233,7 @@ impl ServoArm {
     /// # Errors
     /// NaN or infinity.
     pub fn apply_wrench(&mut self, wrench: Wrench) -> Result<(), SimError> {
-        finite("wrench", &wrench.to_array())?;
+        all_finite("wrench", &wrench.to_array())?;
         self.wrench = wrench;
         Ok(())
     }
@@ -271,7 +270,7 @@ impl ServoArm {
 
     /// The kinematic model.
     #[must_use]
-    pub const fn model(&self) -> &SrsArm {
+    pub const fn model(&self) -> &Arc<dyn ArmKinematics> {
         &self.arm
     }
 
@@ -327,7 +326,7 @@ impl Arm for ServoArm {
 
     fn command(&mut self, command: ArmCommand) -> Result<(), SimError> {
         let target = match command {
-            ArmCommand::Position(q) => Some(within_limits(&self.arm, "command", &q)?),
+            ArmCommand::Position(q) => Some(within_limits(&*self.arm, "command", &q)?),
             ArmCommand::Hold => None,
             _ => return Err(SimError::UnsupportedCommand),
         };
@@ -350,11 +349,11 @@ impl Arm for ServoArm {
 
 /// The angles, those within the slack moved onto their limit.
 fn within_limits(
-    arm: &SrsArm,
+    arm: &dyn ArmKinematics,
     what: &'static str,
     q: &JointPositions,
 ) -> Result<JointPositions, SimError> {
-    finite(what, &q.0)?;
+    all_finite(what, &q.0)?;
     for (joint, limit) in arm.limits().iter().enumerate() {
         if limit.distance_rad(q[joint]) < -LIMIT_SLACK_RAD {
             let (min_rad, max_rad) = (limit.min_rad, limit.max_rad);
@@ -378,13 +377,8 @@ fn mobile(velocity_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Result<Joint
         ("max_velocity_rad_per_s", velocity_rad_per_s),
         ("max_acceleration_rad_per_s2", acceleration_rad_per_s2),
     ] {
-        if !(1e-3..=1e6).contains(&value) {
-            return Err(SimError::Parameter {
-                what,
-                value,
-                wanted: "between 1e-3 and 1e6",
-            });
-        }
+        let in_range = (1e-3..=1e6).contains(&value);
+        that(in_range, what, value, "between 1e-3 and 1e6")?;
     }
     Ok(JointBounds::new(
         velocity_rad_per_s,

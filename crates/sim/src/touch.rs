@@ -1,9 +1,9 @@
 //! The force of a fingertip on the board.
 
-use crate::SimError;
-use crate::error::{finite, not_negative, positive};
+use crate::error::SimError;
 use glam::DVec3;
 use hwall_kinematics::{Pose, Wrench};
+use hwall_numeric::check::{all_finite, non_negative, positive};
 
 /// A fingertip pressing on a square board: a spring and a damper that only push, no friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,12 +48,12 @@ impl HandContact {
         tip_m: DVec3,
         tip_velocity_m_per_s: DVec3,
     ) -> Result<Option<Wrench>, SimError> {
-        not_negative("stiffness_n_per_m", self.stiffness_n_per_m)?;
-        not_negative("damping_n_s_per_m", self.damping_n_s_per_m)?;
+        non_negative("stiffness_n_per_m", self.stiffness_n_per_m)?;
+        non_negative("damping_n_s_per_m", self.damping_n_s_per_m)?;
         positive("half_extent_m", self.half_extent_m)?;
         positive("max_depth_m", self.max_depth_m)?;
-        finite("tip_m", &tip_m.to_array())?;
-        finite("tip_velocity_m_per_s", &tip_velocity_m_per_s.to_array())?;
+        all_finite("tip_m", &tip_m.to_array())?;
+        all_finite("tip_velocity_m_per_s", &tip_velocity_m_per_s.to_array())?;
         let lever_m = tip_m - base_from_board.position_m();
         let tip_board_m = base_from_board.rotation().transpose() * lever_m;
         let depth_m = -tip_board_m.z;

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::{JointLimit, JointPositions, SrsArm, Wrench};
-use hwall_sim::{ServoArm, ServoConfig, SimError};
+use hwall_sim::{ArgumentError, ServoArm, ServoConfig, SimError};
 use hwall_testkit::{Sampler, Tol, assert_close};
+use std::sync::Arc;
 
 const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
 
@@ -13,7 +14,7 @@ fn start() -> JointPositions {
 }
 
 fn servo(config: ServoConfig) -> ServoArm {
-    ServoArm::new(SrsArm::iiwa7(), start(), config).expect("valid")
+    ServoArm::new(Arc::new(SrsArm::iiwa7()), start(), config).expect("valid")
 }
 
 fn default_servo() -> ServoArm {
@@ -201,11 +202,11 @@ fn nan_and_commands_outside_the_limits_are_refused_and_the_last_stays_in_force()
         assert!(
             matches!(
                 refused,
-                Err(SimError::NonFinite {
+                Err(SimError::Argument(ArgumentError::NonFinite {
                     what: "command",
-                    index: 4,
+                    index: Some(4),
                     ..
-                })
+                }))
             ),
             "{refused:?}"
         );
@@ -261,7 +262,8 @@ fn a_full_queue_is_an_error_and_recovers() {
 
 #[test]
 fn bad_settings_starts_and_steps_are_errors() {
-    let bad = |config: ServoConfig| ServoArm::new(SrsArm::iiwa7(), start(), config).is_err();
+    let bad =
+        |config: ServoConfig| ServoArm::new(Arc::new(SrsArm::iiwa7()), start(), config).is_err();
     for value in [f64::NAN, -1.0, f64::INFINITY, 1e9] {
         assert!(bad(ServoConfig {
             reaction_delay_s: value,
@@ -282,7 +284,7 @@ fn bad_settings_starts_and_steps_are_errors() {
             ..ServoConfig::default()
         }));
         let q = JointPositions([value * 10.0; 7]);
-        assert!(ServoArm::new(SrsArm::iiwa7(), q, ServoConfig::default()).is_err());
+        assert!(ServoArm::new(Arc::new(SrsArm::iiwa7()), q, ServoConfig::default()).is_err());
         let mut arm = default_servo();
         assert!(arm.advance(value).is_err());
         assert_eq!(arm.t_s(), 0.0);
@@ -295,11 +297,11 @@ fn bad_settings_starts_and_steps_are_errors() {
     };
     assert!(matches!(
         arm.apply_wrench(wrench),
-        Err(SimError::NonFinite {
+        Err(SimError::Argument(ArgumentError::NonFinite {
             what: "wrench",
-            index: 1,
+            index: Some(1),
             ..
-        })
+        }))
     ));
 }
 
@@ -396,7 +398,7 @@ fn free_joints_and_other_speeds_are_respected() {
         max_velocity_rad_per_s: Some([0.1; 7]),
         ..ServoConfig::default()
     };
-    let mut arm = ServoArm::new(model, start(), config).unwrap();
+    let mut arm = ServoArm::new(Arc::new(model), start(), config).unwrap();
     let mut target = start();
     target[0] = 10.0;
     arm.command(ArmCommand::Position(target)).unwrap();

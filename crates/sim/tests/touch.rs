@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
-use hwall_sim::{HandContact, SimError};
+use hwall_sim::{ArgumentError, HandContact, SimError};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
 /// A board somewhere, and a point given in its frame.
@@ -127,7 +127,10 @@ fn nan_and_bad_settings_are_errors() {
     ] {
         let refused = contact.wrench(&Pose::IDENTITY, tip, velocity);
         assert!(
-            matches!(refused, Err(SimError::NonFinite { .. })),
+            matches!(
+                refused,
+                Err(SimError::Argument(ArgumentError::NonFinite { .. }))
+            ),
             "{refused:?}"
         );
     }

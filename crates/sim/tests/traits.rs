@@ -270,7 +270,7 @@ fn dropouts_occur_at_the_asked_rate_and_last() {
             .map(|k| sequence.tracked(f64::from(k) / 90.0))
             .collect();
         let seen = |place: usize| {
-            let at = |s: &hwall_sim::hwall_hand::HandFrame| match place {
+            let at = |s: &hwall_sim::hand::HandFrame| match place {
                 0 => s.palm_m.is_some(),
                 6 => s.gaze.is_some(),
                 tip => s.tips_m[tip - 1].is_some(),

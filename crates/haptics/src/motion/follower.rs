@@ -8,11 +8,11 @@ use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::direction;
 use hwall_kinematics::{
-    BranchPolicy, JointPositions, JointVelocities, KinematicsError, NearestConfig, NearestSolution,
-    SrsArm, Unreachable,
+    ArmKinematics, ArmSolution, BranchPolicy, JointPositions, JointVelocities, Unreachable,
 };
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
@@ -311,11 +311,12 @@ impl Follower {
         next: impl Fn(usize, JointMotion, &JointBounds) -> JointMotion,
     ) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
+        let limits = *self.arm().limits();
         for (joint, motion) in self.motion.iter_mut().enumerate() {
             let before = motion.q_rad;
             *motion = next(joint, *motion, &self.bounds[joint]);
             // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
-            let limit = self.arm().limits()[joint];
+            let limit = limits[joint];
             motion.q_rad = motion
                 .q_rad
                 .clamp(limit.min_rad.min(before), limit.max_rad.max(before));

@@ -138,11 +138,7 @@ impl Sliding {
     }
 
     /// The joints' rates for a velocity of the board, rad/s.
-    fn rates(
-        &self,
-        velocity: Planar,
-        solver: &mut Solver,
-    ) -> Result<[f64; 7], Stop> {
+    fn rates(&self, velocity: Planar, solver: &mut Solver) -> Result<[f64; 7], Stop> {
         let size = velocity.size();
         if size == 0.0 {
             return Ok([0.0; 7]);
@@ -167,11 +163,7 @@ impl Sliding {
     }
 
     /// Can the board stop before it comes where it cannot be?
-    fn can_stop(
-        &self,
-        bounds: &[JointBounds; 7],
-        solver: &mut Solver,
-    ) -> Result<(), Stop> {
+    fn can_stop(&self, bounds: &[JointBounds; 7], solver: &mut Solver) -> Result<(), Stop> {
         let size = self.velocity.size();
         if size == 0.0 {
             return Ok(());

@@ -52,7 +52,10 @@ impl Solver {
             policy,
             ..self.config
         };
-        match self.arm.nearest(&pose, reference, &config, &mut self.scratch) {
+        match self
+            .arm
+            .nearest(&pose, reference, &config, &mut self.scratch)
+        {
             Ok(solution) => Ok(Ok(solution)),
             Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
             Err(other) => Err(other.into()),

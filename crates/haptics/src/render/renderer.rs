@@ -7,8 +7,8 @@ use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
 use crate::motion::{Follower, FollowerConfig, Slide};
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable};
-use std::sync::Arc;
 use hwall_numeric::check::{non_negative, positive};
+use std::sync::Arc;
 
 /// Settings of [`Renderer`].
 #[derive(Debug, Clone, PartialEq, Default)]
