@@ -1,7 +1,7 @@
 //! One candidate place of the base: its verdicts and margins; the method is told in `placement.rs`.
 
-use crate::exact::{ExactConfig, ExactSolver, Freedom, size_m};
-use crate::placement::{Placement, PlacementConfig, Target};
+use super::base::{Placement, PlacementConfig, Target};
+use crate::line::exact::{ExactConfig, ExactSolver, Freedom, size_m};
 use crate::{ReachabilityError, WallPlane, position_margin_m};
 use glam::DVec3;
 use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionReach, SrsArm};

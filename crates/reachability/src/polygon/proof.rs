@@ -1,7 +1,7 @@
 //! A proof that a traced region holds between its lines, by squares.
 
-use crate::polygon::extent;
-use crate::strips::{Strips, meets_square};
+use super::region::extent;
+use super::strips::{Strips, meets_square};
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint, WallRegion};
 use glam::DVec3;
 use hwall_kinematics::{Pose, PoseRegion, RegionReach};

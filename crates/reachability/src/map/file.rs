@@ -4,10 +4,10 @@
 //! of everything before it (u32); integers little-endian. The body holds the arm, the solver's
 //! settings, the grids, and each line's intervals and bands as they are: nothing is rounded.
 
-use crate::exact::ExactConfig;
-use crate::grid::{WallGrid, checked_line_count};
-use crate::line_reach::{LineReach, ReachInterval};
-use crate::map::KeepOut;
+use super::reachability_map::KeepOut;
+use crate::line::exact::ExactConfig;
+use crate::line::reachability::{LineReach, ReachInterval};
+use crate::map::grid::{WallGrid, checked_line_count};
 use crate::{Interval, ReachabilityError, ReachabilityMap};
 use hwall_kinematics::{BranchSet, SrsArm, SrsParameters};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! The reachable point of a wall nearest to one that is out of reach.
 
-use crate::exact::{ExactSolver, size_m};
+use crate::line::exact::{ExactSolver, size_m};
 use crate::{ReachabilityError, WallPlane, WallPoint};
 
 /// Lines of the first sweep, relative to the arm's length: features of the reachable set less

@@ -3,8 +3,8 @@
 //! Chords of one strip keep the order of the ends on both of its lines and so cannot cross, and
 //! each end has one neighbour above and one below: the rings are simple, whatever the lines hold.
 
+use super::strips::Strips;
 use crate::WallPoint;
-use crate::strips::Strips;
 use std::ops::Range;
 
 /// The rings of a plane: outer ones run counter-clockwise, holes clockwise.
@@ -151,8 +151,8 @@ pub(crate) fn connect(lines: &[Line]) -> Contour {
 
 #[cfg(test)]
 mod tests {
+    use super::triangulation::triangulate;
     use super::*;
-    use crate::triangulation::triangulate;
     use hwall_testkit::Sampler;
 
     /// Lines that have nothing to do with each other: every way to begin, end, part and merge.

@@ -1,7 +1,7 @@
 //! What is reachable of one line: intervals, and bands without proof.
 
 use crate::Interval;
-use crate::interval::{total_m, united, without};
+use crate::line::interval::{total_m, united, without};
 use hwall_kinematics::BranchSet;
 
 /// A reachable part of a line.

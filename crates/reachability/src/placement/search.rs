@@ -4,10 +4,10 @@
 //! few: once as many positions are known as are wanted, a single target whose ball of the margin
 //! to beat is not proven rejects another. Targets that decided lately are asked first.
 
+use super::base::{Placement, most};
+use super::problem::{BETTER, Scene};
 use crate::ReachabilityError;
-use crate::placement::{Placement, most};
-use crate::placement_scene::{BETTER, Scene};
-use crate::threads::{Monitor, Progress, map_indexed};
+use crate::progress::{Monitor, Progress, map_indexed};
 use std::cmp::Reverse;
 
 /// Positions searched, at least, between two looks at the margin that must be beaten.

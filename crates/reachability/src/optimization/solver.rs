@@ -9,9 +9,9 @@
 //! the global one, and nothing is proven. [`ExactSolver`](crate::ExactSolver) does all three, for
 //! S-R-S arms; this one takes any arm that has a forward map and a Jacobian.
 
-use crate::ascent::Slope;
+use super::ascent::Slope;
 use crate::error::{finite, positive};
-use crate::threads::Progress;
+use crate::progress::Progress;
 use crate::{Interval, ReachabilityError, WallLine};
 use hwall_kinematics::{Chain, JointKind, JointLimit};
 use rand::{RngExt, SeedableRng};

@@ -7,7 +7,7 @@
 //! first limit. Gauss-Newton steps lead back onto the manifold. A joint leaves its limit again
 //! when the sign of its multiplier says that it would climb by doing so.
 
-use crate::linalg::{add, dot, eigen, offset, square};
+use super::linalg::{add, dot, eigen, offset, square};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainScratch, JointLimit, rotation_vector};
 

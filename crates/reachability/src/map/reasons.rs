@@ -1,7 +1,7 @@
 //! Why the unreachable part of a wall is unreachable.
 
 use crate::error::positive;
-use crate::exact::ExactSolver;
+use crate::line::exact::ExactSolver;
 use crate::{Interval, ReachabilityError, WallPlane};
 use hwall_kinematics::{Reach, SrsArm, Unreachable};
 

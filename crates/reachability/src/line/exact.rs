@@ -8,8 +8,8 @@
 //! undecided at the asked accuracy is reported as a band, never guessed silently.
 
 use crate::error::{finite, non_negative, positive};
-use crate::line_reach::LineReach;
-use crate::search::{LineSearch, Verdict};
+use crate::line::reachability::LineReach;
+use crate::line::search::{LineSearch, Verdict};
 use crate::{Interval, ReachabilityError, WallLine};
 use hwall_kinematics::{BranchSet, JointLimit, SrsArm};
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,7 @@
 
 use crate::ReachabilityError;
 use crate::error::{finite, non_negative};
-use crate::exact::size_m;
+use crate::line::exact::size_m;
 use hwall_kinematics::{Pose, PoseRegion, RegionReach, SrsArm};
 
 /// Sizes are told apart to this share.

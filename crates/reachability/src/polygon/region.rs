@@ -1,13 +1,13 @@
 //! The reachable part of a wall as polygons with holes.
 
-use crate::contour::Tracer;
+use super::contour::Tracer;
+use super::proof::{RegionProof, prove};
+use super::rings::Contour;
+use super::strips::Strips;
+use super::triangulation::triangulate;
 use crate::error::{finite, positive};
-use crate::exact::size_m;
-use crate::region_proof::{RegionProof, prove};
-use crate::rings::Contour;
-use crate::strips::Strips;
-use crate::threads::{Progress, map_indexed};
-use crate::triangulation::triangulate;
+use crate::line::exact::size_m;
+use crate::progress::{Progress, map_indexed};
 use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
 use glam::DVec3;
 use std::collections::HashMap;

@@ -4,10 +4,10 @@
 //! configuration found then serves each heading whose limit its joint 1 keeps; the verdict is asked
 //! again only for the other headings. So all headings together cost little more than one.
 
+use super::problem::Scene;
+use super::search as placement_search;
 use crate::error::finite;
-use crate::placement_scene::Scene;
-use crate::placement_search;
-use crate::threads::{Monitor, Progress, map_indexed};
+use crate::progress::{Monitor, Progress, map_indexed};
 use crate::{ReachabilityError, Roll, Steps, WallPlane};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Pose, SrsArm};

@@ -1,12 +1,12 @@
 //! Reachability maps: the intervals of every line of some walls, and look-ups in them.
 
-use crate::exact::{ExactConfig, ExactSolver, Roll, Touch};
-use crate::grid::WallGrid;
-use crate::interval::total_m;
-use crate::keep_out::{Carried, KeepOutBox, Plate};
-use crate::line_reach::LineReach;
-use crate::symmetry;
-use crate::threads::{Monitor, Progress};
+use super::symmetry;
+use crate::line::exact::{ExactConfig, ExactSolver, Roll, Touch};
+use crate::line::interval::total_m;
+use crate::line::reachability::LineReach;
+use crate::map::grid::WallGrid;
+use crate::map::keep_out::{Carried, KeepOutBox, Plate};
+use crate::progress::{Monitor, Progress};
 use crate::{Interval, ReachInterval, ReachabilityError, WallLine, WallPlane, WallPoint};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;

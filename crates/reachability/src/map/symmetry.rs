@@ -9,10 +9,10 @@
 //! is so in every image). Where the two answers meet, which is nearly everywhere, the
 //! symmetry is proven; where they do not, each image is solved for itself.
 
-use crate::exact::{ExactConfig, ExactSolver, Roll, size_m};
-use crate::grid::{WallGrid, checked_line_count};
-use crate::line_reach::LineReach;
-use crate::threads::{Monitor, map_indexed};
+use crate::line::exact::{ExactConfig, ExactSolver, Roll, size_m};
+use crate::line::reachability::LineReach;
+use crate::map::grid::{WallGrid, checked_line_count};
+use crate::progress::{Monitor, map_indexed};
 use crate::{ReachabilityError, WallPlane};
 use hwall_kinematics::{JointLimit, SrsArm};
 use std::collections::HashMap;

@@ -1,8 +1,8 @@
 //! Maps as multi-layer OpenEXR pictures: one layer a plane.
 
 use crate::error::{finite, positive};
-use crate::exact::size_m;
-use crate::file::file_error;
+use crate::line::exact::size_m;
+use crate::map::file::file_error;
 use crate::{Interval, LineIndex, ReachabilityError, ReachabilityMap};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,

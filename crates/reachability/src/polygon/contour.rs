@@ -8,8 +8,8 @@
 //! begins, ends, parts or merges: there the line of the cut is solved as the first ones were, and
 //! the strip that is lower than the accuracy gets a level lid.
 
-use crate::exact::Freedom;
-use crate::rings::{Contour, Line, Link, connect, goes_on, join};
+use super::rings::{Contour, Line, Link, connect, goes_on, join};
+use crate::line::exact::Freedom;
 use crate::{ExactSolver, Interval, LineReach, ReachabilityError, WallPlane, WallPoint};
 use hwall_kinematics::Pose;
 

@@ -1,9 +1,9 @@
 //! The search for the intervals of one line; the method is told in `exact.rs`.
 
 use crate::error::finite;
-use crate::exact::{ExactSolver, Freedom};
-use crate::interval::{united, without};
-use crate::line_reach::{Hold, LineReach, Piece};
+use crate::line::exact::{ExactSolver, Freedom};
+use crate::line::interval::{united, without};
+use crate::line::reachability::{Hold, LineReach, Piece};
 use crate::{Interval, ReachabilityError, WallLine};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionReach};
@@ -280,7 +280,7 @@ impl<'a> LineSearch<'a> {
             return CellVerdict::Unreachable;
         }
         // Freedoms much finer than the cell itself cannot decide it.
-        let arm = crate::exact::size_m(&self.solver.narrow);
+        let arm = crate::line::exact::size_m(&self.solver.narrow);
         let extent = (free.half_roll * arm).max(free.half_rise).max(any);
         let left = self.budget.get();
         self.budget.set(left.saturating_sub(1));
