@@ -1,30 +1,46 @@
 #![doc = include_str!("../README.md")]
 
+// Everything below rests on these three: a wall and its lines, evenly spaced values, long loops.
+mod progress;
+mod steps;
+mod wall;
+
 mod error;
+
 pub mod line;
 pub mod map;
 pub mod optimization;
 pub mod placement;
 pub mod polygon;
-mod progress;
-mod wall;
 
 pub use error::ReachabilityError;
+pub use progress::{Monitor, Progress};
+pub use steps::{MOST_LINES, Steps};
+pub use wall::{WallLine, WallPlane, WallPoint, WallProjection};
+
+// One line of a wall, exactly.
 pub use line::{
-    ExactConfig, ExactSolver, Interval, LineReach, ReachInterval, Roll, Touch,
-    orientation_margin_rad, position_margin_m,
+    BoardPart, ExactConfig, ExactSolver, HeldStretch, Interval, LineReachability,
+    ReachableInterval, Roll, orientation_margin_rad, position_margin_m,
 };
+// The lines of whole walls.
 #[cfg(feature = "exr")]
 pub use map::PictureConfig;
 pub use map::{
-    BuildReport, Capsule, Carried, KeepOutBox, LineIndex, LookUp, MOST_LINES, Plate,
-    ReachabilityMap, ReachabilityReasons, Steps, WallGrid,
+    BuildReport, Capsule, Carried, KeepOut, KeepOutBox, LineIndex, LookUp, MapLengths, Plate,
+    Presented, ReachabilityMap, ReachabilityReasons, WallFacet, WallGrid, WallMaps, WallMapsConfig,
 };
+// The extremes of a line, for any arm.
 pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
+// Where the base should stand.
 pub use placement::{
     Placement, PlacementCell, PlacementConfig, PlacementScores, Target, place_base,
     place_base_monitored,
 };
+// Outlines.
 pub use polygon::{PolygonConfig, RegionProof, WallPolygon, WallRegion};
-pub use progress::{Monitor, Progress};
-pub use wall::{WallLine, WallPlane, WallPoint};
+
+// What public signatures name.
+pub use glam;
+pub use hwall_kinematics;
+pub use hwall_numeric::ArgumentError;

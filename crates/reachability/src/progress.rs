@@ -1,10 +1,10 @@
-//! Loops that may run on several cores, with results in order.
+//! Loops that may run on several cores, report progress and can be cancelled.
 
-use crate::ReachabilityError;
+use crate::error::ReachabilityError;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// How far a long computation is.
+/// How much of a long computation is done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// Pieces of work done.

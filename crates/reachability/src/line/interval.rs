@@ -1,8 +1,8 @@
-//! Closed intervals along a line, and sorted sets of them.
+//! Closed intervals, and sorted sets of them.
 
 use serde::{Deserialize, Serialize};
 
-/// A closed interval along a wall, m.
+/// A closed interval of places along a wall, or of heights, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Lower end, m.
@@ -24,7 +24,7 @@ impl Interval {
         self.hi_m - self.lo_m
     }
 
-    /// Does it hold `s_m`? NaN lies in no interval.
+    /// Does it contain `s_m`? NaN lies in no interval.
     #[must_use]
     pub fn contains(&self, s_m: f64) -> bool {
         self.lo_m <= s_m && s_m <= self.hi_m
@@ -61,8 +61,8 @@ pub(crate) fn united(mut spans: Vec<Interval>) -> Vec<Interval> {
     union
 }
 
-/// What is left of sorted disjoint intervals without the inside of others; closed again, parts
-/// without length left out.
+/// What is left of sorted disjoint intervals without the inside of others; closed again, and without
+/// parts of no length.
 pub(crate) fn without(spans: &[Interval], holes: &[Interval]) -> Vec<Interval> {
     let mut rest = Vec::with_capacity(spans.len());
     for span in spans {

@@ -1,19 +1,19 @@
 //! How far a board may be off its place with the pose still reachable: a proven lower bound.
 //!
-//! The run time keeps this distance from the end of the reachable set, because a tracked hand and
-//! a predicted contact are not exact. One test of a region ([`SrsArm::reach_region`]) proves a whole
+//! A board is kept this far inside the reachable set while it is presented, because a tracked hand
+//! and a predicted contact are not exact. One test of a region ([`SrsArm::reach_region`]) proves a whole
 //! ball of positions and cone of orientations; the largest size that passes is found by bisection.
 //! The true margin is larger: see the README for by how much.
 
-use crate::ReachabilityError;
-use crate::error::{finite, non_negative};
-use crate::line::exact::size_m;
+use super::family::size_m;
+use crate::error::ReachabilityError;
 use hwall_kinematics::{Pose, PoseRegion, RegionReach, SrsArm};
+use hwall_numeric::check::non_negative;
 
 /// Sizes are told apart to this share.
 const RESOLUTION: f64 = 1.02;
 
-/// A pose that does not even have this share of the arm's length (or this angle, rad) has none.
+/// Smaller margins than this share of the arm's length (or this angle, rad) count as none.
 const SMALLEST: f64 = 1e-9;
 
 /// The largest radius (m) of a ball of positions about `base_from_tool` that is proven reachable
@@ -29,7 +29,6 @@ pub fn position_margin_m(
     base_from_tool: &Pose,
     cone_rad: f64,
 ) -> Result<Option<f64>, ReachabilityError> {
-    finite("cone_rad", cone_rad)?;
     non_negative("cone_rad", cone_rad)?;
     let size = size_m(arm);
     let largest = largest_proven(0.05, |share| {
@@ -49,7 +48,6 @@ pub fn orientation_margin_rad(
     base_from_tool: &Pose,
     radius_m: f64,
 ) -> Result<Option<f64>, ReachabilityError> {
-    finite("radius_m", radius_m)?;
     non_negative("radius_m", radius_m)?;
     Ok(largest_proven(0.1, |angle_rad| {
         let region = PoseRegion::ball(*base_from_tool, radius_m, angle_rad);

@@ -1,22 +1,24 @@
 //! The reachable point of a wall nearest to one that is out of reach.
 
-use crate::line::exact::{ExactSolver, size_m};
-use crate::{ReachabilityError, WallPlane, WallPoint};
+use super::exact::ExactSolver;
+use super::family::size_m;
+use crate::error::ReachabilityError;
+use crate::wall::{WallPlane, WallPoint};
 
-/// Lines of the first sweep, relative to the arm's length: features of the reachable set less
-/// high than this between two lines may be missed.
+/// Distance of the lines of the first sweep, relative to the arm's length: parts of the reachable set that are
+/// lower than this and lie between two lines may be missed.
 const SWEEP: f64 = 0.015;
 
 /// Shrinks of a golden-section search.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl ExactSolver {
-    /// The point of the wall's reachable set that is nearest to `at`, `at` itself if it is
+    /// The point of the wall's reachable set that is nearest to `at`: `at` itself if it is
     /// reachable, `None` where nothing of the wall is.
     ///
     /// Each line's part is exact; heights are swept from `at` outwards in steps of 1.5 % of the
-    /// arm's length and the best is refined to ten times the solver's accuracy. The point returned is reachable:
-    /// it lies that accuracy inside the interval's end where there is room.
+    /// arm's length, and the best is refined to ten times the solver's accuracy. The point returned
+    /// is reachable: it lies inside the interval's end by the accuracy where there is room.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -79,8 +81,8 @@ impl ExactSolver {
         z_m: f64,
         at: WallPoint,
     ) -> Result<Option<WallPoint>, ReachabilityError> {
-        let reach = self.line(&plane.line(z_m))?;
-        let points = reach.intervals.iter().map(|i| {
+        let found = self.line(&plane.line(z_m))?;
+        let points = found.intervals.iter().map(|i| {
             let inside = self.accuracy_m().min(0.5 * i.span.length_m());
             let (lo, hi) = (i.span.lo_m + inside, i.span.hi_m - inside);
             WallPoint::new(at.s_m.max(lo).min(hi), z_m)

@@ -1,34 +1,33 @@
 //! What is reachable of one line: intervals, and bands without proof.
 
-use crate::Interval;
-use crate::line::interval::{total_m, united, without};
+use super::interval::{Interval, total_m, united, without};
 use hwall_kinematics::BranchSet;
 
 /// A reachable part of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReachInterval {
+pub struct ReachableInterval {
     /// Its ends: the best estimate, within the accuracy.
     pub span: Interval,
     /// Branches that provably hold every proven point of it at one roll, so that a motion along
-    /// it need not change branch; each point has an arm angle, not necessarily a connected set of
-    /// them. Some that were met on the way, rarely all:
-    /// [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) looks for all. Empty where there is none, and for a
-    /// free roll of a tilted tool or a touch anywhere on the board, where it is not looked for.
+    /// it need not change branch; the arm angles of neighbouring points need not be connected.
+    /// These are the branches met on the way, rarely all of them:
+    /// [`ExactSolver::branches_along`](crate::ExactSolver::branches_along) looks for all. Empty where there is none, and where
+    /// they are not looked for: with a free roll of a tilted tool, or where any part of the board counts.
     pub branches: BranchSet,
 }
 
 /// What is reachable of one line.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct LineReach {
+pub struct LineReachability {
     /// The reachable intervals, sorted, disjoint; each holds a proven part.
-    pub intervals: Vec<ReachInterval>,
+    pub intervals: Vec<ReachableInterval>,
     /// Bands where nothing is proven, sorted, disjoint: one about each end that a limit makes,
     /// others where the line only just meets or misses the reachable set.
     /// Outside of them each point is proven to be as the intervals say.
     pub unknown: Vec<Interval>,
 }
 
-impl LineReach {
+impl LineReachability {
     /// Is the point at `s_m` in an interval?
     #[must_use]
     pub fn contains(&self, s_m: f64) -> bool {
@@ -54,19 +53,19 @@ impl LineReach {
     }
 
     /// The spans alone.
-    pub(crate) fn spans(&self) -> Vec<Interval> {
+    fn spans(&self) -> Vec<Interval> {
         self.intervals.iter().map(|i| i.span).collect()
     }
 
     /// Merges neighbouring pieces, sorted along the line, into intervals and bands.
-    pub(crate) fn from_pieces(pieces: &[Piece]) -> Self {
-        let mut reach = Self::default();
+    pub(super) fn from_pieces(pieces: &[Piece]) -> Self {
+        let mut found = Self::default();
         // What holds the interval so far; `None` while no part of it is proven.
         let mut hold: Option<Hold> = None;
         for piece in pieces {
             let span = Interval::new(piece.lo, piece.hi);
             if piece.reachable {
-                match reach.intervals.last_mut() {
+                match found.intervals.last_mut() {
                     Some(last) if last.span.hi_m >= piece.lo => {
                         last.span.hi_m = piece.hi;
                         hold = Hold::both(hold, piece.proven);
@@ -75,29 +74,29 @@ impl LineReach {
                     _ => {
                         // An island that nothing proves is a band and no interval.
                         if hold.is_none() {
-                            reach.intervals.pop();
+                            found.intervals.pop();
                         }
                         hold = piece.proven;
                         let branches = hold.map(|h| h.branches).unwrap_or_default();
-                        reach.intervals.push(ReachInterval { span, branches });
+                        found.intervals.push(ReachableInterval { span, branches });
                     }
                 }
             }
             if piece.proven.is_none() {
-                match reach.unknown.last_mut() {
+                match found.unknown.last_mut() {
                     Some(last) if last.hi_m >= piece.lo => last.hi_m = piece.hi,
-                    _ => reach.unknown.push(span),
+                    _ => found.unknown.push(span),
                 }
             }
         }
         if hold.is_none() {
-            reach.intervals.pop();
+            found.intervals.pop();
         }
-        reach
+        found
     }
 
     /// Every point within `by_m` of the set.
-    pub(crate) fn dilated(&self, by_m: f64) -> Self {
+    pub(super) fn dilated(&self, by_m: f64) -> Self {
         let grown = |spans: &[Interval]| {
             let wider = spans
                 .iter()
@@ -116,7 +115,7 @@ impl LineReach {
                 .iter()
                 .filter(|i| span.distance_m(i.span.lo_m) == 0.0);
             let branches = parts.map(|i| i.branches).reduce(BranchSet::intersection);
-            ReachInterval {
+            ReachableInterval {
                 span,
                 branches: branches.unwrap_or_default(),
             }
@@ -135,7 +134,7 @@ impl LineReach {
         };
         let intervals = self.intervals.iter();
         let intervals = intervals.filter_map(|i| {
-            Some(ReachInterval {
+            Some(ReachableInterval {
                 span: part(&i.span)?,
                 ..*i
             })
@@ -146,7 +145,7 @@ impl LineReach {
         }
     }
 
-    /// Without the (open) blocked parts; what would be left as a single point goes with them.
+    /// Without the (open) blocked parts, and without what they leave as a single point.
     pub(crate) fn unblocked(&self, blocked: &[Interval]) -> Self {
         if blocked.is_empty() {
             return self.clone();
@@ -154,7 +153,7 @@ impl LineReach {
         let blocked = united(blocked.to_vec());
         let intervals = self.intervals.iter().flat_map(|i| {
             let rest = without(&[i.span], &blocked).into_iter();
-            rest.map(|span| ReachInterval { span, ..*i })
+            rest.map(|span| ReachableInterval { span, ..*i })
         });
         Self {
             intervals: intervals.collect(),
@@ -165,9 +164,9 @@ impl LineReach {
 
 /// How a stretch is held: the branches at one of the solver's rolls.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Hold {
-    pub(crate) roll: usize,
-    pub(crate) branches: BranchSet,
+pub(super) struct Hold {
+    pub(super) roll: usize,
+    pub(super) branches: BranchSet,
 }
 
 impl Hold {
@@ -187,16 +186,16 @@ impl Hold {
 
 /// One stretch of a line, the last step before intervals.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Piece {
-    pub(crate) lo: f64,
-    pub(crate) hi: f64,
-    pub(crate) reachable: bool,
-    /// `None` where nothing is proven; of no meaning where nothing is reachable.
-    pub(crate) proven: Option<Hold>,
+pub(super) struct Piece {
+    pub(super) lo: f64,
+    pub(super) hi: f64,
+    pub(super) reachable: bool,
+    /// `None` where nothing is proven; the branches mean nothing where nothing is reachable.
+    pub(super) proven: Option<Hold>,
 }
 
 impl Piece {
-    pub(crate) fn mirrored(&self) -> Self {
+    pub(super) fn mirrored(&self) -> Self {
         Self {
             lo: -self.hi,
             hi: -self.lo,

@@ -1,12 +1,13 @@
-//! The search for the intervals of one line; the method is told in `exact.rs`.
+//! The search for the intervals of one line; `exact.rs` describes the method.
 
-use crate::error::finite;
-use crate::line::exact::{ExactSolver, Freedom};
-use crate::line::interval::{united, without};
-use crate::line::reachability::{Hold, LineReach, Piece};
-use crate::{Interval, ReachabilityError, WallLine};
+use super::family::{ArmFamily, Freedom, size_m};
+use super::interval::{Interval, united, without};
+use super::reachability::{Hold, LineReachability, Piece};
+use crate::error::ReachabilityError;
+use crate::wall::WallLine;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionReach};
+use hwall_numeric::check::finite;
 use std::cell::Cell;
 
 /// A line is cut into this many cells to begin with: wider ones are never decided.
@@ -15,23 +16,31 @@ const FIRST_CELLS: usize = 8;
 /// Rounding of a distance between shoulder and wrist, relative, with room to spare.
 const HAIR: f64 = 1e-13;
 
-/// Undecided cells of one line after which the rest of it is reported as one band: a line that
+/// Undecided cells of one line after which undecided cells are no longer cut but reported as bands: a line that
 /// runs along a limit could be cut for ever.
 const MOST_UNDECIDED: usize = 20_000;
 
-/// The same where each cell takes a search of its own, and regions that such a search looks at.
+/// The same where each cell takes a search of its own, and how many regions one such search looks at.
 const MOST_UNDECIDED_FREE: usize = 400;
 const MOST_REGIONS: u32 = 20_000;
 
-/// A range of rolls or rises is halved at most this often.
+/// A range of rolls or heights is halved at most this often.
 const FREEDOM_DEPTH: usize = 22;
 
-/// What is known of one point: the ends of a family of arms may disagree.
+/// What is known of one point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(super) enum FamilyVerdict {
     Reachable,
     Unreachable,
+    /// With the widest limits of the family, but not with the narrowest.
     Depends,
+}
+
+/// A place on the line and its verdict.
+#[derive(Debug, Clone, Copy)]
+struct Probe {
+    s: f64,
+    verdict: FamilyVerdict,
 }
 
 /// What is known of one cell.
@@ -41,9 +50,18 @@ enum CellVerdict {
     Undecided,
 }
 
+/// Half extents of a cell along the line, m.
+#[derive(Debug, Clone, Copy)]
+struct CellExtent {
+    /// Of the stretch whose points must all be held.
+    all: f64,
+    /// Of a stretch of which one point is enough.
+    any: f64,
+}
+
 /// The search along one line.
-pub(crate) struct LineSearch<'a> {
-    solver: &'a ExactSolver,
+pub(super) struct LineSearch<'a> {
+    family: &'a ArmFamily,
     /// The tool's pose at s = 0 in the middle of each freedom.
     poses: Vec<Pose>,
     normal: DVec3,
@@ -58,12 +76,12 @@ pub(crate) struct LineSearch<'a> {
 }
 
 impl<'a> LineSearch<'a> {
-    pub(crate) fn new(solver: &'a ExactSolver, line: &WallLine) -> Result<Self, ReachabilityError> {
+    pub(super) fn new(family: &'a ArmFamily, line: &WallLine) -> Result<Self, ReachabilityError> {
         finite("height_m", line.height_m)?;
-        let poses = solver.freedoms.iter();
+        let poses = family.freedoms.iter();
         let poses = poses.map(|f| line.board_pose(0.0, f.roll));
         Ok(Self {
-            solver,
+            family,
             poses: poses.collect::<Result<_, _>>()?,
             normal: line.plane.normal(),
             along: line.plane.along(),
@@ -76,11 +94,11 @@ impl<'a> LineSearch<'a> {
 
     /// The intervals; `None` where the family of arms does not agree. With `mirror` only s ≥ 0 is
     /// searched.
-    pub(crate) fn run(&mut self, mirror: bool) -> Option<LineReach> {
-        // Rounding of the ends themselves is a band like others, if a very narrow one. What a
-        // freedom adds to the domain is an estimate from above, whose ends mean nothing.
+    pub(super) fn run(&mut self, mirror: bool) -> Option<LineReachability> {
+        // The rounding of the ends themselves makes a very narrow band. What a freedom adds to the
+        // domain is an estimate from above, whose ends mean nothing.
         let possible = self.domain(HAIR);
-        let certain = if self.solver.is_free() {
+        let certain = if self.family.is_free() {
             possible.clone()
         } else {
             self.domain(0.0)
@@ -99,7 +117,7 @@ impl<'a> LineSearch<'a> {
                 continue;
             }
             let cells = if mirror { FIRST_CELLS / 2 } else { FIRST_CELLS };
-            let mut left = (lo, self.verdict(lo));
+            let mut left = self.probe(lo);
             for i in 1..=cells {
                 let share = i as f64 / cells as f64;
                 let at = if i == cells {
@@ -107,7 +125,7 @@ impl<'a> LineSearch<'a> {
                 } else {
                     lo + (hi - lo) * share
                 };
-                let right = (at, self.verdict(at));
+                let right = self.probe(at);
                 if !self.settle(left, right) {
                     return None;
                 }
@@ -121,28 +139,28 @@ impl<'a> LineSearch<'a> {
             pieces.append(&mut self.pieces);
             self.pieces = pieces;
         }
-        let mut reach = LineReach::from_pieces(&self.pieces);
+        let mut found = LineReachability::from_pieces(&self.pieces);
         // Cells name the first branches they meet; where those have none in common, look closely.
-        if !self.solver.is_free() {
-            for i in reach.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
-                i.branches = self.branches_along(i.span).1;
+        if !self.family.is_free() {
+            for i in found.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
+                i.branches = self.branches_along(i.span).branches;
             }
         } else {
-            for interval in &mut reach.intervals {
+            for interval in &mut found.intervals {
                 interval.branches = BranchSet::EMPTY;
             }
         }
-        Some(reach)
+        Some(found)
     }
 
-    /// Where the wrist's distance from the shoulder is possible: outside there is nothing.
-    /// Distances count as possible up to a share `hair` beyond their limits.
+    /// Where the wrist's distance from the shoulder is possible, up to a share `hair` beyond its
+    /// limits: nothing is reachable elsewhere.
     fn domain(&self, hair: f64) -> Vec<Interval> {
-        let arm = &self.solver.wide;
+        let arm = &self.family.wide;
         let [shortest, longest] = arm.shoulder_wrist_range_m();
         let hair = hair * longest.abs();
         let mut stretches = Vec::new();
-        for (pose, freedom) in self.poses.iter().zip(&self.solver.freedoms) {
+        for (pose, freedom) in self.poses.iter().zip(&self.family.freedoms) {
             let wrist = arm.wrist_from_shoulder_m(pose);
             // A turn about the normal moves the wrist by no more than this, a rise by itself.
             let lever = wrist - (pose.position_m() - DVec3::Z * arm.geometry().d_bs_m);
@@ -166,34 +184,43 @@ impl<'a> LineSearch<'a> {
         united(stretches)
     }
 
-    fn verdict(&self, s: f64) -> Verdict {
+    fn probe(&self, s: f64) -> Probe {
+        let verdict = self.verdict(s);
+        Probe { s, verdict }
+    }
+
+    fn verdict(&self, s: f64) -> FamilyVerdict {
         self.verdict_within(s, 0.0)
     }
 
     /// Is any point of `s ± half` reachable?
-    pub(crate) fn verdict_within(&self, s: f64, half: f64) -> Verdict {
-        let solver = self.solver;
+    pub(super) fn verdict_within(&self, s: f64, half: f64) -> FamilyVerdict {
+        let family = self.family;
         self.budget.set(MOST_REGIONS);
         let mut possible = false;
-        for (pose, freedom) in self.poses.iter().zip(&solver.freedoms) {
+        for (pose, freedom) in self.poses.iter().zip(&family.freedoms) {
             let pose = pose.at(pose.position_m() + self.along * s);
-            if solver.narrow.is_reachable(&pose) {
-                return Verdict::Reachable;
+            if family.narrow.is_reachable(&pose) {
+                return FamilyVerdict::Reachable;
             }
             if freedom.half_roll > 0.0 || freedom.half_rise > 0.0 || half > 0.0 {
-                // Where only a sliver of them is left it is not usable, and in an unproven band.
-                let found = self.any_of(&pose, [0.0, half], *freedom, FREEDOM_DEPTH);
+                // Where only a sliver of the freedom is left it is not usable, and in an unproven band.
+                let extent = CellExtent {
+                    all: 0.0,
+                    any: half,
+                };
+                let found = self.any_of(&pose, extent, *freedom, FREEDOM_DEPTH);
                 if matches!(found, CellVerdict::Reachable(_)) {
-                    return Verdict::Reachable;
+                    return FamilyVerdict::Reachable;
                 }
-            } else if solver.is_family {
-                possible |= solver.wide.is_reachable(&pose);
+            } else if family.is_family {
+                possible |= family.wide.is_reachable(&pose);
             }
         }
         if possible {
-            Verdict::Depends
+            FamilyVerdict::Depends
         } else {
-            Verdict::Unreachable
+            FamilyVerdict::Unreachable
         }
     }
 
@@ -201,9 +228,13 @@ impl<'a> LineSearch<'a> {
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         self.budget.set(MOST_REGIONS);
         let mut impossible = true;
-        for (roll, (pose, freedom)) in self.poses.iter().zip(&self.solver.freedoms).enumerate() {
+        for (roll, (pose, freedom)) in self.poses.iter().zip(&self.family.freedoms).enumerate() {
             let pose = pose.at(pose.position_m() + self.along * middle);
-            match self.any_of(&pose, [half, 0.0], *freedom, FREEDOM_DEPTH) {
+            let extent = CellExtent {
+                all: half,
+                any: 0.0,
+            };
+            match self.any_of(&pose, extent, *freedom, FREEDOM_DEPTH) {
                 CellVerdict::Reachable(hold) => {
                     return CellVerdict::Reachable(Hold { roll, ..hold });
                 }
@@ -219,7 +250,7 @@ impl<'a> LineSearch<'a> {
     }
 
     /// Branches that hold all proven pieces of an interval at one roll: the roll that gives most.
-    pub(crate) fn branches_along(&self, span: Interval) -> (usize, BranchSet) {
+    pub(super) fn branches_along(&self, span: Interval) -> Hold {
         let inside = |piece: &&Piece| {
             piece.reachable && piece.proven.is_some() && span.contains(0.5 * (piece.lo + piece.hi))
         };
@@ -229,7 +260,7 @@ impl<'a> LineSearch<'a> {
                 let middle = pose.position_m() + self.along * (0.5 * (piece.lo + piece.hi));
                 let half = self.along * (0.5 * (piece.hi - piece.lo));
                 let region = PoseRegion::segment(pose.at(middle), half);
-                held = held.intersection(self.solver.narrow.branches_throughout(&region));
+                held = held.intersection(self.family.narrow.branches_throughout(&region));
                 if held.is_empty() {
                     break;
                 }
@@ -239,14 +270,15 @@ impl<'a> LineSearch<'a> {
         // The first of equals.
         let rolls = self.poses.iter().map(of_roll).enumerate();
         let most = rolls.rev().max_by_key(|(_, set)| set.len());
-        most.unwrap_or_default()
+        let (roll, branches) = most.unwrap_or_default();
+        Hold { roll, branches }
     }
 
     fn region(&self, region: &PoseRegion) -> CellVerdict {
         match self
-            .solver
+            .family
             .narrow
-            .reach_region_between(&self.solver.wide, region)
+            .reach_region_between(&self.family.wide, region)
         {
             RegionReach::Reachable(branches) => CellVerdict::Reachable(Hold { roll: 0, branches }),
             RegionReach::Unreachable(_) => CellVerdict::Unreachable,
@@ -254,14 +286,12 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// Can every point of a cell (`pose` plus or minus `all` along the line) be held with some
-    /// choice of what is free: one choice that holds the cell will do, none may be left out.
-    ///
-    /// `any`: half of a stretch of the line of which one point is enough.
+    /// Can every point of a cell about `pose` be held with some choice of what is free? One choice
+    /// that holds the whole cell proves it reachable; unreachable it is only if no choice is left.
     fn any_of(
         &self,
         pose: &Pose,
-        [all, any]: [f64; 2],
+        CellExtent { all, any }: CellExtent,
         free: Freedom,
         depth: usize,
     ) -> CellVerdict {
@@ -279,8 +309,8 @@ impl<'a> LineSearch<'a> {
         if matches!(self.region(&everything), CellVerdict::Unreachable) {
             return CellVerdict::Unreachable;
         }
-        // Freedoms much finer than the cell itself cannot decide it.
-        let arm = crate::line::exact::size_m(&self.solver.narrow);
+        // Freedoms much smaller than the cell itself cannot decide it.
+        let arm = size_m(&self.family.narrow);
         let extent = (free.half_roll * arm).max(free.half_rise).max(any);
         let left = self.budget.get();
         self.budget.set(left.saturating_sub(1));
@@ -305,7 +335,8 @@ impl<'a> LineSearch<'a> {
             let Ok(moved) = Pose::new(rotation, at) else {
                 return CellVerdict::Undecided;
             };
-            match self.any_of(&moved, [all, half], free, depth - 1) {
+            let cell = CellExtent { all, any: half };
+            match self.any_of(&moved, cell, free, depth - 1) {
                 CellVerdict::Unreachable => {}
                 CellVerdict::Undecided => impossible = false,
                 found => return found,
@@ -319,35 +350,35 @@ impl<'a> LineSearch<'a> {
     }
 
     /// Appends the pieces between two points with known verdicts; false where the family differs.
-    fn settle(&mut self, left: (f64, Verdict), right: (f64, Verdict)) -> bool {
-        let ((lo, at_lo), (hi, at_hi)) = (left, right);
-        if at_lo == Verdict::Depends || at_hi == Verdict::Depends {
+    fn settle(&mut self, left: Probe, right: Probe) -> bool {
+        let (lo, hi) = (left.s, right.s);
+        if [left.verdict, right.verdict].contains(&FamilyVerdict::Depends) {
             return false;
         }
         if self.decided(lo, hi) {
             return true;
         }
         self.undecided += 1;
-        if at_lo != at_hi {
+        if left.verdict != right.verdict {
             return self.settle_end(left, right);
         }
         let middle = 0.5 * (lo + hi);
-        let most = if self.solver.is_free() {
+        let most = if self.family.is_free() {
             MOST_UNDECIDED_FREE
         } else {
             MOST_UNDECIDED
         };
-        let too_small = hi - lo <= 0.5 * self.solver.accuracy_m || middle <= lo || middle >= hi;
+        let too_small = hi - lo <= 0.5 * self.family.accuracy_m || middle <= lo || middle >= hi;
         if too_small || self.undecided > most {
             self.pieces.push(Piece {
                 lo,
                 hi,
-                reachable: at_lo == Verdict::Reachable,
+                reachable: left.verdict == FamilyVerdict::Reachable,
                 proven: None,
             });
             return true;
         }
-        let at_middle = (middle, self.verdict(middle));
+        let at_middle = self.probe(middle);
         self.settle(left, at_middle) && self.settle(at_middle, right)
     }
 
@@ -372,25 +403,25 @@ impl<'a> LineSearch<'a> {
     }
 
     /// Between a reachable and an unreachable point: finds an end and proves both sides of it.
-    fn settle_end(&mut self, left: (f64, Verdict), right: (f64, Verdict)) -> bool {
+    fn settle_end(&mut self, left: Probe, right: Probe) -> bool {
         let Some(end) = self.bisect(left, right) else {
             return false;
         };
         // A quarter of the accuracy on each side: the band is narrower than what was asked.
-        let reserve = 0.25 * self.solver.accuracy_m;
-        let inner = (end - reserve).max(left.0);
-        let outer = (end + reserve).min(right.0);
+        let reserve = 0.25 * self.family.accuracy_m;
+        let inner = (end - reserve).max(left.s);
+        let outer = (end + reserve).min(right.s);
         let first = self.pieces.len();
         if !self.grow(inner, left) {
             return false;
         }
         self.pieces[first..].reverse();
-        for (lo, hi, verdict) in [(inner, end, left.1), (end, outer, right.1)] {
+        for (lo, hi, verdict) in [(inner, end, left.verdict), (end, outer, right.verdict)] {
             if hi > lo {
                 self.pieces.push(Piece {
                     lo,
                     hi,
-                    reachable: verdict == Verdict::Reachable,
+                    reachable: verdict == FamilyVerdict::Reachable,
                     proven: None,
                 });
             }
@@ -399,17 +430,17 @@ impl<'a> LineSearch<'a> {
     }
 
     /// The place where the verdict changes, to rounding.
-    fn bisect(&self, left: (f64, Verdict), right: (f64, Verdict)) -> Option<f64> {
-        let (mut lo, mut hi) = (left.0, right.0);
+    fn bisect(&self, left: Probe, right: Probe) -> Option<f64> {
+        let (mut lo, mut hi) = (left.s, right.s);
         // With a freedom to search, every verdict beside an end takes a search of its own.
-        let share = if self.solver.is_free() { 0.1 } else { 1e-3 };
+        let share = if self.family.is_free() { 0.1 } else { 1e-3 };
         let finest =
-            (share * self.solver.accuracy_m).max(4.0 * f64::EPSILON * lo.abs().max(hi.abs()));
+            (share * self.family.accuracy_m).max(4.0 * f64::EPSILON * lo.abs().max(hi.abs()));
         while hi - lo > finest {
             let middle = 0.5 * (lo + hi);
             match self.verdict(middle) {
-                Verdict::Depends => return None,
-                verdict if verdict == left.1 => lo = middle,
+                FamilyVerdict::Depends => return None,
+                verdict if verdict == left.verdict => lo = middle,
                 _ => hi = middle,
             }
         }
@@ -417,11 +448,11 @@ impl<'a> LineSearch<'a> {
     }
 
     /// Proves cells from beside an end (`from`) to a point of the same verdict, in that order.
-    fn grow(&mut self, from: f64, to: (f64, Verdict)) -> bool {
-        let (target, verdict) = to;
+    fn grow(&mut self, from: f64, to: Probe) -> bool {
+        let target = to.s;
         let sign = if target < from { -1.0 } else { 1.0 };
         let span = (target - from).abs();
-        let reserve = 0.25 * self.solver.accuracy_m;
+        let reserve = 0.25 * self.family.accuracy_m;
         let (mut done, mut fails) = (0.0, 0);
         while done < span {
             // The slack that a cell may use up grows with the distance from the end.
@@ -444,7 +475,7 @@ impl<'a> LineSearch<'a> {
             if fails > 4 {
                 // Another end, or a tangency, is near: the general way, towards the target.
                 let first = self.pieces.len();
-                let (near, to) = ((near, verdict), (target, verdict));
+                let near = Probe { s: near, ..to };
                 let settled = if sign > 0.0 {
                     self.settle_between(near, to)
                 } else {
@@ -460,19 +491,19 @@ impl<'a> LineSearch<'a> {
     }
 
     /// As [`settle`](Self::settle), knowing already that the cell as a whole is not decided.
-    fn settle_between(&mut self, left: (f64, Verdict), right: (f64, Verdict)) -> bool {
-        let middle = 0.5 * (left.0 + right.0);
-        if right.0 - left.0 <= 0.5 * self.solver.accuracy_m || middle <= left.0 || middle >= right.0
+    fn settle_between(&mut self, left: Probe, right: Probe) -> bool {
+        let middle = 0.5 * (left.s + right.s);
+        if right.s - left.s <= 0.5 * self.family.accuracy_m || middle <= left.s || middle >= right.s
         {
             self.pieces.push(Piece {
-                lo: left.0,
-                hi: right.0,
-                reachable: left.1 == Verdict::Reachable,
+                lo: left.s,
+                hi: right.s,
+                reachable: left.verdict == FamilyVerdict::Reachable,
                 proven: None,
             });
             return true;
         }
-        let at_middle = (middle, self.verdict(middle));
+        let at_middle = self.probe(middle);
         self.settle(left, at_middle) && self.settle(at_middle, right)
     }
 }

@@ -4,11 +4,11 @@
 //! of everything before it (u32); integers little-endian. The body holds the arm, the solver's
 //! settings, the grids, and each line's intervals and bands as they are: nothing is rounded.
 
-use super::reachability_map::KeepOut;
-use crate::line::exact::ExactConfig;
-use crate::line::reachability::{LineReach, ReachInterval};
-use crate::map::grid::{WallGrid, checked_line_count};
-use crate::{Interval, ReachabilityError, ReachabilityMap};
+use super::grid::{WallGrid, checked_line_count};
+use super::keep_out::KeepOut;
+use super::reachability_map::ReachabilityMap;
+use crate::error::ReachabilityError;
+use crate::line::{ExactConfig, Interval, LineReachability, ReachableInterval};
 use hwall_kinematics::{BranchSet, SrsArm, SrsParameters};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -23,7 +23,7 @@ struct Body {
     arm: SrsParameters,
     config: ExactConfig,
     walls: Vec<WallGrid>,
-    keep_out: KeepOut,
+    keep_out: Vec<KeepOut>,
     lines: Vec<StoredLine>,
 }
 
@@ -53,7 +53,7 @@ impl ReachabilityMap {
             arm: *self.arm().parameters(),
             config: self.config().clone(),
             walls: self.walls().cloned().collect(),
-            keep_out: self.keep_out_stored().clone(),
+            keep_out: self.keep_out().to_vec(),
             lines: lines.collect(),
         };
         // Plain numbers and lists of known length: postcard has no reason to refuse.
@@ -71,7 +71,7 @@ impl ReachabilityMap {
     /// A map from bytes that [`to_bytes`](Self::to_bytes) made.
     ///
     /// # Errors
-    /// Foreign, newer, truncated, damaged or malformed bytes, each by its name.
+    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReachabilityError> {
         let number = |at: usize, count: usize| {
             let mut value = [0; 8];
@@ -124,36 +124,37 @@ impl ReachabilityMap {
         }
         let arm = SrsArm::new(body.arm)?;
         let lines = body.lines.into_iter().map(StoredLine::checked);
-        let lines: Option<Vec<LineReach>> = lines.collect();
+        let lines: Option<Vec<LineReachability>> = lines.collect();
         let lines = lines.ok_or(malformed("intervals"))?;
-        let map = Self::from_lines(&arm, &body.config, body.walls, &lines)?;
-        Ok(map.with_keep_out_done(body.keep_out))
+        Self::from_lines(&arm, &body.config, body.walls, &lines, body.keep_out)
     }
 
     /// Writes the map to a file.
     ///
     /// # Errors
-    /// Whatever the system says.
-    pub fn save(&self, path: &Path) -> Result<(), ReachabilityError> {
-        std::fs::write(path, self.to_bytes()).map_err(|error| file_error(path, &error))
+    /// A file that cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ReachabilityError> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_bytes()).map_err(|error| ReachabilityError::file(path, &error))
     }
 
     /// Reads a map from a file.
     ///
     /// # Errors
-    /// Whatever the system says, or as [`from_bytes`](Self::from_bytes).
-    pub fn load(path: &Path) -> Result<Self, ReachabilityError> {
-        let bytes = std::fs::read(path).map_err(|error| file_error(path, &error))?;
+    /// A file that cannot be read, or as [`from_bytes`](Self::from_bytes).
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ReachabilityError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|error| ReachabilityError::file(path, &error))?;
         Self::from_bytes(&bytes)
     }
 
-    /// One row an interval, with a header; metres and radians.
+    /// One row for each interval, with a header; metres and radians.
     ///
     /// `wall`, `plane` and `height` count from 0; `branches` has a bit for each branch that holds
     /// all of the interval; ends lie within the map's accuracy.
     ///
     /// # Errors
-    /// Whatever the writer says.
+    /// Those of the writer.
     pub fn write_csv(&self, mut out: impl std::io::Write) -> std::io::Result<()> {
         writeln!(
             out,
@@ -185,7 +186,7 @@ impl ReachabilityMap {
 
 impl StoredLine {
     /// The line, if its intervals and bands are finite, sorted and apart.
-    fn checked(self) -> Option<LineReach> {
+    fn checked(self) -> Option<LineReachability> {
         let apart = |ends: &mut dyn Iterator<Item = (f64, f64)>| {
             let mut last = f64::NEG_INFINITY;
             for (lo, hi) in ends {
@@ -198,11 +199,11 @@ impl StoredLine {
         };
         let sound = apart(&mut self.intervals.iter().map(|i| (i.0, i.1)))
             && apart(&mut self.unknown.iter().copied());
-        sound.then(|| LineReach {
+        sound.then(|| LineReachability {
             intervals: self
                 .intervals
                 .iter()
-                .map(|&(lo, hi, branches)| ReachInterval {
+                .map(|&(lo, hi, branches)| ReachableInterval {
                     span: Interval::new(lo, hi),
                     branches: BranchSet::from_bits(branches),
                 })
@@ -213,13 +214,5 @@ impl StoredLine {
                 .map(|&(lo, hi)| Interval::new(lo, hi))
                 .collect(),
         })
-    }
-}
-
-pub(crate) fn file_error(path: &Path, error: &std::io::Error) -> ReachabilityError {
-    ReachabilityError::File {
-        path: path.to_owned(),
-        kind: error.kind(),
-        reason: error.to_string(),
     }
 }

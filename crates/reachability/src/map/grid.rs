@@ -1,120 +1,12 @@
 //! Which lines a map holds: headings, planes and heights.
 
-use crate::error::finite;
-use crate::{Interval, ReachabilityError, WallLine, WallPlane};
+use crate::error::ReachabilityError;
+use crate::line::Interval;
+use crate::steps::{MOST_LINES, Steps, too_many};
+use crate::wall::{WallLine, WallPlane};
 use glam::DVec3;
+use hwall_numeric::check::{finite, non_negative, positive};
 use serde::{Deserialize, Serialize};
-
-/// More lines than this (about half a gigabyte of map) are refused before memory is taken.
-pub const MOST_LINES: u128 = 1 << 22;
-
-/// Evenly spaced values `first + i step`, m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "(f64, f64, u32)", into = "(f64, f64, u32)")]
-pub struct Steps {
-    first_m: f64,
-    step_m: f64,
-    count: u32,
-}
-
-impl Steps {
-    /// `count` values from `first_m` on; a negative step counts downwards.
-    ///
-    /// # Errors
-    /// NaN or infinity, a step of zero, no values, or more than a map can hold.
-    pub fn new(first_m: f64, step_m: f64, count: usize) -> Result<Self, ReachabilityError> {
-        finite("first value", first_m)?;
-        if finite("step", step_m)? == 0.0 {
-            return Err(ReachabilityError::Parameter {
-                what: "step",
-                value: step_m,
-                wanted: "anything but 0",
-            });
-        }
-        if count == 0 {
-            return Err(ReachabilityError::Empty { what: "values" });
-        }
-        finite("last value", first_m + step_m * count as f64)?;
-        if count as u128 > MOST_LINES {
-            return Err(too_many(count as u128));
-        }
-        Ok(Self {
-            first_m,
-            step_m,
-            count: count as u32,
-        })
-    }
-
-    /// From one end to the other, both included where the step divides the way.
-    ///
-    /// # Errors
-    /// NaN or infinity, a step that is not positive, or more values than a map can hold.
-    pub fn spanning(from_m: f64, to_m: f64, step_m: f64) -> Result<Self, ReachabilityError> {
-        crate::error::positive("step", step_m)?;
-        let way = finite("to", to_m)? - finite("from", from_m)?;
-        // A last step that misses the end by rounding counts as whole.
-        let steps = (finite("way in steps", way.abs() / step_m)? + 1e-9).floor();
-        if steps >= MOST_LINES as f64 {
-            return Err(too_many((steps as u128).saturating_add(1)));
-        }
-        Self::new(from_m, step_m.copysign(way), steps as usize + 1)
-    }
-
-    /// One value; a look-up within `reach_m` of it finds it.
-    ///
-    /// # Errors
-    /// NaN or infinity, a reach that is not positive.
-    pub fn single(value_m: f64, reach_m: f64) -> Result<Self, ReachabilityError> {
-        crate::error::positive("reach of a single value", reach_m)?;
-        Self::new(value_m, 2.0 * reach_m, 1)
-    }
-
-    /// How many.
-    #[must_use]
-    pub const fn count(&self) -> usize {
-        self.count as usize
-    }
-
-    /// Value `index`, m.
-    #[must_use]
-    pub fn at(&self, index: usize) -> f64 {
-        self.first_m + self.step_m * index as f64
-    }
-
-    /// All values, m.
-    pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
-        (0..self.count()).map(|i| self.at(i))
-    }
-
-    /// Distance between neighbours, m.
-    #[must_use]
-    pub const fn spacing_m(&self) -> f64 {
-        self.step_m.abs()
-    }
-
-    /// The nearest value's index, `None` further than half a step from all of them (or NaN).
-    #[must_use]
-    #[inline]
-    pub fn nearest(&self, value_m: f64) -> Option<usize> {
-        // Truncation instead of rounding, which is a call without SSE 4.1; NaN fails both
-        // comparisons.
-        let above = (value_m - self.first_m) / self.step_m + 0.5;
-        (above >= 0.0 && above < f64::from(self.count)).then_some(above as usize)
-    }
-}
-
-impl TryFrom<(f64, f64, u32)> for Steps {
-    type Error = ReachabilityError;
-    fn try_from((first_m, step_m, count): (f64, f64, u32)) -> Result<Self, Self::Error> {
-        Self::new(first_m, step_m, count as usize)
-    }
-}
-
-impl From<Steps> for (f64, f64, u32) {
-    fn from(steps: Steps) -> Self {
-        (steps.first_m, steps.step_m, steps.count)
-    }
-}
 
 /// Parallel walls: one heading, several distances and heights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -147,22 +39,23 @@ impl WallGrid {
             .collect()
     }
 
-    /// One wall of a scene: only its plane, only its heights.
+    /// One wall of a room: only its plane, only its heights.
     ///
-    /// `point_m` and `normal` (towards the person) in the arm's base frame; `heights_m` from the
-    /// wall's lower to its upper border; lines every `step_m`, both borders included.
+    /// `point_m` and `normal` (towards the person) in the arm's base frame; `heights` from the
+    /// wall's lower to its upper border, with a line on both borders and lines between them no more
+    /// than `step_m` apart.
     ///
     /// # Errors
     /// NaN or infinity, a normal that is not horizontal, a step that is not positive.
     pub fn for_wall(
         point_m: DVec3,
         normal: DVec3,
-        heights_m: (f64, f64),
+        heights: Interval,
         step_m: f64,
     ) -> Result<Self, ReachabilityError> {
         let plane = WallPlane::through(point_m, normal)?;
-        crate::error::positive("step", step_m)?;
-        let (low, high) = heights_m;
+        positive("step", step_m)?;
+        let (low, high) = (heights.lo_m, heights.hi_m);
         let height = finite("upper border", high)? - finite("lower border", low)?;
         let intervals = finite("height in steps", (height.abs() / step_m).ceil())?.max(1.0);
         if intervals >= MOST_LINES as f64 {
@@ -221,7 +114,7 @@ impl WallGrid {
     }
 
     /// All lines, plane by plane, height by height.
-    pub(crate) fn lines(&self) -> Result<Vec<WallLine>, ReachabilityError> {
+    pub(super) fn lines(&self) -> Result<Vec<WallLine>, ReachabilityError> {
         let mut lines = Vec::with_capacity(self.line_count());
         for index in 0..self.distances.count() {
             let plane = self.plane(index)?;
@@ -231,16 +124,8 @@ impl WallGrid {
     }
 }
 
-fn too_many(count: u128) -> ReachabilityError {
-    ReachabilityError::TooMany {
-        what: "values or lines",
-        count,
-        limit: MOST_LINES,
-    }
-}
-
 /// Rejects grids that do not fit, before anything is allocated for them.
-pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, ReachabilityError> {
+pub(super) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, ReachabilityError> {
     if walls.is_empty() {
         return Err(ReachabilityError::Empty { what: "walls" });
     }
@@ -249,7 +134,7 @@ pub(crate) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, Reachabili
         finite("heading_rad", wall.heading_rad)?;
         if let Some(span) = wall.span_m {
             let length = finite("end of a wall", span.length_m())?;
-            crate::error::non_negative("length of a wall", length)?;
+            non_negative("length of a wall", length)?;
         }
         count += wall.distances.count() as u128 * wall.heights.count() as u128;
     }

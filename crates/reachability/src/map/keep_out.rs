@@ -1,30 +1,21 @@
 //! Boxes that the arm's load must stay out of: a pedestal, a table, the person's safety zone.
 //!
 //! What is carried moves along a [`WallLine`] without turning, so it overlaps a box exactly while
-//! the tool point is inside the box grown by the mirrored body (their Minkowski difference). Grown
-//! by a plate or by a segment, a box is a zonotope: an intersection of slabs whose normals are the
-//! cross products of its edge directions, two at a time. Those are the axes of the separating-axis
-//! test: 15 for a plate, 6 for a segment, 3 for a point. Each slab cuts the line in closed form.
-//! A capsule rounds the zonotope by a ball; the line is then cut with the moved faces, with a
-//! cylinder about each edge and a ball about each corner, whose union it is.
-//!
-//! Source of the axes: Gottschalk, Lin and Manocha 1996, "OBBTree", section 5.
+//! the tool point is inside the box grown by the mirrored body (their Minkowski difference): a
+//! zonotope, which a capsule rounds by a ball (`zonotope.rs`).
 
-use crate::error::{finite, non_negative, positive};
-use crate::{Interval, ReachabilityError, WallLine};
+use super::zonotope::{Path, Zonotope, hull};
+use crate::error::ReachabilityError;
+use crate::line::Interval;
+use crate::wall::WallLine;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
+use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// An overlap that is less deep than this, relative to the distances it is computed from, is a
-/// touch: a few hundred roundings, so that bodies placed face to face by other formulas touch.
-const TOUCH: f64 = 1e-13;
-
-/// Directions with a smaller sine between them are parallel; they differ by rounding only.
-const PARALLEL: f64 = 1e-14;
-
-const ALL: Interval = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
-const NONE: Interval = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
+/// An overlap that is less deep than this, relative to the distances it is computed from, counts as
+/// none: a few hundred roundings, so that bodies placed face to face by other formulas only touch.
+const ROUNDING: f64 = 1e-13;
 
 /// A solid box, fixed in the base frame, that nothing carried may overlap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -121,7 +112,7 @@ impl KeepOutBox {
     /// at most one for each carried body. At their ends the load touches the box, which is allowed.
     ///
     /// Error: the ends are exact for a load moved by at most 1e-13 of the sum of all distances
-    /// involved (below 1e-12 m beside a table-top arm). An overlap less deep than that is a touch.
+    /// involved (below 1e-12 m beside a table-top arm). An overlap less deep than that counts as none.
     ///
     /// # Errors
     /// NaN or infinity, a negative size, a plate without width or height.
@@ -172,7 +163,7 @@ impl KeepOutBox {
         Ok(plate.is_some() || rest.is_some())
     }
 
-    /// For the plate, and for the hand or (with nothing carried) the tool point.
+    /// For the plate, and for the last link or (with nothing carried) the tool point.
     fn overlaps(
         &self,
         carried: &Carried,
@@ -201,35 +192,35 @@ impl KeepOutBox {
                 directions: [x, y, z, i, j, k],
                 halves: [a, b, c, u, v, w],
             }
-            .cut(path_of(plate.middle_m()), -TOUCH)
+            .cut(path_of(plate.middle_m()), -ROUNDING)
         });
-        let rest = match carried.hand {
-            Some(hand) => {
-                let (direction, half) = hand.direction_and_half_m();
+        let rest = match carried.last_link {
+            Some(link) => {
+                let (direction, half) = link.direction_and_half_m();
                 Zonotope {
                     directions: [x, y, z, rotation * direction],
                     halves: [a, b, c, half / unit_m],
                 }
-                .cut_rounded(path_of(hand.middle_m()), hand.radius_m / unit_m - TOUCH)
+                .cut_rounded(path_of(link.middle_m()), link.radius_m / unit_m - ROUNDING)
             }
             None if carried.plate.is_none() => Zonotope {
                 directions: [x, y, z],
                 halves: [a, b, c],
             }
-            .cut(path_of(DVec3::ZERO), -TOUCH),
+            .cut(path_of(DVec3::ZERO), -ROUNDING),
             None => None,
         };
         Ok([plate.map(metres), rest.map(metres)])
     }
 }
 
-/// What is rigid with the tool frame; by default nothing, then the tool point itself is tested.
+/// What moves rigidly with the tool frame; by default nothing, and the tool point itself is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Carried {
     /// The board, if it counts.
     pub plate: Option<Plate>,
     /// The last link of the arm, from the flange to the wrist, if it counts.
-    pub hand: Option<Capsule>,
+    pub last_link: Option<Capsule>,
 }
 
 impl Carried {
@@ -243,11 +234,11 @@ impl Carried {
             positive("half_height_m", plate.half_height_m)?;
             non_negative("thickness_m", plate.thickness_m)?;
         }
-        if let Some(hand) = self.hand {
-            for value in hand.ends_m.iter().flat_map(DVec3::to_array) {
-                finite("end of the hand", value)?;
+        if let Some(link) = self.last_link {
+            for end in link.ends_m {
+                all_finite("end of the last link", &end.to_array())?;
             }
-            non_negative("radius_m", hand.radius_m)?;
+            non_negative("radius_m", link.radius_m)?;
         }
         Ok(())
     }
@@ -257,11 +248,11 @@ impl Carried {
         let plate = self
             .plate
             .map_or(0.0, |p| p.half_width_m + p.half_height_m + p.thickness_m);
-        let hand = self.hand.map_or(0.0, |h| {
-            let ends = h.ends_m.map(|e| e.abs().element_sum());
-            ends[0] + ends[1] + h.radius_m
+        let link = self.last_link.map_or(0.0, |l| {
+            let ends = l.ends_m.map(|e| e.abs().element_sum());
+            ends[0] + ends[1] + l.radius_m
         });
-        plate + hand
+        plate + link
     }
 }
 
@@ -317,129 +308,26 @@ impl Capsule {
     }
 }
 
-/// The points `start + s step`; the step is a unit vector, or zero for a load at rest.
-#[derive(Debug, Clone, Copy)]
-struct Path {
-    start: DVec3,
-    step: DVec3,
+/// A box, and what must not overlap it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KeepOut {
+    /// The box.
+    pub solid: KeepOutBox,
+    /// What is carried past it.
+    pub carried: Carried,
 }
 
-/// The points `Σ cᵢ halvesᵢ directionsᵢ` with all `|cᵢ| <= 1`; the directions are unit vectors.
-struct Zonotope<const N: usize> {
-    directions: [DVec3; N],
-    halves: [f64; N],
-}
-
-impl<const N: usize> Zonotope<N> {
-    /// The unit normals of its faces.
-    fn normals(&self) -> impl Iterator<Item = DVec3> + '_ {
-        (0..N).flat_map(move |i| {
-            (i + 1..N).filter_map(move |j| {
-                // Directions all but parallel span no face of their own. Just above the threshold
-                // the normal is mostly rounding, yet a slab with any normal holds the zonotope.
-                let normal = self.directions[i].cross(self.directions[j]);
-                let sine = normal.length();
-                (sine > PARALLEL).then(|| normal / sine)
-            })
-        })
-    }
-
-    /// The path inside all slabs, each moved outwards by `grown`.
-    fn cut(&self, path: Path, grown: f64) -> Option<Interval> {
-        let mut span = ALL;
-        for normal in self.normals() {
-            let mut half = grown;
-            for (direction, length) in self.directions.iter().zip(self.halves) {
-                half += length * normal.dot(*direction).abs();
-            }
-            span = slab(span, normal.dot(path.start), normal.dot(path.step), half)?;
-        }
-        Some(span)
-    }
-
-    /// Calls `visit` with every sum of plus or minus all half edges but `left_out`: each corner,
-    /// or the middle of each edge along that direction (and some points within).
-    fn for_corners(&self, left_out: Option<usize>, mut visit: impl FnMut(DVec3)) {
-        let others = (0..N).filter(|i| Some(*i) != left_out);
-        for signs in 0..1_u32 << others.clone().count() {
-            let signed = others.clone().enumerate().map(|(bit, i)| {
-                let half = self.directions[i] * self.halves[i];
-                if signs >> bit & 1 == 0 { half } else { -half }
-            });
-            visit(signed.sum());
+/// Where on a line some box is overlapped, at any of these rolls.
+pub(super) fn blocked(
+    keep_out: &[KeepOut],
+    line: &WallLine,
+    rolls_rad: impl Iterator<Item = f64>,
+) -> Result<Vec<Interval>, ReachabilityError> {
+    let mut blocked = Vec::new();
+    for roll_rad in rolls_rad {
+        for KeepOut { solid, carried } in keep_out {
+            blocked.extend(solid.blocked_on_line(carried, line, roll_rad)?);
         }
     }
-}
-
-impl Zonotope<4> {
-    /// The path within `radius` of the zonotope.
-    ///
-    /// That set is the union of the pieces below. It is convex, so the hull of what the pieces cut
-    /// out of the path is exact, and pieces that lie deep inside do no harm.
-    fn cut_rounded(&self, path: Path, radius: f64) -> Option<Interval> {
-        // Moving the slabs out leaves the edges sharp: an outer bound, and exact for no radius.
-        let outer = self.cut(path, radius)?;
-        if radius <= 0.0 {
-            return Some(outer);
-        }
-        let mut inside = NONE;
-        let [x, y, z, along] = self.directions;
-        let [a, b, c, half] = self.halves;
-        for normal in self.normals() {
-            let swept = Zonotope {
-                directions: [x, y, z, along, normal],
-                halves: [a, b, c, half, radius],
-            };
-            if let Some(span) = swept.cut(path, 0.0) {
-                inside = hull(inside, span);
-            }
-        }
-        for (i, (direction, half)) in self.directions.into_iter().zip(self.halves).enumerate() {
-            let across = |v: DVec3| v - direction * direction.dot(v);
-            let step = across(path.step);
-            self.for_corners(Some(i), |middle| {
-                let from_middle = path.start - middle;
-                let span = ball(across(from_middle), step, radius).and_then(|span| {
-                    let [offset, rate] = [from_middle, path.step].map(|v| v.dot(direction));
-                    slab(span, offset, rate, half)
-                });
-                inside = hull(inside, span.unwrap_or(NONE));
-            });
-        }
-        self.for_corners(None, |corner| {
-            let span = ball(path.start - corner, path.step, radius);
-            inside = hull(inside, span.unwrap_or(NONE));
-        });
-        (inside.lo_m < inside.hi_m).then_some(inside)
-    }
-}
-
-/// The part of `span` where `|offset + rate s| < half`.
-fn slab(span: Interval, offset: f64, rate: f64, half: f64) -> Option<Interval> {
-    if half <= 0.0 {
-        return None;
-    }
-    if rate == 0.0 {
-        return (offset.abs() < half).then_some(span);
-    }
-    let [a, b] = [(-half - offset) / rate, (half - offset) / rate];
-    let cut = Interval::new(span.lo_m.max(a.min(b)), span.hi_m.min(a.max(b)));
-    (cut.lo_m < cut.hi_m).then_some(cut)
-}
-
-/// Where `|start + s step| < radius`.
-fn ball(start: DVec3, step: DVec3, radius: f64) -> Option<Interval> {
-    let rate = step.length();
-    if rate <= PARALLEL {
-        return (start.length() < radius).then_some(ALL);
-    }
-    // From the nearest point: the textbook discriminant cancels far from the ball.
-    let nearest_s = -(start.dot(step) / rate) / rate;
-    let distance = (start + step * nearest_s).length();
-    let half = ((radius - distance) * (radius + distance)).sqrt() / rate;
-    (half > 0.0).then(|| Interval::new(nearest_s - half, nearest_s + half))
-}
-
-fn hull(a: Interval, b: Interval) -> Interval {
-    Interval::new(a.lo_m.min(b.lo_m), a.hi_m.max(b.hi_m))
+    Ok(blocked)
 }

@@ -1,17 +1,17 @@
-//! Maps as multi-layer OpenEXR pictures: one layer a plane.
+//! Maps as multi-layer OpenEXR pictures: one layer for each plane.
 
-use crate::error::{finite, positive};
-use crate::line::exact::size_m;
-use crate::map::file::file_error;
-use crate::{Interval, LineIndex, ReachabilityError, ReachabilityMap};
+use super::reachability_map::{LineIndex, ReachabilityMap};
+use crate::error::ReachabilityError;
+use crate::line::{Interval, size_m};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
     SmallVec, Text, WritableImage,
 };
+use hwall_numeric::check::{finite, positive};
 use std::io::Cursor;
 use std::path::Path;
 
-/// More pixels in all layers together are refused: a gigabyte a channel.
+/// More pixels in all layers together are refused: a gigabyte for each channel.
 const MOST_PIXELS: u128 = 1 << 28;
 
 /// How a map becomes a picture.
@@ -34,22 +34,22 @@ impl Default for PictureConfig {
 
 impl ReachabilityMap {
     /// The map as an OpenEXR file in memory: a layer `wall1.plane00` and so on for each plane
-    /// (walls count from 1, planes from 0), with a row a height, the highest on top.
+    /// (walls count from 1, planes from 0), with a row for each height, the highest on top.
     ///
     /// Channels (f32): `reachable`, the share of the pixel's stretch of the wall that is
-    /// reachable, and `unproven`, the share without proof. Each layer's comment says in lines
-    /// `name = value` where it is (heading_rad, distance_m, first_height_m, height_step_m,
+    /// reachable, and `unproven`, the share without proof. Each layer's comment holds lines
+    /// `name = value` that say where it is (heading_rad, distance_m, first_height_m, height_step_m,
     /// first_s_m, s_step_m; metres and radians). The same map gives the same bytes.
     ///
     /// # Errors
     /// A pixel that is not positive, an empty or NaN span, too many pixels.
     pub fn to_exr(&self, config: &PictureConfig) -> Result<Vec<u8>, ReachabilityError> {
         let pixel_m = positive("pixel_m", config.pixel_m)?;
-        let reach = size_m(self.arm());
-        let span = config.span_m.unwrap_or(Interval::new(-reach, reach));
+        let longest = size_m(self.arm());
+        let span = config.span_m.unwrap_or(Interval::new(-longest, longest));
         finite("start of the picture", span.lo_m)?;
         positive("length of the picture", span.length_m())?;
-        // A last pixel that is too narrow by rounding is none.
+        // A last pixel whose width is only rounding is left out.
         let columns = finite("pixels", (span.length_m() / pixel_m - 1e-9).ceil().max(1.0))?;
         let rows: u128 = self.walls().map(|wall| wall.line_count() as u128).sum();
         let count = (columns as u128).saturating_mul(rows);
@@ -85,9 +85,15 @@ impl ReachabilityMap {
     /// Writes [`to_exr`](Self::to_exr) to a file.
     ///
     /// # Errors
-    /// As [`to_exr`](Self::to_exr), or whatever the system says.
-    pub fn write_exr(&self, path: &Path, config: &PictureConfig) -> Result<(), ReachabilityError> {
-        std::fs::write(path, self.to_exr(config)?).map_err(|error| file_error(path, &error))
+    /// As [`to_exr`](Self::to_exr), or a file that cannot be written.
+    pub fn write_exr(
+        &self,
+        path: impl AsRef<Path>,
+        config: &PictureConfig,
+    ) -> Result<(), ReachabilityError> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_exr(config)?)
+            .map_err(|error| ReachabilityError::file(path, &error))
     }
 
     fn layer(&self, wall: usize, plane: usize, raster: &Raster) -> Layer<AnyChannels<FlatSamples>> {
@@ -117,7 +123,7 @@ impl ReachabilityMap {
             "hwall-reachability ",
             env!("CARGO_PKG_VERSION")
         )));
-        // One text: the order of free attributes in the file would change from run to run.
+        // One text, because the order of separate attributes in the file would change from run to run.
         let step = heights.spacing_m() * if rising { 1.0 } else { -1.0 };
         let comment = format!(
             "heading_rad = {}\ndistance_m = {}\nfirst_height_m = {}\nheight_step_m = {step}\n\

@@ -1,20 +1,21 @@
 //! Reachability maps: the intervals of every line of some walls, and look-ups in them.
 
+use super::grid::WallGrid;
+use super::keep_out::{Carried, KeepOut, KeepOutBox, Plate, blocked};
 use super::symmetry;
-use crate::line::exact::{ExactConfig, ExactSolver, Roll, Touch};
-use crate::line::interval::total_m;
-use crate::line::reachability::LineReach;
-use crate::map::grid::WallGrid;
-use crate::map::keep_out::{Carried, KeepOutBox, Plate};
+use crate::error::ReachabilityError;
+use crate::line::{
+    BoardPart, ExactConfig, ExactSolver, Interval, LineReachability, ReachableInterval, Roll,
+    total_m,
+};
 use crate::progress::{Monitor, Progress};
-use crate::{Interval, ReachInterval, ReachabilityError, WallLine, WallPlane, WallPoint};
+use crate::wall::{WallLine, WallPlane, WallPoint};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
-use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// Square of the cosine of the angle within which a look-up finds walls: half of the
-/// dissertation's 15 degrees, and a hair for rounding.
+/// dissertation's 15 degrees, and a little more for rounding.
 const LEAST_COSINE_SQUARED: f64 = 0.982_962;
 
 /// One line of a map: which wall, plane and height.
@@ -39,6 +40,15 @@ pub struct LookUp {
     pub reachable: bool,
 }
 
+/// Lengths of all lines of a map together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapLengths {
+    /// Reachable, m.
+    pub reachable_m: f64,
+    /// Without proof, m.
+    pub unknown_m: f64,
+}
+
 /// How a map was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BuildReport {
@@ -46,7 +56,7 @@ pub struct BuildReport {
     pub lines: usize,
     /// Lines that were solved; the others are images of these.
     pub solved: usize,
-    /// Of those, lines that symmetry could not answer, solved for themselves.
+    /// Of those, lines that symmetry could not answer, each solved by itself.
     pub singly: usize,
 }
 
@@ -55,10 +65,11 @@ pub struct BuildReport {
 /// ```
 /// use glam::DVec3;
 /// use hwall_kinematics::SrsArm;
-/// use hwall_reachability::{ExactConfig, ReachabilityMap, WallGrid};
+/// use hwall_reachability::{ExactConfig, Interval, ReachabilityMap, WallGrid};
 ///
 /// // One wall of a room: 0.6 m before the arm, 1.2 m high, a line every 5 cm.
-/// let wall = WallGrid::for_wall(DVec3::new(0.6, 0.0, 0.0), DVec3::X, (0.0, 1.2), 0.05)?;
+/// let heights = Interval::new(0.0, 1.2);
+/// let wall = WallGrid::for_wall(DVec3::new(0.6, 0.0, 0.0), DVec3::X, heights, 0.05)?;
 /// let map = ReachabilityMap::build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall])?;
 /// let found = map.look_up(DVec3::new(0.6, 0.3, 0.5), DVec3::X).expect("on the wall");
 /// assert!(found.reachable);
@@ -74,33 +85,10 @@ pub struct ReachabilityMap {
     normals: Vec<[f64; 2]>,
     /// Where the intervals and the bands of each line begin; one more than there are lines.
     starts: Vec<[u32; 2]>,
-    intervals: Vec<ReachInterval>,
+    intervals: Vec<ReachableInterval>,
     unknown: Vec<Interval>,
-    keep_out: KeepOut,
+    keep_out: Vec<KeepOut>,
     report: BuildReport,
-}
-
-/// What the board must stay out of, and what is carried with it.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct KeepOut {
-    pairs: Vec<(KeepOutBox, Carried)>,
-}
-
-impl KeepOut {
-    /// Where on a line some box is overlapped, at any of these rolls.
-    fn blocked(
-        &self,
-        line: &WallLine,
-        rolls_rad: impl Iterator<Item = f64>,
-    ) -> Result<Vec<Interval>, ReachabilityError> {
-        let mut blocked = Vec::new();
-        for roll_rad in rolls_rad {
-            for (keep_out, carried) in &self.pairs {
-                blocked.extend(keep_out.blocked_on_line(carried, line, roll_rad)?);
-            }
-        }
-        Ok(blocked)
-    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -133,7 +121,7 @@ impl ReachabilityMap {
         Self::build_monitored(arm, config, walls, &|_: Progress| ControlFlow::Continue(()))
     }
 
-    /// As [`build`](Self::build), telling how far it is; the monitor can cancel it.
+    /// As [`build`](Self::build), with reports of its progress; the monitor can cancel it.
     ///
     /// # Errors
     /// As [`build`](Self::build), or [`ReachabilityError::Cancelled`].
@@ -149,27 +137,19 @@ impl ReachabilityMap {
             solved: solved.solved,
             singly: solved.singly,
         };
-        let mut map = Self::from_lines(arm, config, walls, &solved.lines)?;
+        let mut map = Self::from_lines(arm, config, walls, &solved.lines, Vec::new())?;
         map.report = report;
         Ok(map)
     }
 
-    /// For a map from a file, whose lines are already without the blocked parts.
-    pub(crate) fn with_keep_out_done(mut self, keep_out: KeepOut) -> Self {
-        self.keep_out = keep_out;
-        self
-    }
-
-    pub(crate) const fn keep_out_stored(&self) -> &KeepOut {
-        &self.keep_out
-    }
-
-    /// From lines in the order of the grids; as many as those ask for.
-    pub(crate) fn from_lines(
+    /// From lines in the order of the grids, as many as those have, already without what the boxes
+    /// to keep out of block.
+    pub(super) fn from_lines(
         arm: &SrsArm,
         config: &ExactConfig,
         grids: Vec<WallGrid>,
-        lines: &[LineReach],
+        lines: &[LineReachability],
+        keep_out: Vec<KeepOut>,
     ) -> Result<Self, ReachabilityError> {
         let mut walls = Vec::with_capacity(grids.len());
         let mut first_line = 0;
@@ -201,24 +181,24 @@ impl ReachabilityMap {
             starts,
             intervals,
             unknown,
-            keep_out: KeepOut::default(),
+            keep_out,
             report: BuildReport::default(),
         })
     }
 
-    /// The map without the places where the carried board (and hand) would overlap a box, in
-    /// closed form. A place stays only if the load is free at every roll of the map's
-    /// configuration; turned by a free roll, a board counts as the square about its turning circle.
+    /// The map without the places where what is carried would overlap a box, in closed form. A
+    /// place stays only if the load is clear of the boxes at every roll of the map's configuration;
+    /// with a free roll, a board counts as the square around its turning circle.
     ///
     /// # Errors
-    /// NaN or infinity in what is carried, or a map of touches anywhere on the board.
+    /// NaN or infinity in what is carried, or a map where any part of the board counts.
     pub fn with_keep_out(
         self,
         boxes: Vec<KeepOutBox>,
         carried: Carried,
     ) -> Result<Self, ReachabilityError> {
-        if self.config.touch != Touch::Middle {
-            return Err(ReachabilityError::TouchNotInMiddle);
+        if self.config.board_part != BoardPart::Middle {
+            return Err(ReachabilityError::NotBoardMiddle);
         }
         let carried = match (carried.plate, &self.config.roll) {
             (Some(plate), Roll::Free) => {
@@ -233,33 +213,31 @@ impl ReachabilityMap {
             _ => carried,
         };
         let mut keep_out = self.keep_out.clone();
-        let pairs = boxes.into_iter().map(|b| (b, carried));
-        keep_out.pairs.extend(pairs);
+        keep_out.extend(boxes.into_iter().map(|solid| KeepOut { solid, carried }));
         let lines = self.lines().map(|index| {
-            let reach = LineReach {
+            let found = LineReachability {
                 intervals: self.intervals(index).to_vec(),
                 unknown: self.unknown(index).to_vec(),
             };
             match self.line(index) {
                 Some(line) => {
-                    let blocked = keep_out.blocked(&line, self.solver.rolls_rad())?;
-                    Ok(reach.unblocked(&blocked))
+                    let blocked = blocked(&keep_out, &line, self.solver.rolls_rad())?;
+                    Ok(found.unblocked(&blocked))
                 }
-                None => Ok(reach),
+                None => Ok(found),
             }
         });
-        let lines: Vec<LineReach> = lines.collect::<Result<_, ReachabilityError>>()?;
+        let lines: Vec<LineReachability> = lines.collect::<Result<_, ReachabilityError>>()?;
         let walls = self.walls().cloned().collect();
-        let mut map = Self::from_lines(&self.arm, &self.config, walls, &lines)?;
-        map.keep_out = keep_out;
+        let mut map = Self::from_lines(&self.arm, &self.config, walls, &lines, keep_out)?;
         map.report = self.report;
         Ok(map)
     }
 
     /// The boxes that it keeps out of, each with what is carried past it.
     #[must_use]
-    pub fn keep_out(&self) -> &[(KeepOutBox, Carried)] {
-        &self.keep_out.pairs
+    pub fn keep_out(&self) -> &[KeepOut] {
+        &self.keep_out
     }
 
     /// The arm it was made for, with its tool.
@@ -293,7 +271,7 @@ impl ReachabilityMap {
 
     /// The grid of a wall.
     #[cfg(feature = "exr")]
-    pub(crate) fn grid(&self, wall: usize) -> &WallGrid {
+    pub(super) fn grid(&self, wall: usize) -> &WallGrid {
         &self.walls[wall].grid
     }
 
@@ -323,7 +301,7 @@ impl ReachabilityMap {
     /// The reachable intervals of a line, sorted; none for an index that the map does not hold.
     #[must_use]
     #[inline]
-    pub fn intervals(&self, index: LineIndex) -> &[ReachInterval] {
+    pub fn intervals(&self, index: LineIndex) -> &[ReachableInterval] {
         match self.flat(index) {
             Some(i) => &self.intervals[self.starts[i][0] as usize..self.starts[i + 1][0] as usize],
             None => &[],
@@ -342,10 +320,9 @@ impl ReachabilityMap {
     /// The dissertation's look-up: nearest orientation, plane and height, then the intervals.
     ///
     /// `point_m` and the wall's outward normal (about horizontal, any length) in the base frame.
-    /// `None` where no line is near: a heading further than 7.5 degrees from all walls, or more
-    /// than half a step outside the planes or heights, or NaN. The answer is that of the nearest
-    /// line, not of the point: for the point itself see
-    /// [`is_reachable`](Self::is_reachable).
+    /// `None` where no line is near: for a heading further than 7.5 degrees from all walls, more
+    /// than half a step outside the planes or heights, or for NaN. The verdict is that of the
+    /// nearest line: for the point itself see [`is_reachable`](Self::is_reachable).
     #[must_use]
     pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<LookUp> {
         // The best heading first, without a branch in the loop; squared, so that a normal of any
@@ -387,12 +364,12 @@ impl ReachabilityMap {
     /// NaN or infinity, a normal that is not horizontal.
     pub fn is_reachable(&self, point_m: DVec3, normal: DVec3) -> Result<bool, ReachabilityError> {
         let plane = WallPlane::through(point_m, normal)?;
-        let (at, _) = plane.project(point_m);
+        let at = plane.project(point_m).at;
         let line = plane.line(at.z_m);
         if !self.solver.is_reachable(&line, at.s_m)? {
             return Ok(false);
         }
-        let blocked = self.keep_out.blocked(&line, self.solver.rolls_rad())?;
+        let blocked = blocked(&self.keep_out, &line, self.solver.rolls_rad())?;
         let inside = |hole: &Interval| hole.lo_m < at.s_m && at.s_m < hole.hi_m;
         Ok(!blocked.iter().any(inside))
     }
@@ -433,14 +410,13 @@ impl ReachabilityMap {
         best.map(|(_, point)| point)
     }
 
-    /// Reachable length and length without proof of all lines, m.
+    /// Lengths of all lines together.
     #[must_use]
-    pub fn lengths_m(&self) -> (f64, f64) {
-        let reachable = total_m(self.intervals.iter().map(|i| i.span.length_m()));
-        (
-            reachable,
-            total_m(self.unknown.iter().map(Interval::length_m)),
-        )
+    pub fn lengths(&self) -> MapLengths {
+        MapLengths {
+            reachable_m: total_m(self.intervals.iter().map(|i| i.span.length_m())),
+            unknown_m: total_m(self.unknown.iter().map(Interval::length_m)),
+        }
     }
 
     /// Memory held, bytes.

@@ -1,9 +1,10 @@
 //! Why the unreachable part of a wall is unreachable.
 
-use crate::error::positive;
-use crate::line::exact::ExactSolver;
-use crate::{Interval, ReachabilityError, WallPlane};
+use crate::error::ReachabilityError;
+use crate::line::{ExactSolver, Interval};
+use crate::wall::WallPlane;
 use hwall_kinematics::{Reach, SrsArm, Unreachable};
+use hwall_numeric::check::{finite, positive};
 
 /// Counts of sampled points of a wall by verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -30,13 +31,14 @@ pub struct ReachabilityReasons {
 const MOST_SAMPLES: u128 = 100_000_000;
 
 impl ReachabilityReasons {
-    /// Asks for the verdict at points `spacing_m` apart, over `s` and `z` (m) of a wall.
+    /// Takes the verdict at points `spacing_m` apart, over the intervals `s` along the wall and `z`
+    /// of heights.
     ///
-    /// Where the solver has a choice of rolls the first one gives the reason; a point that any
-    /// of them reaches counts as reachable.
+    /// Where the solver has a choice of rolls the first one gives the reason; a point that is
+    /// reachable at any of them counts as reachable.
     ///
     /// # Errors
-    /// NaN or infinity, a spacing that is not positive, or more points than make sense.
+    /// NaN or infinity, a spacing that is not positive, or more than 1e8 points.
     pub fn of_wall(
         solver: &ExactSolver,
         plane: &WallPlane,
@@ -46,7 +48,7 @@ impl ReachabilityReasons {
     ) -> Result<Self, ReachabilityError> {
         positive("spacing_m", spacing_m)?;
         let count = |span: Interval| {
-            let steps = crate::error::finite("extent in steps", span.length_m() / spacing_m)?;
+            let steps = finite("extent in steps", span.length_m() / spacing_m)?;
             Ok::<_, ReachabilityError>((steps + 1e-9).floor().max(0.0) as u128 + 1)
         };
         let (columns, rows) = (count(s)?, count(z)?);

@@ -1,33 +1,40 @@
-//! Lines that are solved once for many: the map turned about the base's axis, and in a mirror.
+//! Lines that are solved once and stand for many: turned about the base's axis, and mirrored.
 //!
 //! Turning a wall about the base axis turns joint 1 alone. A mirror through the plane of base axis
-//! and normal changes the signs of joints 1, 3, 5 and 7, and turns the flange by
-//! `2 r - π` at roll r. So one line stands for all lines of its distance and height, at every
-//! heading, and for its other half, but for the limits of those four joints. Each image of the line forbids
-//! its own arc of a joint's circle. The line is solved once with all of the arcs forbidden (what is
-//! then reachable is so in every image) and with only the common ones (what is then unreachable
-//! is so in every image). Where the two answers meet, which is nearly everywhere, the
-//! symmetry is proven; where they do not, each image is solved for itself.
+//! and normal changes the signs of joints 1, 3, 5 and 7, and turns the flange by `2 r - π` at roll
+//! r. So, but for the limits of those four joints, one line stands for all lines of its distance and
+//! height, at every heading, and for its own mirror image. Each image of the line forbids its own
+//! arc of a joint's circle. The line is solved once with all of the arcs forbidden (what is then
+//! reachable is so in every image) and once with only the arcs that all images forbid (what is then
+//! unreachable is so in every image). Where the two results agree, which is nearly everywhere, the
+//! symmetry is proven; where they do not, each image is solved by itself.
 
-use crate::line::exact::{ExactConfig, ExactSolver, Roll, size_m};
-use crate::line::reachability::LineReach;
-use crate::map::grid::{WallGrid, checked_line_count};
+use super::grid::{WallGrid, checked_line_count};
+use crate::error::ReachabilityError;
+use crate::line::{ExactConfig, ExactSolver, LineReachability, Roll, size_m};
 use crate::progress::{Monitor, map_indexed};
-use crate::{ReachabilityError, WallPlane};
+use crate::wall::WallPlane;
 use hwall_kinematics::{JointLimit, SrsArm};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// Every line of the grids in their order, and how many had to be solved.
-pub(crate) struct Solved {
-    pub(crate) lines: Vec<LineReach>,
-    pub(crate) solved: usize,
-    /// Lines that the symmetry did not answer.
-    pub(crate) singly: usize,
+pub(super) struct Solved {
+    pub(super) lines: Vec<LineReachability>,
+    pub(super) solved: usize,
+    /// Of those, lines that the symmetry did not answer.
+    pub(super) singly: usize,
+}
+
+/// A line that stands for others: its sector (see [`sectors`]), distance and height.
+struct Task {
+    sector: usize,
+    distance_m: f64,
+    height_m: f64,
 }
 
 /// Solves all lines of the grids.
-pub(crate) fn solve(
+pub(super) fn solve(
     arm: &SrsArm,
     config: &ExactConfig,
     walls: &[WallGrid],
@@ -37,7 +44,7 @@ pub(crate) fn solve(
     let direct = ExactSolver::new(arm, config)?;
     // Which line stands for which.
     let mut keys: HashMap<(usize, u64, u64), usize> = HashMap::new();
-    let mut tasks: Vec<(usize, f64, f64)> = Vec::new();
+    let mut tasks: Vec<Task> = Vec::new();
     let mut task_of = Vec::with_capacity(count);
     let sector_of = sectors(walls);
     for (wall, &sector) in walls.iter().zip(&sector_of) {
@@ -45,18 +52,23 @@ pub(crate) fn solve(
             for height in wall.heights.iter() {
                 let key = (sector, distance.to_bits(), height.to_bits());
                 task_of.push(*keys.entry(key).or_insert_with(|| {
-                    tasks.push((sector, distance, height));
+                    tasks.push(Task {
+                        sector,
+                        distance_m: distance,
+                        height_m: height,
+                    });
                     tasks.len() - 1
                 }));
             }
         }
     }
-    // First with the mirror, then what that leaves open without it.
-    let mut reduced: Vec<Option<LineReach>> = vec![None; tasks.len()];
+    // First with the mirror, then without it what that leaves open.
+    let mut reduced: Vec<Option<LineReachability>> = vec![None; tasks.len()];
     let mut solved = 0;
-    // A searched freedom is no business of families: where they differ the search finds no end.
+    // Families do not help where a height or a roll is searched: where their arms differ, the search
+    // would go on for ever.
     let rolls = mirrored_rolls(arm, config);
-    let stages = if direct.is_free() {
+    let stages = if direct.family().is_free() {
         [None, None]
     } else {
         [rolls.as_deref().map(Some), Some(None)]
@@ -65,10 +77,10 @@ pub(crate) fn solve(
         let families = families(arm, config, walls, &sector_of, rolls)?;
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| reduced[i].is_none()).collect();
         let found = map_indexed(open.len(), monitor, |i| {
-            let (sector, distance_m, height_m) = tasks[open[i]];
-            let plane = WallPlane::new(0.0, distance_m)?;
-            match &families[sector] {
-                Some(solver) => solver.line_of_family(&plane.line(height_m), rolls.is_some()),
+            let task = &tasks[open[i]];
+            let line = WallPlane::new(0.0, task.distance_m)?.line(task.height_m);
+            match &families[task.sector] {
+                Some(solver) => solver.line_of_family(&line, rolls.is_some()),
                 None => Ok(None),
             }
         })?;
@@ -90,7 +102,7 @@ pub(crate) fn solve(
         }
     }
     let singly = map_indexed(open.len(), monitor, |i| direct.line(&open[i].1))?;
-    let mut lines: Vec<LineReach> = task_of
+    let mut lines: Vec<LineReachability> = task_of
         .iter()
         .map(|&task| reduced[task].clone().unwrap_or_default())
         .collect();

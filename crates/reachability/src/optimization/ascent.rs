@@ -1,15 +1,18 @@
 //! Climbing along a line within limits: the inner part of the optimization solver.
 //!
-//! Feasible configurations form a manifold (the constraints) with walls (the limits). From a point
+//! Feasible configurations form a manifold (the constraints) with borders (the limits). From a point
 //! of it the gradient of s is projected on the tangent space of the constraints among the joints that
-//! are not held at a limit; that space has a few dimensions only, so its Hessian is taken by
+//! are not held at a limit; that space has a few dimensions only, so its Hessian is found by
 //! differences of projected gradients and a Newton step is made, within a trust radius and up to the
-//! first limit. Gauss-Newton steps lead back onto the manifold. A joint leaves its limit again
-//! when the sign of its multiplier says that it would climb by doing so.
+//! first limit. Gauss-Newton steps lead back onto the manifold. A joint leaves its limit again where
+//! the sign of its multiplier says that s would then increase further.
 
-use super::linalg::{add, dot, eigen, offset, square};
+use super::tangent::{Point, Tangent, least_step};
+use super::vector::{add, offset, square};
+use crate::wall::WallLine;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainScratch, JointLimit, rotation_vector};
+use hwall_numeric::dense::{Matrix, SymmetricEigen, dot};
 
 /// Largest change of a joint in one step, rad.
 const TRUST_RAD: f64 = 0.3;
@@ -17,17 +20,11 @@ const TRUST_RAD: f64 = 0.3;
 /// Half width of the differences for the Hessian, rad.
 const DIFFERENCE_RAD: f64 = 1e-4;
 
-/// A projected gradient (lengths in arm lengths) below this is none.
+/// A projected gradient (lengths in arm lengths) below this counts as zero.
 const FLAT: f64 = 1e-11;
 
-/// Rows of the constraints whose part across the others is smaller than this are dependent.
-const DEPENDENT: f64 = 1e-9;
-
-/// Most constraints: orientation 3, plane, height.
-const MOST_ROWS: usize = 5;
-
 /// One line of a wall and one arm: s to climb, constraints to keep.
-pub(crate) struct Slope<'a> {
+pub(super) struct Ascent<'a> {
     chain: &'a Chain,
     limits: Vec<JointLimit>,
     normal: DVec3,
@@ -41,26 +38,17 @@ pub(crate) struct Slope<'a> {
     scratch: ChainScratch,
 }
 
-/// Value and derivatives at a configuration; lengths in arm lengths.
-#[derive(Clone, Default)]
-struct Point {
-    s: f64,
-    residual: Vec<f64>,
-    rows: Vec<Vec<f64>>,
-    gradient: Vec<f64>,
-}
-
-/// A place that cannot be climbed further.
-pub(crate) struct Summit {
-    pub(crate) q: Vec<f64>,
+/// Where an ascent ended.
+pub(super) struct AscentEnd {
+    pub(super) q: Vec<f64>,
     /// Is the projected gradient gone, and would no joint climb by leaving its limit?
-    pub(crate) stationary: bool,
+    pub(super) stationary: bool,
 }
 
-impl<'a> Slope<'a> {
-    pub(crate) fn new(
+impl<'a> Ascent<'a> {
+    pub(super) fn new(
         chain: &'a Chain,
-        line: &crate::WallLine,
+        line: &WallLine,
         roll_rad: Option<f64>,
         size_m: f64,
     ) -> Self {
@@ -77,12 +65,12 @@ impl<'a> Slope<'a> {
         }
     }
 
-    pub(crate) fn limits(&self) -> &[JointLimit] {
+    pub(super) fn limits(&self) -> &[JointLimit] {
         &self.limits
     }
 
     /// Place along the line, and how far off it the arm is: m and rad.
-    pub(crate) fn measure(&self, q: &[f64]) -> Option<[f64; 3]> {
+    pub(super) fn measure(&self, q: &[f64]) -> Option<[f64; 3]> {
         let pose = self.chain.forward(q).ok()?;
         let (p, z) = (pose.position_m(), pose.rotation().z_axis);
         let off_plane = self.normal.dot(p) - self.distance_m;
@@ -114,7 +102,7 @@ impl<'a> Slope<'a> {
         if self.board.is_some() {
             axes.push(self.normal);
         } else if rotation.z_axis.dot(self.normal) < 0.0 {
-            // Turned away: the cross product alone would call the opposite normal right, too.
+            // Turned away: by the cross product alone the opposite normal would be right, too.
             residual.extend([3.0 + error.dot(self.along), error.z]);
         }
         if residual.len() == 2 {
@@ -141,7 +129,7 @@ impl<'a> Slope<'a> {
 
     /// Leads a configuration onto the constraints by damped Gauss-Newton steps; joints that are
     /// held stay, the others stop at their limits. False if that fails.
-    pub(crate) fn restore(&mut self, q: &mut [f64], held: &[bool], most_steps: usize) -> bool {
+    pub(super) fn restore(&mut self, q: &mut [f64], held: &[bool], most_steps: usize) -> bool {
         let mut damping = 1e-12;
         let Some(mut here) = self.at(q) else {
             return false;
@@ -200,14 +188,14 @@ impl<'a> Slope<'a> {
     }
 
     /// Climbs from a point of the manifold, up (`sign` 1) or down (-1).
-    pub(crate) fn climb(&mut self, start: &[f64], sign: f64, most_steps: usize) -> Summit {
+    pub(super) fn climb(&mut self, start: &[f64], sign: f64, most_steps: usize) -> AscentEnd {
         let mut q = start.to_vec();
         let mut trust = TRUST_RAD;
         let mut held = self.at_limits(&q);
-        let summit = |q: Vec<f64>, stationary: bool| Summit { q, stationary };
+        let end = |q: Vec<f64>, stationary: bool| AscentEnd { q, stationary };
         for _ in 0..most_steps {
             let Some(here) = self.at(&q) else {
-                return summit(q, false);
+                return end(q, false);
             };
             let mut tangent = Tangent::new(&here, &held, sign);
             // One joint at a time leaves its limit: the one that would climb most by it.
@@ -215,7 +203,7 @@ impl<'a> Slope<'a> {
                 held[joint] = false;
                 tangent = Tangent::new(&here, &held, sign);
             } else if tangent.length() < FLAT {
-                return summit(q, true);
+                return end(q, true);
             }
             let direction = self.newton(&q, &held, &tangent, sign, trust);
             match self.step(&q, &direction, &held, sign * here.s, sign) {
@@ -229,18 +217,18 @@ impl<'a> Slope<'a> {
                     }
                     trust = (2.0 * trust).min(TRUST_RAD);
                     if gained < 1e-15 && tangent.length() < 1e-7 {
-                        return summit(q, true);
+                        return end(q, true);
                     }
                 }
                 None => {
                     trust *= 0.25;
                     if trust < 1e-9 {
-                        return summit(q, tangent.length() < 1e-6);
+                        return end(q, tangent.length() < 1e-6);
                     }
                 }
             }
         }
-        summit(q, false)
+        end(q, false)
     }
 
     fn at_limits(&self, q: &[f64]) -> Vec<bool> {
@@ -263,11 +251,11 @@ impl<'a> Slope<'a> {
             .iter()
             .map(|z| dot(z, &tangent.projected))
             .collect();
-        let mut hessian = vec![vec![0.0; n]; n];
+        let mut hessian = Matrix::zeros(n, n);
         for (i, z) in tangent.basis.iter().enumerate() {
             let mut sides = [-1.0, 1.0].map(|side| {
                 let mut moved = offset(q, z, side * DIFFERENCE_RAD);
-                // Limits are no matter here: half of the directions point outside.
+                // Without limits: half of the directions point outside of them.
                 let restored = self.restore_freely(&mut moved, held);
                 restored
                     .then(|| self.at(&moved))
@@ -278,12 +266,13 @@ impl<'a> Slope<'a> {
                 continue;
             };
             for (j, w) in tangent.basis.iter().enumerate() {
-                hessian[j][i] = (dot(w, after) - dot(w, before)) / (2.0 * DIFFERENCE_RAD);
+                hessian[(j, i)] = (dot(w, after) - dot(w, before)) / (2.0 * DIFFERENCE_RAD);
             }
         }
-        let (values, vectors) = eigen(hessian);
+        let eigen = SymmetricEigen::new(&hessian);
         let mut step = vec![0.0; q.len()];
-        for (value, vector) in values.iter().zip(&vectors) {
+        for (i, value) in eigen.values.iter().enumerate() {
+            let vector = eigen.vectors.row(i);
             let along = dot(vector, &slope) / value.abs().max(1e-4);
             for (coefficient, z) in vector.iter().zip(&tangent.basis) {
                 add(&mut step, z, along * coefficient);
@@ -362,178 +351,4 @@ impl<'a> Slope<'a> {
         let there = self.at(&next)?;
         (sign * there.s > height || (share < 1e-9 && !hit.is_empty())).then_some((next, hit))
     }
-}
-
-/// The projected gradient and a basis of the directions that keep the constraints.
-struct Tangent {
-    projected: Vec<f64>,
-    basis: Vec<Vec<f64>>,
-    /// Multipliers of the constraints.
-    multipliers: Vec<f64>,
-}
-
-impl Tangent {
-    fn new(point: &Point, held: &[bool], sign: f64) -> Self {
-        let n = held.len();
-        let masked = |row: &[f64]| -> Vec<f64> {
-            let of = |(x, held): (&f64, &bool)| if *held { 0.0 } else { *x };
-            row.iter().zip(held).map(of).collect()
-        };
-        // Gram-Schmidt, twice, of the rows: J = T Q with T lower triangular.
-        let mut q: Vec<Vec<f64>> = Vec::with_capacity(MOST_ROWS);
-        let mut triangle: Vec<Vec<f64>> = Vec::with_capacity(MOST_ROWS);
-        let mut independent = Vec::with_capacity(MOST_ROWS);
-        for (k, row) in point.rows.iter().enumerate() {
-            let mut rest = masked(row);
-            let mut coefficients = vec![0.0; q.len()];
-            for _ in 0..2 {
-                for (c, basis) in coefficients.iter_mut().zip(&q) {
-                    let along = dot(basis, &rest);
-                    *c += along;
-                    add(&mut rest, basis, -along);
-                }
-            }
-            let length = square(&rest).sqrt();
-            if length > DEPENDENT {
-                rest.iter_mut().for_each(|x| *x /= length);
-                coefficients.push(length);
-                q.push(rest);
-                triangle.push(coefficients);
-                independent.push(k);
-            }
-        }
-        let gradient: Vec<f64> = masked(&point.gradient).iter().map(|x| sign * x).collect();
-        let mut projected = gradient.clone();
-        for _ in 0..2 {
-            for basis in &q {
-                let along = dot(basis, &projected);
-                add(&mut projected, basis, -along);
-            }
-        }
-        // Jᵀ λ = Q Qᵀ g, from the last row upwards.
-        let mut multipliers = vec![0.0; point.rows.len()];
-        let mut wanted: Vec<f64> = q.iter().map(|basis| dot(basis, &gradient)).collect();
-        for i in (0..q.len()).rev() {
-            let lambda = wanted[i] / triangle[i][i];
-            multipliers[independent[i]] = lambda;
-            for (w, c) in wanted.iter_mut().zip(&triangle[i]) {
-                *w -= lambda * c;
-            }
-        }
-        // What the rows leave of the joints' own directions, the largest first.
-        let free = held.iter().filter(|h| !**h).count();
-        let mut basis: Vec<Vec<f64>> = Vec::new();
-        while basis.len() + q.len() < free {
-            let mut best: (f64, Vec<f64>) = (0.0, Vec::new());
-            for i in (0..n).filter(|&i| !held[i]) {
-                let mut unit = vec![0.0; n];
-                unit[i] = 1.0;
-                for _ in 0..2 {
-                    for other in q.iter().chain(&basis) {
-                        let along = dot(other, &unit);
-                        add(&mut unit, other, -along);
-                    }
-                }
-                let length = square(&unit).sqrt();
-                if length > best.0 {
-                    best = (length, unit);
-                }
-            }
-            let (length, mut unit) = best;
-            if length < 1e-6 {
-                break;
-            }
-            unit.iter_mut().for_each(|x| *x /= length);
-            basis.push(unit);
-        }
-        Self {
-            projected,
-            basis,
-            multipliers,
-        }
-    }
-
-    fn length(&self) -> f64 {
-        square(&self.projected).sqrt()
-    }
-
-    /// The held joint that would climb most by leaving its limit.
-    fn would_climb(
-        &self,
-        point: &Point,
-        q: &[f64],
-        held: &[bool],
-        limits: &[JointLimit],
-        sign: f64,
-    ) -> Option<usize> {
-        // Only where the free joints have nothing left to gain do the multipliers mean anything.
-        if self.length() > 1e-6 {
-            return None;
-        }
-        let gain = |i: usize| {
-            let rows = point.rows.iter().zip(&self.multipliers);
-            let slope = sign * point.gradient[i] - rows.map(|(row, l)| l * row[i]).sum::<f64>();
-            // Inwards is down from an upper limit; a joint without room cannot leave.
-            if limits[i].max_rad <= limits[i].min_rad {
-                0.0
-            } else if q[i] >= limits[i].max_rad {
-                -slope
-            } else {
-                slope
-            }
-        };
-        let candidates = (0..held.len()).filter(|&i| held[i]);
-        let best = candidates
-            .map(|i| (gain(i), i))
-            .max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (best.0 > 1e-9).then_some(best.1)
-    }
-}
-
-/// The smallest step of the free joints that meets the constraints, damped.
-#[expect(clippy::needless_range_loop, reason = "rows and columns of one matrix")]
-fn least_step(point: &Point, free: &[bool], damping: f64) -> Vec<f64> {
-    let m = point.rows.len();
-    let mut a = [[0.0; MOST_ROWS + 1]; MOST_ROWS];
-    for i in 0..m {
-        for j in 0..m {
-            let pairs = point.rows[i].iter().zip(&point.rows[j]).zip(free);
-            a[i][j] = pairs.filter(|(_, f)| **f).map(|((x, y), _)| x * y).sum();
-        }
-        a[i][i] += damping;
-        a[i][m] = -point.residual[i];
-    }
-    // Gauss elimination; the matrix is symmetric and, with damping, positive.
-    for i in 0..m {
-        let pivot = (i..m).max_by(|&r, &s| a[r][i].abs().total_cmp(&a[s][i].abs()));
-        a.swap(i, pivot.unwrap_or(i));
-        let head = a[i];
-        if head[i].abs() < 1e-300 {
-            continue;
-        }
-        for row in a.iter_mut().take(m).skip(i + 1) {
-            let factor = row[i] / head[i];
-            for (x, y) in row.iter_mut().zip(head).take(m + 1) {
-                *x -= factor * y;
-            }
-        }
-    }
-    let mut lambda = [0.0; MOST_ROWS];
-    for i in (0..m).rev() {
-        let rest: f64 = (i + 1..m).map(|j| a[i][j] * lambda[j]).sum();
-        lambda[i] = if a[i][i].abs() < 1e-300 {
-            0.0
-        } else {
-            (a[i][m] - rest) / a[i][i]
-        };
-    }
-    let of = |(i, free): (usize, &bool)| {
-        let rows = point.rows.iter().zip(lambda);
-        if *free {
-            rows.map(|(row, l)| row[i] * l).sum()
-        } else {
-            0.0
-        }
-    };
-    free.iter().enumerate().map(of).collect()
 }

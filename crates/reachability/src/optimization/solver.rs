@@ -5,15 +5,17 @@
 //! without the tangent of the heading: the place s along the line instead of `p_y`, `n · p = d`
 //! instead of `p_x - tan γ p_y`.
 //!
-//! What it cannot do is part of its nature: two extremes hold no hole, a local optimum looks like
-//! the global one, and nothing is proven. [`ExactSolver`](crate::ExactSolver) does all three, for
-//! S-R-S arms; this one takes any arm that has a forward map and a Jacobian.
+//! Its limits are those of the method: two extremes show no hole between them, a local optimum looks
+//! like the global one, and nothing is proven. [`ExactSolver`](crate::line::ExactSolver) has none of these limits, for S-R-S
+//! arms; this one takes any arm that has a forward map and a Jacobian.
 
-use super::ascent::Slope;
-use crate::error::{finite, positive};
+use super::ascent::Ascent;
+use crate::error::ReachabilityError;
+use crate::line::Interval;
 use crate::progress::Progress;
-use crate::{Interval, ReachabilityError, WallLine};
+use crate::wall::WallLine;
 use hwall_kinematics::{Chain, JointKind, JointLimit};
+use hwall_numeric::check::{finite, positive};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::PI;
@@ -153,9 +155,9 @@ impl OptimizationSolver {
     /// # Errors
     /// NaN or infinity in the line.
     pub fn line(&self, line: &WallLine) -> Result<Option<LineExtremes>, ReachabilityError> {
-        let mut climber = Climber::new(self, line)?;
-        climber.random_starts();
-        Ok(climber.found())
+        let mut search = MultiStart::new(self, line)?;
+        search.random_starts();
+        Ok(search.found())
     }
 
     /// The extremes of neighbouring lines, in their order. Each line has its own random starts
@@ -169,7 +171,7 @@ impl OptimizationSolver {
         lines: &[WallLine],
         monitor: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Vec<Option<LineExtremes>>, ReachabilityError> {
-        let mut climbers = Vec::with_capacity(lines.len());
+        let mut searches = Vec::with_capacity(lines.len());
         let passes = if self.config.warm_start { 3 } else { 1 };
         let total = passes * lines.len();
         let mut done = 0;
@@ -181,9 +183,9 @@ impl OptimizationSolver {
             }
         };
         for line in lines {
-            let mut climber = Climber::new(self, line)?;
-            climber.random_starts();
-            climbers.push(climber);
+            let mut search = MultiStart::new(self, line)?;
+            search.random_starts();
+            searches.push(search);
             tick()?;
         }
         if self.config.warm_start {
@@ -193,30 +195,30 @@ impl OptimizationSolver {
                 let mut before: Vec<Vec<f64>> = Vec::new();
                 for i in order {
                     for q in &before {
-                        climbers[i].start_from(q);
+                        searches[i].start_from(q);
                     }
-                    before = climbers[i].configurations();
+                    before = searches[i].configurations();
                     tick()?;
                 }
             }
         }
-        Ok(climbers.iter().map(Climber::found).collect())
+        Ok(searches.iter().map(MultiStart::found).collect())
     }
 }
 
 /// The search on one line.
-struct Climber<'a> {
+struct MultiStart<'a> {
     solver: &'a OptimizationSolver,
-    slope: Slope<'a>,
+    ascent: Ascent<'a>,
     seed: u64,
     lo: Option<Extreme>,
     hi: Option<Extreme>,
 }
 
-impl<'a> Climber<'a> {
+impl<'a> MultiStart<'a> {
     fn new(solver: &'a OptimizationSolver, line: &WallLine) -> Result<Self, ReachabilityError> {
         finite("height_m", line.height_m)?;
-        // The line itself chooses its starts, so that its result does not depend on its company.
+        // The line itself chooses its starts, so that its result does not depend on other lines.
         let parts = [
             line.plane.heading_rad(),
             line.plane.distance_m(),
@@ -229,7 +231,7 @@ impl<'a> Climber<'a> {
         });
         Ok(Self {
             solver,
-            slope: Slope::new(&solver.chain, line, solver.config.roll_rad, solver.size_m),
+            ascent: Ascent::new(&solver.chain, line, solver.config.roll_rad, solver.size_m),
             seed: mixed,
             lo: None,
             hi: None,
@@ -247,7 +249,7 @@ impl<'a> Climber<'a> {
                 };
                 min + (max - min) * rng.random::<f64>()
             };
-            let q: Vec<f64> = self.slope.limits().iter().map(draw).collect();
+            let q: Vec<f64> = self.ascent.limits().iter().map(draw).collect();
             self.start_from(&q);
         }
     }
@@ -255,29 +257,31 @@ impl<'a> Climber<'a> {
     /// Leads a configuration onto the line and climbs both ways.
     fn start_from(&mut self, q: &[f64]) {
         let mut start = q.to_vec();
-        if !self.slope.restore(&mut start, &vec![false; q.len()], 80) {
+        if !self.ascent.restore(&mut start, &vec![false; q.len()], 80) {
             return;
         }
         for sign in [-1.0, 1.0] {
-            let summit = self.slope.climb(&start, sign, self.solver.config.max_steps);
-            let Some([s_m, residual_m, residual_rad]) = self.slope.measure(&summit.q) else {
+            let end = self
+                .ascent
+                .climb(&start, sign, self.solver.config.max_steps);
+            let Some([s_m, residual_m, residual_rad]) = self.ascent.measure(&end.q) else {
                 continue;
             };
             let config = &self.solver.config;
             let tolerated =
                 residual_m <= config.tolerance_m && residual_rad <= config.tolerance_rad;
             let inside = |(x, limit): (&f64, &JointLimit)| limit.contains(*x);
-            if !tolerated || !summit.q.iter().zip(self.slope.limits()).all(inside) {
+            if !tolerated || !end.q.iter().zip(self.ascent.limits()).all(inside) {
                 continue;
             }
             let extreme = Extreme {
                 s_m,
-                q: summit.q,
+                q: end.q,
                 residual_m,
                 residual_rad,
-                stationary: summit.stationary,
+                stationary: end.stationary,
             };
-            // Every summit is a point of the line: it may widen either end.
+            // Wherever an ascent ends is a point of the line: it may widen the interval on either side.
             if self.lo.as_ref().is_none_or(|lo| s_m < lo.s_m) {
                 self.lo = Some(extreme.clone());
             }

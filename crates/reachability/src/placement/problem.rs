@@ -1,26 +1,31 @@
-//! One candidate place of the base: its verdicts and margins; the method is told in `placement.rs`.
+//! Verdicts and margins of one candidate place of the base; `base.rs` describes the method.
 
-use super::base::{Placement, PlacementConfig, Target};
-use crate::line::exact::{ExactConfig, ExactSolver, Freedom, size_m};
-use crate::{ReachabilityError, WallPlane, position_margin_m};
-use glam::DVec3;
+use super::config::PlacementConfig;
+use super::scores::Placement;
+use super::target::Target;
+use crate::error::ReachabilityError;
+use crate::line::{ExactConfig, ExactSolver, Freedom, position_margin_m, size_m};
+use crate::steps::Steps;
+use crate::wall::WallPlane;
+use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionReach, SrsArm};
+use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
 
-/// Rounding of the shoulder's distance from the wrist, relative, with room to spare.
+/// Rounding of the distance from shoulder to wrist, relative, rounded up generously.
 const HAIR: f64 = 1e-9;
 
-/// A found joint 1 this far inside its limit proves the heading, rad; rounding is a thousandth.
+/// A heading is proven by a joint 1 that lies this far inside its limit, rad: a thousand times the rounding.
 const INSIDE_RAD: f64 = 1e-9;
 
-/// Margins come in steps of 1 %: what is not better by this share is not better.
-pub(crate) const BETTER: f64 = 1.005;
+/// Margins are found in steps of 1 %: one counts as better only if it is larger by this factor.
+pub(super) const BETTER: f64 = 1.005;
 
 /// The targets and the arm at each heading, made ready.
 ///
 /// All poses keep the axes of the room: a base turned by a heading is one whose limits of joint 1
 /// are moved by it.
-pub(crate) struct Scene<'a> {
+pub(super) struct PlacementProblem<'a> {
     config: &'a PlacementConfig,
     targets: &'a [Target],
     /// Their walls; a point's distance from them tells the side.
@@ -49,8 +54,8 @@ struct Board {
     wrist_m: DVec3,
 }
 
-impl<'a> Scene<'a> {
-    pub(crate) fn new(
+impl<'a> PlacementProblem<'a> {
+    pub(super) fn new(
         arm: &SrsArm,
         targets: &'a [Target],
         config: &'a PlacementConfig,
@@ -76,7 +81,7 @@ impl<'a> Scene<'a> {
         let limited = width < TAU;
         let headings = config.headings_rad.iter();
         let any_heading = with_first(JointLimit::FREE)?;
-        let mut scene = Self {
+        let mut problem = Self {
             config,
             targets,
             walls: Vec::with_capacity(targets.len()),
@@ -89,8 +94,12 @@ impl<'a> Scene<'a> {
             },
             half_rad: if limited { 0.5 * width } else { TAU },
             boards: Vec::new(),
-            rolls: any_heading.freedoms.len(),
-            has_arcs: any_heading.freedoms.iter().any(|f| f.half_roll > 0.0),
+            rolls: any_heading.family().freedoms.len(),
+            has_arcs: any_heading
+                .family()
+                .freedoms
+                .iter()
+                .any(|f| f.half_roll > 0.0),
             range_m2: {
                 let [shortest, longest] = any_heading.arm().shoulder_wrist_range_m();
                 let (lo, hi) = (shortest * (1.0 - HAIR), longest * (1.0 + HAIR));
@@ -99,45 +108,44 @@ impl<'a> Scene<'a> {
             any_heading,
         };
         let corner = |last: bool| {
-            let end = |steps: &crate::Steps| steps.at(if last { steps.count() - 1 } else { 0 });
+            let end = |steps: &Steps| steps.at(if last { steps.count() - 1 } else { 0 });
             DVec3::new(end(&config.x), end(&config.y), config.z_m)
         };
         for target in targets {
             let plane = WallPlane::through(target.point_m, target.normal)?;
             for base in [corner(false), corner(true)] {
-                for way in (target.point_m - base).to_array() {
-                    crate::error::finite("distance of target and base", way)?;
-                }
+                let distance = (target.point_m - base).to_array();
+                all_finite("distance of target and base", &distance)?;
             }
-            for Freedom { roll, .. } in &scene.any_heading.freedoms {
+            for Freedom { roll, .. } in &problem.any_heading.family().freedoms {
                 let pose = Pose::new(plane.board_rotation(*roll), target.point_m)?;
-                let wrist_m = scene.any_heading.arm().wrist_from_shoulder_m(&pose);
-                scene.boards.push(Board { pose, wrist_m });
+                let wrist_m = problem.any_heading.arm().wrist_from_shoulder_m(&pose);
+                problem.boards.push(Board { pose, wrist_m });
             }
-            scene.walls.push(plane);
+            problem.walls.push(plane);
         }
-        Ok(scene)
+        Ok(problem)
     }
 
     /// What was asked for.
-    pub(crate) const fn config(&self) -> &PlacementConfig {
+    pub(super) const fn config(&self) -> &PlacementConfig {
         self.config
     }
 
     /// How many targets.
-    pub(crate) const fn target_count(&self) -> usize {
+    pub(super) const fn target_count(&self) -> usize {
         self.targets.len()
     }
 
     /// The base at a position, counted along x first, m.
-    pub(crate) fn base_m(&self, position: usize) -> DVec3 {
+    pub(super) fn base_m(&self, position: usize) -> DVec3 {
         let columns = self.config.x.count();
         let x = self.config.x.at(position % columns);
         DVec3::new(x, self.config.y.at(position / columns), self.config.z_m)
     }
 
     /// How many targets a position reaches, at each heading.
-    pub(crate) fn score(&self, position: usize) -> Result<Vec<u32>, ReachabilityError> {
+    pub(super) fn score(&self, position: usize) -> Result<Vec<u32>, ReachabilityError> {
         let base = self.base_m(position);
         let mut counts = vec![0; self.at_heading.len()];
         let mut open = Vec::with_capacity(counts.len());
@@ -229,7 +237,7 @@ impl<'a> Scene<'a> {
         if self.has_arcs {
             let point = self.targets[target].point_m - base;
             let plane = WallPlane::through(point, self.walls[target].normal())?;
-            let (at, _) = plane.project(point);
+            let at = plane.project(point).at;
             return solver.is_reachable(&plane.line(at.z_m), at.s_m);
         }
         let mut poses = self.poses(base, target);
@@ -265,9 +273,9 @@ impl<'a> Scene<'a> {
         Ok(reached.then_some(largest))
     }
 
-    /// The least margin of a candidate, or the bound `to_beat` that it misses; and the target that
-    /// decides. Targets are asked in the given order.
-    pub(crate) fn worst_margin(
+    /// The least margin of a candidate, or that it misses the bound `to_beat`; and the target that
+    /// decides. Targets are tested in the given order.
+    pub(super) fn worst_margin(
         &self,
         base: DVec3,
         heading: usize,
@@ -306,14 +314,14 @@ impl<'a> Scene<'a> {
             }
         }
         if worst.margin_m == f64::INFINITY {
-            // Reached by a rounding only, and not at the second asking.
+            // Reached by rounding only, and not when tested again.
             worst.margin_m = 0.0;
         }
         Ok(worst)
     }
 
     /// A candidate with all its margins.
-    pub(crate) fn placement(
+    pub(super) fn placement(
         &self,
         position: usize,
         heading: usize,
@@ -326,11 +334,13 @@ impl<'a> Scene<'a> {
                 (worst, sum, reached) = (margin_m.min(worst), sum + margin_m, reached + 1);
             }
         }
+        let heading_rad = self.config.headings_rad[heading];
         Ok(Placement {
             x_m: base.x,
             y_m: base.y,
             z_m: base.z,
-            heading_rad: self.config.headings_rad[heading],
+            heading_rad,
+            room_from_base: Pose::new(DMat3::from_rotation_z(heading_rad), base)?,
             reachable,
             total: self.targets.len(),
             worst_margin_m: (reached > 0).then_some(worst),
@@ -345,11 +355,11 @@ fn is_proven(arm: &SrsArm, pose: Pose, margin_m: f64) -> bool {
     matches!(arm.reach_region(&region), RegionReach::Reachable(_))
 }
 
-/// What a look at a candidate's margins found.
-pub(crate) struct Worst {
-    pub(crate) margin_m: f64,
+/// The worst margin of a candidate.
+pub(super) struct Worst {
+    pub(super) margin_m: f64,
     /// The target with the least margin, or the first that misses the bound.
-    pub(crate) target: usize,
+    pub(super) target: usize,
     /// Does some target miss the bound?
-    pub(crate) beaten: bool,
+    pub(super) beaten: bool,
 }

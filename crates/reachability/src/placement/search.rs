@@ -1,16 +1,16 @@
 //! The best places for the base: branch and bound on the worst margin.
 //!
-//! A position whose margins must be computed costs hundreds of tests, one that is beaten only a
-//! few: once as many positions are known as are wanted, a single target whose ball of the margin
-//! to beat is not proven rejects another. Targets that decided lately are asked first.
+//! Computing the margins of a position takes hundreds of tests, rejecting one takes only a few: once
+//! as many positions are known as are wanted, another is rejected by a single target that has not
+//! the margin to beat. Targets that decided lately are tested first.
 
-use super::base::{Placement, most};
-use super::problem::{BETTER, Scene};
-use crate::ReachabilityError;
+use super::problem::{BETTER, PlacementProblem};
+use super::scores::{Placement, most};
+use crate::error::ReachabilityError;
 use crate::progress::{Monitor, Progress, map_indexed};
 use std::cmp::Reverse;
 
-/// Positions searched, at least, between two looks at the margin that must be beaten.
+/// At least this many positions are searched before the margin to beat is updated.
 const BATCH: usize = 16;
 
 /// A position that is still among the best.
@@ -22,26 +22,27 @@ struct Searched {
 }
 
 /// The best positions with their margins; `counts` position by position, heading by heading.
-pub(crate) fn best(
-    scene: &Scene,
+pub(super) fn best(
+    problem: &PlacementProblem,
     counts: &[u32],
     monitor: &Monitor,
 ) -> Result<Vec<Placement>, ReachabilityError> {
-    let headings = scene.config().headings_rad.len();
+    let headings = problem.config().headings_rad.len();
     let most_at = |position: usize| most(&counts[position * headings..][..headings]);
     let mut positions: Vec<usize> = (0..counts.len() / headings).collect();
     positions.sort_by_cached_key(|&p| Reverse(most_at(p)));
-    let wanted = scene.config().best.min(positions.len());
+    let wanted = problem.config().best.min(positions.len());
     let Some(last) = wanted.checked_sub(1).map(|i| most_at(positions[i])) else {
         return Ok(Vec::new());
     };
-    // Those above the last count are sure of their place; those with it compete for the others.
+    // Positions above the last count are sure of their place; those with this count compete for the
+    // other places.
     let sure = positions.partition_point(|&p| most_at(p) > last);
     let total = positions.partition_point(|&p| most_at(p) >= last);
     let mut search = Search {
-        scene,
+        problem,
         counts,
-        order: (0..scene.target_count()).collect(),
+        order: (0..problem.target_count()).collect(),
         monitor,
         progress: Progress { done: 0, total },
     };
@@ -63,7 +64,7 @@ pub(crate) fn best(
             position, heading, ..
         } = found[i];
         let reachable = most_at(position) as usize;
-        Ok((position, scene.placement(position, heading, reachable)?))
+        Ok((position, problem.placement(position, heading, reachable)?))
     })?;
     let worst = |p: &Placement| p.worst_margin_m.unwrap_or(-1.0);
     best.sort_by(|(i, a), (j, b)| {
@@ -75,7 +76,7 @@ pub(crate) fn best(
 
 /// The search over positions.
 struct Search<'a> {
-    scene: &'a Scene<'a>,
+    problem: &'a PlacementProblem<'a>,
     counts: &'a [u32],
     /// Targets, those that decided lately first.
     order: Vec<usize>,
@@ -126,15 +127,17 @@ impl Search<'_> {
         position: usize,
         to_beat: f64,
     ) -> Result<(Option<Searched>, Vec<usize>), ReachabilityError> {
-        let base = self.scene.base_m(position);
-        let headings = self.scene.config().headings_rad.len();
+        let base = self.problem.base_m(position);
+        let headings = self.problem.config().headings_rad.len();
         let counts = &self.counts[position * headings..][..headings];
         let most = most(counts);
         let mut best: Option<Searched> = None;
         let mut decisive = Vec::new();
         for heading in (0..headings).filter(|&h| counts[h] == most) {
             let bound = best.map_or(to_beat, |b| BETTER * b.worst_m);
-            let worst = self.scene.worst_margin(base, heading, &self.order, bound)?;
+            let worst = self
+                .problem
+                .worst_margin(base, heading, &self.order, bound)?;
             decisive.push(worst.target);
             let better = best.is_none_or(|b| worst.margin_m > b.worst_m);
             if !worst.beaten && better {
@@ -155,7 +158,7 @@ impl Search<'_> {
     }
 }
 
-/// The positions in an order that soon visits every part of the grid: steps of the golden section.
+/// The positions in an order that soon visits every part of the grid: in steps of the golden section.
 fn scattered(positions: &[usize]) -> Vec<usize> {
     let n = positions.len();
     let mut step = (n as f64 * 0.618) as usize + 1;

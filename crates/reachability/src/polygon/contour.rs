@@ -1,34 +1,35 @@
-//! The outline of what a plane holds, from lines.
+//! The outline of the reachable part of a plane, from lines.
 //!
-//! Two neighbouring lines bound a strip. Where each end of the one line goes on in one of the
+//! Two neighbouring lines bound a strip. Where each end of the one line continues in one of the
 //! other, the straight chords between them are tested at places along them: the plane must be
-//! reachable just inside and not just outside. Chords that pass stand.
-//! Otherwise the strip is cut in half, until it is lower than the accuracy; the line of the cut
-//! needs no search, its ends are bisected near the chords. Where ends do not go on, an interval
-//! begins, ends, parts or merges: there the line of the cut is solved as the first ones were, and
-//! the strip that is lower than the accuracy gets a level lid.
+//! reachable just inside and not just outside. Chords that pass are kept. Otherwise the strip is cut
+//! in half, until it is lower than the accuracy; the line of the cut needs no search, its ends are
+//! bisected near the chords. Where ends do not continue, an interval begins, ends, parts or merges:
+//! there the line of the cut is solved as the first ones were, and a strip that is lower than the
+//! accuracy gets a level lid.
 
 use super::rings::{Contour, Line, Link, connect, goes_on, join};
-use crate::line::exact::Freedom;
-use crate::{ExactSolver, Interval, LineReach, ReachabilityError, WallPlane, WallPoint};
+use crate::error::ReachabilityError;
+use crate::line::{ExactSolver, Interval, LineReachability};
+use crate::wall::{WallPlane, WallPoint};
 use hwall_kinematics::Pose;
 
-/// Share of the accuracy that chords may be off where they are tested; lower strips than this are
-/// not cut.
+/// Share of the accuracy by which chords may be off where they are tested; strips lower than this
+/// are not cut.
 ///
 /// Tested at a third and two thirds, an outline with one corner is off by at most 3/2 of this, an
 /// arc by 9/8: with the ends' own error that is less than the accuracy.
 const CHORD_SHARE: f64 = 0.6;
 
-/// Chords are tested at two places or more, so many accuracies apart: thorns of the outline with
+/// Chords are tested at two places or more, this many accuracies apart: thorns of the outline with
 /// a narrower base may be missed, unless a line or a square of the proof meets them.
 const TESTS_APART: f64 = 20.0;
 
 /// Share of the accuracy for the ends of the lines.
 const LINE_SHARE: f64 = 1.0 / 16.0;
 
-/// In strips lower than so many times the accuracy what ends or begins is sampled at so many
-/// places: a tip narrower than their distance reaches no further than the quotient beyond.
+/// In strips lower than `SAMPLED_SHARE` accuracies, stretches that end or begin are sampled at `SAMPLES`
+/// places: a tip narrower than their distance reaches beyond by `SAMPLED_SHARE / SAMPLES` accuracies at most.
 const SAMPLED_SHARE: f64 = 10.0;
 const SAMPLES: u32 = 32;
 
@@ -44,7 +45,7 @@ fn too_many() -> ReachabilityError {
 }
 
 /// The lines of a plane, as many as the accuracy asks for.
-pub(crate) struct Tracer {
+pub(super) struct Tracer {
     solver: ExactSolver,
     plane: WallPlane,
     /// Tool poses at the wall's origin of which one must be possible, where nothing else is free.
@@ -63,21 +64,20 @@ pub(crate) struct Tracer {
 
 impl Tracer {
     /// With lines no further than `spacing_m` apart at first.
-    pub(crate) fn new(
+    pub(super) fn new(
         solver: &ExactSolver,
         plane: WallPlane,
         accuracy_m: f64,
         spacing_m: f64,
         heights: Interval,
     ) -> Result<Self, ReachabilityError> {
-        let mut solver = solver.clone();
-        solver.accuracy_m = LINE_SHARE * accuracy_m;
-        let free = |f: &Freedom| f.half_roll > 0.0 || f.half_rise > 0.0;
-        let poses = if solver.half_width_m > 0.0 || solver.freedoms.iter().any(free) {
+        let solver = solver.with_accuracy(LINE_SHARE * accuracy_m);
+        let family = solver.family();
+        let poses = if family.half_width_m > 0.0 || family.is_free() {
             None
         } else {
             let origin = WallPoint::new(0.0, 0.0);
-            let freedoms = solver.freedoms.iter();
+            let freedoms = family.freedoms.iter();
             let poses = freedoms.map(|f| plane.board_pose(origin, f.roll));
             Some(poses.collect::<Result<_, _>>()?)
         };
@@ -107,7 +107,7 @@ impl Tracer {
     }
 
     /// Puts in lines at more heights, sorted upwards, and what they lead to.
-    pub(crate) fn insert(&mut self, heights: &[f64]) -> Result<(), ReachabilityError> {
+    pub(super) fn insert(&mut self, heights: &[f64]) -> Result<(), ReachabilityError> {
         let mut heights = heights.iter().copied().peekable();
         let old = std::mem::take(&mut self.lines);
         for line in old {
@@ -133,14 +133,14 @@ impl Tracer {
         Ok(())
     }
 
-    /// What the lines hold.
-    pub(crate) fn contour(&self) -> Contour {
+    /// The outline of what the lines hold.
+    pub(super) fn contour(&self) -> Contour {
         connect(&self.lines)
     }
 
     fn solve(&self, z: f64) -> Result<Line, ReachabilityError> {
-        let reach = self.solver.line(&self.plane.line(z))?;
-        let ends = ends(&reach, 1e-3 * self.solver.accuracy_m);
+        let found = self.solver.line(&self.plane.line(z))?;
+        let ends = ends(&found, 1e-3 * self.solver.accuracy_m());
         Ok(Line { z, ends })
     }
 
@@ -201,8 +201,8 @@ impl Tracer {
         Ok(true)
     }
 
-    /// The line between two others without a search along all of it: ends that go on are bisected
-    /// near their chord, what ends in a low strip is sampled. `None` where that is not safe.
+    /// The line between two others without a search along all of it: ends that continue are bisected
+    /// near their chord, stretches that end in a low strip are sampled. `None` where that is not safe.
     fn follow(
         &self,
         lower: &Line,
@@ -228,7 +228,7 @@ impl Tracer {
                 }
             },
         );
-        // A narrow part that leans may look like one that ends and another that begins.
+        // A narrow part that leans may look like one that ends beside another that begins.
         if sides == [true; 2] || (sides != [false; 2] && rise > self.sampled) {
             return Ok(None);
         }
@@ -298,7 +298,7 @@ impl Tracer {
             near = far;
             step *= 2.0;
         }
-        while (far - near).abs() > self.solver.accuracy_m {
+        while (far - near).abs() > self.solver.accuracy_m() {
             let middle = 0.5 * (near + far);
             if is_left_of_end(middle)? == go_right {
                 near = middle;
@@ -311,16 +311,16 @@ impl Tracer {
 }
 
 /// The ends of the intervals; parts and gaps no wider than `hair` are rounding.
-fn ends(reach: &LineReach, hair: f64) -> Vec<f64> {
-    let mut ends: Vec<f64> = Vec::with_capacity(2 * reach.intervals.len());
-    for span in reach.intervals.iter().map(|i| i.span) {
+fn ends(found: &LineReachability, hair: f64) -> Vec<f64> {
+    let mut ends: Vec<f64> = Vec::with_capacity(2 * found.intervals.len());
+    for span in found.intervals.iter().map(|i| i.span) {
         match ends.last_mut() {
             Some(last) if span.lo_m - *last <= hair => *last = span.hi_m,
             _ if span.length_m() > hair => ends.extend([span.lo_m, span.hi_m]),
             _ => {}
         }
     }
-    // What is next to zero has no place in exact predicates.
+    // Numbers next to zero would underflow in exact predicates.
     for end in &mut ends {
         if end.abs() < f64::EPSILON * hair {
             *end = 0.0;

@@ -1,84 +1,63 @@
 //! A proof that a traced region holds between its lines, by squares.
 
-use super::region::extent;
+use super::extent::Extent;
 use super::strips::{Strips, meets_square};
-use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint, WallRegion};
+use crate::error::ReachabilityError;
+use crate::line::{ExactSolver, Interval};
+use crate::wall::{WallPlane, WallPoint};
 use glam::DVec3;
 use hwall_kinematics::{Pose, PoseRegion, RegionReach};
 
 /// Sides of the first squares are at most this, in lengths of the stretched wrist.
 const FIRST_SIDE: f64 = 0.1;
 
-/// A square away from the outline that nothing is proven of is quartered at most this often
+/// A square away from the outline of which nothing is proven is quartered at most this often
 /// beyond the smallest ones beside the outline.
 const EXTRA_DEPTH: usize = 3;
 
-/// What is proven of a [`WallRegion`], see [`WallRegion::prove`]. The areas add up to that of a
-/// rectangle around all that the arm could reach.
+/// What is proven of a [`WallRegion`](super::WallRegion) by [`WallRegion::prove`](super::WallRegion::prove). The areas add
+/// up to that of a rectangle around all that the arm could reach.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RegionProof {
     /// Proven to be as the polygons say, m².
     pub proven_m2: f64,
-    /// Beside the outline, nearer than the asked distance, m²: not looked at.
+    /// Nearer to the outline than the given distance, m²: not looked at.
     pub outline_m2: f64,
     /// Neither proven nor contradicted, m².
     pub unproven_m2: f64,
     /// Proven to be other than the polygons say, m².
     pub contradicted_m2: f64,
     /// Middles of the contradicted squares: a part that lies between two lines. Polygons with a
-    /// smaller [`spacing_m`](crate::PolygonConfig::spacing_m) will have it.
+    /// smaller [`spacing_m`](super::PolygonConfig::spacing_m) will have it.
     pub contradictions: Vec<WallPoint>,
     /// Squares that were looked at.
     pub squares: usize,
 }
 
-impl WallRegion {
-    /// Proves that polygons and arm agree wherever the outline is further than `beyond_m` away:
-    /// that no island, hole or branch of the outline wider than that was missed.
-    ///
-    /// `solver` is the one that the region was made with. Roll and height of contact that are free
-    /// make proofs harder, not wrong: expect more to stay unproven.
-    ///
-    /// # Errors
-    /// A distance that is not positive, or below ten times the accuracy.
-    pub fn prove(
-        &self,
-        solver: &ExactSolver,
-        beyond_m: f64,
-    ) -> Result<RegionProof, ReachabilityError> {
-        if crate::error::positive("beyond_m", beyond_m)? < 10.0 * self.accuracy_m() {
-            return Err(ReachabilityError::Parameter {
-                what: "beyond_m",
-                value: beyond_m,
-                wanted: "at least ten times the accuracy of the polygons",
-            });
-        }
-        let Some(extent) = extent(solver, &self.plane(), self.clip_m())? else {
-            return Ok(RegionProof::default());
-        };
-        let edges: Vec<[WallPoint; 2]> = self.edges().collect();
-        prove(
-            solver,
-            self.plane(),
-            self.strips(),
-            &edges,
-            extent,
-            beyond_m,
-        )
-    }
+/// A region that was traced along lines.
+pub(super) struct TracedRegion<'a> {
+    pub(super) plane: WallPlane,
+    pub(super) strips: &'a Strips,
+    /// All edges of its rings.
+    pub(super) edges: &'a [[WallPoint; 2]],
+    /// Nothing is in reach outside.
+    pub(super) extent: Extent,
 }
 
-/// As [`WallRegion::prove`], of a region that consists of `strips` and has all of `edges`.
-pub(crate) fn prove(
+/// Compares a region with the arm wherever its outline is further than `beyond_m` away.
+pub(super) fn prove(
     solver: &ExactSolver,
-    plane: WallPlane,
-    strips: &Strips,
-    edges: &[[WallPoint; 2]],
-    [s, z]: [Interval; 2],
+    region: &TracedRegion,
     beyond_m: f64,
 ) -> Result<RegionProof, ReachabilityError> {
-    let [_, longest] = solver.wide.shoulder_wrist_range_m();
-    let freedoms = solver.freedoms.iter();
+    let TracedRegion {
+        plane,
+        strips,
+        edges,
+        extent,
+    } = *region;
+    let [_, longest] = solver.family().wide.shoulder_wrist_range_m();
+    let freedoms = solver.family().freedoms.iter();
     let poses = freedoms.map(|free| plane.board_pose(WallPoint::new(0.0, 0.0), free.roll));
     let mut prover = Prover {
         solver,
@@ -91,14 +70,16 @@ pub(crate) fn prove(
         proof: RegionProof::default(),
     };
     let first = FIRST_SIDE * longest;
-    let [columns, rows] = [s, z].map(|side| (side.length_m() / first).ceil().max(1.0) as usize);
+    let [columns, rows] =
+        [extent.s, extent.heights].map(|side| (side.length_m() / first).ceil().max(1.0) as usize);
     let part = |side: Interval, i: usize, n: usize| {
         let at = |i| side.lo_m + side.length_m() * (i as f64 / n as f64);
         (0.5 * (at(i) + at(i + 1)), 0.5 * (at(i + 1) - at(i)))
     };
     for row in 0..rows {
         for column in 0..columns {
-            let ((s, half_s), (z, half_z)) = (part(s, column, columns), part(z, row, rows));
+            let (s, half_s) = part(extent.s, column, columns);
+            let (z, half_z) = part(extent.heights, row, rows);
             let cell = Cell {
                 middle: WallPoint::new(s, z),
                 half: [half_s, half_z],
@@ -122,7 +103,7 @@ struct Prover<'a> {
     strips: &'a Strips,
     /// Tool poses at the origin of the wall, one for each freedom.
     poses: Vec<Pose>,
-    /// Distance from the outline within which nothing is asked, m.
+    /// Nothing is tested nearer to the outline than this, m.
     margin: f64,
     /// Side of squares beside the outline, m.
     smallest: f64,
@@ -172,7 +153,7 @@ impl Prover<'_> {
 
     /// Is all of the cell reachable, or none of it?
     fn verdict(&self, cell: Cell) -> Option<bool> {
-        let (solver, plane) = (self.solver, self.plane);
+        let (family, plane) = (self.solver.family(), self.plane);
         let along = plane.along();
         let sides = |wider: f64, higher: f64| {
             [
@@ -181,23 +162,23 @@ impl Prover<'_> {
             ]
         };
         let mut impossible = true;
-        for (pose, free) in self.poses.iter().zip(&solver.freedoms) {
+        for (pose, free) in self.poses.iter().zip(&family.freedoms) {
             let pose = pose.at(plane.point_m(cell.middle));
             // The middle of what is free, for all of the cell.
             let held = PoseRegion::rectangle(pose, sides(0.0, 0.0));
-            match solver.narrow.reach_region_between(&solver.wide, &held) {
+            match family.narrow.reach_region_between(&family.wide, &held) {
                 RegionReach::Reachable(_) => return Some(true),
                 RegionReach::Undecided => impossible = false,
                 RegionReach::Unreachable(_) => {}
             }
-            if free.half_roll > 0.0 || free.half_rise > 0.0 || solver.half_width_m > 0.0 {
+            if free.half_roll > 0.0 || free.half_rise > 0.0 || family.half_width_m > 0.0 {
                 let everything = PoseRegion {
                     angle_rad: free.half_roll,
-                    ..PoseRegion::rectangle(pose, sides(solver.half_width_m, free.half_rise))
+                    ..PoseRegion::rectangle(pose, sides(family.half_width_m, free.half_rise))
                 };
-                let none = solver
+                let none = family
                     .narrow
-                    .reach_region_between(&solver.wide, &everything);
+                    .reach_region_between(&family.wide, &everything);
                 impossible &= matches!(none, RegionReach::Unreachable(_));
             }
         }

@@ -1,81 +1,26 @@
 //! The reachable part of a wall as polygons with holes.
 
+use super::config::PolygonConfig;
 use super::contour::Tracer;
-use super::proof::{RegionProof, prove};
+use super::extent::extent;
+use super::proof::{RegionProof, TracedRegion, prove};
 use super::rings::Contour;
 use super::strips::Strips;
 use super::triangulation::triangulate;
-use crate::error::{finite, positive};
-use crate::line::exact::size_m;
+use super::wall_polygon::{WallPolygon, edges, nested, signed_area_m2};
+use crate::error::ReachabilityError;
+use crate::line::{ExactSolver, Interval, size_m};
 use crate::progress::{Progress, map_indexed};
-use crate::{ExactSolver, Interval, ReachabilityError, WallPlane, WallPoint};
-use glam::DVec3;
+use crate::wall::{WallPlane, WallPoint};
+use hwall_numeric::check::{finite, positive, that};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 
-/// A plane is searched along this many lines at least.
+/// A plane is searched along at least this many lines.
 const LEAST_LINES: f64 = 16.0;
 
-/// Lines are added at most this often; each time they find what the squares have met.
+/// Lines are added at most this often, each time where squares contradict the polygons.
 const REPAIRS: usize = 4;
-
-/// What is asked of a [`WallRegion`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct PolygonConfig {
-    /// Hausdorff distance between the polygons' outline and the true one, m; default 1e-4.
-    /// Below 1e-8 or above 0.1 arm lengths is an error.
-    ///
-    /// It is tested at places along the outline, not proven: a thorn with a base narrower than
-    /// twenty accuracies that no line meets may be missed, and so is what is thinner than the
-    /// accuracy. How far such parts can reach is what [`proof_m`](Self::proof_m) bounds. On the
-    /// planes of the published maps iiwa 7 shows none at 1e-4; of 400 arms with limits narrowed at
-    /// random 29 showed one, of up to 7 mm, and with `proof_m` at 1e-3 seven, of up to 0.5 mm.
-    pub accuracy_m: f64,
-    /// Heights to keep, m; default all that the arm reaches.
-    pub heights_m: Option<Interval>,
-    /// Lines to begin with are no further apart than this, m; default 0.02.
-    pub spacing_m: f64,
-    /// The plane is proven to be as the polygons say wherever the outline is further away than
-    /// this, m; at least ten times the accuracy, else that is taken. Default 0.01; finer takes
-    /// longer, `None` trusts the lines and saves two fifths of the time. Where proof and polygons
-    /// contradict each other lines are added; [`WallRegion::proof`] says what is left.
-    pub proof_m: Option<f64>,
-}
-
-impl Default for PolygonConfig {
-    fn default() -> Self {
-        Self {
-            accuracy_m: 1e-4,
-            heights_m: None,
-            spacing_m: 0.02,
-            proof_m: Some(0.01),
-        }
-    }
-}
-
-/// A connected part of the reachable set of a wall, seen from the person's side.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WallPolygon {
-    /// Counter-clockwise; the last point is joined to the first.
-    pub outline: Vec<WallPoint>,
-    /// Clockwise, each within the outline, none within another.
-    pub holes: Vec<Vec<WallPoint>>,
-}
-
-impl WallPolygon {
-    /// Outline and holes.
-    pub fn rings(&self) -> impl Iterator<Item = &[WallPoint]> {
-        std::iter::once(&self.outline)
-            .chain(&self.holes)
-            .map(Vec::as_slice)
-    }
-
-    /// Area without the holes, m², from the outline alone (shoelace formula).
-    #[must_use]
-    pub fn area_m2(&self) -> f64 {
-        self.rings().map(signed_area_m2).sum()
-    }
-}
 
 /// The reachable part of a wall.
 ///
@@ -137,7 +82,7 @@ impl WallRegion {
         Ok(place_of.iter().map(|&i| regions[i].clone()).collect())
     }
 
-    /// Traces what the solver's arm reaches of a plane.
+    /// Traces what the solver's arm can reach of a plane.
     ///
     /// # Errors
     /// Settings outside their ranges, a NaN or reversed height range, more than a million lines.
@@ -147,30 +92,35 @@ impl WallRegion {
         config: &PolygonConfig,
     ) -> Result<Self, ReachabilityError> {
         let accuracy_m = positive("accuracy_m", config.accuracy_m)?;
-        let size = size_m(&solver.wide);
-        if !(1e-8 * size..=0.1 * size).contains(&accuracy_m) {
-            return Err(ReachabilityError::Parameter {
-                what: "accuracy_m",
-                value: accuracy_m,
-                wanted: "between 1e-8 and 0.1 lengths of the stretched arm",
-            });
-        }
+        let size = size_m(&solver.family().wide);
+        that(
+            (1e-8 * size..=0.1 * size).contains(&accuracy_m),
+            "accuracy_m",
+            accuracy_m,
+            "between 1e-8 and 0.1 lengths of the stretched arm",
+        )?;
         let spacing_m = positive("spacing_m", config.spacing_m)?;
         let clip_m = checked_clip(config.heights_m)?;
         let extent = extent(solver, plane, clip_m)?;
         let (mut contour, mut proof) = (Contour::default(), None);
         if let Some(extent) = extent {
             // At least some lines also where little is in reach.
-            let most_m = (extent[1].length_m() / LEAST_LINES).max(accuracy_m);
+            let most_m = (extent.heights.length_m() / LEAST_LINES).max(accuracy_m);
             let spacing_m = spacing_m.min(most_m);
-            let mut tracer = Tracer::new(solver, *plane, accuracy_m, spacing_m, extent[1])?;
+            let mut tracer = Tracer::new(solver, *plane, accuracy_m, spacing_m, extent.heights)?;
             contour = tracer.contour();
             if let Some(beyond_m) = config.proof_m {
                 let beyond_m = positive("proof_m", beyond_m)?.max(10.0 * accuracy_m);
                 let check = |contour: &Contour| {
                     let rings = contour.rings.iter().map(Vec::as_slice);
                     let edges: Vec<_> = rings.flat_map(edges).collect();
-                    prove(solver, *plane, &contour.strips, &edges, extent, beyond_m)
+                    let region = TracedRegion {
+                        plane: *plane,
+                        strips: &contour.strips,
+                        edges: &edges,
+                        extent,
+                    };
+                    prove(solver, &region, beyond_m)
                 };
                 let mut found = check(&contour)?;
                 for _ in 0..REPAIRS {
@@ -253,19 +203,38 @@ impl WallRegion {
         self.strips.nearest(at)
     }
 
-    /// Every edge of every ring.
-    pub(crate) fn edges(&self) -> impl Iterator<Item = [WallPoint; 2]> {
+    /// Proves that polygons and arm agree wherever the outline is further than `beyond_m` away:
+    /// that no island, hole or branch of the outline wider than that was missed.
+    ///
+    /// `solver` is the one that the region was made with. A free roll, or any part of the board
+    /// instead of its middle, makes proofs harder, not wrong: more is then left unproven.
+    ///
+    /// # Errors
+    /// A distance that is not positive, or below ten times the accuracy.
+    pub fn prove(
+        &self,
+        solver: &ExactSolver,
+        beyond_m: f64,
+    ) -> Result<RegionProof, ReachabilityError> {
+        positive("beyond_m", beyond_m)?;
+        that(
+            beyond_m >= 10.0 * self.accuracy_m,
+            "beyond_m",
+            beyond_m,
+            "at least ten times the accuracy of the polygons",
+        )?;
+        let Some(extent) = extent(solver, &self.plane, self.clip_m)? else {
+            return Ok(RegionProof::default());
+        };
         let rings = self.polygons.iter().flat_map(WallPolygon::rings);
-        rings.flat_map(edges)
-    }
-
-    pub(crate) const fn strips(&self) -> &Strips {
-        &self.strips
-    }
-
-    /// Heights that were asked for, m.
-    pub(crate) const fn clip_m(&self) -> Option<Interval> {
-        self.clip_m
+        let edges: Vec<[WallPoint; 2]> = rings.flat_map(edges).collect();
+        let region = TracedRegion {
+            plane: self.plane,
+            strips: &self.strips,
+            edges: &edges,
+            extent,
+        };
+        prove(solver, &region, beyond_m)
     }
 
     /// Hausdorff distance that was asked for, m.
@@ -294,11 +263,6 @@ impl WallRegion {
     }
 }
 
-fn edges(ring: &[WallPoint]) -> impl Iterator<Item = [WallPoint; 2]> {
-    let next = ring.iter().cycle().skip(1);
-    ring.iter().zip(next).map(|(&a, &b)| [a, b])
-}
-
 /// Sorted heights of points, without those less than `apart_m` above another.
 fn heights(points: &[WallPoint], apart_m: f64) -> Vec<f64> {
     let mut heights: Vec<f64> = points.iter().map(|p| p.z_m).collect();
@@ -307,108 +271,11 @@ fn heights(points: &[WallPoint], apart_m: f64) -> Vec<f64> {
     heights
 }
 
-/// Positive for rings that run counter-clockwise, m².
-fn signed_area_m2(ring: &[WallPoint]) -> f64 {
-    // From the first corner, so that small rings far away keep their digits.
-    let Some(&origin) = ring.first() else {
-        return 0.0;
-    };
-    let from = |p: &WallPoint| (p.s_m - origin.s_m, p.z_m - origin.z_m);
-    let cross = |pair: &[WallPoint]| {
-        let ((a, b), (c, d)) = (from(&pair[0]), from(&pair[1]));
-        a * d - b * c
-    };
-    0.5 * ring.windows(2).map(cross).sum::<f64>()
-}
-
-/// Is a point that is no corner inside of a ring?
-fn encloses(ring: &[WallPoint], at: WallPoint) -> bool {
-    let mut inside = false;
-    let mut a = ring[ring.len() - 1];
-    for &b in ring {
-        if (a.z_m > at.z_m) != (b.z_m > at.z_m) {
-            let share = (at.z_m - a.z_m) / (b.z_m - a.z_m);
-            inside ^= at.s_m < a.s_m + share * (b.s_m - a.s_m);
-        }
-        a = b;
-    }
-    inside
-}
-
-/// Gives each hole to the smallest outline around it.
-fn nested(rings: Vec<Vec<WallPoint>>) -> Vec<WallPolygon> {
-    let (outer, holes): (Vec<_>, Vec<_>) = rings.into_iter().partition(|r| signed_area_m2(r) > 0.0);
-    let polygon = |outline: Vec<WallPoint>| {
-        (
-            signed_area_m2(&outline),
-            WallPolygon {
-                outline,
-                holes: Vec::new(),
-            },
-        )
-    };
-    let mut polygons: Vec<(f64, WallPolygon)> = outer.into_iter().map(polygon).collect();
-    for hole in holes {
-        let around = polygons
-            .iter_mut()
-            .filter(|(_, p)| encloses(&p.outline, hole[0]));
-        if let Some((_, polygon)) = around.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            polygon.holes.push(hole);
-        }
-    }
-    polygons.into_iter().map(|(_, polygon)| polygon).collect()
-}
-
-/// Stretches along the wall and of heights beyond which nothing can be in reach, the heights
-/// clipped; `None` where that leaves nothing.
-pub(crate) fn extent(
-    solver: &ExactSolver,
-    plane: &WallPlane,
-    clip: Option<Interval>,
-) -> Result<Option<[Interval; 2]>, ReachabilityError> {
-    let arm = &solver.wide;
-    let [_, longest] = arm.shoulder_wrist_range_m();
-    // A hair further than it is, so that the rounding of the ends is covered.
-    let longest = longest * (1.0 + 1e-13);
-    let mut extent: Option<[Interval; 2]> = None;
-    for freedom in &solver.freedoms {
-        let pose = plane.board_pose(WallPoint::new(0.0, 0.0), freedom.roll)?;
-        let wrist = arm.wrist_from_shoulder_m(&pose);
-        let across = wrist.dot(plane.normal()).abs();
-        if across > longest {
-            continue;
-        }
-        // A turn about the normal moves the wrist by no more than this, a rise by itself.
-        let lever = wrist - (pose.position_m() - DVec3::Z * arm.geometry().d_bs_m);
-        let swing = 2.0 * lever.length() * (0.5 * freedom.half_roll).sin();
-        let half = ((longest - across) * (longest + across)).sqrt() + swing;
-        let about = |middle: f64, half: f64| Interval::new(middle - half, middle + half);
-        let found = [
-            about(-wrist.dot(plane.along()), half + solver.half_width_m),
-            about(-wrist.z, half + freedom.half_rise),
-        ];
-        let around =
-            |a: Interval, b: Interval| Interval::new(a.lo_m.min(b.lo_m), a.hi_m.max(b.hi_m));
-        extent = Some(extent.map_or(found, |e| [around(e[0], found[0]), around(e[1], found[1])]));
-    }
-    Ok(extent.and_then(|[s, mut z]| {
-        if let Some(clip) = clip {
-            z = Interval::new(z.lo_m.max(clip.lo_m), z.hi_m.min(clip.hi_m));
-        }
-        (z.lo_m < z.hi_m).then_some([s, z])
-    }))
-}
-
 fn checked_clip(clip: Option<Interval>) -> Result<Option<Interval>, ReachabilityError> {
     if let Some(Interval { lo_m, hi_m }) = clip {
         finite("lowest height", lo_m)?;
-        if finite("highest height", hi_m)? <= lo_m {
-            return Err(ReachabilityError::Parameter {
-                what: "highest height",
-                value: hi_m,
-                wanted: "above the lowest",
-            });
-        }
+        finite("highest height", hi_m)?;
+        that(hi_m > lo_m, "highest height", hi_m, "above the lowest")?;
     }
     Ok(clip)
 }

@@ -4,35 +4,35 @@
 //! each end has one neighbour above and one below: the rings are simple, whatever the lines hold.
 
 use super::strips::Strips;
-use crate::WallPoint;
+use crate::wall::WallPoint;
 use std::ops::Range;
 
 /// The rings of a plane: outer ones run counter-clockwise, holes clockwise.
 #[derive(Default)]
-pub(crate) struct Contour {
-    pub(crate) rings: Vec<Vec<WallPoint>>,
-    pub(crate) strips: Strips,
+pub(super) struct Contour {
+    pub(super) rings: Vec<Vec<WallPoint>>,
+    pub(super) strips: Strips,
     /// Lines that were solved.
-    pub(crate) lines: usize,
+    pub(super) lines: usize,
     /// Islands and holes that only one line met, left out.
-    pub(crate) slivers: usize,
+    pub(super) slivers: usize,
 }
 
 /// One line: the ends of its intervals, in order. Even ones are lower ends, odd ones upper ends.
-pub(crate) struct Line {
-    pub(crate) z: f64,
-    pub(crate) ends: Vec<f64>,
+pub(super) struct Line {
+    pub(super) z: f64,
+    pub(super) ends: Vec<f64>,
 }
 
-/// Does each interval, and each gap between them, overlap its like on the other line? (So too
+/// Does each interval, and each gap between them, overlap its counterpart on the other line? (Also
 /// where both lines are empty.)
-pub(crate) fn goes_on(a: &[f64], b: &[f64]) -> bool {
+pub(super) fn goes_on(a: &[f64], b: &[f64]) -> bool {
     let mut pairs = a.windows(2).zip(b.windows(2));
     a.len() == b.len() && pairs.all(|(a, b)| a[0].max(b[0]) < a[1].min(b[1]))
 }
 
 /// A chord or a lid of a strip, between ends by index.
-pub(crate) enum Link {
+pub(super) enum Link {
     Across {
         lower: usize,
         upper: usize,
@@ -45,9 +45,9 @@ pub(crate) enum Link {
 /// Joins the ends of two lines.
 ///
 /// Stretches (intervals) of both lines that overlap, directly or through others, belong together:
-/// their outermost ends go on in each other. Inside, the same holds for the gaps, and so on.
-/// A stretch that overlaps nothing gets a lid.
-pub(crate) fn join(
+/// their outermost ends are joined. Inside, the same holds for the gaps, and so on. A stretch that
+/// overlaps nothing gets a lid.
+pub(super) fn join(
     lower: (&[f64], Range<usize>),
     upper: (&[f64], Range<usize>),
     found: &mut impl FnMut(Link),
@@ -92,7 +92,7 @@ pub(crate) fn join(
 }
 
 /// Rings and strips of solved lines.
-pub(crate) fn connect(lines: &[Line]) -> Contour {
+pub(super) fn connect(lines: &[Line]) -> Contour {
     let points: Vec<WallPoint> = lines
         .iter()
         .flat_map(|line| line.ends.iter().map(|&s| WallPoint::new(s, line.z)))
@@ -151,11 +151,11 @@ pub(crate) fn connect(lines: &[Line]) -> Contour {
 
 #[cfg(test)]
 mod tests {
-    use super::triangulation::triangulate;
     use super::*;
+    use crate::polygon::triangulation::triangulate;
     use hwall_testkit::Sampler;
 
-    /// Lines that have nothing to do with each other: every way to begin, end, part and merge.
+    /// Unrelated lines: every way to begin, end, part and merge.
     #[test]
     fn any_lines_make_simple_rings() {
         let mut sampler = Sampler::new(1);

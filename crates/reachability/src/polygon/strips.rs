@@ -1,13 +1,13 @@
 //! A region between horizontal lines as a stack of trapezoids: point location and nearest points.
 
-use crate::WallPoint;
+use crate::wall::WallPoint;
 
 /// Strips between neighbouring lines, upwards; in each a sorted row of trapezoids.
 ///
 /// Of the chords of a strip the even ones have the region on their right, the odd ones on
 /// their left.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Strips {
+pub(super) struct Strips {
     /// Height of each line, m.
     heights: Vec<f64>,
     /// How many chords lie in the strips below each line.
@@ -18,7 +18,7 @@ pub(crate) struct Strips {
 
 impl Strips {
     /// Adds a line and the chords, in any order, of the strip below it.
-    pub(crate) fn push(&mut self, mut chords: Vec<[f64; 2]>, height: f64) {
+    pub(super) fn push(&mut self, mut chords: Vec<[f64; 2]>, height: f64) {
         chords.sort_by(|a, b| a[0].total_cmp(&b[0]));
         self.chords.append(&mut chords);
         self.counts.push(self.chords.len());
@@ -43,7 +43,7 @@ impl Strips {
         above.clamp(1, self.heights.len() - 1) - 1
     }
 
-    pub(crate) fn contains(&self, at: WallPoint) -> bool {
+    pub(super) fn contains(&self, at: WallPoint) -> bool {
         // NaN fails the comparisons.
         let (Some(&lowest), Some(&highest)) = (self.heights.first(), self.heights.last()) else {
             return false;
@@ -58,7 +58,7 @@ impl Strips {
         inside(index) || (on_line && inside(index + 1))
     }
 
-    pub(crate) fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
+    pub(super) fn nearest(&self, at: WallPoint) -> Option<WallPoint> {
         if self.heights.len() < 2 || !at.s_m.is_finite() || !at.z_m.is_finite() {
             return None;
         }
@@ -132,7 +132,7 @@ impl Trapezoid {
 }
 
 /// The point of a segment nearest to `at`.
-pub(crate) fn nearest_of_segment(from: WallPoint, to: WallPoint, at: WallPoint) -> WallPoint {
+fn nearest_of_segment(from: WallPoint, to: WallPoint, at: WallPoint) -> WallPoint {
     let (s, z) = (to.s_m - from.s_m, to.z_m - from.z_m);
     let square = s * s + z * z;
     if square == 0.0 {
@@ -144,7 +144,7 @@ pub(crate) fn nearest_of_segment(from: WallPoint, to: WallPoint, at: WallPoint) 
 }
 
 /// Does a segment meet a rectangle (`middle` plus or minus `half`, its rim belongs to it)?
-pub(crate) fn meets_square(segment: &[WallPoint; 2], middle: WallPoint, half: [f64; 2]) -> bool {
+pub(super) fn meets_square(segment: &[WallPoint; 2], middle: WallPoint, half: [f64; 2]) -> bool {
     let [a, b] = segment.map(|p| [p.s_m - middle.s_m, p.z_m - middle.z_m]);
     let apart =
         |axis: usize| a[axis].min(b[axis]) > half[axis] || a[axis].max(b[axis]) < -half[axis];

@@ -1,17 +1,18 @@
 //! Constrained Delaunay triangulation of rings.
 
-use crate::{ReachabilityError, WallPoint};
+use crate::error::ReachabilityError;
+use crate::wall::WallPoint;
 use spade::handles::FixedFaceHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 /// The triangles inside of rings that do not cross, counter-clockwise.
 ///
-/// Indices count through all rings, one after the other. A triangle is inside when the way out
-/// crosses an odd number of ring edges.
+/// Indices count the corners of all rings, one ring after the other. A triangle is inside if a path
+/// from it to the outside crosses an odd number of ring edges.
 ///
 /// # Errors
 /// Rings that cross or meet.
-pub(crate) fn triangulate<'a>(
+pub(super) fn triangulate<'a>(
     rings: impl Iterator<Item = &'a [WallPoint]>,
 ) -> Result<Vec<[u32; 3]>, ReachabilityError> {
     let mut points = Vec::new();
@@ -23,8 +24,8 @@ pub(crate) fn triangulate<'a>(
         edges.extend((first..last).map(|i| [i, i + 1]));
         edges.push([last, first]);
     }
-    let (count, failed) = (points.len(), edges.len());
-    let failed = || ReachabilityError::Triangulation { edges: failed };
+    let (count, edge_count) = (points.len(), edges.len());
+    let failed = || ReachabilityError::Triangulation { edges: edge_count };
     let mut conflicts = 0;
     let mesh: ConstrainedDelaunayTriangulation<Point2<f64>> =
         ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, edges, |_| conflicts += 1)
