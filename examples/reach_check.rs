@@ -6,7 +6,7 @@
 use anyhow::Context;
 use clap::Parser;
 use glam::{DQuat, DVec3};
-use hwall_kinematics::{Pose, Reach, SrsArm};
+use hwall_kinematics::{Pose, SrsArm, Verdict};
 use hwall_stage::arms;
 use hwall_stage::exit;
 use hwall_stage::numbers::{NumberReader, numbered, to_cells, writer};
@@ -59,14 +59,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
         let quat = DQuat::from_xyzw(v[4], v[5], v[6], v[3]);
         let pose = Pose::from_quat(quat, DVec3::new(v[0], v[1], v[2]))
             .with_context(|| input.place(&row))?;
-        let mut cells = match arm.reach(&pose) {
-            Reach::Reachable(witness) => {
+        let mut cells = match arm.verdict(&pose) {
+            Verdict::Reachable(witness) => {
                 reachable.push(pose);
                 let mut cells = vec!["1".to_owned(), String::new()];
                 cells.extend(to_cells(witness.q.0));
                 cells
             }
-            Reach::Unreachable(reason) => {
+            Verdict::Unreachable(reason) => {
                 unreachable.push(pose);
                 let mut cells = vec!["0".to_owned(), reason.name().to_owned()];
                 cells.extend(vec![String::new(); 7]);

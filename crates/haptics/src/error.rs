@@ -40,9 +40,12 @@ pub enum HapticsError {
         /// The range it must lie in.
         wanted: &'static str,
     },
-    /// A pose or an arm model is not valid.
+    /// An arm model is not valid.
     #[error(transparent)]
     Kinematics(#[from] hwall_kinematics::KinematicsError),
+    /// A pose is not valid.
+    #[error(transparent)]
+    Geometry(#[from] hwall_kinematics::GeometryError),
 }
 
 pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), HapticsError> {

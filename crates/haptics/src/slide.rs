@@ -113,7 +113,7 @@ impl Sliding {
         let turned = self.moved.angular + ahead.angular;
         let rotation = self.pose.rotation() * DMat3::from_rotation_z(turned);
         let position_m = self.pose.position_m() + self.moved.linear + ahead.linear;
-        Ok(Pose::new(rotation, position_m)?)
+        Ok(Pose::new(rotation, position_m).map_err(HapticsError::from)?)
     }
 }
 
@@ -121,6 +121,12 @@ impl Sliding {
 enum Stop {
     Unreachable(Unreachable),
     Error(HapticsError),
+}
+
+impl From<HapticsError> for Stop {
+    fn from(error: HapticsError) -> Self {
+        Self::Error(error)
+    }
 }
 
 impl From<KinematicsError> for Stop {

@@ -46,13 +46,13 @@ fn main() {
         "",
     );
     let errors = ErrorStats::from_errors(reachable.iter().map(|pose| {
-        let witness = *arm.reach(pose).witness().expect("reachable");
+        let witness = *arm.verdict(pose).witness().expect("reachable");
         let (position, angle) = arm.forward(&witness.q).distance(pose);
         position.max(angle)
     }));
     row(
         "verdict with witness",
-        time(|i| arm.reach(&reachable[i % n])),
+        time(|i| arm.verdict(&reachable[i % n])),
         &format_error(errors.max, "m, rad"),
     );
     row(

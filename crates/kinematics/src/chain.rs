@@ -1,10 +1,12 @@
 //! General serial chains of revolute and prismatic joints.
 
-use crate::error::finite;
+use crate::error::KinematicsError;
 use crate::inertia::Inertial;
+use crate::joints::JointLimit;
 use crate::trig::sin_cos;
-use crate::{JointLimit, KinematicsError, Pose};
 use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
+use hwall_numeric::check::{all_finite, positive};
 
 /// How a joint moves along or about its axis.
 ///
@@ -76,7 +78,7 @@ impl ChainJoint {
     }
 
     fn validate(&self, index: usize) -> Result<(), KinematicsError> {
-        finite("joint axis", &self.axis.to_array())?;
+        all_finite("joint axis", &self.axis.to_array())?;
         if self.axis.try_normalize().is_none() {
             return Err(KinematicsError::ZeroAxis {
                 joint: self.name.clone(),
@@ -87,14 +89,8 @@ impl ChainJoint {
             ("max_velocity", self.max_velocity),
             ("max_effort", self.max_effort),
         ] {
-            if let Some(value) = value
-                && !(value > 0.0 && value.is_finite())
-            {
-                return Err(KinematicsError::Parameter {
-                    what,
-                    value,
-                    wanted: "positive and finite",
-                });
+            if let Some(value) = value {
+                positive(what, value)?;
             }
         }
         self.limit.validate(index)
@@ -317,7 +313,7 @@ impl Chain {
                 got: values.len(),
             });
         }
-        finite(what, values)
+        Ok(all_finite(what, values)?)
     }
 }
 
@@ -342,7 +338,7 @@ fn axis_frames(joints: &[ChainJoint]) -> Vec<AxisFrame> {
             0.0
         };
         let axis_from_link =
-            Pose::from_parts(link_from_axis.transpose(), DVec3::new(0.0, 0.0, -slide));
+            Pose::from_parts_unchecked(link_from_axis.transpose(), DVec3::new(0.0, 0.0, -slide));
         frames.push(AxisFrame {
             rotation: link.rotation() * link_from_axis,
             translation: link.transform_point(axis * slide),

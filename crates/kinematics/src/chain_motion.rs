@@ -1,9 +1,9 @@
 //! Forward kinematics, Jacobian and drift acceleration of a [`Chain`].
 
 use crate::chain::{AxisFrame, GROUP, settings};
-use crate::error::finite;
 use crate::{Chain, KinematicsError, Pose, Twist, Wrench};
 use glam::{DMat3, DVec3};
+use hwall_numeric::check::all_finite;
 
 /// Geometric Jacobian of the tip: one column a joint, `[vx vy vz ωx ωy ωz]` in base axes at the tip.
 ///
@@ -118,7 +118,7 @@ impl Chain {
         let links = &mut scratch.links;
         links.clear();
         finite_pose(self.tip_pose(q, |frame, r, p| {
-            links.push(Pose::from_parts(r, p) * frame.axis_from_link)
+            links.push(Pose::from_parts_unchecked(r, p) * frame.axis_from_link)
         }))
     }
 
@@ -187,7 +187,7 @@ impl Chain {
             alpha.y,
             alpha.z,
         ];
-        finite("acceleration", &drift)?;
+        all_finite("acceleration", &drift)?;
         Ok(drift)
     }
 
@@ -208,14 +208,14 @@ impl Chain {
                 visit(frame, r, p);
             }
         }
-        Pose::from_parts(r, p) * self.last_from_tip
+        Pose::from_parts_unchecked(r, p) * self.last_from_tip
     }
 }
 
 /// Slides of 1e308 m are finite numbers, their sum is not.
 #[inline]
 fn finite_pose(pose: Pose) -> Result<Pose, KinematicsError> {
-    finite("tip position", &pose.position_m().to_array())?;
+    all_finite("tip position", &pose.position_m().to_array())?;
     Ok(pose)
 }
 

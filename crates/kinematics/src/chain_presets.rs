@@ -106,12 +106,12 @@ fn preset(rows: &[Row; 7]) -> Chain {
             )],
             ..ChainJoint::revolute(
                 format!("lbr_A{}", i + 1),
-                Pose::from_parts(DMat3::IDENTITY, DVec3::from_array(row.origin_m)),
+                Pose::from_parts_unchecked(DMat3::IDENTITY, DVec3::from_array(row.origin_m)),
                 DVec3::from_array(row.axis),
                 JointLimit::symmetric_deg(row.limit_deg),
             )
         })
         .collect();
-    let flange = Pose::from_parts(DMat3::IDENTITY, DVec3::new(0.0, 0.0, FLANGE_M));
+    let flange = Pose::from_parts_unchecked(DMat3::IDENTITY, DVec3::new(0.0, 0.0, FLANGE_M));
     Chain::new(joints, flange).expect("the preset constants form a valid chain (tested)")
 }

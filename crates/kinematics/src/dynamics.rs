@@ -5,10 +5,11 @@
 //! composite rigid bodies (ch. 6); written with plain three-vectors about the joint origins,
 //! where `h = m c` and the inertia about the origin make centres of mass disappear.
 
-use crate::chain::{GROUP, settings};
-use crate::error::finite;
-use crate::{Chain, Inertial, KinematicsError};
+use crate::chain::{Chain, GROUP, settings};
+use crate::error::KinematicsError;
+use crate::inertia::Inertial;
 use glam::{DMat3, DVec3};
+use hwall_numeric::check::{all_finite, finite};
 
 /// Standard gravity of the crate, base axes with z up, m/s².
 pub const GRAVITY_M_PER_S2: DVec3 = DVec3::new(0.0, 0.0, -9.81);
@@ -118,7 +119,7 @@ impl ChainDynamics {
     ///
     /// # Errors
     /// [`KinematicsError::NoInertials`] when no link has mass, [`KinematicsError::Inertia`] or
-    /// [`KinematicsError::NonFinite`] for a body that cannot exist.
+    /// [`KinematicsError::Argument`] for a body that cannot exist.
     pub fn new(chain: &Chain) -> Result<Self, KinematicsError> {
         let mut bodies = Vec::with_capacity(chain.joint_count());
         for (joint, frame) in chain.joints().iter().zip(&chain.frames) {
@@ -144,7 +145,7 @@ impl ChainDynamics {
     /// # Errors
     /// NaN or infinity.
     pub fn with_gravity(mut self, gravity_m_per_s2: DVec3) -> Result<Self, KinematicsError> {
-        finite("gravity", &gravity_m_per_s2.to_array())?;
+        all_finite("gravity", &gravity_m_per_s2.to_array())?;
         self.gravity = gravity_m_per_s2;
         Ok(self)
     }
@@ -218,7 +219,7 @@ impl ChainDynamics {
             scratch.moments[i] = body.moment.cross(a);
         }
         self.gather(scratch, out);
-        finite("gravity torque", out)
+        Ok(all_finite("gravity torque", out)?)
     }
 
     /// Torques for a motion, `τ = M q̈ + C q̇ + g` (recursive Newton-Euler).
@@ -248,7 +249,7 @@ impl ChainDynamics {
         self.chain.check("joint accelerations", qdd)?;
         self.place(q, scratch)?;
         self.newton_euler(qd, |i| qdd[i], scratch, out);
-        finite("joint torques", out)
+        Ok(all_finite("joint torques", out)?)
     }
 
     /// Torques at zero joint acceleration, `C(q, q̇) q̇ + g(q)`.
@@ -276,7 +277,7 @@ impl ChainDynamics {
         self.chain.check("joint velocities", qd)?;
         self.place(q, scratch)?;
         self.newton_euler(qd, |_| 0.0, scratch, out);
-        finite("joint torques", out)
+        Ok(all_finite("joint torques", out)?)
     }
 
     /// Mass matrix `M(q)`, n × n, row-major (symmetric to the last bit), kg m².
@@ -310,7 +311,7 @@ impl ChainDynamics {
         }
         self.place(q, scratch)?;
         self.composite_bodies(scratch, out);
-        finite("mass matrix", out)
+        Ok(all_finite("mass matrix", out)?)
     }
 
     /// Joint accelerations under torques, `q̈ = M⁻¹ (τ − C q̇ − g)`, by Cholesky of the mass matrix.
@@ -355,7 +356,7 @@ impl ChainDynamics {
         let solved = solve_symmetric(&mut matrix, out);
         (scratch.vector, scratch.matrix) = (bias, matrix);
         solved.map_err(|joint| KinematicsError::SingularMass { joint })?;
-        finite("joint accelerations", out)
+        Ok(all_finite("joint accelerations", out)?)
     }
 
     /// Kinetic energy `½ q̇ᵀ M q̇`, J.
@@ -380,8 +381,7 @@ impl ChainDynamics {
                 + v.dot(omega.cross(body.moment))
                 + 0.5 * omega.dot(body.inertia * omega);
         }
-        finite("kinetic energy", &[energy])?;
-        Ok(energy)
+        Ok(finite("kinetic energy", energy)?)
     }
 
     /// Potential energy `−Σ m g·c`, J, zero for a mass at the base origin.
@@ -397,8 +397,7 @@ impl ChainDynamics {
             r *= scratch.rotations[i];
             energy -= self.gravity.dot(body.mass * p + r * body.moment);
         }
-        finite("potential energy", &[energy])?;
-        Ok(energy)
+        Ok(finite("potential energy", energy)?)
     }
 
     fn check_out(&self, out: &[f64]) -> Result<(), KinematicsError> {

@@ -1,22 +1,20 @@
 //! The one error type of the crate.
 
+use hwall_geometry::{ArgumentError, GeometryError};
+
 /// What can be wrong with a model, a pose or a request.
 ///
 /// An answer that is expected at run time, such as "this pose is out of reach", is not an
-/// error: see [`Reach`](crate::Reach).
+/// error: see [`Verdict`](crate::Verdict).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum KinematicsError {
-    /// A number is NaN or infinite.
-    #[error("{what}[{index}] is {value}, not a finite number")]
-    NonFinite {
-        /// The argument that holds it.
-        what: &'static str,
-        /// Its place in the argument (column-major for matrices).
-        index: usize,
-        /// NaN or an infinity.
-        value: f64,
-    },
+    /// An argument is NaN or infinite, or a setting outside its range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// A pose or an axis is none.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
     /// A joint array has the wrong length.
     #[error("{what} has {got} values, the arm has {expected} joints")]
     WrongJointCount {
@@ -26,12 +24,6 @@ pub enum KinematicsError {
         expected: usize,
         /// Length given.
         got: usize,
-    },
-    /// A matrix or quaternion is no rotation.
-    #[error("not a rotation: {deviation} away from orthonormal and right-handed")]
-    NotARotation {
-        /// Largest entry of `|RᵀR − 1|`, or 2 for a left-handed frame.
-        deviation: f64,
     },
     /// The lower limit of a joint lies above the upper one.
     #[error("joint {index}: limits reversed, {min_rad} > {max_rad} rad")]
@@ -74,16 +66,6 @@ pub enum KinematicsError {
         link: &'static str,
         /// Length given, m.
         value_m: f64,
-    },
-    /// A parameter of a solver is outside its range.
-    #[error("{what} is {value}, it must be {wanted}")]
-    Parameter {
-        /// Name of the parameter.
-        what: &'static str,
-        /// Value given.
-        value: f64,
-        /// The range it must lie in.
-        wanted: &'static str,
     },
     /// The numeric inverse found no solution within its budget.
     #[error("not converged after {iterations} steps: {residual_m} m, {residual_rad} rad left")]
@@ -192,16 +174,4 @@ pub enum KinematicsError {
         /// What the system said.
         message: String,
     },
-}
-
-/// Rejects NaN and infinities, naming the argument and the place.
-pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), KinematicsError> {
-    match values.iter().position(|v| !v.is_finite()) {
-        None => Ok(()),
-        Some(index) => Err(KinematicsError::NonFinite {
-            what,
-            index,
-            value: values[index],
-        }),
-    }
 }

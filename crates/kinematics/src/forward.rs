@@ -162,7 +162,7 @@ impl SrsArm {
             + frames.z4 * g.d_ew_m
             + frames.flange.z_axis * g.d_wf_m
             + DVec3::new(0.0, 0.0, g.d_bs_m);
-        let base_from_flange = Pose::from_parts(frames.flange, flange_m);
+        let base_from_flange = Pose::from_parts_unchecked(frames.flange, flange_m);
         if self.has_tool() {
             base_from_flange * *self.flange_from_tool()
         } else {

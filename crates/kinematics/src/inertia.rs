@@ -1,8 +1,9 @@
 //! Mass, centre of mass and rotational inertia of one rigid body.
 
-use crate::error::finite;
-use crate::{KinematicsError, Pose};
+use crate::error::KinematicsError;
 use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
+use hwall_numeric::check::{all_finite, finite};
 
 /// Relative slack of the symmetry, sign and triangle checks: descriptions are rounded to a few digits.
 const PHYSICAL_TOLERANCE: f64 = 1e-3;
@@ -90,11 +91,11 @@ impl Inertial {
     /// published values are rounded.
     ///
     /// # Errors
-    /// [`KinematicsError::NonFinite`] or [`KinematicsError::Inertia`].
+    /// [`KinematicsError::Argument`] or [`KinematicsError::Inertia`].
     pub fn validate(&self) -> Result<(), KinematicsError> {
-        finite("link mass", &[self.mass_kg])?;
-        finite("centre of mass", &self.com_m.to_array())?;
-        finite("inertia", &self.inertia_kg_m2.to_cols_array())?;
+        finite("link mass", self.mass_kg)?;
+        all_finite("centre of mass", &self.com_m.to_array())?;
+        all_finite("inertia", &self.inertia_kg_m2.to_cols_array())?;
         let i = self.inertia_kg_m2;
         let scale = i
             .to_cols_array()

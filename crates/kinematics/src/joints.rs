@@ -1,7 +1,8 @@
 //! Joint arrays of a seven-joint arm, one type a quantity, and joint limits.
 
-use crate::KinematicsError;
-use crate::error::finite;
+use crate::error::KinematicsError;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::all_finite;
 
 macro_rules! joint_array {
     ($(#[$doc:meta])* $name:ident) => {
@@ -21,7 +22,7 @@ macro_rules! joint_array {
                     expected: 7,
                     got: values.len(),
                 })?;
-                finite(stringify!($name), values)?;
+                all_finite(stringify!($name), values)?;
                 Ok(Self(array))
             }
         }
@@ -135,11 +136,12 @@ impl JointLimit {
     /// Rejects NaN and reversed ends; infinite ends mean "no limit".
     pub(crate) fn validate(&self, index: usize) -> Result<(), KinematicsError> {
         if self.min_rad.is_nan() || self.max_rad.is_nan() {
-            return Err(KinematicsError::NonFinite {
+            return Err(ArgumentError::NonFinite {
                 what: "joint limits",
-                index,
+                index: Some(index),
                 value: f64::NAN,
-            });
+            }
+            .into());
         }
         if self.min_rad > self.max_rad {
             return Err(KinematicsError::LimitsReversed {

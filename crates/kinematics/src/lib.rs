@@ -18,8 +18,7 @@ mod margin;
 mod nearest;
 mod numeric;
 mod pinched;
-mod pose;
-mod reach;
+
 mod redundancy;
 mod region;
 mod srs;
@@ -27,6 +26,7 @@ mod statics;
 mod trig;
 #[cfg(feature = "urdf")]
 mod urdf;
+mod verdict;
 mod window;
 
 pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
@@ -37,13 +37,16 @@ pub use chain_motion::{ChainJacobian, ChainScratch};
 pub use dynamics::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
 pub use error::KinematicsError;
 pub use forward::Jacobian;
+pub use hwall_geometry::{
+    self as geometry, ArgumentError, GeometryError, Pose, ROTATION_TOLERANCE, Twist, Wrench, glam,
+    rotation_vector,
+};
 pub use inertia::Inertial;
 pub use joints::{JointLimit, JointPositions, JointTorques, JointVelocities};
 pub use nearest::{BranchPolicy, NearestConfig, NearestSolution};
 pub use numeric::{NumericConfig, NumericReport, NumericScratch, NumericSolution};
-pub use pose::{Pose, ROTATION_TOLERANCE, Twist, Wrench, rotation_vector};
-pub use reach::{Reach, Unreachable, Witness};
 pub use redundancy::Dexterity;
-pub use region::{PoseRegion, RegionReach};
+pub use region::{PoseRegion, RegionVerdict};
 pub use srs::{SrsArm, SrsGeometry, SrsParameters};
 pub use statics::WrenchEstimate;
+pub use verdict::{Unreachable, Verdict, Witness};

@@ -1,53 +1,5 @@
 //! The little dense algebra that a 6 × 7 Jacobian needs.
 
-/// Eigenvalues (falling) and eigenvectors (rows) of a symmetric 6 × 6 matrix, by Jacobi rotations.
-///
-/// Chosen over faster methods because it gives small eigenvalues of a scaled Gram matrix with
-/// high relative accuracy and cannot fail.
-pub(crate) fn symmetric_eigen(mut a: [[f64; 6]; 6]) -> ([f64; 6], [[f64; 6]; 6]) {
-    let mut v = [[0.0; 6]; 6];
-    for (i, row) in v.iter_mut().enumerate() {
-        row[i] = 1.0;
-    }
-    for _sweep in 0..30 {
-        let off: f64 = (0..6)
-            .flat_map(|i| (0..i).map(move |j| (i, j)))
-            .map(|(i, j)| a[i][j].powi(2))
-            .sum();
-        let diagonal: f64 = (0..6).map(|i| a[i][i].powi(2)).sum();
-        // The second test ends the loop for NaN too.
-        if off <= 1e-32 * diagonal || !off.is_finite() {
-            break;
-        }
-        for p in 0..5 {
-            for q in p + 1..6 {
-                rotate(&mut a, &mut v, p, q);
-            }
-        }
-    }
-    let mut order = [0, 1, 2, 3, 4, 5];
-    order.sort_by(|&i, &j| a[j][j].total_cmp(&a[i][i]));
-    (order.map(|i| a[i][i]), order.map(|i| v[i]))
-}
-
-/// One Jacobi rotation that clears `a[p][q]`; the rows of `v` turn along.
-fn rotate(a: &mut [[f64; 6]; 6], v: &mut [[f64; 6]; 6], p: usize, q: usize) {
-    if a[p][q] == 0.0 {
-        return;
-    }
-    let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-    let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-    let c = 1.0 / t.hypot(1.0);
-    let s = t * c;
-    for row in a.iter_mut() {
-        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
-    }
-    for k in 0..6 {
-        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-        (v[p][k], v[q][k]) = (c * v[p][k] - s * v[q][k], s * v[p][k] + c * v[q][k]);
-    }
-}
-
 /// A unit vector that a 6 × 7 matrix maps to zero, by elimination with full pivoting.
 ///
 /// Where the matrix loses rank there are several; one of them is returned.

@@ -2,9 +2,9 @@
 
 use crate::arm_angles::{ArmAngleArc, FeasibleArmAngles};
 use crate::circle::{Direction, ElbowCircle};
-use crate::error::finite;
 use crate::inverse::BaseSolution;
 use crate::{Branch, JointPositions, KinematicsError, Pose, SrsArm, Unreachable};
+use hwall_numeric::check::{all_finite, positive};
 
 /// Which branches [`SrsArm::nearest_solution`] may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -87,17 +87,9 @@ impl SrsArm {
         reference: &JointPositions,
         config: &NearestConfig,
     ) -> Result<NearestSolution, KinematicsError> {
-        finite("reference", &reference.0)?;
-        if let Some(value) = config
-            .weights
-            .into_iter()
-            .find(|w| !(*w > 0.0 && w.is_finite()))
-        {
-            return Err(KinematicsError::Parameter {
-                what: "weight",
-                value,
-                wanted: "positive",
-            });
+        all_finite("reference", &reference.0)?;
+        for weight in config.weights {
+            positive("weight", weight)?;
         }
         let near = joined_branches(reference, config.sign_change_rad);
         let psi_reference = self.arm_angle(reference);

@@ -9,6 +9,8 @@
 use crate::chain_motion::column;
 use crate::{Chain, KinematicsError, Pose, rotation_vector};
 use glam::DVec3;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::positive;
 
 /// When the numeric inverse stops and how hard it tries.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,19 +62,9 @@ impl NumericConfig {
         }
     }
 
-    fn validate(&self) -> Result<(), KinematicsError> {
-        for (what, value) in [
-            ("tolerance_m", self.tolerance_m),
-            ("tolerance_rad", self.tolerance_rad),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(KinematicsError::Parameter {
-                    what,
-                    value,
-                    wanted: "positive and finite",
-                });
-            }
-        }
+    fn validate(&self) -> Result<(), ArgumentError> {
+        positive("tolerance_m", self.tolerance_m)?;
+        positive("tolerance_rad", self.tolerance_rad)?;
         Ok(())
     }
 }

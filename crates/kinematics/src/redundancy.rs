@@ -1,7 +1,8 @@
 //! What the seventh joint leaves free, and how well the arm can move.
 
-use crate::linalg::{gram, null_vector, roots, symmetric_eigen};
+use crate::linalg::{gram, null_vector, roots};
 use crate::{JointPositions, JointVelocities, SrsArm};
+use hwall_numeric::dense::symmetric_eigen;
 
 /// How well a configuration can move the tool.
 ///
@@ -64,8 +65,7 @@ impl SrsArm {
         for row in &mut rows[3..] {
             *row = row.map(|x| x * rotation_length_m);
         }
-        let (eigenvalues, _) = symmetric_eigen(gram(&rows));
-        let singular_values_m = roots(eigenvalues);
+        let singular_values_m = roots(symmetric_eigen(&gram(&rows)).values);
         Dexterity {
             manipulability: singular_values_m.iter().product(),
             singular_values_m,

@@ -77,7 +77,7 @@ impl PoseRegion {
 
 /// What is proven of a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RegionReach {
+pub enum RegionVerdict {
     /// Every pose can be held on each of these branches (and perhaps on others).
     Reachable(BranchSet),
     /// No pose can be held, for this reason; gaps are those of the pose that lacks least.
@@ -90,12 +90,12 @@ impl SrsArm {
     /// Is a whole region of poses reachable, or none of it?
     ///
     /// Either answer is a proof, of the same closed limits and with the same tolerance of 1e-13 as
-    /// [`SrsArm::reach`]; the module `region` in the sources has the derivation. Poses that only
+    /// [`SrsArm::verdict`]; the module `region` in the sources has the derivation. Poses that only
     /// a singular shoulder or wrist can hold (a board at full stretch, square to the arm) are
     /// never proven reachable. A region with NaN, infinite or negative extents is `Undecided`.
     #[must_use]
-    pub fn reach_region(&self, region: &PoseRegion) -> RegionReach {
-        self.reach_region_between(self, region)
+    pub fn region_verdict(&self, region: &PoseRegion) -> RegionVerdict {
+        self.region_verdict_between(self, region)
     }
 
     /// The same for a family of arms: `self` has the narrowest limits, `widest` the widest, all
@@ -105,7 +105,7 @@ impl SrsArm {
     /// a wall turned about the base axis only turns joint 1, so limits of joint 1 moved by the
     /// headings' range answer for all headings at once.
     #[must_use]
-    pub fn reach_region_between(&self, widest: &Self, region: &PoseRegion) -> RegionReach {
+    pub fn region_verdict_between(&self, widest: &Self, region: &PoseRegion) -> RegionVerdict {
         let cell = match Cell::prepare(self, widest, region) {
             Ok(cell) => cell,
             Err(verdict) => return verdict,
@@ -123,7 +123,7 @@ impl SrsArm {
             held |= inside.shoulder & inside.wrist & certain;
         }
         if held != 0 {
-            return RegionReach::Reachable(BranchSet::from_bits(held));
+            return RegionVerdict::Reachable(BranchSet::from_bits(held));
         }
         let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
         for psi in extremes {
@@ -135,7 +135,7 @@ impl SrsArm {
         if !may_hold {
             let verdict = unreachable(circle, widest, *slack, shoulder, wrist);
             if let Some(reason) = verdict {
-                return RegionReach::Unreachable(reason);
+                return RegionVerdict::Unreachable(reason);
             }
         }
         if *certain != 0 {
@@ -145,15 +145,15 @@ impl SrsArm {
             }
         }
         if held == 0 {
-            RegionReach::Undecided
+            RegionVerdict::Undecided
         } else {
-            RegionReach::Reachable(BranchSet::from_bits(held))
+            RegionVerdict::Reachable(BranchSet::from_bits(held))
         }
     }
 
     /// All branches that provably hold every pose of a region, each at one arm angle.
     ///
-    /// Where [`SrsArm::reach_region`] stops at the first ones it meets, this looks at every limit.
+    /// Where [`SrsArm::region_verdict`] stops at the first ones it meets, this looks at every limit.
     #[must_use]
     pub fn branches_throughout(&self, region: &PoseRegion) -> BranchSet {
         let Ok(cell) = Cell::prepare(self, self, region) else {
@@ -249,9 +249,13 @@ struct Cell {
 impl Cell {
     /// What the distances and the tilts alone decide is the error.
     #[inline(always)]
-    fn prepare(narrow: &SrsArm, widest: &SrsArm, region: &PoseRegion) -> Result<Self, RegionReach> {
+    fn prepare(
+        narrow: &SrsArm,
+        widest: &SrsArm,
+        region: &PoseRegion,
+    ) -> Result<Self, RegionVerdict> {
         let Some(wrists) = Wrists::new(narrow, region) else {
-            return Err(RegionReach::Undecided);
+            return Err(RegionVerdict::Undecided);
         };
         let (narrow, wide) = (&narrow.distances, &widest.distances);
         let possible = wrists.elbows(wide, |side| {
@@ -264,17 +268,17 @@ impl Cell {
                 .map(|length| widest.length_reason(length))
                 .into_iter()
                 .min_by(|a, b| missing(a).total_cmp(&missing(b)));
-            return Err(least.map_or(RegionReach::Undecided, RegionReach::Unreachable));
+            return Err(least.map_or(RegionVerdict::Undecided, RegionVerdict::Unreachable));
         }
         // The triangle exists only for lengths the elbow allows; those are what must be covered.
         let lo = wide.sides[0][0].min(wide.sides[1][0]).max(wrists.shortest);
         let hi = wide.sides[0][1].max(wide.sides[1][1]).min(wrists.longest);
         let triangles = Triangles::new(wide, lo.min(hi), lo.max(hi), wrists.length);
         if let Some(reason) = wrists.tilted_too_far(widest, &triangles) {
-            return Err(RegionReach::Unreachable(reason));
+            return Err(RegionVerdict::Unreachable(reason));
         }
         let Some(slack) = wrists.slack(&triangles) else {
-            return Err(RegionReach::Undecided);
+            return Err(RegionVerdict::Undecided);
         };
         let certain = wrists.elbows(narrow, |side| {
             side[0] - narrow.tolerance <= wrists.shortest

@@ -3,6 +3,7 @@
 use crate::pinched::Pinched;
 use crate::window::{Distances, Windows};
 use crate::{JointLimit, KinematicsError, Pose};
+use hwall_numeric::check::all_finite;
 use std::f64::consts::PI;
 
 /// Link lengths of an arm with spherical shoulder, revolute elbow and spherical wrist, metres.
@@ -123,8 +124,8 @@ impl SrsArm {
                 return Err(KinematicsError::LinkLength { link, value_m });
             }
         }
-        crate::error::finite("max_velocity", &parameters.max_velocity_rad_per_s)?;
-        crate::error::finite("max_torque", &parameters.max_torque_n_m)?;
+        all_finite("max_velocity", &parameters.max_velocity_rad_per_s)?;
+        all_finite("max_torque", &parameters.max_torque_n_m)?;
         for (index, limit) in limits.iter().enumerate() {
             limit.validate(index)?;
             let (min_rad, max_rad) = (limit.min_rad, limit.max_rad);

@@ -1,7 +1,9 @@
 //! Between forces at the tool and torques at the joints.
 
-use crate::linalg::{gram, roots, symmetric_eigen};
+use crate::linalg::{gram, roots};
 use crate::{JointPositions, JointTorques, KinematicsError, SrsArm, Wrench};
+use hwall_numeric::check::{all_finite, non_negative, positive};
+use hwall_numeric::dense::symmetric_eigen;
 
 /// An external wrench seen through the joint torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,32 +42,19 @@ impl SrsArm {
         damping_m: f64,
         moment_length_m: f64,
     ) -> Result<WrenchEstimate, KinematicsError> {
-        crate::error::finite("q", &q.0)?;
-        crate::error::finite("torques", &torques.0)?;
-        if !(damping_m >= 0.0 && damping_m.is_finite()) {
-            return Err(KinematicsError::Parameter {
-                what: "damping_m",
-                value: damping_m,
-                wanted: "at least 0",
-            });
-        }
-        if !(moment_length_m > 0.0 && moment_length_m.is_finite()) {
-            let (what, value) = ("moment_length_m", moment_length_m);
-            return Err(KinematicsError::Parameter {
-                what,
-                value,
-                wanted: "positive",
-            });
-        }
+        all_finite("q", &q.0)?;
+        all_finite("torques", &torques.0)?;
+        non_negative("damping_m", damping_m)?;
+        positive("moment_length_m", moment_length_m)?;
         let jacobian = self.jacobian(q);
         let mut rows = jacobian.to_rows();
         for row in &mut rows[3..] {
             *row = row.map(|x| x * moment_length_m);
         }
-        let (eigenvalues, vectors) = symmetric_eigen(gram(&rows));
+        let eigen = symmetric_eigen(&gram(&rows));
         let rhs: [f64; 6] = rows.map(|row| row.iter().zip(torques.0).map(|(a, b)| a * b).sum());
         let mut scaled = [0.0; 6];
-        for (eigenvalue, vector) in eigenvalues.into_iter().zip(vectors) {
+        for (eigenvalue, vector) in eigen.values.into_iter().zip(eigen.vectors) {
             let damped = eigenvalue.max(0.0) + damping_m * damping_m;
             if damped > 1e-18 {
                 let along: f64 = vector.iter().zip(rhs).map(|(a, b)| a * b).sum::<f64>() / damped;
@@ -84,7 +73,7 @@ impl SrsArm {
             .map(|i| (torques[i] - explained[i]).powi(2))
             .sum::<f64>()
             .sqrt();
-        let singular_values = roots(eigenvalues);
+        let singular_values = roots(eigen.values);
         let condition = singular_values[0] / singular_values[5];
         Ok(WrenchEstimate {
             wrench,

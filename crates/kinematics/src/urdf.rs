@@ -5,6 +5,7 @@
 
 use crate::{Chain, ChainJoint, Inertial, JointKind, JointLimit, KinematicsError, Pose};
 use glam::{DMat3, DVec3};
+use hwall_numeric::check::all_finite;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use urdf_rs::{Joint, JointType, Link, Robot};
@@ -312,10 +313,10 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
 /// `Rz(yaw) Ry(pitch) Rx(roll)` and the origin.
 fn pose(origin: &urdf_rs::Pose) -> Result<Pose, KinematicsError> {
     let [roll, pitch, yaw] = origin.rpy.0;
-    crate::error::finite("rpy", &origin.rpy.0)?;
+    all_finite("rpy", &origin.rpy.0)?;
     let rotation =
         DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
-    Pose::new(rotation, DVec3::from_array(origin.xyz.0))
+    Ok(Pose::new(rotation, DVec3::from_array(origin.xyz.0))?)
 }
 
 /// The parser fills an absent inertial with zeros; zero mass with some inertia is an error to report later.

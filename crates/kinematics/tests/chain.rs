@@ -5,7 +5,8 @@ mod chain_support;
 use chain_support::{franka, random_chain, random_q, references, shift, ur5e};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    Chain, ChainJoint, JointKind, JointLimit, KinematicsError, Pose, Wrench, rotation_vector,
+    ArgumentError, Chain, ChainJoint, JointKind, JointLimit, KinematicsError, Pose, Wrench,
+    rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::PI;
@@ -254,7 +255,10 @@ fn bad_input_is_an_error() {
         let mut scratch = chain.scratch();
         assert!(matches!(
             chain.forward(&q),
-            Err(KinematicsError::NonFinite { index: 2, .. })
+            Err(KinematicsError::Argument(ArgumentError::NonFinite {
+                index: Some(2),
+                ..
+            }))
         ));
         assert!(chain.link_poses(&q).is_err());
         assert!(chain.forward_jacobian_into(&q, &mut scratch).is_err());
@@ -266,7 +270,7 @@ fn bad_input_is_an_error() {
     let rails = Chain::new(vec![rail("a"), rail("b")], Pose::IDENTITY).unwrap();
     assert!(matches!(
         rails.forward(&[1.7e308; 2]),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
 
     let joint = |axis| ChainJoint::revolute("a", Pose::IDENTITY, axis, JointLimit::FREE);
@@ -278,7 +282,7 @@ fn bad_input_is_an_error() {
     ));
     assert!(matches!(
         chain(vec![joint(DVec3::NAN)]),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     let twice = vec![joint(DVec3::X), joint(DVec3::Y)];
     assert_eq!(
@@ -310,7 +314,7 @@ fn bad_input_is_an_error() {
     };
     assert!(matches!(
         chain(vec![still]),
-        Err(KinematicsError::Parameter { .. })
+        Err(KinematicsError::Argument(ArgumentError::OutOfRange { .. }))
     ));
 }
 

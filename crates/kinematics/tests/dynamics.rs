@@ -6,7 +6,8 @@ mod chain_support;
 use chain_support::{Reference, franka, random_chain, random_q, references, shift};
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    Chain, ChainDynamics, ChainJoint, GRAVITY_M_PER_S2, Inertial, JointLimit, KinematicsError, Pose,
+    ArgumentError, Chain, ChainDynamics, ChainJoint, GRAVITY_M_PER_S2, Inertial, JointLimit,
+    KinematicsError, Pose,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
 
@@ -486,11 +487,11 @@ fn bad_bodies_and_numbers_are_errors() {
     assert_eq!(with(lopsided), bad(1.0), "asymmetric");
     assert!(matches!(
         with(body(f64::NAN, [0.0; 6])),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     assert!(matches!(
         with(body(1.0, [f64::NAN; 6])),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     assert_eq!(with(body(0.0, [0.0; 6])), Err(KinematicsError::NoInertials));
     assert_eq!(
@@ -512,7 +513,7 @@ fn bad_bodies_and_numbers_are_errors() {
     let fast = [1e200; 7];
     assert!(matches!(
         arm.nonlinear(&[0.5; 7], &fast),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     assert!(arm.inverse(&[0.5; 7], &fast, &zero).is_err());
     assert!(arm.kinetic_energy_j(&[0.5; 7], &fast).is_err());

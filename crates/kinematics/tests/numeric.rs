@@ -5,8 +5,8 @@ mod chain_support;
 use chain_support::{franka, random_chain, random_q, shift, ur5e};
 use glam::{DMat3, DQuat, DVec3};
 use hwall_kinematics::{
-    Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch, NumericSolution,
-    Pose,
+    ArgumentError, Chain, ChainJoint, JointLimit, KinematicsError, NumericConfig, NumericScratch,
+    NumericSolution, Pose,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
 use std::f64::consts::PI;
@@ -126,7 +126,7 @@ fn start_outside_the_limits_is_an_error_not_a_panic() {
         |start: &[f64], config: &NumericConfig| chain.inverse_numeric(&target, start, config);
     assert!(matches!(
         solve(&[f64::NAN; 7], &NumericConfig::default()),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     assert!(matches!(
         solve(&[0.0; 6], &NumericConfig::default()),
@@ -139,7 +139,7 @@ fn start_outside_the_limits_is_an_error_not_a_panic() {
         };
         assert!(matches!(
             solve(&[0.0; 7], &config),
-            Err(KinematicsError::Parameter { .. })
+            Err(KinematicsError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
     let none = NumericConfig {

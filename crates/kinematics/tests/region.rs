@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
-    Branch, BranchSet, JointLimit, JointPositions, Pose, PoseRegion, RegionReach, SrsArm,
+    Branch, BranchSet, JointLimit, JointPositions, Pose, PoseRegion, RegionVerdict, SrsArm,
     SrsGeometry, SrsParameters, Unreachable,
 };
 use hwall_testkit::Sampler;
@@ -67,8 +67,8 @@ fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
     let mut counts = [0; 3];
     for i in 0..regions {
         let region = random_region(arm, &mut sampler);
-        match arm.reach_region(&region) {
-            RegionReach::Reachable(branches) => {
+        match arm.region_verdict(&region) {
+            RegionVerdict::Reachable(branches) => {
                 counts[0] += 1;
                 assert!(!branches.is_empty());
                 let all = arm.branches_throughout(&region);
@@ -86,7 +86,7 @@ fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
                     }
                 }
             }
-            RegionReach::Unreachable(reason) => {
+            RegionVerdict::Unreachable(reason) => {
                 counts[1] += 1;
                 for _ in 0..12 {
                     let pose = drawn(&region, &mut sampler);
@@ -96,7 +96,7 @@ fn attack(arm: &SrsArm, regions: usize, seed: u64) -> [usize; 3] {
                     );
                 }
             }
-            RegionReach::Undecided => counts[2] += 1,
+            RegionVerdict::Undecided => counts[2] += 1,
         }
     }
     counts
@@ -165,10 +165,10 @@ fn a_region_shrunk_to_a_pose_agrees_with_the_verdict() {
     for _ in 0..20_000 {
         let region = random_region(&arm, &mut sampler);
         let point = PoseRegion::ball(region.center, 0.0, 0.0);
-        match arm.reach_region(&point) {
-            RegionReach::Reachable(_) => assert!(arm.is_reachable(&region.center)),
-            RegionReach::Unreachable(_) => assert!(!arm.is_reachable(&region.center)),
-            RegionReach::Undecided => undecided += 1,
+        match arm.region_verdict(&point) {
+            RegionVerdict::Reachable(_) => assert!(arm.is_reachable(&region.center)),
+            RegionVerdict::Unreachable(_) => assert!(!arm.is_reachable(&region.center)),
+            RegionVerdict::Undecided => undecided += 1,
         }
     }
     assert!(undecided <= 20, "{undecided}");
@@ -184,22 +184,23 @@ fn full_stretch_and_beyond() {
     let inside = PoseRegion::segment(at(0.8 - half), DVec3::X * half);
     let beyond = PoseRegion::segment(at(0.8 + half + 1e-12), DVec3::X * half);
     assert!(matches!(
-        arm.reach_region(&inside),
-        RegionReach::Reachable(_)
+        arm.region_verdict(&inside),
+        RegionVerdict::Reachable(_)
     ));
-    let RegionReach::Unreachable(Unreachable::TooFar { gap_m }) = arm.reach_region(&beyond) else {
-        panic!("{:?}", arm.reach_region(&beyond));
+    let RegionVerdict::Unreachable(Unreachable::TooFar { gap_m }) = arm.region_verdict(&beyond)
+    else {
+        panic!("{:?}", arm.region_verdict(&beyond));
     };
     assert!(gap_m.abs() < 2e-12, "{gap_m}");
     let across = PoseRegion::segment(at(0.8), DVec3::X * half);
-    assert_eq!(arm.reach_region(&across), RegionReach::Undecided);
+    assert_eq!(arm.region_verdict(&across), RegionVerdict::Undecided);
     // So large that it holds the shoulder, or lies far away.
     let huge = PoseRegion::ball(at(0.5), 10.0, 0.0);
-    assert_eq!(arm.reach_region(&huge), RegionReach::Undecided);
+    assert_eq!(arm.region_verdict(&huge), RegionVerdict::Undecided);
     let far = PoseRegion::rectangle(at(50.0), [DVec3::Y * 40.0, DVec3::Z * 40.0]);
     assert!(matches!(
-        arm.reach_region(&far),
-        RegionReach::Unreachable(Unreachable::TooFar { .. })
+        arm.region_verdict(&far),
+        RegionVerdict::Unreachable(Unreachable::TooFar { .. })
     ));
 }
 
@@ -207,24 +208,27 @@ fn full_stretch_and_beyond() {
 fn nan_infinite_and_negative_extents_are_undecided() {
     let arm = SrsArm::iiwa7();
     let center = arm.forward(&JointPositions([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.0]));
-    let decided = arm.reach_region(&PoseRegion::ball(center, 1e-3, 1e-3));
-    assert!(matches!(decided, RegionReach::Reachable(_)), "{decided:?}");
+    let decided = arm.region_verdict(&PoseRegion::ball(center, 1e-3, 1e-3));
+    assert!(
+        matches!(decided, RegionVerdict::Reachable(_)),
+        "{decided:?}"
+    );
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         for region in [
             PoseRegion::ball(center, bad, 0.0),
             PoseRegion::ball(center, 0.0, bad),
         ] {
             let undecided = bad.is_infinite() && region.angle_rad == bad;
-            let verdict = arm.reach_region(&region);
+            let verdict = arm.region_verdict(&region);
             // Any orientation at all is a region like others, only never reachable.
             assert!(
-                verdict == RegionReach::Undecided || undecided,
+                verdict == RegionVerdict::Undecided || undecided,
                 "{bad}: {verdict:?}"
             );
         }
     }
     let bad = PoseRegion::segment(center, DVec3::NAN);
-    assert_eq!(arm.reach_region(&bad), RegionReach::Undecided);
+    assert_eq!(arm.region_verdict(&bad), RegionVerdict::Undecided);
 }
 
 #[test]
@@ -241,19 +245,19 @@ fn one_answer_for_a_range_of_headings() {
     let mut decided = 0;
     for _ in 0..5_000 {
         let region = random_region(&arm, &mut sampler);
-        let verdict = narrow.reach_region_between(&wide, &region);
+        let verdict = narrow.region_verdict_between(&wide, &region);
         for _ in 0..8 {
             let turn = DMat3::from_rotation_z(sampler.uniform(-heading, heading));
             let pose = drawn(&region, &mut sampler);
             let turned =
                 Pose::new(turn * pose.rotation(), turn * pose.position_m()).expect("finite");
             match verdict {
-                RegionReach::Reachable(_) => assert!(arm.is_reachable(&turned)),
-                RegionReach::Unreachable(_) => assert!(!arm.is_reachable(&turned)),
-                RegionReach::Undecided => {}
+                RegionVerdict::Reachable(_) => assert!(arm.is_reachable(&turned)),
+                RegionVerdict::Unreachable(_) => assert!(!arm.is_reachable(&turned)),
+                RegionVerdict::Undecided => {}
             }
         }
-        decided += usize::from(verdict != RegionReach::Undecided);
+        decided += usize::from(verdict != RegionVerdict::Undecided);
     }
     assert!(decided > 3_500, "{decided}");
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_kinematics::{
-    Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
-    KinematicsError, NearestConfig, Pose, Reach, SrsArm, Unreachable, Wrench, rotation_vector,
+    ArgumentError, Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
+    KinematicsError, NearestConfig, Pose, SrsArm, Unreachable, Verdict, Wrench, rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::{PI, TAU};
@@ -103,10 +103,10 @@ fn damping_holds_the_estimate_back_at_a_singularity() {
             .expect_err("bad damping");
         assert!(matches!(
             error,
-            KinematicsError::Parameter {
+            KinematicsError::Argument(ArgumentError::OutOfRange {
                 what: "damping_m",
                 ..
-            }
+            })
         ));
     }
 }
@@ -394,8 +394,8 @@ fn presets_reach_what_the_data_sheet_says() {
             arm.geometry().d_bs_m,
             Tol::abs(1e-12)
         );
-        match arm.reach(&stretched) {
-            Reach::Reachable(w) => assert!(w.q[3].abs() < 1e-7),
+        match arm.verdict(&stretched) {
+            Verdict::Reachable(w) => assert!(w.q[3].abs() < 1e-7),
             other => panic!("{other:?}"),
         }
     }

@@ -1,7 +1,7 @@
 //! The S-R-S arm against numbers of independent tools (tests/data/README.md).
 
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointPositions, Pose, Reach, SrsArm, Unreachable};
+use hwall_kinematics::{JointPositions, Pose, SrsArm, Unreachable, Verdict};
 use hwall_testkit::{Tol, assert_close};
 use serde_json::Value;
 use std::path::Path;
@@ -77,7 +77,7 @@ fn check_reach(data: &Value) -> usize {
         )
         .expect("a pose");
         let reachable = case["reachable"].as_bool().expect("bool");
-        let verdict = arm.reach(&pose);
+        let verdict = arm.verdict(&pose);
         assert_eq!(
             verdict.is_reachable(),
             reachable,
@@ -86,7 +86,7 @@ fn check_reach(data: &Value) -> usize {
             case["margin"]
         );
         assert_eq!(arm.is_reachable(&pose), reachable, "pose {i}");
-        if let Reach::Reachable(witness) = verdict {
+        if let Verdict::Reachable(witness) = verdict {
             for (q, limit) in witness.q.0.iter().zip(arm.limits()) {
                 assert!(limit.contains(*q), "pose {i}: {q}");
             }
@@ -129,7 +129,7 @@ fn reasons_fit_the_wrist_distance() {
         )
         .expect("a pose");
         let wrist = pose.position_m() - pose.rotation().z_axis * 0.126 - DVec3::new(0.0, 0.0, 0.34);
-        if let Reach::Unreachable(reason) = arm.reach(&pose) {
+        if let Verdict::Unreachable(reason) = arm.verdict(&pose) {
             match reason {
                 Unreachable::TooFar { gap_m } => {
                     assert_close!(wrist.length() - 0.8, gap_m, Tol::abs(1e-12))

@@ -5,7 +5,9 @@ mod chain_support;
 
 use chain_support::random_q;
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{Chain, JointKind, JointLimit, KinematicsError};
+use hwall_kinematics::{
+    ArgumentError, Chain, GeometryError, JointKind, JointLimit, KinematicsError,
+};
 use hwall_testkit::{Sampler, Tol, assert_close};
 use std::fmt::Write;
 use std::path::Path;
@@ -432,7 +434,7 @@ fn bad_numbers_are_errors() {
     ));
     assert!(matches!(
         limit("lower=\"NaN\" upper=\"1\""),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     assert!(matches!(
         limit("lower=\"one\" upper=\"2\""),
@@ -444,7 +446,7 @@ fn bad_numbers_are_errors() {
     ));
     assert!(matches!(
         with(&format!("<axis xyz=\"0 NaN 1\"/>{LIMIT}")),
-        Err(KinematicsError::NonFinite { .. })
+        Err(KinematicsError::Argument(ArgumentError::NonFinite { .. }))
     ));
     assert!(matches!(
         with(&format!("<axis xyz=\"0 1\"/>{LIMIT}")),
@@ -458,14 +460,17 @@ fn bad_numbers_are_errors() {
     ] {
         assert!(matches!(
             with(&format!("<origin {origin}/>{LIMIT}")),
-            Err(KinematicsError::NonFinite { .. })
+            Err(KinematicsError::Argument(ArgumentError::NonFinite { .. })
+                | KinematicsError::Geometry(GeometryError::Argument(
+                    ArgumentError::NonFinite { .. }
+                )))
         ));
     }
     for speed in ["-1", "NaN"] {
         let text = format!("<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"{speed}\"/>");
         assert!(matches!(
             with(&text),
-            Err(KinematicsError::Parameter { .. })
+            Err(KinematicsError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
 }

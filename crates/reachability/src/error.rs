@@ -87,9 +87,12 @@ pub enum ReachabilityError {
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,
-    /// A pose or an arm model is not valid.
+    /// An arm model is not valid.
     #[error(transparent)]
     Kinematics(#[from] hwall_kinematics::KinematicsError),
+    /// A pose is not valid.
+    #[error(transparent)]
+    Geometry(#[from] hwall_kinematics::GeometryError),
 }
 
 impl ReachabilityError {

@@ -4,7 +4,7 @@ use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_haptics::{Board, Slide, board_pose, surface_axes};
-use hwall_kinematics::{Pose, Reach, SrsArm};
+use hwall_kinematics::{Pose, SrsArm, Verdict};
 use hwall_scene::Scene;
 use hwall_testkit::quantile;
 use hwall_texton::{
@@ -126,7 +126,7 @@ impl TexturedBoard {
         let roll_rad = self.motion.roll_for(level);
         let reaches = |roll_rad: f64| {
             let pose = board_pose(prediction.point_m, prediction.normal, roll_rad);
-            pose.is_ok_and(|pose| matches!(arm.reach(&pose), Reach::Reachable(_)))
+            pose.is_ok_and(|pose| matches!(arm.verdict(&pose), Verdict::Reachable(_)))
         };
         (reaches(roll_rad) || reaches(roll_rad + PI)).then_some(roll_rad)
     }
@@ -201,7 +201,7 @@ impl TexturedBoard {
         self.motion
             .limit_stroke(&level, |displacement_m, roll_rad| {
                 let pose = board_pose(at_m + in_space(displacement_m), normal, roll_rad);
-                pose.is_ok_and(|pose| matches!(arm.reach(&pose), Reach::Reachable(_)))
+                pose.is_ok_and(|pose| matches!(arm.verdict(&pose), Verdict::Reachable(_)))
             });
         Ok(Some(Touch {
             surface: scene.surface(found.surface).name.clone(),

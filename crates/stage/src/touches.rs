@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use glam::{DAffine3, DVec3};
 use hwall_contact::{Reach as HandReach, Recording};
 use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
-use hwall_kinematics::{Reach, SrsArm, Unreachable};
+use hwall_kinematics::{SrsArm, Unreachable, Verdict};
 use hwall_scene::{Patch, Scene, SurfaceId};
 use hwall_sim::{TouchPlan, TouchTruth};
 use hwall_testkit::Sampler;
@@ -292,9 +292,9 @@ pub fn leads(scene: &Scene, touches: &[Touch], said: &[Said]) -> Vec<[Option<f64
 fn reason(arm: &SrsArm, point_m: DVec3, normal: DVec3) -> anyhow::Result<Option<Unreachable>> {
     let mut first = None;
     for roll in QUARTER_TURNS_RAD {
-        match arm.reach(&board_pose(point_m, normal, roll)?) {
-            Reach::Reachable(_) => return Ok(None),
-            Reach::Unreachable(why) => first = first.or(Some(why)),
+        match arm.verdict(&board_pose(point_m, normal, roll)?) {
+            Verdict::Reachable(_) => return Ok(None),
+            Verdict::Unreachable(why) => first = first.or(Some(why)),
         }
     }
     Ok(first)

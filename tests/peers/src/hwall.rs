@@ -91,7 +91,7 @@ impl Hwall {
         let config = NearestConfig::default();
         let witness = |i: usize| {
             self.arm
-                .reach(&targets.poses[i])
+                .verdict(&targets.poses[i])
                 .witness()
                 .map(|found| found.q.0)
         };
@@ -104,7 +104,7 @@ impl Hwall {
         };
         vec![
             Run::each(
-                "hwall SrsArm::reach",
+                "hwall SrsArm::verdict",
                 "exact, with witness",
                 targets,
                 witness,
@@ -159,7 +159,7 @@ impl Hwall {
         let poses = &reachable.poses;
         let angle = |i: usize| {
             self.arm
-                .reach(&poses[i])
+                .verdict(&poses[i])
                 .witness()
                 .map_or(0.0, |found| found.arm_angle_rad)
         };

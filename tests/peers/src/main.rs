@@ -137,7 +137,7 @@ fn reasons(targets: &Targets) -> String {
     let arm = SrsArm::iiwa7();
     let mut counts = BTreeMap::<&str, usize>::new();
     for pose in &targets.poses {
-        if let hwall_kinematics::Reach::Unreachable(reason) = arm.reach(pose) {
+        if let hwall_kinematics::Verdict::Unreachable(reason) = arm.verdict(pose) {
             *counts.entry(reason.name()).or_default() += 1;
         }
     }

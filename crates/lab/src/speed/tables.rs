@@ -251,10 +251,10 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
 
     let found: Vec<f64> = (0..n)
-        .filter_map(|i| arm.reach(&poses[i]).witness().map(|w| error(&w.q, i)))
+        .filter_map(|i| arm.verdict(&poses[i]).witness().map(|w| error(&w.q, i)))
         .collect();
     let share = format!("solved {:.2} %", 100.0 * found.len() as f64 / n as f64);
-    let timing = batches(|i| arm.reach(&poses[i % n]));
+    let timing = batches(|i| arm.verdict(&poses[i % n]));
     let largest = |errors: ErrorStats| format!("{:.1e} m, rad", errors.max);
     let mut quoted = vec![summary(
         "kinematics",

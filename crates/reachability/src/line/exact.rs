@@ -1,7 +1,7 @@
 //! Exact interval sets along a line, with proof.
 //!
 //! A line is cut into cells. For each cell the kinematics say "reachable throughout",
-//! "unreachable throughout" (both proven, [`SrsArm::reach_region_between`]) or nothing; then the
+//! "unreachable throughout" (both proven, [`SrsArm::region_verdict_between`]) or nothing; then the
 //! cell is cut. Where the verdicts at its two ends differ there is an end of an interval between
 //! them: it is bisected on the point verdict to rounding, and the proof grows away from it on both
 //! sides in cells that widen with the distance, because the slack of the limits does. What stays

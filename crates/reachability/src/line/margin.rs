@@ -1,13 +1,13 @@
 //! How far a board may be off its place with the pose still reachable: a proven lower bound.
 //!
 //! A board is kept this far inside the reachable set while it is presented, because a tracked hand
-//! and a predicted contact are not exact. One test of a region ([`SrsArm::reach_region`]) proves a whole
+//! and a predicted contact are not exact. One test of a region ([`SrsArm::region_verdict`]) proves a whole
 //! ball of positions and cone of orientations; the largest size that passes is found by bisection.
 //! The true margin is larger: see the README for by how much.
 
 use super::family::size_m;
 use crate::error::ReachabilityError;
-use hwall_kinematics::{Pose, PoseRegion, RegionReach, SrsArm};
+use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::non_negative;
 
 /// Sizes are told apart to this share.
@@ -33,7 +33,7 @@ pub fn position_margin_m(
     let size = size_m(arm);
     let largest = largest_proven(0.05, |share| {
         let region = PoseRegion::ball(*base_from_tool, share * size, cone_rad);
-        matches!(arm.reach_region(&region), RegionReach::Reachable(_))
+        matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
     });
     Ok(largest.map(|share| share * size))
 }
@@ -51,7 +51,7 @@ pub fn orientation_margin_rad(
     non_negative("radius_m", radius_m)?;
     Ok(largest_proven(0.1, |angle_rad| {
         let region = PoseRegion::ball(*base_from_tool, radius_m, angle_rad);
-        matches!(arm.reach_region(&region), RegionReach::Reachable(_))
+        matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
     }))
 }
 

@@ -6,7 +6,7 @@ use super::reachability::{Hold, LineReachability, Piece};
 use crate::error::ReachabilityError;
 use crate::wall::WallLine;
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionReach};
+use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionVerdict};
 use hwall_numeric::check::finite;
 use std::cell::Cell;
 
@@ -278,11 +278,13 @@ impl<'a> LineSearch<'a> {
         match self
             .family
             .narrow
-            .reach_region_between(&self.family.wide, region)
+            .region_verdict_between(&self.family.wide, region)
         {
-            RegionReach::Reachable(branches) => CellVerdict::Reachable(Hold { roll: 0, branches }),
-            RegionReach::Unreachable(_) => CellVerdict::Unreachable,
-            RegionReach::Undecided => CellVerdict::Undecided,
+            RegionVerdict::Reachable(branches) => {
+                CellVerdict::Reachable(Hold { roll: 0, branches })
+            }
+            RegionVerdict::Unreachable(_) => CellVerdict::Unreachable,
+            RegionVerdict::Undecided => CellVerdict::Undecided,
         }
     }
 

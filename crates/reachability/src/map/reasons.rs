@@ -3,7 +3,7 @@
 use crate::error::ReachabilityError;
 use crate::line::{ExactSolver, Interval};
 use crate::wall::WallPlane;
-use hwall_kinematics::{Reach, SrsArm, Unreachable};
+use hwall_kinematics::{SrsArm, Unreachable, Verdict};
 use hwall_numeric::check::{finite, positive};
 
 /// Counts of sampled points of a wall by verdict.
@@ -76,15 +76,15 @@ impl ReachabilityReasons {
     }
 
     fn add(&mut self, arm: &SrsArm, pose: &hwall_kinematics::Pose) {
-        let count = match arm.reach(pose) {
-            Reach::Reachable(_) => &mut self.reachable,
-            Reach::Unreachable(Unreachable::TooFar { .. }) => &mut self.too_far,
-            Reach::Unreachable(Unreachable::TooNear { .. }) => &mut self.too_near,
-            Reach::Unreachable(Unreachable::ElbowLimit { .. }) => &mut self.elbow_limit,
-            Reach::Unreachable(Unreachable::ShoulderLimit) => &mut self.shoulder_limit,
-            Reach::Unreachable(Unreachable::WristLimit) => &mut self.wrist_limit,
-            Reach::Unreachable(Unreachable::ArmAngleConflict) => &mut self.arm_angle_conflict,
-            Reach::Unreachable(_) => &mut self.other,
+        let count = match arm.verdict(pose) {
+            Verdict::Reachable(_) => &mut self.reachable,
+            Verdict::Unreachable(Unreachable::TooFar { .. }) => &mut self.too_far,
+            Verdict::Unreachable(Unreachable::TooNear { .. }) => &mut self.too_near,
+            Verdict::Unreachable(Unreachable::ElbowLimit { .. }) => &mut self.elbow_limit,
+            Verdict::Unreachable(Unreachable::ShoulderLimit) => &mut self.shoulder_limit,
+            Verdict::Unreachable(Unreachable::WristLimit) => &mut self.wrist_limit,
+            Verdict::Unreachable(Unreachable::ArmAngleConflict) => &mut self.arm_angle_conflict,
+            Verdict::Unreachable(_) => &mut self.other,
         };
         *count += 1;
     }

@@ -8,7 +8,7 @@ use crate::line::{ExactConfig, ExactSolver, Freedom, position_margin_m, size_m};
 use crate::steps::Steps;
 use crate::wall::WallPlane;
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionReach, SrsArm};
+use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
 
@@ -184,8 +184,8 @@ impl<'a> PlacementProblem<'a> {
             }
             return;
         }
-        let reach = self.any_heading.arm().reach(pose);
-        let Some(witness) = reach.witness() else {
+        let verdict = self.any_heading.arm().verdict(pose);
+        let Some(witness) = verdict.witness() else {
             return;
         };
         let first = witness.q[0].rem_euclid(TAU);
@@ -352,7 +352,7 @@ impl<'a> PlacementProblem<'a> {
 /// Is every pose within this distance proven reachable?
 fn is_proven(arm: &SrsArm, pose: Pose, margin_m: f64) -> bool {
     let region = PoseRegion::ball(pose, margin_m, 0.0);
-    matches!(arm.reach_region(&region), RegionReach::Reachable(_))
+    matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
 }
 
 /// The worst margin of a candidate.

@@ -6,7 +6,7 @@ use crate::error::ReachabilityError;
 use crate::line::{ExactSolver, Interval};
 use crate::wall::{WallPlane, WallPoint};
 use glam::DVec3;
-use hwall_kinematics::{Pose, PoseRegion, RegionReach};
+use hwall_kinematics::{Pose, PoseRegion, RegionVerdict};
 
 /// Sides of the first squares are at most this, in lengths of the stretched wrist.
 const FIRST_SIDE: f64 = 0.1;
@@ -166,10 +166,10 @@ impl Prover<'_> {
             let pose = pose.at(plane.point_m(cell.middle));
             // The middle of what is free, for all of the cell.
             let held = PoseRegion::rectangle(pose, sides(0.0, 0.0));
-            match family.narrow.reach_region_between(&family.wide, &held) {
-                RegionReach::Reachable(_) => return Some(true),
-                RegionReach::Undecided => impossible = false,
-                RegionReach::Unreachable(_) => {}
+            match family.narrow.region_verdict_between(&family.wide, &held) {
+                RegionVerdict::Reachable(_) => return Some(true),
+                RegionVerdict::Undecided => impossible = false,
+                RegionVerdict::Unreachable(_) => {}
             }
             if free.half_roll > 0.0 || free.half_rise > 0.0 || family.half_width_m > 0.0 {
                 let everything = PoseRegion {
@@ -178,8 +178,8 @@ impl Prover<'_> {
                 };
                 let none = family
                     .narrow
-                    .reach_region_between(&family.wide, &everything);
-                impossible &= matches!(none, RegionReach::Unreachable(_));
+                    .region_verdict_between(&family.wide, &everything);
+                impossible &= matches!(none, RegionVerdict::Unreachable(_));
             }
         }
         impossible.then_some(false)

@@ -7,14 +7,14 @@ use crate::{Branch, JointPositions, Pose, SrsArm};
 
 /// Whether a pose can be held, with proof either way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reach {
+pub enum Verdict {
     /// The witness holds the pose within all limits.
     Reachable(Witness),
     /// No configuration within the limits holds the pose.
     Unreachable(Unreachable),
 }
 
-impl Reach {
+impl Verdict {
     /// Is there a witness?
     #[must_use]
     pub const fn is_reachable(&self) -> bool {
@@ -116,7 +116,7 @@ impl SrsArm {
     ///
     /// Method: [Shimizu 2008], [Faria 2018]; notes in docs/NOTATION.md.
     #[must_use]
-    pub fn reach(&self, base_from_tool: &Pose) -> Reach {
+    pub fn verdict(&self, base_from_tool: &Pose) -> Verdict {
         let flange_pose = self.flange_pose(base_from_tool);
         match self.find_place(&flange_pose) {
             Ok(place) => {
@@ -130,16 +130,16 @@ impl SrsArm {
                     })
                 });
                 match found {
-                    Some(witness) => Reach::Reachable(witness),
+                    Some(witness) => Verdict::Reachable(witness),
                     // The direction test passed within its tolerance, the angles do not.
-                    None => Reach::Unreachable(Unreachable::ArmAngleConflict),
+                    None => Verdict::Unreachable(Unreachable::ArmAngleConflict),
                 }
             }
-            Err(reason) => Reach::Unreachable(reason),
+            Err(reason) => Verdict::Unreachable(reason),
         }
     }
 
-    /// The verdict of [`reach`](Self::reach) alone, without the joint angles of a witness.
+    /// Whether [`verdict`](Self::verdict) finds a witness, without computing its joint angles.
     #[must_use]
     pub fn is_reachable(&self, base_from_tool: &Pose) -> bool {
         self.find_place(&self.flange_pose(base_from_tool)).is_ok()
