@@ -3,7 +3,7 @@
 use faer::Side;
 use faer::linalg::solvers::Solve;
 use hwall_numeric::check;
-use hwall_numeric::dense::{Cholesky, Matrix, Svd, symmetric_eigen};
+use hwall_numeric::dense::{Cholesky, Matrix, Svd, SymmetricEigen, symmetric_eigen};
 use hwall_testkit::Sampler;
 
 fn random(rows: usize, columns: usize, sampler: &mut Sampler) -> Matrix {
@@ -145,6 +145,25 @@ fn small_eigenvalues_keep_their_digits_and_nan_stays_nan() {
             .iter()
             .any(|v| v.is_nan())
     );
+}
+
+#[test]
+fn eigenvalues_of_a_matrix_of_any_size_are_those_of_an_array() {
+    let mut sampler = Sampler::new(6);
+    let a = random(5, 5, &mut sampler);
+    let m: [[f64; 5]; 5] = std::array::from_fn(|i| std::array::from_fn(|j| a[(i, j)]));
+    let (fixed, any) = (symmetric_eigen(&m), SymmetricEigen::new(&a));
+    assert_eq!(any.values, fixed.values);
+    assert_eq!(any.vectors.entries(), fixed.vectors.as_flattened());
+    assert!(orthonormal(&any.vectors) < 1e-14);
+    assert!(SymmetricEigen::new(&Matrix::zeros(0, 0)).values.is_empty());
+    let one = SymmetricEigen::new(&Matrix::from_rows(1, 1, vec![-3.0]));
+    assert_eq!(
+        (one.values, one.vectors.entries()),
+        (vec![-3.0], &[1.0][..])
+    );
+    let nan = SymmetricEigen::new(&Matrix::from_rows(2, 2, vec![f64::NAN, 1.0, 1.0, 2.0]));
+    assert!(nan.values.iter().any(|v| v.is_nan()));
 }
 
 #[test]

@@ -1,27 +1,14 @@
 //! The one error type of the crate.
 
+use std::path::{Path, PathBuf};
+
 /// What can be wrong with a request, a grid or a file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReachabilityError {
-    /// A value is NaN or infinite.
-    #[error("{what} is {value}, not a finite number")]
-    NonFinite {
-        /// The quantity.
-        what: &'static str,
-        /// NaN or an infinity.
-        value: f64,
-    },
-    /// A setting is outside its range.
-    #[error("{what} is {value}, it must be {wanted}")]
-    Parameter {
-        /// Name of the setting.
-        what: &'static str,
-        /// Value given.
-        value: f64,
-        /// The range it must lie in.
-        wanted: &'static str,
-    },
+    /// A number is NaN, infinite or outside its range.
+    #[error(transparent)]
+    Argument(#[from] hwall_numeric::ArgumentError),
     /// A normal that should be horizontal is not.
     #[error("the wall's normal leans by {lean_rad} rad from horizontal")]
     NotVertical {
@@ -44,19 +31,19 @@ pub enum ReachabilityError {
         /// The limit.
         limit: u128,
     },
-    /// Keep-out boxes were asked for with a touch anywhere on the board, whose middle is then not
-    /// known.
-    #[error("keep-out boxes need the touch in the middle of the board")]
-    TouchNotInMiddle,
+    /// Keep-out boxes were asked for in a map where any part of the board may be at the wall: the
+    /// place of its middle is then not known.
+    #[error("keep-out boxes need a map for the middle of the board")]
+    NotBoardMiddle,
     /// A file cannot be read or written.
-    #[error("{path}: {reason}")]
+    #[error("{path}: {message}")]
     File {
         /// The file.
-        path: std::path::PathBuf,
+        path: PathBuf,
         /// What kind of failure it is.
         kind: std::io::ErrorKind,
-        /// What the system says.
-        reason: String,
+        /// What the operating system reports.
+        message: String,
     },
     /// Not a reachability map at all.
     #[error("no reachability map: it does not begin as one")]
@@ -108,31 +95,12 @@ pub enum ReachabilityError {
     Geometry(#[from] hwall_kinematics::GeometryError),
 }
 
-pub(crate) fn finite(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {
-    if value.is_finite() {
-        return Ok(value);
+impl ReachabilityError {
+    pub(crate) fn file(path: &Path, error: &std::io::Error) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            kind: error.kind(),
+            message: error.to_string(),
+        }
     }
-    Err(ReachabilityError::NonFinite { what, value })
-}
-
-pub(crate) fn positive(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {
-    if finite(what, value)? > 0.0 {
-        return Ok(value);
-    }
-    Err(ReachabilityError::Parameter {
-        what,
-        value,
-        wanted: "positive",
-    })
-}
-
-pub(crate) fn non_negative(what: &'static str, value: f64) -> Result<f64, ReachabilityError> {
-    if finite(what, value)? >= 0.0 {
-        return Ok(value);
-    }
-    Err(ReachabilityError::Parameter {
-        what,
-        value,
-        wanted: "at least 0",
-    })
 }

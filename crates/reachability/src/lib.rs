@@ -1,52 +1,46 @@
 #![doc = include_str!("../README.md")]
 
-mod ascent;
-mod contour;
-mod error;
-mod exact;
-mod file;
-mod grid;
-mod interval;
-mod keep_out;
-mod linalg;
-mod line_reach;
-mod map;
-mod margin;
-mod nearest;
-mod optimization;
-#[cfg(feature = "exr")]
-mod picture;
-mod placement;
-mod placement_scene;
-mod placement_search;
-mod polygon;
-mod reasons;
-mod region_proof;
-mod rings;
-mod search;
-mod strips;
-mod symmetry;
-mod threads;
-mod triangulation;
+// Everything below rests on these three: a wall and its lines, evenly spaced values, long loops.
+mod progress;
+mod steps;
 mod wall;
 
+mod error;
+
+pub mod line;
+pub mod map;
+pub mod optimization;
+pub mod placement;
+pub mod polygon;
+
 pub use error::ReachabilityError;
-pub use exact::{ExactConfig, ExactSolver, Roll, Touch};
-pub use grid::{MOST_LINES, Steps, WallGrid};
-pub use interval::Interval;
-pub use keep_out::{Capsule, Carried, KeepOutBox, Plate};
-pub use line_reach::{LineReach, ReachInterval};
-pub use map::{BuildReport, LineIndex, LookUp, ReachabilityMap};
-pub use margin::{orientation_margin_rad, position_margin_m};
-pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
+pub use progress::{Monitor, Progress};
+pub use steps::{MOST_LINES, Steps};
+pub use wall::{WallLine, WallPlane, WallPoint, WallProjection};
+
+// One line of a wall, exactly.
+pub use line::{
+    BoardPart, ExactConfig, ExactSolver, HeldStretch, Interval, LineReachability,
+    ReachableInterval, Roll, orientation_margin_rad, position_margin_m,
+};
+// The lines of whole walls.
 #[cfg(feature = "exr")]
-pub use picture::PictureConfig;
+pub use map::PictureConfig;
+pub use map::{
+    BuildReport, Capsule, Carried, KeepOut, KeepOutBox, LineIndex, LookUp, MapLengths, Plate,
+    Presented, ReachabilityMap, ReachabilityReasons, WallFacet, WallGrid, WallMaps, WallMapsConfig,
+};
+// The extremes of a line, for any arm.
+pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};
+// Where the base should stand.
 pub use placement::{
     Placement, PlacementCell, PlacementConfig, PlacementScores, Target, place_base,
     place_base_monitored,
 };
-pub use polygon::{PolygonConfig, WallPolygon, WallRegion};
-pub use reasons::ReachabilityReasons;
-pub use region_proof::RegionProof;
-pub use threads::{Monitor, Progress};
-pub use wall::{WallLine, WallPlane, WallPoint};
+// Outlines.
+pub use polygon::{PolygonConfig, RegionProof, WallPolygon, WallRegion};
+
+// What public signatures name.
+pub use glam;
+pub use hwall_kinematics;
+pub use hwall_numeric::ArgumentError;

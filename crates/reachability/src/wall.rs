@@ -5,12 +5,13 @@
 //! a point of the wall is `d n + s t + z k`: nothing degenerates at any heading, where the
 //! dissertation's `p_x - tan(γ) p_y = d` has no value at ±90 degrees.
 
-use crate::ReachabilityError;
-use crate::error::finite;
+use crate::error::ReachabilityError;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
+use hwall_numeric::check::{all_finite, finite, that};
 
-/// A normal further than this from horizontal is no wall's, rad: that of scene files with four decimals.
+/// The normal of a wall leans no more than this from horizontal, rad: normals in scene files with four decimals lean
+/// by up to a degree.
 const LEAN_TOLERANCE_RAD: f64 = 0.0175;
 
 /// A vertical plane in the base frame.
@@ -24,8 +25,8 @@ pub struct WallPlane {
 impl WallPlane {
     /// The plane `n · p = distance_m` with `n = (cos γ, sin γ, 0)`, γ = `heading_rad`.
     ///
-    /// A distance may be zero (the plane holds the base's axis) or negative (the arm would hold
-    /// the board behind its back).
+    /// A distance may be zero (the plane holds the base's axis) or negative (the base stands on the
+    /// person's side).
     ///
     /// # Errors
     /// NaN or infinity.
@@ -47,21 +48,18 @@ impl WallPlane {
     /// # Errors
     /// NaN or infinity, a normal without a direction or one that leans more.
     pub fn through(point_m: DVec3, normal: DVec3) -> Result<Self, ReachabilityError> {
-        for (what, v) in [("point_m", point_m), ("normal", normal)] {
-            for value in v.to_array() {
-                finite(what, value)?;
-            }
-        }
+        all_finite("point_m", &point_m.to_array())?;
+        all_finite("normal", &normal.to_array())?;
         // Scaled first, so that tiny and huge normals keep their digits when squared.
         let scaled = normal / normal.abs().max_element();
         let level = scaled.x.hypot(scaled.y);
-        if !scaled.is_finite() {
-            return Err(ReachabilityError::Parameter {
-                what: "length of the normal",
-                value: normal.length(),
-                wanted: "positive",
-            });
-        }
+        let has_direction = scaled.is_finite();
+        that(
+            has_direction,
+            "length of the normal",
+            normal.length(),
+            "positive",
+        )?;
         let lean_rad = scaled.z.abs().atan2(level);
         if lean_rad > LEAN_TOLERANCE_RAD {
             return Err(ReachabilityError::NotVertical { lean_rad });
@@ -105,14 +103,13 @@ impl WallPlane {
         DVec3::new(x, y, at.z_m)
     }
 
-    /// The point of the wall nearest to `point_m`, and how far off the wall that is along n, m.
+    /// The point of the wall nearest to `point_m`, and how far off the wall `point_m` lies.
     #[must_use]
-    pub fn project(&self, point_m: DVec3) -> (WallPoint, f64) {
-        let at = WallPoint {
-            s_m: self.along().dot(point_m),
-            z_m: point_m.z,
-        };
-        (at, self.normal.dot(point_m) - self.distance_m)
+    pub fn project(&self, point_m: DVec3) -> WallProjection {
+        WallProjection {
+            at: WallPoint::new(self.along().dot(point_m), point_m.z),
+            off_m: self.normal.dot(point_m) - self.distance_m,
+        }
     }
 
     /// Orientation of a board on the wall at `roll_rad`: z is n; at roll 0 x is t and y is up.
@@ -163,6 +160,15 @@ impl WallPoint {
     pub fn distance_m(&self, other: Self) -> f64 {
         (self.s_m - other.s_m).hypot(self.z_m - other.z_m)
     }
+}
+
+/// A point projected on a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallProjection {
+    /// The nearest point of the wall.
+    pub at: WallPoint,
+    /// How far the point lies from the wall along its normal, m; negative on the arm's side.
+    pub off_m: f64,
 }
 
 /// A horizontal line of a wall: the points `d n + s t + z k` for all s.

@@ -1,5 +1,7 @@
 //! Symmetric eigenvalues.
 
+use super::Matrix;
+
 /// Eigenvalues and eigenvectors of a symmetric `N × N` matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eigen<const N: usize> {
@@ -7,6 +9,15 @@ pub struct Eigen<const N: usize> {
     pub values: [f64; N],
     /// One unit vector a row, in the order of the values.
     pub vectors: [[f64; N]; N],
+}
+
+/// As [`Eigen`], of a matrix whose size is known at run time only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymmetricEigen {
+    /// Largest first.
+    pub values: Vec<f64>,
+    /// One unit vector a row, in the order of the values.
+    pub vectors: Matrix,
 }
 
 /// Sweeps after which the largest off-diagonal entry has long been at the level of rounding.
@@ -22,23 +33,7 @@ pub fn symmetric_eigen<const N: usize>(a: &[[f64; N]; N]) -> Eigen<N> {
         std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (a[i][j] + a[j][i])));
     let mut v: [[f64; N]; N] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    for _ in 0..SWEEPS {
-        let mut off = 0.0;
-        let mut diagonal = 0.0;
-        for (i, row) in a.iter().enumerate() {
-            diagonal += row[i] * row[i];
-            off += row[..i].iter().map(|x| x * x).sum::<f64>();
-        }
-        // The second test ends the loop for NaN too.
-        if off <= 1e-32 * diagonal || !off.is_finite() {
-            break;
-        }
-        for p in 0..N {
-            for q in p + 1..N {
-                rotate(&mut a, &mut v, p, q);
-            }
-        }
-    }
+    diagonalize(a.as_flattened_mut(), v.as_flattened_mut(), N);
     let mut order: [usize; N] = std::array::from_fn(|i| i);
     order.sort_by(|&i, &j| a[j][j].total_cmp(&a[i][i]));
     Eigen {
@@ -47,17 +42,63 @@ pub fn symmetric_eigen<const N: usize>(a: &[[f64; N]; N]) -> Eigen<N> {
     }
 }
 
-/// One Jacobi rotation that clears `a[p][q]`; the rows of `v` turn along.
-fn rotate<const N: usize>(a: &mut [[f64; N]; N], v: &mut [[f64; N]; N], p: usize, q: usize) {
-    let Some((c, s)) = rotation(a[p][p], a[q][q], a[p][q]) else {
+impl SymmetricEigen {
+    /// Of the symmetric part of a matrix, by the method of [`symmetric_eigen`].
+    ///
+    /// # Panics
+    /// If the matrix is not square.
+    #[must_use]
+    pub fn new(a: &Matrix) -> Self {
+        let n = a.rows();
+        assert_eq!(a.columns(), n, "columns of a symmetric matrix");
+        let mut part = Matrix::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] + a[(j, i)])).into_entries();
+        let mut v = Matrix::identity(n).into_entries();
+        diagonalize(&mut part, &mut v, n);
+        let value = |i: usize| part[i * n + i];
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&i, &j| value(j).total_cmp(&value(i)));
+        Self {
+            values: order.iter().map(|&i| value(i)).collect(),
+            vectors: Matrix::from_fn(n, n, |i, j| v[order[i] * n + j]),
+        }
+    }
+}
+
+/// Turns a symmetric `n × n` matrix, row by row, until it is diagonal; the rows of `v` turn along.
+#[inline]
+fn diagonalize(a: &mut [f64], v: &mut [f64], n: usize) {
+    for _ in 0..SWEEPS {
+        // Measured by its own row and column: what is small beside the largest entry may be all that a small
+        // eigenvalue consists of.
+        let clear = |i: usize, j: usize| {
+            let scale = a[i * n + i].abs().sqrt() * a[j * n + j].abs().sqrt();
+            a[i * n + j].abs() <= 1e-16 * scale
+        };
+        if (0..n).all(|i| (0..i).all(|j| clear(i, j))) {
+            break;
+        }
+        for p in 0..n {
+            for q in p + 1..n {
+                rotate(a, v, n, p, q);
+            }
+        }
+    }
+}
+
+/// One Jacobi rotation that clears entry `(p, q)` of `a`; the rows of `v` turn along.
+#[inline]
+fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) {
+    let Some((c, s)) = rotation(a[p * n + p], a[q * n + q], a[p * n + q]) else {
         return;
     };
-    for row in a.iter_mut() {
-        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    let turned = |x: f64, y: f64| (c * x - s * y, s * x + c * y);
+    for row in a.chunks_exact_mut(n) {
+        (row[p], row[q]) = turned(row[p], row[q]);
     }
-    for k in 0..N {
-        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-        (v[p][k], v[q][k]) = (c * v[p][k] - s * v[q][k], s * v[p][k] + c * v[q][k]);
+    for k in 0..n {
+        let (x, y) = (p * n + k, q * n + k);
+        (a[x], a[y]) = turned(a[x], a[y]);
+        (v[x], v[y]) = turned(v[x], v[y]);
     }
 }
 

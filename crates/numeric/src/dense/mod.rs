@@ -6,7 +6,7 @@ mod matrix;
 mod svd;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
-pub use eigen::{Eigen, symmetric_eigen};
+pub use eigen::{Eigen, SymmetricEigen, symmetric_eigen};
 pub use matrix::Matrix;
 pub use svd::{NotConverged, Svd};
 

@@ -1,0 +1,90 @@
+//! How far a board may be off its place with the pose still reachable: a proven lower bound.
+//!
+//! A board is kept this far inside the reachable set while it is presented, because a tracked hand
+//! and a predicted contact are not exact. One test of a region ([`SrsArm::region_verdict`]) proves a whole
+//! ball of positions and cone of orientations; the largest size that passes is found by bisection.
+//! The true margin is larger: see the README for by how much.
+
+use super::family::size_m;
+use crate::error::ReachabilityError;
+use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
+use hwall_numeric::check::non_negative;
+
+/// Sizes are told apart to this share.
+const RESOLUTION: f64 = 1.02;
+
+/// Smaller margins than this share of the arm's length (or this angle, rad) count as none.
+const SMALLEST: f64 = 1e-9;
+
+/// The largest radius (m) of a ball of positions about `base_from_tool` that is proven reachable
+/// with any orientation within `cone_rad` of its own. `None` where nothing is proven: the pose is
+/// unreachable, or too close to the end.
+///
+/// A lower bound to 2 %, without the covering of smaller balls that would sharpen it.
+///
+/// # Errors
+/// NaN, infinite or negative angles.
+pub fn position_margin_m(
+    arm: &SrsArm,
+    base_from_tool: &Pose,
+    cone_rad: f64,
+) -> Result<Option<f64>, ReachabilityError> {
+    non_negative("cone_rad", cone_rad)?;
+    let size = size_m(arm);
+    let largest = largest_proven(0.05, |share| {
+        let region = PoseRegion::ball(*base_from_tool, share * size, cone_rad);
+        matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
+    });
+    Ok(largest.map(|share| share * size))
+}
+
+/// The largest angle (rad) of a cone of orientations about that of `base_from_tool` that is
+/// proven reachable from any position within `radius_m`. `None` where nothing is proven.
+///
+/// # Errors
+/// NaN, infinite or negative radii.
+pub fn orientation_margin_rad(
+    arm: &SrsArm,
+    base_from_tool: &Pose,
+    radius_m: f64,
+) -> Result<Option<f64>, ReachabilityError> {
+    non_negative("radius_m", radius_m)?;
+    Ok(largest_proven(0.1, |angle_rad| {
+        let region = PoseRegion::ball(*base_from_tool, radius_m, angle_rad);
+        matches!(arm.region_verdict(&region), RegionVerdict::Reachable(_))
+    }))
+}
+
+/// The largest size that `holds`, to [`RESOLUTION`], from a first guess.
+fn largest_proven(guess: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
+    let (mut inside, mut outside) = (guess, guess);
+    if holds(guess) {
+        loop {
+            outside = 2.0 * inside;
+            if outside > 2.0 || !holds(outside) {
+                break;
+            }
+            inside = outside;
+        }
+    } else {
+        loop {
+            inside = 0.25 * outside;
+            if inside < SMALLEST {
+                return None;
+            }
+            if holds(inside) {
+                break;
+            }
+            outside = inside;
+        }
+    }
+    while outside > RESOLUTION * inside {
+        let middle = (inside * outside).sqrt();
+        if holds(middle) {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    Some(inside)
+}

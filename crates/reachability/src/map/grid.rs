@@ -1,0 +1,145 @@
+//! Which lines a map holds: headings, planes and heights.
+
+use crate::error::ReachabilityError;
+use crate::line::Interval;
+use crate::steps::{MOST_LINES, Steps, too_many};
+use crate::wall::{WallLine, WallPlane};
+use glam::DVec3;
+use hwall_numeric::check::{finite, non_negative, positive};
+use serde::{Deserialize, Serialize};
+
+/// Parallel walls: one heading, several distances and heights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WallGrid {
+    /// Heading γ of the normal, rad.
+    pub heading_rad: f64,
+    /// Distances `n · p` of the planes, m.
+    pub distances: Steps,
+    /// Heights above the base, m.
+    pub heights: Steps,
+    /// The part along the wall that counts, m; all of it without one.
+    pub span_m: Option<Interval>,
+}
+
+impl WallGrid {
+    /// The dissertation's seven orientations, 15 degrees apart, of 38 planes at
+    /// `0.926 - 0.05 k` m and 31 heights at `-0.26 + 0.05 j` m each ([H-Wall], IV.8).
+    ///
+    /// Its normals are `(cos g, -sin g, 0)`, so the headings are -g, from -45 to 45 degrees.
+    #[must_use]
+    pub fn dissertation() -> Vec<Self> {
+        let steps = |first, step, count| Steps::new(first, step, count).expect("constants");
+        (0..7)
+            .map(|i| Self {
+                heading_rad: (-45.0 + 15.0 * f64::from(i)).to_radians(),
+                distances: steps(0.926, -0.05, 38),
+                heights: steps(-0.26, 0.05, 31),
+                span_m: None,
+            })
+            .collect()
+    }
+
+    /// One wall of a room: only its plane, only its heights.
+    ///
+    /// `point_m` and `normal` (towards the person) in the arm's base frame; `heights` from the
+    /// wall's lower to its upper border, with a line on both borders and lines between them no more
+    /// than `step_m` apart.
+    ///
+    /// # Errors
+    /// NaN or infinity, a normal that is not horizontal, a step that is not positive.
+    pub fn for_wall(
+        point_m: DVec3,
+        normal: DVec3,
+        heights: Interval,
+        step_m: f64,
+    ) -> Result<Self, ReachabilityError> {
+        let plane = WallPlane::through(point_m, normal)?;
+        positive("step", step_m)?;
+        let (low, high) = (heights.lo_m, heights.hi_m);
+        let height = finite("upper border", high)? - finite("lower border", low)?;
+        let intervals = finite("height in steps", (height.abs() / step_m).ceil())?.max(1.0);
+        if intervals >= MOST_LINES as f64 {
+            return Err(too_many((intervals as u128).saturating_add(1)));
+        }
+        let heights = if height == 0.0 {
+            Steps::new(low, step_m, 1)?
+        } else {
+            Steps::new(low, height / intervals, intervals as usize + 1)?
+        };
+        Ok(Self {
+            heading_rad: plane.heading_rad(),
+            distances: Steps::single(plane.distance_m(), 0.5 * step_m)?,
+            heights,
+            span_m: None,
+        })
+    }
+
+    /// The same walls, ending on the left and on the right: from the smallest to the largest place
+    /// along the wall of these points (corners of a wall, base frame, m).
+    ///
+    /// # Errors
+    /// No points, NaN or infinity.
+    pub fn within(
+        self,
+        points_m: impl IntoIterator<Item = DVec3>,
+    ) -> Result<Self, ReachabilityError> {
+        let along = WallPlane::new(self.heading_rad, 0.0)?.along();
+        let mut span: Option<Interval> = None;
+        for point in points_m {
+            let s = finite("corner of a wall", along.dot(point))?;
+            span = Some(span.map_or(Interval::new(s, s), |i| {
+                Interval::new(i.lo_m.min(s), i.hi_m.max(s))
+            }));
+        }
+        match span {
+            None => Err(ReachabilityError::Empty {
+                what: "corners of a wall",
+            }),
+            span_m => Ok(Self { span_m, ..self }),
+        }
+    }
+
+    /// How many lines.
+    #[must_use]
+    pub fn line_count(&self) -> usize {
+        self.distances.count() * self.heights.count()
+    }
+
+    /// Plane `index`.
+    ///
+    /// # Errors
+    /// NaN or infinity in the heading.
+    pub fn plane(&self, index: usize) -> Result<WallPlane, ReachabilityError> {
+        WallPlane::new(self.heading_rad, self.distances.at(index))
+    }
+
+    /// All lines, plane by plane, height by height.
+    pub(super) fn lines(&self) -> Result<Vec<WallLine>, ReachabilityError> {
+        let mut lines = Vec::with_capacity(self.line_count());
+        for index in 0..self.distances.count() {
+            let plane = self.plane(index)?;
+            lines.extend(self.heights.iter().map(|height| plane.line(height)));
+        }
+        Ok(lines)
+    }
+}
+
+/// Rejects grids that do not fit, before anything is allocated for them.
+pub(super) fn checked_line_count(walls: &[WallGrid]) -> Result<usize, ReachabilityError> {
+    if walls.is_empty() {
+        return Err(ReachabilityError::Empty { what: "walls" });
+    }
+    let mut count: u128 = 0;
+    for wall in walls {
+        finite("heading_rad", wall.heading_rad)?;
+        if let Some(span) = wall.span_m {
+            let length = finite("end of a wall", span.length_m())?;
+            non_negative("length of a wall", length)?;
+        }
+        count += wall.distances.count() as u128 * wall.heights.count() as u128;
+    }
+    if count > MOST_LINES {
+        return Err(too_many(count));
+    }
+    Ok(count as usize)
+}

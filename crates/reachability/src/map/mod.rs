@@ -1,0 +1,20 @@
+//! The lines of whole walls, solved once and looked up.
+
+mod file;
+mod grid;
+mod keep_out;
+#[cfg(feature = "exr")]
+mod picture;
+mod reachability_map;
+mod reasons;
+mod symmetry;
+mod wall_maps;
+mod zonotope;
+
+pub use grid::WallGrid;
+pub use keep_out::{Capsule, Carried, KeepOut, KeepOutBox, Plate};
+#[cfg(feature = "exr")]
+pub use picture::PictureConfig;
+pub use reachability_map::{BuildReport, LineIndex, LookUp, MapLengths, ReachabilityMap};
+pub use reasons::ReachabilityReasons;
+pub use wall_maps::{Presented, WallFacet, WallMaps, WallMapsConfig};

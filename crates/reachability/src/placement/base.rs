@@ -1,0 +1,110 @@
+//! Where to put the base: candidate places scored by how many contact targets they reach.
+//!
+//! Each pose is first tested with joint 1 free. What is then out of reach is so at every heading, and
+//! a configuration found then serves each heading at which its joint 1 is within the limit; only the
+//! other headings are tested again. So all headings together cost little more than one.
+
+use super::config::PlacementConfig;
+use super::problem::PlacementProblem;
+use super::scores::PlacementScores;
+use super::search;
+use super::size_limits::{MOST_BOARDS, MOST_CANDIDATES, MOST_HEADINGS, refuse_above};
+use super::target::Target;
+use crate::error::ReachabilityError;
+use crate::line::Roll;
+use crate::progress::{Monitor, Progress, map_indexed};
+use hwall_kinematics::SrsArm;
+use hwall_numeric::check::finite;
+use std::ops::ControlFlow;
+
+/// Scores every position and heading, and finds the best.
+///
+/// A target is reached if the arm can hold the board there by the exact verdict, at any of the
+/// rolls: with the tool's z axis along the normal. Obstacles, the arm's own body among them, do
+/// not count. Where positions tie for the last places the worst margins decide, by branch and bound;
+/// margins of other positions are never computed. The result does not depend on the number of threads.
+///
+/// ```
+/// use glam::DVec3;
+/// use hwall_kinematics::SrsArm;
+/// use hwall_reachability::{Interval, PlacementConfig, Steps, Target, place_base};
+///
+/// // A wall 1 m wide at x = 2 m, the person on its far side.
+/// let wall = DVec3::new(2.0, 0.0, 0.0);
+/// let targets = Target::on_wall(wall, DVec3::X, 1.0, Interval::new(0.9, 1.5), 0.25)?;
+/// let x = Steps::spanning(0.9, 1.9, 0.1)?;
+/// let y = Steps::spanning(-0.5, 0.5, 0.1)?;
+/// let scores = place_base(&SrsArm::iiwa7(), &targets, &PlacementConfig::new(x, y, 0.8))?;
+/// let best = scores.best()[0];
+/// assert_eq!(best.reachable, targets.len());
+/// assert!(best.worst_margin_m > Some(0.02) && best.y_m.abs() < 1e-9);
+/// # Ok::<(), hwall_reachability::ReachabilityError>(())
+/// ```
+///
+/// # Errors
+/// No targets, headings or rolls, NaN or infinity, normals without direction or that are not
+/// horizontal, more candidates or targets than fit.
+pub fn place_base(
+    arm: &SrsArm,
+    targets: &[Target],
+    config: &PlacementConfig,
+) -> Result<PlacementScores, ReachabilityError> {
+    place_base_monitored(arm, targets, config, &|_: Progress| {
+        ControlFlow::Continue(())
+    })
+}
+
+/// As [`place_base`], with reports of its progress, first of the positions scored, then of those
+/// searched for the best margins; the monitor can cancel it.
+///
+/// # Errors
+/// As [`place_base`], or [`ReachabilityError::Cancelled`].
+pub fn place_base_monitored(
+    arm: &SrsArm,
+    targets: &[Target],
+    config: &PlacementConfig,
+    monitor: &Monitor,
+) -> Result<PlacementScores, ReachabilityError> {
+    check(targets, config)?;
+    let problem = PlacementProblem::new(arm, targets, config)?;
+    let columns = config.x.count();
+    let positions = columns * config.y.count();
+    let counts = map_indexed(positions, monitor, |position| problem.score(position))?.concat();
+    let best = search::best(&problem, &counts, monitor)?;
+    Ok(PlacementScores {
+        config: config.clone(),
+        total: targets.len(),
+        counts,
+        best,
+    })
+}
+
+/// Rejects what makes no sense or does not fit, before anything is allocated for it.
+fn check(targets: &[Target], config: &PlacementConfig) -> Result<(), ReachabilityError> {
+    for (what, is_empty) in [
+        ("targets", targets.is_empty()),
+        ("headings", config.headings_rad.is_empty()),
+    ] {
+        if is_empty {
+            return Err(ReachabilityError::Empty { what });
+        }
+    }
+    let headings = config.headings_rad.len() as u128;
+    refuse_above(MOST_HEADINGS, "headings", headings)?;
+    let positions = config.x.count() as u128 * config.y.count() as u128;
+    refuse_above(MOST_CANDIDATES, "candidates", positions * headings)?;
+    let rolls = match &config.roll {
+        Roll::AnyOf(rolls) => rolls.len(),
+        Roll::Fixed(_) | Roll::Free => 1,
+    };
+    let boards = targets.len() as u128 * rolls as u128;
+    refuse_above(MOST_BOARDS, "boards", boards)?;
+    finite("z_m", config.z_m)?;
+    if let Some(distance) = config.least_behind_m {
+        finite("least_behind_m", distance)?;
+    }
+    for heading in &config.headings_rad {
+        finite("heading_rad", *heading)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,14 @@
+//! Where the base should stand for a set of targets.
+
+mod base;
+mod config;
+mod problem;
+mod scores;
+mod search;
+mod size_limits;
+mod target;
+
+pub use base::{place_base, place_base_monitored};
+pub use config::PlacementConfig;
+pub use scores::{Placement, PlacementCell, PlacementScores};
+pub use target::Target;

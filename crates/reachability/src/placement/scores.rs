@@ -1,0 +1,118 @@
+//! Places for the base and what they are worth.
+
+use super::config::PlacementConfig;
+use hwall_kinematics::Pose;
+
+/// One place for the base, and what it is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// The base's axis in the room, m.
+    pub x_m: f64,
+    /// The same, along y, m.
+    pub y_m: f64,
+    /// Height of the base in the room, m.
+    pub z_m: f64,
+    /// Turn of the base about the vertical, rad.
+    pub heading_rad: f64,
+    /// The base frame in the room, as the four numbers above say.
+    pub room_from_base: Pose,
+    /// Targets reached.
+    pub reachable: usize,
+    /// Targets in all.
+    pub total: usize,
+    /// Least margin ([`position_margin_m`](crate::line::position_margin_m), at the roll that has most)
+    /// of the targets reached, m: zero if one of them has none that is proven, `None` where no
+    /// target is reached.
+    pub worst_margin_m: Option<f64>,
+    /// Mean margin of the targets reached, m.
+    pub mean_margin_m: Option<f64>,
+}
+
+impl Placement {
+    /// Share of the targets reached, 0 to 1.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.reachable as f64 / self.total as f64
+    }
+}
+
+/// The best of a position's headings, for a heat map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacementCell {
+    /// The first of the headings that reach most targets, rad.
+    pub heading_rad: f64,
+    /// Targets reached with it.
+    pub reachable: usize,
+}
+
+/// Scores of all candidates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacementScores {
+    pub(super) config: PlacementConfig,
+    pub(super) total: usize,
+    /// Row by row (y), position by position (x), heading by heading.
+    pub(super) counts: Vec<u32>,
+    pub(super) best: Vec<Placement>,
+}
+
+impl PlacementScores {
+    /// The best positions, each at its best heading: by targets reached, then by the worst
+    /// margin, then in the order of the grid (x fastest).
+    #[must_use]
+    pub fn best(&self) -> &[Placement] {
+        &self.best
+    }
+
+    /// What was asked for.
+    #[must_use]
+    pub const fn config(&self) -> &PlacementConfig {
+        &self.config
+    }
+
+    /// Targets in all.
+    #[must_use]
+    pub const fn total(&self) -> usize {
+        self.total
+    }
+
+    /// Targets reached from position `(ix, iy)` at a heading's index; `None` outside the grid.
+    #[must_use]
+    pub fn reachable(&self, ix: usize, iy: usize, heading: usize) -> Option<usize> {
+        self.of_position(ix, iy)?.get(heading).map(|&n| n as usize)
+    }
+
+    /// The best that position `(ix, iy)` gives; `None` outside the grid.
+    #[must_use]
+    pub fn cell(&self, ix: usize, iy: usize) -> Option<PlacementCell> {
+        let counts = self.of_position(ix, iy)?;
+        let reachable = most(counts);
+        let heading = counts.iter().position(|&n| n == reachable)?;
+        Some(PlacementCell {
+            heading_rad: self.config.headings_rad[heading],
+            reachable: reachable as usize,
+        })
+    }
+
+    /// The heat map: the largest share of targets, 0 to 1, of each position, row by row: all of `x`
+    /// for the first of `y`, and so on.
+    #[must_use]
+    pub fn shares(&self) -> Vec<f64> {
+        let positions = self.counts.chunks_exact(self.config.headings_rad.len());
+        let share = |counts| f64::from(most(counts)) / self.total as f64;
+        positions.map(share).collect()
+    }
+
+    fn of_position(&self, ix: usize, iy: usize) -> Option<&[u32]> {
+        let (columns, rows) = (self.config.x.count(), self.config.y.count());
+        if ix >= columns || iy >= rows {
+            return None;
+        }
+        let headings = self.config.headings_rad.len();
+        Some(&self.counts[(iy * columns + ix) * headings..][..headings])
+    }
+}
+
+/// The largest of a position's counts.
+pub(super) fn most(counts: &[u32]) -> u32 {
+    counts.iter().copied().max().unwrap_or(0)
+}

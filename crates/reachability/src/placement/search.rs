@@ -1,0 +1,173 @@
+//! The best places for the base: branch and bound on the worst margin.
+//!
+//! Computing the margins of a position takes hundreds of tests, rejecting one takes only a few: once
+//! as many positions are known as are wanted, another is rejected by a single target that has not
+//! the margin to beat. Targets that decided lately are tested first.
+
+use super::problem::{BETTER, PlacementProblem};
+use super::scores::{Placement, most};
+use crate::error::ReachabilityError;
+use crate::progress::{Monitor, Progress, map_indexed};
+use std::cmp::Reverse;
+
+/// At least this many positions are searched before the margin to beat is updated.
+const BATCH: usize = 16;
+
+/// A position that is still among the best.
+#[derive(Clone, Copy)]
+struct Searched {
+    position: usize,
+    heading: usize,
+    worst_m: f64,
+}
+
+/// The best positions with their margins; `counts` position by position, heading by heading.
+pub(super) fn best(
+    problem: &PlacementProblem,
+    counts: &[u32],
+    monitor: &Monitor,
+) -> Result<Vec<Placement>, ReachabilityError> {
+    let headings = problem.config().headings_rad.len();
+    let most_at = |position: usize| most(&counts[position * headings..][..headings]);
+    let mut positions: Vec<usize> = (0..counts.len() / headings).collect();
+    positions.sort_by_cached_key(|&p| Reverse(most_at(p)));
+    let wanted = problem.config().best.min(positions.len());
+    let Some(last) = wanted.checked_sub(1).map(|i| most_at(positions[i])) else {
+        return Ok(Vec::new());
+    };
+    // Positions above the last count are sure of their place; those with this count compete for the
+    // other places.
+    let sure = positions.partition_point(|&p| most_at(p) > last);
+    let total = positions.partition_point(|&p| most_at(p) >= last);
+    let mut search = Search {
+        problem,
+        counts,
+        order: (0..problem.target_count()).collect(),
+        monitor,
+        progress: Progress { done: 0, total },
+    };
+    let mut found = search.run(&positions[..sure], sure)?;
+    let tied = &positions[sure..total];
+    if last > 0 {
+        found.extend(search.run(tied, wanted - sure)?);
+    } else {
+        // Nothing is reached: there are no margins to compare.
+        found.extend(tied.iter().take(wanted - sure).map(|&position| Searched {
+            position,
+            heading: 0,
+            worst_m: 0.0,
+        }));
+    }
+    let done = |_: Progress| monitor(Progress { done: total, total });
+    let mut best = map_indexed(found.len(), &done, |i| {
+        let Searched {
+            position, heading, ..
+        } = found[i];
+        let reachable = most_at(position) as usize;
+        Ok((position, problem.placement(position, heading, reachable)?))
+    })?;
+    let worst = |p: &Placement| p.worst_margin_m.unwrap_or(-1.0);
+    best.sort_by(|(i, a), (j, b)| {
+        let by_count = b.reachable.cmp(&a.reachable);
+        by_count.then(worst(b).total_cmp(&worst(a))).then(i.cmp(j))
+    });
+    Ok(best.into_iter().map(|(_, placement)| placement).collect())
+}
+
+/// The search over positions.
+struct Search<'a> {
+    problem: &'a PlacementProblem<'a>,
+    counts: &'a [u32],
+    /// Targets, those that decided lately first.
+    order: Vec<usize>,
+    monitor: &'a Monitor<'a>,
+    progress: Progress,
+}
+
+impl Search<'_> {
+    /// The `wanted` positions with the largest worst margins.
+    fn run(
+        &mut self,
+        positions: &[usize],
+        wanted: usize,
+    ) -> Result<Vec<Searched>, ReachabilityError> {
+        let mut kept: Vec<Searched> = Vec::new();
+        for batch in scattered(positions).chunks(BATCH.max(wanted)) {
+            // The same for a whole batch, so that the number of threads changes nothing.
+            let to_beat = match kept.get(wanted - 1) {
+                Some(last) => last.worst_m,
+                None => 0.0,
+            };
+            let Progress { done, total } = self.progress;
+            let monitor = |p: Progress| {
+                let done = done + p.done;
+                (self.monitor)(Progress { done, total })
+            };
+            let found = map_indexed(batch.len(), &monitor, |i| {
+                self.best_heading(batch[i], to_beat)
+            })?;
+            self.progress.done += batch.len();
+            for (searched, decisive) in found {
+                kept.extend(searched);
+                decisive.into_iter().for_each(|t| self.ask_first(t));
+            }
+            kept.sort_by(|a, b| {
+                let by_margin = b.worst_m.total_cmp(&a.worst_m);
+                by_margin.then(a.position.cmp(&b.position))
+            });
+            kept.truncate(wanted);
+        }
+        Ok(kept)
+    }
+
+    /// The best of the headings that tie at a position, if its worst margin is at least `to_beat`;
+    /// and the targets that decided.
+    fn best_heading(
+        &self,
+        position: usize,
+        to_beat: f64,
+    ) -> Result<(Option<Searched>, Vec<usize>), ReachabilityError> {
+        let base = self.problem.base_m(position);
+        let headings = self.problem.config().headings_rad.len();
+        let counts = &self.counts[position * headings..][..headings];
+        let most = most(counts);
+        let mut best: Option<Searched> = None;
+        let mut decisive = Vec::new();
+        for heading in (0..headings).filter(|&h| counts[h] == most) {
+            let bound = best.map_or(to_beat, |b| BETTER * b.worst_m);
+            let worst = self
+                .problem
+                .worst_margin(base, heading, &self.order, bound)?;
+            decisive.push(worst.target);
+            let better = best.is_none_or(|b| worst.margin_m > b.worst_m);
+            if !worst.beaten && better {
+                best = Some(Searched {
+                    position,
+                    heading,
+                    worst_m: worst.margin_m,
+                });
+            }
+        }
+        Ok((best, decisive))
+    }
+
+    fn ask_first(&mut self, target: usize) {
+        if let Some(at) = self.order.iter().position(|&t| t == target) {
+            self.order[..=at].rotate_right(1);
+        }
+    }
+}
+
+/// The positions in an order that soon visits every part of the grid: in steps of the golden section.
+fn scattered(positions: &[usize]) -> Vec<usize> {
+    let n = positions.len();
+    let mut step = (n as f64 * 0.618) as usize + 1;
+    while gcd(step, n) > 1 {
+        step += 1;
+    }
+    (0..n).map(|i| positions[(i * step) % n]).collect()
+}
+
+const fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}

@@ -1,0 +1,330 @@
+//! The outline of the reachable part of a plane, from lines.
+//!
+//! Two neighbouring lines bound a strip. Where each end of the one line continues in one of the
+//! other, the straight chords between them are tested at places along them: the plane must be
+//! reachable just inside and not just outside. Chords that pass are kept. Otherwise the strip is cut
+//! in half, until it is lower than the accuracy; the line of the cut needs no search, its ends are
+//! bisected near the chords. Where ends do not continue, an interval begins, ends, parts or merges:
+//! there the line of the cut is solved as the first ones were, and a strip that is lower than the
+//! accuracy gets a level lid.
+
+use super::rings::{Contour, Line, Link, connect, goes_on, join};
+use crate::error::ReachabilityError;
+use crate::line::{ExactSolver, Interval, LineReachability};
+use crate::wall::{WallPlane, WallPoint};
+use hwall_kinematics::Pose;
+
+/// Share of the accuracy by which chords may be off where they are tested; strips lower than this
+/// are not cut.
+///
+/// Tested at a third and two thirds, an outline with one corner is off by at most 3/2 of this, an
+/// arc by 9/8: with the ends' own error that is less than the accuracy.
+const CHORD_SHARE: f64 = 0.6;
+
+/// Chords are tested at two places or more, this many accuracies apart: thorns of the outline with
+/// a narrower base may be missed, unless a line or a square of the proof meets them.
+const TESTS_APART: f64 = 20.0;
+
+/// Share of the accuracy for the ends of the lines.
+const LINE_SHARE: f64 = 1.0 / 16.0;
+
+/// In strips lower than `SAMPLED_SHARE` accuracies, stretches that end or begin are sampled at `SAMPLES`
+/// places: a tip narrower than their distance reaches beyond by `SAMPLED_SHARE / SAMPLES` accuracies at most.
+const SAMPLED_SHARE: f64 = 10.0;
+const SAMPLES: u32 = 32;
+
+/// More lines than this are refused: the outline of an arm's reach needs hundreds.
+const MOST_LINES: usize = 1 << 20;
+
+fn too_many() -> ReachabilityError {
+    ReachabilityError::TooMany {
+        what: "lines of one plane",
+        count: MOST_LINES as u128 + 1,
+        limit: MOST_LINES as u128,
+    }
+}
+
+/// The lines of a plane, as many as the accuracy asks for.
+pub(super) struct Tracer {
+    solver: ExactSolver,
+    plane: WallPlane,
+    /// Tool poses at the wall's origin of which one must be possible, where nothing else is free.
+    poses: Option<Vec<Pose>>,
+    /// How far chords may be off where they are tested; no lower strips are cut, m.
+    tolerance: f64,
+    /// Ends are looked for no further than twice this from their chord, m.
+    furthest: f64,
+    /// Height of strips in which ends and beginnings are sampled, m.
+    sampled: f64,
+    /// Distance of the places where chords are tested, m.
+    tests_apart: f64,
+    /// Solved lines, upwards.
+    lines: Vec<Line>,
+}
+
+impl Tracer {
+    /// With lines no further than `spacing_m` apart at first.
+    pub(super) fn new(
+        solver: &ExactSolver,
+        plane: WallPlane,
+        accuracy_m: f64,
+        spacing_m: f64,
+        heights: Interval,
+    ) -> Result<Self, ReachabilityError> {
+        let solver = solver.with_accuracy(LINE_SHARE * accuracy_m);
+        let family = solver.family();
+        let poses = if family.half_width_m > 0.0 || family.is_free() {
+            None
+        } else {
+            let origin = WallPoint::new(0.0, 0.0);
+            let freedoms = family.freedoms.iter();
+            let poses = freedoms.map(|f| plane.board_pose(origin, f.roll));
+            Some(poses.collect::<Result<_, _>>()?)
+        };
+        let mut tracer = Self {
+            solver,
+            plane,
+            poses,
+            tolerance: CHORD_SHARE * accuracy_m,
+            furthest: spacing_m,
+            sampled: SAMPLED_SHARE * accuracy_m,
+            tests_apart: TESTS_APART * accuracy_m,
+            lines: Vec::new(),
+        };
+        let steps = (heights.length_m() / spacing_m).ceil().max(1.0);
+        if steps > MOST_LINES as f64 {
+            return Err(too_many());
+        }
+        let lowest = tracer.solve(heights.lo_m)?;
+        tracer.lines.push(lowest);
+        for step in 1..=steps as usize {
+            let share = step as f64 / steps;
+            let z = heights.lo_m * (1.0 - share) + heights.hi_m * share;
+            let line = tracer.solve(z)?;
+            tracer.refine_to(line)?;
+        }
+        Ok(tracer)
+    }
+
+    /// Puts in lines at more heights, sorted upwards, and what they lead to.
+    pub(super) fn insert(&mut self, heights: &[f64]) -> Result<(), ReachabilityError> {
+        let mut heights = heights.iter().copied().peekable();
+        let old = std::mem::take(&mut self.lines);
+        for line in old {
+            let Some(lower) = self.lines.last() else {
+                self.lines.push(line);
+                continue;
+            };
+            let mut low = lower.z;
+            let mut changed = false;
+            while let Some(z) = heights.next_if(|&z| z < line.z) {
+                if low < z {
+                    let more = self.solve(z)?;
+                    self.refine_to(more)?;
+                    (low, changed) = (z, true);
+                }
+            }
+            if changed {
+                self.refine_to(line)?;
+            } else {
+                self.lines.push(line);
+            }
+        }
+        Ok(())
+    }
+
+    /// The outline of what the lines hold.
+    pub(super) fn contour(&self) -> Contour {
+        connect(&self.lines)
+    }
+
+    fn solve(&self, z: f64) -> Result<Line, ReachabilityError> {
+        let found = self.solver.line(&self.plane.line(z))?;
+        let ends = ends(&found, 1e-3 * self.solver.accuracy_m());
+        Ok(Line { z, ends })
+    }
+
+    fn is_reachable(&self, at: WallPoint) -> Result<bool, ReachabilityError> {
+        let Some(poses) = &self.poses else {
+            return self.solver.is_reachable(&self.plane.line(at.z_m), at.s_m);
+        };
+        let point_m = self.plane.point_m(at);
+        let arm = self.solver.arm();
+        Ok(poses.iter().any(|pose| arm.is_reachable(&pose.at(point_m))))
+    }
+
+    /// Appends lines from the last one up to the given one, as many as it takes.
+    fn refine_to(&mut self, line: Line) -> Result<(), ReachabilityError> {
+        // Lines above the last one that are yet to be joined, the nearest at the end.
+        let mut above = vec![line];
+        while let (Some(lower), Some(upper)) = (self.lines.last(), above.last()) {
+            let middle = 0.5 * (lower.z + upper.z);
+            let low = upper.z - lower.z <= self.tolerance;
+            if low || middle <= lower.z || middle >= upper.z || self.is_straight(lower, upper)? {
+                self.lines.extend(above.pop());
+                if self.lines.len() > MOST_LINES {
+                    return Err(too_many());
+                }
+                continue;
+            }
+            let line = match self.follow(lower, upper, middle)? {
+                Some(line) => line,
+                None => self.solve(middle)?,
+            };
+            above.push(line);
+        }
+        Ok(())
+    }
+
+    /// Do the chords between two lines pass the test?
+    fn is_straight(&self, lower: &Line, upper: &Line) -> Result<bool, ReachabilityError> {
+        if !goes_on(&lower.ends, &upper.ends) {
+            return Ok(false);
+        }
+        let rise = upper.z - lower.z;
+        for (i, (&a, &b)) in lower.ends.iter().zip(&upper.ends).enumerate() {
+            let length = rise.hypot(b - a);
+            // Along the line this is as far as the tolerance across the chord.
+            let aside = self.tolerance * length / rise;
+            let inwards = if i % 2 == 0 { aside } else { -aside };
+            let parts = 1.0 + (length / self.tests_apart).ceil().max(2.0);
+            for part in 1..parts as usize {
+                let share = part as f64 / parts;
+                let (z, at) = (lower.z + share * rise, a + share * (b - a));
+                if !self.is_reachable(WallPoint::new(at + inwards, z))?
+                    || self.is_reachable(WallPoint::new(at - inwards, z))?
+                {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// The line between two others without a search along all of it: ends that continue are bisected
+    /// near their chord, stretches that end in a low strip are sampled. `None` where that is not safe.
+    fn follow(
+        &self,
+        lower: &Line,
+        upper: &Line,
+        z: f64,
+    ) -> Result<Option<Line>, ReachabilityError> {
+        let rise = upper.z - lower.z;
+        let (mut chords, mut lids) = (Vec::new(), Vec::new());
+        let mut sides = [false; 2];
+        let (low, up) = (&lower.ends[..], &upper.ends[..]);
+        join(
+            (low, 0..low.len()),
+            (up, 0..up.len()),
+            &mut |link| match link {
+                Link::Across { lower: i, upper: k } => chords.push((low[i], up[k], i % 2 == 0)),
+                Link::LowerLid(i) => {
+                    sides[0] = true;
+                    lids.push((low[i], low[i + 1], i % 2 == 0));
+                }
+                Link::UpperLid(k) => {
+                    sides[1] = true;
+                    lids.push((up[k], up[k + 1], k % 2 == 0));
+                }
+            },
+        );
+        // A narrow part that leans may look like one that ends beside another that begins.
+        if sides == [true; 2] || (sides != [false; 2] && rise > self.sampled) {
+            return Ok(None);
+        }
+        let mut ends = Vec::with_capacity(low.len().max(up.len()));
+        for (a, b, is_lower) in chords {
+            let aside = self.tolerance * rise.hypot(b - a) / rise;
+            ends.push((self.end_near(z, 0.5 * (a + b), aside, is_lower)?, is_lower));
+        }
+        for (a, b, is_interval) in lids {
+            let step = (b - a) / f64::from(SAMPLES);
+            let mut found: Option<(f64, f64)> = None;
+            for i in 0..SAMPLES {
+                let at = a + (f64::from(i) + 0.5) * step;
+                if self.is_reachable(WallPoint::new(at, z))? == is_interval {
+                    // In two parts: something begins within what ends.
+                    if found.is_some_and(|(_, last)| at - last > 1.5 * step) {
+                        return Ok(None);
+                    }
+                    found = Some((found.map_or(at, |f| f.0), at));
+                }
+            }
+            if let Some((first, last)) = found {
+                ends.push((self.end_near(z, first, step, is_interval)?, is_interval));
+                ends.push((self.end_near(z, last, step, !is_interval)?, !is_interval));
+            }
+        }
+        let ends: Option<Vec<(f64, bool)>> = ends
+            .into_iter()
+            .map(|(end, is_lower)| Some((end?, is_lower)))
+            .collect();
+        let Some(mut ends) = ends else {
+            return Ok(None);
+        };
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let in_order = ends
+            .iter()
+            .enumerate()
+            .all(|(i, end)| end.1 == (i % 2 == 0));
+        let ends: Vec<f64> = ends.into_iter().map(|end| end.0).collect();
+        let apart = ends.windows(2).all(|pair| pair[0] < pair[1]);
+        let goes_on = sides != [false; 2] || (goes_on(low, &ends) && goes_on(&ends, up));
+        Ok((in_order && apart && goes_on).then_some(Line { z, ends }))
+    }
+
+    /// An end on a line, looked for in growing steps from `at` on: a lower one, with the reachable
+    /// side on the right, or an upper one.
+    fn end_near(
+        &self,
+        z: f64,
+        at: f64,
+        mut step: f64,
+        is_lower: bool,
+    ) -> Result<Option<f64>, ReachabilityError> {
+        let is_left_of_end = |s| -> Result<bool, ReachabilityError> {
+            Ok(self.is_reachable(WallPoint::new(s, z))? != is_lower)
+        };
+        let go_right = is_left_of_end(at)?;
+        let (mut near, mut far) = (at, at);
+        loop {
+            far += if go_right { step } else { -step };
+            if is_left_of_end(far)? != go_right {
+                break;
+            }
+            if step > self.furthest {
+                return Ok(None);
+            }
+            near = far;
+            step *= 2.0;
+        }
+        while (far - near).abs() > self.solver.accuracy_m() {
+            let middle = 0.5 * (near + far);
+            if is_left_of_end(middle)? == go_right {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        Ok(Some(0.5 * (near + far)))
+    }
+}
+
+/// The ends of the intervals; parts and gaps no wider than `hair` are rounding.
+fn ends(found: &LineReachability, hair: f64) -> Vec<f64> {
+    let mut ends: Vec<f64> = Vec::with_capacity(2 * found.intervals.len());
+    for span in found.intervals.iter().map(|i| i.span) {
+        match ends.last_mut() {
+            Some(last) if span.lo_m - *last <= hair => *last = span.hi_m,
+            _ if span.length_m() > hair => ends.extend([span.lo_m, span.hi_m]),
+            _ => {}
+        }
+    }
+    // Numbers next to zero would underflow in exact predicates.
+    for end in &mut ends {
+        if end.abs() < f64::EPSILON * hair {
+            *end = 0.0;
+        }
+    }
+    ends
+}

@@ -1,0 +1,54 @@
+//! Loops that may run on several cores, report progress and can be cancelled.
+
+use crate::error::ReachabilityError;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// How much of a long computation is done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Pieces of work done.
+    pub done: usize,
+    /// Pieces of work in all.
+    pub total: usize,
+}
+
+/// Called now and then, from any thread; `Break` stops the computation.
+pub type Monitor<'a> = dyn Fn(Progress) -> ControlFlow<()> + Sync + 'a;
+
+/// Asks the monitor after this many pieces of work.
+const STRIDE: usize = 64;
+
+/// `work(0), work(1), ...` in order, whatever the number of threads.
+///
+/// # Errors
+/// [`ReachabilityError::Cancelled`], or the first error of the work.
+pub(crate) fn map_indexed<T: Send>(
+    total: usize,
+    monitor: &Monitor,
+    work: impl Fn(usize) -> Result<T, ReachabilityError> + Sync,
+) -> Result<Vec<T>, ReachabilityError> {
+    let (done, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let one = |index: usize| {
+        if stopped.load(Ordering::Relaxed) {
+            return Err(ReachabilityError::Cancelled);
+        }
+        let result = work(index)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        let ask = done.is_multiple_of(STRIDE) || done == total;
+        if ask && monitor(Progress { done, total }).is_break() {
+            stopped.store(true, Ordering::Relaxed);
+            return Err(ReachabilityError::Cancelled);
+        }
+        Ok(result)
+    };
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..total).into_par_iter().map(one).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        (0..total).map(one).collect()
+    }
+}
