@@ -6,7 +6,6 @@ use anyhow::Context;
 use clap::{Parser, ValueEnum};
 use hwall_haptics::Board;
 use hwall_stage::arms;
-use hwall_stage::board_follow::Follow;
 use hwall_stage::exit;
 use hwall_stage::foresight::{Foresight, Kind};
 use hwall_stage::place::Stand;
@@ -54,9 +53,6 @@ struct Args {
     /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     predictor: Option<Kind>,
-    /// Where the board goes for what is foreseen
-    #[arg(long, value_enum, default_value = "likeliest")]
-    follow: Follow,
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     plain: bool,
@@ -125,7 +121,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
         scene,
         maps: &maps,
         hand: &stage.hand,
-        follow: args.follow,
         textured: !args.plain,
         period_s: 1e-3 * args.period_ms,
         seed: args.seed,

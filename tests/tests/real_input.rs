@@ -4,7 +4,6 @@ use hwall_hand::{FreezeKind, HandFilter, HandFilterConfig, LostReason, Pose, Rec
 use hwall_haptics::Board;
 use hwall_kinematics::SrsArm;
 use hwall_scene::Scene;
-use hwall_stage::board_follow::Follow;
 use hwall_stage::foresight::{Foresight, Kind};
 use hwall_stage::session::{Hand, Setup};
 use hwall_stage::stage::{Options, Stage};
@@ -129,7 +128,6 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         scene: &stage.scene,
         maps: &maps,
         hand: &stage.hand,
-        follow: Follow::Likeliest,
         textured: true,
         period_s: 2e-3,
         seed: 1,

@@ -3,7 +3,6 @@
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
 pub mod arms;
-pub mod board_follow;
 pub mod figures;
 pub mod foresight;
 pub mod numbers;

@@ -1,6 +1,5 @@
 //! The closed loop of the main job: hand in, board out, on one clock.
 
-use crate::board_follow::{BoardFollow, Follow};
 use crate::foresight::{Foresight, Kind, Said};
 use crate::run_figures::Trace;
 use crate::textured_board::{TextureTouch, TexturedBoard};
@@ -8,7 +7,7 @@ use crate::touches::Outcome;
 use crate::wall_maps::{Presented, WallMaps};
 use anyhow::Context;
 use glam::DVec3;
-use hwall_contact::{ContactPrediction, PredictionSource, PredictorInput};
+use hwall_contact::{ContactPrediction, PredictionSource, PredictorInput, SteadyPoint};
 use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, HandFrame, LostReason, Tracking};
 use hwall_haptics::{Arm, Board, BoardTarget, Phase, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
@@ -18,6 +17,9 @@ use std::time::Instant;
 
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
+
+/// The board stands still while the predicted point stays within this, m: half its half width.
+const STEADY_M: f64 = 0.05;
 
 /// A hand to follow.
 pub enum Hand {
@@ -104,8 +106,6 @@ pub struct Setup<'a> {
     pub maps: &'a WallMaps,
     /// Who touches.
     pub hand: &'a Hand,
-    /// How the board's place is chosen.
-    pub follow: Follow,
     /// Does the board present the roughness of surfaces?
     pub textured: bool,
     /// Control period, s.
@@ -129,7 +129,6 @@ pub fn run(
         scene,
         maps,
         hand,
-        follow,
         textured,
         period_s,
         seed,
@@ -154,7 +153,7 @@ pub fn run(
     };
     let mut filter = HandFilter::new(filter)?;
     let mut gaze_filter = GazeFilter::default();
-    let mut follow = BoardFollow::new(follow, board)?;
+    let mut steady = SteadyPoint::new(STEADY_M)?;
     let finger = HandContact {
         half_extent_m: board.half_width_m,
         ..HandContact::default()
@@ -180,7 +179,7 @@ pub fn run(
                 gaze: gaze.as_ref(),
             };
             let (answers, said) = foresight.step(scene, &seen);
-            found = follow.step(answers, servo.pose().position_m());
+            found = answers.first().map(|&likeliest| steady.step(likeliest));
             log.heard(said);
             target = found.as_ref().map(|p| BoardTarget {
                 point_m: log.presented(maps, p),

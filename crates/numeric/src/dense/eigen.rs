@@ -68,28 +68,31 @@ impl SymmetricEigen {
 #[inline]
 fn diagonalize(a: &mut [f64], v: &mut [f64], n: usize) {
     for _ in 0..SWEEPS {
-        // Measured by its own row and column: what is small beside the largest entry may be all that a small
-        // eigenvalue consists of.
-        let clear = |i: usize, j: usize| {
-            let scale = a[i * n + i].abs().sqrt() * a[j * n + j].abs().sqrt();
-            a[i * n + j].abs() <= 1e-16 * scale
-        };
-        if (0..n).all(|i| (0..i).all(|j| clear(i, j))) {
-            break;
-        }
+        let mut turned = false;
         for p in 0..n {
             for q in p + 1..n {
-                rotate(a, v, n, p, q);
+                turned |= rotate(a, v, n, p, q);
             }
+        }
+        // NaN is never small.
+        if !turned || a.iter().any(|x| !x.is_finite()) {
+            break;
         }
     }
 }
 
-/// One Jacobi rotation that clears entry `(p, q)` of `a`; the rows of `v` turn along.
+/// One Jacobi rotation that clears entry `(p, q)` of `a`; the rows of `v` turn along. `false` if the entry was
+/// at the level of the rounding of its two diagonal entries, which then keep their digits: what is small beside the
+/// largest entry may be all that a small eigenvalue consists of.
 #[inline]
-fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) {
-    let Some((c, s)) = rotation(a[p * n + p], a[q * n + q], a[p * n + q]) else {
-        return;
+fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) -> bool {
+    let (pp, qq, pq) = (p * n + p, q * n + q, p * n + q);
+    let rounding = 0.5 * f64::EPSILON * a[pp].abs().sqrt() * a[qq].abs().sqrt();
+    if a[pq].abs() <= rounding {
+        return false;
+    }
+    let Some((c, s)) = rotation(a[pp], a[qq], a[pq]) else {
+        return false;
     };
     let turned = |x: f64, y: f64| (c * x - s * y, s * x + c * y);
     for row in a.chunks_exact_mut(n) {
@@ -100,6 +103,11 @@ fn rotate(a: &mut [f64], v: &mut [f64], n: usize, p: usize, q: usize) {
         (a[x], a[y]) = turned(a[x], a[y]);
         (v[x], v[y]) = turned(v[x], v[y]);
     }
+    // What is left there is rounding.
+    if a[pq].is_finite() {
+        (a[pq], a[q * n + p]) = (0.0, 0.0);
+    }
+    true
 }
 
 /// Cosine and sine that clear the off-diagonal entry of a symmetric 2 × 2 matrix; `None` where it is clear.
