@@ -78,7 +78,9 @@ pub enum Presented {
 /// assert!(matches!(far, Presented::Nearest(place) if place.x == 0.6 && place.y < 0.9));
 /// # Ok::<(), hwall_reachability::ReachabilityError>(())
 /// ```
-#[derive(Debug, Clone)]
+///
+/// The default holds no wall: every place is [`Presented::Unknown`], as for an arm without a closed form.
+#[derive(Debug, Clone, Default)]
 pub struct WallMaps {
     /// `None` where no wall is near enough.
     map: Option<ReachabilityMap>,

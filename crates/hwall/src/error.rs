@@ -1,0 +1,36 @@
+//! The one error type of the crate.
+
+/// What is wrong with a setting, a scene or an input that is no frame and no state: those end in a hold with its reason
+/// instead ([`SessionState`](crate::SessionState)).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// A number is NaN, infinite or outside its range.
+    #[error(transparent)]
+    Argument(#[from] hwall_numeric::ArgumentError),
+    /// A setting of the renderer or the board.
+    #[error(transparent)]
+    Haptics(#[from] hwall_haptics::HapticsError),
+    /// A setting of the filters of the hand.
+    #[error(transparent)]
+    Hand(#[from] hwall_hand::HandError),
+    /// A setting of the prediction.
+    #[error(transparent)]
+    Contact(#[from] hwall_contact::ContactError),
+    /// The walls of the scene cannot be mapped.
+    #[error(transparent)]
+    Reachability(#[from] hwall_reachability::ReachabilityError),
+    /// The scene cannot be used.
+    #[error(transparent)]
+    Scene(#[from] hwall_scene::SceneError),
+    /// The roughnesses of the scene have no levels.
+    #[cfg(feature = "texture")]
+    #[error(transparent)]
+    Texture(#[from] hwall_texton::TextonError),
+    /// The place of the virtual world is older than the one before.
+    #[error("the place of the world is {by_s} s older than the one before")]
+    WorldTimeReversed {
+        /// By how much, s.
+        by_s: f64,
+    },
+}

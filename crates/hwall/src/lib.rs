@@ -1,0 +1,33 @@
+#![doc = include_str!("../README.md")]
+
+mod error;
+mod fingertip;
+pub mod session;
+#[cfg(feature = "texture")]
+pub mod texture;
+mod walls;
+
+pub use error::SessionError;
+pub use session::{
+    Control, Controller, Cycle, Event, EventKind, Foreseen, GazeConfig, Goal, Perception, Session,
+    SessionConfig, SessionState, Surroundings, WorldPose, drive,
+};
+pub use walls::maps_of;
+
+// The whole system through one dependency.
+pub use hwall_bip as bip;
+pub use hwall_contact as contact;
+pub use hwall_geometry as geometry;
+pub use hwall_geometry::glam;
+pub use hwall_hand as hand;
+pub use hwall_haptics as haptics;
+pub use hwall_kinematics as kinematics;
+pub use hwall_numeric as numeric;
+#[cfg(feature = "psychophysics")]
+pub use hwall_psychophysics as psychophysics;
+pub use hwall_reachability as reachability;
+pub use hwall_scene as scene;
+#[cfg(feature = "sim")]
+pub use hwall_sim as sim;
+#[cfg(feature = "texture")]
+pub use hwall_texton as texton;

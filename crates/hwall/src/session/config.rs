@@ -1,0 +1,56 @@
+//! Settings of a session.
+
+use hwall_hand::HandFilterConfig;
+use hwall_haptics::{PlaceTolerance, RendererConfig};
+
+/// Settings of a [`Session`](crate::Session).
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionConfig {
+    /// When a force is a touch, how the arm moves, when inputs are too old.
+    pub renderer: RendererConfig,
+    /// How frames of the hand are smoothed, and when a hand is lost.
+    pub hand: HandFilterConfig,
+    /// How the line of sight is smoothed.
+    pub gaze: GazeConfig,
+    /// The board stands still while its place moves less than this, m; default 0.05, half of its half width.
+    pub steady_m: f64,
+    /// What is added to a time of the tracker to have that of the arm, s; default 0.
+    pub arm_minus_tracker_s: f64,
+    /// When the board counts as in place.
+    pub in_place: PlaceTolerance,
+    /// Does the board present the roughness of surfaces? Default yes; needs the feature `texture`.
+    pub texture: bool,
+}
+
+impl Default for SessionConfig {
+    fn default() -> Self {
+        Self {
+            renderer: RendererConfig::default(),
+            hand: HandFilterConfig::default(),
+            gaze: GazeConfig::default(),
+            steady_m: 0.05,
+            arm_minus_tracker_s: 0.0,
+            in_place: PlaceTolerance::default(),
+            texture: true,
+        }
+    }
+}
+
+/// How the line of sight is smoothed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GazeConfig {
+    /// Time constant, s; default 0.15.
+    pub time_constant_s: f64,
+    /// A leap by more than this is a saccade: smoothing starts anew, rad; default 0.07.
+    pub saccade_rad: f64,
+}
+
+impl Default for GazeConfig {
+    /// A fixation lasts 0.2 s and more, trackers are good to about a degree.
+    fn default() -> Self {
+        Self {
+            time_constant_s: 0.15,
+            saccade_rad: 0.07,
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! The arm's side of a session: states in, commands out.
+
+use super::event::{Event, EventKind, EventQueue};
+use super::guidance::Guidance;
+use super::handover::Receiver;
+#[cfg(feature = "texture")]
+use crate::texture::{BoardTexture, TextureInput};
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, HoldReason, Phase, PlaceTolerance, RenderStep,
+    Renderer, Slide,
+};
+use hwall_kinematics::ArmKinematics;
+use std::sync::Arc;
+
+/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken, no clock is
+/// read, and no input makes it fail.
+///
+/// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
+pub struct Control {
+    pub(super) renderer: Renderer,
+    pub(super) board: Board,
+    pub(super) in_place: PlaceTolerance,
+    #[cfg(feature = "texture")]
+    pub(super) texture: Option<BoardTexture>,
+    pub(super) receiver: Receiver,
+    pub(super) guidance: Guidance,
+    pub(super) events: EventQueue,
+    pub(super) state: SessionState,
+    pub(super) step: Option<RenderStep>,
+    /// How often the world had moved when the touch began.
+    pub(super) moves_at_touch: u64,
+    /// The goal was announced late; once for each goal.
+    pub(super) late: bool,
+    /// The last reason why a goal could not be held.
+    pub(super) unreachable: bool,
+}
+
+/// What the board is doing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum SessionState {
+    /// Standing still because an input is missing or wrong.
+    Holding(HoldReason),
+    /// On its way to the goal.
+    Approaching,
+    /// On its way, and the hand was expected there by now.
+    Late,
+    /// At the goal.
+    InPlace,
+    /// Touched: it stands still, or slides within its plane, whatever else happens.
+    Touched,
+    /// Touched while the virtual world moves around the arm: it stands still where it is until it is released.
+    TouchedInMovingWorld,
+}
+
+impl Control {
+    /// The command for the coming cycle. `now_s` and the stamp of the state are on one clock, that of the arm.
+    ///
+    /// Whatever is wrong ends in [`SessionState::Holding`] with its reason ([`HoldReason`]), and motion resumes once the inputs are good again.
+    pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        if let Some(guidance) = self.receiver.newest() {
+            self.late &= same_place(self.guidance.target, guidance.target);
+            self.guidance = guidance;
+        }
+        let slide = self.slide(now_s, state);
+        let target = self.guidance.target;
+        let step = self
+            .renderer
+            .step_sliding(now_s, state, target.as_ref(), slide.as_ref());
+        self.report(now_s, state, &step);
+        self.step = Some(step);
+        step.command
+    }
+
+    /// What the board is doing, as of the last step.
+    #[must_use]
+    pub const fn state(&self) -> SessionState {
+        self.state
+    }
+
+    /// The last step in full: force, goal configuration, verdict; `None` before the first.
+    #[must_use]
+    pub const fn last_step(&self) -> Option<&RenderStep> {
+        self.step.as_ref()
+    }
+
+    /// Where the board is sent, as of the last step, in the base frame.
+    #[must_use]
+    pub const fn target(&self) -> Option<&BoardTarget> {
+        self.guidance.target.as_ref()
+    }
+
+    /// The arm, its tool the face of the board.
+    #[must_use]
+    pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+        self.renderer.arm()
+    }
+
+    /// The board.
+    #[must_use]
+    pub const fn board(&self) -> &Board {
+        &self.board
+    }
+
+    /// The texture that the touched board presents; `None` where the session is plain.
+    #[cfg(feature = "texture")]
+    #[must_use]
+    pub const fn texture(&self) -> Option<&BoardTexture> {
+        self.texture.as_ref()
+    }
+
+    /// The next event of this half that was not yet asked for, in order of time.
+    pub fn next_event(&mut self) -> Option<Event> {
+        self.events.pop()
+    }
+
+    /// Events lost because nobody asked for them in time.
+    #[must_use]
+    pub const fn missed_events(&self) -> u64 {
+        self.events.missed()
+    }
+
+    /// How a touched board moves within its plane, for the touch as it was after the last step.
+    #[cfg(feature = "texture")]
+    fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
+        let touched = self.state == SessionState::Touched;
+        let guidance = &self.guidance;
+        let texture = self.texture.as_mut()?;
+        if !now_s.is_finite() || state.validate().is_err() {
+            return None;
+        }
+        let step = texture.step(
+            now_s,
+            &state.q,
+            &self.renderer.arm().forward(&state.q),
+            &TextureInput {
+                touched,
+                surface: guidance.surface,
+                roughness: guidance.roughness,
+                fingertip: guidance.fingertip,
+            },
+        );
+        if let Some(touch) = step.started {
+            self.events.push(now_s, EventKind::TextureStarted(touch));
+        }
+        if step.ended {
+            self.events.push(now_s, EventKind::TextureEnded);
+        }
+        step.slide
+    }
+
+    #[cfg(not(feature = "texture"))]
+    fn slide(&mut self, _: f64, _: &ArmState) -> Option<Slide> {
+        None
+    }
+
+    /// Names the state that a step leaves, and reports what changed.
+    fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
+        let before = self.state;
+        let was_touched = matches!(
+            before,
+            SessionState::Touched | SessionState::TouchedInMovingWorld
+        );
+        let after = match step.phase {
+            Phase::Hold(reason) => SessionState::Holding(reason),
+            Phase::Contact { .. } => {
+                if !was_touched {
+                    self.moves_at_touch = self.guidance.world_moves;
+                }
+                let moved = self.guidance.world_moves != self.moves_at_touch;
+                // Once moved it stays so: what is touched is no longer where it is shown.
+                if moved || before == SessionState::TouchedInMovingWorld {
+                    SessionState::TouchedInMovingWorld
+                } else {
+                    SessionState::Touched
+                }
+            }
+            Phase::NonContact => self.on_the_way(now_s, state, before),
+        };
+        let is_touched = matches!(
+            after,
+            SessionState::Touched | SessionState::TouchedInMovingWorld
+        );
+        self.state = after;
+        let events = &mut self.events;
+        let is_held = |s| matches!(s, SessionState::Holding(_));
+        match (before, after) {
+            (SessionState::Holding(was), SessionState::Holding(is)) => {
+                if was.name() != is.name() {
+                    events.push(now_s, EventKind::Held(is));
+                }
+            }
+            (_, SessionState::Holding(reason)) => events.push(now_s, EventKind::Held(reason)),
+            _ if is_held(before) => events.push(now_s, EventKind::Resumed),
+            _ => {}
+        }
+        match (was_touched, is_touched) {
+            (false, true) => {
+                let normal_force_n = step.normal_force_n.unwrap_or(0.0);
+                events.push(now_s, EventKind::Touched { normal_force_n });
+            }
+            (true, false) => events.push(now_s, EventKind::Released),
+            _ => {}
+        }
+        if before != after {
+            match after {
+                SessionState::InPlace => events.push(now_s, EventKind::Arrived),
+                SessionState::Late => events.push(now_s, EventKind::Late),
+                SessionState::TouchedInMovingWorld => {
+                    events.push(now_s, EventKind::WorldMovedWhileTouched);
+                }
+                _ => {}
+            }
+        }
+        if let Some(reason) = step.unreachable.filter(|_| !self.unreachable) {
+            events.push(now_s, EventKind::Unreachable(reason));
+        }
+        self.unreachable = step.unreachable.is_some();
+    }
+
+    fn on_the_way(&mut self, now_s: f64, state: &ArmState, before: SessionState) -> SessionState {
+        let Some(target) = self.guidance.target else {
+            // The renderer holds without a target; this is the step in which it came back.
+            return before;
+        };
+        let base_from_board = self.renderer.arm().forward(&state.q);
+        if self
+            .in_place
+            .holds(&self.board, &base_from_board, target.point_m, target.normal)
+        {
+            self.late = false;
+            return SessionState::InPlace;
+        }
+        self.late |= self.guidance.contact_s.is_some_and(|due_s| now_s >= due_s);
+        if self.late {
+            SessionState::Late
+        } else {
+            SessionState::Approaching
+        }
+    }
+}
+
+/// Do two targets mean one place?
+fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => a.point_m == b.point_m && a.normal == b.normal,
+        _ => false,
+    }
+}

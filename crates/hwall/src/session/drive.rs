@@ -1,0 +1,129 @@
+//! The loop itself, for those who do not want to write it.
+
+use super::Session;
+use super::world::WorldPose;
+use hwall_contact::Predictor;
+use hwall_hand::HandFrame;
+use hwall_haptics::{Arm, ArmCommand, ArmState};
+
+/// What surrounds a loop: time, the tracker, and what is to be done between the cycles.
+///
+/// A real set-up waits in [`Surroundings::next_cycle`] until the next cycle of the arm begins.
+pub trait Surroundings<R: Arm> {
+    /// Waits for the next cycle. Its time on the clock of the arm, s; `None` ends the loop.
+    ///
+    /// # Errors
+    /// What ends the loop with the arm told to hold.
+    fn next_cycle(&mut self, arm: &mut R) -> Result<Option<f64>, R::Error>;
+
+    /// The next frame of the tracker that has come in by now and was not given yet.
+    fn next_frame(&mut self, now_s: f64) -> Option<HandFrame>;
+
+    /// The place of the virtual world, if it has changed by now; a world that stands still needs none.
+    fn next_world(&mut self, _now_s: f64) -> Option<WorldPose> {
+        None
+    }
+
+    /// The arm's state, on its way to the controller.
+    fn state(&mut self, state: ArmState) -> ArmState {
+        state
+    }
+}
+
+/// Something that answers the state of an arm with a command, once a cycle.
+pub trait Controller {
+    /// A frame of the tracker came in.
+    fn frame(&mut self, frame: &HandFrame);
+
+    /// The virtual world moved.
+    fn world(&mut self, pose: &WorldPose);
+
+    /// The command for the coming cycle; times on the clock of the arm, s.
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;
+}
+
+/// What one cycle of [`drive`] did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycle {
+    /// Its time on the clock of the arm, s.
+    pub t_s: f64,
+    /// The state that the command answers.
+    pub state: ArmState,
+    /// The command that was sent.
+    pub command: ArmCommand,
+}
+
+/// Runs the loop until the surroundings end it: frames in, state in, command out, once a cycle. `after` is called at the end of
+/// each: to ask for events, to keep a record, to move a simulated arm on.
+///
+/// # Errors
+/// The first error of the arm, its surroundings or `after`. The arm is then told to hold before the loop ends; whether it still hears
+/// that, only its driver knows, so a driver must stop its arm by itself where commands stay away.
+pub fn drive<C, R, S>(
+    controller: &mut C,
+    arm: &mut R,
+    surroundings: &mut S,
+    mut after: impl FnMut(&mut C, &mut R, &mut S, &Cycle) -> Result<(), R::Error>,
+) -> Result<(), R::Error>
+where
+    C: Controller + ?Sized,
+    R: Arm,
+    S: Surroundings<R> + ?Sized,
+{
+    loop {
+        let done = match cycle(controller, arm, surroundings) {
+            Ok(Some(done)) => after(controller, arm, surroundings, &done),
+            Ok(None) => return Ok(()),
+            Err(error) => Err(error),
+        };
+        if let Err(error) = done {
+            // The first error is the one to report; a second one would only say that the arm is gone.
+            let _ = arm.command(ArmCommand::Hold);
+            return Err(error);
+        }
+    }
+}
+
+fn cycle<C, R, S>(
+    controller: &mut C,
+    arm: &mut R,
+    surroundings: &mut S,
+) -> Result<Option<Cycle>, R::Error>
+where
+    C: Controller + ?Sized,
+    R: Arm,
+    S: Surroundings<R> + ?Sized,
+{
+    let Some(now_s) = surroundings.next_cycle(arm)? else {
+        return Ok(None);
+    };
+    if let Some(pose) = surroundings.next_world(now_s) {
+        controller.world(&pose);
+    }
+    while let Some(frame) = surroundings.next_frame(now_s) {
+        controller.frame(&frame);
+    }
+    let state = surroundings.state(arm.state()?);
+    let command = controller.step(now_s, &state);
+    arm.command(command)?;
+    Ok(Some(Cycle {
+        t_s: now_s,
+        state,
+        command,
+    }))
+}
+
+impl<P: Predictor> Controller for Session<P> {
+    fn frame(&mut self, frame: &HandFrame) {
+        self.perception.frame(frame);
+    }
+
+    fn world(&mut self, pose: &WorldPose) {
+        // A refused place is an event too.
+        let _ = self.perception.world(pose);
+    }
+
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        self.control.step(now_s, state)
+    }
+}

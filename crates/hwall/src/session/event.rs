@@ -1,0 +1,131 @@
+//! What a session reports: everything that logs, tables, figures and recordings are made of.
+
+use hwall_contact::ContactPrediction;
+use hwall_hand::Tracking;
+use hwall_haptics::{BoardTarget, HoldReason};
+use hwall_kinematics::Unreachable;
+use hwall_reachability::Presented;
+use hwall_scene::SurfaceId;
+use std::collections::VecDeque;
+
+/// Something that happened, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// Time on the clock of the arm, s.
+    pub t_s: f64,
+    /// What happened.
+    pub kind: EventKind,
+}
+
+/// What happened.
+// Events live in a ring of fixed size; boxing the large ones would allocate in the loops.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum EventKind {
+    /// A frame of the tracker was taken in; where the hand is in the base frame, or why it is lost.
+    Frame(Tracking),
+    /// What that frame leads to: the contact that the board serves, in the base frame, and whether the arm can present its
+    /// place; `None`: none is in sight.
+    Predicted(Option<Foreseen>),
+    /// The board has a new place to go to.
+    GoalSet(Goal),
+    /// The board stands in place.
+    Arrived,
+    /// The hand was expected at its goal by now, and the board is not in place.
+    Late,
+    /// The goal cannot be held by the arm; the board keeps the one before.
+    Unreachable(Unreachable),
+    /// The board is pressed.
+    Touched {
+        /// Filtered force against the outward normal, N.
+        normal_force_n: f64,
+    },
+    /// The board is free again.
+    Released,
+    /// The arm holds still because an input is missing or wrong.
+    Held(HoldReason),
+    /// The reason to hold is gone.
+    Resumed,
+    /// The virtual world moved under the hand that touches the board; the board stands still until it is released.
+    WorldMovedWhileTouched,
+    /// A place of the virtual world came with a time stamp that is NaN or older than the one before; the world stays where it was.
+    WorldRefused,
+    /// The touched board starts to move so that it feels as rough as the surface that it stands for.
+    #[cfg(feature = "texture")]
+    TextureStarted(crate::texture::TexturedTouch),
+    /// That motion ends by itself: the end of the stroke or of the face is near.
+    #[cfg(feature = "texture")]
+    TextureEnded,
+}
+
+/// A contact that is foreseen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foreseen {
+    /// Where, when and on which surface, in the base frame.
+    pub contact: ContactPrediction,
+    /// Can the arm present that place, or which one beside it?
+    pub presented: Presented,
+}
+
+/// A place that the board is sent to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal {
+    /// The surface that the board stands for.
+    pub surface: SurfaceId,
+    /// Place and normal in the base frame.
+    pub target: BoardTarget,
+    /// Is that the predicted place, or the nearest one that the arm can present?
+    pub presented: Presented,
+}
+
+/// Events that nobody has asked for yet; what does not fit is counted and lost.
+#[derive(Debug)]
+pub(super) struct EventQueue {
+    waiting: VecDeque<Event>,
+    missed: u64,
+}
+
+/// Half a second of everything that happens at usual rates.
+const CAPACITY: usize = 512;
+
+impl EventQueue {
+    pub(super) fn new() -> Self {
+        Self {
+            waiting: VecDeque::with_capacity(CAPACITY),
+            missed: 0,
+        }
+    }
+
+    /// Never allocates: the oldest event goes where the queue is full.
+    pub(super) fn push(&mut self, t_s: f64, kind: EventKind) {
+        if self.waiting.len() == CAPACITY {
+            self.waiting.pop_front();
+            self.missed += 1;
+        }
+        self.waiting.push_back(Event { t_s, kind });
+    }
+
+    pub(super) fn pop(&mut self) -> Option<Event> {
+        self.waiting.pop_front()
+    }
+
+    pub(super) const fn missed(&self) -> u64 {
+        self.missed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_queue_loses_the_oldest_and_says_so() {
+        let mut queue = EventQueue::new();
+        for i in 0..CAPACITY + 3 {
+            queue.push(i as f64, EventKind::Released);
+        }
+        assert_eq!(queue.missed(), 3);
+        assert_eq!(queue.pop().map(|e| e.t_s), Some(3.0));
+    }
+}

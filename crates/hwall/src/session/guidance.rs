@@ -1,0 +1,143 @@
+//! What the tracker's side tells the control side.
+
+use crate::fingertip::Fingertip;
+use glam::DVec3;
+use hwall_haptics::BoardTarget;
+use hwall_scene::SurfaceId;
+
+/// Where the board shall go and what it shall be there, as of one frame of the tracker.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Guidance {
+    /// In the base frame, its stamp on the clock of the arm; `None`: no touch is foreseen.
+    pub(super) target: Option<BoardTarget>,
+    /// The surface that the board stands for.
+    pub(super) surface: Option<SurfaceId>,
+    /// Its roughness in the scene.
+    pub(super) roughness: Option<f64>,
+    /// The hand, while it is tracked.
+    pub(super) fingertip: Option<Fingertip>,
+    /// When the hand is expected at the surface, on the clock of the arm, s.
+    pub(super) contact_s: Option<f64>,
+    /// How often the virtual world has moved.
+    pub(super) world_moves: u64,
+}
+
+/// Length of the encoding.
+pub(super) const WORDS: usize = 19;
+
+/// One bit for each value that may be absent.
+const TARGET: u64 = 1;
+const ROLL: u64 = 2;
+const SURFACE: u64 = 4;
+const ROUGHNESS: u64 = 8;
+const FINGERTIP: u64 = 16;
+const CONTACT: u64 = 32;
+
+impl Guidance {
+    /// As plain words, for a hand-over between threads.
+    pub(super) fn to_words(self) -> [u64; WORDS] {
+        let mut words = [0; WORDS];
+        let mut present = 0;
+        let mut put = |at: usize, bit: u64, values: &[f64]| {
+            present |= bit;
+            for (word, value) in words[at..].iter_mut().zip(values) {
+                *word = value.to_bits();
+            }
+        };
+        if let Some(target) = self.target {
+            put(2, TARGET, &target.point_m.to_array());
+            put(5, TARGET, &target.normal.to_array());
+            put(8, TARGET, &[target.stamp_s]);
+            if let Some(roll_rad) = target.roll_rad {
+                put(9, ROLL, &[roll_rad]);
+            }
+        }
+        if let Some(roughness) = self.roughness {
+            put(10, ROUGHNESS, &[roughness]);
+        }
+        if let Some(fingertip) = self.fingertip {
+            put(11, FINGERTIP, &fingertip.point_m.to_array());
+            put(14, FINGERTIP, &fingertip.velocity_m_per_s.to_array());
+        }
+        if let Some(contact_s) = self.contact_s {
+            put(17, CONTACT, &[contact_s]);
+        }
+        if let Some(surface) = self.surface {
+            put(18, SURFACE, &[]);
+            words[18] = surface.0 as u64;
+        }
+        words[0] = present;
+        words[1] = self.world_moves;
+        words
+    }
+
+    /// Back from [`Guidance::to_words`].
+    pub(super) fn from_words(words: &[u64; WORDS]) -> Self {
+        let number = |at: usize| f64::from_bits(words[at]);
+        let vector = |at: usize| DVec3::new(number(at), number(at + 1), number(at + 2));
+        let has = |bit: u64| words[0] & bit != 0;
+        Self {
+            target: has(TARGET).then(|| BoardTarget {
+                point_m: vector(2),
+                normal: vector(5),
+                stamp_s: number(8),
+                roll_rad: has(ROLL).then(|| number(9)),
+            }),
+            surface: has(SURFACE).then(|| SurfaceId(words[18] as usize)),
+            roughness: has(ROUGHNESS).then(|| number(10)),
+            fingertip: has(FINGERTIP).then(|| Fingertip {
+                point_m: vector(11),
+                velocity_m_per_s: vector(14),
+            }),
+            contact_s: has(CONTACT).then(|| number(17)),
+            world_moves: words[1],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_back_are_the_same_with_and_without_every_part() {
+        let full = Guidance {
+            target: Some(BoardTarget {
+                point_m: DVec3::new(0.6, -0.1, 0.5),
+                normal: DVec3::X,
+                stamp_s: 12.5,
+                roll_rad: Some(-0.3),
+            }),
+            surface: Some(SurfaceId(7)),
+            roughness: Some(0.4),
+            fingertip: Some(Fingertip {
+                point_m: DVec3::new(0.7, 0.0, 0.5),
+                velocity_m_per_s: DVec3::NEG_X,
+            }),
+            contact_s: Some(13.0),
+            world_moves: 3,
+        };
+        let without = |change: &dyn Fn(&mut Guidance)| {
+            let mut guidance = full;
+            change(&mut guidance);
+            guidance
+        };
+        for guidance in [
+            full,
+            Guidance::default(),
+            without(&|g| g.target = None),
+            without(&|g| {
+                g.target = g.target.map(|t| BoardTarget {
+                    roll_rad: None,
+                    ..t
+                });
+            }),
+            without(&|g| g.surface = None),
+            without(&|g| g.roughness = None),
+            without(&|g| g.fingertip = None),
+            without(&|g| g.contact_s = None),
+        ] {
+            assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);
+        }
+    }
+}

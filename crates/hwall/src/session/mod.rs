@@ -1,0 +1,194 @@
+//! Hand in, board out.
+
+mod config;
+mod control;
+mod drive;
+mod event;
+mod guidance;
+mod handover;
+mod perception;
+mod world;
+
+pub use config::{GazeConfig, SessionConfig};
+pub use control::{Control, SessionState};
+pub use drive::{Controller, Cycle, Surroundings, drive};
+pub use event::{Event, EventKind, Foreseen, Goal};
+pub use perception::Perception;
+pub use world::WorldPose;
+
+use crate::error::SessionError;
+#[cfg(feature = "texture")]
+use crate::texture::{BoardTexture, Presenter, TextureLevels};
+use event::EventQueue;
+use handover::handover;
+use hwall_contact::{ContactPrediction, Predictor, SteadyPoint};
+use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
+use hwall_haptics::{Arm, ArmCommand, ArmState, Board, Renderer};
+use hwall_kinematics::ArmKinematics;
+use hwall_reachability::WallMaps;
+use hwall_scene::Scene;
+use perception::Newest;
+use std::sync::Arc;
+use world::World;
+
+/// A tracked hand goes in, commands for the arm that carries the board come out.
+///
+/// Generic over the arm's kinematics (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and over who
+/// foresees the contacts. The arm itself stays outside: it is seen through [`ArmState`] alone, so a simulated one and a real
+/// one are the same to a session. Nothing reads a clock; all times come with the inputs.
+///
+/// [`Session::frame`] runs at the rate of the tracker, [`Session::step`] at that of the control loop; [`Session::split`]
+/// gives the two halves to two threads. [`drive`] is the loop for those who do not want to write it.
+pub struct Session<P> {
+    perception: Perception<P>,
+    control: Control,
+}
+
+impl<P: Predictor> Session<P> {
+    /// For an arm (its tool is replaced by the board's face), a scene in the arm's base frame, who foresees contacts in it, and
+    /// where the arm can present its walls: [`maps_of`](crate::maps_of), or [`WallMaps::default`] for an arm
+    /// whose solver decides alone.
+    ///
+    /// # Errors
+    /// A setting outside its range; more roughnesses in the scene than the board has levels.
+    pub fn new(
+        arm: &dyn ArmKinematics,
+        board: &Board,
+        scene: Scene,
+        maps: WallMaps,
+        predictor: P,
+        config: SessionConfig,
+    ) -> Result<Self, SessionError> {
+        let renderer = Renderer::new(arm, board, config.renderer)?;
+        let (sender, receiver) = handover();
+        #[cfg(feature = "texture")]
+        let levels = match config.texture {
+            true => TextureLevels::for_scene(&scene, board)?,
+            false => None,
+        };
+        config.in_place.validate()?;
+        let mut perception = Perception {
+            #[cfg(feature = "texture")]
+            presenter: Presenter::new(Arc::clone(renderer.arm())),
+            scene,
+            maps,
+            predictor,
+            hand: HandFilter::new(config.hand)?,
+            gaze: GazeFilter::new(config.gaze.time_constant_s, config.gaze.saccade_rad)?,
+            steady: SteadyPoint::new(config.steady_m)?,
+            world: World::default(),
+            #[cfg(feature = "texture")]
+            levels: levels.clone(),
+            arm_minus_tracker_s: 0.0,
+            sender,
+            events: EventQueue::new(),
+            newest: Newest::default(),
+        };
+        perception.set_clock_offset_s(config.arm_minus_tracker_s)?;
+        #[cfg(feature = "texture")]
+        let texture = levels
+            .as_ref()
+            .map(|levels| BoardTexture::new(levels, Arc::clone(renderer.arm())));
+        let control = Control {
+            renderer,
+            board: *board,
+            in_place: config.in_place,
+            #[cfg(feature = "texture")]
+            texture,
+            receiver,
+            guidance: guidance::Guidance::default(),
+            events: EventQueue::new(),
+            state: SessionState::Holding(hwall_haptics::HoldReason::NoTarget),
+            step: None,
+            moves_at_touch: 0,
+            late: false,
+            unreachable: false,
+        };
+        Ok(Self {
+            perception,
+            control,
+        })
+    }
+}
+
+impl<P: Predictor> Session<P> {
+    /// Takes one frame of the tracker, see [`Perception::frame`].
+    pub fn frame(&mut self, frame: &HandFrame) {
+        self.perception.frame(frame);
+    }
+
+    /// Says where the virtual world stands, see [`Perception::world`].
+    ///
+    /// # Errors
+    /// As for [`Perception::world`].
+    pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
+        self.perception.world(pose)
+    }
+
+    /// The command for the coming cycle, see [`Control::step`].
+    pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        self.control.step(now_s, state)
+    }
+
+    /// Runs the loop for an arm until the surroundings end it, see [`drive`].
+    ///
+    /// # Errors
+    /// As for [`drive`].
+    pub fn drive<R: Arm, S: Surroundings<R> + ?Sized>(
+        &mut self,
+        arm: &mut R,
+        surroundings: &mut S,
+        after: impl FnMut(&mut Self, &mut R, &mut S, &Cycle) -> Result<(), R::Error>,
+    ) -> Result<(), R::Error> {
+        drive(self, arm, surroundings, after)
+    }
+
+    /// What the board is doing, as of the last step.
+    #[must_use]
+    pub const fn state(&self) -> SessionState {
+        self.control.state()
+    }
+
+    /// The hand, as of the newest frame, in the base frame; `None` before the first.
+    #[must_use]
+    pub const fn tracking(&self) -> Option<&Tracking> {
+        self.perception.tracking()
+    }
+
+    /// The contact that the board serves, as of the newest frame, in the base frame.
+    #[must_use]
+    pub fn contact(&self) -> Option<ContactPrediction> {
+        self.perception.contact()
+    }
+
+    /// The next event that was not yet asked for: those of the frames, then those of the steps, each in order of time.
+    pub fn next_event(&mut self) -> Option<Event> {
+        self.perception
+            .next_event()
+            .or_else(|| self.control.next_event())
+    }
+
+    /// The tracker's half.
+    #[must_use]
+    pub const fn perception(&self) -> &Perception<P> {
+        &self.perception
+    }
+
+    /// The tracker's half.
+    pub const fn perception_mut(&mut self) -> &mut Perception<P> {
+        &mut self.perception
+    }
+
+    /// The arm's half.
+    #[must_use]
+    pub const fn control(&self) -> &Control {
+        &self.control
+    }
+
+    /// The two halves, each for a thread of its own. What the tracker's half finds reaches the other by a hand-over in which the latest wins and
+    /// neither side waits.
+    #[must_use]
+    pub fn split(self) -> (Perception<P>, Control) {
+        (self.perception, self.control)
+    }
+}

@@ -1,0 +1,269 @@
+//! The tracker's side of a session: frames in, guidance out.
+
+use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
+use super::guidance::Guidance;
+use super::handover::Sender;
+use super::world::{World, WorldPose};
+use crate::error::SessionError;
+use crate::fingertip::Fingertip;
+#[cfg(feature = "texture")]
+use crate::texture::{Presenter, TextureLevels};
+use hwall_contact::{ContactPrediction, Predictor, PredictorInput, SteadyPoint};
+use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
+use hwall_haptics::BoardTarget;
+use hwall_reachability::{Presented, WallMaps};
+use hwall_scene::Scene;
+
+/// Takes frames at the rate of the tracker; everything but its answer to the newest frame is in its events.
+///
+/// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
+pub struct Perception<P> {
+    #[cfg(feature = "texture")]
+    pub(super) presenter: Presenter,
+    pub(super) scene: Scene,
+    pub(super) maps: WallMaps,
+    pub(super) predictor: P,
+    pub(super) hand: HandFilter,
+    pub(super) gaze: GazeFilter,
+    pub(super) steady: SteadyPoint,
+    pub(super) world: World,
+    #[cfg(feature = "texture")]
+    pub(super) levels: Option<TextureLevels>,
+    /// What is added to the tracker's time to have the arm's, s.
+    pub(super) arm_minus_tracker_s: f64,
+    pub(super) sender: Sender,
+    pub(super) events: EventQueue,
+    pub(super) newest: Newest,
+}
+
+/// What the newest frame came to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Newest {
+    tracking: Option<Tracking>,
+    /// The contact that the board serves, in the frame of the scene.
+    contact: Option<ContactPrediction>,
+    fingertip: Option<Fingertip>,
+    /// Arm's clock, s.
+    stamp_s: f64,
+    /// The place that was announced last.
+    goal: Option<Goal>,
+}
+
+impl<P: Predictor> Perception<P> {
+    /// Takes one frame of the tracker, its points in the base frame of the arm.
+    ///
+    /// Frames come in order of time; one that does not, that holds NaN or that jumps is a lost hand with its reason
+    /// ([`EventKind::Frame`]), never a failure. Nothing is allocated unless the predictor does so.
+    pub fn frame(&mut self, frame: &HandFrame) {
+        let tracking = self.hand.step(frame);
+        let gaze = frame
+            .gaze_ray()
+            .and_then(|ray| self.gaze.step(frame.t_s, &ray));
+        let arm_s = frame.t_s + self.arm_minus_tracker_s;
+        // Where the virtual world stands, its objects are; the hand is brought to them, not they to the hand.
+        let world_from_base = self.world.world_from_base();
+        let (frame_there, hand_there, gaze_there);
+        let input = match &world_from_base {
+            None => PredictorInput {
+                frame,
+                hand: tracking.state(),
+                gaze: gaze.as_ref(),
+            },
+            Some(pose) => {
+                frame_there = frame.transformed(pose);
+                hand_there = tracking.state().map(|state| state.transformed(pose));
+                gaze_there = gaze.map(|ray| ray.transformed(pose));
+                PredictorInput {
+                    frame: &frame_there,
+                    hand: hand_there.as_ref(),
+                    gaze: gaze_there.as_ref(),
+                }
+            }
+        };
+        let likeliest = self.predictor.predict(&self.scene, &input).first().copied();
+        let fingertip = tracking.state().and_then(|state| {
+            Some(Fingertip {
+                point_m: frame.contact_point()?.position_m,
+                velocity_m_per_s: state.velocity_m_per_s,
+            })
+        });
+        self.newest = Newest {
+            tracking: Some(tracking),
+            contact: likeliest.map(|contact| self.steady.step(contact)),
+            fingertip,
+            stamp_s: arm_s,
+            goal: self.newest.goal,
+        };
+        self.events.push(arm_s, EventKind::Frame(tracking));
+        let foreseen = self.foreseen();
+        self.events.push(arm_s, EventKind::Predicted(foreseen));
+        self.guide(foreseen);
+    }
+
+    /// Says where the virtual world stands: a person who walks or steers through an environment larger than the room
+    /// moves it around the arm. Surfaces keep their coordinates in it.
+    ///
+    /// # Errors
+    /// A time stamp (of the tracker's clock) that is NaN, infinite or before the last one; the world then stays where it was.
+    pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
+        match self.world.moved(pose) {
+            Ok(moved) => {
+                if moved {
+                    // The same contact is now elsewhere before the arm.
+                    self.guide(self.foreseen());
+                }
+                Ok(())
+            }
+            Err(error) => {
+                self.events
+                    .push(self.newest.stamp_s, EventKind::WorldRefused);
+                Err(error)
+            }
+        }
+    }
+
+    /// The difference of the clocks, s: added to the tracker's time it gives the arm's.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn set_clock_offset_s(&mut self, arm_minus_tracker_s: f64) -> Result<(), SessionError> {
+        hwall_numeric::check::finite("arm_minus_tracker_s", arm_minus_tracker_s)?;
+        self.arm_minus_tracker_s = arm_minus_tracker_s;
+        Ok(())
+    }
+
+    /// The hand, as of the newest frame, in the base frame; `None` before the first.
+    #[must_use]
+    pub const fn tracking(&self) -> Option<&Tracking> {
+        self.newest.tracking.as_ref()
+    }
+
+    /// The contact that the board serves, as of the newest frame, in the base frame.
+    #[must_use]
+    pub fn contact(&self) -> Option<ContactPrediction> {
+        let contact = self.newest.contact?;
+        Some(self.world.contact_in_base(contact))
+    }
+
+    /// Who foresees the contacts.
+    #[must_use]
+    pub const fn predictor(&self) -> &P {
+        &self.predictor
+    }
+
+    /// Who foresees the contacts.
+    pub const fn predictor_mut(&mut self) -> &mut P {
+        &mut self.predictor
+    }
+
+    /// The virtual world.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The virtual world; its doors may be moved.
+    pub const fn scene_mut(&mut self) -> &mut Scene {
+        &mut self.scene
+    }
+
+    /// Where the arm can present its walls.
+    #[must_use]
+    pub const fn maps(&self) -> &WallMaps {
+        &self.maps
+    }
+
+    /// The levels that stand for the roughnesses of the scene; `None` where nothing is rough or the session is plain.
+    #[cfg(feature = "texture")]
+    #[must_use]
+    pub const fn texture_levels(&self) -> Option<&TextureLevels> {
+        self.levels.as_ref()
+    }
+
+    /// The next event of this half that was not yet asked for, in order of time.
+    pub fn next_event(&mut self) -> Option<Event> {
+        self.events.pop()
+    }
+
+    /// Events lost because nobody asked for them in time.
+    #[must_use]
+    pub const fn missed_events(&self) -> u64 {
+        self.events.missed()
+    }
+
+    /// The contact of the newest frame, where the world is now.
+    fn foreseen(&self) -> Option<Foreseen> {
+        let contact = self.contact()?;
+        let presented = self.maps.present(contact.point_m, contact.normal);
+        Some(Foreseen { contact, presented })
+    }
+
+    /// Tells the control side where the board shall be.
+    fn guide(&mut self, foreseen: Option<Foreseen>) {
+        let Newest {
+            fingertip, stamp_s, ..
+        } = self.newest;
+        let mut guidance = Guidance {
+            fingertip,
+            world_moves: self.world.moves(),
+            ..Guidance::default()
+        };
+        if let Some(Foreseen { contact, presented }) = foreseen {
+            let point_m = match presented {
+                Presented::Nearest(point_m) => point_m,
+                _ => contact.point_m,
+            };
+            let target = BoardTarget {
+                point_m,
+                normal: contact.normal,
+                stamp_s,
+                roll_rad: self.roll_rad(&contact),
+            };
+            guidance.target = Some(target);
+            guidance.surface = Some(contact.surface);
+            guidance.roughness = contact.roughness;
+            guidance.contact_s = contact.time_to_contact_s.map(|time| stamp_s + time.mean_s);
+            self.announce(Goal {
+                surface: contact.surface,
+                target,
+                presented,
+            });
+        }
+        self.sender.send(&guidance);
+    }
+
+    /// The roll at which the board feels as rough as the surface, rad.
+    fn roll_rad(&mut self, contact: &ContactPrediction) -> Option<f64> {
+        #[cfg(feature = "texture")]
+        return self
+            .levels
+            .as_ref()
+            .and_then(|levels| levels.roll_rad(&mut self.presenter, contact));
+        #[cfg(not(feature = "texture"))]
+        {
+            let _ = contact;
+            None
+        }
+    }
+
+    fn announce(&mut self, goal: Goal) {
+        let place = |goal: &Goal| {
+            let BoardTarget {
+                point_m,
+                normal,
+                roll_rad,
+                ..
+            } = goal.target;
+            (goal.surface, point_m, normal, roll_rad)
+        };
+        if self
+            .newest
+            .goal
+            .is_none_or(|last| place(&last) != place(&goal))
+        {
+            self.events
+                .push(self.newest.stamp_s, EventKind::GoalSet(goal));
+        }
+        self.newest.goal = Some(goal);
+    }
+}

@@ -1,0 +1,345 @@
+//! The board carries bumps: rolled before a touch and moved during it, so that it feels as rough as what it stands for.
+
+use crate::error::SessionError;
+use crate::fingertip::Fingertip;
+use glam::{DVec2, DVec3};
+use hwall_contact::ContactPrediction;
+use hwall_geometry::Pose;
+use hwall_haptics::{Board, Slide, board_pose, surface_axes};
+use hwall_kinematics::{ArmKinematics, ArmScratch, BranchPolicy, JointPositions, NearestConfig};
+use hwall_scene::{Scene, SurfaceId};
+use hwall_texton::{
+    Encoding, FingerState, Level, Limit, MotionLimits, RoughnessModel, ScanAngle, ScanConfig,
+    Texture, TextureMotion, Vibration,
+};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Orientations of the published study, degrees, ...
+const ORIENTATIONS_DEG: [f64; 5] = [0.0, 45.0, 63.43, 71.57, 90.0];
+/// ... and its speeds, mm/s, without the resting board: a finger at rest feels no texture then.
+const SPEEDS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
+
+/// A finger slower than this rests, m/s: tremor and the noise of a tracker come to half of that.
+const RESTS_M_PER_S: f64 = 0.05;
+/// A finger that lands still carries the motion of its reach for so long, s: that is no scan.
+const LANDING_S: f64 = 0.2;
+/// Time constant of the scan's estimate, s.
+const SCAN_S: f64 = 0.05;
+
+/// Which orientation and speed of the released bumpy patch stands for each roughness of a scene.
+#[derive(Debug, Clone)]
+pub struct TextureLevels {
+    texture: Texture,
+    model: Vibration,
+    encoding: Encoding,
+    /// At rest: it says at which roll a level is presented.
+    motion: TextureMotion,
+}
+
+impl TextureLevels {
+    /// The released patch, for the roughnesses of a scene; `None` for a scene without any.
+    ///
+    /// # Errors
+    /// More roughnesses than there are levels.
+    pub fn for_scene(scene: &Scene, board: &Board) -> Result<Option<Self>, SessionError> {
+        let touchable = scene.surfaces().iter().filter(|s| s.touchable());
+        let mut roughness: Vec<f64> = touchable.filter_map(|s| s.roughness).collect();
+        roughness.sort_by(f64::total_cmp);
+        roughness.dedup();
+        if roughness.is_empty() {
+            return Ok(None);
+        }
+        let (texture, model) = (Texture::released(), Vibration::default());
+        let encoding = Encoding::new(&roughness, &levels(&texture, &model)?)?;
+        let motion = TextureMotion::new(MotionLimits {
+            half_face_m: [board.half_width_m, board.half_height_m],
+            scan: ScanConfig {
+                time_constant_s: SCAN_S,
+                least_speed_m_per_s: RESTS_M_PER_S,
+                ..ScanConfig::default()
+            },
+            ..MotionLimits::default()
+        })?;
+        Ok(Some(Self {
+            texture,
+            model,
+            encoding,
+            motion,
+        }))
+    }
+
+    /// The levels of the scene's roughnesses, from the smoothest.
+    #[must_use]
+    pub fn levels(&self) -> &[Level] {
+        self.encoding.levels()
+    }
+
+    /// How rough the patch feels at an orientation and a speed, by the model that chose the levels; `None` beyond the
+    /// range of the model.
+    #[must_use]
+    pub fn magnitude(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Option<f64> {
+        let predicted = self.model.predict(&self.texture, scan, speed_mm_per_s);
+        predicted.ok()?.value()
+    }
+
+    /// The roll of the board for a contact, rad; `None` where the surface has no roughness or the arm
+    /// cannot present it so.
+    pub(crate) fn roll_rad(
+        &self,
+        presenter: &mut Presenter,
+        contact: &ContactPrediction,
+    ) -> Option<f64> {
+        let level = self.encoding.level_for(contact.roughness?)?;
+        let roll_rad = self.motion.roll_for(level);
+        let mut presents =
+            |roll_rad: f64| presenter.presents(contact.point_m, contact.normal, roll_rad);
+        (presents(roll_rad) || presents(roll_rad + PI)).then_some(roll_rad)
+    }
+}
+
+/// Can the arm present the board here? For any arm, without allocation.
+#[derive(Debug, Clone)]
+pub(crate) struct Presenter {
+    arm: Arc<dyn ArmKinematics>,
+    scratch: ArmScratch,
+    /// Where a numeric search starts.
+    reference: JointPositions,
+}
+
+impl Presenter {
+    pub(crate) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
+        let middle = arm.limits().map(|l| 0.5 * (l.min_rad + l.max_rad));
+        Self {
+            scratch: arm.scratch(),
+            arm,
+            reference: JointPositions(middle),
+        }
+    }
+
+    /// Searches start at these joints from now on, rad.
+    fn near(&mut self, q: &JointPositions) {
+        self.reference = *q;
+    }
+
+    fn presents(&mut self, point_m: DVec3, normal: DVec3, roll_rad: f64) -> bool {
+        let config = NearestConfig {
+            policy: BranchPolicy::Any,
+            ..NearestConfig::default()
+        };
+        let Ok(pose) = board_pose(point_m, normal, roll_rad) else {
+            return false;
+        };
+        let found = self
+            .arm
+            .nearest(&pose, &self.reference, &config, &mut self.scratch);
+        match found {
+            Ok(solution) => {
+                self.reference = solution.q;
+                true
+            }
+            Err(_) => false,
+        }
+    }
+}
+
+/// A touch of a surface that has a roughness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TexturedTouch {
+    /// The surface that the board stands for.
+    pub surface: SurfaceId,
+    /// Its roughness in the scene.
+    pub roughness: f64,
+    /// The orientation and speed that are presented for it.
+    pub level: Level,
+    /// The board's x and y axes at roll 0, unit vectors in the base frame.
+    pub axes: [DVec3; 2],
+}
+
+/// The motion of a touched board that presents a level.
+#[derive(Debug, Clone)]
+pub struct BoardTexture {
+    presenter: Presenter,
+    encoding: Encoding,
+    motion: TextureMotion,
+    touch: Option<Touched>,
+    /// A finger that the tracker loses during a touch is taken to stay where it was.
+    fingertip: Option<Fingertip>,
+}
+
+/// A touch under way.
+#[derive(Debug, Clone, Copy)]
+struct Touched {
+    touch: TexturedTouch,
+    began_s: f64,
+    /// Middle of the board where the motion's displacement is zero, m.
+    origin_m: DVec3,
+    /// The board still may move on.
+    going: bool,
+}
+
+/// What a step is made from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TextureInput {
+    /// Is the board touched?
+    pub(crate) touched: bool,
+    /// The surface that the board stands for, and its roughness in the scene.
+    pub(crate) surface: Option<SurfaceId>,
+    pub(crate) roughness: Option<f64>,
+    /// The finger, while the hand is tracked.
+    pub(crate) fingertip: Option<Fingertip>,
+}
+
+/// What one step comes to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct TextureStep {
+    pub(crate) slide: Option<Slide>,
+    /// The touch that begins with this step.
+    pub(crate) started: Option<TexturedTouch>,
+    /// The motion begins to end with this step: the end of the stroke or of the face is near.
+    pub(crate) ended: bool,
+}
+
+impl BoardTexture {
+    pub(crate) fn new(levels: &TextureLevels, arm: Arc<dyn ArmKinematics>) -> Self {
+        Self {
+            presenter: Presenter::new(arm),
+            encoding: levels.encoding.clone(),
+            motion: levels.motion.clone(),
+            touch: None,
+            fingertip: None,
+        }
+    }
+
+    /// Estimated direction of the scan in the axes of the touch ([`TexturedTouch::axes`]), rad.
+    #[must_use]
+    pub const fn scan_rad(&self) -> f64 {
+        self.motion.scan_rad()
+    }
+
+    /// One control step; `base_from_board` as measured. Inputs are finite.
+    pub(crate) fn step(
+        &mut self,
+        now_s: f64,
+        q: &JointPositions,
+        base_from_board: &Pose,
+        input: &TextureInput,
+    ) -> TextureStep {
+        self.fingertip = match (input.fingertip, self.fingertip) {
+            (Some(seen), _) => Some(seen),
+            (None, last) => last.map(|last| Fingertip {
+                velocity_m_per_s: DVec3::ZERO,
+                ..last
+            }),
+        };
+        let mut step = TextureStep::default();
+        let Some(fingertip) = self.fingertip.filter(|_| input.touched) else {
+            self.rest(now_s, input.roughness);
+            return step;
+        };
+        if self.touch.is_none() {
+            self.presenter.near(q);
+            self.touch = self.begin(now_s, base_from_board, input, fingertip.point_m);
+            step.started = self.touch.map(|t| t.touch);
+        }
+        let Some(touch) = &mut self.touch else {
+            return step;
+        };
+        let [x, y] = touch.touch.axes;
+        let in_plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+        let landed = now_s - touch.began_s >= LANDING_S;
+        let finger = FingerState {
+            point_m: in_plane(fingertip.point_m - touch.origin_m),
+            velocity_m_per_s: if landed {
+                in_plane(fingertip.velocity_m_per_s)
+            } else {
+                DVec2::ZERO
+            },
+        };
+        // Finite inputs on a clock that the renderer accepted: what is refused here leaves the board still.
+        let Ok(moved) = self.motion.step(now_s, Some(finger), &touch.touch.level) else {
+            return step;
+        };
+        if touch.going && matches!(moved.limited, Some(Limit::Face | Limit::Stroke)) {
+            touch.going = false;
+            step.ended = true;
+        }
+        let in_space = |v: DVec2| x * v.x + y * v.y;
+        step.slide = Some(Slide {
+            velocity_m_per_s: in_space(moved.velocity_m_per_s),
+            turn_rad_per_s: moved.roll_rad_per_s,
+        });
+        step
+    }
+
+    fn begin(
+        &mut self,
+        now_s: f64,
+        base_from_board: &Pose,
+        input: &TextureInput,
+        finger_m: DVec3,
+    ) -> Option<Touched> {
+        let (surface, roughness) = (input.surface?, input.roughness?);
+        let level = *self.encoding.level_for(roughness)?;
+        let normal = base_from_board.rotation().z_axis;
+        let axes = surface_axes(normal).ok()?;
+        let rest = self.motion.step(now_s, None, &level).ok()?.displacement_m;
+        let in_space = |v: DVec2| axes[0] * v.x + axes[1] * v.y;
+        let at_m = base_from_board.position_m();
+        // Either way along the bumps feels the same: the one that has more of the face to go.
+        let off_m = (finger_m - at_m).dot(axes[0]);
+        let expected_rad = if off_m > 0.0 { PI } else { 0.0 };
+        self.motion.scan_mut().expect(expected_rad).ok()?;
+        let long = base_from_board.rotation().x_axis;
+        let roll_rad = long.dot(axes[1]).atan2(long.dot(axes[0]));
+        self.motion.stands_at(roll_rad).ok()?;
+        let Self {
+            motion, presenter, ..
+        } = self;
+        motion.limit_stroke(&level, |displacement_m, roll_rad| {
+            presenter.presents(at_m + in_space(displacement_m), normal, roll_rad)
+        });
+        Some(Touched {
+            touch: TexturedTouch {
+                surface,
+                roughness,
+                level,
+                axes,
+            },
+            began_s: now_s,
+            origin_m: at_m - in_space(rest),
+            going: true,
+        })
+    }
+
+    /// No touch: the motion goes back to where it began.
+    fn rest(&mut self, now_s: f64, roughness: Option<f64>) {
+        if self.touch.take().is_some() {
+            // The next touch may scan any way again; the board's roll must not depend on the last one.
+            let _ = self.motion.scan_mut().expect(0.0);
+        }
+        let level = roughness.and_then(|roughness| self.encoding.level_for(roughness));
+        let level = level.or(self.encoding.levels().first()).copied();
+        // A clock that ran backwards is refused; the renderer holds then, and so does this.
+        let _ = level.map(|level| self.motion.step(now_s, None, &level));
+    }
+}
+
+/// What the patch can be, by how rough a model takes it to feel.
+fn levels(texture: &Texture, model: &dyn RoughnessModel) -> Result<Vec<Level>, SessionError> {
+    let mut levels = Vec::new();
+    for deg in ORIENTATIONS_DEG {
+        for speed_mm_per_s in SPEEDS_MM_PER_S {
+            let scan = ScanAngle::from_deg(deg)?;
+            let predicted = model.predict(texture, scan, speed_mm_per_s)?;
+            if let Some(magnitude) = predicted.value() {
+                levels.push(Level {
+                    scan,
+                    speed_mm_per_s,
+                    magnitude,
+                });
+            }
+        }
+    }
+    Ok(levels)
+}

@@ -1,0 +1,25 @@
+//! The walls of a scene, as maps of where the arm can present its board.
+
+use crate::error::SessionError;
+use hwall_kinematics::SrsArm;
+use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
+use hwall_scene::Scene;
+
+/// Maps of the vertical surfaces of a scene, which is in the arm's base frame: only their planes, only their heights, and only those within
+/// the arm's length. The tool of the arm is the face of the board; any quarter turn of the board will do.
+///
+/// # Errors
+/// As for [`WallMaps::build`].
+pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
+    let facets: Vec<WallFacet> = scene
+        .vertical_patches()
+        .into_iter()
+        .map(|facet| WallFacet {
+            point_m: facet.point_m,
+            normal: facet.normal,
+            heights: Interval::new(facet.height_range_m.0, facet.height_range_m.1),
+            outline_m: facet.outline_m,
+        })
+        .collect();
+    Ok(WallMaps::build(arm, &facets, WallMapsConfig::default())?)
+}
