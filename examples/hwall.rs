@@ -5,20 +5,18 @@
 use anyhow::Context;
 use clap::{Parser, ValueEnum};
 use hwall_haptics::Board;
-use hwall_stage::arms;
 use hwall_stage::exit;
-use hwall_stage::foresight::{Foresight, Kind};
-use hwall_stage::place::Stand;
-use hwall_stage::report;
-use hwall_stage::run_figures;
-use hwall_stage::session;
-use hwall_stage::stage::{Options, Stage};
-use hwall_stage::touches;
-use hwall_stage::wall_maps::WallMaps;
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::person::predictors::{PredictorKind, Predictors};
+use hwall_stage::report::{run_figures, tables};
+use hwall_stage::run::{closed_loop, judge};
+use hwall_stage::setting::{Setting, SettingOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
@@ -39,20 +37,20 @@ struct Args {
     #[arg(long, value_enum)]
     place: Option<Place>,
     /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
-    #[arg(long, value_parser = Stand::parse, allow_hyphen_values = true)]
-    base: Option<Stand>,
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
+    base: Option<FloorPose>,
     /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
-    #[arg(long, value_parser = Stand::parse, allow_hyphen_values = true)]
-    hand_origin: Option<Stand>,
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
+    hand_origin: Option<FloorPose>,
     /// The recorded hand is made up: a shape that never changes is no frozen tracker
     #[arg(long)]
     rigid_hand: bool,
-    /// iiwa7 or iiwa14
+    /// iiwa7, iiwa14, or PATH.urdf of an arm with at most seven joints
     #[arg(long, default_value = "iiwa7")]
     arm: String,
     /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
-    predictor: Option<Kind>,
+    predictor: Option<PredictorKind>,
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     plain: bool,
@@ -92,10 +90,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
         "--period-ms must lie in 0.1..=20"
     );
     let board = Board::default();
-    let arm = arms::closed_form(&args.arm)?.with_tool(board.flange_from_board_face()?);
-    let stage = Stage::set(
+    let arm = BoardArm::named(&args.arm, &board)?;
+    let setting = Setting::new(
         &arm,
-        &Options {
+        &SettingOptions {
             scene: args.scene.as_deref(),
             hand: args.hand.as_deref(),
             y_up: args.axes == Axes::YUp,
@@ -107,43 +105,50 @@ fn run(args: &Args) -> anyhow::Result<()> {
             seed: args.seed,
         },
     )?;
-    let (scene, company) = (&stage.scene, &stage.company);
-    let (mut foresight, learnt) = Foresight::train(scene, &arm, company, args.predictor)?;
-    for remark in stage.remarks.iter().chain([&learnt]) {
+    let scene = &setting.scene;
+    let (predictors, learnt) =
+        Predictors::train(scene, &arm, &setting.training_people, args.predictor)?;
+    for remark in setting.remarks.iter().chain([&learnt]) {
         eprintln!("{remark}");
     }
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
-    let maps = WallMaps::of_scene(&arm, scene)?;
-    let setup = session::Setup {
+    let began = Instant::now();
+    let maps = arm.maps_of(scene)?;
+    let mapping = began.elapsed();
+    let setup = closed_loop::RunSetup {
         arm: &arm,
         board: &board,
         scene,
         maps: &maps,
-        hand: &stage.hand,
+        hand: &setting.hand,
         textured: !args.plain,
         period_s: 1e-3 * args.period_ms,
         seed: args.seed,
     };
-    let mut run = session::run(&setup, &mut foresight, |share| {
+    let mut run = closed_loop::run(&setup, predictors, |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
-    let outcomes = touches::judge(&arm, &board, &stage.touches, &run.ticks)?;
-    let leads = touches::leads(scene, &stage.touches, &run.said);
-    let right = report::who_was_right(&stage.touches, &leads);
-    let textures = report::textures(&run);
+    let outcomes = judge::judge(&arm, &board, &setting.touches, &run.ticks)?;
+    let leads = judge::leads(scene, &setting.touches, &run.predictions);
+    let right = tables::who_was_right(&setting.touches, &leads);
+    let textures = tables::textures(&run);
     let table = format!(
         "{}\n{right}{textures}",
-        report::table(&run, &maps, &outcomes)
+        tables::table(&run, &maps, mapping, &outcomes)
     );
     writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    session::mark_touches(&mut run, &outcomes);
+    run.trace.mark_touches(&outcomes, &run.predictions);
     run_figures::plan(&args.out.join("plan.svg"), scene, &maps, &run.trace)?;
-    run_figures::over_time(&args.out.join("time.svg"), &run.trace, stage.hand.span_s())?;
-    report::touches_csv(&args.out.join("touches.csv"), &outcomes, &leads)?;
+    run_figures::over_time(
+        &args.out.join("time.svg"),
+        &run.trace,
+        setting.hand.span_s(),
+    )?;
+    tables::touches_csv(&args.out.join("touches.csv"), &outcomes, &leads)?;
     std::fs::write(args.out.join("table.md"), table)?;
     writeln!(
         io::stdout(),

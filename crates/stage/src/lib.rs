@@ -2,19 +2,15 @@
 //!
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
-pub mod arms;
-pub mod figures;
-pub mod foresight;
-pub mod numbers;
-pub mod place;
+pub mod input;
+pub mod person;
 pub mod report;
-pub mod run_figures;
-pub mod session;
-pub mod stage;
-pub mod textured_board;
-pub mod touches;
-pub mod training;
-pub mod wall_maps;
+pub mod run;
+pub mod setting;
+
+pub use input::{arms, numbers};
+pub use person::training;
+pub use report::figures;
 
 use std::process::ExitCode;
 

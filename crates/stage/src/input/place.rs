@@ -3,8 +3,9 @@
 //! A recording made before a virtual wall does not say where that wall stood. Placing it means
 //! choosing a wall of the scene, the arm behind it, and the recording so that its reaches end on it.
 
+use crate::input::floor_pose::FloorPose;
 use anyhow::bail;
-use glam::{DAffine3, DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec3, dvec3};
 use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
 use hwall_scene::{Patch, Scene};
 
@@ -27,55 +28,13 @@ const WALL_M: f64 = 0.6;
 /// Nearer to the wall than this, m, the wall itself may be in the way.
 const TOUCHING_M: f64 = 0.01;
 
-/// Position and heading on the floor plan: yaw about z, then translation.
-#[derive(Debug, Clone, Copy)]
-pub struct Stand {
-    /// Origin, m.
-    pub origin_m: DVec3,
-    /// Heading, rad.
-    pub yaw_rad: f64,
-}
-
-impl std::fmt::Display for Stand {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let DVec3 { x, y, z } = self.origin_m;
-        write!(f, "{x:.3},{y:.3},{z:.3},{:.1}", self.yaw_rad.to_degrees())
-    }
-}
-
-impl Stand {
-    /// At the origin of the scene, along its x axis.
-    pub const ORIGIN: Self = Self {
-        origin_m: DVec3::ZERO,
-        yaw_rad: 0.0,
-    };
-
-    /// From `x,y,z,yaw` in metres and degrees.
-    ///
-    /// # Errors
-    /// Anything but four finite numbers.
-    pub fn parse(text: &str) -> anyhow::Result<Self> {
-        let [x, y, z, yaw] = crate::arms::parse_list::<4>(text)?;
-        Ok(Self {
-            origin_m: dvec3(x, y, z),
-            yaw_rad: yaw.to_radians(),
-        })
-    }
-
-    /// `outer_from_here`.
-    #[must_use]
-    pub fn outer_from_here(&self) -> DAffine3 {
-        DAffine3::from_mat3_translation(DMat3::from_rotation_z(self.yaw_rad), self.origin_m)
-    }
-}
-
 /// A wall touched by a recording, with where arm and recording stand in the scene.
 #[derive(Debug, Clone)]
 pub struct Placement {
     /// The arm's base in the scene.
-    pub base: Stand,
+    pub base: FloorPose,
     /// The recording's (z-up) origin in the scene.
-    pub hand: Stand,
+    pub hand: FloorPose,
     /// For people: what was chosen and why.
     pub remark: String,
 }
@@ -192,7 +151,7 @@ pub fn before_a_wall(
     scene: &Scene,
     recording: &Recording,
     contacts: &[Reach],
-    base: Option<Stand>,
+    base: Option<FloorPose>,
 ) -> anyhow::Result<Placement> {
     let toward = mean(contacts.iter().map(|r| r.direction));
     let toward = dvec3(toward.x, toward.y, 0.0);
@@ -236,14 +195,14 @@ pub fn before_a_wall(
         let normal = dvec3(patch.normal.x, patch.normal.y, 0.0).normalize();
         let yaw_rad = heading(-normal) - heading(toward);
         let turn = DMat3::from_rotation_z(yaw_rad);
-        let hand = Stand {
+        let hand = FloorPose {
             origin_m: point - turn * touched_m,
             yaw_rad,
         };
         if !free(scene, recording, contacts, &hand, (point, normal))? {
             continue;
         }
-        let own = Stand {
+        let own = FloorPose {
             origin_m: point - normal * BEHIND_M - DVec3::Z * BELOW_M,
             yaw_rad: heading(normal),
         };
@@ -293,7 +252,7 @@ fn free(
     scene: &Scene,
     recording: &Recording,
     contacts: &[Reach],
-    hand: &Stand,
+    hand: &FloorPose,
     (wall_m, normal): (DVec3, DVec3),
 ) -> anyhow::Result<bool> {
     let scene_from_hand = hand.outer_from_here();

@@ -1,42 +1,17 @@
 //! The figures of the main job: plan view, and distances over time.
 
-use crate::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
-use crate::foresight::Kind;
-use crate::touches::RIGHT_M;
-use crate::wall_maps::WallMaps;
+use crate::person::predictors::PredictorKind;
+use crate::report::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use crate::run::judge::RIGHT_M;
+use crate::run::trace::Trace;
 use glam::DVec3;
+use hwall::reachability::WallMaps;
 use hwall_scene::{Scene, SurfaceId};
 use plotters::prelude::*;
 use std::path::Path;
 
 /// Points, colour and name of a line.
 type Series<'a> = (&'a [(f64, f64)], RGBColor, &'a str);
-
-/// What a run leaves behind to draw.
-pub struct Trace {
-    /// Filtered hand, gaps where it was lost.
-    pub hand_m: Vec<(f64, DVec3)>,
-    /// Middle of the board's face.
-    pub board_m: Vec<(f64, DVec3)>,
-    /// Predicted contact points, in the order of [`Kind::ALL`].
-    pub predicted_m: [Vec<DVec3>; 3],
-    /// Time, and distance of the predicted point from the next touch, m; in the same order.
-    pub errors_m: [Vec<(f64, f64)>; 3],
-    /// Touched points within reach, and out of reach.
-    pub touched_m: Vec<DVec3>,
-    /// Touches that the arm cannot reach.
-    pub missed_m: Vec<DVec3>,
-    /// Hand to the predicted point, m.
-    pub hand_distance_m: Vec<(f64, f64)>,
-    /// Board to the predicted point, m.
-    pub board_distance_m: Vec<(f64, f64)>,
-    /// Start and end of each contact that the renderer felt, s.
-    pub contacts_s: Vec<(f64, f64)>,
-    /// Start and end of each time in which the hand was lost, s.
-    pub lost_s: Vec<(f64, f64)>,
-    /// Farthest the wrist reaches from the base axis, m.
-    pub reach_m: f64,
-}
 
 /// Samples further apart than this are not joined by a line, s.
 const GAP_S: f64 = 0.1;
@@ -144,7 +119,7 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
             Ok(())
         };
-    for (kind, colour) in [(Kind::RayCast, pink), (Kind::Fused, sky)] {
+    for (kind, colour) in [(PredictorKind::RayCast, pink), (PredictorKind::Fused, sky)] {
         let points = &trace.predicted_m[kind as usize];
         if !points.is_empty() {
             dots(points, 1, colour, &format!("predicted, {}", kind.name()))?;
@@ -264,11 +239,12 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
         "Predictions to the next touch, until contact (cut off at 300 mm; right: below {:.0} mm)",
         1e3 * RIGHT_M
     );
-    let of = |kind: Kind, colour| (&trace.errors_m[kind as usize][..], colour, kind.name());
+    let of =
+        |kind: PredictorKind, colour| (&trace.errors_m[kind as usize][..], colour, kind.name());
     let series = [
-        of(Kind::RayCast, pink),
-        of(Kind::RayLed, orange),
-        of(Kind::Fused, blue),
+        of(PredictorKind::RayCast, pink),
+        of(PredictorKind::RayLed, orange),
+        of(PredictorKind::Fused, blue),
     ];
     panel(&lowest, &title, "error, mm", 1e3, 300.0, &series)?;
     root.present().map_err(plot_error)

@@ -1,19 +1,21 @@
 //! The table of a run, and its touches as CSV.
 
-use crate::foresight::Kind;
-use crate::numbers;
-use crate::session::Run;
-use crate::touches::{Outcome, RIGHT_M, Touch};
-use crate::wall_maps::WallMaps;
+use crate::input::numbers;
+use crate::person::predictors::PredictorKind;
+use crate::person::touches::Touch;
+use crate::run::closed_loop::{Loss, Run};
+use crate::run::judge::{Outcome, RIGHT_M};
+use hwall::reachability::WallMaps;
 use hwall_hand::LostReason;
 use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
 use hwall_texton::Level;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 
 /// What the run comes to, one line a figure.
 #[must_use]
-pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable {
+pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["what", "value"]);
     let mut row = |what: &str, value: String| {
         table.row([what.to_owned(), value]);
@@ -26,12 +28,14 @@ pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable 
     row("touches", outcomes.len().to_string());
     row("touches within the arm's reach", within.len().to_string());
     row("out of reach, with the reason", reasons(outcomes));
-    let (walls, lines) = maps.size();
+    let (walls, lines) = maps
+        .map()
+        .map_or((0, 0), |map| (map.walls().len(), map.report().lines));
     row(
         "reachability maps of the walls nearby",
         format!(
             "{walls} walls, {lines} lines, {:.1} ms",
-            1e3 * maps.took.as_secs_f64()
+            1e3 * mapping.as_secs_f64()
         ),
     );
     row(
@@ -98,8 +102,12 @@ pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable 
         run.unreachable_frames.to_string(),
     );
     row("board led by", run.leader.name().to_owned());
-    for kind in Kind::ALL {
-        let mut took_ns: Vec<f64> = run.said.iter().map(|s| s.took_ns[kind as usize]).collect();
+    for kind in PredictorKind::ALL {
+        let mut took_ns: Vec<f64> = run
+            .predictions
+            .iter()
+            .map(|p| p.took_ns[kind as usize])
+            .collect();
         took_ns.retain(|t| *t > 0.0);
         took_ns.sort_by(f64::total_cmp);
         let time = |p: f64| format_ns(quantile(&took_ns, p));
@@ -127,7 +135,7 @@ pub fn table(run: &Run, maps: &WallMaps, outcomes: &[Outcome]) -> MarkdownTable 
 /// Touch by touch, for how long before it each predictor had been right; then the medians.
 #[must_use]
 pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownTable {
-    let [a, b, c] = Kind::ALL.map(|kind| format!("{}, ms", kind.name()));
+    let [a, b, c] = PredictorKind::ALL.map(|kind| format!("{}, ms", kind.name()));
     let what = format!(
         "touch: right surface and within {:.0} mm, from how long before contact on",
         1e3 * RIGHT_M
@@ -156,7 +164,11 @@ pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownT
     };
     summary("median", &|i| median(&mut of(i)));
     summary("median gained over the ray cast", &|i| {
-        median(&mut of(i).zip(of(Kind::RayCast as usize)).map(|(a, b)| a - b))
+        median(
+            &mut of(i)
+                .zip(of(PredictorKind::RayCast as usize))
+                .map(|(a, b)| a - b),
+        )
     });
     summary("touches foreseen at all", &|i| {
         leads.iter().filter(|l| l[i].is_some()).count().to_string()
@@ -215,7 +227,7 @@ fn reasons(outcomes: &[Outcome]) -> String {
     )
 }
 
-fn losses(losses: &[(f64, LostReason)]) -> String {
+fn losses(losses: &[Loss]) -> String {
     let name = |reason: &LostReason| match reason {
         LostReason::Jump { speed_m_per_s } => format!("jump of {speed_m_per_s:.0} m/s"),
         LostReason::Gap { gap_s } => format!("gap of {gap_s:.2} s"),
@@ -228,7 +240,7 @@ fn losses(losses: &[(f64, LostReason)]) -> String {
     join(
         losses
             .iter()
-            .map(|(t_s, reason)| format!("{} at {t_s:.2} s", name(reason))),
+            .map(|loss| format!("{} at {:.2} s", name(&loss.reason), loss.t_s)),
     )
 }
 

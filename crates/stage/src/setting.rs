@@ -1,12 +1,13 @@
-//! Sets the stage of the main job: scene, hand and touches in the arm's base frame.
+//! The setting of the main job: scene, hand and touches in the arm's base frame.
 
-use crate::foresight::Company;
-use crate::place::{self, Contacts, Stand};
-use crate::session::Hand;
-use crate::touches::{self, Touch};
+use crate::input::arms::BoardArm;
+use crate::input::floor_pose::FloorPose;
+use crate::input::place::{self, Contacts};
+use crate::person::predictors::TrainingPeople;
+use crate::person::touches::{self, Standing, Touch};
+use crate::run::closed_loop::Hand;
 use anyhow::{anyhow, bail};
 use hwall_hand::{HandFilterConfig, Pose, Recording};
-use hwall_kinematics::SrsArm;
 use hwall_scene::{LoadReport, Scene};
 use hwall_sim::{Person, PersonConfig};
 use std::path::Path;
@@ -21,7 +22,7 @@ const ROOM: (&str, &str) = (
 const TRACKER_S: f64 = 1.0 / 90.0;
 
 /// What the command line asks for.
-pub struct Options<'a> {
+pub struct SettingOptions<'a> {
     /// OBJ file; the built-in room without one.
     pub scene: Option<&'a Path>,
     /// Recording; a simulated person without one.
@@ -31,9 +32,9 @@ pub struct Options<'a> {
     /// Place arm and recording before a wall.
     pub auto: bool,
     /// The arm's base in the scene.
-    pub base: Option<Stand>,
+    pub base: Option<FloorPose>,
     /// The recording's origin in the scene.
-    pub hand_origin: Option<Stand>,
+    pub hand_origin: Option<FloorPose>,
     /// Is the recorded hand made up, its shape always the same?
     pub rigid_hand: bool,
     /// Touches of the simulated person.
@@ -43,7 +44,7 @@ pub struct Options<'a> {
 }
 
 /// Everything the loop needs, in the arm's base frame.
-pub struct Stage {
+pub struct Setting {
     /// The scene.
     pub scene: Scene,
     /// The hand.
@@ -51,17 +52,17 @@ pub struct Stage {
     /// The touches that the hand makes.
     pub touches: Vec<Touch>,
     /// What people like the one with the hand are like, for a predictor to learn from.
-    pub company: Company,
+    pub training_people: TrainingPeople,
     /// What was chosen or repaired, for people.
     pub remarks: Vec<String>,
 }
 
-impl Stage {
+impl Setting {
     /// Loads, places and plans. `arm`: its tool is the board's face.
     ///
     /// # Errors
     /// A file that is missing or malformed, a recording without a reach, no suitable wall.
-    pub fn set(arm: &SrsArm, options: &Options) -> anyhow::Result<Self> {
+    pub fn new(arm: &BoardArm, options: &SettingOptions) -> anyhow::Result<Self> {
         let (scene, remarks) = load_scene(options.scene)?;
         match options.hand {
             Some(path) => Self::recorded(scene, path, options, remarks),
@@ -70,26 +71,29 @@ impl Stage {
     }
 
     fn simulated(
-        arm: &SrsArm,
+        arm: &BoardArm,
         scene: Scene,
-        options: &Options,
+        options: &SettingOptions,
         remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
         if options.hand_origin.is_some() || options.auto {
             bail!("--hand-origin and --place auto place a recording: they need --hand");
         }
-        let scene = in_base(&scene, options.base.unwrap_or(Stand::ORIGIN))?;
+        let scene = in_base(&scene, options.base.unwrap_or(FloorPose::ORIGIN))?;
         let config = PersonConfig::default();
         let person = Person::new(config, options.seed)?;
-        let places = (config.head_m, config.hand_rest_m);
-        let plans = touches::plan(&scene, arm, places, options.touches, options.seed)?;
+        let places = Standing {
+            head_m: config.head_m,
+            hand_m: config.hand_rest_m,
+        };
+        let plans = touches::plan(&scene, arm, &places, options.touches, options.seed)?;
         let sequence = person.plan(&plans)?;
         let touches = touches::of_person(&scene, sequence.touches());
         Ok(Self {
             scene,
             hand: Hand::Simulated(Box::new(sequence), TRACKER_S),
             touches,
-            company: Company::default(),
+            training_people: TrainingPeople::default(),
             remarks,
         })
     }
@@ -97,7 +101,7 @@ impl Stage {
     fn recorded(
         scene: Scene,
         path: &Path,
-        options: &Options,
+        options: &SettingOptions,
         mut remarks: Vec<String>,
     ) -> anyhow::Result<Self> {
         let mut recording = Recording::from_csv_path(path).map_err(|e| named(path, &e))?;
@@ -119,7 +123,10 @@ impl Stage {
                 remarks.push(found.remark);
                 (found.base, hand.unwrap_or(found.hand))
             }
-            (false, base, hand) => (base.unwrap_or(Stand::ORIGIN), hand.unwrap_or(Stand::ORIGIN)),
+            (false, base, hand) => (
+                base.unwrap_or(FloorPose::ORIGIN),
+                hand.unwrap_or(FloorPose::ORIGIN),
+            ),
         };
         remarks.push(format!(
             "the arm's base stands at {base}, the recording's origin at {hand} (x,y,z,yaw)"
@@ -145,12 +152,12 @@ impl Stage {
             .frames()
             .map(|frame| frame.transformed(&map))
             .collect();
-        let company = Company::tracked_as(&frames);
+        let training_people = TrainingPeople::tracked_as(&frames);
         Ok(Self {
             scene,
             hand: Hand::Recorded(frames, filter),
             touches,
-            company,
+            training_people,
             remarks,
         })
     }
@@ -168,7 +175,7 @@ pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
     Ok((scene, repairs(&report)))
 }
 
-fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
+fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
     Ok(scene.placed(base.outer_from_here().inverse())?)
 }
 

@@ -1,12 +1,9 @@
-//! The touches of a run: planned for a simulated person, found in a recording, judged at the end.
+//! The touches of a run: planned for a simulated person, or found in a recording.
 
-use crate::foresight::Said;
-use crate::session::Tick;
-use anyhow::{Context, bail};
+use crate::input::arms::BoardArm;
+use anyhow::bail;
 use glam::{DAffine3, DVec3};
-use hwall_hand::{Reach as HandReach, Recording};
-use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
-use hwall_kinematics::{SrsArm, Unreachable, Verdict};
+use hwall_hand::{Reach, Recording};
 use hwall_scene::{Patch, Scene, SurfaceId};
 use hwall_sim::{TouchPlan, TouchTruth};
 use hwall_testkit::Sampler;
@@ -28,32 +25,14 @@ pub struct Touch {
     pub end_s: f64,
 }
 
-/// How the arm did at one touch.
-#[derive(Debug, Clone)]
-pub struct Outcome {
-    /// The touch.
-    pub touch: Touch,
-    /// Why the board cannot be there, if it cannot.
-    pub unreachable: Option<Unreachable>,
-    /// How long before the hand the board was in place and stayed, s; `None` if it was not.
-    pub lead_s: Option<f64>,
-    /// Distance of the touched point from the middle of the face, along the face, m.
-    pub offset_m: f64,
-    /// Distance of the face from the touched point along the surface's normal, m.
-    pub gap_m: f64,
-    /// From the hand's arrival until the contact was felt, s.
-    pub felt_after_s: Option<f64>,
+/// Where a person stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// The eyes, m.
+    pub head_m: DVec3,
+    /// The resting hand, m.
+    pub hand_m: DVec3,
 }
-
-/// In place: the touched point at least this far from the board's edge, m ...
-const INSET_M: f64 = 0.02;
-/// ... the face this near to the surface, m ...
-const GAP_M: f64 = 0.005;
-/// ... and parallel to it within this, rad.
-const TILT_RAD: f64 = 0.035;
-
-/// A contact may be felt a little before the noise-free crossing, s.
-const FELT_EARLY_S: f64 = 0.05;
 
 /// People touch between the hip and a little above the eyes, m from the eyes.
 const BELOW_EYES_M: f64 = 0.85;
@@ -65,11 +44,12 @@ const ABOVE_EYES_M: f64 = 0.3;
 /// A scene in which too few points are visible and free before the hand.
 pub fn plan(
     scene: &Scene,
-    arm: &SrsArm,
-    (head_m, hand_m): (DVec3, DVec3),
+    arm: &BoardArm,
+    places: &Standing,
     count: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<TouchPlan>> {
+    let Standing { head_m, hand_m } = *places;
     let mut sampler = Sampler::new(seed);
     let patches: Vec<Patch> = scene.vertical_patches();
     if patches.is_empty() {
@@ -85,7 +65,7 @@ pub fn plan(
             let normal = facing(patch.normal, head_m - point_m);
             let suits = point_m.distance(hand_m) < 1.1
                 && (head_m.z - BELOW_EYES_M..head_m.z + ABOVE_EYES_M).contains(&point_m.z)
-                && reason(arm, point_m, normal).ok()?.is_none() == want_reachable
+                && arm.unreachable(point_m, normal).ok()?.is_none() == want_reachable
                 && scene.visible(head_m, point_m + normal * 0.01).ok()?
                 && scene.visible(hand_m, point_m + normal * 0.05).ok()?;
             suits.then_some(TouchPlan {
@@ -132,7 +112,7 @@ pub fn of_recording(
     scene: &Scene,
     recording: &Recording,
     base_from_hand: DAffine3,
-    contacts: &[HandReach],
+    contacts: &[Reach],
 ) -> anyhow::Result<Vec<Touch>> {
     let mut touches = Vec::new();
     for reach in contacts {
@@ -187,117 +167,6 @@ fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<
     };
     let beside = scene.closest_touchable(end, BESIDE_M)?;
     Ok(beside.map(|c| (t_s, c.point_m, c.normal, c.surface)))
-}
-
-/// Judges every touch from the log of the run.
-///
-/// # Errors
-/// A touch outside the run.
-pub fn judge(
-    arm: &SrsArm,
-    board: &Board,
-    touches: &[Touch],
-    ticks: &[Tick],
-) -> anyhow::Result<Vec<Outcome>> {
-    touches
-        .iter()
-        .map(|touch| judge_one(arm, board, touch, ticks))
-        .collect()
-}
-
-fn judge_one(
-    arm: &SrsArm,
-    board: &Board,
-    touch: &Touch,
-    ticks: &[Tick],
-) -> anyhow::Result<Outcome> {
-    let at = ticks.partition_point(|tick| tick.t_s <= touch.contact_s);
-    let last = at.checked_sub(1).context("a touch before the run began")?;
-    let in_place = |tick: &Tick| {
-        let p = tick
-            .base_from_board
-            .inverse()
-            .transform_point(touch.point_m);
-        let on_board =
-            p.x.abs() <= board.half_width_m - INSET_M && p.y.abs() <= board.half_height_m - INSET_M;
-        let tilt = tick
-            .base_from_board
-            .rotation()
-            .z_axis
-            .angle_between(touch.normal);
-        on_board && p.z.abs() <= GAP_M && tilt <= TILT_RAD
-    };
-    let steady = ticks[..=last]
-        .iter()
-        .rev()
-        .take_while(|tick| in_place(tick))
-        .last();
-    let p = ticks[last]
-        .base_from_board
-        .inverse()
-        .transform_point(touch.point_m);
-    // A press that is felt elsewhere is not this touch.
-    let board_holds = |tick: &Tick| {
-        let p = tick
-            .base_from_board
-            .inverse()
-            .transform_point(touch.point_m);
-        p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
-    };
-    let from = ticks.partition_point(|tick| tick.t_s < touch.contact_s - FELT_EARLY_S);
-    let felt = ticks[from..]
-        .iter()
-        .take_while(|tick| tick.t_s <= touch.end_s)
-        .find(|tick| tick.in_contact && board_holds(tick));
-    Ok(Outcome {
-        touch: touch.clone(),
-        unreachable: reason(arm, touch.point_m, touch.normal)?,
-        lead_s: steady.map(|tick| touch.contact_s - tick.t_s),
-        offset_m: p.truncate().length(),
-        gap_m: p.z.abs(),
-        felt_after_s: felt.map(|tick| tick.t_s - touch.contact_s),
-    })
-}
-
-/// A prediction is right on the touched surface and this near to the touched point, m: half the
-/// board's half width.
-pub const RIGHT_M: f64 = 0.05;
-
-/// For how long before each touch each predictor had been right without a break, s, in the order
-/// of [`Kind::ALL`](crate::foresight::Kind::ALL); `None`: wrong in the last sample.
-///
-/// Samples before the touch before was over do not count.
-#[must_use]
-pub fn leads(scene: &Scene, touches: &[Touch], said: &[Said]) -> Vec<[Option<f64>; 3]> {
-    let mut since_s = f64::NEG_INFINITY;
-    let of_touch = |touch: &Touch| {
-        let from = said.partition_point(|s| s.t_s <= since_s);
-        let until = said.partition_point(|s| s.t_s <= touch.contact_s).max(from);
-        since_s = touch.end_s;
-        std::array::from_fn(|i| {
-            let right = |s: &&Said| {
-                s.first[i].is_some_and(|(surface, point_m)| {
-                    scene.surface(surface).name == touch.surface
-                        && point_m.distance(touch.point_m) <= RIGHT_M
-                })
-            };
-            let first = said[from..until].iter().rev().take_while(right).last();
-            first.map(|s| touch.contact_s - s.t_s)
-        })
-    };
-    touches.iter().map(of_touch).collect()
-}
-
-/// Why no quarter turn of the board can present a point; `None` if one can.
-fn reason(arm: &SrsArm, point_m: DVec3, normal: DVec3) -> anyhow::Result<Option<Unreachable>> {
-    let mut first = None;
-    for roll in QUARTER_TURNS_RAD {
-        match arm.verdict(&board_pose(point_m, normal, roll)?) {
-            Verdict::Reachable(_) => return Ok(None),
-            Verdict::Unreachable(why) => first = first.or(Some(why)),
-        }
-    }
-    Ok(first)
 }
 
 /// A random point of a patch, a hand's breadth from its outline.

@@ -12,7 +12,7 @@ const SACCADE_SDS: f64 = 3.5;
 
 /// One touch that is judged.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch {
+pub struct SurfaceTouch {
     /// The surface touched.
     pub surface: SurfaceId,
     /// Where, m, and the unit normal there.
@@ -30,13 +30,13 @@ pub struct Stream {
     /// As the tracker saw them.
     pub frames: Vec<HandFrame>,
     /// In order of time.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<SurfaceTouch>,
 }
 
 impl Stream {
     /// Both in order of time.
     #[must_use]
-    pub const fn new(frames: Vec<HandFrame>, touches: Vec<Touch>) -> Self {
+    pub const fn new(frames: Vec<HandFrame>, touches: Vec<SurfaceTouch>) -> Self {
         Self { frames, touches }
     }
 }

@@ -1,8 +1,9 @@
 //! Who foresees the touches of the main job: three predictors on the same samples, one of which
 //! leads the board.
 
-use crate::touches;
-use crate::training::{self, Stream};
+use crate::input::arms::BoardArm;
+use crate::person::touches::{self, Standing};
+use crate::person::training::{self, Stream};
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
@@ -10,14 +11,13 @@ use hwall_contact::{
     LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorConfig, PredictorInput,
 };
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
-use hwall_kinematics::SrsArm;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
 use std::time::Instant;
 
 /// A way to foresee touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum PredictorKind {
     /// The learned estimate of where the motion ends, fused with gaze and surfaces
     Fused,
     /// The gaze ray; without a gaze, the ray along the hand's motion
@@ -26,7 +26,7 @@ pub enum Kind {
     RayCast,
 }
 
-impl Kind {
+impl PredictorKind {
     /// In the order of tables and legends.
     pub const ALL: [Self; 3] = [Self::Fused, Self::RayLed, Self::RayCast];
 
@@ -43,7 +43,7 @@ impl Kind {
 
 /// Whom the predictor learns from, and what a tracker sees of them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Company {
+pub struct TrainingPeople {
     /// Where they stand, and how fast they reach.
     pub person: PersonConfig,
     /// Points of the hand that are tracked.
@@ -54,7 +54,7 @@ pub struct Company {
     pub gaze: bool,
 }
 
-impl Default for Company {
+impl Default for TrainingPeople {
     /// The simulated person's: all different, everything tracked.
     fn default() -> Self {
         Self {
@@ -66,8 +66,8 @@ impl Default for Company {
     }
 }
 
-impl Company {
-    /// The simulated people of [`Company::default`], of whom no more is tracked than of the hand in a
+impl TrainingPeople {
+    /// The simulated people of [`TrainingPeople::default`], of whom no more is tracked than of the hand in a
     /// recording. Nothing else of it is used: neither where it is nor how fast, which nobody knows before
     /// the touches that are to be foreseen.
     #[must_use]
@@ -97,25 +97,35 @@ const CLEAR_M: f64 = 0.1;
 /// Period of their tracker, s.
 const TRACKER_S: f64 = 1.0 / 90.0;
 
-/// What the predictors said to one sample: surface and point of the most probable answer.
+/// A place on a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePlace {
+    /// The surface.
+    pub surface: SurfaceId,
+    /// Where on it, m.
+    pub point_m: DVec3,
+}
+
+/// What all predictors made of one sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Said {
+pub struct PredictionRecord {
     /// Time of the sample, s.
     pub t_s: f64,
-    /// In the order of [`Kind::ALL`]; `None`: nothing in sight.
-    pub first: [Option<(SurfaceId, DVec3)>; 3],
+    /// The most probable contact, in the order of [`PredictorKind::ALL`]; `None`: nothing in sight.
+    pub likeliest: [Option<SurfacePlace>; 3],
     /// Time that each took, ns; 0 where there is no such predictor.
     pub took_ns: [f64; 3],
 }
 
 /// The three predictors, those that there are.
-pub struct Foresight {
+pub struct Predictors {
     predictors: [Option<Box<dyn Predictor>>; 3],
-    leader: Kind,
+    leader: PredictorKind,
     answers: Vec<ContactPrediction>,
+    records: Vec<PredictionRecord>,
 }
 
-impl Foresight {
+impl Predictors {
     /// Trains for a scene and for people like those to come; `leader` leads the board, by default the
     /// fused predictor, or the ray-led one where nobody can be learnt from. Also says what was learnt
     /// from whom, for people.
@@ -124,25 +134,25 @@ impl Foresight {
     /// The fused predictor is asked for, but in this scene there is nobody to learn from.
     pub fn train(
         scene: &Scene,
-        arm: &SrsArm,
-        company: &Company,
-        leader: Option<Kind>,
+        arm: &BoardArm,
+        people: &TrainingPeople,
+        leader: Option<PredictorKind>,
     ) -> anyhow::Result<(Self, String)> {
         let began = Instant::now();
-        let (fused, leader, remark) = match fused(scene, arm, company) {
+        let (fused, leader, remark) = match fused(scene, arm, people) {
             Ok((fused, reaches)) => {
                 let remark = format!(
                     "split: the fused predictor learnt from {reaches} simulated reaches of {PEOPLE} people of seed {SEED:#x}, none of whom is judged, in {:.1} s",
                     began.elapsed().as_secs_f64()
                 );
-                (Some(fused), leader.unwrap_or(Kind::Fused), remark)
+                (Some(fused), leader.unwrap_or(PredictorKind::Fused), remark)
             }
-            Err(error) if leader == Some(Kind::Fused) => {
+            Err(error) if leader == Some(PredictorKind::Fused) => {
                 return Err(error.context("the fused predictor cannot be trained"));
             }
             Err(error) => {
                 let remark = format!("no fused predictor, nobody to learn from: {error:#}");
-                (None, leader.unwrap_or(Kind::RayLed), remark)
+                (None, leader.unwrap_or(PredictorKind::RayLed), remark)
             }
         };
         let ray = |config| -> anyhow::Result<Option<Box<dyn Predictor>>> {
@@ -158,52 +168,61 @@ impl Foresight {
             predictors,
             leader,
             answers,
+            records: Vec::new(),
         };
         Ok((all, remark))
     }
 
     /// Who leads the board.
     #[must_use]
-    pub const fn leader(&self) -> Kind {
+    pub const fn leader(&self) -> PredictorKind {
         self.leader
     }
 
+    /// What all of them made of every sample so far.
+    #[must_use]
+    pub fn records(&self) -> &[PredictionRecord] {
+        &self.records
+    }
+}
+
+impl Predictor for Predictors {
     /// Asks all of them; the answers are the leader's.
-    pub fn step(
-        &mut self,
-        scene: &Scene,
-        seen: &PredictorInput<'_>,
-    ) -> (&[ContactPrediction], Said) {
-        let mut said = Said {
-            t_s: seen.frame.t_s,
-            first: [None; 3],
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let mut record = PredictionRecord {
+            t_s: input.frame.t_s,
+            likeliest: [None; 3],
             took_ns: [0.0; 3],
         };
         for (i, predictor) in self.predictors.iter_mut().enumerate() {
             let Some(predictor) = predictor else { continue };
             let began = Instant::now();
-            let answers = predictor.predict(scene, seen);
-            said.took_ns[i] = began.elapsed().as_secs_f64() * 1e9;
-            said.first[i] = answers.first().map(|p| (p.surface, p.point_m));
+            let answers = predictor.predict(scene, input);
+            record.took_ns[i] = began.elapsed().as_secs_f64() * 1e9;
+            record.likeliest[i] = answers.first().map(|p| SurfacePlace {
+                surface: p.surface,
+                point_m: p.point_m,
+            });
             if i == self.leader as usize {
                 self.answers.clear();
                 self.answers.extend_from_slice(answers);
             }
         }
-        (&self.answers, said)
+        self.records.push(record);
+        &self.answers
     }
 }
 
 /// The fused predictor, and how many reaches it learnt from.
 fn fused(
     scene: &Scene,
-    arm: &SrsArm,
-    company: &Company,
+    arm: &BoardArm,
+    people: &TrainingPeople,
 ) -> anyhow::Result<(FusedPredictor<LearnedEstimator>, usize)> {
-    let reaches = demonstrations(scene, arm, company)?;
+    let reaches = demonstrations(scene, arm, people)?;
     let model = LearnedModel::train(&reaches, &LearnedConfig::default())?;
     let mut gaze = GazeModel::default();
-    if company.gaze {
+    if people.gaze {
         gaze = gaze.fit(&reaches)?;
     }
     let config = FusedConfig {
@@ -219,30 +238,33 @@ fn fused(
 /// Reaches of other people for places in the scene, as the live filters see them.
 fn demonstrations(
     scene: &Scene,
-    arm: &SrsArm,
-    company: &Company,
+    arm: &BoardArm,
+    people: &TrainingPeople,
 ) -> anyhow::Result<Vec<LabelledReach>> {
-    let population = Population::new(company.person, SEED)?;
+    let population = Population::new(people.person, SEED)?;
     let streams = (0..PEOPLE)
         .map(|number| {
             let person = population.person(number);
-            let places = (person.head_m(), company.person.hand_rest_m);
-            let mut plans = touches::plan(scene, arm, places, TOUCHES, SEED ^ number)?;
-            let before_m = |plan: &TouchPlan| (places.1 - plan.target_m).dot(plan.normal);
+            let places = Standing {
+                head_m: person.head_m(),
+                hand_m: people.person.hand_rest_m,
+            };
+            let mut plans = touches::plan(scene, arm, &places, TOUCHES, SEED ^ number)?;
+            let before_m = |plan: &TouchPlan| (places.hand_m - plan.target_m).dot(plan.normal);
             plans.retain(|plan| before_m(plan) > CLEAR_M);
-            stream(scene, &person.plan(&plans)?, company)
+            stream(scene, &person.plan(&plans)?, people)
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
-    training::reaches(&streams, company.person.gaze_noise_rad)
+    training::reaches(&streams, people.person.gaze_noise_rad)
 }
 
-fn stream(scene: &Scene, hand: &TouchSequence, company: &Company) -> anyhow::Result<Stream> {
+fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {
     let count = (hand.duration_s() / TRACKER_S) as usize;
     let frames = (0..count)
         .map(|i| {
             let tracked = hand.tracked(i as f64 * TRACKER_S);
-            let mut frame = tracked.limited_to(&company.points, company.gaze);
-            frame.head_m = frame.head_m.filter(|_| company.head);
+            let mut frame = tracked.limited_to(&people.points, people.gaze);
+            frame.head_m = frame.head_m.filter(|_| people.head);
             frame
         })
         .collect();
@@ -252,7 +274,7 @@ fn stream(scene: &Scene, hand: &TouchSequence, company: &Company) -> anyhow::Res
         // The outline of a patch spans its holes: a place in one of them is on no surface.
         .filter_map(|truth| {
             let closest = scene.closest_touchable(truth.target_m, 0.05).transpose()?;
-            Some(closest.map(|closest| training::Touch {
+            Some(closest.map(|closest| training::SurfaceTouch {
                 surface: closest.surface,
                 target_m: truth.target_m,
                 normal: truth.normal,

@@ -1,0 +1,212 @@
+//! Arms by name or URDF file, for the command line.
+
+use anyhow::{Context, bail};
+use glam::DVec3;
+use hwall::haptics::{Board, QUARTER_TURNS_RAD, board_pose};
+use hwall::reachability::WallMaps;
+use hwall::scene::Scene;
+use hwall_kinematics::{
+    ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, KinematicsError, NearestConfig,
+    SrsArm, Unreachable, Verdict,
+};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Where the dissertation's arm starts, degrees: board upright, facing the person.
+pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
+
+/// An arm that carries the board: its tool is the middle of the face.
+#[derive(Debug, Clone)]
+pub struct BoardArm {
+    kinematics: Arc<dyn ArmKinematics>,
+    /// Exact verdicts and maps, for arms that have them.
+    closed_form: Option<SrsArm>,
+    start: JointPositions,
+}
+
+impl BoardArm {
+    /// `iiwa7`, `iiwa14` or the path of a URDF file of an arm with at most seven joints.
+    ///
+    /// # Errors
+    /// An unknown name, a file that cannot be read as URDF, an arm of more joints, one that can present the board
+    /// nowhere in front of it.
+    pub fn named(name: &str, board: &Board) -> anyhow::Result<Self> {
+        if let Ok(arm) = closed_form(name) {
+            return Self::from_srs(&arm, board);
+        }
+        let chain = ChainArm::new(chain(name)?)?.with_tool(board.flange_from_board_face()?);
+        let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
+        let start = start_of(&*kinematics).with_context(|| {
+            format!("{name}: the arm can hold the board upright nowhere in front of it")
+        })?;
+        Ok(Self {
+            kinematics,
+            closed_form: None,
+            start,
+        })
+    }
+
+    /// An arm with a closed form.
+    ///
+    /// # Errors
+    /// A board that is none.
+    pub fn from_srs(arm: &SrsArm, board: &Board) -> anyhow::Result<Self> {
+        let arm = arm.with_tool(board.flange_from_board_face()?);
+        Ok(Self {
+            kinematics: Arc::new(arm.clone()),
+            closed_form: Some(arm),
+            start: JointPositions::from_deg(START_DEG),
+        })
+    }
+
+    /// What a session and a simulation need of it.
+    #[must_use]
+    pub const fn kinematics(&self) -> &Arc<dyn ArmKinematics> {
+        &self.kinematics
+    }
+
+    /// Where it starts.
+    #[must_use]
+    pub const fn start(&self) -> JointPositions {
+        self.start
+    }
+
+    /// Maps of the walls of a scene; without any for an arm whose solver decides alone.
+    ///
+    /// # Errors
+    /// As for [`hwall::maps_of`].
+    pub fn maps_of(&self, scene: &Scene) -> anyhow::Result<WallMaps> {
+        match &self.closed_form {
+            Some(arm) => Ok(hwall::maps_of(scene, arm)?),
+            None => Ok(WallMaps::default()),
+        }
+    }
+
+    /// Why no quarter turn of the board can present a point of a surface; `None` if one can. Proven for an arm with a
+    /// closed form; a numeric search that failed proves nothing.
+    ///
+    /// # Errors
+    /// A place that is no place.
+    pub fn unreachable(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+    ) -> anyhow::Result<Option<Unreachable>> {
+        let config = NearestConfig {
+            policy: BranchPolicy::Any,
+            ..NearestConfig::default()
+        };
+        let mut first = None;
+        for roll_rad in QUARTER_TURNS_RAD {
+            let pose = board_pose(point_m, normal, roll_rad)?;
+            let reason = match &self.closed_form {
+                Some(arm) => match arm.verdict(&pose) {
+                    Verdict::Reachable(_) => None,
+                    Verdict::Unreachable(reason) => Some(reason),
+                },
+                None => {
+                    let mut scratch = self.kinematics.scratch();
+                    match self
+                        .kinematics
+                        .nearest(&pose, &self.start, &config, &mut scratch)
+                    {
+                        Ok(_) => None,
+                        Err(KinematicsError::Unreachable(reason)) => Some(reason),
+                        Err(other) => return Err(other.into()),
+                    }
+                }
+            };
+            match reason {
+                None => return Ok(None),
+                Some(reason) => first = first.or(Some(reason)),
+            }
+        }
+        Ok(first)
+    }
+
+    /// How far from its base the board gets, m: for figures.
+    #[must_use]
+    pub fn span_m(&self) -> f64 {
+        if let Some(arm) = &self.closed_form {
+            let g = arm.geometry();
+            return g.d_se_m + g.d_ew_m + g.d_wf_m;
+        }
+        let mut sampler = hwall_testkit::Sampler::new(1);
+        let limits = *self.kinematics.limits();
+        let mut most: f64 = 0.0;
+        for _ in 0..2000 {
+            let q = limits.map(|l| sampler.uniform(l.min_rad, l.max_rad.max(l.min_rad + 1e-9)));
+            let at_m = self.kinematics.forward(&JointPositions(q)).position_m();
+            most = most.max(at_m.truncate().length());
+        }
+        most
+    }
+}
+
+/// A configuration with the board upright in front of the base.
+fn start_of(arm: &dyn ArmKinematics) -> Option<JointPositions> {
+    let middle = JointPositions(arm.limits().map(|l| 0.5 * (l.min_rad + l.max_rad)));
+    let config = NearestConfig {
+        policy: BranchPolicy::Any,
+        ..NearestConfig::default()
+    };
+    let mut scratch = arm.scratch();
+    for x_m in [0.45, 0.35, 0.55, 0.65] {
+        for z_m in [0.5, 0.4, 0.6, 0.3] {
+            let pose = board_pose(DVec3::new(x_m, 0.0, z_m), DVec3::X, 0.0).ok()?;
+            if let Ok(found) = arm.nearest(&pose, &middle, &config, &mut scratch) {
+                return Some(found.q);
+            }
+        }
+    }
+    None
+}
+
+/// `iiwa7`, `iiwa14` or the path of a URDF file, as a general chain with its inertials.
+///
+/// # Errors
+/// An unknown name, or a file that cannot be read as URDF.
+pub fn chain(name: &str) -> anyhow::Result<Chain> {
+    match name {
+        "iiwa7" => Ok(Chain::iiwa7()),
+        "iiwa14" => Ok(Chain::iiwa14()),
+        path if path.to_ascii_lowercase().ends_with(".urdf") => {
+            Ok(Chain::from_urdf_file(Path::new(path), None, None)?)
+        }
+        other => bail!("--arm {other}: expected iiwa7, iiwa14 or a path that ends in .urdf"),
+    }
+}
+
+/// `iiwa7` or `iiwa14`, in closed form.
+///
+/// # Errors
+/// An unknown name.
+pub fn closed_form(name: &str) -> anyhow::Result<SrsArm> {
+    match name {
+        "iiwa7" => Ok(SrsArm::iiwa7()),
+        "iiwa14" => Ok(SrsArm::iiwa14()),
+        other => bail!("--arm {other}: expected iiwa7 or iiwa14"),
+    }
+}
+
+/// `x,y,...` as exactly `N` finite numbers.
+///
+/// # Errors
+/// Another count, or a value that is no finite number.
+pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
+    let values: Vec<f64> = text
+        .split(',')
+        .map(|part| {
+            let value: f64 = part
+                .trim()
+                .parse()
+                .with_context(|| format!("{part:?} is no number"))?;
+            anyhow::ensure!(value.is_finite(), "{part:?} is not finite");
+            Ok(value)
+        })
+        .collect::<anyhow::Result<_>>()?;
+    let count = values.len();
+    values
+        .try_into()
+        .map_err(|_| anyhow::anyhow!("expected {N} numbers, got {count}"))
+}

@@ -1,0 +1,45 @@
+//! Where something stands on the floor.
+
+use glam::{DAffine3, DMat3, DVec3, dvec3};
+
+/// Position and heading on the floor plan: yaw about z, then translation.
+#[derive(Debug, Clone, Copy)]
+pub struct FloorPose {
+    /// Origin, m.
+    pub origin_m: DVec3,
+    /// Heading, rad.
+    pub yaw_rad: f64,
+}
+
+impl std::fmt::Display for FloorPose {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let DVec3 { x, y, z } = self.origin_m;
+        write!(f, "{x:.3},{y:.3},{z:.3},{:.1}", self.yaw_rad.to_degrees())
+    }
+}
+
+impl FloorPose {
+    /// At the origin of the scene, along its x axis.
+    pub const ORIGIN: Self = Self {
+        origin_m: DVec3::ZERO,
+        yaw_rad: 0.0,
+    };
+
+    /// From `x,y,z,yaw` in metres and degrees.
+    ///
+    /// # Errors
+    /// Anything but four finite numbers.
+    pub fn parse(text: &str) -> anyhow::Result<Self> {
+        let [x, y, z, yaw] = crate::input::arms::parse_list::<4>(text)?;
+        Ok(Self {
+            origin_m: dvec3(x, y, z),
+            yaw_rad: yaw.to_radians(),
+        })
+    }
+
+    /// `outer_from_here`.
+    #[must_use]
+    pub fn outer_from_here(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(DMat3::from_rotation_z(self.yaw_rad), self.origin_m)
+    }
+}

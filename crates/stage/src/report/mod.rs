@@ -1,0 +1,5 @@
+//! Tables and figures of a run, and the look that all figures share.
+
+pub mod figures;
+pub mod run_figures;
+pub mod tables;

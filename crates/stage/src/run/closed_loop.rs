@@ -1,0 +1,447 @@
+//! The closed loop of the main job: a hand, a session and the simulated arm on one clock.
+
+use crate::input::arms::BoardArm;
+use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors};
+use crate::run::texture_log::{TextureLog, TextureTouch};
+use crate::run::tick::Tick;
+use crate::run::trace::{Trace, TraceLog};
+use glam::DVec3;
+use hwall::haptics::{ArmCommand, ArmState, Board, RendererConfig};
+use hwall::reachability::{Presented, WallMaps};
+use hwall::{
+    Controller, Cycle, EventKind, Session, SessionConfig, SessionState, Surroundings, WorldPose,
+    drive,
+};
+use hwall_contact::{PredictionSource, Predictor};
+use hwall_hand::{HandFilterConfig, HandFrame, LostReason, Tracking};
+use hwall_scene::Scene;
+use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError, TouchSequence};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A hand to follow.
+pub enum Hand {
+    /// A simulated person, sampled by a tracker at this period, s.
+    Simulated(Box<TouchSequence>, f64),
+    /// Recorded frames in the base frame, in order of time, and how to filter them.
+    Recorded(Vec<HandFrame>, HandFilterConfig),
+}
+
+impl Hand {
+    /// First and last instant, s.
+    #[must_use]
+    pub fn span_s(&self) -> (f64, f64) {
+        match self {
+            Self::Simulated(sequence, _) => (0.0, sequence.duration_s()),
+            Self::Recorded(frames, _) => (
+                frames.first().map_or(0.0, |f| f.t_s),
+                frames.last().map_or(0.0, |f| f.t_s),
+            ),
+        }
+    }
+
+    /// How frames of it are to be filtered.
+    #[must_use]
+    pub fn filter(&self) -> HandFilterConfig {
+        match self {
+            Self::Simulated(..) => HandFilterConfig::simulated(),
+            Self::Recorded(_, filter) => *filter,
+        }
+    }
+
+    /// The next frame not later than `t_s`; `next` counts frames.
+    fn frame(&self, next: &mut usize, t_s: f64) -> Option<HandFrame> {
+        let frame = match self {
+            Self::Simulated(sequence, period_s) => {
+                let due_s = *next as f64 * period_s;
+                (due_s <= t_s).then(|| sequence.sample(due_s).hand_frame())
+            }
+            Self::Recorded(frames, _) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
+        };
+        *next += usize::from(frame.is_some());
+        frame
+    }
+}
+
+/// A finished run.
+pub struct Run {
+    /// One entry a control step.
+    pub ticks: Vec<Tick>,
+    /// Time of each control step, ns, in rising order: all that [`Session::step`] does.
+    pub step_ns: Vec<f64>,
+    /// Who led the board.
+    pub leader: PredictorKind,
+    /// What the predictors made of the frames, one by one.
+    pub predictions: Vec<PredictionRecord>,
+    /// For the figures.
+    pub trace: Trace,
+    /// Frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
+    pub sources: [usize; 5],
+    /// Frames in which the target was out of reach.
+    pub unreachable_frames: usize,
+    /// Predictions that were looked up in the maps, and for which the board was sent to the
+    /// nearest place in reach instead.
+    pub look_ups: usize,
+    /// See `look_ups`.
+    pub moved: usize,
+    /// Each loss of the hand: when, and why.
+    pub losses: Vec<Loss>,
+    /// Each touch of a textured surface; `None`: the board presents none.
+    pub textures: Option<Vec<TextureTouch>>,
+}
+
+/// The hand was lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loss {
+    /// When, s.
+    pub t_s: f64,
+    /// Why.
+    pub reason: LostReason,
+}
+
+/// What a run needs besides the predictors.
+pub struct RunSetup<'a> {
+    /// The arm, its tool the board's face.
+    pub arm: &'a BoardArm,
+    /// The board.
+    pub board: &'a Board,
+    /// What is touched.
+    pub scene: &'a Scene,
+    /// Where the arm reaches its walls.
+    pub maps: &'a WallMaps,
+    /// Who touches.
+    pub hand: &'a Hand,
+    /// Does the board present the roughness of surfaces?
+    pub textured: bool,
+    /// Control period, s.
+    pub period_s: f64,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
+}
+
+/// Runs the loop to the end of the hand, calling `progress` with the share done.
+///
+/// # Errors
+/// A configuration that a crate refuses, or a state that the simulated arm does.
+pub fn run(
+    setup: &RunSetup<'_>,
+    predictors: Predictors,
+    mut progress: impl FnMut(f64),
+) -> anyhow::Result<Run> {
+    let (start_s, end_s) = setup.hand.span_s();
+    let steps = ((end_s - start_s) / setup.period_s).floor().max(0.0) as usize;
+    let leader = predictors.leader();
+    let config = SessionConfig {
+        renderer: RendererConfig::default(),
+        hand: setup.hand.filter(),
+        arm_minus_tracker_s: -start_s,
+        texture: setup.textured,
+        ..SessionConfig::default()
+    };
+    let session = Session::new(
+        &**setup.arm.kinematics(),
+        setup.board,
+        setup.scene.clone(),
+        setup.maps.clone(),
+        predictors,
+        config,
+    )?;
+    let mut texture = session
+        .perception()
+        .texture_levels()
+        .map(|levels| TextureLog::new(setup.scene, levels.clone()));
+    let servo = ServoConfig {
+        seed: setup.seed,
+        ..ServoConfig::default()
+    };
+    let model = Arc::clone(session.control().arm());
+    let mut arm = ServoArm::new(model, setup.arm.start(), servo)?;
+    let mut simulation = Simulation {
+        hand: setup.hand,
+        finger: HandContact {
+            half_extent_m: setup.board.half_width_m,
+            ..HandContact::default()
+        },
+        tip: Fingertip::default(),
+        start_s,
+        period_s: setup.period_s,
+        steps,
+        next_step: 0,
+        next_frame: 0,
+        frames: 0,
+    };
+    let mut timed = Timed {
+        session,
+        step_ns: Vec::with_capacity(steps + 1),
+    };
+    let mut log = Log::new(steps, start_s, setup.arm.span_m());
+    drive(
+        &mut timed,
+        &mut arm,
+        &mut simulation,
+        |timed, arm, simulation, cycle| {
+            let session = &mut timed.session;
+            let frames = std::mem::take(&mut simulation.frames);
+            while let Some(event) = session.next_event() {
+                if let Some(texture) = &mut texture {
+                    texture.event(&event);
+                }
+                log.event(&event, simulation);
+            }
+            let tip = simulation.advance(arm, cycle)?;
+            if let (Some(texture), Some(moving)) = (&mut texture, session.control().texture()) {
+                texture.feel(cycle.t_s, &arm.pose(), tip, &arm.twist(), moving.scan_rad());
+            }
+            log.tick(session, arm, cycle, frames > 0);
+            progress((simulation.next_step - 1) as f64 / steps.max(1) as f64);
+            Ok(())
+        },
+    )?;
+    let Timed {
+        session,
+        mut step_ns,
+    } = timed;
+    step_ns.sort_by(f64::total_cmp);
+    let predictions = session.perception().predictor().records().to_vec();
+    Ok(Run {
+        textures: texture.map(TextureLog::into_touches),
+        ..log.finish(leader, predictions, step_ns)
+    })
+}
+
+/// A session whose steps are timed.
+struct Timed<P> {
+    session: Session<P>,
+    step_ns: Vec<f64>,
+}
+
+impl<P: Predictor> Controller for Timed<P> {
+    fn frame(&mut self, frame: &HandFrame) {
+        self.session.frame(frame);
+    }
+
+    fn world(&mut self, pose: &WorldPose) {
+        Controller::world(&mut self.session, pose);
+    }
+
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        let began = Instant::now();
+        let command = self.session.step(now_s, state);
+        self.step_ns.push(began.elapsed().as_secs_f64() * 1e9);
+        command
+    }
+}
+
+/// Time, hand and fingertip around the simulated arm, whose clock starts at zero.
+struct Simulation<'a> {
+    hand: &'a Hand,
+    finger: HandContact,
+    tip: Fingertip,
+    /// The hand's time at the arm's zero, s.
+    start_s: f64,
+    period_s: f64,
+    steps: usize,
+    next_step: usize,
+    next_frame: usize,
+    /// Frames given since somebody asked last.
+    frames: usize,
+}
+
+impl Surroundings<ServoArm> for Simulation<'_> {
+    fn next_cycle(&mut self, _: &mut ServoArm) -> Result<Option<f64>, SimError> {
+        let now_s = self.next_step as f64 * self.period_s;
+        self.next_step += 1;
+        Ok((self.next_step <= self.steps + 1).then_some(now_s))
+    }
+
+    fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
+        let frame = self
+            .hand
+            .frame(&mut self.next_frame, self.start_s + now_s)?;
+        self.tip.frame = Some(frame);
+        self.frames += 1;
+        Some(frame)
+    }
+}
+
+impl Simulation<'_> {
+    /// Moves the arm on by a period and lets the fingertip press the board. Where the fingertip is, m.
+    fn advance(&mut self, arm: &mut ServoArm, cycle: &Cycle) -> Result<Option<DVec3>, SimError> {
+        arm.advance(self.period_s)?;
+        let (tip_m, velocity) = self.tip.at(self.hand, self.start_s + cycle.t_s);
+        let wrench = match tip_m {
+            Some(tip_m) => {
+                let relative = velocity - arm.twist().linear_m_per_s;
+                self.finger.wrench(&arm.pose(), tip_m, relative)?
+            }
+            None => None,
+        };
+        arm.apply_wrench(wrench.unwrap_or_default())?;
+        Ok(tip_m)
+    }
+}
+
+/// The fingertip that meets the board: the true one of a simulated person, the measured one of a
+/// recording while the hand is tracked.
+#[derive(Default)]
+struct Fingertip {
+    /// The newest frame, not yet looked at.
+    frame: Option<HandFrame>,
+    point_m: Option<DVec3>,
+    velocity: DVec3,
+}
+
+impl Fingertip {
+    /// What the session made of the newest frame.
+    fn measured(&mut self, tracking: &Tracking) {
+        let frame = self.frame.take();
+        self.point_m = tracking
+            .state()
+            .and(frame.as_ref())
+            .and_then(HandFrame::contact_point)
+            .map(|p| p.position_m);
+        self.velocity = tracking.state().map_or(DVec3::ZERO, |s| s.velocity_m_per_s);
+    }
+
+    fn at(&self, hand: &Hand, t_s: f64) -> (Option<DVec3>, DVec3) {
+        match hand {
+            Hand::Simulated(sequence, _) => (
+                Some(sequence.true_index_tip(t_s)),
+                sequence.true_index_velocity_m_per_s(t_s),
+            ),
+            Hand::Recorded(..) => (self.point_m, self.velocity),
+        }
+    }
+}
+
+struct Log {
+    ticks: Vec<Tick>,
+    trace: TraceLog,
+    /// The hand's time at the arm's zero, s.
+    start_s: f64,
+    sources: [usize; 5],
+    unreachable_frames: usize,
+    look_ups: usize,
+    moved: usize,
+    losses: Vec<Loss>,
+    lost: bool,
+    tracked: bool,
+}
+
+impl Log {
+    fn new(steps: usize, start_s: f64, span_m: f64) -> Self {
+        Self {
+            ticks: Vec::with_capacity(steps + 1),
+            trace: TraceLog::new(span_m),
+            start_s,
+            sources: [0; 5],
+            unreachable_frames: 0,
+            look_ups: 0,
+            moved: 0,
+            losses: Vec::new(),
+            lost: false,
+            tracked: false,
+        }
+    }
+
+    fn event(&mut self, event: &hwall::Event, simulation: &mut Simulation) {
+        let t_s = self.start_s + event.t_s;
+        match event.kind {
+            EventKind::Frame(tracking) => {
+                simulation.tip.measured(&tracking);
+                self.frame(t_s, &tracking);
+            }
+            EventKind::Predicted(foreseen) => {
+                let source = match foreseen.map(|f| f.contact.source) {
+                    Some(PredictionSource::Gaze) => 0,
+                    Some(PredictionSource::HandDirection) => 1,
+                    Some(PredictionSource::Nearest) => 2,
+                    Some(PredictionSource::Motion) => 3,
+                    _ => 4,
+                };
+                self.sources[source] += 1;
+                let Some(foreseen) = foreseen else { return };
+                self.look_ups += usize::from(foreseen.presented != Presented::Unknown);
+                self.moved += usize::from(matches!(foreseen.presented, Presented::Nearest(_)));
+                self.trace
+                    .hand_distance(t_s, foreseen.contact.distance_m.max(0.0));
+            }
+            EventKind::Touched { .. } => self.trace.contact_begins(t_s),
+            EventKind::Released => self.trace.contact_ends(t_s),
+            _ => {}
+        }
+    }
+
+    fn frame(&mut self, t_s: f64, tracking: &Tracking) {
+        match tracking {
+            Tracking::Tracked(state) => {
+                self.trace.hand(t_s, state.point_m);
+                self.tracked = true;
+                if std::mem::take(&mut self.lost) {
+                    self.trace.hand_found(t_s);
+                }
+            }
+            Tracking::Lost { reason, .. } => {
+                // The filter's first frames are no loss.
+                let starting = matches!(reason, LostReason::Starting) && !self.tracked;
+                if !self.lost && !starting {
+                    self.lost = true;
+                    self.losses.push(Loss {
+                        t_s,
+                        reason: *reason,
+                    });
+                    self.trace.hand_lost(t_s);
+                }
+            }
+        }
+    }
+
+    /// At the end of a cycle, the arm moved on.
+    fn tick<P: Predictor>(
+        &mut self,
+        session: &Session<P>,
+        arm: &ServoArm,
+        cycle: &Cycle,
+        framed: bool,
+    ) {
+        let t_s = self.start_s + cycle.t_s;
+        let control = session.control();
+        let refused = control
+            .last_step()
+            .is_some_and(|step| step.unreachable.is_some());
+        self.unreachable_frames += usize::from(framed && refused);
+        let base_from_board = arm.pose();
+        self.trace
+            .board(t_s, base_from_board.position_m(), control.target());
+        self.ticks.push(Tick {
+            t_s,
+            base_from_board,
+            in_contact: matches!(
+                control.state(),
+                SessionState::Touched | SessionState::TouchedInMovingWorld
+            ),
+        });
+    }
+
+    fn finish(
+        self,
+        leader: PredictorKind,
+        predictions: Vec<PredictionRecord>,
+        step_ns: Vec<f64>,
+    ) -> Run {
+        let end_s = self.ticks.last().map_or(0.0, |t| t.t_s);
+        Run {
+            ticks: self.ticks,
+            step_ns,
+            leader,
+            trace: self.trace.finish(end_s, &predictions),
+            predictions,
+            sources: self.sources,
+            unreachable_frames: self.unreachable_frames,
+            look_ups: self.look_ups,
+            moved: self.moved,
+            losses: self.losses,
+            textures: None,
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! How the arm and the predictors did, touch by touch.
+
+use crate::input::arms::BoardArm;
+use crate::person::predictors::PredictionRecord;
+use crate::person::touches::Touch;
+use crate::run::tick::Tick;
+use anyhow::Context;
+use hwall_haptics::{Board, PlaceTolerance};
+use hwall_kinematics::Unreachable;
+use hwall_scene::Scene;
+
+/// How the arm did at one touch.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The touch.
+    pub touch: Touch,
+    /// Why the board cannot be there, if it cannot.
+    pub unreachable: Option<Unreachable>,
+    /// How long before the hand the board was in place and stayed, s; `None` if it was not.
+    pub lead_s: Option<f64>,
+    /// Distance of the touched point from the middle of the face, along the face, m.
+    pub offset_m: f64,
+    /// Distance of the face from the touched point along the surface's normal, m.
+    pub gap_m: f64,
+    /// From the hand's arrival until the contact was felt, s.
+    pub felt_after_s: Option<f64>,
+}
+
+/// A contact may be felt a little before the noise-free crossing, s.
+const FELT_EARLY_S: f64 = 0.05;
+
+/// Judges every touch from the log of the run.
+///
+/// # Errors
+/// A touch outside the run.
+pub fn judge(
+    arm: &BoardArm,
+    board: &Board,
+    touches: &[Touch],
+    ticks: &[Tick],
+) -> anyhow::Result<Vec<Outcome>> {
+    touches
+        .iter()
+        .map(|touch| judge_one(arm, board, touch, ticks))
+        .collect()
+}
+
+fn judge_one(
+    arm: &BoardArm,
+    board: &Board,
+    touch: &Touch,
+    ticks: &[Tick],
+) -> anyhow::Result<Outcome> {
+    let at = ticks.partition_point(|tick| tick.t_s <= touch.contact_s);
+    let last = at.checked_sub(1).context("a touch before the run began")?;
+    let place = PlaceTolerance::default();
+    let in_place =
+        |tick: &Tick| place.holds(board, &tick.base_from_board, touch.point_m, touch.normal);
+    let steady = ticks[..=last]
+        .iter()
+        .rev()
+        .take_while(|tick| in_place(tick))
+        .last();
+    let p = ticks[last]
+        .base_from_board
+        .inverse_transform_point(touch.point_m);
+    // A press that is felt elsewhere is not this touch.
+    let board_holds = |tick: &Tick| {
+        let p = tick.base_from_board.inverse_transform_point(touch.point_m);
+        p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
+    };
+    let from = ticks.partition_point(|tick| tick.t_s < touch.contact_s - FELT_EARLY_S);
+    let felt = ticks[from..]
+        .iter()
+        .take_while(|tick| tick.t_s <= touch.end_s)
+        .find(|tick| tick.in_contact && board_holds(tick));
+    Ok(Outcome {
+        touch: touch.clone(),
+        unreachable: arm.unreachable(touch.point_m, touch.normal)?,
+        lead_s: steady.map(|tick| touch.contact_s - tick.t_s),
+        offset_m: p.truncate().length(),
+        gap_m: p.z.abs(),
+        felt_after_s: felt.map(|tick| tick.t_s - touch.contact_s),
+    })
+}
+
+/// A prediction is right on the touched surface and this near to the touched point, m: half the
+/// board's half width.
+pub const RIGHT_M: f64 = 0.05;
+
+/// For how long before each touch each predictor had been right without a break, s, in the order
+/// of [`PredictorKind::ALL`](crate::person::predictors::PredictorKind::ALL); `None`: wrong in the last sample.
+///
+/// Samples before the touch before was over do not count.
+#[must_use]
+pub fn leads(
+    scene: &Scene,
+    touches: &[Touch],
+    predictions: &[PredictionRecord],
+) -> Vec<[Option<f64>; 3]> {
+    let mut since_s = f64::NEG_INFINITY;
+    let of_touch = |touch: &Touch| {
+        let from = predictions.partition_point(|p| p.t_s <= since_s);
+        let until = predictions
+            .partition_point(|p| p.t_s <= touch.contact_s)
+            .max(from);
+        since_s = touch.end_s;
+        std::array::from_fn(|i| {
+            let right = |p: &&PredictionRecord| {
+                p.likeliest[i].is_some_and(|place| {
+                    scene.surface(place.surface).name == touch.surface
+                        && place.point_m.distance(touch.point_m) <= RIGHT_M
+                })
+            };
+            let first = predictions[from..until]
+                .iter()
+                .rev()
+                .take_while(right)
+                .last();
+            first.map(|p| touch.contact_s - p.t_s)
+        })
+    };
+    touches.iter().map(of_touch).collect()
+}

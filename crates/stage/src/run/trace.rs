@@ -1,0 +1,144 @@
+//! What a run leaves behind to draw.
+
+use crate::person::predictors::PredictionRecord;
+use crate::run::judge::Outcome;
+use glam::DVec3;
+use hwall_haptics::BoardTarget;
+
+/// Time, s, and place, m.
+pub type TimedPoint = (f64, DVec3);
+
+/// What a run leaves behind to draw.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// Time and place of the filtered hand, gaps where it was lost.
+    pub hand_m: Vec<TimedPoint>,
+    /// Middle of the board's face.
+    pub board_m: Vec<TimedPoint>,
+    /// Predicted contact points, in the order of [`PredictorKind::ALL`].
+    pub predicted_m: [Vec<DVec3>; 3],
+    /// Time, and distance of the predicted point from the next touch, m; in the same order.
+    pub errors_m: [Vec<(f64, f64)>; 3],
+    /// Touched points within reach, and out of reach.
+    pub touched_m: Vec<DVec3>,
+    /// Touches that the arm cannot reach.
+    pub missed_m: Vec<DVec3>,
+    /// Hand to the predicted point, m.
+    pub hand_distance_m: Vec<(f64, f64)>,
+    /// Board to the predicted point, m.
+    pub board_distance_m: Vec<(f64, f64)>,
+    /// Start and end of each contact that the renderer felt, s.
+    pub contacts_s: Vec<(f64, f64)>,
+    /// Start and end of each time in which the hand was lost, s.
+    pub lost_s: Vec<(f64, f64)>,
+    /// Farthest the wrist reaches from the base axis, m.
+    pub reach_m: f64,
+}
+
+/// Predicted points nearer to the last one than this are not drawn, m.
+const DRAWN_M: f64 = 0.01;
+
+/// Fifty points a second of the board are enough for a figure.
+const BOARD_S: f64 = 0.02;
+
+/// Collects a [`Trace`] while a run lasts.
+pub(super) struct TraceLog {
+    trace: Trace,
+    /// When the board is drawn next, s.
+    next_board_s: f64,
+}
+
+impl TraceLog {
+    pub(super) fn new(reach_m: f64) -> Self {
+        Self {
+            trace: Trace {
+                reach_m,
+                ..Trace::default()
+            },
+            next_board_s: f64::NEG_INFINITY,
+        }
+    }
+
+    pub(super) fn hand(&mut self, t_s: f64, point_m: DVec3) {
+        self.trace.hand_m.push((t_s, point_m));
+    }
+
+    pub(super) fn hand_distance(&mut self, t_s: f64, distance_m: f64) {
+        self.trace.hand_distance_m.push((t_s, distance_m));
+    }
+
+    pub(super) fn hand_lost(&mut self, t_s: f64) {
+        self.trace.lost_s.push((t_s, f64::INFINITY));
+    }
+
+    pub(super) fn hand_found(&mut self, t_s: f64) {
+        if let Some(span) = self.trace.lost_s.last_mut() {
+            span.1 = t_s;
+        }
+    }
+
+    pub(super) fn contact_begins(&mut self, t_s: f64) {
+        self.trace.contacts_s.push((t_s, f64::INFINITY));
+    }
+
+    pub(super) fn contact_ends(&mut self, t_s: f64) {
+        if let Some(span) = self.trace.contacts_s.last_mut() {
+            span.1 = t_s;
+        }
+    }
+
+    pub(super) fn board(&mut self, t_s: f64, face_m: DVec3, target: Option<&BoardTarget>) {
+        if t_s < self.next_board_s {
+            return;
+        }
+        self.next_board_s = t_s + BOARD_S - 1e-9;
+        self.trace.board_m.push((t_s, face_m));
+        if let Some(target) = target {
+            let distance_m = face_m.distance(target.point_m);
+            self.trace.board_distance_m.push((t_s, distance_m));
+        }
+    }
+
+    pub(super) fn finish(mut self, end_s: f64, predictions: &[PredictionRecord]) -> Trace {
+        let trace = &mut self.trace;
+        for span in trace.contacts_s.iter_mut().chain(&mut trace.lost_s) {
+            span.1 = span.1.min(end_s);
+        }
+        for record in predictions {
+            for (drawn_m, place) in trace.predicted_m.iter_mut().zip(record.likeliest) {
+                let Some(place) = place else { continue };
+                let last = drawn_m.last();
+                if last.is_none_or(|last| last.distance(place.point_m) > DRAWN_M) {
+                    drawn_m.push(place.point_m);
+                }
+            }
+        }
+        self.trace
+    }
+}
+
+impl Trace {
+    /// Marks the touches, within reach or not, and how far from each the predictions for it were.
+    pub fn mark_touches(&mut self, outcomes: &[Outcome], predictions: &[PredictionRecord]) {
+        let mut since_s = f64::NEG_INFINITY;
+        for Outcome {
+            touch, unreachable, ..
+        } in outcomes
+        {
+            let marks = if unreachable.is_none() {
+                &mut self.touched_m
+            } else {
+                &mut self.missed_m
+            };
+            marks.push(touch.point_m);
+            let before = |p: &&PredictionRecord| since_s < p.t_s && p.t_s <= touch.contact_s;
+            for record in predictions.iter().filter(before) {
+                for (errors_m, place) in self.errors_m.iter_mut().zip(record.likeliest) {
+                    let error_m = place.map(|p| p.point_m.distance(touch.point_m));
+                    errors_m.extend(error_m.map(|e| (record.t_s, e)));
+                }
+            }
+            since_s = touch.end_s;
+        }
+    }
+}
