@@ -82,7 +82,7 @@ fn a_base_found_for_a_room_reaches_what_it_promises() {
     };
     let scores = place_base(&arm, &targets, &config).unwrap();
     let best = scores.best()[0];
-    let base_from_room = best.room_from_base().unwrap().inverse();
+    let base_from_room = best.room_from_base.inverse();
     let count = targets.iter().filter(|t| {
         let normal = base_from_room.rotation() * t.normal;
         held(&arm, base_from_room.transform_point(t.point_m), normal)

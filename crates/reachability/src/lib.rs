@@ -15,7 +15,7 @@ pub mod polygon;
 
 pub use error::ReachabilityError;
 pub use progress::{Monitor, Progress};
-pub use steps::{MOST_LINES, Steps};
+pub use steps::Steps;
 pub use wall::{WallLine, WallPlane, WallPoint, WallProjection};
 
 // One line of a wall, exactly.

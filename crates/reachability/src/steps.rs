@@ -5,7 +5,7 @@ use hwall_numeric::check::{finite, positive, that};
 use serde::{Deserialize, Serialize};
 
 /// A grid with more lines than this (about half a gigabyte of map) is refused before memory is taken.
-pub const MOST_LINES: u128 = 1 << 22;
+pub(crate) const MOST_LINES: u128 = 1 << 22;
 
 /// Evenly spaced values `first + i step`, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -10,8 +10,8 @@ use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_numeric::check::{all_finite, finite, that};
 
-/// The normal of a wall leans no more than this from horizontal, rad: normals in scene files with four decimals lean
-/// by up to a degree.
+/// A wall's normal may lean this far from horizontal, rad: one degree, because scene files with four
+/// decimals tilt the small faces of a wall by that much.
 const LEAN_TOLERANCE_RAD: f64 = 0.0175;
 
 /// A vertical plane in the base frame.

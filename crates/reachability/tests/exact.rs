@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, SrsArm, SrsParameters};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, Interval, LineReach, ReachabilityError, Roll, Touch, WallLine,
-    WallPlane,
+    ArgumentError, BoardPart, ExactConfig, ExactSolver, Interval, LineReachability,
+    ReachabilityError, Roll, WallLine, WallPlane,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -26,7 +26,7 @@ fn line(heading_deg: f64, distance_m: f64, height_m: f64) -> WallLine {
 }
 
 /// Places worth asking for: anywhere, and close to every end and band.
-fn places(reach: &LineReach, size: f64, sampler: &mut Sampler, count: usize) -> Vec<f64> {
+fn places(reach: &LineReachability, size: f64, sampler: &mut Sampler, count: usize) -> Vec<f64> {
     let mut ends: Vec<f64> = reach
         .unknown
         .iter()
@@ -53,7 +53,7 @@ fn places(reach: &LineReach, size: f64, sampler: &mut Sampler, count: usize) -> 
 /// Compares a line with the verdict at many places; returns how many fell into bands.
 fn check_line(
     line: &WallLine,
-    reach: &LineReach,
+    reach: &LineReachability,
     size: f64,
     sampler: &mut Sampler,
     count: usize,
@@ -214,7 +214,10 @@ fn nothing_beyond_reach() {
         line(0.0, 0.5, -5.0),
         line(0.0, 1e6, 1e6),
     ] {
-        assert_eq!(solver.line(&line).expect("solved"), LineReach::default());
+        assert_eq!(
+            solver.line(&line).expect("solved"),
+            LineReachability::default()
+        );
     }
 }
 
@@ -401,18 +404,18 @@ fn a_free_roll_with_and_without_a_tilted_tool() {
 }
 
 #[test]
-fn touched_anywhere_on_the_board() {
+fn any_part_of_the_board() {
     let arm = SrsArm::iiwa7();
     let config = ExactConfig {
         accuracy_m: 1e-4,
-        touch: Touch::board_200_mm(),
+        board_part: BoardPart::any_of_200_mm(),
         ..ExactConfig::default()
     };
     let solver = ExactSolver::new(&arm, &config).expect("valid");
     let middle = ExactSolver::new(
         &arm,
         &ExactConfig {
-            touch: Touch::Middle,
+            board_part: BoardPart::Middle,
             ..config
         },
     )
@@ -483,7 +486,8 @@ fn branches_hold_all_along_an_interval() {
     let line = line(0.0, 0.55, 0.9);
     let reach = solver.line(&line).expect("solved");
     let interval = reach.intervals[0];
-    let (roll_rad, all) = solver.branches_along(&line, interval.span).expect("finite");
+    let held = solver.branches_along(&line, interval.span).expect("finite");
+    let (roll_rad, all) = (held.roll_rad, held.branches);
     assert!(all.len() >= interval.branches.len() && !all.is_empty());
     for i in 1..100 {
         let share = f64::from(i) / 100.0;
@@ -503,14 +507,14 @@ fn branches_hold_all_along_an_interval() {
 }
 
 #[test]
-fn a_touch_anywhere_is_proven_to_the_accuracy() {
+fn any_part_of_the_board_is_proven_to_the_accuracy() {
     // The height of the middle is searched: the bands at the ends must stay narrow all the same.
     let tool = Pose::from_translation(DVec3::Z * 0.05).expect("finite");
     let arm = SrsArm::iiwa14().with_tool(tool);
     for accuracy_m in [1e-3, 1e-6] {
         let config = ExactConfig {
             accuracy_m,
-            touch: Touch::board_200_mm(),
+            board_part: BoardPart::any_of_200_mm(),
             ..ExactConfig::default()
         };
         let solver = ExactSolver::new(&arm, &config).expect("valid");
@@ -522,13 +526,13 @@ fn a_touch_anywhere_is_proven_to_the_accuracy() {
     }
     let leaning = ExactConfig {
         roll: Roll::Fixed(0.3),
-        touch: Touch::board_200_mm(),
+        board_part: BoardPart::any_of_200_mm(),
         ..ExactConfig::default()
     };
     assert!(ExactSolver::new(&arm, &leaning).is_err());
     let too_fine = ExactConfig {
         accuracy_m: 1e-8,
-        touch: Touch::board_200_mm(),
+        board_part: BoardPart::any_of_200_mm(),
         ..ExactConfig::default()
     };
     assert!(ExactSolver::new(&arm, &too_fine).is_err());
@@ -557,7 +561,7 @@ fn bad_settings_are_named() {
         assert!(ExactSolver::new(&arm, &config).is_err());
     }
     let config = ExactConfig {
-        touch: Touch::Anywhere {
+        board_part: BoardPart::Any {
             half_width_m: -0.1,
             half_height_m: 0.1,
         },
@@ -565,10 +569,10 @@ fn bad_settings_are_named() {
     };
     assert!(matches!(
         ExactSolver::new(&arm, &config),
-        Err(ReachabilityError::Parameter {
+        Err(ReachabilityError::Argument(ArgumentError::OutOfRange {
             what: "half_width_m",
             ..
-        })
+        }))
     ));
     assert!(WallPlane::new(f64::NAN, 0.0).is_err());
     assert!(WallPlane::new(0.0, f64::INFINITY).is_err());

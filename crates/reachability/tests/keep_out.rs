@@ -4,7 +4,8 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::Pose;
 use hwall_reachability::{
-    Capsule, Carried, Interval, KeepOutBox, Plate, ReachabilityError, WallLine, WallPlane,
+    ArgumentError, Capsule, Carried, Interval, KeepOutBox, Plate, ReachabilityError, WallLine,
+    WallPlane,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -23,15 +24,15 @@ fn line(heading_rad: f64, distance_m: f64, height_m: f64) -> WallLine {
 fn plate(plate: Plate) -> Carried {
     Carried {
         plate: Some(plate),
-        hand: None,
+        last_link: None,
     }
 }
 
-fn hand(a: DVec3, b: DVec3, radius_m: f64) -> Carried {
+fn link(a: DVec3, b: DVec3, radius_m: f64) -> Carried {
     let ends_m = [a, b];
     Carried {
         plate: None,
-        hand: Some(Capsule { ends_m, radius_m }),
+        last_link: Some(Capsule { ends_m, radius_m }),
     }
 }
 
@@ -104,14 +105,14 @@ fn random_plate(sampler: &mut Sampler) -> Carried {
     })
 }
 
-fn random_hand(sampler: &mut Sampler) -> Carried {
+fn random_link(sampler: &mut Sampler) -> Carried {
     let a = sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2));
     let b = match sampler.index(5) {
         0 => a,
         1 => a + DVec3::Z * 0.2,
         _ => sampler.point_in_box(DVec3::splat(-0.2), DVec3::splat(0.2)),
     };
-    hand(a, b, sampler.uniform(-0.05, 0.2).max(0.0))
+    link(a, b, sampler.uniform(-0.05, 0.2).max(0.0))
 }
 
 /// Centre, axes as columns and half extents of a box in the base frame.
@@ -207,11 +208,11 @@ fn boxes_by_hand() {
         -0.2 + reach,
         1e-12,
     );
-    let back = hand(DVec3::ZERO, DVec3::new(0.0, 0.0, -0.126), 0.07);
+    let back = link(DVec3::ZERO, DVec3::new(0.0, 0.0, -0.126), 0.07);
     assert_span(&blocked(&wall, &back, &along, 0.0), -0.57, -0.13, 1e-12);
     // A ball 0.03 above the top edges, and one beside a corner: 3-4-5 triangles.
     let above = line(FRAC_PI_2, 0.5, 0.38);
-    let ball = hand(DVec3::ZERO, DVec3::ZERO, 0.05);
+    let ball = link(DVec3::ZERO, DVec3::ZERO, 0.05);
     assert_span(&blocked(&wall, &ball, &above, 0.0), -0.54, -0.16, 1e-12);
     let corner = line(FRAC_PI_2, 0.4 - 0.024, 0.35 + 0.018);
     assert_span(&blocked(&wall, &ball, &corner, 0.0), -0.54, -0.16, 1e-12);
@@ -232,7 +233,7 @@ fn boxes_by_hand() {
     // Two carried bodies that do not meet leave the way between them free.
     let apart = Carried {
         plate: Some(BOARD),
-        hand: Some(Capsule {
+        last_link: Some(Capsule {
             ends_m: [DVec3::X; 2],
             radius_m: 0.1,
         }),
@@ -275,13 +276,13 @@ fn plates_against_proofs_of_overlap_and_separation() {
 }
 
 #[test]
-fn hands_are_at_their_radius_at_both_ends() {
+fn capsules_are_at_their_radius_at_both_ends() {
     let mut sampler = Sampler::new(72);
     let mut meet = 0;
     let mut worst: f64 = 0.0;
     for _ in 0..3000 {
-        let case = case(&mut sampler, random_hand);
-        let capsule = case.carried.hand.expect("a hand");
+        let case = case(&mut sampler, random_link);
+        let capsule = case.carried.last_link.expect("a capsule");
         let solid = Solid::of_box(&case.keep_out);
         let gap = |s: f64| {
             let tool = case.line.board_pose(s, case.roll_rad).expect("finite");
@@ -320,7 +321,7 @@ fn blocked_poses_sampled_densely_fill_the_interval() {
     for _ in 0..60 {
         let case = case(&mut sampler, |sampler| Carried {
             plate: random_plate(sampler).plate,
-            hand: random_hand(sampler).hand,
+            last_link: random_link(sampler).last_link,
         });
         let spans = blocked(&case.keep_out, &case.carried, &case.line, case.roll_rad);
         let solid = Solid::of_box(&case.keep_out);
@@ -390,8 +391,8 @@ fn face_to_face_is_a_touch_at_any_heading_place_and_size() {
         assert_eq!(ahead.blocks_pose(&plate(board), &pose(lo)), Ok(false));
         let further = pose(lo + 1e-11 * size);
         assert_eq!(ahead.blocks_pose(&plate(board), &further), Ok(true));
-        // The same for a hand that grazes a face and one that grazes an edge.
-        let graze = hand(DVec3::ZERO, DVec3::Z * -0.05 * size, 0.02 * size);
+        // The same for a capsule that grazes a face and one that grazes an edge.
+        let graze = link(DVec3::ZERO, DVec3::Z * -0.05 * size, 0.02 * size);
         let above = place(wall_axes, n * (half.z + 0.03 * size));
         assert!(blocked(&above, &graze, &along, 0.0).is_empty());
         let diagonal =
@@ -414,9 +415,9 @@ fn almost_parallel_edges_change_nothing() {
     };
     let loads = [
         plate(BOARD),
-        hand(DVec3::ZERO, DVec3::Z * -0.126, 0.07),
-        hand(DVec3::ZERO, DVec3::new(0.1, 1e-9, 0.0), 0.07),
-        hand(DVec3::ZERO, DVec3::X * 1e-200, 0.07),
+        link(DVec3::ZERO, DVec3::Z * -0.126, 0.07),
+        link(DVec3::ZERO, DVec3::new(0.1, 1e-9, 0.0), 0.07),
+        link(DVec3::ZERO, DVec3::X * 1e-200, 0.07),
     ];
     for load in loads {
         let straight = blocked(&boxed(0.0), &load, &along, 0.0)[0];
@@ -439,7 +440,7 @@ fn intervals_scale_turn_and_grow_with_the_box() {
             carried,
         } = case(&mut sampler, |sampler| Carried {
             plate: random_plate(sampler).plate.filter(|_| sampler.bool()),
-            hand: random_hand(sampler).hand.filter(|_| sampler.bool()),
+            last_link: random_link(sampler).last_link.filter(|_| sampler.bool()),
         });
         let spans = blocked(&keep_out, &carried, &along, roll_rad);
         let pose = keep_out.base_from_box();
@@ -453,7 +454,7 @@ fn intervals_scale_turn_and_grow_with_the_box() {
                     half_height_m: p.half_height_m * size,
                     thickness_m: p.thickness_m * size,
                 }),
-                hand: carried.hand.map(|h| Capsule {
+                last_link: carried.last_link.map(|h| Capsule {
                     ends_m: h.ends_m.map(|e| e * size),
                     radius_m: h.radius_m * size,
                 }),
@@ -509,11 +510,21 @@ fn what_is_no_box_load_or_line_is_an_error() {
     let flat = [DVec3::new(0.1, 0.0, 0.1), DVec3::new(0.1, 0.1, -0.1)];
     for half in flat {
         let made = KeepOutBox::new("flat", Pose::IDENTITY, half);
-        assert!(matches!(made, Err(ReachabilityError::Parameter { .. })));
+        assert!(matches!(
+            made,
+            Err(ReachabilityError::Argument(
+                ArgumentError::OutOfRange { .. }
+            ))
+        ));
     }
     for bad in [f64::NAN, f64::INFINITY] {
         let made = KeepOutBox::new("bad", Pose::IDENTITY, DVec3::new(0.1, bad, 0.1));
-        assert!(matches!(made, Err(ReachabilityError::NonFinite { .. })));
+        assert!(matches!(
+            made,
+            Err(ReachabilityError::Argument(
+                ArgumentError::OutOfRange { .. }
+            ))
+        ));
         assert!(KeepOutBox::from_corners("bad", DVec3::ZERO, DVec3::splat(bad)).is_err());
         assert!(KeepOutBox::from_corners("bad", DVec3::splat(bad), DVec3::ZERO).is_err());
         assert!(KeepOutBox::pedestal(0.1, 0.1, bad).is_err());
@@ -532,9 +543,9 @@ fn what_is_no_box_load_or_line_is_an_error() {
                 thickness_m: bad,
                 ..BOARD
             }),
-            hand(DVec3::new(0.0, bad, 0.0), DVec3::ZERO, 0.1),
-            hand(DVec3::ZERO, DVec3::new(0.0, 0.0, bad), 0.1),
-            hand(DVec3::ZERO, DVec3::ZERO, bad),
+            link(DVec3::new(0.0, bad, 0.0), DVec3::ZERO, 0.1),
+            link(DVec3::ZERO, DVec3::new(0.0, 0.0, bad), 0.1),
+            link(DVec3::ZERO, DVec3::ZERO, bad),
         ];
         for load in loads {
             assert!(cube.blocked_on_line(&load, &along, 0.0).is_err());
@@ -558,12 +569,14 @@ fn what_is_no_box_load_or_line_is_an_error() {
             thickness_m: -0.01,
             ..BOARD
         }),
-        hand(DVec3::ZERO, DVec3::ZERO, -0.1),
+        link(DVec3::ZERO, DVec3::ZERO, -0.1),
     ];
     for load in negative {
         assert!(matches!(
             load.validate(),
-            Err(ReachabilityError::Parameter { .. })
+            Err(ReachabilityError::Argument(
+                ArgumentError::OutOfRange { .. }
+            ))
         ));
     }
     // Distances whose sum overflows are refused, the largest below that are not.
@@ -573,7 +586,7 @@ fn what_is_no_box_load_or_line_is_an_error() {
             .blocked_on_line(&plate(BOARD), &huge, 0.0)
             .is_err()
     );
-    let load = hand(DVec3::ZERO, DVec3::X * 1e300, 1e299);
+    let load = link(DVec3::ZERO, DVec3::X * 1e300, 1e299);
     let spans = blocked(&cube(1e300), &load, &line(0.0, 0.0, 0.0), 0.0);
     assert_span(&spans, -2.1e300, 1.1e300, 1e288);
 }

@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    Carried, ExactConfig, ExactSolver, Interval, KeepOutBox, LineIndex, Plate, ReachabilityError,
-    ReachabilityMap, ReachabilityReasons, Roll, Steps, Touch, WallGrid, WallPlane, WallPoint,
-    orientation_margin_rad, position_margin_m,
+    ArgumentError, BoardPart, Carried, ExactConfig, ExactSolver, Interval, KeepOutBox, LineIndex,
+    MapLengths, Plate, ReachabilityError, ReachabilityMap, ReachabilityReasons, Roll, Steps,
+    WallGrid, WallPlane, WallPoint, orientation_margin_rad, position_margin_m,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -178,8 +178,13 @@ fn look_ups_find_the_nearest_line() {
 
 #[test]
 fn one_wall_of_a_scene_holds_its_own_heights_only() {
-    let wall = WallGrid::for_wall(DVec3::new(0.6, 0.3, 0.1), DVec3::X * 3.0, (0.2, 1.0), 0.05)
-        .expect("vertical");
+    let wall = WallGrid::for_wall(
+        DVec3::new(0.6, 0.3, 0.1),
+        DVec3::X * 3.0,
+        Interval::new(0.2, 1.0),
+        0.05,
+    )
+    .expect("vertical");
     assert_eq!(wall.line_count(), 17);
     let map = build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall]);
     assert!(
@@ -190,12 +195,12 @@ fn one_wall_of_a_scene_holds_its_own_heights_only() {
     assert_eq!(map.look_up(DVec3::new(0.7, 0.3, 0.5), DVec3::X), None);
     // Its left and right borders count too.
     let (at, normal) = (DVec3::new(0.6, 0.0, 0.0), DVec3::X);
-    let wall = WallGrid::for_wall(at, normal, (0.2, 1.0), 0.05).expect("vertical");
+    let wall = WallGrid::for_wall(at, normal, Interval::new(0.2, 1.0), 0.05).expect("vertical");
     let corners = [DVec3::new(0.6, -0.1, 0.2), DVec3::new(0.6, 0.3, 1.0)];
     let wall = wall.within(corners).expect("finite");
     assert!(wall.clone().within([]).is_err() && wall.clone().within([DVec3::NAN]).is_err());
     let narrow = build(&SrsArm::iiwa7(), &ExactConfig::default(), vec![wall]);
-    let (length, _) = narrow.lengths_m();
+    let length = narrow.lengths().reachable_m;
     assert!(length > 4.0 && length <= 17.0 * 0.4 + 1e-9, "{length}");
     let beside = DVec3::new(0.6, 0.35, 0.5);
     assert!(
@@ -205,7 +210,8 @@ fn one_wall_of_a_scene_holds_its_own_heights_only() {
             .reachable
     );
     // A strip with no height is one line.
-    let strip = WallGrid::for_wall(DVec3::X, DVec3::X, (0.2, 0.2), 0.05).expect("vertical");
+    let strip =
+        WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.2, 0.2), 0.05).expect("vertical");
     assert_eq!(strip.line_count(), 1);
 }
 
@@ -327,7 +333,10 @@ fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
     assert!(Steps::new(0.0, f64::INFINITY, 3).is_err());
     assert!(matches!(
         Steps::new(0.0, 0.0, 3),
-        Err(ReachabilityError::Parameter { what: "step", .. })
+        Err(ReachabilityError::Argument(ArgumentError::OutOfRange {
+            what: "step",
+            ..
+        }))
     ));
     assert!(matches!(
         Steps::new(0.0, 0.1, 0),
@@ -366,9 +375,9 @@ fn grids_that_make_no_sense_are_refused_before_memory_is_taken() {
         span_m: None,
     };
     assert!(ReachabilityMap::build(&arm, &ExactConfig::default(), vec![nan]).is_err());
-    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, (0.0, 1e9), 1e-3).is_err());
-    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, (0.0, f64::NAN), 0.1).is_err());
-    assert!(WallGrid::for_wall(DVec3::X, DVec3::Z, (0.0, 1.0), 0.1).is_err());
+    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.0, 1e9), 1e-3).is_err());
+    assert!(WallGrid::for_wall(DVec3::X, DVec3::X, Interval::new(0.0, f64::NAN), 0.1).is_err());
+    assert!(WallGrid::for_wall(DVec3::X, DVec3::Z, Interval::new(0.0, 1.0), 0.1).is_err());
 }
 
 #[test]
@@ -429,7 +438,7 @@ fn boxes_are_kept_out_of() {
             half_height_m: 0.1,
             thickness_m: 0.02,
         }),
-        hand: None,
+        last_link: None,
     };
     let table = KeepOutBox::from_corners(
         "table",
@@ -490,16 +499,17 @@ fn boxes_are_kept_out_of() {
         assert!(!map.is_reachable(within, normal).expect("finite"));
     }
     let anywhere = ExactConfig {
-        touch: Touch::board_200_mm(),
+        board_part: BoardPart::any_of_200_mm(),
         accuracy_m: 1e-3,
         ..ExactConfig::default()
     };
-    let wall = WallGrid::for_wall(DVec3::X * 0.5, DVec3::X, (0.3, 0.3), 0.1).expect("vertical");
+    let wall = WallGrid::for_wall(DVec3::X * 0.5, DVec3::X, Interval::new(0.3, 0.3), 0.1)
+        .expect("vertical");
     let map = build(&arm, &anywhere, vec![wall]);
     assert_eq!(
         map.with_keep_out(vec![table], carried)
             .expect_err("middle unknown"),
-        ReachabilityError::TouchNotInMiddle
+        ReachabilityError::NotBoardMiddle
     );
 }
 
@@ -523,7 +533,10 @@ fn the_dissertations_map_fits_a_megabyte() {
         WallGrid::dissertation(),
     );
     assert!(map.to_bytes().len() < 1_000_000);
-    let (reachable, unknown) = map.lengths_m();
+    let MapLengths {
+        reachable_m: reachable,
+        unknown_m: unknown,
+    } = map.lengths();
     assert!(unknown < 1e-5 * reachable, "{unknown} of {reachable}");
 }
 

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use hwall_kinematics::{Chain, ChainJoint, JointLimit, Pose, SrsArm};
 use hwall_reachability::{
     ExactConfig, ExactSolver, LineExtremes, OptimizationConfig, OptimizationSolver, Progress,
-    ReachabilityError, WallLine, WallPlane,
+    ReachabilityError, WallLine, WallPlane, WallProjection,
 };
 use std::ops::ControlFlow;
 
@@ -39,7 +39,7 @@ fn check(chain: &Chain, line: &WallLine, found: &LineExtremes, roll: Option<f64>
     for end in [&found.lo, &found.hi] {
         chain.check_limits(&end.q).expect("within limits");
         let pose = chain.forward(&end.q).expect("finite");
-        let (at, off) = line.plane.project(pose.position_m());
+        let WallProjection { at, off_m: off } = line.plane.project(pose.position_m());
         assert!((at.s_m - end.s_m).abs() < 1e-12);
         assert!(off.abs() <= end.residual_m && (at.z_m - line.height_m).abs() <= end.residual_m);
         assert!(end.residual_m < 1e-9 && end.residual_rad < 1e-9, "{end:?}");

@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{JointLimit, Pose, SrsArm};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, Placement, PlacementConfig, PlacementScores, Progress,
-    ReachabilityError, Roll, Steps, Target, WallPlane, place_base, place_base_monitored,
+    ArgumentError, ExactConfig, ExactSolver, Interval, Placement, PlacementConfig, PlacementScores,
+    Progress, ReachabilityError, Roll, Steps, Target, WallPlane, place_base, place_base_monitored,
     position_margin_m,
 };
 use hwall_testkit::Sampler;
@@ -51,11 +51,16 @@ fn small_config() -> PlacementConfig {
     }
 }
 
+/// The frame of a base in the room.
+fn standing(x_m: f64, y_m: f64, z_m: f64, heading_rad: f64) -> Pose {
+    Pose::from_yaw(heading_rad, DVec3::new(x_m, y_m, z_m)).expect("finite")
+}
+
 /// The board in the frame of the base, turned with it.
 fn board_from_base(placement: &Placement, target: &Target, roll_rad: f64) -> Pose {
     let plane = WallPlane::through(target.point_m, target.normal).expect("a wall");
     let room = Pose::new(plane.board_rotation(roll_rad), target.point_m).expect("finite");
-    placement.room_from_base().expect("finite").inverse() * room
+    placement.room_from_base.inverse() * room
 }
 
 fn rolls(roll: &Roll) -> Vec<f64> {
@@ -79,7 +84,7 @@ fn by_hand(
     };
     let (mut count, mut worst, mut sum) = (0, f64::INFINITY, 0.0);
     for target in targets {
-        let base = DVec3::new(placement.x_m, placement.y_m, placement.z_m);
+        let base = placement.room_from_base.position_m();
         let behind = target.normal.normalize().dot(target.point_m - base);
         if config.least_behind_m.is_some_and(|least| behind < least) {
             continue;
@@ -110,9 +115,12 @@ fn check(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) -> Placemen
             let mut best = (0, -1.0);
             for (index, &heading_rad) in config.headings_rad.iter().enumerate() {
                 let candidate = Placement {
-                    x_m: config.x.at(ix),
-                    y_m: config.y.at(iy),
-                    z_m: config.z_m,
+                    room_from_base: standing(
+                        config.x.at(ix),
+                        config.y.at(iy),
+                        config.z_m,
+                        heading_rad,
+                    ),
                     heading_rad,
                     reachable: 0,
                     total: targets.len(),
@@ -201,14 +209,23 @@ fn ties_at_full_share_are_ranked_by_the_worst_margin() {
         ..PlacementConfig::new(steps(1.1, 0.06, 14), steps(-0.4, 0.08, 11), 0.8)
     };
     let wall = DVec3::new(2.0, 0.0, 0.0);
-    let targets = Target::on_wall(wall, DVec3::X, 0.2, (1.1, 1.3), 0.1).expect("valid");
+    let targets =
+        Target::on_wall(wall, DVec3::X, 0.2, Interval::new(1.1, 1.3), 0.1).expect("valid");
     let scores = check(&SrsArm::iiwa7(), &targets, &config);
     assert!(scores.best().iter().all(|p| p.share() == 1.0));
     let full = scores.shares().iter().filter(|&&s| s == 1.0).count();
     assert!(full > 20, "{full} positions tie");
     // Each position once.
     for (i, a) in scores.best().iter().enumerate() {
-        let same = |b: &&Placement| (a.x_m, a.y_m) == (b.x_m, b.y_m);
+        let same = |b: &&Placement| {
+            (
+                a.room_from_base.position_m().x,
+                a.room_from_base.position_m().y,
+            ) == (
+                b.room_from_base.position_m().x,
+                b.room_from_base.position_m().y,
+            )
+        };
         assert_eq!(scores.best()[i..].iter().filter(same).count(), 1);
     }
 }
@@ -240,7 +257,7 @@ fn a_free_roll_of_a_tool_off_the_last_axis() {
                     let plane = WallPlane::through(point, turn * t.normal).expect("a wall");
                     let line = plane.line(point.z);
                     solver
-                        .is_reachable(&line, plane.project(point).0.s_m)
+                        .is_reachable(&line, plane.project(point).at.s_m)
                         .expect("finite")
                 });
                 assert_eq!(scores.reachable(ix, iy, index), Some(reached.count()));
@@ -302,12 +319,11 @@ fn the_base_stands_square_before_a_single_target() {
     let scores = place(&SrsArm::iiwa7(), &[target], &config);
     let best = scores.best()[0];
     assert_eq!((best.reachable, best.total), (1, 1));
-    assert!(best.x_m < 2.0, "{best:?}");
+    assert!(best.room_from_base.position_m().x < 2.0, "{best:?}");
     // Nowhere straight before it is more room than at the best place.
     for x_m in config.x.iter() {
         let square = Placement {
-            x_m,
-            y_m: 0.5,
+            room_from_base: standing(x_m, 0.5, config.z_m, 0.0),
             heading_rad: 0.0,
             ..best
         };
@@ -339,14 +355,20 @@ fn the_base_stands_square_before_a_single_target() {
         }
     }
     assert!(taken > 0);
-    assert!(allowed.best().iter().all(|p| p.x_m <= 1.4));
+    assert!(
+        allowed
+            .best()
+            .iter()
+            .all(|p| p.room_from_base.position_m().x <= 1.4)
+    );
 }
 
 #[test]
 fn the_heading_matters_where_joint_1_is_narrow() {
     let arm = with_limit(&SrsArm::iiwa7(), 0, -30.0, 30.0);
     let wall = DVec3::new(1.6, 0.0, 0.0);
-    let targets = Target::on_wall(wall, DVec3::X, 0.3, (0.9, 1.3), 0.1).expect("valid");
+    let targets =
+        Target::on_wall(wall, DVec3::X, 0.3, Interval::new(0.9, 1.3), 0.1).expect("valid");
     let config = PlacementConfig::new(steps(0.9, 0.1, 4), steps(-0.1, 0.1, 3), 0.7);
     let scores = check(&arm, &targets, &config);
     let best = scores.best()[0];
@@ -370,7 +392,16 @@ fn nothing_in_reach_gives_zeros_in_the_order_of_the_grid() {
     let mut config = small_config();
     let scores = place(&SrsArm::iiwa7(), &[far, far], &config);
     assert!(scores.shares().iter().all(|&share| share == 0.0));
-    let firsts: Vec<_> = scores.best().iter().map(|p| (p.x_m, p.y_m)).collect();
+    let firsts: Vec<_> = scores
+        .best()
+        .iter()
+        .map(|p| {
+            (
+                p.room_from_base.position_m().x,
+                p.room_from_base.position_m().y,
+            )
+        })
+        .collect();
     let x = |i| config.x.at(i);
     let y = config.y.at(0);
     assert_eq!(firsts, [(x(0), y), (x(1), y), (x(2), y), (x(3), y)]);
@@ -391,7 +422,8 @@ fn nothing_in_reach_gives_zeros_in_the_order_of_the_grid() {
 fn ties_go_to_the_first_of_the_grid_and_repeat() {
     // A scene that is its own mirror image: y and -y tie.
     let wall = DVec3::new(1.8, 0.0, 0.0);
-    let targets = Target::on_wall(wall, DVec3::X, 0.5, (0.9, 1.3), 0.25).expect("valid");
+    let targets =
+        Target::on_wall(wall, DVec3::X, 0.5, Interval::new(0.9, 1.3), 0.25).expect("valid");
     let config = PlacementConfig::new(steps(1.0, 0.125, 6), steps(-0.25, 0.125, 5), 0.7);
     let scores = place(&SrsArm::iiwa7(), &targets, &config);
     assert_eq!(scores, place(&SrsArm::iiwa7(), &targets, &config));
@@ -399,8 +431,16 @@ fn ties_go_to_the_first_of_the_grid_and_repeat() {
     let doubled = place(&SrsArm::iiwa7(), &twice, &config);
     for (a, b) in scores.best().iter().zip(doubled.best()) {
         assert_eq!(
-            (a.x_m, a.y_m, a.worst_margin_m),
-            (b.x_m, b.y_m, b.worst_margin_m)
+            (
+                a.room_from_base.position_m().x,
+                a.room_from_base.position_m().y,
+                a.worst_margin_m
+            ),
+            (
+                b.room_from_base.position_m().x,
+                b.room_from_base.position_m().y,
+                b.worst_margin_m
+            )
         );
         assert_eq!(2 * a.reachable, b.reachable);
     }
@@ -414,7 +454,15 @@ fn ties_go_to_the_first_of_the_grid_and_repeat() {
         let key = |p: &Placement| (p.reachable, p.worst_margin_m);
         assert!(key(&pair[0]) >= key(&pair[1]));
         if key(&pair[0]) == key(&pair[1]) {
-            assert!((pair[0].y_m, pair[0].x_m) < (pair[1].y_m, pair[1].x_m));
+            assert!(
+                (
+                    pair[0].room_from_base.position_m().y,
+                    pair[0].room_from_base.position_m().x
+                ) < (
+                    pair[1].room_from_base.position_m().y,
+                    pair[1].room_from_base.position_m().x
+                )
+            );
         }
     }
 }
@@ -472,7 +520,8 @@ fn the_heat_map_has_the_shape_of_the_grid() {
 #[test]
 fn targets_cover_their_rectangle() {
     let middle = DVec3::new(1.0, 2.0, 9.0);
-    let wall = |width, heights, spacing| {
+    let wall = |width, (low, high), spacing| {
+        let heights = Interval::new(low, high);
         Target::on_wall(middle, DVec3::new(0.0, -2.0, 0.0), width, heights, spacing)
     };
     let targets = wall(1.0, (0.5, 1.25), 0.25).expect("valid");
@@ -530,11 +579,14 @@ fn bad_requests_are_typed_errors() {
     ] {
         assert!(matches!(
             with_target(point, normal),
-            Error::NonFinite { .. }
+            Error::Argument(ArgumentError::NonFinite { .. })
         ));
     }
     let error = with_target(DVec3::ZERO, DVec3::ZERO);
-    assert!(matches!(error, Error::Parameter { .. }));
+    assert!(matches!(
+        error,
+        Error::Argument(ArgumentError::OutOfRange { .. })
+    ));
     let error = with_target(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.1));
     assert!(matches!(error, Error::NotVertical { .. }));
 
@@ -556,7 +608,10 @@ fn bad_requests_are_typed_errors() {
     ];
     for (i, change) in changes.into_iter().take(4).enumerate() {
         assert!(
-            matches!(with_config(change), Error::NonFinite { .. }),
+            matches!(
+                with_config(change),
+                Error::Argument(ArgumentError::NonFinite { .. })
+            ),
             "{i}"
         );
     }
@@ -568,7 +623,10 @@ fn bad_requests_are_typed_errors() {
     let mut wide = small_config();
     changes[4](&mut wide);
     let error = place_base(&arm, &[far], &wide).expect_err("overflow");
-    assert!(matches!(error, Error::NonFinite { .. }));
+    assert!(matches!(
+        error,
+        Error::Argument(ArgumentError::NonFinite { .. })
+    ));
     // Far, but finite: nothing is reached.
     assert_eq!(place(&arm, &[far], &config).best()[0].reachable, 0);
 }

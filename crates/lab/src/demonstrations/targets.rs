@@ -168,8 +168,8 @@ fn wall(panel: &Panel) -> anyhow::Result<WallGrid> {
         2.0 * half_width_m,
         2.0 * half_height_m
     );
-    let heights_m = (centre_m.z - half_height_m, centre_m.z + half_height_m);
+    let heights = Interval::new(centre_m.z - half_height_m, centre_m.z + half_height_m);
     let aside_m = DVec3::Z.cross(normal).normalize_or_zero() * half_width_m;
-    let wall = WallGrid::for_wall(centre_m, normal, heights_m, SPACING_M)?;
+    let wall = WallGrid::for_wall(centre_m, normal, heights, SPACING_M)?;
     Ok(wall.within([centre_m - aside_m, centre_m + aside_m])?)
 }

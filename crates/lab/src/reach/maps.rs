@@ -150,7 +150,8 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
             solved.push([index.wall, index.plane, index.height], &line, ends);
         }
     }
-    let (reachable, unknown) = map.lengths_m();
+    let lengths = map.lengths();
+    let (reachable, unknown) = (lengths.reachable_m, lengths.unknown_m);
     let report = map.report();
     solved.remarks.push(format!(
         "reachable {reachable:.1} m of line, without proof {:.1} mm ({:.1e} of it); {} lines solved, the others are their images",

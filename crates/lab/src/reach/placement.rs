@@ -50,7 +50,7 @@ pub fn targets(scene: &Scene, wanted: &Wanted) -> anyhow::Result<Vec<Target>> {
             middle,
             patch.normal,
             patch.width_m,
-            (low, high),
+            Interval::new(low, high),
             wanted.spacing_m,
         )?;
         let near = |point: DVec3| match wanted.near {
@@ -109,10 +109,11 @@ pub fn table(scores: &PlacementScores) -> MarkdownTable {
     let mm =
         |margin: Option<f64>| margin.map_or("none".to_owned(), |m| format!("{:.1} mm", 1e3 * m));
     for (i, place) in scores.best().iter().enumerate() {
+        let base_m = place.room_from_base.position_m();
         table.row([
             (i + 1).to_string(),
-            format!("{:.2}", place.x_m),
-            format!("{:.2}", place.y_m),
+            format!("{:.2}", base_m.x),
+            format!("{:.2}", base_m.y),
             format!("{:.0} deg", place.heading_rad.to_degrees()),
             format!(
                 "{} of {} ({:.1} %)",
@@ -145,11 +146,12 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
     ])?;
     let cell = |margin: Option<f64>| margin.map_or(String::new(), |m| m.to_string());
     for place in scores.best() {
+        let base_m = place.room_from_base.position_m();
         writer.write_record([
             // Nanometres: the rounding of a grid is no place.
-            format!("{:.9}", place.x_m),
-            format!("{:.9}", place.y_m),
-            format!("{:.9}", place.z_m),
+            format!("{:.9}", base_m.x),
+            format!("{:.9}", base_m.y),
+            format!("{:.9}", base_m.z),
             place.heading_rad.to_string(),
             place.reachable.to_string(),
             place.total.to_string(),
@@ -250,7 +252,8 @@ pub fn heat_map(
     });
     chart.draw_series(dots).map_err(plot_error)?;
     for (i, place) in scores.best().iter().enumerate().take(3).rev() {
-        let at = (place.x_m, place.y_m);
+        let base_m = place.room_from_base.position_m();
+        let at = (base_m.x, base_m.y);
         let mark = EmptyElement::at(at)
             + Circle::new((0, 0), 9, WHITE.filled())
             + Circle::new((0, 0), 9, BLACK.stroke_width(1))

@@ -6,7 +6,7 @@ use anyhow::Context;
 use glam::DVec3;
 use hwall_kinematics::{Chain, NumericConfig, Pose, SrsArm};
 use hwall_reachability::{
-    ExactConfig, ExactSolver, OptimizationConfig, OptimizationSolver, PolygonConfig,
+    ExactConfig, ExactSolver, Interval, OptimizationConfig, OptimizationSolver, PolygonConfig,
     ReachabilityMap, Steps, WallGrid, WallLine, WallPlane, WallPoint, WallRegion,
     position_margin_m,
 };
@@ -88,7 +88,8 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
             let config = config(accuracy_m);
             let map = ReachabilityMap::build(&arm, &config, grid.clone())?;
             let (one, all) = (build_s(1, &config, grid)?, build_s(cores, &config, grid)?);
-            let (reachable, unknown) = map.lengths_m();
+            let lengths = map.lengths();
+            let (reachable, unknown) = (lengths.reachable_m, lengths.unknown_m);
             let report = map.report();
             table.row([
                 name.to_owned(),
@@ -356,7 +357,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
         .iter()
         .map(|(point, normal)| {
             let plane = WallPlane::through(*point, *normal)?;
-            Ok(plane.board_pose(plane.project(*point).0, 0.0)?)
+            Ok(plane.board_pose(plane.project(*point).at, 0.0)?)
         })
         .filter(|pose| pose.as_ref().map_or(true, |pose| arm.is_reachable(pose)))
         .take(2_000)
@@ -399,7 +400,12 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     let walls: Vec<WallGrid> = (0..200)
         .map(|_| {
             let (point, normal) = places[sampler.index(n)];
-            Ok(WallGrid::for_wall(point, normal, (-0.25, 1.25), 0.05)?)
+            Ok(WallGrid::for_wall(
+                point,
+                normal,
+                Interval::new(-0.25, 1.25),
+                0.05,
+            )?)
         })
         .collect::<anyhow::Result<_>>()?;
     let one_wall = time_each(walls.len(), |i| {

@@ -34,7 +34,8 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     )?;
     let rows = rows(&map)?;
     let comparisons = published::compare(&rows, published);
-    let (reachable, unknown) = map.lengths_m();
+    let lengths = map.lengths();
+    let (reachable, unknown) = (lengths.reachable_m, lengths.unknown_m);
     let (wrong, unproven) = speed_reach::attack(seed, poses)?;
     let mut text = format!(
         "## Reachability\n\n### Against the verdict of single poses\n\nOn {poses} poses of the published grid's lines, half of them \

@@ -35,12 +35,6 @@ impl Interval {
     pub fn distance_m(&self, s_m: f64) -> f64 {
         (self.lo_m - s_m).max(s_m - self.hi_m).max(0.0)
     }
-
-    /// Mirrored about 0.
-    #[must_use]
-    pub fn mirrored(&self) -> Self {
-        Self::new(-self.hi_m, -self.lo_m)
-    }
 }
 
 /// Sum of lengths; of none it is 0 and not the -0 of an empty sum.

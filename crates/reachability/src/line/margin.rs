@@ -10,7 +10,7 @@ use crate::error::ReachabilityError;
 use hwall_kinematics::{Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::non_negative;
 
-/// Sizes are told apart to this share.
+/// Sizes are found up to this factor.
 const RESOLUTION: f64 = 1.02;
 
 /// Smaller margins than this share of the arm's length (or this angle, rad) count as none.

@@ -13,7 +13,7 @@ use std::cell::Cell;
 /// A line is cut into this many cells to begin with: wider ones are never decided.
 const FIRST_CELLS: usize = 8;
 
-/// Rounding of a distance between shoulder and wrist, relative, with room to spare.
+/// Rounding of a distance between shoulder and wrist, relative, rounded up generously.
 const HAIR: f64 = 1e-13;
 
 /// Undecided cells of one line after which undecided cells are no longer cut but reported as bands: a line that
@@ -71,7 +71,7 @@ pub(super) struct LineSearch<'a> {
     undecided: usize,
     /// Regions that the search of a freedom may still ask for.
     budget: Cell<u32>,
-    /// Width of a cell beside an end over its distance from the end, as it worked last.
+    /// Width of a cell beside an end over its distance from the end, as it last succeeded.
     ratio: f64,
 }
 
@@ -92,7 +92,7 @@ impl<'a> LineSearch<'a> {
         })
     }
 
-    /// The intervals; `None` where the family of arms does not agree. With `mirror` only s ≥ 0 is
+    /// The intervals; `None` where the arms of the family differ. With `mirror` only s ≥ 0 is
     /// searched.
     pub(super) fn run(&mut self, mirror: bool) -> Option<LineReachability> {
         // The rounding of the ends themselves makes a very narrow band. What a freedom adds to the
@@ -140,7 +140,7 @@ impl<'a> LineSearch<'a> {
             self.pieces = pieces;
         }
         let mut found = LineReachability::from_pieces(&self.pieces);
-        // Cells name the first branches they meet; where those have none in common, look closely.
+        // Cells keep the first branches they meet; where those have none in common, all are looked for.
         if !self.family.is_free() {
             for i in found.intervals.iter_mut().filter(|i| i.branches.is_empty()) {
                 i.branches = self.branches_along(i.span).branches;
@@ -204,7 +204,7 @@ impl<'a> LineSearch<'a> {
                 return FamilyVerdict::Reachable;
             }
             if freedom.half_roll > 0.0 || freedom.half_rise > 0.0 || half > 0.0 {
-                // Where only a sliver of the freedom is left it is not usable, and in an unproven band.
+                // A point held with only a sliver of the freedom is of no use, and lies in an unproven band.
                 let extent = CellExtent {
                     all: 0.0,
                     any: half,
@@ -267,7 +267,7 @@ impl<'a> LineSearch<'a> {
             }
             held
         };
-        // The first of equals.
+        // The first of those with equally many.
         let rolls = self.poses.iter().map(of_roll).enumerate();
         let most = rolls.rev().max_by_key(|(_, set)| set.len());
         let (roll, branches) = most.unwrap_or_default();
@@ -289,7 +289,7 @@ impl<'a> LineSearch<'a> {
     }
 
     /// Can every point of a cell about `pose` be held with some choice of what is free? One choice
-    /// that holds the whole cell proves it reachable; unreachable it is only if no choice is left.
+    /// that holds the whole cell proves it reachable; it is unreachable only if every choice fails.
     fn any_of(
         &self,
         pose: &Pose,
@@ -351,7 +351,7 @@ impl<'a> LineSearch<'a> {
         }
     }
 
-    /// Appends the pieces between two points with known verdicts; false where the family differs.
+    /// Appends the pieces between two probes; false where the arms of the family differ.
     fn settle(&mut self, left: Probe, right: Probe) -> bool {
         let (lo, hi) = (left.s, right.s);
         if [left.verdict, right.verdict].contains(&FamilyVerdict::Depends) {
@@ -409,7 +409,7 @@ impl<'a> LineSearch<'a> {
         let Some(end) = self.bisect(left, right) else {
             return false;
         };
-        // A quarter of the accuracy on each side: the band is narrower than what was asked.
+        // A quarter of the accuracy on each side: the band is narrower than the accuracy.
         let reserve = 0.25 * self.family.accuracy_m;
         let inner = (end - reserve).max(left.s);
         let outer = (end + reserve).min(right.s);
@@ -434,7 +434,7 @@ impl<'a> LineSearch<'a> {
     /// The place where the verdict changes, to rounding.
     fn bisect(&self, left: Probe, right: Probe) -> Option<f64> {
         let (mut lo, mut hi) = (left.s, right.s);
-        // With a freedom to search, every verdict beside an end takes a search of its own.
+        // Where a freedom is searched, every verdict beside an end takes a search of its own.
         let share = if self.family.is_free() { 0.1 } else { 1e-3 };
         let finest =
             (share * self.family.accuracy_m).max(4.0 * f64::EPSILON * lo.abs().max(hi.abs()));
@@ -449,7 +449,7 @@ impl<'a> LineSearch<'a> {
         Some(0.5 * (lo + hi))
     }
 
-    /// Proves cells from beside an end (`from`) to a point of the same verdict, in that order.
+    /// Proves cells one after the other, from a place beside an end to a probe of the same verdict.
     fn grow(&mut self, from: f64, to: Probe) -> bool {
         let target = to.s;
         let sign = if target < from { -1.0 } else { 1.0 };
@@ -457,7 +457,7 @@ impl<'a> LineSearch<'a> {
         let reserve = 0.25 * self.family.accuracy_m;
         let (mut done, mut fails) = (0.0, 0);
         while done < span {
-            // The slack that a cell may use up grows with the distance from the end.
+            // The limits leave a cell the more slack the further it is from the end.
             let width = self.ratio * (done + reserve);
             let next = if done + 1.3 * width >= span {
                 span
@@ -475,7 +475,7 @@ impl<'a> LineSearch<'a> {
             self.ratio = (0.6 * self.ratio).max(0.02);
             fails += 1;
             if fails > 4 {
-                // Another end, or a tangency, is near: the general way, towards the target.
+                // Another end, or a tangency, is near: halve what is left, up to the target.
                 let first = self.pieces.len();
                 let near = Probe { s: near, ..to };
                 let settled = if sign > 0.0 {
@@ -492,7 +492,7 @@ impl<'a> LineSearch<'a> {
         true
     }
 
-    /// As [`settle`](Self::settle), knowing already that the cell as a whole is not decided.
+    /// As [`settle`](Self::settle), for a cell that is known to be undecided as a whole.
     fn settle_between(&mut self, left: Probe, right: Probe) -> bool {
         let middle = 0.5 * (left.s + right.s);
         if right.s - left.s <= 0.5 * self.family.accuracy_m || middle <= left.s || middle >= right.s

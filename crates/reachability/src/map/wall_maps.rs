@@ -54,7 +54,8 @@ pub enum Presented {
     Reachable,
     /// Not there, but at this place of the same wall, the nearest on its lines; m.
     Nearest(DVec3),
-    /// Nowhere on that wall, or the place is on none of the walls.
+    /// Nowhere on that wall, or the place is on none of the walls, or above or below all that the
+    /// arm could reach of them.
     Unknown,
 }
 

@@ -77,7 +77,7 @@ impl Zonotope<4> {
     /// That set is the union of the pieces below. It is convex, so the hull of what the pieces cut
     /// out of the path is exact, and pieces that lie deep inside do no harm.
     pub(super) fn cut_rounded(&self, path: Path, radius: f64) -> Option<Interval> {
-        // Moving the slabs out leaves the edges sharp: an outer bound, and exact for no radius.
+        // Moving the slabs outwards leaves the edges sharp: an outer bound, exact for radius 0.
         let outer = self.cut(path, radius)?;
         if radius <= 0.0 {
             return Some(outer);

@@ -21,13 +21,13 @@ use rand_pcg::Pcg64Mcg;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// Most starts of one line.
+/// The largest number of starts of one line.
 const MOST_STARTS: usize = 100_000;
 
 /// Settings of the optimization.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OptimizationConfig {
-    /// Random starts on each line, each climbed both ways; default 5. More find more of the
+    /// Random starts on each line, each followed both ways; default 5. More starts find more of the
     /// extremes: see the speed-against-error table.
     pub starts: usize,
     /// Seed of the starts; the same seed gives the same bits. More starts with the same seed
@@ -41,7 +41,7 @@ pub struct OptimizationConfig {
     pub tolerance_m: f64,
     /// The same for the orientation, rad; default 1e-9.
     pub tolerance_rad: f64,
-    /// Most steps of one climb; default 100.
+    /// The largest number of steps of one ascent; default 100.
     pub max_steps: usize,
 }
 
@@ -66,11 +66,11 @@ pub struct Extreme {
     pub s_m: f64,
     /// The configuration there, within all limits; rad or m.
     pub q: Vec<f64>,
-    /// Distance from the line, by forward kinematics of its own, m.
+    /// Distance from the line, by separate forward kinematics, m.
     pub residual_m: f64,
     /// Angle from the wanted orientation, rad.
     pub residual_rad: f64,
-    /// Did the climb end at a stationary point, or did it run out of steps?
+    /// Did the ascent end at a stationary point? If not, it ran out of steps.
     pub stationary: bool,
 }
 
@@ -111,7 +111,7 @@ pub struct OptimizationSolver {
 }
 
 impl OptimizationSolver {
-    /// For a chain whose tip carries the board, its z axis along the wall's normal.
+    /// For a chain whose tip carries the board, with the tip's z axis along the wall's normal.
     ///
     /// # Errors
     /// No or too many starts, no steps, tolerances that are not positive, a roll that is NaN.
@@ -161,11 +161,11 @@ impl OptimizationSolver {
     }
 
     /// The extremes of neighbouring lines, in their order. Each line has its own random starts
-    /// (the same as in [`line`](Self::line)); then, up the list and down again, the extremes of the line before
-    /// are starts for the next.
+    /// (the same as in [`line`](Self::line)); then, up the list and down again, the extremes of each
+    /// line are starts for the next.
     ///
     /// # Errors
-    /// NaN or infinity in a line, or [`ReachabilityError::Cancelled`] where the monitor breaks off.
+    /// NaN or infinity in a line, or [`ReachabilityError::Cancelled`] where the monitor stops it.
     pub fn sweep(
         &self,
         lines: &[WallLine],
@@ -206,7 +206,7 @@ impl OptimizationSolver {
     }
 }
 
-/// The search on one line.
+/// The search on one line: ascents from many starts.
 struct MultiStart<'a> {
     solver: &'a OptimizationSolver,
     ascent: Ascent<'a>,
@@ -254,7 +254,7 @@ impl<'a> MultiStart<'a> {
         }
     }
 
-    /// Leads a configuration onto the line and climbs both ways.
+    /// Leads a configuration onto the line and ascends both ways.
     fn start_from(&mut self, q: &[f64]) {
         let mut start = q.to_vec();
         if !self.ascent.restore(&mut start, &vec![false; q.len()], 80) {

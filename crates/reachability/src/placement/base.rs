@@ -37,7 +37,7 @@ use std::ops::ControlFlow;
 /// let scores = place_base(&SrsArm::iiwa7(), &targets, &PlacementConfig::new(x, y, 0.8))?;
 /// let best = scores.best()[0];
 /// assert_eq!(best.reachable, targets.len());
-/// assert!(best.worst_margin_m > Some(0.02) && best.y_m.abs() < 1e-9);
+/// assert!(best.worst_margin_m > Some(0.02) && best.room_from_base.position_m().y.abs() < 1e-9);
 /// # Ok::<(), hwall_reachability::ReachabilityError>(())
 /// ```
 ///

@@ -7,7 +7,7 @@ use crate::error::ReachabilityError;
 use crate::line::{ExactConfig, ExactSolver, Freedom, position_margin_m, size_m};
 use crate::steps::Steps;
 use crate::wall::WallPlane;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hwall_kinematics::{JointLimit, Pose, PoseRegion, RegionVerdict, SrsArm};
 use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
@@ -336,11 +336,8 @@ impl<'a> PlacementProblem<'a> {
         }
         let heading_rad = self.config.headings_rad[heading];
         Ok(Placement {
-            x_m: base.x,
-            y_m: base.y,
-            z_m: base.z,
+            room_from_base: Pose::from_yaw(heading_rad, base)?,
             heading_rad,
-            room_from_base: Pose::new(DMat3::from_rotation_z(heading_rad), base)?,
             reachable,
             total: self.targets.len(),
             worst_margin_m: (reached > 0).then_some(worst),

@@ -6,16 +6,10 @@ use hwall_kinematics::Pose;
 /// One place for the base, and what it is worth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// The base's axis in the room, m.
-    pub x_m: f64,
-    /// The same, along y, m.
-    pub y_m: f64,
-    /// Height of the base in the room, m.
-    pub z_m: f64,
-    /// Turn of the base about the vertical, rad.
-    pub heading_rad: f64,
-    /// The base frame in the room, as the four numbers above say.
+    /// The base frame in the room.
     pub room_from_base: Pose,
+    /// Turn of the base about the vertical, rad, as it was asked for.
+    pub heading_rad: f64,
     /// Targets reached.
     pub reachable: usize,
     /// Targets in all.

@@ -54,7 +54,7 @@ pub struct WallRegion {
 }
 
 impl WallRegion {
-    /// Traces many planes, on all cores with the feature `parallel`; equal planes once.
+    /// Traces many planes, on all cores with the feature `parallel`; equal planes only once.
     ///
     /// # Errors
     /// As [`of_plane`](Self::of_plane).
@@ -104,7 +104,7 @@ impl WallRegion {
         let extent = extent(solver, plane, clip_m)?;
         let (mut contour, mut proof) = (Contour::default(), None);
         if let Some(extent) = extent {
-            // At least some lines also where little is in reach.
+            // At least some lines where only little is in reach.
             let most_m = (extent.heights.length_m() / LEAST_LINES).max(accuracy_m);
             let spacing_m = spacing_m.min(most_m);
             let mut tracer = Tracer::new(solver, *plane, accuracy_m, spacing_m, extent.heights)?;
@@ -237,7 +237,7 @@ impl WallRegion {
         prove(solver, &region, beyond_m)
     }
 
-    /// Hausdorff distance that was asked for, m.
+    /// [`PolygonConfig::accuracy_m`] that was asked for, m.
     #[must_use]
     pub const fn accuracy_m(&self) -> f64 {
         self.accuracy_m
@@ -256,7 +256,7 @@ impl WallRegion {
         self.lines
     }
 
-    /// Islands and holes lower than the accuracy that a line happened to meet; they are left out.
+    /// Islands and holes lower than the accuracy, each met by one line only; they are left out.
     #[must_use]
     pub const fn sliver_count(&self) -> usize {
         self.slivers

@@ -37,7 +37,7 @@ impl Strips {
         })
     }
 
-    /// Index of the strip that holds height `z`; the lower one of two, the nearest of all.
+    /// Index of the strip at height `z`: the lower one at a line, the nearest one outside of all.
     fn at_height(&self, z: f64) -> usize {
         let above = self.heights.partition_point(|&h| h < z);
         above.clamp(1, self.heights.len() - 1) - 1
@@ -143,7 +143,7 @@ fn nearest_of_segment(from: WallPoint, to: WallPoint, at: WallPoint) -> WallPoin
     WallPoint::new(from.s_m + share * s, from.z_m + share * z)
 }
 
-/// Does a segment meet a rectangle (`middle` plus or minus `half`, its rim belongs to it)?
+/// Does a segment meet a rectangle (`middle` plus or minus `half`, with its border)?
 pub(super) fn meets_square(segment: &[WallPoint; 2], middle: WallPoint, half: [f64; 2]) -> bool {
     let [a, b] = segment.map(|p| [p.s_m - middle.s_m, p.z_m - middle.z_m]);
     let apart =

@@ -1,0 +1,164 @@
+//! The walls of a room: what is presented is reachable, what stands in is near.
+
+use glam::DVec3;
+use hwall_kinematics::{Pose, SrsArm};
+use hwall_reachability::{
+    ArgumentError, ExactConfig, Interval, Presented, ReachabilityError, WallFacet, WallMaps,
+    WallMapsConfig, WallPlane,
+};
+use hwall_testkit::Sampler;
+use std::f64::consts::FRAC_PI_2;
+
+fn arm() -> SrsArm {
+    SrsArm::iiwa7().with_tool(Pose::from_translation(DVec3::Z * 0.1).expect("finite"))
+}
+
+/// A wall at a heading and a distance, 3 m wide, from the floor to 1.4 m.
+fn wall(heading_rad: f64, distance_m: f64) -> WallFacet {
+    let plane = WallPlane::new(heading_rad, distance_m).expect("finite");
+    let middle = plane.normal() * distance_m;
+    WallFacet {
+        point_m: middle + plane.along() * 0.3,
+        normal: plane.normal(),
+        heights: Interval::new(0.0, 1.4),
+        outline_m: vec![
+            middle - plane.along() * 1.5,
+            middle + plane.along() * 1.5 + DVec3::Z,
+        ],
+    }
+}
+
+fn maps(facets: &[WallFacet]) -> WallMaps {
+    WallMaps::build(&arm(), facets, WallMapsConfig::default()).expect("built")
+}
+
+/// By the verdict on single poses.
+fn is_held(point_m: DVec3, normal: DVec3) -> bool {
+    let plane = WallPlane::through(point_m, normal).expect("a wall");
+    (0..4).any(|quarter| {
+        let roll_rad = f64::from(quarter) * FRAC_PI_2;
+        let at = plane.project(point_m).at;
+        arm().is_reachable(&plane.board_pose(at, roll_rad).expect("finite"))
+    })
+}
+
+#[test]
+fn what_is_presented_is_reachable_and_on_the_same_wall() {
+    let facets = [wall(0.0, 0.7), wall(1.4, 0.6)];
+    let maps = maps(&facets);
+    let mut sampler = Sampler::new(1);
+    let (mut there, mut instead) = (0, 0);
+    for _ in 0..400 {
+        let facet = &facets[sampler.index(2)];
+        let plane = WallPlane::through(facet.point_m, facet.normal).expect("a wall");
+        let along = plane.along() * sampler.uniform(-1.4, 1.4);
+        let point_m =
+            plane.normal() * plane.distance_m() + along + DVec3::Z * sampler.uniform(0.0, 1.36);
+        match maps.present(point_m, facet.normal) {
+            Presented::Reachable => there += 1,
+            Presented::Nearest(place_m) => {
+                assert!(!is_held(point_m, facet.normal), "{point_m}");
+                assert!(is_held(place_m, facet.normal), "{point_m} {place_m}");
+                assert!(plane.project(place_m).off_m.abs() < 1e-12);
+                instead += 1;
+            }
+            Presented::Unknown => panic!("{point_m} is on a wall in reach"),
+        }
+    }
+    assert!(there > 50 && instead > 50, "{there} {instead}");
+}
+
+#[test]
+fn stretches_lie_on_their_walls_and_hold_the_board() {
+    let facet = wall(0.3, 0.65);
+    let stretches = maps(std::slice::from_ref(&facet)).stretches();
+    assert!(stretches.len() > 30, "{}", stretches.len());
+    let plane = WallPlane::through(facet.point_m, facet.normal).expect("a wall");
+    let mut held = 0;
+    for [from, to] in &stretches {
+        assert!(plane.project(*from).off_m.abs() < 1e-12);
+        assert_eq!(from.z, to.z);
+        // Both sides of the wall are mapped.
+        let middle = from.midpoint(*to);
+        let one = is_held(middle, facet.normal);
+        assert!(one || is_held(middle, -facet.normal));
+        held += usize::from(one);
+    }
+    assert!(held > 15, "{held}");
+}
+
+#[test]
+fn places_without_a_wall_are_unknown() {
+    let near = maps(&[wall(0.0, 0.7)]);
+    for (point_m, normal) in [
+        (DVec3::new(2.0, 0.0, 0.5), DVec3::X),
+        (DVec3::new(0.7, 0.0, 0.5), DVec3::Y),
+        (DVec3::NAN, DVec3::X),
+        (DVec3::new(0.7, 0.0, 0.5), DVec3::NAN),
+        (DVec3::new(0.7, 0.0, 0.5), DVec3::ZERO),
+    ] {
+        assert_eq!(near.present(point_m, normal), Presented::Unknown);
+    }
+    // A wall further away than the arm is long is left out.
+    let far = maps(&[wall(0.0, 2.0)]);
+    assert!(far.map().is_none() && far.stretches().is_empty());
+    let there = DVec3::new(2.0, 0.0, 0.5);
+    assert_eq!(far.present(there, DVec3::X), Presented::Unknown);
+    assert!(maps(&[]).map().is_none());
+}
+
+#[test]
+fn bad_walls_and_settings_are_errors() {
+    let good = wall(0.0, 0.7);
+    let build = |facet: WallFacet, config: WallMapsConfig| {
+        WallMaps::build(&arm(), &[facet], config).map(|_| ())
+    };
+    let bad: [&dyn Fn(&mut WallFacet); 5] = [
+        &|f| f.point_m.x = f64::NAN,
+        &|f| f.normal = DVec3::ZERO,
+        &|f| f.heights.lo_m = f64::NAN,
+        &|f| f.heights.hi_m = f64::INFINITY,
+        &|f| f.outline_m[0].y = f64::NAN,
+    ];
+    for (i, spoil) in bad.into_iter().enumerate() {
+        let mut facet = good.clone();
+        spoil(&mut facet);
+        let error = build(facet, WallMapsConfig::default()).expect_err("bad");
+        assert!(
+            matches!(error, ReachabilityError::Argument(_)),
+            "{i} {error}"
+        );
+    }
+    let mut leaning = good.clone();
+    leaning.normal.z = 0.5;
+    let error = build(leaning, WallMapsConfig::default()).expect_err("leaning");
+    assert!(matches!(error, ReachabilityError::NotVertical { .. }));
+    let mut bare = good.clone();
+    bare.outline_m.clear();
+    let error = build(bare, WallMapsConfig::default()).expect_err("no outline");
+    assert!(matches!(error, ReachabilityError::Empty { .. }));
+    for config in [
+        WallMapsConfig {
+            spacing_m: 0.0,
+            ..WallMapsConfig::default()
+        },
+        WallMapsConfig {
+            inset_m: f64::NAN,
+            ..WallMapsConfig::default()
+        },
+        WallMapsConfig {
+            exact: ExactConfig {
+                accuracy_m: -1.0,
+                ..ExactConfig::default()
+            },
+            ..WallMapsConfig::default()
+        },
+    ] {
+        let error = build(good.clone(), config).expect_err("bad setting");
+        let out = matches!(
+            error,
+            ReachabilityError::Argument(ArgumentError::OutOfRange { .. })
+        );
+        assert!(out, "{error}");
+    }
+}
