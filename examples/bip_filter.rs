@@ -10,7 +10,6 @@ use hwall_lab::bip::report as bip_report;
 use hwall_lab::bip::run as bip_run;
 use hwall_lab::bip::scores as bip_scores;
 use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
-use hwall_lab::bip::study as bip_study;
 use hwall_lab::bip::trajectories;
 use hwall_stage::exit;
 use std::io::{self, Write};
@@ -53,9 +52,6 @@ struct Args {
     /// Train by the published conventions: no centring, phase velocity 1 / samples
     #[arg(long)]
     published: bool,
-    /// Instead: leave-one-out study of the recorded reaches in this folder, beside simple means
-    #[arg(long, conflicts_with_all = ["train", "out"])]
-    recordings: Option<PathBuf>,
     /// Seed of the synthetic reaches
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -74,13 +70,6 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.svg {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
-    if let Some(recordings) = &args.recordings {
-        let report = bip_study::recordings_report(recordings)?;
-        if let Some(folder) = &args.svg {
-            report.draw(folder)?;
-        }
-        return write!(io::stdout(), "{}", report.text).context("standard output");
     }
     let [train, test] = match (&args.train, &args.test) {
         (Some(train), Some(test)) => trajectories::read_both(train, test)?,

@@ -4,7 +4,6 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_lab::bip::study as bip_study;
 use hwall_lab::reach::figures as reach_figures;
 use hwall_lab::reach::published;
 use hwall_lab::validation::bip as bip_validation;
@@ -26,9 +25,6 @@ struct Args {
     /// Folder with the reference runs of Bayesian Interaction Primitives and their workload
     #[arg(long, default_value = "../shared/reference/bip")]
     bip: PathBuf,
-    /// Folder with recorded reaches
-    #[arg(long, default_value = "../shared/data")]
-    recordings: PathBuf,
     /// Folder with reference numbers of textures
     #[arg(long, default_value = "../shared/reference/texton")]
     texton: PathBuf,
@@ -53,20 +49,15 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<()> {
     let published = published::read(&args.published)?;
     let machine = Machine::detect(args.seed);
-    let bip_figures = args.out.join("figures/bip");
-    std::fs::create_dir_all(&bip_figures).with_context(|| bip_figures.display().to_string())?;
     let found = validation::reachability(&published, args.seed, args.poses)?;
     let bip = bip_validation::section(&args.bip)?;
     let textures = texture_validation::section(&args.texton, args.seed)?;
     let perception = perception_validation::section(&args.psychophysics)?;
-    let recorded = bip_study::recordings_report(&args.recordings)?;
     let text = format!(
         "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
          Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n## Recorded reaches\n\n{}\n{}\n{textures}\n{perception}",
+         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n{textures}\n{perception}",
         found.text,
-        recorded.text,
-        figures_of("bip", &recorded.draw(&bip_figures)?)
     );
     let figures = args.out.join("figures/reachability");
     std::fs::create_dir_all(&figures).with_context(|| figures.display().to_string())?;
@@ -77,13 +68,4 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::write(&path, &text).with_context(|| path.display().to_string())?;
     writeln!(io::stdout(), "{text}\nwrote {}", path.display())?;
     Ok(())
-}
-
-/// Markdown that shows the files of a folder under figures/.
-fn figures_of(folder: &str, files: &[PathBuf]) -> String {
-    files
-        .iter()
-        .filter_map(|path| path.file_name()?.to_str())
-        .map(|name| format!("![{name}](figures/{folder}/{name})\n"))
-        .collect()
 }
