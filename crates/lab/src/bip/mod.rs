@@ -1,4 +1,4 @@
-//! bip
+//! Interaction primitives on folders of motions: what `bip_filter` does.
 
 pub mod figures;
 pub mod reaches;
