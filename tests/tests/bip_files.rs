@@ -343,7 +343,7 @@ fn steps_follow_the_time_stamps() {
 /// The end of a synthetic reach is foreseen, better the more of it was seen.
 #[test]
 fn the_end_of_a_synthetic_reach_is_foreseen() {
-    let TrainTest { train, test } = reaches::sets(1, 40, 10);
+    let TrainTest { train, test } = reaches::sets(1, 24, 10);
     let mut setup = setup(reaches::OBSERVED, "exact", "loo");
     setup.basis = "legendre:8".parse().unwrap();
     let trained = setup.train(&train).unwrap();
