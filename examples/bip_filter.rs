@@ -1,17 +1,12 @@
-//! Learns from a folder of motions, filters another one, and says how well the end was foreseen.
+//! Learns from a folder of motions, filters another one, and reports how well their ends were predicted.
 //!
 //! `cargo run --release --example bip_filter`
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_lab::bip::figures as bip_figures;
-use hwall_lab::bip::reaches;
-use hwall_lab::bip::report as bip_report;
-use hwall_lab::bip::run as bip_run;
-use hwall_lab::bip::scores as bip_scores;
 use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
-use hwall_lab::bip::study as bip_study;
-use hwall_lab::bip::trajectories;
+use hwall_lab::bip::trajectories::TrainTest;
+use hwall_lab::bip::{figures, reaches, report, run, scores, trajectories};
 use hwall_stage::exit;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -53,13 +48,10 @@ struct Args {
     /// Train by the published conventions: no centring, phase velocity 1 / samples
     #[arg(long)]
     published: bool,
-    /// Instead: leave-one-out study of the recorded reaches in this folder, beside simple means
-    #[arg(long, conflicts_with_all = ["train", "out"])]
-    recordings: Option<PathBuf>,
     /// Seed of the synthetic reaches
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Write what the filter believed after every sample, JSON
+    /// Write the filter's estimates after every sample, JSON
     #[arg(long)]
     out: Option<PathBuf>,
     /// Folder for the figures: error and coverage against the share seen
@@ -68,21 +60,14 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    exit(run(&Args::parse()))
+    exit(filter(&Args::parse()))
 }
 
-fn run(args: &Args) -> anyhow::Result<()> {
+fn filter(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.svg {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    if let Some(recordings) = &args.recordings {
-        let report = bip_study::recordings_report(recordings)?;
-        if let Some(folder) = &args.svg {
-            report.draw(folder)?;
-        }
-        return write!(io::stdout(), "{}", report.text).context("standard output");
-    }
-    let [train, test] = match (&args.train, &args.test) {
+    let TrainTest { train, test } = match (&args.train, &args.test) {
         (Some(train), Some(test)) => trajectories::read_both(train, test)?,
         _ => reaches::sets(args.seed, 40, 30),
     };
@@ -105,15 +90,15 @@ fn run(args: &Args) -> anyhow::Result<()> {
         published: args.published,
     };
     let trained = setup.train(&train)?;
-    let runs = bip_run::run(&setup, &trained, &test)?;
+    let runs = run::run(&setup, &trained, &test)?;
     if let Some(path) = &args.out {
-        bip_report::write_json(path, &setup, &trained, &test.columns, &runs)?;
+        report::write_json(path, &setup, &trained, &test.columns, &runs)?;
     }
     if let Some(folder) = &args.svg {
-        let sides = bip_scores::sides(&setup, &trained);
-        bip_figures::errors(&folder.join("error.svg"), &sides, &runs.tests)?;
-        bip_figures::coverage(&folder.join("coverage.svg"), &sides, &runs.tests)?;
+        let sets = scores::dof_sets(&setup, &trained);
+        figures::errors(&folder.join("error.svg"), &sets, &runs.tests)?;
+        figures::coverage(&folder.join("coverage.svg"), &sets, &runs.tests)?;
     }
-    let text = bip_report::tables(&setup, &trained, &runs);
+    let text = report::tables(&setup, &trained, &runs);
     write!(io::stdout(), "{text}").context("standard output")
 }

@@ -1,10 +1,10 @@
-//! Where will a hand touch, seen from the beginning of its reach? Every estimator on held-out reaches.
+//! Where will a hand touch, estimated while it is on its way? Every estimator on held-out reaches.
 //!
 //! `cargo run --release --example contact_study`
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_lab::contact::arguments::Arguments;
+use hwall_lab::study::arguments::Arguments;
 use hwall_stage::exit;
 use std::io::{self, Write};
 use std::process::ExitCode;

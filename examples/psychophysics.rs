@@ -3,9 +3,7 @@
 //! `cargo run --release --example psychophysics -- analyse study.csv --subject person --factors a,b --value y`
 
 use clap::{Parser, Subcommand};
-use hwall_lab::psychophysics::analyse as psychophysics_analyse;
-use hwall_lab::psychophysics::design as psychophysics_design;
-use hwall_lab::psychophysics::power as psychophysics_power;
+use hwall_lab::psychophysics::{analyse, design, power};
 use hwall_stage::exit;
 use std::process::ExitCode;
 
@@ -21,17 +19,17 @@ struct Args {
 #[derive(Subcommand)]
 enum Command {
     /// Analysis of variance, aligned ranks and comparisons of pairs of a study's table
-    Analyse(psychophysics_analyse::Args),
-    /// The order of the trials of every subject, as CSV
-    Design(psychophysics_design::Args),
+    Analyse(analyse::Args),
+    /// The order of every subject's trials, as CSV
+    Design(design::Args),
     /// How often a study of a given size finds an effect of a given size
-    Power(psychophysics_power::Args),
+    Power(power::Args),
 }
 
 fn main() -> ExitCode {
     exit(match Args::parse().command {
-        Command::Analyse(args) => psychophysics_analyse::run(&args),
-        Command::Design(args) => psychophysics_design::run(&args),
-        Command::Power(args) => psychophysics_power::run(&args),
+        Command::Analyse(args) => analyse::run(&args),
+        Command::Design(args) => design::run(&args),
+        Command::Power(args) => power::run(&args),
     })
 }

@@ -4,23 +4,21 @@
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_lab::reach::maps as reach_maps;
-use hwall_lab::reach::maps::{Grid, Solver, figures, summary};
+use hwall_lab::reach::maps::{self, Grid, Request, Solver};
 use hwall_lab::reach::published;
-use hwall_stage::exit;
-use hwall_stage::numbers;
+use hwall_stage::{exit, numbers};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Where on vertical walls can the arm hold its flange, facing outwards?
 ///
 /// Writes CSV: orientation,plane,height,y_lo_mm,y_hi_mm, one row an interval; orientation counts
-/// from 1, plane and height from 0; y is the base frame's y of the end, mm, which says little of
-/// walls beside the arm: --map-csv has the places along the wall. Prints a summary on standard
+/// from 1, plane and height from 0; y is the base frame's y of the end, mm, which tells little about
+/// walls beside the arm: --map-csv holds the places along the wall. Prints a summary on standard
 /// error.
 #[derive(Parser)]
 struct Args {
-    /// The grid that the files published with the 2018 paper hold [default: the dissertation's grid]
+    /// Solve the grid of the files published with the 2018 paper [default: the dissertation's grid]
     #[arg(long, conflicts_with_all = ["orientations", "planes", "heights"])]
     published: bool,
     /// Headings of the walls' normals in degrees, counter-clockwise from the base's x axis: a,b,... or from:to:step [default: -45:45:15]
@@ -41,7 +39,7 @@ struct Args {
     /// Starts of the optimization on each line
     #[arg(long, default_value_t = 5)]
     starts: usize,
-    /// Ends are known to this, m (exact solver)
+    /// Accuracy of the ends, m (exact solver)
     #[arg(long, default_value_t = 1e-6)]
     accuracy_m: f64,
     /// How the board may be turned about the normal: degrees, `quarter` or `free`
@@ -85,7 +83,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         }
         .parse()?
     };
-    let solved = reach_maps::solve(&reach_maps::Request {
+    let solved = maps::solve(&Request {
         arm: &args.arm,
         solver: args.solver,
         starts: args.starts,
@@ -102,7 +100,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         .as_ref()
         .map(|p| published::compare(&solved.rows, p));
     if let Some(folder) = &args.figures {
-        figures(
+        maps::draw(
             folder,
             &grid,
             &solved,
@@ -110,6 +108,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
             comparisons.as_deref(),
         )?;
     }
-    eprint!("{}", summary(&solved, comparisons.as_deref()));
+    eprint!("{}", maps::summary(&solved, comparisons.as_deref()));
     Ok(())
 }

@@ -1,10 +1,9 @@
-//! A textured board to print: watertight mesh, height field, what a finger meets on it.
+//! A textured board to print: watertight mesh, height field, and what a finger meets on it.
 //!
 //! `cargo run --release --example texture_patch -- --stl patch.stl --out figures`
 
 use clap::Parser;
-use hwall_lab::texture::patch as texture_patch;
-use hwall_lab::texture::patch::{Grid, Request, Shape};
+use hwall_lab::texture::patch::{self, Grid, Request, Shape};
 use hwall_stage::exit;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,25 +26,25 @@ struct Args {
     /// Largest distance of the mesh from the true surface, micrometres, 1 to 1000
     #[arg(long, default_value_t = 10.0)]
     accuracy_um: f64,
-    /// Let triangles be on both sides of the surface by the accuracy: half as many (ellipsoids)
+    /// Allow triangles on both sides of the surface within the accuracy: half as many (ellipsoids)
     #[arg(long)]
     both_sides: bool,
     /// Shape of the bumps
     #[arg(long, value_enum, default_value_t = Shape::Ellipsoid)]
     texton: Shape,
-    /// How bumps stand; staggered moves every second row by half the long pitch
+    /// How the bumps stand; staggered moves every second row by half the long pitch
     #[arg(long, value_enum, default_value_t = Grid::Rectangular)]
     layout: Grid,
     /// Thickness of the plate, mm
     #[arg(long, default_value_t = 1.0)]
     plate_mm: f64,
-    /// Mounting hole X,Y,DIAMETER in mm; may be given again
+    /// Mounting hole X,Y,DIAMETER in mm; may be repeated
     #[arg(long)]
     hole: Vec<String>,
     /// Size of the tiles in mm, one number or X,Y; no bump crosses their borders
     #[arg(long, value_delimiter = ',', num_args = 1..=2, default_value = "100")]
     tile_mm: Vec<f64>,
-    /// Let the grid run on across tiles instead of starting anew on each
+    /// Continue the grid across tiles instead of starting it anew on each
     #[arg(long)]
     continuous: bool,
     /// Write meshes and pictures of each tile (NAME-1.stl, ...) instead of the whole
@@ -95,5 +94,5 @@ fn run(args: Args) -> anyhow::Result<()> {
         pixel_mm: 1e-3 * args.pixel_um,
         figures: args.out,
     };
-    texture_patch::run(&request, &mut std::io::stdout().lock())
+    patch::run(&request, &mut std::io::stdout().lock())
 }

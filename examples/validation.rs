@@ -1,18 +1,12 @@
-//! Compares with what others have published, and writes docs/VALIDATION.md.
+//! Compares with what others have published, and writes VALIDATION.md with its figures.
 //!
 //! `cargo run --release --example validation -- --published DIR`
 
 use anyhow::Context;
 use clap::Parser;
-use hwall_lab::bip::study as bip_study;
-use hwall_lab::reach::figures as reach_figures;
-use hwall_lab::reach::published;
-use hwall_lab::validation::bip as bip_validation;
-use hwall_lab::validation::perception as perception_validation;
-use hwall_lab::validation::tables as validation;
-use hwall_lab::validation::texture as texture_validation;
+use hwall_lab::documents::Destination;
+use hwall_lab::validation::document::{self, Request};
 use hwall_stage::exit;
-use hwall_testkit::Machine;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,18 +20,14 @@ struct Args {
     /// Folder with the reference runs of Bayesian Interaction Primitives and their workload
     #[arg(long, default_value = "../shared/reference/bip")]
     bip: PathBuf,
-    /// Folder with recorded reaches
-    #[arg(long, default_value = "../shared/data")]
-    recordings: PathBuf,
     /// Folder with reference numbers of textures
     #[arg(long, default_value = "../shared/reference/texton")]
     texton: PathBuf,
     /// Folder with reference studies and their analyses
     #[arg(long, default_value = "../shared/reference/psychophysics")]
     psychophysics: PathBuf,
-    /// Folder for VALIDATION.md and figures/
-    #[arg(long, default_value = "docs")]
-    out: PathBuf,
+    #[command(flatten)]
+    destination: Destination,
     /// Seed of the random poses
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -51,39 +41,16 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    let published = published::read(&args.published)?;
-    let machine = Machine::detect(args.seed);
-    let bip_figures = args.out.join("figures/bip");
-    std::fs::create_dir_all(&bip_figures).with_context(|| bip_figures.display().to_string())?;
-    let found = validation::reachability(&published, args.seed, args.poses)?;
-    let bip = bip_validation::section(&args.bip)?;
-    let textures = texture_validation::section(&args.texton, args.seed)?;
-    let perception = perception_validation::section(&args.psychophysics)?;
-    let recorded = bip_study::recordings_report(&args.recordings)?;
-    let text = format!(
-        "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
-         Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
-         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n## Recorded reaches\n\n{}\n{}\n{textures}\n{perception}",
-        found.text,
-        recorded.text,
-        figures_of("bip", &recorded.draw(&bip_figures)?)
-    );
-    let figures = args.out.join("figures/reachability");
-    std::fs::create_dir_all(&figures).with_context(|| figures.display().to_string())?;
-    reach_figures::comparison(&figures.join("comparison.svg"), &found.comparisons)?;
-    let worst = figures.join("worst_plane.svg");
-    reach_figures::worst_plane(&worst, &published::grids()?, &found.rows, &published)?;
-    let path = args.out.join("VALIDATION.md");
-    std::fs::write(&path, &text).with_context(|| path.display().to_string())?;
-    writeln!(io::stdout(), "{text}\nwrote {}", path.display())?;
-    Ok(())
-}
-
-/// Markdown that shows the files of a folder under figures/.
-fn figures_of(folder: &str, files: &[PathBuf]) -> String {
-    files
-        .iter()
-        .filter_map(|path| path.file_name()?.to_str())
-        .map(|name| format!("![{name}](figures/{folder}/{name})\n"))
-        .collect()
+    let documents = args.destination.open("out/validation")?;
+    let request = Request {
+        published: &args.published,
+        bip: &args.bip,
+        texton: &args.texton,
+        psychophysics: &args.psychophysics,
+        seed: args.seed,
+        poses: args.poses,
+    };
+    let written = document::write(&request, &documents)?;
+    let (text, path) = (written.text, written.path.display());
+    writeln!(io::stdout(), "{text}\nwrote {path}").context("standard output")
 }

@@ -1,8 +1,8 @@
 //! Files that are missing or malformed end in one clear line, never in a panic.
 
 use hwall_haptics::Board;
-use hwall_kinematics::SrsArm;
-use hwall_stage::stage::{Options, Stage};
+use hwall_stage::arms::BoardArm;
+use hwall_stage::setting::{Setting, SettingOptions};
 use std::path::{Path, PathBuf};
 
 const WALL: &str = "o wall\nv 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\nf 1 2 3 4\n";
@@ -16,8 +16,8 @@ fn file(name: &str, content: &[u8]) -> PathBuf {
 
 /// The line that `error: ...` would show, checked to be one line and not too long.
 fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
-    let arm = SrsArm::iiwa7().with_tool(Board::default().flange_from_board_face().unwrap());
-    let options = Options {
+    let arm = BoardArm::named("iiwa7", &Board::default()).unwrap();
+    let options = SettingOptions {
         scene,
         hand,
         rigid_hand: false,
@@ -28,7 +28,7 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
         touches: 1,
         seed: 1,
     };
-    let error = Stage::set(&arm, &options)
+    let error = Setting::new(&arm, &options)
         .map(|_| ())
         .expect_err("must be refused");
     let line = format!("{error:#}");

@@ -1,12 +1,10 @@
 //! Folders of trajectories: what is in them arrives, and what is wrong ends in one clear line.
 
-use hwall_lab::bip::figures as bip_figures;
-use hwall_lab::bip::reaches;
-use hwall_lab::bip::report as bip_report;
-use hwall_lab::bip::run::{self as bip_run, Runs};
-use hwall_lab::bip::scores::{Accuracy, sides};
+use hwall_lab::bip::run::{self, Runs};
+use hwall_lab::bip::scores::{Accuracy, dof_sets};
 use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
-use hwall_lab::bip::trajectories::{self, TrajectorySet};
+use hwall_lab::bip::trajectories::{self, TrainTest, TrajectorySet};
+use hwall_lab::bip::{figures, reaches, report};
 use std::path::{Path, PathBuf};
 
 /// A fresh folder with these files.
@@ -44,9 +42,9 @@ fn one_line(error: &anyhow::Error) -> String {
 
 /// The whole way of the example, from folders to runs.
 fn go(train: &Path, test: &Path, setup: &Setup) -> anyhow::Result<Runs> {
-    let [train, test] = trajectories::read_both(train, test)?;
+    let TrainTest { train, test } = trajectories::read_both(train, test)?;
     let trained = setup.train(&train)?;
-    bip_run::run(setup, &trained, &test)
+    run::run(setup, &trained, &test)
 }
 
 const GOOD: &str = "x,y\n0,0\n0.5,0.2\n1,1\n";
@@ -134,16 +132,16 @@ fn a_missing_value_is_an_error_in_training_only() {
 #[test]
 fn an_end_that_nobody_saw_is_unknown() {
     let unseen = folder("unseen", &[("u.csv", "x,y\n0,\n0.5,\n1,\n")]);
-    let [train, test] = trajectories::read_both(&good("unseen"), &unseen).unwrap();
+    let TrainTest { train, test } = trajectories::read_both(&good("unseen"), &unseen).unwrap();
     for observed in ["0", "1"] {
         let setup = setup(observed, "exact", "fit");
         let trained = setup.train(&train).unwrap();
-        let runs = bip_run::run(&setup, &trained, &test).unwrap();
-        let text = bip_report::tables(&setup, &trained, &runs);
+        let runs = run::run(&setup, &trained, &test).unwrap();
+        let text = report::tables(&setup, &trained, &runs);
         assert!(text.contains("unknown") && !text.contains("NaN"), "{text}");
-        let sides = sides(&setup, &trained);
-        bip_figures::errors(&unseen.join("error.svg"), &sides, &runs.tests).unwrap();
-        bip_figures::coverage(&unseen.join("coverage.svg"), &sides, &runs.tests).unwrap();
+        let sets = dof_sets(&setup, &trained);
+        figures::errors(&unseen.join("error.svg"), &sets, &runs.tests).unwrap();
+        figures::coverage(&unseen.join("coverage.svg"), &sets, &runs.tests).unwrap();
     }
 }
 
@@ -262,7 +260,7 @@ fn write(folder: &Path, prefix: &str, set: &TrajectorySet) {
 
 #[test]
 fn one_folder_for_both_comes_back_as_it_was_written() {
-    let [train, mut test] = reaches::sets(3, 6, 4);
+    let TrainTest { train, mut test } = reaches::sets(3, 6, 4);
     test.trajectories[1].rows[5][2] = None;
     let both = folder("both", &[]);
     write(&both, "train", &train);
@@ -277,7 +275,10 @@ fn one_folder_for_both_comes_back_as_it_was_written() {
         .collect();
     let meta = format!(r#"{{"test": [{}]}}"#, entries.join(","));
     std::fs::write(both.join("workload_meta.json"), meta).unwrap();
-    let [train_read, test_read] = trajectories::read_both(&both, &both).unwrap();
+    let TrainTest {
+        train: train_read,
+        test: test_read,
+    } = trajectories::read_both(&both, &both).unwrap();
     assert_eq!(train_read.columns, train.columns);
     assert_eq!(
         (train_read.trajectories.len(), test_read.trajectories.len()),
@@ -296,27 +297,28 @@ fn one_folder_for_both_comes_back_as_it_was_written() {
     // From here to the tables, the file and the figures.
     let setup = setup(reaches::OBSERVED, "exact", "2.5");
     let trained = setup.train(&train_read).unwrap();
-    let runs = bip_run::run(&setup, &trained, &test_read).unwrap();
-    let text = bip_report::tables(&setup, &trained, &runs);
+    let runs = run::run(&setup, &trained, &test_read).unwrap();
+    let text = report::tables(&setup, &trained, &runs);
     assert!(
         text.contains("kind0 (2)") && text.contains("kind1 (2)"),
         "{text}"
     );
     assert!(!text.contains("NaN"), "{text}");
     let json = both.join("out.json");
-    bip_report::write_json(&json, &setup, &trained, &test_read.columns, &runs).unwrap();
+    report::write_json(&json, &setup, &trained, &test_read.columns, &runs).unwrap();
     let json = std::fs::read_to_string(json).unwrap();
     assert!(!json.contains("null,null") && json.contains("\"P01\""));
-    let sides = sides(&setup, &trained);
-    bip_figures::errors(&both.join("error.svg"), &sides, &runs.tests).unwrap();
-    bip_figures::coverage(&both.join("coverage.svg"), &sides, &runs.tests).unwrap();
+    let sets = dof_sets(&setup, &trained);
+    figures::errors(&both.join("error.svg"), &sets, &runs.tests).unwrap();
+    figures::coverage(&both.join("coverage.svg"), &sets, &runs.tests).unwrap();
 }
 
 #[test]
 fn numbers_in_names_become_ids_only_where_all_differ() {
     let ids = |files: &[&str]| -> Vec<u64> {
         let files: Vec<(&str, &str)> = files.iter().map(|f| (*f, GOOD)).collect();
-        let [_, test] = trajectories::read_both(&good("ids"), &folder("ids", &files)).unwrap();
+        let folder = folder("ids", &files);
+        let test = trajectories::read_both(&good("ids"), &folder).unwrap().test;
         test.trajectories.iter().map(|t| t.id).collect()
     };
     assert_eq!(ids(&["test_007.csv", "test_012.csv"]), [7, 12]);
@@ -341,18 +343,18 @@ fn steps_follow_the_time_stamps() {
 /// The end of a synthetic reach is foreseen, better the more of it was seen.
 #[test]
 fn the_end_of_a_synthetic_reach_is_foreseen() {
-    let [train, test] = reaches::sets(1, 40, 10);
+    let TrainTest { train, test } = reaches::sets(1, 24, 10);
     let mut setup = setup(reaches::OBSERVED, "exact", "loo");
     setup.basis = "legendre:8".parse().unwrap();
     let trained = setup.train(&train).unwrap();
-    let runs = bip_run::run(&setup, &trained, &test).unwrap();
-    let again = bip_run::run(&setup, &trained, &test).unwrap();
+    let runs = run::run(&setup, &trained, &test).unwrap();
+    let again = run::run(&setup, &trained, &test).unwrap();
     assert_eq!(runs.tests, again.tests);
-    for side in sides(&setup, &trained) {
-        let median = |percent| Accuracy::at(&runs.tests, &side, percent).median;
+    for set in dof_sets(&setup, &trained) {
+        let median = |percent| Accuracy::at(&runs.tests, &set, percent).median;
         println!(
             "{}: {} {} {}",
-            side.name,
+            set.name,
             median(10),
             median(50),
             median(100)

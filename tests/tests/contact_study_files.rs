@@ -1,22 +1,24 @@
 //! Recordings as studies bring them, with columns, cells and names missing, through the whole comparison.
 
 use hwall_hand::{HandPoint, Quantity, Recording, write_recordings};
-use hwall_lab::contact::arguments::Arguments;
 use hwall_lab::contact::candidates::Candidate;
-use hwall_lab::contact::recordings::read;
+use hwall_lab::contact::recordings::{FoundSources, read};
 use hwall_lab::contact::report::recordings;
-use hwall_lab::demonstrations::files::{self as demonstration_files, Robot};
-use hwall_lab::demonstrations::generate::{Cast, Demonstrated, DemonstrationConfig, generate};
+use hwall_lab::demonstrations::files::{self, Robot};
+use hwall_lab::demonstrations::generate::{
+    DemonstrationConfig, PartSize, SimulatedReach, generate,
+};
+use hwall_lab::study::arguments::Arguments;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const PEOPLE: usize = 3;
 const REACHES: usize = 15;
 
-fn people() -> Vec<Demonstrated> {
+fn people() -> Vec<SimulatedReach> {
     let config = DemonstrationConfig::pointing();
     generate(&DemonstrationConfig {
-        train: Cast {
+        train: PartSize {
             people: PEOPLE,
             reaches: REACHES,
         },
@@ -46,7 +48,7 @@ struct Kept {
     trial: bool,
 }
 
-fn thinned(made: &[Demonstrated], kept: Kept) -> Vec<Recording> {
+fn thinned(made: &[SimulatedReach], kept: Kept) -> Vec<Recording> {
     let mut all: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
     for recording in &mut all {
         recording.person = recording.person.take().filter(|_| kept.person);
@@ -79,7 +81,7 @@ fn quick() -> Vec<Candidate> {
 
 /// Reaches found, as the report says, and folds.
 fn study(dir: &Path) -> (usize, String, String) {
-    let (sources, refused) = read(dir).unwrap();
+    let FoundSources { sources, refused } = read(dir).unwrap();
     assert_eq!(refused, Vec::<String>::new());
     assert_eq!(sources.len(), 1, "one study");
     let out = dir.with_extension("out");
@@ -109,7 +111,7 @@ fn the_tip_of_one_finger_is_enough() {
     assert!(split.contains("each person held out: 3 folds"), "{split}");
     assert!(text.contains("1 file: index;"), "{text}");
     // The end of the movement stands in for the contact that nobody wrote down.
-    let (sources, _) = read(&dir).unwrap();
+    let sources = read(&dir).unwrap().sources;
     for (reach, truth) in sources[0].reaches.iter().zip(&made) {
         let off_m = reach.contact_m.distance(truth.labelled.contact_m);
         assert!(off_m < 0.03, "{off_m}");
@@ -133,7 +135,7 @@ fn targets_and_contacts_are_the_labels_where_there_are_any() {
     let (reaches, _, text) = study(&dir);
     assert_eq!(reaches, REACHES);
     assert!(text.contains("palm, index, head, target"), "{text}");
-    let (sources, _) = read(&dir).unwrap();
+    let sources = read(&dir).unwrap().sources;
     for (reach, truth) in sources[0].reaches.iter().zip(&made) {
         assert!(reach.contact_m.distance(truth.truth.target_m) < 1e-9);
         // A recording knows the contact to a sample: its first one in contact.
@@ -221,8 +223,8 @@ fn empty_cells_are_gaps_and_no_more() {
 fn motions_for_another_tool_are_no_second_study() {
     let dir = empty_folder("generated");
     let made = people();
-    demonstration_files::write(&dir, &made, Robot::Joints).unwrap();
-    let (sources, refused) = read(&dir).unwrap();
+    files::write(&dir, &made, Robot::Joints).unwrap();
+    let FoundSources { sources, refused } = read(&dir).unwrap();
     assert_eq!(sources.len(), 1);
     assert_eq!(sources[0].reaches.len(), REACHES);
     let remark =
@@ -234,7 +236,7 @@ fn motions_for_another_tool_are_no_second_study() {
         "{text}"
     );
     // Whoever names that folder means it.
-    let (sources, refused) = read(&dir.join("demonstrations")).unwrap();
+    let FoundSources { sources, refused } = read(&dir.join("demonstrations")).unwrap();
     assert_eq!((sources.len(), refused.len()), (1, 0));
 }
 
@@ -322,7 +324,7 @@ fn a_single_file_is_a_study_too() {
     let dir = empty_folder("single");
     palms(&dir.join("mine.csv"));
     palms(&dir.join("other.csv"));
-    let (sources, refused) = read(&dir.join("mine.csv")).unwrap();
+    let FoundSources { sources, refused } = read(&dir.join("mine.csv")).unwrap();
     assert_eq!((sources.len(), refused.len()), (1, 0));
     assert_eq!(sources[0].name, "mine");
     assert_eq!(sources[0].reaches.len(), REACHES);
@@ -338,7 +340,7 @@ fn studies_of_like_names_write_their_own_files() {
         fs::create_dir_all(dir.join(name)).unwrap();
         palms(&dir.join(name).join("hands.csv"));
     }
-    let (sources, _) = read(&dir).unwrap();
+    let sources = read(&dir).unwrap().sources;
     let names: Vec<&str> = sources.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, ["a-b", "a-b-2", "rooms-2"]);
 }

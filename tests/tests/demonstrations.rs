@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach, read_recordings};
-use hwall_lab::bip::run as bip_run;
+use hwall_lab::bip::run;
 use hwall_lab::bip::setup::Setup;
-use hwall_lab::bip::trajectories;
-use hwall_lab::demonstrations::files::{self as demonstration_files, HANDS, MOTIONS, Robot};
+use hwall_lab::bip::trajectories::{self, TrainTest};
+use hwall_lab::demonstrations::files::{self, HANDS, MOTIONS, MotionSource, Robot};
 use hwall_lab::demonstrations::generate::{
-    Cast, Demonstrated, DemonstrationConfig, Part, generate,
+    DemonstrationConfig, Part, PartSize, SimulatedReach, generate,
 };
 use hwall_sim::PersonConfig;
 use hwall_testkit::quantile;
@@ -24,11 +24,11 @@ fn folder(name: &str) -> PathBuf {
 
 fn small() -> DemonstrationConfig {
     DemonstrationConfig {
-        train: Cast {
+        train: PartSize {
             people: 3,
             reaches: 14,
         },
-        test: Cast {
+        test: PartSize {
             people: 2,
             reaches: 5,
         },
@@ -40,7 +40,7 @@ fn small() -> DemonstrationConfig {
 fn the_recording_of_all_hands_reads_back_bit_for_bit() {
     let made = generate(&small()).unwrap();
     let folder = folder("hands");
-    demonstration_files::write(&folder, &made, Robot::Joints).unwrap();
+    files::write(&folder, &made, Robot::Joints).unwrap();
     let file = std::fs::File::open(folder.join(HANDS)).unwrap();
     let read = read_recordings(file).unwrap();
     assert_eq!(read.len(), 19);
@@ -53,7 +53,7 @@ fn the_recording_of_all_hands_reads_back_bit_for_bit() {
         assert_eq!(contacts.iter().filter(|c| **c).count(), 1);
     }
     // Points were lost, so cells are empty.
-    let lost = |d: &Demonstrated| d.labelled.frames.iter().any(|f| f.palm_m.is_none());
+    let lost = |d: &SimulatedReach| d.labelled.frames.iter().any(|f| f.palm_m.is_none());
     assert!(made.iter().any(lost));
 }
 
@@ -63,11 +63,11 @@ fn a_filter_learns_from_the_files_where_joints_and_board_end() {
     let made = generate(&config).unwrap();
     for (robot, name, dofs) in [(Robot::Joints, "joints", 25), (Robot::Board, "board", 24)] {
         let folder = folder(name);
-        demonstration_files::write(&folder, &made, robot).unwrap();
-        let again = demonstration_files::write(&folder, &made[..3], robot).unwrap_err();
+        files::write(&folder, &made, robot).unwrap();
+        let again = files::write(&folder, &made[..3], robot).unwrap_err();
         assert!(again.to_string().contains("not empty"), "{again:#}");
         let motions = folder.join(MOTIONS);
-        let [train, test] = trajectories::read_both(&motions, &motions).unwrap();
+        let TrainTest { train, test } = trajectories::read_both(&motions, &motions).unwrap();
         assert_eq!((train.trajectories.len(), test.trajectories.len()), (14, 5));
         assert_eq!(train.columns.len(), dofs);
         let setup = Setup {
@@ -81,7 +81,7 @@ fn a_filter_learns_from_the_files_where_joints_and_board_end() {
         };
         let trained = setup.train(&train).unwrap();
         assert_eq!(trained.inferred, (18..dofs).collect::<Vec<_>>());
-        let runs = bip_run::run(&setup, &trained, &test).unwrap();
+        let runs = run::run(&setup, &trained, &test).unwrap();
         for (run, made) in runs
             .tests
             .iter()
@@ -105,16 +105,17 @@ fn the_same_seed_makes_the_same_and_nobody_is_in_both_parts() {
     let made = generate(&config).unwrap();
     assert_eq!(made, generate(&config).unwrap());
     let fewer = DemonstrationConfig {
-        train: Cast {
+        train: PartSize {
             people: 3,
             reaches: 3,
         },
         ..config.clone()
     };
     // Another number of reaches leaves the first ones as they are.
-    let first = |made: &[Demonstrated]| -> Vec<Demonstrated> {
-        let first =
-            |d: &&Demonstrated| d.part == Part::Train && d.recording.trial.as_deref() == Some("1");
+    let first = |made: &[SimulatedReach]| -> Vec<SimulatedReach> {
+        let first = |d: &&SimulatedReach| {
+            d.part == Part::Train && d.recording.trial.as_deref() == Some("1")
+        };
         made.iter().filter(first).cloned().collect()
     };
     assert_eq!(first(&made), first(&generate(&fewer).unwrap()));
@@ -173,7 +174,7 @@ const HOLD_MM: [(f64, f64); 5] = [
 #[test]
 fn people_who_point_are_as_far_from_their_targets_as_in_the_study() {
     let config = DemonstrationConfig {
-        train: Cast {
+        train: PartSize {
             people: 13,
             reaches: 13 * 20,
         },
@@ -237,11 +238,14 @@ fn a_real_recording_becomes_motions_of_what_it_holds() {
         contact_s: 8.5,
         normal: None,
     };
-    let points = demonstration_files::common_points([&reach].into_iter());
+    let points = files::common_points([&reach].into_iter());
     assert_eq!(points, [HandPoint::Palm, HandPoint::Index]);
     let motions = |part| {
-        let reaches = [(&reach, None)];
-        demonstration_files::motions_of(&reaches, &points, Robot::Joints, part).unwrap()
+        let reaches = [MotionSource {
+            reach: &reach,
+            response: None,
+        }];
+        files::motions_of(&reaches, &points, Robot::Joints, part).unwrap()
     };
     let (train, test) = (motions(Part::Train), motions(Part::Test));
     assert_eq!(train.columns.len(), 6);
@@ -256,14 +260,14 @@ fn a_real_recording_becomes_motions_of_what_it_holds() {
     assert_eq!(palm_x(&test), [Some(0.0), None, Some(2.0), None]);
     let folder = folder("real");
     std::fs::create_dir_all(&folder).unwrap();
-    demonstration_files::write_motions(&folder, &train, Part::Train).unwrap();
+    files::write_motions(&folder, &train, Part::Train).unwrap();
     let read = trajectories::read(&folder, trajectories::Part::All).unwrap();
     assert_eq!(read.columns, train.columns);
     assert_eq!(read.trajectories[0].rows, train.trajectories[0].rows);
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_by_name() {
+fn bad_values_are_refused_by_name() {
     let good = small();
     let bad = [
         (
@@ -297,7 +301,7 @@ fn what_makes_no_sense_is_refused_by_name() {
         (
             "nobody",
             DemonstrationConfig {
-                test: Cast {
+                test: PartSize {
                     people: 0,
                     reaches: 1,
                 },

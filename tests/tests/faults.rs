@@ -1,11 +1,11 @@
 //! Faults injected on the way to a touch: each ends in a hold, or keeps the last goal, with its
 //! reason; the run then goes on to the touch.
 //!
-//! Every run checks every command: no NaN, joint limits and speeds kept (`common::Loop::check`).
+//! Every run checks every command: no NaN, joint limits and speeds kept (`common::check`).
 
 mod common;
 
-use common::{DT_S, Faults, Loop, NONE, Tick, in_place, slow_person, wall};
+use common::{DT_S, Faults, Rig, Tick, in_place, slow_person, wall};
 use glam::DVec3;
 use hwall_hand::{FreezeKind, HandFilterConfig, HandFrame, LostReason, Tracking};
 use hwall_haptics::{ArmCommand, HoldReason, Phase};
@@ -87,26 +87,27 @@ fn is_faulty(touch: &TouchTruth, t_s: f64) -> bool {
     (touch.start_s..touch.start_s + FAULT_S).contains(&t_s)
 }
 
-fn run(faults: &Faults) -> Outcome {
+fn run(faults: Faults) -> Outcome {
     let (hand, touch) = hand();
     let until_s = hand.duration_s();
     // The real filter: the simulated hand trembles and its tracker is noisy, so no pose is frozen.
-    let ticks = Loop::new(wall(0.6), hand, 5, HandFilterConfig::default()).run(until_s, faults);
+    let filter = HandFilterConfig::default();
+    let ticks = Rig::new(wall(0.6), hand, 5, filter, faults).run(until_s);
     Outcome { touch, ticks }
 }
 
 /// Spoils the frames of the fault.
-fn with_frames(spoil: impl Fn(HandFrame) -> Option<HandFrame>) -> Outcome {
+fn with_frames(spoil: impl Fn(HandFrame) -> Option<HandFrame> + 'static) -> Outcome {
     let (_, touch) = hand();
-    run(&Faults {
-        frame: &|f| {
+    run(Faults {
+        frame: Box::new(move |f| {
             if is_faulty(&touch, f.t_s) {
                 spoil(f)
             } else {
                 Some(f)
             }
-        },
-        ..NONE
+        }),
+        ..Faults::default()
     })
 }
 
@@ -120,7 +121,7 @@ fn with_points(frame: HandFrame, point: impl Fn(DVec3) -> Option<DVec3>) -> Hand
 
 #[test]
 fn without_a_fault_the_touch_is_made() {
-    let outcome = run(&NONE);
+    let outcome = run(Faults::default());
     outcome.recovers();
     assert!(
         outcome
@@ -251,12 +252,12 @@ fn a_nan_time_is_a_lost_hand_and_nothing_else() {
 #[test]
 fn a_stale_robot_state_lets_the_arm_brake_by_itself() {
     let (_, touch) = hand();
-    let outcome = run(&Faults {
-        state: &|t_s, mut state| {
+    let outcome = run(Faults {
+        state: Box::new(move |t_s, mut state| {
             state.t_s -= if is_faulty(&touch, t_s) { 0.2 } else { 0.0 };
             state
-        },
-        ..NONE
+        }),
+        ..Faults::default()
     });
     for tick in outcome.during(DT_S) {
         let Phase::Hold(HoldReason::StaleState { age_s }) = tick.step.phase else {
@@ -272,14 +273,14 @@ fn a_stale_robot_state_lets_the_arm_brake_by_itself() {
 #[test]
 fn a_nan_in_the_robot_state_is_named_and_held() {
     let (_, touch) = hand();
-    let outcome = run(&Faults {
-        state: &|t_s, mut state| {
+    let outcome = run(Faults {
+        state: Box::new(move |t_s, mut state| {
             if is_faulty(&touch, t_s) {
                 state.q[2] = f64::NAN;
             }
             state
-        },
-        ..NONE
+        }),
+        ..Faults::default()
     });
     for tick in outcome.during(DT_S) {
         let named = HoldReason::NonFiniteState {
@@ -298,13 +299,12 @@ fn a_nan_in_the_robot_state_is_named_and_held() {
 #[test]
 fn an_unreachable_target_keeps_the_last_goal_and_says_why() {
     let (_, touch) = hand();
-    let outcome = run(&Faults {
-        target: &|t_s, target| {
-            let mut target = target?;
-            target.point_m.x += if is_faulty(&touch, t_s) { 2.0 } else { 0.0 };
-            Some(target)
-        },
-        ..NONE
+    let outcome = run(Faults {
+        point_m: Box::new(move |t_s, mut point_m| {
+            point_m.x += if is_faulty(&touch, t_s) { 2.0 } else { 0.0 };
+            point_m
+        }),
+        ..Faults::default()
     });
     let before = outcome
         .ticks
@@ -330,17 +330,16 @@ fn an_unreachable_target_keeps_the_last_goal_and_says_why() {
 #[test]
 fn a_nan_target_is_held_as_invalid() {
     let (_, touch) = hand();
-    let outcome = run(&Faults {
-        target: &|t_s, target| {
-            let mut target = target?;
-            target.point_m.z *= if is_faulty(&touch, t_s) {
+    let outcome = run(Faults {
+        point_m: Box::new(move |t_s, mut point_m| {
+            point_m.z *= if is_faulty(&touch, t_s) {
                 f64::NAN
             } else {
                 1.0
             };
-            Some(target)
-        },
-        ..NONE
+            point_m
+        }),
+        ..Faults::default()
     });
     let held = Phase::Hold(HoldReason::InvalidTarget);
     assert!(outcome.during(DT_S).all(|tick| tick.step.phase == held));

@@ -3,16 +3,14 @@
 use glam::DVec3;
 use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::SrsArm;
-use hwall_lab::reach::maps as reach_maps;
-use hwall_lab::reach::placement;
-use hwall_lab::reach::published;
+use hwall_lab::reach::maps::Grid;
+use hwall_lab::reach::{placement, published};
+use hwall_reachability::Presented;
 use hwall_reachability::{
     ExactConfig, Interval, PlacementConfig, ReachabilityMap, Roll, Steps, place_base,
 };
-use hwall_stage::stage;
-use hwall_stage::wall_maps::{Presented, WallMaps};
-use hwall_testkit::{Sampler, quantile};
-use std::path::PathBuf;
+use hwall_stage::setting;
+use hwall_testkit::{Sampler, quantile, shared};
 
 fn arm_with_board() -> SrsArm {
     let face = Board::default().flange_from_board_face().unwrap();
@@ -27,9 +25,10 @@ fn held(arm: &SrsArm, point_m: DVec3, normal: DVec3) -> bool {
 #[test]
 fn the_maps_of_a_room_say_what_the_board_can_do() {
     let arm = arm_with_board();
-    let (scene, _) = stage::load_scene(None).unwrap();
-    let maps = WallMaps::of_scene(&arm, &scene).unwrap();
-    let (walls, lines) = maps.size();
+    let (scene, _) = setting::load_scene(None).unwrap();
+    let maps = hwall::maps_of(&scene, &arm).unwrap();
+    let map = maps.map().unwrap();
+    let (walls, lines) = (map.walls().len(), map.report().lines);
     assert!(walls >= 6 && lines > 200, "{walls} {lines}");
     let patches = scene.vertical_patches();
     let mut sampler = Sampler::new(4);
@@ -67,8 +66,8 @@ fn the_maps_of_a_room_say_what_the_board_can_do() {
 #[test]
 fn a_base_found_for_a_room_reaches_what_it_promises() {
     let arm = arm_with_board();
-    let (scene, _) = stage::load_scene(None).unwrap();
-    let wanted = placement::Wanted {
+    let (scene, _) = setting::load_scene(None).unwrap();
+    let wanted = placement::TargetChoice {
         surfaces: &["front_wall".to_owned(), "door".to_owned()],
         heights: Interval::new(0.4, 1.2),
         spacing_m: 0.2,
@@ -89,7 +88,7 @@ fn a_base_found_for_a_room_reaches_what_it_promises() {
     });
     assert_eq!(count.count(), best.reachable);
     assert!(best.share() > 0.4, "{best:?}");
-    let unknown = placement::Wanted {
+    let unknown = placement::TargetChoice {
         surfaces: &["no such wall".to_owned()],
         ..wanted
     };
@@ -102,7 +101,7 @@ fn a_base_found_for_a_room_reaches_what_it_promises() {
 #[test]
 fn grids_from_text() {
     let grid = |orientations, planes, heights| {
-        reach_maps::Grid {
+        Grid {
             orientations,
             planes,
             heights,
@@ -132,22 +131,18 @@ fn grids_from_text() {
 /// micrometres, every seventh bound is off by more than a millimetre, 38 % of the lines have holes.
 #[test]
 fn the_published_maps_are_as_they_were_found() {
-    let folder =
-        PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/hwall_maps_2018");
-    if !folder.is_dir() {
-        println!("skipped: the published maps are not beside the project");
+    let Some(folder) = shared("data/hwall_maps_2018") else {
         return;
-    }
+    };
     let theirs = published::read(&folder).unwrap();
     let grids = published::grids().unwrap();
     let map = ReachabilityMap::build(&SrsArm::iiwa7(), &ExactConfig::default(), grids).unwrap();
     let mut rows = Vec::new();
     for index in map.lines() {
         let line = map.line(index).unwrap();
-        let place = [index.wall, index.plane, index.height];
         for interval in map.intervals(index) {
             let ends = [interval.span.lo_m, interval.span.hi_m];
-            rows.push(published::Row::new(place, &line, ends));
+            rows.push(published::Row::new(index, &line, ends));
         }
     }
     let comparisons = published::compare(&rows, &theirs);

@@ -2,28 +2,17 @@
 
 use hwall_hand::{FreezeKind, HandFilter, HandFilterConfig, LostReason, Pose, Recording, Tracking};
 use hwall_haptics::Board;
-use hwall_kinematics::SrsArm;
 use hwall_scene::Scene;
-use hwall_stage::foresight::{Foresight, Kind};
-use hwall_stage::session::{Hand, Setup};
-use hwall_stage::stage::{Options, Stage};
-use std::path::PathBuf;
-
-/// The file beside the project, if it is there.
-fn data(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared/data")
-        .join(name);
-    if !path.is_file() {
-        println!("skipped: {name} is not beside the project");
-        return None;
-    }
-    Some(path)
-}
+use hwall_stage::arms::BoardArm;
+use hwall_stage::person::predictors::{PredictorKind, Predictors};
+use hwall_stage::run::closed_loop::{self, Hand, RunSetup};
+use hwall_stage::run::judge;
+use hwall_stage::setting::{Setting, SettingOptions};
+use hwall_testkit::shared;
 
 #[test]
 fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
-    let Some(path) = data("author_leap/finger18.csv") else {
+    let Some(path) = shared("data/author_leap/finger18.csv") else {
         return;
     };
     let recording = Recording::from_csv_path(&path).unwrap();
@@ -63,15 +52,15 @@ fn the_leap_hand_is_tracked_to_its_jump_and_then_lost() {
 
 #[test]
 fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
-    let Some(scene) = data("scene/small_house_collision.obj") else {
+    let Some(scene) = shared("data/scene/small_house_collision.obj") else {
         return;
     };
-    let Some(hand) = data("author_leap/finger18.csv") else {
+    let Some(hand) = shared("data/author_leap/finger18.csv") else {
         return;
     };
     let board = Board::default();
-    let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face().unwrap());
-    let options = Options {
+    let arm = BoardArm::named("iiwa7", &board).unwrap();
+    let options = SettingOptions {
         scene: Some(&scene),
         hand: Some(&hand),
         rigid_hand: false,
@@ -82,16 +71,16 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         touches: 0,
         seed: 0,
     };
-    let stage = Stage::set(&arm, &options).unwrap();
+    let setting = Setting::new(&arm, &options).unwrap();
     let (house, _) = Scene::from_obj_file(&scene, None).unwrap();
-    assert_eq!(stage.scene.surfaces().len(), house.surfaces().len());
+    assert_eq!(setting.scene.surfaces().len(), house.surfaces().len());
     assert!(
-        (3..=6).contains(&stage.touches.len()),
+        (3..=6).contains(&setting.touches.len()),
         "{:?}",
-        stage.touches
+        setting.touches
     );
-    for touch in &stage.touches {
-        let closest = stage
+    for touch in &setting.touches {
+        let closest = setting
             .scene
             .closest_touchable(touch.point_m, 0.05)
             .unwrap()
@@ -106,36 +95,41 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
             "the arm stands near: {touch:?}"
         );
     }
-    let Hand::Recorded(frames, _) = &stage.hand else {
+    let Hand::Recorded(frames, _) = &setting.hand else {
         panic!("a recording")
     };
     assert!(frames.len() > 1000);
     assert!(
-        stage
+        setting
             .remarks
             .iter()
             .any(|line| line.contains("arm's base stands at")),
         "{:?}",
-        stage.remarks
+        setting.remarks
     );
-    let maps = hwall_stage::wall_maps::WallMaps::of_scene(&arm, &stage.scene).unwrap();
-    let (mut foresight, learnt) =
-        Foresight::train(&stage.scene, &arm, &stage.company, Some(Kind::Fused)).unwrap();
+    let maps = arm.maps_of(&setting.scene).unwrap();
+    let (predictors, learnt) = Predictors::train(
+        &setting.scene,
+        &arm,
+        &setting.training_people,
+        Some(PredictorKind::Fused),
+    )
+    .unwrap();
     println!("{learnt}");
-    let setup = Setup {
+    let setup = RunSetup {
         arm: &arm,
         board: &board,
-        scene: &stage.scene,
+        scene: &setting.scene,
         maps: &maps,
-        hand: &stage.hand,
+        hand: &setting.hand,
         textured: true,
         period_s: 2e-3,
         seed: 1,
     };
-    let run = hwall_stage::session::run(&setup, &mut foresight, |_| {}).unwrap();
-    assert_eq!(run.leader, Kind::Fused);
-    let leads = hwall_stage::touches::leads(&stage.scene, &stage.touches, &run.said);
-    assert_eq!(leads.len(), stage.touches.len());
+    let run = closed_loop::run(&setup, predictors, |_| {}).unwrap();
+    assert_eq!(run.leader, PredictorKind::Fused);
+    let leads = judge::leads(&setting.scene, &setting.touches, &run.predictions);
+    assert_eq!(leads.len(), setting.touches.len());
     assert!(
         leads
             .iter()
@@ -146,7 +140,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
     assert!(
         run.losses
             .iter()
-            .any(|(_, why)| matches!(why, LostReason::Jump { .. })),
+            .any(|loss| matches!(loss.reason, LostReason::Jump { .. })),
         "{:?}",
         run.losses
     );

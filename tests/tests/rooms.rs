@@ -1,4 +1,4 @@
-//! Predictions in a room of six surfaces, by people that nothing was learnt from.
+//! Predictions in a room of six surfaces, for people who are not among the training people.
 
 use glam::DVec3;
 use hwall_contact::{
@@ -7,50 +7,79 @@ use hwall_contact::{
 };
 use hwall_hand::{HandFilter, HandFilterConfig, LabelledReach};
 use hwall_lab::contact::moments::Moment;
-use hwall_lab::rooms::contenders::{Contender, Taught};
-use hwall_lab::rooms::people::{Cast, Condition, Room, listen, streams};
-use hwall_lab::rooms::scores::{Told, summary};
+use hwall_lab::rooms::contenders::{Contender, SharedTraining};
+use hwall_lab::rooms::people::{Condition, StudySize, people, predictions};
+use hwall_lab::rooms::room::Room;
+use hwall_lab::rooms::scores::{TouchPredictions, summary};
 use hwall_scene::Scene;
 use hwall_sim::{PersonConfig, Population, TouchPlan};
-use hwall_stage::training::reaches;
+use hwall_stage::training::{Stream, reaches};
+use std::sync::OnceLock;
 
-/// What each predictor said: ray cast, ray led, regression on the closest surface, regression fused.
-fn told(condition: &Condition) -> Vec<Vec<Told>> {
-    let room = Room::new(6).unwrap();
-    let [learnt, judged] = streams(&room, condition, &Cast::default()).unwrap();
-    let reaches: Vec<LabelledReach> = reaches(&learnt, condition.person.gaze_noise_rad).unwrap();
+/// Participants in a room, and the reaches of the training people.
+struct Setting {
+    room: Room,
+    condition: Condition,
+    participants: Vec<Stream>,
+    reaches: Vec<LabelledReach>,
+}
+
+impl Setting {
+    fn new(condition: Condition) -> Self {
+        let room = Room::new(6).unwrap();
+        let people = people(&room, &condition, &StudySize::default()).unwrap();
+        Self {
+            reaches: reaches(&people.training, condition.person.gaze_noise_rad).unwrap(),
+            participants: people.participants,
+            room,
+            condition,
+        }
+    }
+
+    /// The usual condition, made once for all tests.
+    fn usual() -> &'static Self {
+        static USUAL: OnceLock<Setting> = OnceLock::new();
+        USUAL.get_or_init(|| Self::new(Condition::usual()))
+    }
+
+    fn predictions(&self, mut contender: Contender) -> Vec<TouchPredictions> {
+        let predictor = contender.predictor.as_mut();
+        predictions(predictor, &self.room, &self.participants, &self.condition).unwrap()
+    }
+}
+
+/// Predictions of ray cast, ray led, regression on the closest surface and regression fused.
+fn all_predictions(setting: &Setting) -> Vec<Vec<TouchPredictions>> {
     let config = FusedConfig {
-        gaze: GazeModel::default().fit(&reaches).unwrap(),
+        gaze: GazeModel::default().fit(&setting.reaches).unwrap(),
         ..FusedConfig::default()
     };
-    let ridge = || Box::new(RidgeWindow::train(&reaches).unwrap());
+    let trained = RidgeWindow::train(&setting.reaches).unwrap();
+    let ridge = || Box::new(trained.clone());
     [
         Contender::ray_cast(),
         Contender::ray_led(),
         Contender::projected("ridge", ridge()),
         Contender::fused("ridge, fused", ridge(), &config),
     ]
-    .map(|contender| {
-        let mut predictor = contender.unwrap().predictor;
-        listen(predictor.as_mut(), &room, &judged, condition).unwrap()
-    })
+    .map(|contender| setting.predictions(contender.unwrap()))
     .to_vec()
 }
 
 #[test]
 fn all_evidence_beats_each_alone_at_seventy_percent() {
-    let told = told(&Condition::usual());
+    let all = all_predictions(Setting::usual());
     let at = Moment::Share(0.7);
-    let [cast, led, regression, fused] = [0, 1, 2, 3].map(|i| summary(&told[i], at));
+    let [cast, led, regression, fused] = [0, 1, 2, 3].map(|i| summary(&all[i], at));
     println!("{cast:?}\n{led:?}\n{regression:?}\n{fused:?}");
-    assert!(told[3].len() > 80);
+    assert!(all[3].len() > 80);
     assert!(fused.right >= 0.99 && fused.missed == 0.0);
     assert!(fused.median_m < led.median_m.min(regression.median_m).min(0.02));
     assert!(fused.right >= cast.right.max(regression.right));
     // Right for good a quarter of a second earlier than the ray cast, on the median.
-    let mut gained_s: Vec<f64> = told[3]
+    let mut gained_s: Vec<f64> = all[3]
         .iter()
-        .zip(&told[0])
+        .zip(&all[0])
         .map(|(f, c)| f.lead_s() - c.lead_s())
         .collect();
     gained_s.sort_by(f64::total_cmp);
@@ -61,9 +90,10 @@ fn all_evidence_beats_each_alone_at_seventy_percent() {
 fn where_the_eyes_are_no_help_the_hand_is() {
     for condition in Condition::all() {
         if condition.name == "gaze misses" || condition.name == "occluded" {
-            let told = told(&condition);
-            let [cast, fused] = [0, 3].map(|i| summary(&told[i], Moment::Share(0.7)));
-            println!("{}: {cast:?} {fused:?}", condition.name);
+            let setting = Setting::new(condition);
+            let all = all_predictions(&setting);
+            let [cast, fused] = [0, 3].map(|i| summary(&all[i], Moment::Share(0.7)));
+            println!("{}: {cast:?} {fused:?}", setting.condition.name);
             assert!(fused.right >= 0.95 && fused.missed <= 0.05);
             assert!(fused.right > cast.right + 0.1);
         }
@@ -72,24 +102,24 @@ fn where_the_eyes_are_no_help_the_hand_is() {
 
 /// Shares of the 50, 70 and 90 % regions in the plane of the right surface that hold the target, over
 /// 30 to 90 % of the time.
-fn held(told: &[Told]) -> [f64; 3] {
+fn held(touches: &[TouchPredictions]) -> [f64; 3] {
     let mut squared = Vec::new();
-    for t in told {
+    for t in touches {
         for share in [0.3, 0.5, 0.7, 0.8, 0.9] {
-            let times_s = t.heard.iter().map(|h| h.t_s);
-            let Some(at) = Moment::Share(share).index(times_s, t.span_s()) else {
+            let times_s = t.samples.iter().map(|s| s.t_s);
+            let Some(at) = Moment::Share(share).index(times_s, t.span()) else {
                 continue;
             };
-            let right = |a: &ContactPrediction| a.surface == t.touch.surface;
-            let Some(answer) = t.heard[at].first.filter(right) else {
+            let right = |p: &ContactPrediction| p.surface == t.touch.surface;
+            let Some(first) = t.samples[at].first.filter(right) else {
                 continue;
             };
-            let Some(c) = answer.covariance_m2 else {
+            let Some(c) = first.covariance_m2 else {
                 continue;
             };
-            let (u, v) = answer.normal.any_orthonormal_pair();
+            let (u, v) = first.normal.any_orthonormal_pair();
             let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
-            let off_m = answer.point_m - t.touch.target_m;
+            let off_m = first.point_m - t.touch.target_m;
             let [a, b] = [off_m.dot(u), off_m.dot(v)];
             squared.push((vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv));
         }
@@ -102,18 +132,15 @@ fn held(told: &[Told]) -> [f64; 3] {
 
 #[test]
 fn the_direction_of_motion_is_not_counted_twice() {
-    let condition = Condition::usual();
-    let room = Room::new(6).unwrap();
-    let [learnt, judged] = streams(&room, &condition, &Cast::default()).unwrap();
-    let taught = Taught::new(reaches(&learnt, condition.person.gaze_noise_rad).unwrap()).unwrap();
+    let setting = Setting::usual();
+    let training = SharedTraining::new(setting.reaches.clone()).unwrap();
     let regions = |bend: Option<f64>, calibration_sd_m: f64| {
         let config = FusedConfig {
             bend,
             calibration_sd_m,
-            ..taught.config.clone()
+            ..training.config.clone()
         };
-        let mut predictor = taught.fused(&config).unwrap().predictor;
-        held(&listen(predictor.as_mut(), &room, &judged, &condition).unwrap())
+        held(&setting.predictions(training.fused(&config).unwrap()))
     };
     // These people are registered without error.
     let default = FusedConfig::default();
@@ -124,8 +151,8 @@ fn the_direction_of_motion_is_not_counted_twice() {
     for (with, without) in with.into_iter().zip(without) {
         assert!((with - without).abs() < 0.05, "{with} {without}");
     }
-    // Errors have heavier tails than a normal distribution: what holds 90 % holds more than 50 % at half the
-    // probability.
+    // Errors have heavier tails than a normal distribution: where the 90 % regions are right, the 50 % regions
+    // hold more than half.
     for (held, stated) in with.into_iter().zip([0.5, 0.7, 0.9]) {
         assert!(held > stated - 0.05, "{held} of {stated}");
     }
@@ -149,13 +176,7 @@ fn people_who_hold_on_a_wall_are_on_it_until_they_leave() {
         target_m,
         normal: DVec3::X,
     });
-    let known: Vec<LabelledReach> = {
-        let condition = Condition::usual();
-        let room = Room::new(6).unwrap();
-        let [learnt, _] = streams(&room, &condition, &Cast::default()).unwrap();
-        reaches(&learnt, condition.person.gaze_noise_rad).unwrap()
-    };
-    let ridge = RidgeWindow::train(&known).unwrap();
+    let ridge = RidgeWindow::train(&Setting::usual().reaches).unwrap();
     let population = Population::new(person, 3).unwrap();
     for (number, off_m) in [-0.004, 0.0, 0.004].into_iter().enumerate() {
         // The wall is off by an error of registration; another one stands behind, and a shelf beside.

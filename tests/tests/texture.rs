@@ -1,6 +1,6 @@
-//! A textured board on the simulated arm: as fast as it shall be soon after the touch is felt.
+//! A textured board on the simulated arm has its speed soon after the touch is felt.
 
-use hwall_lab::texture::touch::{Outcome, SOON, Touch, touch};
+use hwall_lab::texture::trial::{Outcome, SOON, Trial, run};
 use hwall_sim::ServoConfig;
 use hwall_testkit::Sampler;
 use hwall_texton::MotionLimits;
@@ -9,12 +9,12 @@ fn outcomes(seed: u64, speed_mm_per_s: f64, finger_m_per_s: f64, count: usize) -
     let mut sampler = Sampler::new(seed);
     let mut outcomes = Vec::new();
     for tries in 0.. {
-        let random = Touch::random(&mut sampler, finger_m_per_s, speed_mm_per_s);
+        let trial = Trial::random(&mut sampler, finger_m_per_s, speed_mm_per_s);
         let servo = ServoConfig {
             seed: tries,
             ..ServoConfig::default()
         };
-        outcomes.extend(touch(&random, MotionLimits::default(), servo, 0.25).unwrap());
+        outcomes.extend(run(&trial, MotionLimits::default(), servo, 0.25).unwrap());
         if outcomes.len() == count {
             break;
         }
@@ -58,20 +58,14 @@ fn the_board_is_within_5_percent_of_its_speed_from_50_ms_after_the_touch_is_felt
 #[test]
 fn a_board_told_nothing_to_move_stands_still() {
     let mut sampler = Sampler::new(12);
-    let mut random = Touch::random(&mut sampler, 0.05, 40.0);
-    random.level.speed_mm_per_s = 0.0;
+    let mut trial = Trial::random(&mut sampler, 0.05, 40.0);
+    trial.level.speed_mm_per_s = 0.0;
     let mut found = None;
     while found.is_none() {
-        found = touch(
-            &random,
-            MotionLimits::default(),
-            ServoConfig::default(),
-            0.1,
-        )
-        .unwrap();
-        random = Touch {
-            level: random.level,
-            ..Touch::random(&mut sampler, 0.05, 40.0)
+        found = run(&trial, MotionLimits::default(), ServoConfig::default(), 0.1).unwrap();
+        trial = Trial {
+            level: trial.level,
+            ..Trial::random(&mut sampler, 0.05, 40.0)
         };
     }
     assert!(found.unwrap().drift_m < 1e-9);

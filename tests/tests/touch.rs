@@ -2,17 +2,17 @@
 
 mod common;
 
-use common::{Loop, NONE, Tick, in_place, slow_person, wall};
+use common::{Rig, Tick, in_place, slow_person, wall};
 use glam::DVec3;
 use hwall_haptics::Phase;
 
 const TARGETS_M: [DVec3; 2] = [DVec3::new(0.6, 0.1, 0.55), DVec3::new(0.6, -0.12, 0.65)];
 
-fn touches(person: u64, noise: u64) -> (Loop, Vec<Tick>) {
+fn touches(person: u64, noise: u64) -> (Rig, Vec<Tick>) {
     let hand = slow_person(person, &TARGETS_M);
     let end_s = hand.duration_s() + 0.3;
-    let mut run = Loop::simulated(wall(0.6), hand, noise);
-    let ticks = run.run(end_s, &NONE);
+    let mut run = Rig::simulated(wall(0.6), hand, noise);
+    let ticks = run.run(end_s);
     (run, ticks)
 }
 
@@ -20,7 +20,7 @@ fn touches(person: u64, noise: u64) -> (Loop, Vec<Tick>) {
 fn the_board_is_there_before_a_slow_hand_holds_while_touched_and_is_freed() {
     let (run, ticks) = touches(3, 5);
     let at = |t_s: f64| &ticks[(t_s / common::DT_S) as usize];
-    for touch in run.hand.touches() {
+    for touch in run.hand().touches() {
         let placed = ticks
             .iter()
             .take_while(|tick| tick.t_s <= touch.contact_s)

@@ -1,11 +1,14 @@
-//! The laboratory: studies, baselines for studies, validation, speed and what they report.
+//! The laboratory: studies, baselines for studies, validation, speed, and the documents they write.
 //!
-//! Nothing here is published.
+//! Nothing here is published; the libraries under `crates/` do the work. The command lines of these
+//! chapters stand in `examples/`.
 
 /// Runs the code of the workspace's README as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+pub mod documents;
 
 pub mod bip;
 pub mod contact;
@@ -13,6 +16,8 @@ pub mod demonstrations;
 pub mod psychophysics;
 pub mod reach;
 pub mod rooms;
-pub mod speed;
+pub mod study;
 pub mod texture;
+
+pub mod speed;
 pub mod validation;

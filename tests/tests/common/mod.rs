@@ -1,20 +1,20 @@
-//! A closed loop of all crates whose inputs a test may spoil: tracker, predictor, renderer, arm.
+//! A session on the simulated arm whose inputs a test may spoil.
 
 #![allow(dead_code)] // every test file uses its own part
 
 use glam::DVec3;
-use hwall_contact::{
-    DeterministicPredictor, Predictor, PredictorConfig, PredictorInput, SteadyPoint,
+use hwall::contact::{
+    ContactPrediction, DeterministicPredictor, Predictor, PredictorConfig, PredictorInput,
 };
-use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, HandFrame, Tracking};
-use hwall_haptics::{
-    Arm, ArmCommand, ArmState, Board, BoardTarget, Phase, RenderStep, Renderer, RendererConfig,
-};
-use hwall_kinematics::{JointPositions, Pose, SrsArm};
-use hwall_scene::Scene;
+use hwall::hand::{HandFilterConfig, HandFrame, Tracking};
+use hwall::haptics::{Arm, ArmCommand, ArmState, Board, BoardTarget, PlaceTolerance, RenderStep};
+use hwall::kinematics::{JointPositions, Pose, SrsArm};
+use hwall::scene::Scene;
+use hwall::{Event, Session, SessionConfig, SessionState, Surroundings, WorldPose, drive, maps_of};
 use hwall_sim::{
-    HandContact, Person, PersonConfig, ServoArm, ServoConfig, TouchPlan, TouchSequence,
+    HandContact, Person, PersonConfig, ServoArm, ServoConfig, SimError, TouchPlan, TouchSequence,
 };
+use std::sync::Arc;
 
 /// Control period, s.
 pub(crate) const DT_S: f64 = 1e-3;
@@ -45,195 +45,252 @@ pub(crate) fn slow_person(seed: u64, targets_m: &[DVec3]) -> TouchSequence {
 }
 
 /// What one control step did.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tick {
     pub(crate) t_s: f64,
     pub(crate) step: RenderStep,
+    pub(crate) state: SessionState,
     pub(crate) base_from_board: Pose,
     pub(crate) q: JointPositions,
     /// Answer of the hand filter to the newest frame.
     pub(crate) tracking: Option<Tracking>,
-    /// What the renderer was given.
+    /// Where the session sends the board.
     pub(crate) target: Option<BoardTarget>,
+    /// What the session reported.
+    pub(crate) events: Vec<Event>,
 }
 
 impl Tick {
     pub(crate) fn in_contact(&self) -> bool {
-        matches!(self.step.phase, Phase::Contact { .. })
+        matches!(
+            self.state,
+            SessionState::Touched | SessionState::TouchedInMovingWorld
+        )
     }
 }
 
-/// The loop of the main job, small, with a place to spoil every input.
-pub(crate) struct Loop {
-    pub(crate) scene: Scene,
-    pub(crate) hand: TouchSequence,
-    renderer: Renderer,
-    servo: ServoArm,
-    filter: HandFilter,
+type Spoil<T> = Box<dyn Fn(f64, T) -> T>;
+
+/// Spoils what comes in, by time: what the tracker sends (`None`: nothing arrives), the arm's state, the clock of the control
+/// loop, where the predictor expects the touch, and the place of the virtual world.
+pub(crate) struct Faults {
+    pub(crate) frame: Box<dyn Fn(HandFrame) -> Option<HandFrame>>,
+    pub(crate) state: Spoil<ArmState>,
+    pub(crate) now_s: Spoil<f64>,
+    pub(crate) point_m: Spoil<DVec3>,
+    pub(crate) world: Box<dyn Fn(f64) -> Option<WorldPose>>,
+}
+
+impl Default for Faults {
+    /// Everything as it is.
+    fn default() -> Self {
+        Self {
+            frame: Box::new(Some),
+            state: Box::new(|_, state| state),
+            now_s: Box::new(|_, now_s| now_s),
+            point_m: Box::new(|_, point_m| point_m),
+            world: Box::new(|_| None),
+        }
+    }
+}
+
+/// The gaze ray, spoiled.
+struct SpoiledPredictor {
     predictor: DeterministicPredictor,
-    gaze: GazeFilter,
-    steady: SteadyPoint,
-    finger: HandContact,
-    frames: usize,
-    steps: usize,
-    target: Option<BoardTarget>,
-    tracking: Option<Tracking>,
+    point_m: Spoil<DVec3>,
+    answers: Vec<ContactPrediction>,
+}
+
+impl Predictor for SpoiledPredictor {
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let answers = self.predictor.predict(scene, input);
+        self.answers.clear();
+        self.answers
+            .extend(answers.iter().map(|p| ContactPrediction {
+                point_m: (self.point_m)(input.frame.t_s, p.point_m),
+                ..*p
+            }));
+        &self.answers
+    }
+}
+
+/// A run: a session, the simulated arm, and a hand that presses its board.
+pub(crate) struct Rig {
+    session: Session<SpoiledPredictor>,
+    servo: ServoArm,
+    around: Around,
     last_command: Option<JointPositions>,
 }
 
-/// Spoils what the tracker sends (`None`: nothing arrives), the state and the target.
-pub(crate) struct Faults<'a> {
-    pub(crate) frame: &'a dyn Fn(HandFrame) -> Option<HandFrame>,
-    pub(crate) state: &'a dyn Fn(f64, ArmState) -> ArmState,
-    pub(crate) target: &'a dyn Fn(f64, Option<BoardTarget>) -> Option<BoardTarget>,
+/// The hand and the time around the arm.
+struct Around {
+    hand: TouchSequence,
+    frame: Box<dyn Fn(HandFrame) -> Option<HandFrame>>,
+    state: Spoil<ArmState>,
+    now_s: Spoil<f64>,
+    world: Box<dyn Fn(f64) -> Option<WorldPose>>,
+    finger: HandContact,
+    frames: usize,
+    steps: usize,
+    end_s: f64,
 }
 
-/// Everything as it is.
-pub(crate) const NONE: Faults = Faults {
-    frame: &|f| Some(f),
-    state: &|_, s| s,
-    target: &|_, t| t,
-};
+impl Surroundings<ServoArm> for Around {
+    fn next_cycle(&mut self, _: &mut ServoArm) -> Result<Option<f64>, SimError> {
+        let t_s = self.steps as f64 * DT_S;
+        self.steps += 1;
+        Ok((t_s < self.end_s).then(|| (self.now_s)(t_s, t_s)))
+    }
 
-impl Loop {
+    fn next_frame(&mut self, _: f64) -> Option<HandFrame> {
+        while self.frames as f64 * TRACKER_S <= self.t_s() {
+            let sample = self.hand.sample(self.frames as f64 * TRACKER_S);
+            self.frames += 1;
+            if let Some(frame) = (self.frame)(sample.hand_frame()) {
+                return Some(frame);
+            }
+        }
+        None
+    }
+
+    fn next_world(&mut self, _: f64) -> Option<WorldPose> {
+        (self.world)(self.t_s())
+    }
+
+    fn state(&mut self, state: ArmState) -> ArmState {
+        (self.state)(self.t_s(), state)
+    }
+}
+
+impl Around {
+    /// True time of the cycle under way, s.
+    fn t_s(&self) -> f64 {
+        (self.steps - 1) as f64 * DT_S
+    }
+}
+
+impl Rig {
     pub(crate) fn new(
         scene: Scene,
         hand: TouchSequence,
         seed: u64,
         filter: HandFilterConfig,
+        faults: Faults,
     ) -> Self {
         let board = Board::default();
-        let renderer = Renderer::new(&SrsArm::iiwa7(), &board, RendererConfig::default()).unwrap();
+        let model = SrsArm::iiwa7().with_tool(board.flange_from_board_face().unwrap());
+        let maps = maps_of(&scene, &model).unwrap();
+        let predictor = SpoiledPredictor {
+            predictor: DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap(),
+            point_m: faults.point_m,
+            answers: Vec::new(),
+        };
+        let config = SessionConfig {
+            hand: filter,
+            ..SessionConfig::default()
+        };
+        let session = Session::new(&model, &board, scene, maps, predictor, config).unwrap();
         let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let servo = ServoConfig {
             seed,
             ..ServoConfig::default()
         };
         Self {
-            scene,
-            hand,
-            servo: ServoArm::new(renderer.arm().clone(), start, servo).unwrap(),
-            renderer,
-            filter: HandFilter::new(filter).unwrap(),
-            predictor: DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap(),
-            gaze: GazeFilter::default(),
-            steady: SteadyPoint::new(0.05).unwrap(),
-            finger: HandContact::default(),
-            frames: 0,
-            steps: 0,
-            target: None,
-            tracking: None,
+            servo: ServoArm::new(Arc::new(model), start, servo).unwrap(),
+            session,
+            around: Around {
+                hand,
+                frame: faults.frame,
+                state: faults.state,
+                now_s: faults.now_s,
+                world: faults.world,
+                finger: HandContact::default(),
+                frames: 0,
+                steps: 0,
+                end_s: 0.0,
+            },
             last_command: None,
         }
     }
 
     pub(crate) fn simulated(scene: Scene, hand: TouchSequence, seed: u64) -> Self {
-        Self::new(scene, hand, seed, HandFilterConfig::simulated())
+        let filter = HandFilterConfig::simulated();
+        Self::new(scene, hand, seed, filter, Faults::default())
     }
 
-    pub(crate) fn run(&mut self, until_s: f64, faults: &Faults) -> Vec<Tick> {
+    pub(crate) fn hand(&self) -> &TouchSequence {
+        &self.around.hand
+    }
+
+    /// Runs to a time, and checks every command.
+    pub(crate) fn run(&mut self, until_s: f64) -> Vec<Tick> {
         let mut ticks = Vec::new();
-        while self.steps as f64 * DT_S < until_s {
-            ticks.push(self.step(faults));
-        }
+        self.around.end_s = until_s;
+        let last_command = &mut self.last_command;
+        drive(
+            &mut self.session,
+            &mut self.servo,
+            &mut self.around,
+            |session, servo, around, cycle| {
+                check(servo, last_command, cycle.command);
+                servo.advance(DT_S)?;
+                let t_s = around.t_s();
+                let (tip_m, tip) = (
+                    around.hand.true_index_tip(t_s),
+                    around.hand.true_index_velocity_m_per_s(t_s),
+                );
+                let relative = tip - servo.twist().linear_m_per_s;
+                let wrench = around.finger.wrench(&servo.pose(), tip_m, relative)?;
+                servo.apply_wrench(wrench.unwrap_or_default())?;
+                ticks.push(Tick {
+                    t_s,
+                    step: *session.control().last_step().expect("a step"),
+                    state: session.state(),
+                    base_from_board: servo.pose(),
+                    q: servo.q(),
+                    tracking: session.tracking().copied(),
+                    target: session.control().target().copied(),
+                    events: std::iter::from_fn(|| session.next_event()).collect(),
+                });
+                Ok(())
+            },
+        )
+        .expect("the simulated arm takes every command");
         ticks
     }
+}
 
-    pub(crate) fn step(&mut self, faults: &Faults) -> Tick {
-        let t_s = self.steps as f64 * DT_S;
-        self.steps += 1;
-        while self.frames as f64 * TRACKER_S <= t_s {
-            let sample = self.hand.sample(self.frames as f64 * TRACKER_S);
-            self.frames += 1;
-            if let Some(frame) = (faults.frame)(sample.hand_frame()) {
-                self.see(&frame, t_s);
-            }
-        }
-        let state = (faults.state)(t_s, self.servo.state().unwrap());
-        let target = (faults.target)(t_s, self.target);
-        let step = self.renderer.step(t_s, &state, target.as_ref());
-        self.check(&step);
-        self.servo.command(step.command).unwrap();
-        self.servo.advance(DT_S).unwrap();
-        let arm = self.servo.model();
-        for j in 0..7 {
-            assert!(arm.limits()[j].contains(self.servo.q()[j]));
-            assert!(self.servo.qd()[j].abs() <= arm.max_velocity_rad_per_s()[j] + 1e-12);
-        }
-        let (tip_m, tip) = (
-            self.hand.true_index_tip(t_s),
-            self.hand.true_index_velocity_m_per_s(t_s),
+/// No command leaves the joint limits or the speeds of the arm, and none is NaN; nor does the arm.
+fn check(servo: &ServoArm, last_command: &mut Option<JointPositions>, command: ArmCommand) {
+    let arm = servo.model();
+    for j in 0..7 {
+        assert!(arm.limits()[j].contains(servo.q()[j]));
+        assert!(servo.qd()[j].abs() <= arm.max_velocity_rad_per_s()[j] + 1e-12);
+    }
+    let ArmCommand::Position(q) = command else {
+        // Afterwards the command may start anew, from where the arm came to rest.
+        *last_command = None;
+        return;
+    };
+    for j in 0..7 {
+        assert!(
+            q[j].is_finite() && arm.limits()[j].contains(q[j]),
+            "joint {j}: {} rad",
+            q[j]
         );
-        let relative = tip - self.servo.twist().linear_m_per_s;
-        let wrench = self
-            .finger
-            .wrench(&self.servo.pose(), tip_m, relative)
-            .unwrap();
-        self.servo.apply_wrench(wrench.unwrap_or_default()).unwrap();
-        let (base_from_board, q) = (self.servo.pose(), self.servo.q());
-        Tick {
-            t_s,
-            step,
-            base_from_board,
-            q,
-            tracking: self.tracking,
-            target,
-        }
-    }
-
-    fn see(&mut self, frame: &HandFrame, t_s: f64) {
-        let tracking = self.filter.step(frame);
-        let gaze = frame
-            .gaze_ray()
-            .and_then(|ray| self.gaze.step(frame.t_s, &ray));
-        let seen = PredictorInput {
-            frame,
-            hand: tracking.state(),
-            gaze: gaze.as_ref(),
-        };
-        let found = self.predictor.predict(&self.scene, &seen).first().copied();
-        self.target = found
-            .map(|found| self.steady.step(found))
-            .map(|found| BoardTarget {
-                point_m: found.point_m,
-                normal: found.normal,
-                stamp_s: t_s,
-                roll_rad: None,
-            });
-        self.tracking = Some(tracking);
-    }
-
-    /// No command leaves the joint limits or the speeds of the arm, and none is NaN.
-    fn check(&mut self, step: &RenderStep) {
-        let ArmCommand::Position(q) = step.command else {
-            // Afterwards the command may start anew, from where the arm came to rest.
-            self.last_command = None;
-            return;
-        };
-        let arm = self.renderer.arm();
-        for j in 0..7 {
+        if let Some(before) = last_command {
+            let most = arm.max_velocity_rad_per_s()[j] * DT_S;
             assert!(
-                q[j].is_finite() && arm.limits()[j].contains(q[j]),
+                (q[j] - before[j]).abs() <= most + 1e-12,
                 "joint {j}: {} rad",
-                q[j]
+                q[j] - before[j]
             );
-            if let Some(before) = self.last_command {
-                let most = arm.max_velocity_rad_per_s()[j] * DT_S;
-                assert!(
-                    (q[j] - before[j]).abs() <= most + 1e-12,
-                    "joint {j}: {} rad",
-                    q[j] - before[j]
-                );
-            }
         }
-        self.last_command = Some(q);
     }
+    *last_command = Some(q);
 }
 
 /// Is the touched point on the board, the face within 5 mm of it?
 pub(crate) fn in_place(board: &Pose, point_m: DVec3, normal: DVec3) -> bool {
-    let p = board.inverse().transform_point(point_m);
-    p.x.abs().max(p.y.abs()) <= 0.08
-        && p.z.abs() <= 5e-3
-        && board.rotation().z_axis.angle_between(normal) <= 0.035
+    PlaceTolerance::default().holds(&Board::default(), board, point_m, normal)
 }

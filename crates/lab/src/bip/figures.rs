@@ -1,7 +1,7 @@
 //! Error and coverage of the predicted end point against the share of a motion that was seen.
 
 use crate::bip::run::TestRun;
-use crate::bip::scores::{Accuracy, INTERVALS, Side, kinds};
+use crate::bip::scores::{Accuracy, DofSet, INTERVALS, kinds};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
 use hwall_testkit::quantile;
 use plotters::prelude::*;
@@ -16,16 +16,16 @@ fn percents() -> impl Iterator<Item = usize> {
 const SMALLEST: f64 = 1e-4;
 
 /// Distance of the predicted from the true end point: median, 25 to 75 % and 5 to 95 % of the
-/// motions, one panel a side; the medians of the kinds of motion as lines, where known.
+/// motions, one panel a set; the medians of the kinds of motion as lines, where known.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn errors(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<()> {
+pub fn errors(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<()> {
     let height = 400;
-    let root = SVGBackend::new(path, (980, height * sides.len() as u32)).into_drawing_area();
+    let root = SVGBackend::new(path, (980, height * sets.len() as u32)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
-    for (panel, side) in root.split_evenly((sides.len(), 1)).iter().zip(sides) {
-        errors_panel(panel, side, runs)?;
+    for (panel, set) in root.split_evenly((sets.len(), 1)).iter().zip(sets) {
+        errors_panel(panel, set, runs)?;
     }
     root.present().map_err(plot_error)
 }
@@ -66,7 +66,7 @@ fn ticks(range: &std::ops::Range<f64>) -> Vec<f64> {
         .collect()
 }
 
-fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Result<()> {
+fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Result<()> {
     let curves = |kind: Option<&str>, levels: &[f64]| -> Vec<Vec<(f64, f64)>> {
         let own = || {
             runs.iter()
@@ -74,7 +74,7 @@ fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Resul
         };
         let mut curves = vec![Vec::new(); levels.len()];
         for percent in percents() {
-            let distances = Accuracy::at(own(), side, percent).distances;
+            let distances = Accuracy::at(own(), set, percent).distances;
             for (curve, level) in curves.iter_mut().zip(levels) {
                 if !distances.is_empty() {
                     curve.push((percent as f64, quantile(&distances, *level)));
@@ -94,8 +94,8 @@ fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Resul
     let y = lowest.max(floor) / 1.4..highest * 1.4;
     let title = format!(
         "End point, {} degrees of freedom ({}): {} motions",
-        side.dofs.len(),
-        side.name,
+        set.dofs.len(),
+        set.name,
         runs.len()
     );
     let mut chart = ChartBuilder::on(area)
@@ -146,12 +146,11 @@ fn errors_panel(area: &Area<'_>, side: &Side, runs: &[TestRun]) -> anyhow::Resul
     key(area, &names)
 }
 
-/// Share of the true end points within the 50 % and 90 % intervals; right is where the dashed
-/// lines are.
+/// Share of the true end points within the 50 % and 90 % intervals, beside dashed lines at 50 % and 90 %.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result<()> {
+pub fn coverage(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<()> {
     let root = SVGBackend::new(path, (980, 440)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
@@ -178,7 +177,7 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
         .light_line_style(WHITE)
         .draw()
         .map_err(plot_error)?;
-    for (share, _) in INTERVALS {
+    for share in INTERVALS.map(|i| i.share) {
         let line = [(0.0, 100.0 * share), (100.0, 100.0 * share)];
         chart
             .draw_series(DashedLineSeries::new(line, 6, 5, BLACK.mix(0.6).into()))
@@ -186,17 +185,20 @@ pub fn coverage(path: &Path, sides: &[Side], runs: &[TestRun]) -> anyhow::Result
     }
     let mut names = Vec::new();
     let mut colours = COLOURS.iter();
-    for side in sides {
-        for (i, (share, _)) in INTERVALS.iter().enumerate().rev() {
+    for set in sets {
+        for (i, interval) in INTERVALS.iter().enumerate().rev() {
             let Some(colour) = colours.next() else { break };
             let points = percents()
-                .map(|p| (p as f64, 100.0 * Accuracy::at(runs, side, p).covered[i]))
+                .map(|p| (p as f64, 100.0 * Accuracy::at(runs, set, p).covered[i]))
                 .filter(|p| p.1.is_finite());
             let style = colour.stroke_width(2);
             chart
                 .draw_series(LineSeries::new(points, style))
                 .map_err(plot_error)?;
-            names.push((format!("{:.0} %, {}", 100.0 * share, side.name), style));
+            names.push((
+                format!("{:.0} %, {}", 100.0 * interval.share, set.name),
+                style,
+            ));
         }
     }
     key(&root, &names)?;

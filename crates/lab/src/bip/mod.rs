@@ -1,15 +1,9 @@
-//! bip
+//! Interaction primitives on folders of motions: what `bip_filter` does.
 
-pub mod baselines;
 pub mod figures;
-pub mod held_out;
 pub mod reaches;
-pub mod recording_figures;
-pub mod recordings;
-pub mod regression;
 pub mod report;
 pub mod run;
 pub mod scores;
 pub mod setup;
-pub mod study;
 pub mod trajectories;

@@ -4,7 +4,7 @@
 //! and its roll (rad). Invented, but with what makes real ones hard: varied targets, durations,
 //! bows of the path and noise.
 
-use crate::bip::trajectories::{Trajectory, TrajectorySet};
+use crate::bip::trajectories::{TrainTest, Trajectory, TrajectorySet};
 use glam::DVec3;
 use hwall_testkit::Sampler;
 
@@ -34,14 +34,19 @@ const TIPS_M: [DVec3; 5] = [
 
 /// Training and test motions; the same seed gives the same ones.
 #[must_use]
-pub fn sets(seed: u64, train: usize, test: usize) -> [TrajectorySet; 2] {
+pub fn sets(seed: u64, train: usize, test: usize) -> TrainTest {
     let mut sampler = Sampler::new(seed);
-    [("train", train), ("test", test)].map(|(part, count)| TrajectorySet {
+    let mut set = |part: &str, count: usize| TrajectorySet {
         columns: columns(),
         trajectories: (0..count)
             .map(|i| reach(&mut sampler, format!("synthetic {part} {i}"), i as u64))
             .collect(),
-    })
+    };
+    // In this order: the test motions follow the training motions of the seed.
+    TrainTest {
+        train: set("train", train),
+        test: set("test", test),
+    }
 }
 
 fn columns() -> Vec<String> {

@@ -1,8 +1,8 @@
-//! What a run of a filter over test motions comes to: tables and a file.
+//! The results of a filter over test motions: tables and a file.
 
 use crate::bip::run::{Runs, TestRun};
-use crate::bip::scores::{Accuracy, INTERVALS, Side, kinds, sides};
-use crate::bip::setup::{Mode, Setup, Trained};
+use crate::bip::scores::{Accuracy, DofSet, INTERVALS, dof_sets, kinds};
+use crate::bip::setup::{Mode, Setup, TrainedModel};
 use anyhow::Context;
 use hwall_bip::BankConfig;
 use hwall_stage::numbers;
@@ -14,16 +14,16 @@ use std::path::Path;
 
 /// The tables of errors and coverage, of all motions and of each kind, then sizes and times.
 #[must_use]
-pub fn tables(setup: &Setup, trained: &Trained, runs: &Runs) -> String {
-    let sides = sides(setup, trained);
+pub fn tables(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> String {
+    let sets = dof_sets(setup, trained);
     let all: Vec<&TestRun> = runs.tests.iter().collect();
     let mut text = format!(
         "End point after a share of the samples of each of {} motions, errors in the columns' units.\n\
-         Distance: over all degrees of freedom of a side. In 50 %, in 90 %: share of the true end points\n\
+         Distance: over the degrees of freedom of a set. In 50 %, in 90 %: share of the true end points\n\
          in these intervals, measurement noise ({}) included.\n\n{}",
         all.len(),
         setup.noise,
-        accuracy(&all, &sides)
+        accuracy(&all, &sets)
     );
     for kind in kinds(&runs.tests) {
         let own: Vec<&TestRun> = all
@@ -36,24 +36,24 @@ pub fn tables(setup: &Setup, trained: &Trained, runs: &Runs) -> String {
             text,
             "\n{kind} ({}):\n\n{}",
             own.len(),
-            accuracy(&own, &sides)
+            accuracy(&own, &sets)
         );
     }
     let _ = write!(text, "\n{}", costs(setup, trained, runs));
     text
 }
 
-fn accuracy(runs: &[&TestRun], sides: &[Side]) -> MarkdownTable {
+fn accuracy(runs: &[&TestRun], sets: &[DofSet]) -> MarkdownTable {
     let mut columns = vec!["seen".to_owned()];
-    for Side { name, dofs, .. } in sides {
+    for DofSet { name, dofs, .. } in sets {
         columns.push(format!("{name} ({}): mean", dofs.len()));
         columns.extend(["median", "RMS distance", "in 50 %", "in 90 %"].map(str::to_owned));
     }
     let mut table = MarkdownTable::new(columns);
     for percent in (10..=100).step_by(10) {
         let mut row = vec![format!("{percent} %")];
-        for side in sides {
-            let a = Accuracy::at(runs.iter().copied(), side, percent);
+        for set in sets {
+            let a = Accuracy::at(runs.iter().copied(), set, percent);
             if a.distances.is_empty() {
                 row.extend(["unknown"; 3 + INTERVALS.len()].map(str::to_owned));
                 continue;
@@ -66,7 +66,7 @@ fn accuracy(runs: &[&TestRun], sides: &[Side]) -> MarkdownTable {
     table
 }
 
-fn costs(setup: &Setup, trained: &Trained, runs: &Runs) -> MarkdownTable {
+fn costs(setup: &Setup, trained: &TrainedModel, runs: &Runs) -> MarkdownTable {
     let mut table = MarkdownTable::new(["what", "value"]);
     let mut row = |what: &str, value: String| {
         table.row([what.to_owned(), value]);
@@ -124,20 +124,20 @@ fn costs(setup: &Setup, trained: &Trained, runs: &Runs) -> MarkdownTable {
 }
 
 /// Weights of all degrees of freedom.
-fn weights(trained: &Trained) -> usize {
+fn weights(trained: &TrainedModel) -> usize {
     let groups = trained.model.groups().iter();
     groups.map(|g| g.dofs * g.basis.count()).sum()
 }
 
-fn state_size(setup: &Setup, trained: &Trained) -> usize {
+fn state_size(setup: &Setup, trained: &TrainedModel) -> usize {
     match setup.mode {
         Mode::Compat => 2 + weights(trained),
         Mode::Exact | Mode::Bank | Mode::Ensemble(_) => 2 + trained.model.rank(),
     }
 }
 
-/// Matrices only, and which they are.
-fn memory_kib(setup: &Setup, trained: &Trained) -> (f64, &'static str) {
+/// Memory of the matrices of a filter, KiB, and which matrices they are.
+fn memory_kib(setup: &Setup, trained: &TrainedModel) -> (f64, &'static str) {
     let (n, m) = (state_size(setup, trained), trained.model.dofs());
     let directions = weights(trained) * n;
     let (numbers, what) = match setup.mode {
@@ -159,7 +159,7 @@ fn memory_kib(setup: &Setup, trained: &Trained) -> (f64, &'static str) {
 }
 
 /// Three digits.
-pub(crate) fn short(value: f64) -> String {
+fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -189,14 +189,14 @@ struct File<'a> {
     tests: &'a [TestRun],
 }
 
-/// Writes what the filter believed after every sample of every motion.
+/// Writes the filter's estimates after every sample of every motion.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn write_json(
     path: &Path,
     setup: &Setup,
-    trained: &Trained,
+    trained: &TrainedModel,
     columns: &[String],
     runs: &Runs,
 ) -> anyhow::Result<()> {

@@ -1,6 +1,6 @@
-//! Runs one kind of filter over test motions, sample by sample, and keeps what it believed.
+//! Runs one kind of filter over test motions, sample by sample, and keeps its estimates.
 
-use crate::bip::setup::{Mode, Setup, Trained};
+use crate::bip::setup::{Mode, Setup, TrainedModel};
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
 use anyhow::Context;
 use hwall_bip::compat::FullFilter;
@@ -12,17 +12,16 @@ use hwall_testkit::Timing;
 use serde::Serialize;
 use std::time::Instant;
 
-/// What was seen of one sample.
+/// The observed part of one sample.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Seen {
+pub struct ObservedSample {
     /// Degrees of freedom that have a value.
     pub dofs: Vec<usize>,
     /// The values.
     pub values: Vec<f64>,
 }
 
-impl Seen {
-    /// The observed part of a sample.
+impl ObservedSample {
     fn of(row: &[Option<f64>], observed: &[usize]) -> Self {
         let present = |d: &usize| row[*d].map(|value| (*d, value));
         let (dofs, values) = observed.iter().filter_map(present).unzip();
@@ -32,7 +31,7 @@ impl Seen {
 
 /// Phase and phase velocity: means and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Belief {
+pub struct PhaseEstimate {
     /// Mean of the phase.
     pub phase: f64,
     /// Mean of its velocity, 1/time.
@@ -41,40 +40,40 @@ pub struct Belief {
     pub covariance: [[f64; 2]; 2],
 }
 
-/// A filter in the middle of a motion. Whatever can do this can be compared.
-pub trait Runner {
-    /// Lets `dt` pass, then takes what was seen.
+/// A filter in the middle of a motion.
+pub trait RunningFilter {
+    /// Lets `dt` pass, then takes what was observed.
     ///
     /// # Errors
-    /// Whatever the filter says.
-    fn step(&mut self, dt: f64, seen: &Seen) -> Result<(), BipError>;
+    /// Whatever the filter refuses.
+    fn step(&mut self, dt: f64, observed: &ObservedSample) -> Result<(), BipError>;
 
-    /// The phase.
-    fn belief(&mut self) -> Belief;
+    /// The present estimate of the phase.
+    fn phase_estimate(&mut self) -> PhaseEstimate;
 
     /// Mean and variance of all degrees of freedom at phase 1.
     ///
     /// # Errors
-    /// Whatever the filter says.
+    /// Whatever the filter refuses.
     fn end(&mut self, mean: &mut [f64], variance: &mut [f64]) -> Result<(), BipError>;
 }
 
 /// A filter of the library. With `measured`, ends are those of what will be measured: with the
 /// residual of held-out motions and the spread that made their intervals right.
-struct Common<F> {
+struct LibraryFilter<F> {
     filter: F,
     measured: bool,
 }
 
-impl<F: MotionFilter> Runner for Common<F> {
-    fn step(&mut self, dt: f64, seen: &Seen) -> Result<(), BipError> {
+impl<F: MotionFilter> RunningFilter for LibraryFilter<F> {
+    fn step(&mut self, dt: f64, observed: &ObservedSample) -> Result<(), BipError> {
         self.filter.predict(dt)?;
         self.filter
-            .observe(&Observation::new(&seen.dofs, &seen.values))
+            .observe(&Observation::new(&observed.dofs, &observed.values))
     }
 
-    fn belief(&mut self) -> Belief {
-        Belief {
+    fn phase_estimate(&mut self) -> PhaseEstimate {
+        PhaseEstimate {
             phase: self.filter.phase(),
             velocity: self.filter.phase_velocity(),
             covariance: self.filter.phase_covariance(),
@@ -91,14 +90,14 @@ impl<F: MotionFilter> Runner for Common<F> {
     }
 }
 
-/// Noise is in the prior it was made from.
-impl Runner for FullFilter {
-    fn step(&mut self, dt: f64, seen: &Seen) -> Result<(), BipError> {
-        FullFilter::step(self, dt, &seen.dofs, &seen.values)
+/// Its noise is that of the prior it was made from.
+impl RunningFilter for FullFilter {
+    fn step(&mut self, dt: f64, observed: &ObservedSample) -> Result<(), BipError> {
+        FullFilter::step(self, dt, &observed.dofs, &observed.values)
     }
 
-    fn belief(&mut self) -> Belief {
-        Belief {
+    fn phase_estimate(&mut self) -> PhaseEstimate {
+        PhaseEstimate {
             phase: self.phase(),
             velocity: self.phase_velocity(),
             covariance: self.phase_covariance(),
@@ -116,20 +115,20 @@ impl Runner for FullFilter {
     }
 }
 
-/// Makes a filter that has not seen anything, as often as it is called.
-type Start = Box<dyn Fn() -> Box<dyn Runner>>;
+/// Makes filters that have not observed anything yet.
+type FilterFactory = Box<dyn Fn() -> Box<dyn RunningFilter>>;
 
-fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
+fn factory(setup: &Setup, trained: &TrainedModel) -> anyhow::Result<FilterFactory> {
     let model = &trained.model;
     let (config, measured) = (setup.filter(), setup.predicts_measurements());
     Ok(match setup.mode {
-        Mode::Exact => begin(Filter::new(model, &config)?, measured),
+        Mode::Exact => clones_of(Filter::new(model, &config)?, measured),
         Mode::Bank => {
             let bank = BankConfig {
                 filter: config,
                 ..BankConfig::default()
             };
-            begin(Bank::new(model, &bank)?, measured)
+            clones_of(Bank::new(model, &bank)?, measured)
         }
         Mode::Ensemble(members) => {
             let ensemble = EnsembleConfig {
@@ -137,7 +136,7 @@ fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
                 filter: config,
                 ..EnsembleConfig::default()
             };
-            begin(EnsembleFilter::new(model, &ensemble)?, measured)
+            clones_of(EnsembleFilter::new(model, &ensemble)?, measured)
         }
         Mode::Compat => {
             // The default of the other filter.
@@ -153,14 +152,14 @@ fn start(setup: &Setup, trained: &Trained) -> anyhow::Result<Start> {
     })
 }
 
-fn begin<F: MotionFilter + Clone + 'static>(filter: F, measured: bool) -> Start {
+fn clones_of<F: MotionFilter + Clone + 'static>(filter: F, measured: bool) -> FilterFactory {
     Box::new(move || {
         let filter = filter.clone();
-        Box::new(Common { filter, measured })
+        Box::new(LibraryFilter { filter, measured })
     })
 }
 
-/// One test motion: what the filter believed after each sample, in the layout of the JSON file.
+/// One test motion: the filter's estimates after each sample, in the layout of the JSON file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TestRun {
     /// Number of the motion.
@@ -210,29 +209,29 @@ pub struct Runs {
 ///
 /// # Errors
 /// A filter that cannot be made; a filter that fails, with the motion and the sample.
-pub fn run(setup: &Setup, trained: &Trained, tests: &TrajectorySet) -> anyhow::Result<Runs> {
-    let start = start(setup, trained)?;
+pub fn run(setup: &Setup, trained: &TrainedModel, tests: &TrajectorySet) -> anyhow::Result<Runs> {
+    let factory = factory(setup, trained)?;
     let (mut step_ns, mut query_ns) = (Vec::new(), Vec::new());
     let tests = tests
         .trajectories
         .iter()
         .map(|trajectory| {
-            let mut runner = start();
+            let mut filter = factory();
             let mut out = TestRun::new(trajectory);
             let steps = trajectory.steps(trained.model.sampling_period());
             for (k, (row, dt)) in trajectory.rows.iter().zip(steps).enumerate() {
-                let seen = Seen::of(row, &trained.observed);
+                let observed = ObservedSample::of(row, &trained.observed);
                 let clock = Instant::now();
-                let result = runner.step(dt, &seen);
+                let result = filter.step(dt, &observed);
                 step_ns.push(clock.elapsed().as_nanos() as f64);
                 let place = || format!("{}, sample {}", trajectory.name, k + 1);
                 result.with_context(place)?;
                 let (mut mean, mut variance) = (vec![0.0; row.len()], vec![0.0; row.len()]);
                 let clock = Instant::now();
-                let result = runner.end(&mut mean, &mut variance);
+                let result = filter.end(&mut mean, &mut variance);
                 query_ns.push(clock.elapsed().as_nanos() as f64);
                 result.with_context(place)?;
-                out.push(runner.belief(), mean, &variance);
+                out.push(filter.phase_estimate(), mean, &variance);
             }
             Ok(out)
         })
@@ -262,10 +261,10 @@ impl TestRun {
         }
     }
 
-    fn push(&mut self, belief: Belief, mean: Vec<f64>, variance: &[f64]) {
-        let [[p00, p01], [_, p11]] = belief.covariance;
-        self.phase.push(belief.phase);
-        self.phase_vel.push(belief.velocity);
+    fn push(&mut self, estimate: PhaseEstimate, mean: Vec<f64>, variance: &[f64]) {
+        let [[p00, p01], [_, p11]] = estimate.covariance;
+        self.phase.push(estimate.phase);
+        self.phase_vel.push(estimate.velocity);
         self.phase_variance.push(p00);
         self.covariance.push(p01);
         self.velocity_variance.push(p11);

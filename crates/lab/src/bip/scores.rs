@@ -1,15 +1,33 @@
 //! How far off the predicted end point was, and how often its intervals held the true one.
 
 use crate::bip::run::TestRun;
-use crate::bip::setup::{Setup, Trained};
+use crate::bip::setup::{Setup, TrainedModel};
 use hwall_testkit::quantile;
 
-/// Shares of the normal distribution within an interval, and its half width in deviations.
-pub const INTERVALS: [(f64, f64); 2] = [(0.5, 0.674_489_750_196), (0.9, 1.644_853_626_951)];
+/// A central interval of the normal distribution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Probability within it.
+    pub share: f64,
+    /// Half its width, standard deviations.
+    pub half_width_sd: f64,
+}
+
+/// The intervals that are checked: 50 % and 90 %.
+pub const INTERVALS: [Interval; 2] = [
+    Interval {
+        share: 0.5,
+        half_width_sd: 0.674_489_750_196,
+    },
+    Interval {
+        share: 0.9,
+        half_width_sd: 1.644_853_626_951,
+    },
+];
 
 /// Degrees of freedom that are judged together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Side {
+pub struct DofSet {
     /// For tables and figures.
     pub name: String,
     /// The degrees of freedom.
@@ -19,10 +37,10 @@ pub struct Side {
     noise: Vec<f64>,
 }
 
-impl Side {
+impl DofSet {
     /// Some degrees of freedom, judged together.
     #[must_use]
-    pub fn of(setup: &Setup, trained: &Trained, name: &str, dofs: &[usize]) -> Self {
+    pub fn of(setup: &Setup, trained: &TrainedModel, name: &str, dofs: &[usize]) -> Self {
         Self {
             name: name.to_owned(),
             dofs: dofs.to_vec(),
@@ -37,7 +55,7 @@ impl Side {
 
 /// The observed degrees of freedom and, if there are any, the others.
 #[must_use]
-pub fn sides(setup: &Setup, trained: &Trained) -> Vec<Side> {
+pub fn dof_sets(setup: &Setup, trained: &TrainedModel) -> Vec<DofSet> {
     let parts = [
         ("observed", &trained.observed),
         ("others", &trained.inferred),
@@ -45,7 +63,7 @@ pub fn sides(setup: &Setup, trained: &Trained) -> Vec<Side> {
     parts
         .into_iter()
         .filter(|(_, dofs)| !dofs.is_empty())
-        .map(|(name, dofs)| Side::of(setup, trained, name, dofs))
+        .map(|(name, dofs)| DofSet::of(setup, trained, name, dofs))
         .collect()
 }
 
@@ -67,7 +85,7 @@ pub struct Accuracy {
     pub covered: [f64; 2],
 }
 
-/// Samples that make up a share, never none.
+/// Samples that make up a share: at least one.
 fn samples_of(percent: usize, samples: usize) -> usize {
     (percent * samples).div_ceil(100).clamp(1, samples)
 }
@@ -77,7 +95,7 @@ impl Accuracy {
     #[must_use]
     pub fn at<'a>(
         runs: impl IntoIterator<Item = &'a TestRun>,
-        side: &Side,
+        set: &DofSet,
         percent: usize,
     ) -> Self {
         let (mut errors, mut distances) = (Vec::new(), Vec::new());
@@ -85,13 +103,13 @@ impl Accuracy {
         for run in runs {
             let k = samples_of(percent, run.samples) - 1;
             let before = errors.len();
-            for &d in &side.dofs {
+            for &d in &set.dofs {
                 let Some(truth) = run.truth[d] else { continue };
                 let error = (run.end[k][d] - truth).abs();
-                let sd = run.end_sd[k][d].powi(2) + side.noise[d];
-                for (count, (_, deviations)) in covered.iter_mut().zip(INTERVALS) {
-                    // A deviation that is NaN covers nothing.
-                    *count += usize::from(error <= deviations * sd.sqrt());
+                let variance = run.end_sd[k][d].powi(2) + set.noise[d];
+                for (count, interval) in covered.iter_mut().zip(INTERVALS) {
+                    // With a deviation that is NaN the interval holds nothing.
+                    *count += usize::from(error <= interval.half_width_sd * variance.sqrt());
                 }
                 errors.push(error);
             }
@@ -113,7 +131,7 @@ impl Accuracy {
     }
 }
 
-/// The kinds of motion there are, in the order of their first motions; none where not all say.
+/// The kinds of motion, in the order of their first motions; none unless every motion has a kind.
 #[must_use]
 pub fn kinds(runs: &[TestRun]) -> Vec<&str> {
     let mut kinds: Vec<&str> = Vec::new();

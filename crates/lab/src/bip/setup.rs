@@ -23,7 +23,7 @@ impl FromStr for Indices {
     fn from_str(text: &str) -> anyhow::Result<Self> {
         let number = |word: &str| {
             let number: Option<usize> = word.trim().parse().ok().filter(|n| *n < MOST_COLUMNS);
-            number.with_context(|| format!("{word:?} is no column index"))
+            number.with_context(|| format!("{word:?} is not the index of a column"))
         };
         let range = |part: &str| -> anyhow::Result<RangeInclusive<usize>> {
             let (from, to) = part.split_once('-').unwrap_or((part, part));
@@ -96,7 +96,7 @@ fn basis(text: &str) -> anyhow::Result<Basis> {
             count: count(n)?,
             width: size(w)?,
         },
-        _ => bail!("{text:?} is no basis"),
+        _ => bail!("{text:?} is not a basis"),
     })
 }
 
@@ -202,7 +202,7 @@ pub struct Setup {
 
 /// A model, and what a filter of it sees.
 #[derive(Debug, Clone)]
-pub struct Trained {
+pub struct TrainedModel {
     /// The model.
     pub model: Model,
     /// Degrees of freedom that the filter sees.
@@ -217,8 +217,8 @@ impl Setup {
     /// Trains on all trajectories of a set.
     ///
     /// # Errors
-    /// An observed column that is not there; whatever training says.
-    pub fn train(&self, set: &TrajectorySet) -> anyhow::Result<Trained> {
+    /// An observed column that is not there; whatever training refuses.
+    pub fn train(&self, set: &TrajectorySet) -> anyhow::Result<TrainedModel> {
         let dofs = set.columns.len();
         let Indices(observed) = &self.observed;
         if let Some(far) = observed.iter().find(|d| **d >= dofs) {
@@ -274,7 +274,7 @@ impl Setup {
                 )
             }
         };
-        Ok(Trained {
+        Ok(TrainedModel {
             model,
             observed: observed.clone(),
             inferred: (0..dofs).filter(|d| !seen[*d]).collect(),
@@ -282,7 +282,7 @@ impl Setup {
         })
     }
 
-    /// What stands in until the basis is chosen.
+    /// The basis that was given, or the one that stands in until a basis is chosen.
     fn first_basis(&self) -> Basis {
         match self.basis {
             BasisChoice::Given(basis) => basis,
@@ -290,14 +290,14 @@ impl Setup {
         }
     }
 
-    /// The published filter comes with the published training.
+    /// Is the model trained as published? The published filter always is.
     #[must_use]
     pub fn trains_as_published(&self) -> bool {
         self.published || self.mode == Mode::Compat
     }
 
-    /// Are predictions those of what will be measured, residual and all, rather than of the mean
-    /// motion alone, as in the published convention?
+    /// Do predictions include the residual, so that they are of what will be measured? In the published
+    /// convention they are of the mean motion alone.
     #[must_use]
     pub fn predicts_measurements(&self) -> bool {
         self.noise == Noise::HeldOut && self.mode != Mode::Compat

@@ -8,6 +8,15 @@ use std::path::{Path, PathBuf};
 /// The column that holds time stamps, s. It comes first or not at all.
 const TIME: &str = "t";
 
+/// Motions to train on, and motions to test on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainTest {
+    /// To train on.
+    pub train: TrajectorySet,
+    /// To test on.
+    pub test: TrajectorySet,
+}
+
 /// Motions with the same columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrajectorySet {
@@ -46,9 +55,9 @@ pub enum Part {
 /// Reads training and test motions, which must have the same columns. One folder may hold both.
 ///
 /// # Errors
-/// A folder or file that cannot be read, or whose content is no table of numbers; the file, line
+/// A folder or file that cannot be read, or whose content is not a table of numbers; the file, line
 /// and column are named. A missing value in a training file.
-pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<[TrajectorySet; 2]> {
+pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<TrainTest> {
     let same = match (train.canonicalize(), test.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
@@ -69,7 +78,7 @@ pub fn read_both(train: &Path, test: &Path) -> anyhow::Result<[TrajectorySet; 2]
     let (a, b) = (&train.trajectories[0], &test.trajectories[0]);
     same_columns((a, &train.columns), (b, &test.columns))?;
     test.trajectories.sort_by_key(|t| t.id);
-    Ok([train, test])
+    Ok(TrainTest { train, test })
 }
 
 /// Reads the motions of a folder.
@@ -201,7 +210,7 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
     Ok((columns, trajectory))
 }
 
-/// A CSV reader skips blank lines, and with one the time that its sample took.
+/// A CSV reader skips blank lines, and so would lose a sample and its time.
 fn ensure_no_blank_line(path: &Path) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     // At the end of a file they mean nothing.
@@ -239,9 +248,9 @@ impl Trajectory {
         demonstration.with_context(|| self.name.clone())
     }
 
-    /// Time before each sample: since the last one, before the first a usual step.
+    /// Time step before each sample; before the first one the median of the others.
     ///
-    /// `period`: the usual step where the motion has one sample only.
+    /// `period`: the step of a motion that has one sample only.
     #[must_use]
     pub fn steps(&self, period: f64) -> Vec<f64> {
         let Some(times_s) = &self.times_s else {

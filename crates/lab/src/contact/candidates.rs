@@ -1,4 +1,4 @@
-//! Who competes in the study: the one list of estimators.
+//! The estimators that are compared.
 
 use hwall_contact::{
     Combination, ConstantVelocity, ContactError, ContactEstimator, Hold, LearnedConfig,
@@ -6,11 +6,11 @@ use hwall_contact::{
 };
 use hwall_hand::LabelledReach;
 
-/// A trained estimator, ready for reaches that it has not seen.
-pub type Trained = Box<dyn ContactEstimator + Send>;
+/// A trained estimator, ready for reaches that it has not learnt from.
+pub type BoxedEstimator = Box<dyn ContactEstimator + Send>;
 
-/// How to train an estimator; called once a fold, folds side by side.
-pub type Train = Box<dyn Fn(&[LabelledReach]) -> anyhow::Result<Trained> + Sync>;
+/// Trains an estimator; called once a fold, folds side by side.
+pub type TrainFn = Box<dyn Fn(&[LabelledReach]) -> anyhow::Result<BoxedEstimator> + Sync>;
 
 /// What a candidate is compared as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,21 +21,21 @@ pub enum Role {
     Part,
     /// The learned estimator.
     Learned,
-    /// Learns from the very reach that is judged what no estimator can know: a bound, no competitor.
+    /// Learns from the very reach that is judged what no estimator can know: a bound, not a competitor.
     Bound,
 }
 
-/// One way to foresee the end of a reach.
+/// One estimator of the end of a reach.
 pub struct Candidate {
     /// For tables and legends.
     pub name: String,
     /// What it is compared as.
     pub role: Role,
     /// Trains it.
-    pub train: Train,
+    pub train: TrainFn,
 }
 
-/// Everyone in the tables, in their order.
+/// All candidates, in the order of the tables.
 #[must_use]
 pub fn all() -> Vec<Candidate> {
     let of = |combination, name, role| Candidate {

@@ -21,23 +21,22 @@ pub struct ErrorLine {
     pub points: Vec<(f64, f64)>,
     /// Colour and width.
     pub style: ShapeStyle,
-    /// Dashes tell those who do not say how sure they are.
+    /// For estimators that do not say how sure they are.
     pub dashed: bool,
 }
 
-/// Colours of all competitors, in their order, in every figure of the study.
+/// Colours of the competitors in every figure of the study, in their order.
 fn colours() -> impl Iterator<Item = RGBColor> {
     COLOURS.into_iter().chain([BLACK]).cycle()
 }
 
-/// Everyone but bounds, with a colour each.
+/// All but bounds, with a colour each.
 fn competitors(scores: &[Scores]) -> impl Iterator<Item = (&Scores, RGBColor)> {
     let competing = scores.iter().filter(|s| s.role != Role::Bound);
     competing.zip(colours())
 }
 
-/// Median error over the time to contact of everyone but bounds; whoever states a covariance has a full
-/// line.
+/// Median error over the time to contact of all but bounds; a full line where covariances are stated.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -136,11 +135,14 @@ fn error_ticks(range: &Range<f64>) -> Vec<f64> {
 }
 
 /// A chart from 0 to 1 both ways.
-pub(crate) type Square<'a, 'path> =
+pub type Square<'a, 'path> =
     ChartContext<'a, SVGBackend<'path>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Axes of what came true over what was stated, and the diagonal on which the two are the same.
-pub(crate) fn unit_square<'a, 'path>(
+/// Axes of observed over stated probability, with the diagonal on which the two are the same.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn unit_square<'a, 'path>(
     root: &'a DrawingArea<SVGBackend<'path>, Shift>,
     title: &str,
     [stated, observed]: [&str; 2],
@@ -172,8 +174,8 @@ pub(crate) fn unit_square<'a, 'path>(
     Ok(chart)
 }
 
-/// Observed over stated probability of the regions in space, from 30 to 90 % of the time. Draws nothing
-/// and says `false` where nobody states any.
+/// Observed over stated probability of the regions in space, from 30 to 90 % of the time. Draws nothing and
+/// returns `false` where no estimator states any.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -192,7 +194,10 @@ pub fn reliability(path: &Path, title: &str, scores: &[Scores]) -> anyhow::Resul
     let mut chart = unit_square(&root, title, axes)?;
     for (colour, name, observed) in lines {
         let style = colour.stroke_width(3);
-        let points = REGIONS.into_iter().zip(observed).map(|((p, _), o)| (p, o));
+        let points = REGIONS
+            .iter()
+            .zip(observed)
+            .map(|(r, o)| (r.probability, o));
         chart
             .draw_series(LineSeries::new(points, style).point_size(3))
             .map_err(plot_error)?

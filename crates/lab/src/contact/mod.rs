@@ -1,13 +1,13 @@
-//! contact
+//! Estimators of where and when a reach ends, on reaches that they have not learnt from.
 
-pub mod arguments;
 pub mod candidates;
 pub mod dissertation;
-pub mod document;
 pub mod figures;
 pub mod moments;
 pub mod recordings;
 pub mod report;
 pub mod rows;
+pub mod run;
 pub mod scores;
+pub mod split;
 pub mod tables;

@@ -11,6 +11,15 @@ pub const WRITTEN_EVERY_S: f64 = 0.05;
 /// Room for rounding, s.
 const ROUNDING_S: f64 = 1e-9;
 
+/// From the start of a reach to its contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// The hand starts, s.
+    pub start_s: f64,
+    /// It touches, s.
+    pub contact_s: f64,
+}
+
 /// When a reach is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
@@ -36,13 +45,10 @@ impl Moment {
         }
     }
 
-    /// The last of these times by then, given start and contact, s; `None` where all are later.
+    /// The last of these times, s, that is not after the moment; `None` where all are later.
     #[must_use]
-    pub fn index(
-        self,
-        times_s: impl IntoIterator<Item = f64>,
-        [start_s, contact_s]: [f64; 2],
-    ) -> Option<usize> {
+    pub fn index(self, times_s: impl IntoIterator<Item = f64>, span: Span) -> Option<usize> {
+        let Span { start_s, contact_s } = span;
         let t_s = match self {
             Self::Share(share) => contact_s - (1.0 - share) * (contact_s - start_s),
             Self::Before(s) => contact_s - s,
@@ -55,12 +61,12 @@ impl Moment {
 
 /// Which samples of a reach are written: those of all moments, and the first of every 50 ms.
 #[must_use]
-pub fn written(times_s: &[f64], [start_s, contact_s]: [f64; 2]) -> BTreeSet<usize> {
-    let at = |m: Moment| m.index(times_s.iter().copied(), [start_s, contact_s]);
+pub fn written(times_s: &[f64], span: Span) -> BTreeSet<usize> {
+    let at = |m: Moment| m.index(times_s.iter().copied(), span);
     let mut chosen: BTreeSet<usize> = Moment::all().filter_map(at).collect();
     let mut last = None;
     for (i, t_s) in times_s.iter().enumerate() {
-        let stretch = ((t_s - start_s + ROUNDING_S) / WRITTEN_EVERY_S).floor();
+        let stretch = ((t_s - span.start_s + ROUNDING_S) / WRITTEN_EVERY_S).floor();
         if last != Some(stretch) {
             chosen.insert(i);
             last = Some(stretch);
@@ -74,9 +80,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_holds_all_moments_and_a_twentieth_of_a_second_between() {
+    fn every_moment_is_written_and_one_sample_in_50_ms() {
         let times: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.01).collect();
-        let span = [0.0, 1.0];
+        let span = Span {
+            start_s: 0.0,
+            contact_s: 1.0,
+        };
         let chosen = written(&times, span);
         for moment in Moment::all() {
             let index = moment.index(times.iter().copied(), span).unwrap();
@@ -85,7 +94,7 @@ mod tests {
         assert!((20..30).contains(&chosen.len()), "{chosen:?}");
         let steps = chosen.iter().zip(chosen.iter().skip(1));
         assert!(steps.map(|(a, b)| b - a).max().unwrap() <= 5);
-        // One that starts late is not judged early.
+        // A reach that starts late is not judged early.
         assert_eq!(
             Moment::Before(0.3).index(times[80..].iter().copied(), span),
             None

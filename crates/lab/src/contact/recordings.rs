@@ -1,5 +1,6 @@
-//! Labelled reaches from recorded hands, and who is held out when.
+//! Labelled reaches from recorded hands.
 
+use crate::contact::split::Split;
 use anyhow::{Context, ensure};
 use hwall_hand::{
     HandError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
@@ -8,16 +9,12 @@ use hwall_hand::{
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Files of a folder that last this long at most, s, and name no trials are one trial each.
+/// Files without trials are one trial each where half of those in the folder last no longer than this, s.
 const LONGEST_TRIAL_S: f64 = 10.0;
-/// From so many recordings on, whole recordings are held out.
-const FEWEST_RECORDINGS: usize = 5;
-/// What the simulated protocols call their files: recordings beside them are named otherwise.
+/// Names of the files of the simulated protocols: recordings get other names.
 const TAKEN: [&str; 4] = ["dissertation", "open-hand", "pointing", "rooms"];
 /// Reasons that an error lists.
 const MOST_REASONS: usize = 4;
-/// More folds than this are joined: training is repeated for each.
-const MOST_FOLDS: usize = 50;
 
 /// Reaches of one study, all with the same points of the hand, in the frame of its tracker.
 #[derive(Debug, Clone)]
@@ -32,26 +29,17 @@ pub struct Source {
     pub recordings: Vec<usize>,
     /// What was left out: how often, the reason, and the first of them.
     pub left_out: Vec<String>,
-    /// Columns that mean nothing here, in the order in which they were met.
+    /// Columns that are not read, in the order in which they were met.
     pub ignored_columns: Vec<String>,
 }
 
-/// What is learnt from and what is judged, by number of the reach.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fold {
-    /// Learnt from.
-    pub train: Vec<usize>,
-    /// Judged.
-    pub test: Vec<usize>,
-}
-
-/// How the reaches are divided.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Split {
-    /// In words.
-    pub description: String,
-    /// Every reach is judged in one fold at most.
-    pub folds: Vec<Fold>,
+/// The studies found in a file or folder.
+#[derive(Debug, Clone)]
+pub struct FoundSources {
+    /// No two of them have the same name.
+    pub sources: Vec<Source>,
+    /// A line for each file that is not a recording of a hand.
+    pub refused: Vec<String>,
 }
 
 /// One file, and what is in it.
@@ -60,20 +48,19 @@ struct File {
     recordings: Vec<Recording>,
 }
 
-/// The study in a file, or all under a folder, and a line for each file there that is no recording of a
-/// hand. No two studies have the same name.
+/// The study in a file, or all studies under a folder.
 ///
-/// Files of one folder with the same quantities belong together. Where no person is named but
-/// trials are, in several files, each file is a person. Where neither is, and half of the several files last
-/// no longer than ten seconds, each file is one trial of which the first reach counts: what follows is the
-/// way back. Everything else without trials is cut by speed into all of its reaches.
+/// Files of one folder with the same quantities belong together. Where several files name trials but no
+/// person, each file is a person. Where several files name neither, and half of them last no longer than ten
+/// seconds, each file is one trial, of which the first reach counts: what follows is the way back.
+/// Everything else without trials is cut by speed into all of its reaches.
 ///
 /// A folder below this one in which all files are named `train-*.csv` and `test-*.csv` holds motions for
 /// `bip_filter`, as made beside recordings by `--generate`: the same hands once more, so it is passed over.
 ///
 /// # Errors
 /// Nothing there, or no recording of a hand in it.
-pub fn read(path: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
+pub fn read(path: &Path) -> anyhow::Result<FoundSources> {
     ensure!(path.exists(), "{}: no such file or folder", path.display());
     let (mut groups, mut refused) = (BTreeMap::<_, Vec<File>>::new(), Vec::new());
     let mut files = Vec::new();
@@ -131,11 +118,11 @@ pub fn read(path: &Path) -> anyhow::Result<(Vec<Source>, Vec<String>)> {
         let source = Source::of(name.clone(), files).with_context(|| name)?;
         sources.push(source);
     }
-    Ok((sources, refused))
+    Ok(FoundSources { sources, refused })
 }
 
-/// A name for files that no other study has, whatever the case of its letters: the path with dashes, and
-/// a number where that is `taken`.
+/// A name for files that no other study has, upper and lower case being the same: the path with dashes, and a
+/// number where that is `taken`.
 fn unused(path: String, taken: &mut BTreeSet<String>) -> String {
     let plain = path.replace(['/', '\\'], "-");
     let mut name = plain.clone();
@@ -159,7 +146,7 @@ fn reasons(refused: &[String]) -> String {
     text
 }
 
-/// Takes the files of folders of motions out, and says which folders and how many files.
+/// Removes the files of folders of motions; returns these folders and how many files they held.
 fn pass_over_motions(dir: &Path, files: &mut Vec<PathBuf>) -> Vec<(PathBuf, usize)> {
     let of_motion = |path: &Path| {
         let stem = path.file_stem().map(|s| s.to_string_lossy());
@@ -168,7 +155,7 @@ fn pass_over_motions(dir: &Path, files: &mut Vec<PathBuf>) -> Vec<(PathBuf, usiz
     let mut folders = BTreeMap::<PathBuf, (bool, usize)>::new();
     for path in files.iter() {
         let folder = path.parent().unwrap_or(dir).to_owned();
-        // A folder that is named by the user is meant.
+        // A folder that the user names is read all the same.
         let (motions, count) = folders.entry(folder.clone()).or_insert((folder != dir, 0));
         *motions &= of_motion(path);
         *count += 1;
@@ -197,7 +184,7 @@ fn csv_files(dir: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Names of what is seen at least once.
+/// Names of the quantities that are recorded at least once.
 fn quantities(recordings: &[Recording]) -> Vec<&'static str> {
     let seen = |q: &Quantity| {
         let mut samples = recordings.iter().flat_map(|r| &r.samples);
@@ -290,114 +277,13 @@ impl Source {
     }
 }
 
-impl Split {
-    /// Who is held out when: each person, of two and more; else each recording, of five and more; else each
-    /// reach. More than fifty folds are joined, neighbours first.
-    #[must_use]
-    pub fn of(reaches: &[LabelledReach], recordings: &[usize]) -> Self {
-        let people: Option<Vec<&str>> = reaches.iter().map(|r| r.person.as_deref()).collect();
-        let people = people.map(|p| units(&p));
-        let recordings = units(recordings);
-        let count = |units: &[usize]| units.iter().max().map_or(0, |m| m + 1);
-        let (what, units) = match people {
-            Some(people) if count(&people) >= 2 => ("person", people),
-            _ if count(&recordings) >= FEWEST_RECORDINGS => ("recording", recordings),
-            _ => ("reach", (0..reaches.len()).collect()),
-        };
-        let n = count(&units);
-        let folds = n.min(MOST_FOLDS);
-        let fold_of = |unit: usize| unit * folds / n;
-        let description = if folds == n {
-            format!("each {what} held out: {n} folds")
-        } else {
-            format!("{n} units ({what}), neighbours held out together: {folds} folds")
-        };
-        let part = |fold: usize, held_out: bool| {
-            let belongs = |i: &usize| (fold_of(units[*i]) == fold) == held_out;
-            (0..units.len()).filter(belongs).collect()
-        };
-        Self {
-            description,
-            folds: (0..folds)
-                .map(|fold| Fold {
-                    train: part(fold, false),
-                    test: part(fold, true),
-                })
-                .collect(),
-        }
-    }
-}
-
-/// Numbers equal things alike, in the order of their first.
-fn units<T: PartialEq>(things: &[T]) -> Vec<usize> {
-    let mut known: Vec<&T> = Vec::new();
-    things
-        .iter()
-        .map(|thing| {
-            known.iter().position(|k| *k == thing).unwrap_or_else(|| {
-                known.push(thing);
-                known.len() - 1
-            })
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
-    use hwall_hand::HandFrame;
-
-    fn reach(person: Option<&str>) -> LabelledReach {
-        LabelledReach {
-            person: person.map(str::to_owned),
-            trial: None,
-            point: HandPoint::Index,
-            frames: vec![HandFrame::empty(0.0)],
-            contact_m: DVec3::ZERO,
-            contact_s: 1.0,
-            normal: None,
-        }
-    }
+    use hwall_testkit::shared;
 
     #[test]
-    fn people_are_held_out_else_recordings_else_reaches() {
-        let of = |people: &[Option<&str>], recordings: &[usize]| {
-            let reaches: Vec<LabelledReach> = people.iter().map(|p| reach(*p)).collect();
-            let split = Split::of(&reaches, recordings);
-            // Everything is judged once, and by nothing that it taught.
-            let mut judged: Vec<usize> = split.folds.iter().flat_map(|f| f.test.clone()).collect();
-            judged.sort_unstable();
-            assert_eq!(judged, (0..reaches.len()).collect::<Vec<_>>());
-            for fold in &split.folds {
-                assert!(fold.train.iter().all(|i| !fold.test.contains(i)));
-                assert_eq!(fold.train.len() + fold.test.len(), reaches.len());
-            }
-            split
-        };
-        let (a, b) = (Some("a"), Some("b"));
-        let people = of(&[a, b, a, b, b], &[0, 1, 2, 3, 4]);
-        assert_eq!(people.folds[0].test, [0, 2]);
-        assert!(
-            people.description.contains("each person"),
-            "{}",
-            people.description
-        );
-        // One person, or some that nobody names: recordings.
-        for names in [[a; 6], [a, b, None, a, b, a]] {
-            let recordings = of(&names, &[0, 0, 1, 2, 3, 4]);
-            assert!(recordings.description.contains("each recording"));
-            assert_eq!(recordings.folds[0].test, [0, 1]);
-        }
-        assert_eq!(of(&[None; 4], &[0, 0, 1, 1]).folds.len(), 4);
-        // Neighbours go together.
-        let many = of(&[None; 120], &[0; 120]);
-        assert_eq!(many.folds.len(), MOST_FOLDS);
-        assert_eq!(many.folds[0].test, [0, 1, 2]);
-    }
-
-    #[test]
-    fn no_folder_and_no_recording_are_one_clear_line() {
+    fn a_missing_folder_and_one_without_recordings_give_one_clear_line() {
         let error = read(Path::new("nowhere")).unwrap_err();
         assert_eq!(error.to_string(), "nowhere: no such file or folder");
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
@@ -421,12 +307,11 @@ mod tests {
 
     #[test]
     fn recordings_beside_the_project_give_all_their_reaches() {
-        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-        if !dir.join("kinesis_rtg").is_dir() {
-            println!("skipped: recordings are not beside the project");
+        if shared("data/kinesis_rtg").is_none() {
             return;
         }
-        let (sources, refused) = read(&dir).unwrap();
+        let dir = shared("data").unwrap();
+        let FoundSources { sources, refused } = read(&dir).unwrap();
         assert_eq!(refused, Vec::<String>::new());
         let counts: Vec<(&str, usize, usize)> = sources
             .iter()

@@ -1,11 +1,13 @@
 //! The study of one set of reaches: all candidates, their tables, rows and figures.
 
 use crate::contact::candidates::Candidate;
-use crate::contact::figures as contact_figures;
-use crate::contact::recordings::{Source, Split, read};
-use crate::contact::rows::Rows;
-use crate::contact::scores::{Scores, run};
-use crate::contact::tables as contact_tables;
+use crate::contact::figures;
+use crate::contact::recordings::{FoundSources, Source, read};
+use crate::contact::rows::EstimateRows;
+use crate::contact::run::run;
+use crate::contact::scores::Scores;
+use crate::contact::split::Split;
+use crate::contact::tables;
 use anyhow::Context;
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers::counted;
@@ -16,7 +18,16 @@ use std::path::Path;
 /// Fewer reaches than this are an illustration, not a result.
 const FEW: usize = 10;
 
-/// Every candidate on one set of reaches; one that cannot be trained is a note.
+/// The scores of all candidates on one set of reaches.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// In the order of the candidates.
+    pub scores: Vec<Scores>,
+    /// Candidates that could not be trained, and why.
+    pub not_run: Vec<String>,
+}
+
+/// Runs every candidate on one set of reaches.
 ///
 /// With a folder: `NAME_predictions.csv` (one row a prediction at the moments of the tables, and one every
 /// 50 ms), `NAME_scores.csv`, `NAME_error.svg` and
@@ -30,38 +41,38 @@ pub fn compare(
     reaches: &[LabelledReach],
     split: &Split,
     out: Option<&Path>,
-) -> anyhow::Result<(Vec<Scores>, Vec<String>)> {
+) -> anyhow::Result<Comparison> {
     let file = |what: &str| out.map(|folder| folder.join(format!("{name}_{what}")));
     let mut rows = match file("predictions.csv") {
-        Some(path) => Some(Rows::create(&path, name)?),
+        Some(path) => Some(EstimateRows::create(&path, name)?),
         None => None,
     };
-    let (mut scores, mut notes) = (Vec::new(), Vec::new());
+    let (mut scores, mut not_run) = (Vec::new(), Vec::new());
     for candidate in candidates {
         match run(candidate, reaches, split, rows.as_mut()) {
             Ok(found) => scores.push(found),
-            Err(error) => notes.push(format!("{}: {error:#}", candidate.name)),
+            Err(error) => not_run.push(format!("{}: {error:#}", candidate.name)),
         }
     }
     if let Some(rows) = rows {
         rows.finish()?;
     }
     if let Some(path) = file("scores.csv") {
-        contact_tables::csv(&path, name, &scores)?;
+        tables::csv(&path, name, &scores)?;
     }
     let judged: usize = split.folds.iter().map(|f| f.test.len()).sum();
     if let (Some(path), false) = (file("error.svg"), scores.is_empty()) {
         let title = format!("{name}: where {judged} reaches end, none of them learnt from");
-        contact_figures::error_over_time(&path, &title, &scores)?;
+        figures::error_over_time(&path, &title, &scores)?;
     }
     if let Some(path) = file("reliability.svg") {
         let title = format!("{name}: calibration, 30 to 90 % of {judged} reaches");
-        contact_figures::reliability(&path, &title, &scores)?;
+        figures::reliability(&path, &title, &scores)?;
     }
-    Ok((scores, notes))
+    Ok(Comparison { scores, not_run })
 }
 
-/// Studies a recording or everything under a folder; Markdown.
+/// The study of a recording, or of every recording under a folder, as Markdown.
 ///
 /// # Errors
 /// No recordings there, or a file that cannot be written.
@@ -70,7 +81,7 @@ pub fn recordings(
     candidates: &[Candidate],
     out: Option<&Path>,
 ) -> anyhow::Result<String> {
-    let (sources, refused) = read(path)?;
+    let FoundSources { sources, refused } = read(path)?;
     let mut text = String::from("## Recorded hands\n");
     for why in refused {
         write!(text, "\nNot read: {why}.\n")?;
@@ -82,18 +93,19 @@ pub fn recordings(
             continue;
         }
         let split = source.split();
-        let (scores, notes) = compare(&source.name, candidates, &source.reaches, &split, out)
-            .with_context(|| source.name.clone())?;
+        let Comparison { scores, not_run } =
+            compare(&source.name, candidates, &source.reaches, &split, out)
+                .with_context(|| source.name.clone())?;
         writeln!(text, " Split: {}.", split.description)?;
-        for note in notes {
+        for note in not_run {
             writeln!(text, "\nNot run: {note}.")?;
         }
         if !scores.is_empty() {
             write!(
                 text,
                 "{}\n{}",
-                contact_tables::in_short(&scores),
-                contact_tables::markdown(&scores)
+                tables::in_short(&scores),
+                tables::markdown(&scores)
             )?;
         }
     }

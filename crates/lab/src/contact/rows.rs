@@ -1,21 +1,31 @@
-//! Predictions of where a reach ends as a file, one row each.
+//! Estimates of where a reach ends as a file, one row each.
 
 use crate::contact::moments::written;
-use crate::contact::scores::{Told, span_s};
+use crate::contact::scores::span;
 use anyhow::Context;
 use glam::DVec3;
+use hwall_contact::ContactEstimate;
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
 use std::io::Write;
 use std::path::Path;
 
-/// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
-pub struct Rows {
+/// An estimate at one frame, and how long it took.
+#[derive(Debug, Clone, Copy)]
+pub struct TimedEstimate {
+    /// `None` where the estimator gives none.
+    pub estimate: Option<ContactEstimate>,
+    /// Time for the frame, µs.
+    pub took_us: f64,
+}
+
+/// A CSV with one row an estimate: those at the moments of the tables, and one every 50 ms.
+pub struct EstimateRows {
     source: String,
     out: csv::Writer<Box<dyn Write>>,
 }
 
-impl Rows {
+impl EstimateRows {
     /// Writes the header.
     ///
     /// # Errors
@@ -53,7 +63,7 @@ impl Rows {
         })
     }
 
-    /// Adds what was said of one reach.
+    /// Adds the estimates of one reach, one for each of its frames.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -62,12 +72,13 @@ impl Rows {
         method: &str,
         fold: usize,
         reach: &LabelledReach,
-        told: &Told,
+        estimates: &[TimedEstimate],
     ) -> anyhow::Result<()> {
         let text = |name: &Option<String>| name.clone().unwrap_or_default();
         let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
-        for index in written(&times_s, span_s(reach)) {
-            let (frame, (estimate, us)) = (&reach.frames[index], &told[index]);
+        for index in written(&times_s, span(reach)) {
+            let frame = &reach.frames[index];
+            let TimedEstimate { estimate, took_us } = estimates[index];
             let left_s = reach.contact_s - frame.t_s;
             let mut cells = vec![
                 self.source.clone(),
@@ -79,7 +90,7 @@ impl Rows {
                 format!("{:.4}", 1.0 - left_s / reach.duration_s()),
                 format!("{left_s:.6}"),
             ];
-            // Nothing was said: empty cells.
+            // Cells are empty where there is no estimate.
             let metres = |cells: &mut Vec<String>, v: Option<DVec3>| match v {
                 Some(v) => cells.extend(v.to_array().map(|x| format!("{x:.6}"))),
                 None => cells.extend([const { String::new() }; 3]),
@@ -99,7 +110,7 @@ impl Rows {
             let seconds = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
             cells.push(seconds(left.map(|l| l.mean_s)));
             cells.push(seconds(left.and_then(|l| l.sd_s)));
-            cells.push(format!("{us:.2}"));
+            cells.push(format!("{took_us:.2}"));
             self.out.write_record(&cells)?;
         }
         Ok(())
@@ -110,6 +121,6 @@ impl Rows {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(mut self) -> anyhow::Result<()> {
-        self.out.flush().context("predictions")
+        self.out.flush().context("estimates")
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Place of the 50 % and 90 % regions among [`REGIONS`].
 const HALF_AND_MOST: [usize; 2] = [4, 8];
 
-/// The short of it: the best baseline at every moment, the learned estimator, and who is better.
+/// In short: the best baseline and the learned estimator at every moment, and which of them is better.
 #[must_use]
 pub fn in_short(scores: &[Scores]) -> String {
     let Some(learned) = scores.iter().find(|s| s.role == Role::Learned) else {
@@ -105,7 +105,7 @@ fn distances(scores: &[Scores], moments: &[Moment]) -> MarkdownTable {
     table
 }
 
-/// One cell a moment; none where nothing was said.
+/// One cell a moment; "none" where there is no estimate.
 fn by_moment(
     scores: &[Scores],
     first: &str,
@@ -116,8 +116,8 @@ fn by_moment(
     for s in scores {
         let cells = Moment::all().map(|m| {
             let summary = s.at_moment(m);
-            let said = (summary.count > 0).then(|| cell(&summary));
-            said.flatten().unwrap_or_else(|| "none".to_owned())
+            let text = (summary.count > 0).then(|| cell(&summary));
+            text.flatten().unwrap_or_else(|| "none".to_owned())
         });
         table.row([s.name.clone()].into_iter().chain(cells));
     }
@@ -130,7 +130,7 @@ fn missed(scores: &[Scores]) -> MarkdownTable {
     })
 }
 
-/// Of those alone who state how sure they are.
+/// Of the estimators that state a covariance.
 fn coverage(scores: &[Scores]) -> MarkdownTable {
     let sure: Vec<Scores> = scores
         .iter()
@@ -257,6 +257,6 @@ fn numbers_of(s: &Summary) -> Vec<String> {
         optional(s.time_mean_s),
         optional(s.time_interval),
     ]);
-    debug_assert_eq!(REGIONS[HALF_AND_MOST[1]].0, 0.9);
+    debug_assert_eq!(REGIONS[HALF_AND_MOST[1]].probability, 0.9);
     cells
 }

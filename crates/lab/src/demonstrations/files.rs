@@ -2,7 +2,7 @@
 
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
 use crate::demonstrations::generate::{
-    Demonstrated, DemonstrationConfig, Part, Response, generate,
+    DemonstrationConfig, Part, Response, SimulatedReach, generate,
 };
 use anyhow::{Context, ensure};
 use hwall_hand::{HandPoint, LabelledReach, Recording, write_recordings};
@@ -14,7 +14,7 @@ pub const HANDS: &str = "hands.csv";
 /// Folder of the motions, `train-001.csv` and so on and `test-001.csv` and so on.
 pub const MOTIONS: &str = "demonstrations";
 
-/// What of the arm goes beside the hand into a motion.
+/// Which values of the arm stand beside the hand in a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Robot {
     /// Its seven joints, rad.
@@ -47,7 +47,7 @@ impl Robot {
     }
 }
 
-/// Makes demonstrations and writes them; says what was made, in one line.
+/// Makes demonstrations and writes them; returns a line that says what was made.
 ///
 /// # Errors
 /// As [`generate`] and [`write()`].
@@ -73,12 +73,11 @@ pub fn generate_into(
 /// `--train DIR/demonstrations --test DIR/demonstrations --observed 0-17` with all six points.
 ///
 /// # Errors
-/// Nothing to write, a folder of motions that cannot be written or is not empty, a reach without a point of the hand that all
-/// others have too.
-pub fn write(folder: &Path, made: &[Demonstrated], robot: Robot) -> anyhow::Result<()> {
+/// A folder of motions that cannot be written or is not empty; no point of the hand that all reaches have.
+pub fn write(folder: &Path, made: &[SimulatedReach], robot: Robot) -> anyhow::Result<()> {
     let motions = folder.join(MOTIONS);
     std::fs::create_dir_all(&motions).with_context(|| motions.display().to_string())?;
-    // Motions of another run would be learnt from as well.
+    // Otherwise the motions of an earlier run would be learnt from as well.
     let mut held = std::fs::read_dir(&motions).with_context(|| motions.display().to_string())?;
     ensure!(held.next().is_none(), "{}: not empty", motions.display());
     let recordings: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
@@ -89,7 +88,10 @@ pub fn write(folder: &Path, made: &[Demonstrated], robot: Robot) -> anyhow::Resu
     for part in [Part::Train, Part::Test] {
         let of_part = made.iter().filter(|d| d.part == part);
         let reaches: Vec<_> = of_part
-            .map(|d| (&d.labelled, d.response.as_ref()))
+            .map(|d| MotionSource {
+                reach: &d.labelled,
+                response: d.response.as_ref(),
+            })
             .collect();
         let set = motions_of(&reaches, &points, robot, part)?;
         write_motions(&motions, &set, part)?;
@@ -97,7 +99,7 @@ pub fn write(folder: &Path, made: &[Demonstrated], robot: Robot) -> anyhow::Resu
     Ok(())
 }
 
-/// The points of the hand that each of the reaches has seen twice or more.
+/// The points of the hand that were tracked in two frames or more of every reach.
 pub fn common_points<'a>(
     reaches: impl Iterator<Item = &'a LabelledReach> + Clone,
 ) -> Vec<HandPoint> {
@@ -111,17 +113,25 @@ pub fn common_points<'a>(
         .collect()
 }
 
-/// Reaches, recorded or simulated, as motions: time from the start of the reach, these points of
+/// A reach, recorded or simulated, and the arm where there is one.
+#[derive(Debug, Clone, Copy)]
+pub struct MotionSource<'a> {
+    /// The hand.
+    pub reach: &'a LabelledReach,
+    /// The arm at the frames of the reach.
+    pub response: Option<&'a Response>,
+}
+
+/// Reaches as motions: time from the start of the reach, these points of
 /// the hand, and the arm where every reach has one.
 ///
-/// In motions to learn from a point that is missing for a while is put on the straight line
-/// between its neighbours in time, and before the first and after the last one it stays there:
-/// such motions must be whole. In the others it is left missing.
+/// Motions to learn from must be complete: a missing point is put on the straight line between its neighbours
+/// in time, before the first one and after the last one at their place. In test motions it stays missing.
 ///
 /// # Errors
-/// No points, or a response that has not one entry a frame.
+/// No points, or a response without one entry a frame.
 pub fn motions_of(
-    reaches: &[(&LabelledReach, Option<&Response>)],
+    reaches: &[MotionSource<'_>],
     points: &[HandPoint],
     robot: Robot,
     part: Part,
@@ -132,11 +142,11 @@ pub fn motions_of(
     );
     let axes = |point: &HandPoint| ["x", "y", "z"].map(|axis| format!("{}_{axis}", point.name()));
     let mut columns: Vec<String> = points.iter().flat_map(axes).collect();
-    let with_arm = !reaches.is_empty() && reaches.iter().all(|(_, r)| r.is_some());
+    let with_arm = !reaches.is_empty() && reaches.iter().all(|r| r.response.is_some());
     if with_arm {
         columns.extend(robot.columns());
     }
-    let motion = |(i, (reach, response)): (usize, &(&LabelledReach, Option<&Response>))| {
+    let motion = |(i, &MotionSource { reach, response }): (usize, &MotionSource<'_>)| {
         let name = |part: &Option<String>| part.clone().unwrap_or_else(|| "?".to_owned());
         let name = format!("{}/{}", name(&reach.person), name(&reach.trial));
         let mut rows = hand_rows(reach, points, part);

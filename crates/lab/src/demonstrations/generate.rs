@@ -1,7 +1,7 @@
-//! Demonstrations made up: simulated people reach for reachable places, the simulated arm answers.
+//! Simulated demonstrations: people reach for places that the arm can reach, and the arm follows.
 //!
-//! What comes out has the shape of real recordings, so that whatever learns from these or is
-//! judged by them takes the others as well; [`crate::demonstrations::files`] writes both.
+//! They have the shape of real recordings, so that whatever learns from one or is judged by it takes the
+//! other as well; the module `files` writes both.
 
 use crate::demonstrations::targets::{Panel, Places, Targets};
 use anyhow::{Context, ensure};
@@ -10,11 +10,12 @@ use hwall_hand::{HandPoint, LabelledReach, Recording, Sample};
 use hwall_haptics::{Arm, Board, BoardTarget, Renderer, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
 use hwall_sim::{
-    Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, TouchSequence,
-    TouchTruth,
+    Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, TouchPlan,
+    TouchSequence, TouchTruth,
 };
-use hwall_stage::session::START_DEG;
+use hwall_stage::arms::START_DEG;
 use hwall_testkit::Sampler;
+use std::ops::RangeInclusive;
 
 /// Longest step of the arm's control loop, s.
 const CONTROL_S: f64 = 1e-3;
@@ -24,12 +25,12 @@ const CONTROL_S: f64 = 1e-3;
 pub struct DemonstrationConfig {
     /// What people are like.
     pub person: PersonConfig,
-    /// Everything follows from it.
+    /// The same seed gives the same demonstrations.
     pub seed: u64,
     /// Reaches to learn from.
-    pub train: Cast,
+    pub train: PartSize,
     /// Reaches to be judged by, by other people.
-    pub test: Cast,
+    pub test: PartSize,
     /// Where they touch.
     pub targets: Targets,
     /// Share of the reaches that start towards another target, 0 to 1.
@@ -47,9 +48,9 @@ pub struct DemonstrationConfig {
     pub arm_reaction_s: Option<f64>,
 }
 
-/// How many reaches by how many people, who take turns.
+/// How many reaches by how many people, shared out evenly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cast {
+pub struct PartSize {
     /// Different people.
     pub people: usize,
     /// Reaches of all of them together.
@@ -70,11 +71,11 @@ impl DemonstrationConfig {
         Self {
             person: PersonConfig::varied(),
             seed: 1,
-            train: Cast {
+            train: PartSize {
                 people: 6,
                 reaches: 47,
             },
-            test: Cast {
+            test: PartSize {
                 people: 5,
                 reaches: 30,
             },
@@ -88,9 +89,8 @@ impl DemonstrationConfig {
         }
     }
 
-    /// As a study of pointing in VR: 13 people, 125 reaches each of about 0.8 m and 0.87 s, of
-    /// whom palm, tip of the index finger and head are tracked; no arm. Nobody is left to be
-    /// judged by: leave one person out.
+    /// As a study of pointing in VR: 13 people with 125 reaches each of about 0.8 m and 0.87 s; palm, tip of
+    /// the index finger and head are tracked; no arm. There is no test part: hold out one person at a time.
     #[must_use]
     pub fn pointing() -> Self {
         let person = PersonConfig {
@@ -105,11 +105,11 @@ impl DemonstrationConfig {
         };
         Self {
             person,
-            train: Cast {
+            train: PartSize {
                 people: 13,
                 reaches: 13 * 125,
             },
-            test: Cast {
+            test: PartSize {
                 people: 0,
                 reaches: 0,
             },
@@ -126,11 +126,11 @@ impl DemonstrationConfig {
     }
 
     fn validate(&self) -> anyhow::Result<()> {
-        for (name, cast) in [("train", self.train), ("test", self.test)] {
+        for (name, size) in [("train", self.train), ("test", self.test)] {
             ensure!(
-                cast.reaches == 0 || cast.people > 0,
+                size.reaches == 0 || size.people > 0,
                 "{name}: {} reaches by nobody",
-                cast.reaches
+                size.reaches
             );
         }
         ensure!(
@@ -180,9 +180,9 @@ impl Part {
     }
 }
 
-/// One reach, as trackers and the arm's encoders saw it.
+/// One reach, as trackers and the arm's encoders measured it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Demonstrated {
+pub struct SimulatedReach {
     /// What it is for.
     pub part: Part,
     /// How the person holds the hand.
@@ -197,7 +197,7 @@ pub struct Demonstrated {
     pub response: Option<Response>,
 }
 
-/// How an arm answers a reach, one entry a frame.
+/// How the arm moves during a reach, one entry a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {
     /// Joint angles, rad.
@@ -208,22 +208,21 @@ pub struct Response {
 
 /// Makes demonstrations, those to learn from first; person by person, in order of time.
 ///
-/// Person `i` of a seed reaches in the same way for the same places however many others there are.
+/// Person `i` of a seed makes the same reaches however many others there are.
 ///
 /// # Errors
-/// A configuration that makes no sense, panels that the arm cannot reach, a target beside or
-/// behind the resting hand.
-pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<Demonstrated>> {
+/// A value outside its range, panels that the arm cannot reach, a target beside or behind the resting hand.
+pub fn generate(config: &DemonstrationConfig) -> anyhow::Result<Vec<SimulatedReach>> {
     config.validate()?;
     let board = Board::default();
     let places = Places::new(&config.targets, &board)?;
     let population = Population::new(config.person, config.seed)?;
     let mut made = Vec::with_capacity(config.train.reaches + config.test.reaches);
     let mut number = 0;
-    for (part, cast) in [(Part::Train, config.train), (Part::Test, config.test)] {
-        for i in 0..cast.people {
+    for (part, size) in [(Part::Train, config.train), (Part::Test, config.test)] {
+        for i in 0..size.people {
             let name = format!("{}-{:02}", part.name(), i + 1);
-            let count = cast.reaches / cast.people + usize::from(i < cast.reaches % cast.people);
+            let count = size.reaches / size.people + usize::from(i < size.reaches % size.people);
             let mut sampler = Sampler::new(config.seed ^ ((number + 1) << 32));
             let plans = places.plans(count, config.changes_of_mind, &mut sampler)?;
             let sequence = population.person(number).plan_reaches(&plans);
@@ -247,7 +246,7 @@ fn record(
     board: &Board,
     part: Part,
     (person, number): (&str, usize),
-) -> anyhow::Result<Demonstrated> {
+) -> anyhow::Result<SimulatedReach> {
     let truth = sequence.touches()[trial];
     let rests_from_s = match trial {
         0 => 0.0,
@@ -259,7 +258,7 @@ fn record(
     let mut frames = Vec::new();
     let (first, last) = (frame_at(first_s), frame_at(truth.contact_s));
     let states = match config.arm_reaction_s {
-        Some(reaction_s) => answer(sequence, &truth, board, config, reaction_s, [first, last])?,
+        Some(reaction_s) => arm_states(sequence, &truth, board, config, reaction_s, first..=last)?,
         None => Vec::new(),
     };
     let mut response = config.arm_reaction_s.map(|_| Response::default());
@@ -276,8 +275,10 @@ fn record(
         if (truth.start_s..=truth.contact_s).contains(&t_s) {
             frames.push(frame);
             if let Some(response) = &mut response {
-                response.joints_rad.push(states[k - first].0);
-                response.base_from_board.push(states[k - first].1);
+                response.joints_rad.push(states[k - first].joints);
+                response
+                    .base_from_board
+                    .push(states[k - first].base_from_board);
             }
         }
     }
@@ -299,7 +300,7 @@ fn record(
     };
     recording.validate()?;
     labelled.validate()?;
-    Ok(Demonstrated {
+    Ok(SimulatedReach {
         part,
         gesture: sequence.person().gesture(),
         truth,
@@ -309,17 +310,23 @@ fn record(
     })
 }
 
-/// The arm's joints and board at these samples of the tracker, while it carries the board from its
-/// starting position to where the person is going to touch: it knows the target, as a teacher's
-/// arm does.
-fn answer(
+/// The arm at one sample of the tracker.
+struct ArmAtSample {
+    joints: JointPositions,
+    base_from_board: Pose,
+}
+
+/// The arm at some samples of the tracker, while it carries the board from its starting position to where the
+/// person is going to touch. It knows the target, as an arm does that is guided to it.
+fn arm_states(
     sequence: &TouchSequence,
     touch: &TouchTruth,
     board: &Board,
     config: &DemonstrationConfig,
     reaction_s: f64,
-    [first, last]: [usize; 2],
-) -> anyhow::Result<Vec<(JointPositions, Pose)>> {
+    samples: RangeInclusive<usize>,
+) -> anyhow::Result<Vec<ArmAtSample>> {
+    let (first, last) = samples.into_inner();
     let mut renderer = Renderer::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
     let servo = ServoConfig {
         seed: config.seed,
@@ -331,7 +338,7 @@ fn answer(
         half_extent_m: board.half_width_m,
         ..HandContact::default()
     };
-    // A whole number of control steps a sample, so that the clocks never part.
+    // A whole number of control steps a sample keeps the two clocks together.
     let per_sample = (config.tracker_s / CONTROL_S).ceil() as usize;
     let step_s = config.tracker_s / per_sample as f64;
     let from = first.min((touch.look_s / config.tracker_s) as usize);
@@ -340,11 +347,14 @@ fn answer(
         let elapsed_s = step as f64 * step_s;
         let t_s = from as f64 * config.tracker_s + elapsed_s;
         if step.is_multiple_of(per_sample) && from + step / per_sample >= first {
-            states.push((servo.q(), servo.pose()));
+            states.push(ArmAtSample {
+                joints: servo.q(),
+                base_from_board: servo.pose(),
+            });
         }
-        let target = wanted(touch, t_s - reaction_s).map(|(point_m, normal)| BoardTarget {
-            point_m,
-            normal,
+        let target = known_target(touch, t_s - reaction_s).map(|plan| BoardTarget {
+            point_m: plan.target_m,
+            normal: plan.normal,
             stamp_s: elapsed_s,
             roll_rad: None,
         });
@@ -362,11 +372,12 @@ fn answer(
     Ok(states)
 }
 
-/// What the person goes for at a time, and the surface's normal there.
-fn wanted(touch: &TouchTruth, t_s: f64) -> Option<(DVec3, DVec3)> {
-    match touch.changed {
-        _ if t_s < touch.look_s => None,
-        Some(meant) if t_s < meant.switch_s => Some((meant.target_m, meant.normal)),
-        _ => Some((touch.target_m, touch.normal)),
-    }
+/// What the person reaches for at a time; `None` before the first look.
+fn known_target(touch: &TouchTruth, t_s: f64) -> Option<TouchPlan> {
+    let (target_m, normal) = match touch.changed {
+        _ if t_s < touch.look_s => return None,
+        Some(meant) if t_s < meant.switch_s => (meant.target_m, meant.normal),
+        _ => (touch.target_m, touch.normal),
+    };
+    Some(TouchPlan { target_m, normal })
 }

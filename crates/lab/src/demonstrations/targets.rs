@@ -10,7 +10,7 @@ use hwall_testkit::Sampler;
 
 /// Lines of a panel's map are this far apart, m.
 const SPACING_M: f64 = 0.025;
-/// Draws before it is given up to find a reachable point beside a reachable line.
+/// Draws after which no more is looked for a reachable point beside a reachable line.
 const MOST_DRAWS: usize = 1000;
 
 /// Where people touch, in the arm's base frame.
@@ -43,13 +43,17 @@ pub struct Panel {
 }
 
 /// Where targets are drawn from.
-pub(crate) enum Places {
+pub(super) enum Places {
     /// A map and the reachable stretches of its lines.
     Lines(Box<ReachabilityMap>, Vec<Stretch>),
-    Box([DVec3; 2], DVec3),
+    Box {
+        low_m: DVec3,
+        high_m: DVec3,
+        normal: DVec3,
+    },
 }
 
-pub(crate) struct Stretch {
+pub(super) struct Stretch {
     line: WallLine,
     span: Interval,
     /// The panel's heights, m.
@@ -59,7 +63,7 @@ pub(crate) struct Stretch {
 }
 
 impl Places {
-    pub(crate) fn new(targets: &Targets, board: &Board) -> anyhow::Result<Self> {
+    pub(super) fn new(targets: &Targets, board: &Board) -> anyhow::Result<Self> {
         match targets {
             Targets::Panels(panels) => Self::reachable(panels, board),
             Targets::Box {
@@ -69,9 +73,13 @@ impl Places {
             } => {
                 ensure!(
                     low_m.is_finite() && high_m.is_finite() && low_m.cmple(*high_m).all(),
-                    "the box from {low_m} to {high_m} m is none"
+                    "the box from {low_m} to {high_m} m is empty or not finite"
                 );
-                Ok(Self::Box([*low_m, *high_m], *normal))
+                Ok(Self::Box {
+                    low_m: *low_m,
+                    high_m: *high_m,
+                    normal: *normal,
+                })
             }
         }
     }
@@ -104,8 +112,8 @@ impl Places {
         Ok(Self::Lines(Box::new(map), stretches))
     }
 
-    /// Reaches of one person; some start towards the target of another one.
-    pub(crate) fn plans(
+    /// Reaches of one person; some of them start towards another target.
+    pub(super) fn plans(
         &self,
         count: usize,
         changes_of_mind: f64,
@@ -125,7 +133,11 @@ impl Places {
 
     fn draw(&self, sampler: &mut Sampler) -> anyhow::Result<TouchPlan> {
         match self {
-            Self::Box([low_m, high_m], normal) => Ok(TouchPlan {
+            Self::Box {
+                low_m,
+                high_m,
+                normal,
+            } => Ok(TouchPlan {
                 target_m: sampler.point_in_box(*low_m, *high_m),
                 normal: *normal,
             }),
@@ -137,7 +149,7 @@ impl Places {
     }
 }
 
-/// A point beside a reachable stretch, each as likely as any other; `None` if it is not reachable.
+/// A point drawn evenly from the surroundings of the reachable stretches; `None` if it is not reachable.
 fn near_a_line(
     map: &ReachabilityMap,
     stretches: &[Stretch],

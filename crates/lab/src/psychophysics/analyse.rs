@@ -1,6 +1,6 @@
 //! The analysis of a study's table, for the example `psychophysics`.
 
-use crate::psychophysics::figures as psychophysics_figures;
+use crate::psychophysics::figures;
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
 use hwall_psychophysics::{
@@ -24,7 +24,7 @@ pub struct Args {
     /// Column of the answers
     #[arg(long)]
     value: String,
-    /// The factors vary within subjects: the default, said aloud
+    /// The factors vary within subjects: the default, stated explicitly
     #[arg(long)]
     within: bool,
     /// Column of a factor that varies between subjects; it may stand in --factors too
@@ -33,7 +33,7 @@ pub struct Args {
     /// Columns that number repeated trials, which are averaged: a,b
     #[arg(long, value_delimiter = ',')]
     round: Vec<String>,
-    /// How the subjects' scales are brought together
+    /// How the subjects' scales are normalised
     #[arg(long, value_enum, default_value = "none")]
     normalise: Scale,
     /// strata: each effect against its own error; pooled: all against one
@@ -42,7 +42,7 @@ pub struct Args {
     /// Aligned rank transform beside the plain analysis
     #[arg(long)]
     art: bool,
-    /// Compare all pairs of levels, p adjusted so
+    /// Compare all pairs of levels, with p adjusted by this method
     #[arg(long, value_enum)]
     posthoc: Option<Adjust>,
     /// Confidence of all intervals
@@ -114,7 +114,7 @@ impl Args {
 /// Reads, analyses, prints, writes what was asked for.
 ///
 /// # Errors
-/// A table that is no complete study, a file that cannot be written.
+/// A table that is not a complete study, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let columns = args.columns();
     ensure!(
@@ -137,8 +137,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(folder) = &args.svg {
         let scaled = study.normalise(config.normalisation)?;
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        psychophysics_figures::means(&folder.join("means.svg"), &scaled, config.confidence)?;
-        psychophysics_figures::boxes(&folder.join("boxes.svg"), &scaled)?;
+        figures::means(&folder.join("means.svg"), &scaled, config.confidence)?;
+        figures::boxes(&folder.join("boxes.svg"), &scaled)?;
     }
     write!(io::stdout(), "{}", analysis.to_text()).context("standard output")
 }

@@ -7,7 +7,7 @@ use hwall_stage::numbers;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Conditions of a study, at most.
+/// The largest number of conditions of a study.
 const MOST_CONDITIONS: usize = 10_000;
 
 /// The study to be run.
@@ -19,7 +19,7 @@ pub struct Args {
     /// Subjects
     #[arg(long)]
     subjects: usize,
-    /// Times that every subject meets every condition
+    /// How often every subject meets every condition
     #[arg(long, default_value_t = 1)]
     rounds: usize,
     /// random: every round a random order of its own; latin: rows of a balanced Latin square
@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "{orders} orders of {conditions} conditions: successions are balanced only for a multiple of {cycle}"
         );
     }
-    // Before the file is made: a refused schedule leaves none behind.
+    // Before the file is created, so that a refused schedule leaves none behind.
     let mut script = Vec::new();
     schedule.write_csv(&mut script)?;
     numbers::output(args.out.as_deref())?
@@ -86,7 +86,7 @@ pub fn factors(text: &str) -> anyhow::Result<Vec<Factor>> {
         let one = |part: &str| -> anyhow::Result<Factor> {
             let (name, levels) = part
                 .split_once('=')
-                .with_context(|| format!("--factors: {part:?} is no name=level:level"))?;
+                .with_context(|| format!("--factors: {part:?} is not name=level:level"))?;
             Ok(Factor::new(name.trim(), levels.split(':').map(str::trim)))
         };
         text.split(',').map(one).collect::<Result<_, _>>()?
@@ -95,7 +95,7 @@ pub fn factors(text: &str) -> anyhow::Result<Vec<Factor>> {
             let levels: u16 = count
                 .trim()
                 .parse()
-                .with_context(|| format!("--factors: {count:?} is no number of levels"))?;
+                .with_context(|| format!("--factors: {count:?} is not a number of levels"))?;
             Ok(Factor::new(name, (1..=levels).map(|l| l.to_string())))
         };
         let counts = text.split(['x', 'X', '×']).zip('a'..='z');

@@ -67,7 +67,7 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
     root.present().map_err(plot_error)
 }
 
-/// Means with their intervals, joined; moved aside by a share of a level.
+/// Means with their intervals, joined by a line; moved aside by a share of a level.
 fn mean_line(
     chart: &mut LevelChart<'_, '_>,
     cells: &[&CellMean],
@@ -215,7 +215,7 @@ fn level_chart<'a, 'b>(
         .light_line_style(WHITE)
         .draw()
         .map_err(plot_error)?;
-    // Own labels: those of the library stand where it likes, not at the levels.
+    // Labels of our own: the library does not put its labels at the levels.
     let (x_pixels, y_pixels) = chart.plotting_area().get_pixel_range();
     let style = TextStyle::from(TEXT).pos(plotters::style::text_anchor::Pos::new(
         plotters::style::text_anchor::HPos::Center,

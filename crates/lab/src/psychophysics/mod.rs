@@ -1,4 +1,4 @@
-//! psychophysics
+//! The three commands of the example `psychophysics`, and the figures of a study.
 
 pub mod analyse;
 pub mod design;

@@ -15,7 +15,7 @@ pub struct Args {
     /// Numbers of levels, 5x5, or names and levels: orientation=0:45:90,velocity=20:40
     #[arg(long)]
     factors: String,
-    /// What each level of a factor adds to the mean, one per factor that matters: a=0:0.5:1:1.5:2
+    /// What each level of a factor adds to the mean; may be repeated, one factor each: a=0:0.5:1:1.5:2
     #[arg(long, allow_hyphen_values = true)]
     effect: Vec<String>,
     /// Means of all cells, the last factor fastest: 1,2,... [default: those of --effect]
@@ -38,7 +38,7 @@ pub struct Args {
     /// Standard deviation of a value about its subject's expectation
     #[arg(long, default_value_t = 1.0)]
     within_sd: f64,
-    /// An effect is found below this p
+    /// An effect counts as found below this p
     #[arg(long, default_value_t = 0.05)]
     alpha: f64,
     /// Against one pooled error instead of each effect's own
@@ -69,14 +69,16 @@ struct Row {
     effects: Vec<EffectPower>,
 }
 
-/// Draws, counts, prints.
+/// Draws the studies, counts the effects found, prints the table.
 ///
 /// # Errors
 /// A population that cannot be read, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let within = factors(&args.factors)?;
     if args.effect.is_empty() && args.means.is_empty() {
-        eprintln!("without --effect or --means nothing differs: these are rates of false alarms");
+        eprintln!(
+            "without --effect or --means all means are equal: these are rates of false alarms"
+        );
     }
     let means = if args.means.is_empty() {
         added(&within, &args.effect)?
@@ -130,19 +132,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     write!(io::stdout(), "{table}").context("standard output")
 }
 
-/// Means of all cells where factors only add.
+/// Means of all cells where the factors do not interact.
 fn added(within: &[Factor], effects: &[String]) -> anyhow::Result<Vec<f64>> {
     let mut additions: Vec<Vec<f64>> = within.iter().map(|f| vec![0.0; f.levels.len()]).collect();
     for effect in effects {
         let (name, values) = effect
             .split_once('=')
-            .with_context(|| format!("--effect: {effect:?} is no factor=value:value"))?;
+            .with_context(|| format!("--effect: {effect:?} is not factor=value:value"))?;
         let Some(place) = within.iter().position(|f| f.name == name.trim()) else {
             bail!("--effect: no factor {:?} in --factors", name.trim());
         };
         let values = values.split(':').map(|v| {
             let number = v.trim().parse().ok().filter(|v: &f64| v.is_finite());
-            number.with_context(|| format!("--effect: {v:?} is no finite number"))
+            number.with_context(|| format!("--effect: {v:?} is not a finite number"))
         });
         let values: Vec<f64> = values.collect::<Result<_, _>>()?;
         let levels = additions[place].len();

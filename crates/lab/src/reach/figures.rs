@@ -2,7 +2,7 @@
 
 use crate::reach::published::{Bounds, Comparison, Row};
 use anyhow::Context;
-use hwall_reachability::WallGrid;
+use hwall_reachability::{LineIndex, WallGrid};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use plotters::prelude::*;
 use std::path::Path;
@@ -14,20 +14,25 @@ const SMALL: (&str, u32) = ("sans-serif", 12);
 const MOST_PANELS: usize = 48;
 const COLUMNS: usize = 8;
 
-/// Smallest difference drawn, mm: below lies the last printed digit.
+/// Smallest difference drawn, mm: the files hold no smaller ones.
 const SMALLEST_MM: f64 = 1e-6;
+
+/// An interval of a line of a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineInterval {
+    /// Number of the plane.
+    pub plane: usize,
+    /// Number of the height on it.
+    pub height: usize,
+    /// Ends along the wall, m.
+    pub s_m: [f64; 2],
+}
 
 /// All planes of one wall grid as small panels: reachable intervals over s and height.
 ///
-/// `rows` of any walls; those of `wall` are drawn. `s_m` turns a row into places along the wall.
-///
 /// # Errors
 /// A file that cannot be written.
-pub fn orientation(
-    path: &Path,
-    grid: &WallGrid,
-    intervals: &[([usize; 2], [f64; 2])],
-) -> anyhow::Result<()> {
+pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> anyhow::Result<()> {
     let planes = grid.distances.count();
     let shown = planes.min(MOST_PANELS);
     let panel_rows = shown.div_ceil(COLUMNS);
@@ -46,7 +51,7 @@ pub fn orientation(
     let root = root.titled(&title, TITLE).map_err(plot_error)?;
     let reach = intervals
         .iter()
-        .flat_map(|(_, s)| s.map(f64::abs))
+        .flat_map(|i| i.s_m.map(f64::abs))
         .fold(0.5, f64::max);
     let step = grid.heights.spacing_m();
     let heights = || grid.heights.iter();
@@ -78,24 +83,21 @@ pub fn orientation(
             .bold_line_style(BLACK.mix(0.08))
             .draw()
             .map_err(plot_error)?;
-        let bars = intervals
-            .iter()
-            .filter(|(line, _)| line[0] == plane)
-            .map(|(line, s)| {
-                let z = grid.heights.at(line[1]);
-                // A point-like interval still shows.
-                let (lo, hi) = (s[0], s[1].max(s[0] + 0.004 * reach));
-                Rectangle::new(
-                    [(lo, z - 0.42 * step), (hi, z + 0.42 * step)],
-                    blue.filled(),
-                )
-            });
+        let bars = intervals.iter().filter(|i| i.plane == plane).map(|i| {
+            let z = grid.heights.at(i.height);
+            // An interval that is next to a point still shows.
+            let (lo, hi) = (i.s_m[0], i.s_m[1].max(i.s_m[0] + 0.004 * reach));
+            Rectangle::new(
+                [(lo, z - 0.42 * step), (hi, z + 0.42 * step)],
+                blue.filled(),
+            )
+        });
         chart.draw_series(bars).map_err(plot_error)?;
     }
     root.present().map_err(plot_error)
 }
 
-/// Share of the published bounds that are off by more than so much, one line a file.
+/// Share of the published bounds that are off by more than the value on the axis, one line a file.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -155,7 +157,12 @@ pub fn worst_plane(
 ) -> anyhow::Result<()> {
     let heights = grids.first().context("no grids")?.heights;
     let ends = |wall: usize, plane: usize, height: usize| {
-        let own = rows.iter().filter(|r| r.line == [wall, plane, height]);
+        let line = LineIndex {
+            wall,
+            plane,
+            height,
+        };
+        let own = rows.iter().filter(|r| r.line == line);
         let (lo, hi) = own.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), r| {
             (lo.min(r.y_mm[0]), hi.max(r.y_mm[1]))
         });
@@ -204,9 +211,9 @@ pub fn worst_plane(
     let (blue, orange) = (COLOURS[0], COLOURS[1]);
     let bars = rows
         .iter()
-        .filter(|r| r.line[..2] == [wall, plane])
+        .filter(|r| r.line.wall == wall && r.line.plane == plane)
         .map(|r| {
-            let z = heights.at(r.line[2]);
+            let z = heights.at(r.line.height);
             Rectangle::new(
                 [(r.y_mm[0], z - 0.02), (r.y_mm[1], z + 0.02)],
                 blue.mix(0.55).filled(),

@@ -1,12 +1,12 @@
 //! Reachability maps from the command line: what is asked for, solving it, and what came out.
 
-use crate::reach::figures as reach_figures;
+use crate::reach::figures::{self, LineInterval};
 use crate::reach::published::{self, Bounds, Comparison, Row};
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use hwall_reachability::{
-    ExactConfig, OptimizationConfig, OptimizationSolver, ReachabilityMap, Roll, Steps, WallGrid,
-    WallLine,
+    ExactConfig, LineIndex, OptimizationConfig, OptimizationSolver, ReachabilityMap, Roll, Steps,
+    WallGrid, WallLine,
 };
 use hwall_stage::arms;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -107,9 +107,9 @@ pub struct Request<'a> {
 pub struct Solved {
     /// One row an interval.
     pub rows: Vec<Row>,
-    /// The same as plane, height and ends along the wall, m, one list a wall.
-    pub along: Vec<Vec<([usize; 2], [f64; 2])>>,
-    /// For people.
+    /// The same with their ends along the wall, one list a wall.
+    pub along: Vec<Vec<LineInterval>>,
+    /// What else there is to say, one line each.
     pub remarks: Vec<String>,
     lines: usize,
     took: Duration,
@@ -118,7 +118,7 @@ pub struct Solved {
 /// Solves all lines of a request.
 ///
 /// # Errors
-/// An unknown arm or roll, a grid that makes no sense, a file that cannot be written.
+/// An unknown arm or roll, a grid that the solver refuses, a file that cannot be written.
 pub fn solve(request: &Request) -> anyhow::Result<Solved> {
     match request.solver {
         Solver::Exact => exact(request),
@@ -147,7 +147,7 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
         let line = map.line(index).context("a line of the map")?;
         for interval in map.intervals(index) {
             let ends = [interval.span.lo_m, interval.span.hi_m];
-            solved.push([index.wall, index.plane, index.height], &line, ends);
+            solved.push(index, &line, ends);
         }
     }
     let lengths = map.lengths();
@@ -215,8 +215,12 @@ fn optimization(request: &Request) -> anyhow::Result<Solved> {
         let found = solver.sweep(&lines, &mut |_| ControlFlow::Continue(()))?;
         for (height, (line, extremes)) in lines.iter().zip(found).enumerate() {
             if let Some(extremes) = extremes {
-                let ends = [extremes.lo.s_m, extremes.hi.s_m];
-                solved.push([wall, plane, height], line, ends);
+                let index = LineIndex {
+                    wall,
+                    plane,
+                    height,
+                };
+                solved.push(index, line, [extremes.lo.s_m, extremes.hi.s_m]);
             }
         }
         bar.inc(1);
@@ -261,9 +265,13 @@ impl Solved {
         }
     }
 
-    fn push(&mut self, index: [usize; 3], line: &WallLine, s_m: [f64; 2]) {
+    fn push(&mut self, index: LineIndex, line: &WallLine, s_m: [f64; 2]) {
         self.rows.push(Row::new(index, line, s_m));
-        self.along[index[0]].push(([index[1], index[2]], s_m));
+        self.along[index.wall].push(LineInterval {
+            plane: index.plane,
+            height: index.height,
+            s_m,
+        });
     }
 }
 
@@ -299,7 +307,7 @@ pub fn summary(solved: &Solved, comparisons: Option<&[Comparison]>) -> String {
 ///
 /// # Errors
 /// A folder or file that cannot be written.
-pub fn figures(
+pub fn draw(
     folder: &Path,
     grid: &[WallGrid],
     solved: &Solved,
@@ -309,12 +317,12 @@ pub fn figures(
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     for (wall, (grid, intervals)) in grid.iter().zip(&solved.along).enumerate() {
         let path = folder.join(format!("orientation_{}.svg", wall + 1));
-        reach_figures::orientation(&path, grid, intervals)?;
+        figures::orientation(&path, grid, intervals)?;
     }
     if let (Some(published), Some(comparisons)) = (published, comparisons) {
-        reach_figures::comparison(&folder.join("comparison.svg"), comparisons)?;
+        figures::comparison(&folder.join("comparison.svg"), comparisons)?;
         let path = folder.join("worst_plane.svg");
-        reach_figures::worst_plane(&path, grid, &solved.rows, published)?;
+        figures::worst_plane(&path, grid, &solved.rows, published)?;
     }
     Ok(())
 }

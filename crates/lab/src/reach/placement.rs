@@ -2,22 +2,24 @@
 
 use anyhow::{Context, ensure};
 use glam::DVec3;
-use hwall_reachability::{Interval, PlacementScores, Target};
+use hwall_kinematics::SrsArm;
+use hwall_reachability::{Interval, PlacementConfig, PlacementScores, Roll, Steps, Target};
 use hwall_scene::{Patch, Scene, SurfaceId};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
 use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Which parts of which walls are to be reached.
-pub struct Wanted<'a> {
+pub struct TargetChoice<'a> {
     /// Names of surfaces; all that can be touched where there are none.
     pub surfaces: &'a [String],
     /// Heights, m.
     pub heights: Interval,
     /// Distance between targets, m.
     pub spacing_m: f64,
-    /// Only targets within a distance of a point of the floor plan, m.
+    /// x, y and radius of a circle of the floor plan, m: only targets within it.
     pub near: Option<[f64; 3]>,
 }
 
@@ -25,7 +27,7 @@ pub struct Wanted<'a> {
 ///
 /// # Errors
 /// An unknown surface, a spacing that is not positive, no targets at all.
-pub fn targets(scene: &Scene, wanted: &Wanted) -> anyhow::Result<Vec<Target>> {
+pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Target>> {
     for name in wanted.surfaces {
         let known = || scene.surfaces().iter().map(|s| s.name.as_str());
         ensure!(
@@ -69,6 +71,45 @@ pub fn targets(scene: &Scene, wanted: &Wanted) -> anyhow::Result<Vec<Target>> {
         wanted.heights.hi_m
     );
     Ok(targets)
+}
+
+/// Which base positions and headings are tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Distance between positions, m.
+    pub grid_m: f64,
+    /// Headings, evenly round the circle.
+    pub headings: u64,
+    /// Height of the base, m.
+    pub base_height_m: f64,
+    /// How far behind the wall of a target the base must stand, m; `None`: on any side.
+    pub least_behind_m: Option<f64>,
+}
+
+/// A search over all positions from which the arm may reach a target, with the board in quarter turns.
+///
+/// # Errors
+/// No targets, a distance that makes no grid.
+pub fn config(
+    arm: &SrsArm,
+    targets: &[Target],
+    search: &Search,
+) -> anyhow::Result<PlacementConfig> {
+    let far = DVec3::splat(arm.shoulder_wrist_range_m()[1] + 0.2);
+    let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
+    let min = corner(DVec3::min).context("no targets")? - far;
+    let max = corner(DVec3::max).context("no targets")? + far;
+    let headings = (0..search.headings).map(|i| i as f64 * TAU / search.headings as f64);
+    Ok(PlacementConfig {
+        headings_rad: headings.collect(),
+        roll: Roll::quarter_turns(),
+        least_behind_m: search.least_behind_m,
+        ..PlacementConfig::new(
+            Steps::spanning(min.x, max.x, search.grid_m).context("--grid-m")?,
+            Steps::spanning(min.y, max.y, search.grid_m).context("--grid-m")?,
+            search.base_height_m,
+        )
+    })
 }
 
 /// Halfway along the wall: the centre of area of a patch need not be that.
@@ -148,7 +189,7 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
     for place in scores.best() {
         let base_m = place.room_from_base.position_m();
         writer.write_record([
-            // Nanometres: the rounding of a grid is no place.
+            // To a nanometre: finer digits are rounding of the grid.
             format!("{:.9}", base_m.x),
             format!("{:.9}", base_m.y),
             format!("{:.9}", base_m.z),
@@ -162,7 +203,7 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
     Ok(writer.flush()?)
 }
 
-/// Dark for none, light for all; readable without colours.
+/// From dark (0) to light (1), readable without colours too.
 fn shade(share: f64) -> RGBColor {
     let stops = [
         (68, 1, 84),
@@ -209,7 +250,7 @@ pub fn heat_map(
         .build_cartesian_2d(x0..x1, y0..y1)
         .map_err(plot_error)?;
     let shares = scores.shares();
-    // No place reaches all the walls of a room: the lightest shade is the best there is.
+    // No place reaches all walls of a room, so the lightest shade stands for the best place.
     let most = shares.iter().copied().fold(0.0, f64::max);
     let relative = |share: f64| if most > 0.0 { share / most } else { 0.0 };
     let (columns, hx, hy) = (config.x.count(), half(&config.x), half(&config.y));

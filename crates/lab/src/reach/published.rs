@@ -5,7 +5,7 @@
 //! of cos 15, and files 3 and 6 step 50 mm along x where 1, 4 and 7 step along the normal.
 
 use anyhow::{Context, bail, ensure};
-use hwall_reachability::{Steps, WallGrid, WallLine};
+use hwall_reachability::{LineIndex, Steps, WallGrid, WallLine};
 use hwall_testkit::{MarkdownTable, quantile};
 use std::path::Path;
 
@@ -19,8 +19,8 @@ const HEIGHTS: usize = 31;
 /// One interval of a line: what a row of the output holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Wall (orientation), plane and height, from 0.
-    pub line: [usize; 3],
+    /// The line; its wall is the orientation.
+    pub line: LineIndex,
     /// Ends, as the y coordinate in the base frame, mm.
     pub y_mm: [f64; 2],
 }
@@ -28,7 +28,7 @@ pub struct Row {
 impl Row {
     /// The interval between two places (m) of a line.
     #[must_use]
-    pub fn new(index: [usize; 3], line: &WallLine, s_m: [f64; 2]) -> Self {
+    pub fn new(index: LineIndex, line: &WallLine, s_m: [f64; 2]) -> Self {
         let [a, b] = s_m.map(|s| 1e3 * line.point_m(s).y);
         Self {
             line: index,
@@ -40,7 +40,7 @@ impl Row {
 /// The seven grids that the published files really hold.
 ///
 /// # Errors
-/// None: the numbers are constants.
+/// Whatever [`Steps`] refuses.
 pub fn grids() -> anyhow::Result<Vec<WallGrid>> {
     DIRECTION_DEG
         .iter()
@@ -126,7 +126,11 @@ pub fn compare(rows: &[Row], published: &[Bounds]) -> Vec<Comparison> {
         .map(|bounds| vec![Vec::new(); bounds.len()])
         .collect();
     for row in rows {
-        let [wall, plane, height] = row.line;
+        let LineIndex {
+            wall,
+            plane,
+            height,
+        } = row.line;
         ours[wall][plane * HEIGHTS + height].push(row.y_mm);
     }
     let one = |(bounds, ours): (&Bounds, &Vec<Vec<[f64; 2]>>)| {
@@ -210,8 +214,9 @@ pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
 pub fn write_rows(rows: &[Row], mut out: impl std::io::Write) -> std::io::Result<()> {
     writeln!(out, "orientation,plane,height,y_lo_mm,y_hi_mm")?;
     for row in rows {
-        let ([wall, plane, height], [lo, hi]) = (row.line, row.y_mm);
-        writeln!(out, "{},{plane},{height},{lo:.6},{hi:.6}", wall + 1)?;
+        let (line, [lo, hi]) = (row.line, row.y_mm);
+        let (orientation, plane, height) = (line.wall + 1, line.plane, line.height);
+        writeln!(out, "{orientation},{plane},{height},{lo:.6},{hi:.6}")?;
     }
     out.flush()
 }

@@ -1,6 +1,6 @@
-//! Who competes in the rooms: ray casts, estimates brought to a surface, fusions and their ablations.
+//! The predictors that are compared: ray casts, estimates moved to a surface, fusions and their ablations.
 
-use crate::contact::candidates::{self as contact_candidates, Role, Trained};
+use crate::contact::candidates::{self, BoxedEstimator, Role};
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
@@ -40,7 +40,7 @@ impl Contender {
     /// The dissertation's ray cast.
     ///
     /// # Errors
-    /// Never for the default limits.
+    /// Limits that the predictor refuses.
     pub fn ray_cast() -> anyhow::Result<Self> {
         let ray = DeterministicPredictor::new(PredictorConfig::default())?;
         Ok(Self::of(RAY_CAST, ray))
@@ -49,20 +49,20 @@ impl Contender {
     /// The ray cast that follows the gaze until the hand is near.
     ///
     /// # Errors
-    /// Never for these limits.
+    /// Limits that the predictor refuses.
     pub fn ray_led() -> anyhow::Result<Self> {
         let ray = DeterministicPredictor::new(PredictorConfig::ray_led())?;
         Ok(Self::of(RAY_LED, ray))
     }
 
-    /// An estimator alone: its estimate on the closest surface.
+    /// An estimator alone: its estimate moved to the closest surface.
     ///
     /// # Errors
-    /// Never for the default watch.
-    pub fn projected(name: &str, estimator: Trained) -> anyhow::Result<Self> {
+    /// Settings that the watch refuses.
+    pub fn projected(name: &str, estimator: BoxedEstimator) -> anyhow::Result<Self> {
         let projected = Projected {
             stream: StreamEstimator::new(estimator, WatchConfig::default())?,
-            answer: None,
+            prediction: None,
         };
         Ok(Self::of(format!("{name}, closest surface"), projected))
     }
@@ -73,7 +73,7 @@ impl Contender {
     /// A setting outside its range.
     pub fn fused(
         name: impl Into<String>,
-        estimator: Trained,
+        estimator: BoxedEstimator,
         config: &FusedConfig,
     ) -> anyhow::Result<Self> {
         let fused = FusedPredictor::new(estimator, config.clone())?;
@@ -81,15 +81,15 @@ impl Contender {
     }
 }
 
-/// What is learnt from training people once and shared by the contenders.
-pub struct Taught {
+/// What is learnt once from the training people and shared by the contenders.
+pub struct SharedTraining {
     reaches: Vec<LabelledReach>,
     learned: LearnedModel,
-    /// The gaze of these people, and everything else as it stands by itself.
+    /// The default settings with the gaze of these people.
     pub config: FusedConfig,
 }
 
-impl Taught {
+impl SharedTraining {
     /// Learns the main estimator and how people look.
     ///
     /// # Errors
@@ -106,7 +106,7 @@ impl Taught {
         })
     }
 
-    /// Reaches that were learnt from.
+    /// How many reaches were learnt from.
     #[must_use]
     pub fn reaches(&self) -> usize {
         self.reaches.len()
@@ -120,7 +120,7 @@ impl Taught {
         Contender::fused(FUSED, Box::new(self.learned.estimator()), config)
     }
 
-    /// Those whose numbers are worth a row under every condition.
+    /// The contenders that are run under every condition.
     ///
     /// # Errors
     /// An estimator that cannot be trained.
@@ -138,15 +138,15 @@ impl Taught {
         ])
     }
 
-    /// Everyone: each baseline on the closest surface and fused between the ray casts and the rest, and
-    /// the fusion without `bend` last.
+    /// All contenders: the ray casts, each baseline on the closest surface and fused, the rest of the main ones,
+    /// and the fusion without `bend`.
     ///
     /// # Errors
     /// An estimator that cannot be trained.
     pub fn all(&self) -> anyhow::Result<Vec<Contender>> {
         let mut all = self.main()?;
         let mut baselines = Vec::new();
-        for candidate in contact_candidates::all() {
+        for candidate in candidates::all() {
             if candidate.role == Role::Baseline {
                 let train =
                     || (candidate.train)(&self.reaches).with_context(|| candidate.name.clone());
@@ -166,19 +166,19 @@ impl Taught {
     }
 }
 
-/// An estimate brought to the closest surface: what an estimator is worth without fusion.
+/// An estimate moved to the closest surface: shows what an estimator is worth without fusion.
 struct Projected {
-    stream: StreamEstimator<Trained>,
-    answer: Option<ContactPrediction>,
+    stream: StreamEstimator<BoxedEstimator>,
+    prediction: Option<ContactPrediction>,
 }
 
-/// Estimates further from every surface than this are not brought to one, m.
+/// Estimates further than this from every surface give no prediction, m.
 const FARTHEST_M: f64 = 1.0;
 
 impl Predictor for Projected {
     fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         let estimate = self.stream.step(seen.frame, seen.hand);
-        self.answer = estimate.and_then(|e| {
+        self.prediction = estimate.and_then(|e| {
             let closest = scene.closest_touchable(e.point_m, FARTHEST_M).ok()??;
             Some(ContactPrediction {
                 surface: closest.surface,
@@ -192,7 +192,7 @@ impl Predictor for Projected {
                 source: PredictionSource::Motion,
             })
         });
-        self.answer.as_slice()
+        self.prediction.as_slice()
     }
 }
 

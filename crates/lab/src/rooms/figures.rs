@@ -1,8 +1,9 @@
-//! The figures of the rooms: errors before contact, sureness, and one touch seen from above and from before.
+//! The figures of the rooms: stated probabilities, and one touch seen from above and from the person's side.
 
 use crate::contact::figures::unit_square;
 use crate::rooms::room::{Outline, Room};
-use crate::rooms::scores::{Told, reliability as bins};
+use crate::rooms::scores;
+use crate::rooms::tables::PooledResult;
 use glam::{DMat3, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_hand::GazeRay;
@@ -18,20 +19,20 @@ const IN_90_OF_TWO: f64 = 2.145_966;
 /// The drawings of a touch leave this free around what happens, m.
 const ROUND_M: f64 = 0.08;
 
-/// How often the surface was right over the probability stated, by tenths; dots as large as what they
-/// stand for.
+/// How often the surface was right over the probability stated, by tenths; the area of a dot tells how many
+/// predictions it stands for.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn reliability(path: &Path, title: &str, all: &[(&str, Vec<&Told>)]) -> anyhow::Result<()> {
+pub fn reliability(path: &Path, title: &str, all: &[PooledResult<'_>]) -> anyhow::Result<()> {
     let root = SVGBackend::new(path, (680, 640)).into_drawing_area();
     let axes = [
         "stated probability of the surface",
         "share in which it was right",
     ];
     let mut chart = unit_square(&root, title, axes)?;
-    for ((name, told), colour) in all.iter().zip(COLOURS) {
-        let bins = bins(told.iter().copied());
+    for (PooledResult { name, touches }, colour) in all.iter().zip(COLOURS) {
+        let bins = scores::reliability(touches.iter().copied());
         let total: usize = bins.iter().map(|b| b.count).sum();
         let style = colour.stroke_width(2);
         let line = bins.iter().map(|b| (b.stated, b.right));
@@ -51,22 +52,22 @@ pub fn reliability(path: &Path, title: &str, all: &[(&str, Vec<&Told>)]) -> anyh
     root.present().map_err(plot_error)
 }
 
-/// What was said at one moment of the touch that is drawn.
-pub struct Shown {
+/// The predictions at one moment of the touch that is drawn.
+pub struct ShownMoment {
     /// Share of the time.
     pub share: f64,
-    /// The fusion's first answer.
+    /// The fusion's most probable prediction.
     pub fused: ContactPrediction,
     /// The line of sight.
     pub gaze: Option<GazeRay>,
-    /// The ray cast's answer.
+    /// That of the ray cast.
     pub cast: Option<ContactPrediction>,
 }
 
-/// One touch.
-pub struct Picture {
+/// The touch that is drawn.
+pub struct TouchPicture {
     /// Moments, in order.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<ShownMoment>,
     /// The filtered hand.
     pub hand_m: Vec<DVec3>,
     /// Where it touches.
@@ -81,7 +82,7 @@ type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Ra
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn scene(path: &Path, room: &Room, picture: &Picture) -> anyhow::Result<()> {
+pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result<()> {
     let root = SVGBackend::new(path, (1180, 660)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let root = root.titled(&picture.title, TITLE).map_err(plot_error)?;
@@ -94,7 +95,7 @@ pub fn scene(path: &Path, room: &Room, picture: &Picture) -> anyhow::Result<()> 
         (low.min(p), high.max(p))
     });
     let (low, high) = (low - ROUND_M, high + ROUND_M);
-    // The right of the person, who looks towards smaller x, is at the right of both.
+    // The person looks towards smaller x; their right is on the right of both views.
     let views: [(&Area<'_>, &str, [&str; 2], View); 2] = [
         (
             &left,
@@ -168,7 +169,7 @@ fn same_scale(
     (range(x, across), range(y, up))
 }
 
-/// One digit, and no zero below zero.
+/// With one decimal, and without a minus before zero.
 fn tenths(value: &f64) -> String {
     format!("{:.1}", (10.0 * value).round() / 10.0 + 0.0)
 }
@@ -195,7 +196,7 @@ fn surface(
     chart
         .draw_series([PathElement::new(around.clone(), style)])
         .map_err(plot_error)?;
-    // Beside the corner that is highest and leftmost on the paper.
+    // Beside the upper left corner.
     let low_x = around.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
     let high_y = around.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
     let text = TextStyle::from(("sans-serif", 13))
@@ -211,7 +212,7 @@ fn surface(
     Ok(())
 }
 
-fn touch(chart: &mut Panel<'_>, picture: &Picture, view: View) -> anyhow::Result<()> {
+fn touch(chart: &mut Panel<'_>, picture: &TouchPicture, view: View) -> anyhow::Result<()> {
     let hand = picture.hand_m.iter().map(|&p| view(p));
     chart
         .draw_series(LineSeries::new(hand, BLACK.stroke_width(2)))
@@ -249,10 +250,10 @@ fn touch(chart: &mut Panel<'_>, picture: &Picture, view: View) -> anyhow::Result
     Ok(())
 }
 
-/// Where a line of sight is drawn to: as far as the plane of the predicted surface, at most 1.5 m, m.
-fn sight_m(gaze: &GazeRay, answer: &ContactPrediction) -> f64 {
-    let slope = gaze.direction.dot(answer.normal);
-    let distance_m = (answer.point_m - gaze.origin_m).dot(answer.normal) / slope;
+/// How far a line of sight is drawn, m: to the plane of the predicted surface, at most 1.5 m.
+fn sight_m(gaze: &GazeRay, prediction: &ContactPrediction) -> f64 {
+    let slope = gaze.direction.dot(prediction.normal);
+    let distance_m = (prediction.point_m - gaze.origin_m).dot(prediction.normal) / slope;
     if distance_m > 0.0 {
         distance_m.min(1.5)
     } else {
@@ -282,8 +283,8 @@ fn ellipse(point_m: DVec3, covariance_m2: DMat3, view: View) -> Vec<(f64, f64)> 
         .collect()
 }
 
-/// What colours and marks mean, in two lines.
-fn key(area: &Area<'_>, picture: &Picture) -> anyhow::Result<()> {
+/// The key to colours and marks, in two lines.
+fn key(area: &Area<'_>, picture: &TouchPicture) -> anyhow::Result<()> {
     let text = TextStyle::from(TEXT);
     let mut x = 60;
     for (shown, colour) in picture.shown.iter().zip(COLOURS) {

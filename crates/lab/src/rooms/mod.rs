@@ -1,4 +1,4 @@
-//! rooms
+//! Predictors with a scene: simulated people who touch the surfaces of rooms.
 
 pub mod contenders;
 pub mod figures;

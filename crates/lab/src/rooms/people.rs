@@ -1,17 +1,19 @@
-//! People who touch the surfaces of a room, under conditions: what predictions with a scene are judged by.
+//! People who touch the surfaces of a room under some condition, and predictors run over them.
 
-pub use crate::rooms::room::Room;
-use crate::rooms::scores::{Heard, Told};
+use crate::contact::moments::Span;
+use crate::rooms::room::Room;
+use crate::rooms::scores::{TimedPrediction, TouchPredictions};
 use anyhow::Context;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_sim::{PersonConfig, Population, ReachPlan, TouchSequence};
-use hwall_stage::training::{Filters, Stream, Touch};
+use hwall_stage::training::{Filters, Stream, SurfaceTouch};
 use hwall_testkit::Sampler;
 use std::time::Instant;
 
 /// Period of the tracker, s.
 const PERIOD_S: f64 = 1.0 / 90.0;
-/// What a room has to bear.
+
+/// Under what circumstances people touch a room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     /// For tables.
@@ -20,15 +22,15 @@ pub struct Condition {
     pub person: PersonConfig,
     /// Share of the reaches that start for another target.
     pub changes_of_mind: f64,
-    /// Only targets that the eyes cannot see, from behind something that cannot be touched or that
-    /// can: figure VI-1 of the dissertation.
+    /// Only targets hidden from the eyes, by a surface that can be touched or by one that cannot: figure VI-1
+    /// of the dissertation.
     pub occluded: bool,
     /// Only targets near where two walls meet.
     pub at_corner: bool,
 }
 
 impl Condition {
-    /// People as they are.
+    /// Nothing made worse.
     #[must_use]
     pub fn usual() -> Self {
         Self {
@@ -40,7 +42,7 @@ impl Condition {
         }
     }
 
-    /// One thing after the other made worse.
+    /// The usual condition, then others that make one thing worse each.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let usual = Self::usual();
@@ -84,42 +86,49 @@ impl Condition {
 
 /// How many people and touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cast {
-    /// People to learn from, and other ones to be judged by.
-    pub people: [usize; 2],
+pub struct StudySize {
+    /// People to learn from.
+    pub training_people: usize,
+    /// Other people, on whom predictions are judged.
+    pub participants: usize,
     /// Touches of each.
     pub touches: usize,
-    /// Everything follows from it.
+    /// The same seed gives the same people and touches.
     pub seed: u64,
 }
 
-impl Default for Cast {
+impl Default for StudySize {
     fn default() -> Self {
         Self {
-            people: [12, 8],
+            training_people: 12,
+            participants: 8,
             touches: 12,
             seed: 1,
         }
     }
 }
 
-/// The people of a condition in a room: those to learn from, those to be judged by.
+/// The people of a study.
+pub struct StudyPeople {
+    /// To learn from.
+    pub training: Vec<Stream>,
+    /// On whom predictions are judged.
+    pub participants: Vec<Stream>,
+}
+
+/// The people of a condition in a room.
 ///
 /// # Errors
-/// A condition that no person can meet.
-pub fn streams(
-    room: &Room,
-    condition: &Condition,
-    cast: &Cast,
-) -> anyhow::Result<[Vec<Stream>; 2]> {
-    let population = Population::new(condition.person, cast.seed)?;
-    let mut sampler = Sampler::new(cast.seed);
+/// A condition without a place to touch; whatever the simulation of people refuses.
+pub fn people(room: &Room, condition: &Condition, size: &StudySize) -> anyhow::Result<StudyPeople> {
+    let population = Population::new(condition.person, size.seed)?;
+    let mut sampler = Sampler::new(size.seed);
     let mut number = 0;
-    let mut of = |people: usize| {
-        (0..people)
+    let mut streams = |count: usize| {
+        (0..count)
             .map(|_| {
                 let mut plans = Vec::new();
-                for _ in 0..cast.touches {
+                for _ in 0..size.touches {
                     let mut draw = |occluded, at_corner| {
                         room.target(&mut sampler, &condition.person, occluded, at_corner)
                     };
@@ -138,7 +147,10 @@ pub fn streams(
             })
             .collect::<anyhow::Result<Vec<_>>>()
     };
-    Ok([of(cast.people[0])?, of(cast.people[1])?])
+    Ok(StudyPeople {
+        training: streams(size.training_people)?,
+        participants: streams(size.participants)?,
+    })
 }
 
 fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
@@ -148,8 +160,12 @@ fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
         .collect();
     let mut touches = Vec::new();
     for truth in hand.touches() {
-        if room.way_is_free(hand, [truth.start_s, truth.contact_s]) {
-            touches.push(Touch {
+        let span = Span {
+            start_s: truth.start_s,
+            contact_s: truth.contact_s,
+        };
+        if room.way_is_free(hand, span) {
+            touches.push(SurfaceTouch {
                 surface: room.surface_at(truth.target_m)?,
                 target_m: truth.target_m,
                 normal: truth.normal,
@@ -161,35 +177,37 @@ fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
     Ok(Stream::new(frames, touches))
 }
 
-/// One sample of a touch, and all that was said about it.
-pub struct Answered<'a> {
-    /// Which stream, and which of its touches.
-    pub place: [usize; 2],
+/// One sample of a touch, with the predictions.
+pub struct PredictedSample<'a> {
+    /// Number of the person.
+    pub person: usize,
+    /// Number of the touch of this person.
+    pub touch: usize,
     /// What the predictor was given.
     pub seen: PredictorInput<'a>,
-    /// What it said.
-    pub answers: &'a [ContactPrediction],
-    /// How long that took, µs.
+    /// Its predictions, the most probable one first.
+    pub predictions: &'a [ContactPrediction],
+    /// How long they took, µs.
     pub took_us: f64,
 }
 
-/// Runs a predictor over people as they come: `hear` gets every sample from the start of a hand to its
+/// Runs a predictor over people, frame by frame; `record` gets every sample from the start of a touch to its
 /// contact.
 ///
 /// # Errors
 /// Settings that a filter refuses.
-pub fn follow(
+pub fn run(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
     condition: &Condition,
-    mut hear: impl FnMut(&Answered<'_>),
+    mut record: impl FnMut(&PredictedSample<'_>),
 ) -> anyhow::Result<()> {
-    for (number, stream) in streams.iter().enumerate() {
+    for (person, stream) in streams.iter().enumerate() {
         let mut filters = Filters::new(condition.person.gaze_noise_rad)?;
         let mut due = 0;
         for frame in &stream.frames {
-            let over = |t: &Touch| frame.t_s >= t.contact_s;
+            let over = |t: &SurfaceTouch| frame.t_s >= t.contact_s;
             due += usize::from(stream.touches.get(due).is_some_and(over));
             let Some(touch) = stream.touches.get(due) else {
                 break;
@@ -204,13 +222,14 @@ pub fn follow(
                 gaze: gaze.as_ref(),
             };
             let began = Instant::now();
-            let answers = predictor.predict(&room.scene, &seen);
+            let predictions = predictor.predict(&room.scene, &seen);
             let took_us = began.elapsed().as_secs_f64() * 1e6;
             if frame.t_s >= touch.start_s {
-                hear(&Answered {
-                    place: [number, due],
+                record(&PredictedSample {
+                    person,
+                    touch: due,
                     seen,
-                    answers,
+                    predictions,
                     took_us,
                 });
             }
@@ -219,32 +238,32 @@ pub fn follow(
     Ok(())
 }
 
-/// What a predictor says of every touch, sample by sample from the start of the hand to the contact.
+/// The predictions for every touch, sample by sample from the start of the hand to the contact.
 ///
 /// # Errors
 /// Settings that a filter refuses.
-pub fn listen(
+pub fn predictions(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
     condition: &Condition,
-) -> anyhow::Result<Vec<Told>> {
-    let mut told: Vec<Told> = Vec::new();
+) -> anyhow::Result<Vec<TouchPredictions>> {
+    let mut touches: Vec<TouchPredictions> = Vec::new();
     let mut firsts = Vec::with_capacity(streams.len());
     for stream in streams {
-        firsts.push(told.len());
-        told.extend(stream.touches.iter().map(|&touch| Told {
+        firsts.push(touches.len());
+        touches.extend(stream.touches.iter().map(|&touch| TouchPredictions {
             touch,
-            heard: Vec::new(),
+            samples: Vec::new(),
         }));
     }
-    follow(predictor, room, streams, condition, |at| {
-        let [stream, touch] = at.place;
-        told[firsts[stream] + touch].heard.push(Heard {
-            t_s: at.seen.frame.t_s,
-            first: at.answers.first().copied(),
-            took_us: at.took_us,
+    run(predictor, room, streams, condition, |sample| {
+        let touch = &mut touches[firsts[sample.person] + sample.touch];
+        touch.samples.push(TimedPrediction {
+            t_s: sample.seen.frame.t_s,
+            first: sample.predictions.first().copied(),
+            took_us: sample.took_us,
         });
     })?;
-    Ok(told)
+    Ok(touches)
 }

@@ -1,5 +1,6 @@
 //! Rooms of 1, 3, 6 and 12 surfaces, and where in them people reach.
 
+use crate::contact::moments::Span;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
 use hwall_scene::{Scene, SurfaceId};
@@ -14,21 +15,34 @@ const CORNER_M: DVec2 = DVec2::new(0.4, -0.5);
 /// Targets near the corner are this near to it, m: a board reaches over it.
 const NEAR_CORNER_M: f64 = 0.15;
 
-/// A rectangle: name, corner, and two edges, m; their cross product points to the person.
-type Rectangle = (&'static str, [f64; 3], [f64; 3], [f64; 3]);
+/// A surface of a room.
+#[derive(Debug, Clone, Copy)]
+struct Rectangle {
+    name: &'static str,
+    /// m.
+    corner: DVec3,
+    /// Two edges, m; their cross product points to the person.
+    u: DVec3,
+    v: DVec3,
+}
+
+impl Rectangle {
+    fn corners_m(&self) -> [DVec3; 4] {
+        let Self { corner, u, v, .. } = *self;
+        [corner, corner + u, corner + u + v, corner + v]
+    }
+}
 
 /// Numbers of touchable surfaces of the rooms, in the order of the tables.
 pub const ROOMS: [usize; 4] = [1, 3, 6, 12];
 
-/// The surfaces of a room with so many touchable ones, and its sidecar.
+/// The surfaces of a room with `count` touchable ones, and its sidecar.
 fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
-    let wide = |name, y: [f64; 2], x: f64, z: [f64; 2]| {
-        (
-            name,
-            [x, y[0], z[0]],
-            [0.0, y[1] - y[0], 0.0],
-            [0.0, 0.0, z[1] - z[0]],
-        )
+    let wide = |name, y: [f64; 2], x: f64, z: [f64; 2]| Rectangle {
+        name,
+        corner: DVec3::new(x, y[0], z[0]),
+        u: DVec3::Y * (y[1] - y[0]),
+        v: DVec3::Z * (z[1] - z[0]),
     };
     let mut all = match count {
         1 | 3 => vec![wide("wall", [-0.5, 0.6], 0.4, [0.3, 1.2])],
@@ -39,7 +53,12 @@ fn surfaces(count: usize) -> (Vec<Rectangle>, String) {
     };
     if count >= 3 {
         // A corner, and a shelf before the wall.
-        all.push(("side", [0.9, -0.5, 0.3], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.9]));
+        all.push(Rectangle {
+            name: "side",
+            corner: DVec3::new(0.9, -0.5, 0.3),
+            u: DVec3::X * -0.5,
+            v: DVec3::Z * 0.9,
+        });
         all.push(wide("shelf", [0.1, 0.45], 0.6, [0.5, 0.68]));
     }
     if count >= 6 {
@@ -86,17 +105,16 @@ pub struct Outline {
 }
 
 impl Room {
-    /// The room with so many touchable surfaces: 1, 3, 6 or 12.
+    /// The room with `count` touchable surfaces; [`ROOMS`] lists those that the study uses.
     ///
     /// # Errors
-    /// Never for those.
+    /// Whatever the scene refuses.
     pub fn new(count: usize) -> anyhow::Result<Self> {
         let (rectangles, sidecar) = surfaces(count);
         let mut obj = String::new();
-        for (i, (name, corner, u, v)) in rectangles.iter().enumerate() {
-            let [corner, u, v] = [corner, u, v].map(|&p| DVec3::from_array(p));
-            writeln!(obj, "o {name}")?;
-            for p in [corner, corner + u, corner + u + v, corner + v] {
+        for (i, rectangle) in rectangles.iter().enumerate() {
+            writeln!(obj, "o {}", rectangle.name)?;
+            for p in rectangle.corners_m() {
                 writeln!(obj, "v {} {} {}", p.x, p.y, p.z)?;
             }
             let n = 4 * i;
@@ -105,7 +123,7 @@ impl Room {
         let (scene, _) = Scene::from_obj_str(&obj, Some(&sidecar))?;
         let named = rectangles
             .into_iter()
-            .filter_map(|r| Some((scene.find(r.0)?, r)));
+            .filter_map(|r| Some((scene.find(r.name)?, r)));
         let (touchable, barriers): (Vec<_>, Vec<_>) =
             named.partition(|(id, _)| scene.surface(*id).touchable());
         Ok(Self {
@@ -117,24 +135,20 @@ impl Room {
 
     /// All rectangles, those that can be touched first.
     pub fn outlines(&self) -> impl Iterator<Item = Outline> + '_ {
-        let touchable = self.touchable.iter().map(|(_, r)| (r, true));
-        let barriers = self.barriers.iter().map(|r| (r, false));
-        touchable
-            .chain(barriers)
-            .map(|(&(name, corner, u, v), touchable)| {
-                let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
-                Outline {
-                    name,
-                    corners_m: [corner, corner + u, corner + u + v, corner + v],
-                    touchable,
-                }
-            })
+        let outline = |r: &Rectangle, touchable| Outline {
+            name: r.name,
+            corners_m: r.corners_m(),
+            touchable,
+        };
+        let touchable = self.touchable.iter().map(move |(_, r)| outline(r, true));
+        let barriers = self.barriers.iter().map(move |r| outline(r, false));
+        touchable.chain(barriers)
     }
 
-    /// A point of a surface drawn evenly, and the surface drawn evenly before, such that the
-    /// straight way of the hand there is free and the eyes see it, or do not; anywhere, or near the corner
-    /// of two walls alone.
-    pub(crate) fn target(
+    /// A point of a touchable surface, surface and point drawn evenly, that the hand can reach on a straight
+    /// way and that the eyes see, or do not see if it shall be `occluded`; `at_corner`: only points near the
+    /// corner of two walls. `None` if 2000 draws find none.
+    pub(super) fn target(
         &self,
         sampler: &mut Sampler,
         person: &PersonConfig,
@@ -142,8 +156,8 @@ impl Room {
         at_corner: bool,
     ) -> Option<TouchPlan> {
         (0..2000).find_map(|_| {
-            let (_, (_, corner, u, v)) = self.touchable[sampler.index(self.touchable.len())];
-            let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
+            let (_, Rectangle { corner, u, v, .. }) =
+                self.touchable[sampler.index(self.touchable.len())];
             let mut along = |edge: DVec3| {
                 let inset = (INSET_M / edge.length()).min(0.3);
                 edge * sampler.uniform(inset, 1.0 - inset)
@@ -162,13 +176,14 @@ impl Room {
     }
 
     /// The surface at a target.
-    pub(crate) fn surface_at(&self, target_m: DVec3) -> anyhow::Result<SurfaceId> {
+    pub(super) fn surface_at(&self, target_m: DVec3) -> anyhow::Result<SurfaceId> {
         let closest = self.scene.closest_touchable(target_m, 0.01)?;
         Ok(closest.context("a target off all surfaces")?.surface)
     }
 
     /// Does the fingertip come to its target without passing through anything?
-    pub(crate) fn way_is_free(&self, hand: &TouchSequence, [start_s, contact_s]: [f64; 2]) -> bool {
+    pub(super) fn way_is_free(&self, hand: &TouchSequence, span: Span) -> bool {
+        let Span { start_s, contact_s } = span;
         let end_s = contact_s - 0.02;
         let steps = 40;
         let at = |i: usize| {

@@ -1,64 +1,67 @@
 //! How good predictions with a scene are: the right surface, how far off, how early, how sure.
 
-use crate::contact::moments::{Moment, SHARES};
+use crate::contact::moments::{Moment, SHARES, Span};
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
-use hwall_stage::training::Touch;
+use hwall_stage::training::SurfaceTouch;
 use hwall_testkit::quantile;
 
 /// Half a board's edge, m.
 const HALF_BOARD_M: f64 = 0.1;
-/// A board this far before or behind the touched surface is not there, m.
+/// A board further than this before or behind the touched surface misses the hand, m.
 const OFF_PLANE_M: f64 = 0.03;
-/// A prediction is right within this, m.
+/// A predicted point is right within this distance, m.
 pub const RIGHT_M: f64 = 0.05;
 /// 90 % of a normal distribution in one dimension, deviations.
 const IN_90_OF_ONE: f64 = 1.644_853_626_951;
 
-/// What was said at one sample.
+/// The prediction at one sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Heard {
-    /// Time, s.
+pub struct TimedPrediction {
+    /// Time of the sample, s.
     pub t_s: f64,
-    /// The most probable answer.
+    /// The most probable prediction, if there is any.
     pub first: Option<ContactPrediction>,
     /// How long it took, µs.
     pub took_us: f64,
 }
 
-/// What was said of one touch.
+/// The predictions for one touch.
 #[derive(Debug, Clone)]
-pub struct Told {
+pub struct TouchPredictions {
     /// The touch.
-    pub touch: Touch,
-    /// Sample by sample from the start of the hand.
-    pub heard: Vec<Heard>,
+    pub touch: SurfaceTouch,
+    /// Sample by sample from the start of the hand to the contact.
+    pub samples: Vec<TimedPrediction>,
 }
 
-impl Told {
-    /// Start and contact, s.
+impl TouchPredictions {
+    /// From the start of the hand to the contact.
     #[must_use]
-    pub fn span_s(&self) -> [f64; 2] {
-        [self.touch.start_s, self.touch.contact_s]
+    pub fn span(&self) -> Span {
+        Span {
+            start_s: self.touch.start_s,
+            contact_s: self.touch.contact_s,
+        }
     }
 
     /// The last sample by a moment; `None` in a touch that starts later.
-    fn at(&self, moment: Moment) -> Option<&Heard> {
-        let times_s = self.heard.iter().map(|h| h.t_s);
-        Some(&self.heard[moment.index(times_s, self.span_s())?])
+    fn at(&self, moment: Moment) -> Option<&TimedPrediction> {
+        let times_s = self.samples.iter().map(|s| s.t_s);
+        Some(&self.samples[moment.index(times_s, self.span())?])
     }
 
-    fn off_m(&self, answer: &ContactPrediction) -> DVec3 {
-        answer.point_m - self.touch.target_m
+    fn off_m(&self, prediction: &ContactPrediction) -> DVec3 {
+        prediction.point_m - self.touch.target_m
     }
 
-    fn right(&self, answer: &ContactPrediction) -> bool {
-        answer.surface == self.touch.surface
+    fn right(&self, prediction: &ContactPrediction) -> bool {
+        prediction.surface == self.touch.surface
     }
 
-    /// Is a board of 0.2 m that stands upright on the answer not where the hand comes?
-    fn missed(&self, answer: &ContactPrediction) -> bool {
-        let off_m = self.off_m(answer);
+    /// Does a board of 0.2 m that stands upright on the predicted point miss the hand?
+    fn missed(&self, prediction: &ContactPrediction) -> bool {
+        let off_m = self.off_m(prediction);
         let off_plane_m = off_m.dot(self.touch.normal);
         let in_plane_m = off_m - self.touch.normal * off_plane_m;
         let up_m = in_plane_m.z;
@@ -66,39 +69,41 @@ impl Told {
         off_plane_m.abs() > OFF_PLANE_M || up_m.abs().max(across_m) > HALF_BOARD_M
     }
 
-    /// Does the 90 % region of an answer on the right surface, in its plane, hold the target?
-    fn in_90(&self, answer: &ContactPrediction) -> Option<bool> {
-        let c = answer.covariance_m2.filter(|_| self.right(answer))?;
-        let (u, v) = answer.normal.any_orthonormal_pair();
+    /// Does the 90 % region in the plane of the surface hold the target? `None` on a wrong surface.
+    fn in_90(&self, prediction: &ContactPrediction) -> Option<bool> {
+        let c = prediction
+            .covariance_m2
+            .filter(|_| self.right(prediction))?;
+        let (u, v) = prediction.normal.any_orthonormal_pair();
         let [uu, uv, vv] = [u.dot(c * u), u.dot(c * v), v.dot(c * v)];
-        let [a, b] = [u, v].map(|axis| self.off_m(answer).dot(axis));
+        let [a, b] = [u, v].map(|axis| self.off_m(prediction).dot(axis));
         let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
         // 90 % of a normal distribution in two dimensions.
         Some(squared <= 2.0 * 10_f64.ln())
     }
 
-    /// Time before contact from which the answers stay right, s.
+    /// Time before contact from which the predictions stay right, s.
     #[must_use]
     pub fn lead_s(&self) -> f64 {
-        let right = |h: &&Heard| {
-            let near = |a: &ContactPrediction| self.off_m(a).length() <= RIGHT_M;
-            h.first.is_some_and(|a| self.right(&a) && near(&a))
+        let right = |sample: &&TimedPrediction| {
+            let near = |p: &ContactPrediction| self.off_m(p).length() <= RIGHT_M;
+            sample.first.is_some_and(|p| self.right(&p) && near(&p))
         };
-        let since = self.heard.iter().rev().take_while(right).last();
-        since.map_or(0.0, |h| self.touch.contact_s - h.t_s)
+        let since = self.samples.iter().rev().take_while(right).last();
+        since.map_or(0.0, |sample| self.touch.contact_s - sample.t_s)
     }
 }
 
 /// Averages over the touches at one moment, or over several.
 #[derive(Debug, Clone, Copy)]
 pub struct Summary {
-    /// Touches that are as long, by moments.
+    /// Touches that are that long, counted at every moment.
     pub count: usize,
-    /// Those of them about which nothing was said; they count as wrong and as missed.
+    /// Those of them without a prediction; they count as wrong and as missed.
     pub silent: usize,
     /// Share with the right surface.
     pub right: f64,
-    /// Median distance of the point, m; of those about which something was said.
+    /// Median distance of the predicted point, m.
     pub median_m: f64,
     /// Mean distance, m.
     pub mean_m: f64,
@@ -118,15 +123,15 @@ pub struct Summary {
 
 /// Over all touches at a moment.
 #[must_use]
-pub fn summary(told: &[Told], moment: Moment) -> Summary {
-    summary_of(told, &[moment])
+pub fn summary(touches: &[TouchPredictions], moment: Moment) -> Summary {
+    summary_of(touches, &[moment])
 }
 
 /// Over all touches from 30 to 90 % of their time.
 #[must_use]
-pub fn under_way(told: &[Told]) -> Summary {
+pub fn under_way(touches: &[TouchPredictions]) -> Summary {
     let moments: Vec<Moment> = under_way_moments().collect();
-    summary_of(told, &moments)
+    summary_of(touches, &moments)
 }
 
 fn under_way_moments() -> impl Iterator<Item = Moment> {
@@ -134,23 +139,26 @@ fn under_way_moments() -> impl Iterator<Item = Moment> {
     shares.map(Moment::Share)
 }
 
-fn summary_of(told: &[Told], moments: &[Moment]) -> Summary {
-    let all: Vec<(&Told, &Heard)> = moments
+fn summary_of(touches: &[TouchPredictions], moments: &[Moment]) -> Summary {
+    let all: Vec<(&TouchPredictions, &TimedPrediction)> = moments
         .iter()
-        .flat_map(|&m| told.iter().filter_map(move |t| Some((t, t.at(m)?))))
+        .flat_map(|&m| touches.iter().filter_map(move |t| Some((t, t.at(m)?))))
         .collect();
-    let said: Vec<(&Told, &Heard, ContactPrediction)> = all
+    let predicted: Vec<(&TouchPredictions, &TimedPrediction, ContactPrediction)> = all
         .iter()
         .filter_map(|(t, h)| Some((*t, *h, h.first?)))
         .collect();
-    let mut off_m: Vec<f64> = said.iter().map(|(t, _, a)| t.off_m(a).length()).collect();
+    let mut off_m: Vec<f64> = predicted
+        .iter()
+        .map(|(t, _, a)| t.off_m(a).length())
+        .collect();
     off_m.sort_by(f64::total_cmp);
-    let axes = || said.iter().map(|(t, _, a)| t.off_m(a).abs());
+    let axes = || predicted.iter().map(|(t, _, a)| t.off_m(a).abs());
     let of_all = |count: usize| count as f64 / all.len() as f64;
-    let count = |f: &dyn Fn(&Told, &ContactPrediction) -> bool| {
-        said.iter().filter(|(t, _, a)| f(t, a)).count()
+    let count = |f: &dyn Fn(&TouchPredictions, &ContactPrediction) -> bool| {
+        predicted.iter().filter(|(t, _, a)| f(t, a)).count()
     };
-    let times: Vec<(f64, Option<f64>)> = said
+    let times: Vec<(f64, Option<f64>)> = predicted
         .iter()
         .filter_map(|(t, h, a)| {
             let left = a.time_to_contact_s?;
@@ -164,14 +172,19 @@ fn summary_of(told: &[Told], moments: &[Moment]) -> Summary {
     };
     Summary {
         count: all.len(),
-        silent: all.len() - said.len(),
+        silent: all.len() - predicted.len(),
         right: of_all(count(&|t, a| t.right(a))),
         median_m: quantile(&off_m, 0.5),
         mean_m: off_m.iter().sum::<f64>() / off_m.len() as f64,
-        axis_mean_m: axes().sum::<DVec3>() / said.len() as f64,
+        axis_mean_m: axes().sum::<DVec3>() / predicted.len() as f64,
         axis_max_m: axes().fold(DVec3::ZERO, DVec3::max),
-        missed: of_all(count(&|t, a| t.missed(a)) + all.len() - said.len()),
-        in_90: share(said.iter().filter_map(|(t, _, a)| t.in_90(a)).collect()),
+        missed: of_all(count(&|t, a| t.missed(a)) + all.len() - predicted.len()),
+        in_90: share(
+            predicted
+                .iter()
+                .filter_map(|(t, _, a)| t.in_90(a))
+                .collect(),
+        ),
         time_mean_s: (!times.is_empty())
             .then(|| times.iter().map(|t| t.0).sum::<f64>() / times.len() as f64),
         time_in_90: share(
@@ -183,30 +196,31 @@ fn summary_of(told: &[Told], moments: &[Moment]) -> Summary {
     }
 }
 
-/// Time before contact from which the answers stay right, of every touch, s.
-pub fn leads_s(told: &[Told]) -> Vec<f64> {
-    told.iter().map(Told::lead_s).collect()
+/// Time before contact from which the predictions stay right, for every touch, s.
+pub fn leads_s(touches: &[TouchPredictions]) -> Vec<f64> {
+    touches.iter().map(TouchPredictions::lead_s).collect()
 }
 
-/// How much earlier than a reference over the same touches, s.
+/// How much longer these leads are than those of a reference over the same touches, s.
 #[must_use]
-pub fn gained_s(told: &[Told], reference: &[Told]) -> Vec<f64> {
-    told.iter()
+pub fn gained_s(touches: &[TouchPredictions], reference: &[TouchPredictions]) -> Vec<f64> {
+    touches
+        .iter()
         .zip(reference)
         .map(|(t, r)| t.lead_s() - r.lead_s())
         .collect()
 }
 
-/// Time for a prediction, µs, sorted.
+/// Times for a prediction, µs, sorted.
 #[must_use]
-pub fn took_us(told: &[Told]) -> Vec<f64> {
-    let heard = told.iter().flat_map(|t| &t.heard);
-    let mut took: Vec<f64> = heard.map(|h| h.took_us).collect();
+pub fn took_us(touches: &[TouchPredictions]) -> Vec<f64> {
+    let samples = touches.iter().flat_map(|t| &t.samples);
+    let mut took: Vec<f64> = samples.map(|s| s.took_us).collect();
     took.sort_by(f64::total_cmp);
     took
 }
 
-/// What was stated about the surface in one tenth of the probabilities, and how often it was right.
+/// Predictions whose stated probability lies in one tenth of 0 to 1, and how often their surface was right.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bin {
     /// Mean probability stated.
@@ -217,16 +231,16 @@ pub struct Bin {
     pub count: usize,
 }
 
-/// Stated probabilities of the first answers from 30 to 90 % of the time, by tenths; those without an
-/// answer are left out.
+/// Stated probabilities of the first predictions from 30 to 90 % of the time, by tenths; empty tenths are left
+/// out.
 #[must_use]
-pub fn reliability<'a>(told: impl IntoIterator<Item = &'a Told>) -> Vec<Bin> {
+pub fn reliability<'a>(touches: impl IntoIterator<Item = &'a TouchPredictions>) -> Vec<Bin> {
     let mut bins = [(0.0, 0, 0); 10];
-    for t in told {
-        for answer in under_way_moments().filter_map(|m| t.at(m)?.first) {
-            let bin = &mut bins[((10.0 * answer.probability) as usize).min(9)];
-            bin.0 += answer.probability;
-            bin.1 += usize::from(t.right(&answer));
+    for t in touches {
+        for first in under_way_moments().filter_map(|m| t.at(m)?.first) {
+            let bin = &mut bins[((10.0 * first.probability) as usize).min(9)];
+            bin.0 += first.probability;
+            bin.1 += usize::from(t.right(&first));
             bin.2 += 1;
         }
     }

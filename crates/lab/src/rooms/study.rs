@@ -1,13 +1,13 @@
 //! Predictions with a scene, in rooms of more and more surfaces and under worse and worse conditions.
 
-use crate::contact::figures::{self as contact_figures, ErrorLine};
+use crate::contact::figures::{ErrorLine, errors};
 use crate::contact::moments::Moment;
-use crate::rooms::contenders::{Contender, FUSED, NO_GAZE, RAY_CAST, RAY_LED, Taught};
-use crate::rooms::figures::{self as figures, Picture, Shown};
-use crate::rooms::people::{Cast, Condition, follow, listen, streams};
+use crate::rooms::contenders::{Contender, FUSED, NO_GAZE, RAY_CAST, RAY_LED, SharedTraining};
+use crate::rooms::figures::{self, ShownMoment, TouchPicture};
+use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::{ROOMS, Room};
-use crate::rooms::scores::{Told, gained_s, summary};
-use crate::rooms::tables::{self as tables, Row, Rows};
+use crate::rooms::scores::{TouchPredictions, gained_s, summary};
+use crate::rooms::tables::{self, PooledResult, PredictionRows, PredictorResult, SettingResults};
 use anyhow::Context;
 use hwall_stage::figures::COLOURS;
 use hwall_stage::numbers::counted;
@@ -18,31 +18,34 @@ use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
 
-/// People and touches of the report: more to be judged by than learnt from, for shares near 100 %.
-const CAST: Cast = Cast {
-    people: [12, 20],
+/// People and touches of the report; enough participants to tell shares near 100 % apart.
+const SIZE: StudySize = StudySize {
+    training_people: 12,
+    participants: 20,
     touches: 12,
     seed: 0,
 };
-/// The fusion was built looking at people of small seeds: none of them is judged here.
+/// The fusion was designed on people of smaller seeds, none of whom is a participant here.
 const FIRST_SEED: u64 = 1000;
 /// The room that conditions are compared in, and that targets are set for.
 const MAIN_ROOM: usize = 6;
-/// What this project sets itself: the right surface of six in so many cases after so much of the time.
-const TARGET: (f64, f64) = (0.99, 0.7);
+/// What this project aims at in the main room: the right surface in this share of the touches ...
+const TARGET_RIGHT: f64 = 0.99;
+/// ... after this share of the time.
+const TARGET_SHARE: f64 = 0.7;
 /// Moments of the picture.
 const SHOWN: [f64; 4] = [0.3, 0.5, 0.7, 0.9];
 
-/// One room under one condition: who is judged, and what everyone said.
+/// One room under one condition, and the results in it.
 struct Setting {
     surfaces: usize,
     room: Room,
     condition: Condition,
-    judged: Vec<Stream>,
-    taught: Taught,
-    /// Do all contenders follow them, or the main ones?
-    everyone: bool,
-    rows: Vec<Row>,
+    participants: Vec<Stream>,
+    training: SharedTraining,
+    /// Are all contenders run, or only the main ones?
+    all_contenders: bool,
+    results: Vec<PredictorResult>,
 }
 
 /// The study; Markdown. With a folder: `rooms_predictions.csv`, `rooms_scores.csv` and three figures.
@@ -50,9 +53,9 @@ struct Setting {
 /// # Errors
 /// People who cannot be made, an estimator that cannot be trained, a file that cannot be written.
 pub fn report(seed: u64, out: Option<&Path>) -> anyhow::Result<String> {
-    let cast = Cast {
+    let size = StudySize {
         seed: FIRST_SEED + seed,
-        ..CAST
+        ..SIZE
     };
     let usual = ROOMS.map(|surfaces| (surfaces, Condition::usual()));
     let worse = Condition::all().into_iter().skip(1);
@@ -63,13 +66,13 @@ pub fn report(seed: u64, out: Option<&Path>) -> anyhow::Result<String> {
     let mut settings = places
         .into_par_iter()
         .enumerate()
-        .map(|(i, (surfaces, condition))| Setting::new(surfaces, condition, &cast, i < ROOMS.len()))
+        .map(|(i, (surfaces, condition))| Setting::new(surfaces, condition, &size, i < ROOMS.len()))
         .collect::<anyhow::Result<Vec<_>>>()?;
-    // One after the other: the times are those of a prediction that has the machine for itself.
+    // One after the other, so that every prediction is timed with the machine to itself.
     for setting in &mut settings {
-        setting.listen()?;
+        setting.run()?;
     }
-    let text = words(&cast, &settings)?;
+    let text = markdown(&size, &settings)?;
     if let Some(folder) = out {
         write_files(folder, &settings)?;
     }
@@ -80,51 +83,62 @@ impl Setting {
     fn new(
         surfaces: usize,
         condition: Condition,
-        cast: &Cast,
-        everyone: bool,
+        size: &StudySize,
+        all_contenders: bool,
     ) -> anyhow::Result<Self> {
         let name = || format!("{}, {}", counted_surfaces(surfaces), condition.name);
         let room = Room::new(surfaces)?;
-        let [learnt, judged] = streams(&room, &condition, cast).with_context(name)?;
-        let taught =
-            Taught::new(reaches(&learnt, condition.person.gaze_noise_rad)?).with_context(name)?;
+        let StudyPeople {
+            training,
+            participants,
+        } = people::people(&room, &condition, size).with_context(name)?;
+        let learnt = reaches(&training, condition.person.gaze_noise_rad)?;
+        let training = SharedTraining::new(learnt).with_context(name)?;
         Ok(Self {
             surfaces,
             room,
             condition,
-            judged,
-            taught,
-            everyone,
-            rows: Vec::new(),
+            participants,
+            training,
+            all_contenders,
+            results: Vec::new(),
         })
     }
 
-    /// Has everyone follow those who are judged.
-    fn listen(&mut self) -> anyhow::Result<()> {
-        let contenders = if self.everyone {
-            self.taught.all()
+    /// Runs the contenders over the participants.
+    fn run(&mut self) -> anyhow::Result<()> {
+        let contenders = if self.all_contenders {
+            self.training.all()
         } else {
-            self.taught.main()
+            self.training.main()
         };
         for Contender {
             name,
             mut predictor,
         } in contenders?
         {
-            let told = listen(
+            let touches = people::predictions(
                 predictor.as_mut(),
                 &self.room,
-                &self.judged,
+                &self.participants,
                 &self.condition,
             )?;
-            self.rows.push((name, told));
+            self.results.push(PredictorResult { name, touches });
         }
         Ok(())
     }
 
-    fn told(&self, name: &str) -> &[Told] {
-        let found = self.rows.iter().find(|(n, _)| n == name);
-        found.map_or(&[], |(_, told)| told)
+    fn touches(&self, name: &str) -> &[TouchPredictions] {
+        let found = self.results.iter().find(|r| r.name == name);
+        found.map_or(&[], |r| &r.touches)
+    }
+
+    fn named(&self) -> SettingResults<'_> {
+        SettingResults {
+            surfaces: self.surfaces,
+            condition: &self.condition.name,
+            results: &self.results,
+        }
     }
 }
 
@@ -136,43 +150,43 @@ fn bend_name(bend: Option<f64>) -> String {
     bend.map_or_else(|| "none".to_owned(), |b| b.to_string())
 }
 
-fn words(cast: &Cast, settings: &[Setting]) -> anyhow::Result<String> {
-    let Cast {
-        people: [learnt, judged],
+fn markdown(size: &StudySize, settings: &[Setting]) -> anyhow::Result<String> {
+    let StudySize {
+        training_people: learnt,
+        participants: judged,
         touches,
         seed,
-    } = *cast;
-    let config = settings.first().map(|s| &s.taught.config);
+    } = *size;
+    let config = settings.first().map(|s| &s.training.config);
     let bend = bend_name(config.and_then(|c| c.bend));
     let mut text = format!(
         "## Rooms of several surfaces, simulated people of seed {seed}\n\n\
-         Split: people 1 to {learnt} of every room and condition teach estimators and gaze ({touches} touches \
-         each), people {} to {} are judged ({touches} touches each; those in which the finger would pass \
-         through something are left out of both). The seeds on which the fusion was built are below \
-         {FIRST_SEED}: nobody of them is here. `bend` is {bend}, its default, \
-         chosen on those.\n\n",
+         Split: estimators and gaze are trained on people 1 to {learnt} of every room and condition ({touches} \
+         touches each); people {} to {} are the participants ({touches} touches each). Touches in which the \
+         finger would pass through something are left out of both. The fusion was designed on people of seeds \
+         below {FIRST_SEED}, none of whom is here. `bend` is {bend}, its default, chosen on those.\n\n",
         learnt + 1,
         learnt + judged,
     );
     text += &target(settings)?;
     write!(
         text,
-        "\nA surface is right if the most probable answer names it; whoever says nothing is wrong. A board of \
+        "\nA surface is right if the most probable prediction names it; no prediction counts as wrong. A board of \
          0.2 m is missed if its middle, the prediction, is more than 0.1 m to a side or up or 0.03 m before or \
          behind the touch. Right for good: from then on the surface stays right and the point within 0.05 m. \
-         90 % regions are those in the plane of the surface, where it is right. `{RAY_LED}` is the gaze ray \
-         itself until the hand is within 0.06 m: the gaze alone has no row of its own.\n"
+         90 % regions are in the plane of the surface, where it is right. `{RAY_LED}` follows the gaze ray \
+         until the hand is within 0.06 m, so the gaze alone has no row of its own.\n"
     )?;
     for s in settings
         .iter()
         .filter(|s| s.condition == Condition::usual())
     {
-        write!(text, "\n{}", room_words(s))?;
+        write!(text, "\n{}", room_section(s))?;
     }
     write!(
         text,
-        "\n### Room of {MAIN_ROOM} under other conditions\n\nLearnt and judged under the same condition; \
-         what is learnt does not know the judged people.\n\n"
+        "\n### Room of {MAIN_ROOM} under other conditions\n\nTraining people and participants meet the same \
+         condition; they are different people.\n\n"
     )?;
     let mut table = tables::conditions();
     for s in settings.iter().filter(|s| s.surfaces == MAIN_ROOM) {
@@ -183,32 +197,37 @@ fn words(cast: &Cast, settings: &[Setting]) -> anyhow::Result<String> {
             FUSED,
             NO_GAZE,
         ];
-        let rows: Vec<Row> = main
+        let results: Vec<PredictorResult> = main
             .iter()
-            .map(|name| ((*name).to_owned(), s.told(name).to_vec()))
+            .map(|name| PredictorResult {
+                name: (*name).to_owned(),
+                touches: s.touches(name).to_vec(),
+            })
             .collect();
-        tables::condition_rows(&mut table, &s.condition.name, &rows);
+        tables::condition_rows(&mut table, &s.condition.name, &results);
     }
     write!(
         text,
         "{table}\n### Are the stated probabilities of the surface right?\n\nAll rooms and conditions together, \
-         30 to 90 % of the time: right in so many percent.\n\n{}",
+         30 to 90 % of the time: share in which the surface was right.\n\n{}",
         tables::reliabilities(&pooled(settings))
     )?;
     Ok(text)
 }
 
-/// What was said in all settings.
-fn pooled(settings: &[Setting]) -> Vec<(&'static str, Vec<&Told>)> {
+/// The predictions in all settings.
+fn pooled(settings: &[Setting]) -> Vec<PooledResult<'_>> {
     [RAY_CAST, FUSED, NO_GAZE]
-        .map(|name| (name, settings.iter().flat_map(|s| s.told(name)).collect()))
+        .map(|name| PooledResult {
+            name,
+            touches: settings.iter().flat_map(|s| s.touches(name)).collect(),
+        })
         .to_vec()
 }
 
 /// The target beside the result.
 fn target(settings: &[Setting]) -> anyhow::Result<String> {
-    let (wanted, share) = TARGET;
-    let moment = Moment::Share(share);
+    let moment = Moment::Share(TARGET_SHARE);
     let mut table = MarkdownTable::new([
         "surfaces",
         "touches",
@@ -222,7 +241,7 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
         .iter()
         .filter(|s| s.condition == Condition::usual())
     {
-        let [fused, cast] = [FUSED, RAY_CAST].map(|name| s.told(name));
+        let [fused, cast] = [FUSED, RAY_CAST].map(|name| s.touches(name));
         let right = summary(fused, moment).right;
         let of = |right: f64| format!("{:.1} %", 100.0 * right);
         let mut gained = gained_s(fused, cast);
@@ -232,12 +251,12 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
             s.surfaces.to_string(),
             fused.len().to_string(),
             if main {
-                format!(">= {:.0} %", 100.0 * wanted)
+                format!(">= {:.0} %", 100.0 * TARGET_RIGHT)
             } else {
                 "none set".to_owned()
             },
             of(right),
-            match (main, right >= wanted) {
+            match (main, right >= TARGET_RIGHT) {
                 (false, _) => "",
                 (true, true) => "yes",
                 (true, false) => "no",
@@ -249,7 +268,7 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
     }
     let mut text = format!(
         "### In short: the right surface at {:.0} % of the time\n\n{table}",
-        100.0 * share
+        100.0 * TARGET_SHARE
     );
     for s in settings
         .iter()
@@ -260,20 +279,17 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// Where the main contender has the smaller median error than everyone without learned estimator.
+/// Says at which moments the main contender has a smaller median error than everyone without the learned
+/// estimator.
 fn better(s: &Setting) -> String {
-    let own = s.told(FUSED);
-    let others = || {
-        s.rows
-            .iter()
-            .filter(|(name, _)| !name.starts_with("learned"))
-    };
+    let own = s.touches(FUSED);
+    let others = || s.results.iter().filter(|r| !r.name.starts_with("learned"));
     let moments = Moment::all().filter(|m| *m != Moment::Share(1.0));
     let (mut yes, mut no) = (Vec::new(), Vec::new());
     for moment in moments {
         let own_m = summary(own, moment).median_m;
         let best = others()
-            .map(|(name, told)| (name, summary(told, moment).median_m))
+            .map(|r| (&r.name, summary(&r.touches, moment).median_m))
             .filter(|(_, m)| m.is_finite())
             .min_by(|a, b| a.1.total_cmp(&b.1));
         match best {
@@ -302,9 +318,9 @@ fn better(s: &Setting) -> String {
     )
 }
 
-fn room_words(s: &Setting) -> String {
-    let all = &s.rows;
-    let touches = all.first().map_or(0, |(_, told)| told.len());
+fn room_section(s: &Setting) -> String {
+    let all = &s.results;
+    let touches = all.first().map_or(0, |r| r.touches.len());
     format!(
         "### Room of {}: {touches} touches, learnt from {}\n\n\
          #### Right surface, %\n\n{}\n\
@@ -314,7 +330,7 @@ fn room_words(s: &Setting) -> String {
          #### Per axis, mean / largest error in cm\n\n{}\n\
          #### How sure, how early, how fast\n\n{}",
         counted_surfaces(s.surfaces),
-        s.taught.reaches(),
+        s.training.reaches(),
         tables::right(all),
         tables::distances(all),
         tables::missed(all),
@@ -325,23 +341,15 @@ fn room_words(s: &Setting) -> String {
 }
 
 fn write_files(folder: &Path, settings: &[Setting]) -> anyhow::Result<()> {
-    let mut rows = Rows::create(&folder.join("rooms_predictions.csv"))?;
-    let mut scores = Vec::new();
+    let mut rows = PredictionRows::create(&folder.join("rooms_predictions.csv"))?;
     for s in settings {
-        let place = [s.surfaces.to_string(), s.condition.name.clone()];
-        // The scores of all are in the other file; their predictions would fill a hundred megabytes.
-        let written = [RAY_CAST, RAY_LED, FUSED];
-        for row in s
-            .rows
-            .iter()
-            .filter(|row| written.contains(&row.0.as_str()))
-        {
-            rows.add([&place[0], &place[1]], &s.room, row)?;
-        }
-        scores.push((place, s.rows.clone()));
+        // The predictions of all contenders would fill a hundred megabytes.
+        let written = |name: &str| [RAY_CAST, RAY_LED, FUSED].contains(&name);
+        rows.add(&s.named(), &s.room, written)?;
     }
     rows.finish()?;
-    tables::scores_csv(&folder.join("rooms_scores.csv"), &scores)?;
+    let all: Vec<SettingResults<'_>> = settings.iter().map(Setting::named).collect();
+    tables::scores_csv(&folder.join("rooms_scores.csv"), &all)?;
     let main = settings
         .iter()
         .find(|s| s.surfaces == MAIN_ROOM && s.condition == Condition::usual())
@@ -360,14 +368,14 @@ fn write_files(folder: &Path, settings: &[Setting]) -> anyhow::Result<()> {
         .zip(COLOURS)
         .map(|(name, colour)| ErrorLine {
             name: (*name).to_owned(),
-            points: tables::medians_before(main.told(name)),
+            points: tables::medians_before(main.touches(name)),
             style: colour.stroke_width(3),
             dashed: false,
         })
         .collect();
     let title = format!("Room of {MAIN_ROOM} surfaces: error before contact");
-    contact_figures::errors(&folder.join("rooms_error.svg"), &title, &lines)?;
-    let title = "Is the surface as sure as it is said to be? All rooms, 30 to 90 %";
+    errors(&folder.join("rooms_error.svg"), &title, &lines)?;
+    let title = "Stated and observed probability of the surface, all rooms, 30 to 90 %";
     figures::reliability(
         &folder.join("rooms_reliability.svg"),
         title,
@@ -376,46 +384,51 @@ fn write_files(folder: &Path, settings: &[Setting]) -> anyhow::Result<()> {
     figures::scene(&folder.join("rooms_scene.svg"), &main.room, &picture(main)?)
 }
 
-/// The touch with the median lead gained over the ray cast, looked at closely.
-fn picture(s: &Setting) -> anyhow::Result<Picture> {
-    let gained = gained_s(s.told(FUSED), s.told(RAY_CAST));
+/// The touch with the median lead gained over the ray cast.
+fn picture(s: &Setting) -> anyhow::Result<TouchPicture> {
+    let gained = gained_s(s.touches(FUSED), s.touches(RAY_CAST));
     let mut order: Vec<usize> = (0..gained.len()).collect();
     order.sort_by(|&a, &b| gained[a].total_cmp(&gained[b]));
     let middle = *order.get(order.len() / 2).context("a touch")?;
     let mut before = middle;
     let mut stream = 0;
-    while before >= s.judged[stream].touches.len() {
-        before -= s.judged[stream].touches.len();
+    while before >= s.participants[stream].touches.len() {
+        before -= s.participants[stream].touches.len();
         stream += 1;
     }
-    let one = &s.judged[stream..=stream];
+    let one = &s.participants[stream..=stream];
     let touch = one[0].touches[before];
-    let span_s = [touch.start_s, touch.contact_s];
+    let cast = &s.touches(RAY_CAST)[middle];
     let mut hand_m = Vec::new();
     let mut all = Vec::new();
-    let mut fused = s.taught.fused(&s.taught.config)?;
-    follow(fused.predictor.as_mut(), &s.room, one, &s.condition, |at| {
-        if at.place[1] == before {
-            hand_m.extend(at.seen.hand.map(|h| h.point_m));
-            all.push((
-                at.seen.frame.t_s,
-                at.answers.first().copied(),
-                at.seen.gaze.copied(),
-            ));
-        }
-    })?;
-    let cast = &s.told(RAY_CAST)[middle];
+    let mut fused = s.training.fused(&s.training.config)?;
+    people::run(
+        fused.predictor.as_mut(),
+        &s.room,
+        one,
+        &s.condition,
+        |sample| {
+            if sample.touch == before {
+                hand_m.extend(sample.seen.hand.map(|h| h.point_m));
+                all.push((
+                    sample.seen.frame.t_s,
+                    sample.predictions.first().copied(),
+                    sample.seen.gaze.copied(),
+                ));
+            }
+        },
+    )?;
     let shown = SHOWN.into_iter().filter_map(|share| {
-        let index = Moment::Share(share).index(all.iter().map(|a| a.0), span_s)?;
+        let index = Moment::Share(share).index(all.iter().map(|a| a.0), cast.span())?;
         let (_, fused, gaze) = all[index];
-        Some(Shown {
+        Some(ShownMoment {
             share,
             fused: fused?,
             gaze,
-            cast: cast.heard.get(index)?.first,
+            cast: cast.samples.get(index)?.first,
         })
     });
-    Ok(Picture {
+    Ok(TouchPicture {
         shown: shown.collect(),
         hand_m,
         target_m: touch.target_m,

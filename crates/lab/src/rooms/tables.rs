@@ -1,17 +1,43 @@
 //! The tables of the rooms, and their rows as CSV.
 
-use crate::contact::moments::{BEFORE_S, Moment, written};
+use crate::contact::moments::{BEFORE_S, Moment, Span, written};
 use crate::rooms::room::Room;
 use crate::rooms::scores::{
-    Summary, Told, gained_s, leads_s, reliability, summary, took_us, under_way,
+    Summary, TouchPredictions, gained_s, leads_s, reliability, summary, took_us, under_way,
 };
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
 use std::io::Write;
 use std::path::Path;
 
-/// A predictor's name and what it said of every touch.
-pub type Row = (String, Vec<Told>);
+/// A predictor and its predictions for every touch.
+#[derive(Debug, Clone)]
+pub struct PredictorResult {
+    /// Name of the predictor.
+    pub name: String,
+    /// The touches, in the same order for every predictor.
+    pub touches: Vec<TouchPredictions>,
+}
+
+/// A predictor and its predictions in several rooms or conditions.
+#[derive(Debug, Clone)]
+pub struct PooledResult<'a> {
+    /// Name of the predictor.
+    pub name: &'a str,
+    /// All touches.
+    pub touches: Vec<&'a TouchPredictions>,
+}
+
+/// The results in one room under one condition.
+#[derive(Debug, Clone)]
+pub struct SettingResults<'a> {
+    /// The room, by the number of its surfaces.
+    pub surfaces: usize,
+    /// Name of the condition.
+    pub condition: &'a str,
+    /// The predictors.
+    pub results: &'a [PredictorResult],
+}
 
 /// `median (quartiles)`, ms.
 fn quartiles_ms(mut values_s: Vec<f64>) -> String {
@@ -24,12 +50,12 @@ fn percent(share: Option<f64>) -> String {
     share.map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 100.0 * s))
 }
 
-/// One cell a moment; none where no touch is as long or nothing was said.
-fn by_moment(all: &[Row], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
+/// One cell a moment; "none" where no touch is that long.
+fn by_moment(all: &[PredictorResult], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
     let titles = Moment::all().map(Moment::name);
     let mut table = MarkdownTable::new(["predictor".to_owned()].into_iter().chain(titles));
-    for (name, told) in all {
-        let cells = Moment::all().map(|m| match summary(told, m) {
+    for PredictorResult { name, touches } in all {
+        let cells = Moment::all().map(|m| match summary(touches, m) {
             s if s.count == 0 => "none".to_owned(),
             s => cell(&s),
         });
@@ -40,13 +66,13 @@ fn by_moment(all: &[Row], cell: impl Fn(&Summary) -> String) -> MarkdownTable {
 
 /// Right surface, %.
 #[must_use]
-pub fn right(all: &[Row]) -> MarkdownTable {
+pub fn right(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| format!("{:.1}", 100.0 * s.right))
 }
 
 /// Median / mean distance, mm.
 #[must_use]
-pub fn distances(all: &[Row]) -> MarkdownTable {
+pub fn distances(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| {
         if s.count == s.silent {
             return "none".to_owned();
@@ -57,23 +83,23 @@ pub fn distances(all: &[Row]) -> MarkdownTable {
 
 /// Boards missed, %.
 #[must_use]
-pub fn missed(all: &[Row]) -> MarkdownTable {
+pub fn missed(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| format!("{:.1}", 100.0 * s.missed))
 }
 
-/// Regions of 90 % that hold the point, %; none where none is stated.
+/// Regions of 90 % that hold the point, %; "none" where none is stated.
 #[must_use]
-pub fn coverage(all: &[Row]) -> MarkdownTable {
+pub fn coverage(all: &[PredictorResult]) -> MarkdownTable {
     by_moment(all, |s| percent(s.in_90))
 }
 
 /// Errors of each axis at half and at 70 % of the time, cm.
 #[must_use]
-pub fn axes(all: &[Row]) -> MarkdownTable {
+pub fn axes(all: &[PredictorResult]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["predictor", "x at 50 %", "y", "z", "x at 70 %", "y", "z"]);
-    for (name, told) in all {
+    for PredictorResult { name, touches } in all {
         let cells = [0.5, 0.7].into_iter().flat_map(|share| {
-            let s = summary(told, Moment::Share(share));
+            let s = summary(touches, Moment::Share(share));
             let (mean, max) = (100.0 * s.axis_mean_m, 100.0 * s.axis_max_m);
             [0, 1, 2].map(|i| format!("{:.1} / {:.1}", mean[i], max[i]))
         });
@@ -84,7 +110,7 @@ pub fn axes(all: &[Row]) -> MarkdownTable {
 
 /// How sure, how early and how fast; leads are gained over the first of the predictors.
 #[must_use]
-pub fn sureness(all: &[Row]) -> MarkdownTable {
+pub fn sureness(all: &[PredictorResult]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
         "predictor",
         "time to contact, mean error, ms",
@@ -94,17 +120,17 @@ pub fn sureness(all: &[Row]) -> MarkdownTable {
         "µs, median / p99",
         "silent",
     ]);
-    for (name, told) in all {
-        let under_way = under_way(told);
-        let took = took_us(told);
+    for PredictorResult { name, touches } in all {
+        let under_way = under_way(touches);
+        let took = took_us(touches);
         table.row([
             name.clone(),
             under_way
                 .time_mean_s
                 .map_or_else(|| "none".to_owned(), |s| format!("{:.0}", 1e3 * s)),
             percent(under_way.time_in_90),
-            quartiles_ms(leads_s(told)),
-            quartiles_ms(gained_s(told, &all[0].1)),
+            quartiles_ms(leads_s(touches)),
+            quartiles_ms(gained_s(touches, &all[0].touches)),
             format!("{:.1} / {:.1}", quantile(&took, 0.5), quantile(&took, 0.99)),
             format!("{} of {}", under_way.silent, under_way.count),
         ]);
@@ -114,12 +140,12 @@ pub fn sureness(all: &[Row]) -> MarkdownTable {
 
 /// Stated and observed probability of the surface, by tenths: `observed % (count)`.
 #[must_use]
-pub fn reliabilities(all: &[(&str, Vec<&Told>)]) -> MarkdownTable {
+pub fn reliabilities(all: &[PooledResult<'_>]) -> MarkdownTable {
     let tenths = (0..10).map(|i| format!("{} to {} %", 10 * i, 10 * (i + 1)));
     let mut table = MarkdownTable::new(["stated".to_owned()].into_iter().chain(tenths));
-    for (name, told) in all {
+    for PooledResult { name, touches } in all {
         let mut cells = vec!["none".to_owned(); 10];
-        for bin in reliability(told.iter().copied()) {
+        for bin in reliability(touches.iter().copied()) {
             let place = ((10.0 * bin.stated) as usize).min(9);
             cells[place] = format!("{:.0} (of {})", 100.0 * bin.right, bin.count);
         }
@@ -128,7 +154,7 @@ pub fn reliabilities(all: &[(&str, Vec<&Told>)]) -> MarkdownTable {
     table
 }
 
-/// Main contenders under one condition a row.
+/// The table of conditions without its rows: one a condition and main contender.
 #[must_use]
 pub fn conditions() -> MarkdownTable {
     MarkdownTable::new([
@@ -145,29 +171,29 @@ pub fn conditions() -> MarkdownTable {
 }
 
 /// Rows of the table of conditions.
-pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[Row]) {
-    for (name, told) in all {
-        let at = [0.3, 0.5, 0.7, 0.9].map(|share| summary(told, Moment::Share(share)));
+pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[PredictorResult]) {
+    for PredictorResult { name, touches } in all {
+        let at = [0.3, 0.5, 0.7, 0.9].map(|share| summary(touches, Moment::Share(share)));
         let list =
             |cell: &dyn Fn(&Summary) -> String| at.iter().map(cell).collect::<Vec<_>>().join(" / ");
         table.row([
             condition.to_owned(),
             name.clone(),
-            told.len().to_string(),
+            touches.len().to_string(),
             list(&|s| format!("{:.0}", 100.0 * s.right)),
             list(&|s| format!("{:.0}", 1e3 * s.median_m)),
             list(&|s| format!("{:.0}", 100.0 * s.missed)),
             list(&|s| percent(s.in_90)),
-            quartiles_ms(leads_s(told)),
-            quartiles_ms(gained_s(told, &all[0].1)),
+            quartiles_ms(leads_s(touches)),
+            quartiles_ms(gained_s(touches, &all[0].touches)),
         ]);
     }
 }
 
 /// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
-pub struct Rows(csv::Writer<Box<dyn Write>>);
+pub struct PredictionRows(csv::Writer<Box<dyn Write>>);
 
-impl Rows {
+impl PredictionRows {
     /// Writes the header.
     ///
     /// # Errors
@@ -180,44 +206,62 @@ impl Rows {
         Ok(Self(out))
     }
 
-    /// Adds what one predictor said.
+    /// Adds those results in a room that `chosen` picks by the predictor's name.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn add(&mut self, place: [&str; 2], room: &Room, (name, told): &Row) -> anyhow::Result<()> {
+    pub fn add(
+        &mut self,
+        setting: &SettingResults<'_>,
+        room: &Room,
+        chosen: impl Fn(&str) -> bool,
+    ) -> anyhow::Result<()> {
+        for result in setting.results.iter().filter(|r| chosen(&r.name)) {
+            self.add_predictor(setting, room, result)?;
+        }
+        Ok(())
+    }
+
+    fn add_predictor(
+        &mut self,
+        setting: &SettingResults<'_>,
+        room: &Room,
+        result: &PredictorResult,
+    ) -> anyhow::Result<()> {
         let surface = |id| room.scene.surface(id).name.clone();
         let metres = |v: glam::DVec3| v.to_array().map(|x| format!("{x:.5}"));
-        for (number, t) in told.iter().enumerate() {
-            let times_s: Vec<f64> = t.heard.iter().map(|h| h.t_s).collect();
-            let [start_s, contact_s] = t.span_s();
-            for index in written(&times_s, [start_s, contact_s]) {
-                let heard = &t.heard[index];
-                let mut cells = place.map(str::to_owned).to_vec();
-                cells.extend([name.clone(), (number + 1).to_string()]);
-                let share = (heard.t_s - start_s) / (contact_s - start_s);
+        for (number, t) in result.touches.iter().enumerate() {
+            let times_s: Vec<f64> = t.samples.iter().map(|s| s.t_s).collect();
+            let span = t.span();
+            let Span { start_s, contact_s } = span;
+            for index in written(&times_s, span) {
+                let sample = &t.samples[index];
+                let mut cells = vec![setting.surfaces.to_string(), setting.condition.to_owned()];
+                cells.extend([result.name.clone(), (number + 1).to_string()]);
+                let share = (sample.t_s - start_s) / (contact_s - start_s);
                 cells.extend([
-                    format!("{:.6}", heard.t_s),
+                    format!("{:.6}", sample.t_s),
                     format!("{share:.4}"),
-                    format!("{:.6}", contact_s - heard.t_s),
+                    format!("{:.6}", contact_s - sample.t_s),
                 ]);
-                // Nothing was said: empty cells.
-                let said = heard.first;
+                // Cells are empty where there is no prediction.
+                let first = sample.first;
                 let or_empty = |text: Option<String>| text.unwrap_or_default();
-                cells.push(or_empty(said.map(|a| surface(a.surface))));
+                cells.push(or_empty(first.map(|a| surface(a.surface))));
                 cells.push(surface(t.touch.surface));
-                cells.push(or_empty(said.map(|a| format!("{:.4}", a.probability))));
-                cells.extend(said.map_or([const { String::new() }; 3], |a| metres(a.point_m)));
+                cells.push(or_empty(first.map(|a| format!("{:.4}", a.probability))));
+                cells.extend(first.map_or([const { String::new() }; 3], |a| metres(a.point_m)));
                 cells.extend(metres(t.touch.target_m));
-                let six = said.and_then(|a| a.covariance_m2).map(|c| {
+                let six = first.and_then(|a| a.covariance_m2).map(|c| {
                     let [x, y, z] = [c.x_axis, c.y_axis, c.z_axis];
                     [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| format!("{v:.3e}"))
                 });
                 cells.extend(six.unwrap_or([const { String::new() }; 6]));
-                let left = said.and_then(|a| a.time_to_contact_s);
+                let left = first.and_then(|a| a.time_to_contact_s);
                 let seconds = |v: Option<f64>| or_empty(v.map(|v| format!("{v:.4}")));
                 cells.push(seconds(left.map(|l| l.mean_s)));
                 cells.push(seconds(left.and_then(|l| l.sd_s)));
-                cells.push(format!("{:.1}", heard.took_us));
+                cells.push(format!("{:.1}", sample.took_us));
                 self.0.write_record(&cells)?;
             }
         }
@@ -235,9 +279,9 @@ impl Rows {
 
 /// Median errors over the time to contact, for the figure: s and m.
 #[must_use]
-pub fn medians_before(told: &[Told]) -> Vec<(f64, f64)> {
+pub fn medians_before(touches: &[TouchPredictions]) -> Vec<(f64, f64)> {
     let at = |before_s: f64| {
-        let s = summary(told, Moment::Before(before_s));
+        let s = summary(touches, Moment::Before(before_s));
         (s.count > s.silent).then_some((before_s, s.median_m))
     };
     BEFORE_S.into_iter().filter_map(at).collect()
@@ -247,7 +291,7 @@ pub fn medians_before(told: &[Told]) -> Vec<(f64, f64)> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn scores_csv(path: &Path, all: &[([String; 2], Vec<Row>)]) -> anyhow::Result<()> {
+pub fn scores_csv(path: &Path, all: &[SettingResults<'_>]) -> anyhow::Result<()> {
     let mut out = numbers::writer(Some(path))?;
     let names = "room,condition,predictor,moment,touches,silent,right,median_m,mean_m,mean_x_m,mean_y_m,mean_z_m,\
                  max_x_m,max_y_m,max_z_m,missed,in_90,time_mean_s,time_in_90";
@@ -259,11 +303,11 @@ pub fn scores_csv(path: &Path, all: &[([String; 2], Vec<Row>)]) -> anyhow::Resul
             String::new()
         }
     };
-    for (place, rows) in all {
-        for (name, told) in rows {
+    for setting in all {
+        for PredictorResult { name, touches } in setting.results {
             for moment in Moment::all() {
-                let s = summary(told, moment);
-                let mut cells = place.to_vec();
+                let s = summary(touches, moment);
+                let mut cells = vec![setting.surfaces.to_string(), setting.condition.to_owned()];
                 cells.extend([name.clone(), moment.name()]);
                 cells.extend([s.count, s.silent].map(|n| n.to_string()));
                 cells.extend([s.right, s.median_m, s.mean_m].map(number));

@@ -1,7 +1,8 @@
 //! Filters of motions: time of a step against the error of the predicted end.
 
 use crate::bip::reaches;
-use crate::speed::tables::{Figure, Section, summary};
+use crate::bip::trajectories::{TrainTest, TrajectorySet};
+use crate::speed::section::{Figure, Section, SummaryRow};
 use hwall_bip::compat::FullFilter;
 use hwall_bip::{
     Bank, BankConfig, Basis, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter,
@@ -88,10 +89,10 @@ fn common<F: MotionFilter + Clone>(tests: &[Demonstration], filter: &F) -> anyho
 /// One prediction and one update of every kind of filter, on synthetic reaches.
 ///
 /// # Errors
-/// None in practice: the reaches are made here.
+/// Whatever training and filtering refuse.
 pub fn filters(seed: u64) -> anyhow::Result<Section> {
-    let [train, test] = reaches::sets(seed, DEMONSTRATIONS, TESTS);
-    let demonstrations = |set: &crate::bip::trajectories::TrajectorySet| {
+    let TrainTest { train, test } = reaches::sets(seed, DEMONSTRATIONS, TESTS);
+    let demonstrations = |set: &TrajectorySet| {
         set.trajectories
             .iter()
             .map(|t| t.to_demonstration())
@@ -131,7 +132,7 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
             state(&model),
         );
         if count == QUOTED {
-            quoted.push(summary(
+            quoted.push(SummaryRow::new(
                 "bip",
                 "prediction and update, 18 of 25 values",
                 &exact.timing,
@@ -173,7 +174,7 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
             state(&model),
         );
         if hypotheses == 8 {
-            quoted.push(summary(
+            quoted.push(SummaryRow::new(
                 "bip",
                 "the same by 8 hypotheses",
                 &run.timing,

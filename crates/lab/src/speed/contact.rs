@@ -1,29 +1,32 @@
 //! Estimators of where a reach ends: time of a sample against how far off the end is foreseen.
 
-use crate::contact::candidates::{self as contact_candidates, Candidate, Role};
+use crate::contact::candidates::{self, Candidate, Role};
 use crate::contact::moments::Moment;
-use crate::contact::recordings::{Fold, Split};
-use crate::contact::scores::{self as contact_scores, Scores};
-use crate::demonstrations::generate::{Cast, DemonstrationConfig, Part, generate};
+use crate::contact::run;
+use crate::contact::scores::{REGIONS, Scores};
+use crate::contact::split::{Fold, Split};
+use crate::demonstrations::generate::{
+    DemonstrationConfig, Part, PartSize, SimulatedReach, generate,
+};
 use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::tables::{Figure, Section, summary};
+use crate::speed::section::{Figure, Section, SummaryRow};
 use anyhow::Context;
 use hwall_hand::LabelledReach;
 use hwall_testkit::{MarkdownTable, Timing, format_ns};
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// Every row is of so many worlds, each with people of its own.
+/// Every row is measured in this many worlds, each with people of its own.
 const WORLDS: u64 = 2;
-/// Demonstrations where something else is varied, as in the dissertation.
-pub(crate) const DEMONSTRATIONS: usize = 47;
+/// Demonstrations, unless their number is what is varied; as in the dissertation.
+pub(super) const DEMONSTRATIONS: usize = 47;
 /// Shares of the time of a reach at which it is judged.
-pub(crate) const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
-/// What the tables say of those shares.
-pub(crate) const AT: &str = "median error at 50 / 70 / 90 %, mm";
+pub(super) const SHARES: [f64; 3] = [0.5, 0.7, 0.9];
+/// The tables' heading for errors at those shares.
+pub(super) const AT: &str = "median error at 50 / 70 / 90 %, mm";
 
 /// Reaches of some people to learn from, and of others to be judged by.
-pub(crate) struct World {
+pub(super) struct World {
     train: Vec<LabelledReach>,
     test: Vec<LabelledReach>,
 }
@@ -32,26 +35,29 @@ impl World {
     /// The dissertation's panel: 400 reaches of 50 people, of which mostly the first are learnt
     /// from, and 60 of 10 others.
     fn new(seed: u64) -> anyhow::Result<Self> {
-        let cast = |people, reaches| Cast { people, reaches };
         let made = generate(&DemonstrationConfig {
             seed,
-            train: cast(50, 400),
-            test: cast(10, 60),
+            train: PartSize {
+                people: 50,
+                reaches: 400,
+            },
+            test: PartSize {
+                people: 10,
+                reaches: 60,
+            },
             arm_reaction_s: None,
             ..DemonstrationConfig::dissertation()
         })?;
         let (train, test): (Vec<_>, Vec<_>) = made.into_iter().partition(|d| d.part == Part::Train);
-        let reaches = |made: Vec<crate::demonstrations::generate::Demonstrated>| {
-            made.into_iter().map(|d| d.labelled).collect()
-        };
+        let reaches = |made: Vec<SimulatedReach>| made.into_iter().map(|d| d.labelled).collect();
         Ok(Self {
             train: reaches(train),
             test: reaches(test),
         })
     }
 
-    /// As a slower tracker sees it: every so-manieth sample.
-    pub(crate) fn every(&self, samples: usize) -> Self {
+    /// As a slower tracker sees it: one sample in `samples`.
+    pub(super) fn every(&self, samples: usize) -> Self {
         let thinned = |reaches: &[LabelledReach]| {
             reaches
                 .iter()
@@ -68,21 +74,21 @@ impl World {
     }
 }
 
-pub(crate) fn worlds(seed: u64) -> anyhow::Result<Vec<World>> {
+pub(super) fn worlds(seed: u64) -> anyhow::Result<Vec<World>> {
     (seed..seed + WORLDS).map(World::new).collect()
 }
 
-/// One way to foresee the end of a reach, over all worlds.
-pub(crate) struct Run {
+/// One estimator over the reaches of all worlds.
+pub(super) struct Run {
     scores: Scores,
-    pub(crate) timing: Timing,
+    pub(super) timing: Timing,
     /// Mean time of training, s.
-    pub(crate) train_s: f64,
+    pub(super) train_s: f64,
 }
 
 impl Run {
-    /// Trains on the first reaches of every world and follows all that it is judged by.
-    pub(crate) fn of(
+    /// Trains on the first `reaches` reaches of every world and estimates those held out.
+    pub(super) fn of(
         candidate: &Candidate,
         worlds: &[World],
         reaches: usize,
@@ -94,13 +100,14 @@ impl Run {
             let clock = Instant::now();
             let trained = (candidate.train)(train).with_context(|| candidate.name.clone())?;
             train_s += clock.elapsed().as_secs_f64() / worlds.len() as f64;
-            let seat = Mutex::new(Some(trained));
+            // Handed over to the one fold below, so that training is timed here.
+            let trained = Mutex::new(Some(trained));
             let ready = Candidate {
                 name: candidate.name.clone(),
                 role: Role::Learned,
                 train: Box::new(move |_| {
-                    let mut seat = seat.lock().ok().context("a seat")?;
-                    seat.take().context("one fold")
+                    let mut trained = trained.lock().ok().context("an estimator")?;
+                    trained.take().context("one fold")
                 }),
             };
             let split = Split {
@@ -110,11 +117,11 @@ impl Run {
                     test: (0..world.test.len()).collect(),
                 }],
             };
-            let scores = contact_scores::run(&ready, &world.test, &split, None)?;
+            let scores = run::run(&ready, &world.test, &split, None)?;
             match &mut pooled {
                 None => pooled = Some(scores),
                 Some(pooled) => {
-                    for (all, more) in pooled.judged.iter_mut().zip(scores.judged) {
+                    for (all, more) in pooled.errors.iter_mut().zip(scores.errors) {
                         all.extend(more);
                     }
                     pooled.step_us.extend(scores.step_us);
@@ -130,15 +137,15 @@ impl Run {
         })
     }
 
-    pub(crate) fn median_mm(&self, share: f64) -> f64 {
+    pub(super) fn median_mm(&self, share: f64) -> f64 {
         1e3 * self.scores.at_moment(Moment::Share(share)).median_m
     }
 
     /// Times and errors for a table; [`columns`] names them.
-    pub(crate) fn cells(&self) -> [String; 6] {
+    pub(super) fn cells(&self) -> [String; 6] {
         let all = self.scores.under_way();
         // The second last of the regions is that of 90 %.
-        let held = all.regions.map(|r| r[contact_scores::REGIONS.len() - 2]);
+        let held = all.regions.map(|r| r[REGIONS.len() - 2]);
         [
             format_ns(self.timing.median_ns),
             format_ns(self.timing.p99_ns),
@@ -152,7 +159,7 @@ impl Run {
     }
 }
 
-pub(crate) fn columns(first: &[&str]) -> Vec<String> {
+pub(super) fn columns(first: &[&str]) -> Vec<String> {
     let rest = [
         "median",
         "p99",
@@ -171,12 +178,12 @@ pub(crate) fn columns(first: &[&str]) -> Vec<String> {
 /// Every estimator of where a reach ends.
 ///
 /// # Errors
-/// None in practice: the reaches are made here.
+/// Whatever making demonstrations and training refuse.
 pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     let worlds = worlds(seed)?;
     let mut table = MarkdownTable::new(columns(&["estimator"]));
     let (mut lines, mut quoted) = (Vec::new(), Vec::new());
-    let mut all = contact_candidates::all();
+    let mut all = candidates::all();
     all.retain(|c| c.role != Role::Bound);
     for candidate in &all {
         let run = Run::of(candidate, &worlds, DEMONSTRATIONS)?;
@@ -192,7 +199,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
             name: candidate.name.clone(),
             points: SHARES.map(point).to_vec(),
         });
-        quoted = vec![summary(
+        quoted = vec![SummaryRow::new(
             "contact",
             "where and when a reach ends, 47 demonstrations",
             &run.timing,
@@ -228,7 +235,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     })
 }
 
-pub(crate) fn people(seed: u64) -> String {
+pub(super) fn people(seed: u64) -> String {
     format!(
         "Simulated people and the dissertation's panel; {DEMONSTRATIONS} reaches of 6 people to learn from unless said \
          otherwise, 60 of 10 others to be judged by, in {WORLDS} such worlds together (seeds {seed} to {}).",

@@ -1,11 +1,12 @@
 //! Fusion of an estimate with gaze and surfaces: time of a prediction against its error.
 
 use crate::contact::moments::Moment;
-use crate::rooms::people::{self as contact_rooms, Condition, Room};
-use crate::rooms::scores::{self as rooms_scores, Told};
+use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
+use crate::rooms::room::Room;
+use crate::rooms::scores::{self, TouchPredictions};
 use crate::speed::contact::{AT, SHARES};
 use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::tables::{Figure, Section, summary};
+use crate::speed::section::{Figure, Section, SummaryRow};
 use hwall_contact::{
     Combination, ContactPrediction, FusedConfig, FusedPredictor, GazeModel, LearnedConfig,
     LearnedEstimator, LearnedModel, Predictor, PredictorInput,
@@ -14,89 +15,102 @@ use hwall_scene::{Scene, SurfaceId};
 use hwall_stage::training::{self, Stream};
 use hwall_testkit::{MarkdownTable, Timing, format_ns};
 
-/// A surface that is not among the answers counts as this probable.
+/// The probability of a surface that is not among the predictions.
 const LEAST: f64 = 1e-3;
 
-/// A fused predictor that may be kept from the gaze, and what it said of the surfaces.
-struct Listener {
-    predictor: FusedPredictor<LearnedEstimator>,
-    gaze: bool,
-    /// Time, s, surface and its probability.
-    said: Vec<(f64, SurfaceId, f64)>,
+/// The probability of a surface at a time.
+struct SurfaceProbability {
+    t_s: f64,
+    surface: SurfaceId,
+    probability: f64,
 }
 
-impl Predictor for Listener {
+/// A fused predictor, with or without gaze, that keeps the probabilities of all surfaces.
+struct RecordingPredictor {
+    predictor: FusedPredictor<LearnedEstimator>,
+    gaze: bool,
+    recorded: Vec<SurfaceProbability>,
+}
+
+impl Predictor for RecordingPredictor {
     fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         let seen = PredictorInput {
             gaze: seen.gaze.filter(|_| self.gaze),
             ..*seen
         };
-        let answers = self.predictor.predict(scene, &seen);
-        let one = |a: &ContactPrediction| (seen.frame.t_s, a.surface, a.probability);
-        self.said.extend(answers.iter().map(one));
-        answers
+        let predictions = self.predictor.predict(scene, &seen);
+        let probability = |p: &ContactPrediction| SurfaceProbability {
+            t_s: seen.frame.t_s,
+            surface: p.surface,
+            probability: p.probability,
+        };
+        self.recorded.extend(predictions.iter().map(probability));
+        predictions
     }
 }
 
-/// What was said of all touches, and how surprising the touched surfaces were.
-struct Heard {
-    told: Vec<Told>,
-    /// Mean of `-ln p` over the shares.
+/// The predictions for all touches.
+struct Run {
+    touches: Vec<TouchPredictions>,
+    /// Mean of `-ln p` of the touched surface, at the shares of the time.
     log_score: f64,
-    /// Mean number of answers.
-    answers: f64,
+    /// Mean number of predictions.
+    predictions: f64,
 }
 
-fn hear(
+fn run(
     predictor: &FusedPredictor<LearnedEstimator>,
     gaze: bool,
     room: &Room,
     people: &[Stream],
     condition: &Condition,
-) -> anyhow::Result<Heard> {
+) -> anyhow::Result<Run> {
     let mut all = Vec::new();
-    let (mut scores, mut answers) = (Vec::new(), 0);
+    let (mut scores, mut predictions) = (Vec::new(), 0);
     for person in people {
-        let mut listener = Listener {
+        let mut recording = RecordingPredictor {
             predictor: predictor.clone(),
             gaze,
-            said: Vec::with_capacity(1 << 16),
+            recorded: Vec::with_capacity(1 << 16),
         };
         let person = std::slice::from_ref(person);
-        let told = contact_rooms::listen(&mut listener, room, person, condition)?;
-        let said = &listener.said;
-        for touch in told.iter().map(|t| &t.touch) {
+        let touches = people::predictions(&mut recording, room, person, condition)?;
+        let recorded = &recording.recorded;
+        for touch in touches.iter().map(|t| &t.touch) {
             for share in SHARES {
                 let t_s = touch.start_s + share * (touch.contact_s - touch.start_s);
-                let until = said.partition_point(|s| s.0 <= t_s);
-                let last = said[..until].last().map_or(t_s, |s| s.0);
-                let now = said[..until].iter().rev().take_while(|s| s.0 == last);
-                answers += now.clone().count();
-                let right = now.filter(|s| s.1 == touch.surface).map(|s| s.2);
+                let until = recorded.partition_point(|r| r.t_s <= t_s);
+                let last_s = recorded[..until].last().map_or(t_s, |r| r.t_s);
+                let now = recorded[..until].iter().rev();
+                let now = now.take_while(|r| r.t_s == last_s);
+                predictions += now.clone().count();
+                let right = now
+                    .filter(|r| r.surface == touch.surface)
+                    .map(|r| r.probability);
                 scores.push(-right.fold(0.0, f64::max).max(LEAST).ln());
             }
         }
-        all.extend(told);
+        all.extend(touches);
     }
     let count = scores.len().max(1) as f64;
-    Ok(Heard {
-        told: all,
+    Ok(Run {
+        touches: all,
         // Not "-0.000" where nothing else was possible.
         log_score: scores.iter().sum::<f64>() / count + 0.0,
-        answers: answers as f64 / count,
+        predictions: predictions as f64 / count,
     })
 }
 
-/// Fusion with gaze and surfaces: by the number of rays of a hypothesis, and of hypotheses.
+/// Fusion with gaze and surfaces, by the number of hypotheses and of rays for each.
 ///
 /// # Errors
-/// None in practice: rooms and people are made here.
+/// Whatever training and prediction refuse.
 pub fn fusion(seed: u64) -> anyhow::Result<Section> {
     let condition = Condition::usual();
-    let cast = contact_rooms::Cast {
-        people: [12, 16],
+    let size = StudySize {
+        participants: 16,
         seed,
-        ..contact_rooms::Cast::default()
+        ..StudySize::default()
     };
     let mut table = MarkdownTable::new([
         "touchable surfaces",
@@ -107,13 +121,16 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
         "right surface at 50 / 70 / 90 %, %",
         "log score",
         AT,
-        "answers",
+        "predictions",
     ]);
     let mut quoted = Vec::new();
     let (mut points, mut surprises) = (Vec::new(), Vec::new());
     for count in [1, 6, 12] {
         let room = Room::new(count)?;
-        let [train, test] = contact_rooms::streams(&room, &condition, &cast)?;
+        let StudyPeople {
+            training: train,
+            participants,
+        } = people::people(&room, &condition, &size)?;
         let reaches = training::reaches(&train, condition.person.gaze_noise_rad)?;
         let estimator = LearnedModel::train(
             &reaches,
@@ -139,10 +156,10 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             }
             let sees = hypotheses > 1;
             let predictor = FusedPredictor::new(estimator.clone(), config)?;
-            let heard = hear(&predictor, sees, &room, &test, &condition)?;
-            let times = heard.told.iter().flat_map(|t| &t.heard);
-            let timing = Timing::from_samples_ns(times.map(|h| 1e3 * h.took_us).collect());
-            let at = SHARES.map(|share| rooms_scores::summary(&heard.told, Moment::Share(share)));
+            let run = run(&predictor, sees, &room, &participants, &condition)?;
+            let samples = run.touches.iter().flat_map(|t| &t.samples);
+            let timing = Timing::from_samples_ns(samples.map(|s| 1e3 * s.took_us).collect());
+            let at = SHARES.map(|share| scores::summary(&run.touches, Moment::Share(share)));
             table.row([
                 count.to_string(),
                 hypotheses.to_string(),
@@ -150,9 +167,9 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
                 format_ns(timing.median_ns),
                 format_ns(timing.p99_ns),
                 at.map(|s| format!("{:.1}", 100.0 * s.right)).join(" / "),
-                format!("{:.3}", heard.log_score),
+                format!("{:.3}", run.log_score),
                 at.map(|s| format!("{:.1}", 1e3 * s.median_m)).join(" / "),
-                format!("{:.1}", heard.answers),
+                format!("{:.1}", run.predictions),
             ]);
             if hypotheses == 3 {
                 let point = |y: f64| Point {
@@ -161,10 +178,10 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
                     ..Point::default()
                 };
                 line[0].push(point(1e3 * at[1].median_m));
-                line[1].push(point(heard.log_score));
+                line[1].push(point(run.log_score));
             }
             if hypotheses == 3 && rays == FusedConfig::default().rays && count == 6 {
-                quoted = vec![summary(
+                quoted = vec![SummaryRow::new(
                     "contact",
                     "ranked surfaces and points, 6 surfaces",
                     &timing,
@@ -185,7 +202,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             name: name.clone(),
             points: point,
         });
-        // A single surface is no surprise.
+        // With a single surface there is nothing to rank.
         if count > 1 {
             surprises.push(Line {
                 name,
@@ -202,7 +219,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
              learn from, 16 others to be judged by, {} touches of each, seed {seed}. Times are of a prediction, the \
              estimator included. Log score: mean of -ln p of the touched surface at 50, 70 and 90 % of the time, p at \
              least {LEAST}; 0 is perfect. One hypothesis: no gaze; two: the present line of sight too; three: also the fixation before.\n\n{table}",
-            cast.touches
+            size.touches
         ),
         figure: Some(Figure::panels(
             "contact_fusion.svg",

@@ -3,14 +3,14 @@
 use crate::contact::candidates::Candidate;
 use crate::speed::contact::{DEMONSTRATIONS, Run, SHARES, World, columns, people, worlds};
 use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::tables::{Figure, Section};
+use crate::speed::section::{Figure, Section};
 use hwall_bip::Basis;
 use hwall_contact::{LearnedConfig, LearnedModel};
 use hwall_hand::LabelledReach;
 use hwall_testkit::MarkdownTable;
 use std::rc::Rc;
 
-/// From so many demonstrations on, one world has to do.
+/// From this many demonstrations on, one world has to do: training takes longest.
 const MANY: usize = 400;
 /// Knobs in a row of the figure.
 const SIDE_BY_SIDE: usize = 4;
@@ -22,11 +22,13 @@ fn candidate(name: &str, config: LearnedConfig) -> Candidate {
     })
 }
 
-/// A setting of a knob: its value, the configuration, demonstrations, and every how-manieth sample.
+/// One setting of a knob.
 struct Setting {
     value: f64,
     config: LearnedConfig,
+    /// Demonstrations.
     reaches: usize,
+    /// One sample in this many is kept.
     every: usize,
 }
 
@@ -43,7 +45,6 @@ impl Setting {
 
     fn run(&self, knob: &str, worlds: &[World]) -> anyhow::Result<Run> {
         let candidate = candidate(knob, self.config);
-        // Training takes longest of all here.
         let worlds = match self.reaches {
             MANY.. => &worlds[..1],
             _ => worlds,
@@ -56,7 +57,7 @@ impl Setting {
     }
 }
 
-/// What can be turned at the learned estimator, one knob at a time.
+/// The knobs of the learned estimator, each with its settings.
 fn knobs() -> Vec<(&'static str, Vec<Setting>)> {
     let usual = LearnedConfig::default();
     let setting = |value: usize, config| Setting {
@@ -126,12 +127,12 @@ fn knobs() -> Vec<(&'static str, Vec<Setting>)> {
 /// The learned estimator, one knob at a time.
 ///
 /// # Errors
-/// None in practice: the reaches are made here.
+/// Whatever making demonstrations and training refuse.
 pub fn learned(seed: u64) -> anyhow::Result<Section> {
     let worlds = worlds(seed)?;
     let mut table = MarkdownTable::new(columns(&["knob", "value"]));
     let (mut errors, mut times) = (Vec::new(), Vec::new());
-    // Every knob passes through it.
+    // One of the settings of every knob.
     let usual = candidate("learned", LearnedConfig::default());
     let usual = Rc::new(Run::of(&usual, &worlds, DEMONSTRATIONS)?);
     for (knob, settings) in knobs() {
@@ -178,7 +179,7 @@ pub fn learned(seed: u64) -> anyhow::Result<Section> {
             ],
         });
     }
-    // Under the errors of a knob its times.
+    // The times of a knob stand below its errors.
     let mut panels = Vec::new();
     let (mut errors, mut times) = (errors.into_iter(), times.into_iter());
     while errors.len() > 0 {

@@ -1,7 +1,8 @@
 //! Reachability maps: speed against error.
 
+use crate::reach::disagreement::{Disagreement, disagreement};
 use crate::reach::published;
-use crate::speed::tables::{Figure, Section, batches, summary};
+use crate::speed::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_kinematics::{Chain, NumericConfig, Pose, SrsArm};
@@ -20,13 +21,13 @@ use std::time::Instant;
 /// Builds of a map are repeated this often; the median counts.
 const BUILDS: usize = 7;
 
-/// Every so many lines of the published grid the methods are compared.
+/// The methods are compared on one line in this many of the published grid.
 const EVERY: usize = 23;
 
-/// Look-ups go round so many places: more, and the memory of the places is what is measured.
+/// Look-ups go round this many places: with more of them, the memory they take would be measured too.
 const SOME: usize = 64;
 
-/// Ends of a line that are further off than this count as lost, m.
+/// Ends of a line that are further off than this are counted, m.
 const OFF_M: f64 = 1e-3;
 
 fn config(accuracy_m: f64) -> ExactConfig {
@@ -36,7 +37,7 @@ fn config(accuracy_m: f64) -> ExactConfig {
     }
 }
 
-/// Seconds of a build, median of several, on a pool of so many threads.
+/// Median time of several builds on a pool of `threads` threads, s.
 fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::Result<f64> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -52,7 +53,7 @@ fn build_s(threads: usize, config: &ExactConfig, walls: &[WallGrid]) -> anyhow::
 /// Whole maps: build time, memory, share without proof.
 ///
 /// # Errors
-/// None in practice: arm and grid are constants.
+/// Whatever the solvers refuse.
 pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
     let published = published::grids()?;
     let dense: Vec<WallGrid> = published
@@ -103,17 +104,16 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
                 format!("{:.5} %", 100.0 * unknown / reachable),
             ]);
             if accuracy_m == 1e-6 && name == "published" {
-                quoted.push([
-                    "reachability".to_owned(),
+                quoted.push(SummaryRow::of_job(
+                    "reachability",
                     format!("map of {} lines, one core", report.lines),
-                    format!("{:.0} ms", 1e3 * one),
-                    String::new(),
-                    "ends within 1e-6 m, proven".to_owned(),
-                ]);
+                    one,
+                    "ends within 1e-6 m, proven",
+                ));
             }
         }
     }
-    let (wrong, unproven) = attack(seed, poses)?;
+    let Disagreement { wrong, unproven } = disagreement(seed, poses)?;
     let text = format!(
         "### Reachability maps: build time, memory, proof\n\nWithout proof: share of the reachable length \
          that lies in bands about the ends. One line stands for its mirror image and for all headings \
@@ -128,45 +128,21 @@ pub fn maps(seed: u64, poses: usize) -> anyhow::Result<Section> {
     })
 }
 
-/// Random poses of the published grid's lines, judged by the map and by the verdict of the pose:
-/// how many differ outside bands, and how many lie in bands.
-///
-/// # Errors
-/// None in practice: arm and grid are constants.
-pub fn attack(seed: u64, poses: usize) -> anyhow::Result<(usize, usize)> {
-    let arm = SrsArm::iiwa7();
-    let map = ReachabilityMap::build(&arm, &config(1e-6), published::grids()?)?;
-    let lines: Vec<_> = map.lines().collect();
-    let mut sampler = Sampler::new(seed);
-    let (mut wrong, mut unproven) = (0, 0);
-    for _ in 0..poses {
-        let index = lines[sampler.index(lines.len())];
-        let (intervals, bands) = (map.intervals(index), map.unknown(index));
-        let s = if bands.is_empty() || sampler.bool() {
-            sampler.uniform(-0.95, 0.95)
-        } else {
-            let band = bands[sampler.index(bands.len())];
-            let off = 10.0_f64.powf(sampler.uniform(-10.0, -1.0));
-            0.5 * (band.lo_m + band.hi_m) + if sampler.bool() { off } else { -off }
-        };
-        if bands.iter().any(|band| band.contains(s)) {
-            unproven += 1;
-            continue;
-        }
-        let line = map.line(index).context("a line of the map")?;
-        let says = intervals.iter().any(|i| i.span.contains(s));
-        wrong += usize::from(arm.is_reachable(&line.board_pose(s, 0.0)?) != says);
-    }
-    Ok((wrong, unproven))
+/// What a method finds on a line.
+#[derive(Debug, Clone, Copy)]
+struct LineEnds {
+    /// The outermost ends, m along the line.
+    ends_m: [f64; 2],
+    intervals: usize,
 }
 
-/// What a method says of a line: its ends, and how many intervals.
-type Ends = Option<([f64; 2], usize)>;
+/// `None` for a line without a reachable point.
+type Ends = Option<LineEnds>;
 
 /// The same lines by every method.
 ///
 /// # Errors
-/// None in practice: arm and grid are constants.
+/// Whatever the solvers refuse.
 pub fn methods(seed: u64) -> anyhow::Result<Section> {
     let (arm, chain) = (SrsArm::iiwa7(), Chain::iiwa7());
     let mut lines: Vec<WallLine> = Vec::new();
@@ -181,9 +157,10 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
     let ends_of = |solver: &ExactSolver, line: &WallLine| -> anyhow::Result<Ends> {
         let reach = solver.line(line)?;
         let (first, last) = (reach.intervals.first(), reach.intervals.last());
-        Ok(first
-            .zip(last)
-            .map(|(a, b)| ([a.span.lo_m, b.span.hi_m], reach.intervals.len())))
+        Ok(first.zip(last).map(|(a, b)| LineEnds {
+            ends_m: [a.span.lo_m, b.span.hi_m],
+            intervals: reach.intervals.len(),
+        }))
     };
     let truth: Vec<Ends> = lines
         .iter()
@@ -204,13 +181,14 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
         let (mut off, mut lost, mut invented, mut holes) = (Vec::new(), 0, 0, 0);
         for (i, (truth, found)) in truth.iter().zip(&found).enumerate() {
             match (truth, found) {
-                (Some((ends, count)), Some((own, own_count))) => {
-                    off.extend(ends.iter().zip(own).map(|(a, b)| (a - b).abs()));
-                    holes += usize::from(count > own_count);
+                (Some(truth), Some(found)) => {
+                    let ends = truth.ends_m.iter().zip(found.ends_m);
+                    off.extend(ends.map(|(a, b)| (a - b).abs()));
+                    holes += usize::from(truth.intervals > found.intervals);
                 }
-                (Some((_, count)), None) => {
+                (Some(truth), None) => {
                     lost += 1;
-                    holes += usize::from(*count > 1);
+                    holes += usize::from(truth.intervals > 1);
                 }
                 // A line that touches the reachable set in points has bands and no intervals.
                 (None, Some(_)) if touching[i] => {}
@@ -246,7 +224,10 @@ pub fn methods(seed: u64) -> anyhow::Result<Section> {
         )?;
         row("optimization", format!("{starts} starts"), &mut |i| {
             let found = solver.line(&lines[i])?;
-            Ok(found.map(|f| ([f.lo.s_m, f.hi.s_m], 1)))
+            Ok(found.map(|f| LineEnds {
+                ends_m: [f.lo.s_m, f.hi.s_m],
+                intervals: 1,
+            }))
         })?;
     }
     let numeric = NumericConfig {
@@ -304,13 +285,16 @@ fn voxels(
         }
         before = now;
     }
-    Ok(ends.map(|ends| (ends, count)))
+    Ok(ends.map(|ends_m| LineEnds {
+        ends_m,
+        intervals: count,
+    }))
 }
 
 /// Look-ups, margins, nearest points, one wall of a scene, polygons.
 ///
 /// # Errors
-/// None in practice: arm and grid are constants.
+/// Whatever the solvers refuse.
 pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let map = ReachabilityMap::build(&arm, &config(1e-6), WallGrid::dissertation())?;
@@ -431,7 +415,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
         .iter()
         .flat_map(|wall| (0..wall.distances.count()).map(|i| wall.plane(i)))
         .collect::<Result<_, _>>()?;
-    // Planes of one orientation tell the area error; the finest is the reference.
+    // The area error is measured on some of the planes; the finest polygon is the reference.
     let fine = PolygonConfig {
         accuracy_m: 1e-6,
         ..PolygonConfig::default()
@@ -476,7 +460,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
             format_error(area_error, "m²"),
         ]);
         if accuracy_m == 1e-4 {
-            quoted.push(summary(
+            quoted.push(SummaryRow::new(
                 "reachability",
                 "polygons of a plane",
                 &timing,
@@ -491,11 +475,11 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     quoted.insert(
         0,
-        summary("reachability", "look-up in a map", &look_up, "nearest line"),
+        SummaryRow::new("reachability", "look-up in a map", &look_up, "nearest line"),
     );
     quoted.insert(
         1,
-        summary(
+        SummaryRow::new(
             "reachability",
             "certified margin",
             &margin,
@@ -504,7 +488,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     quoted.insert(
         2,
-        summary(
+        SummaryRow::new(
             "reachability",
             "map of one wall, 31 heights",
             &one_wall,
@@ -518,7 +502,7 @@ pub fn queries(seed: u64, n: usize) -> anyhow::Result<Section> {
     })
 }
 
-/// Distance to the nearest unreachable place that some directions show, m.
+/// Distance to the nearest unreachable place along 300 random directions, m.
 fn true_margin_m(arm: &SrsArm, pose: &Pose, proven: f64, sampler: &mut Sampler) -> f64 {
     let mut least = 4.0 * proven;
     for _ in 0..300 {

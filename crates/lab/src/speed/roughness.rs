@@ -1,6 +1,6 @@
 //! Roughness: speed against error of a calibration, by the number of its levels.
 
-use crate::speed::tables::{Figure, Section, batches, summary};
+use crate::speed::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, time_batches, time_each};
 use hwall_texton::{Calibration, Encoding, LevelTable, ScanAngle};
@@ -29,7 +29,7 @@ fn calibration(n: usize) -> anyhow::Result<Calibration> {
 /// were sampled from, and the lookups of a control loop.
 ///
 /// # Errors
-/// None in practice: the surface is a constant.
+/// Whatever the calibration refuses.
 pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
     let mut sampler = Sampler::new(seed);
     let mut questions = Vec::with_capacity(n);
@@ -55,7 +55,7 @@ pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
         if size == 5 {
             let largest = format!("{:.1} % of the range", 100.0 * errors.max);
             let what = "magnitude between 5 x 5 levels";
-            quoted.push(summary("texton", what, &timing, largest));
+            quoted.push(SummaryRow::new("texton", what, &timing, largest));
         }
         table.row("natural neighbours", &setting, timing, (errors, UNIT), "");
 
@@ -91,7 +91,7 @@ pub fn calibrations(seed: u64, n: usize) -> anyhow::Result<Section> {
     let encoding = Encoding::new(&textures, &calibration(5)?.levels())?;
     let lookup = batches(|i| encoding.level_for(questions[i % n].2).copied());
     let what = "level of one of 9 textures";
-    quoted.push(summary("texton", what, &lookup, "exact"));
+    quoted.push(SummaryRow::new("texton", what, &lookup, "exact"));
     let text = format!(
         "{}\nErrors are against the smooth surface that the levels were sampled from ({n} questions, {} for \
          inversions), as a share of its range: what a calibration loses between its conditions. The level of one of nine \

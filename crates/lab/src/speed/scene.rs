@@ -1,6 +1,6 @@
 //! Ray casts and closest points: speed against error, by the quality of the hierarchy.
 
-use crate::speed::tables::{Figure, Section, batches, summary};
+use crate::speed::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::DVec3;
 use hwall_scene::{BuildQuality, Scene, Surface, SurfaceId, SurfaceMesh};
@@ -109,8 +109,8 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
             );
             let what = |what: &str| format!("{what}, {triangles} triangles");
             quoted = vec![
-                summary("scene", &what("incoherent ray cast"), &across, error),
-                summary(
+                SummaryRow::new("scene", &what("incoherent ray cast"), &across, error),
+                SummaryRow::new(
                     "scene",
                     &what("closest point"),
                     &near,
@@ -136,7 +136,7 @@ pub fn build_quality(seed: u64, n: usize, scene: Option<&Path>) -> anyhow::Resul
     })
 }
 
-/// What brute force says, asked once a scene.
+/// The answers of brute force, computed once a scene.
 struct Oracle {
     rays: Vec<(Ray, Option<f64>)>,
     points: Vec<(DVec3, f64)>,
@@ -206,7 +206,7 @@ fn first_hit_m((origin, direction): Ray, triangles: &[[DVec3; 3]]) -> Option<f64
     triangles.iter().filter_map(distance).min_by(f64::total_cmp)
 }
 
-/// To the plane where the foot lies inside, else to the nearest side.
+/// Distance of a point from a triangle, m: to its plane where the foot lies inside, else to the nearest side.
 fn distance_m(p: DVec3, t: &[DVec3; 3]) -> f64 {
     let normal = (t[1] - t[0]).cross(t[2] - t[0]);
     let side = |i: usize| (t[i], t[(i + 1) % 3] - t[i]);
@@ -245,7 +245,7 @@ fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
         .collect()
 }
 
-/// The built-in room, where balls of many sizes with `2 rings²` triangles each float.
+/// The built-in room with floating balls of many sizes, `2 rings²` triangles each.
 fn room_of_balls(seed: u64, rings: usize) -> anyhow::Result<Scene> {
     let (room, _) =
         Scene::from_obj_str(include_str!("../../../../examples/assets/room.obj"), None)?;

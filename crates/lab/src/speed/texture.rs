@@ -1,7 +1,7 @@
 //! Triangles and time against chord error of the released patch.
 
 use crate::speed::multiples::{Axis, Line, Panel, Point};
-use crate::speed::tables::{Figure, Section, summary};
+use crate::speed::section::{Figure, Section, SummaryRow};
 use hwall_testkit::{MarkdownTable, format_ns, time_each};
 use hwall_texton::{
     ChordSide, Layout, Patch, PatchSpec, Tessellation, Texton, Texture, TriangleMesh,
@@ -27,7 +27,7 @@ struct Row {
 /// The released patch of 2,880 bumps at every accuracy, against overlapping spheres of 32 segments.
 ///
 /// # Errors
-/// None in practice: the patch is a preset.
+/// Whatever meshing refuses.
 pub fn tessellation() -> anyhow::Result<Section> {
     let patch = Patch::released();
     let mut table = MarkdownTable::new([
@@ -70,7 +70,12 @@ pub fn tessellation() -> anyhow::Result<Section> {
             add(&mut table, name, Some(row.accuracy_mm), &row, solid);
             if accuracy_mm == 0.01 && side == ChordSide::Inside {
                 let error = format!("{:.1} µm chord error", 1e3 * row.error_mm);
-                quoted.push(summary("texton", "mesh of 2,880 bumps", &timing, error));
+                quoted.push(SummaryRow::new(
+                    "texton",
+                    "mesh of 2,880 bumps",
+                    &timing,
+                    error,
+                ));
             }
             rows.push(row);
         }

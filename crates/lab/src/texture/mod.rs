@@ -1,5 +1,5 @@
-//! texture
+//! Textured boards: the patch to print, and a finger on a board that slides.
 
 pub mod patch;
 pub mod patch_figures;
-pub mod touch;
+pub mod trial;

@@ -1,6 +1,6 @@
-//! From the words of a command line to a patch, its files and its tables.
+//! From the flags of a command line to a patch, its files and its tables.
 
-use crate::texture::patch_figures as texture_patch_figures;
+use crate::texture::patch_figures;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use hwall_testkit::{MarkdownTable, format_ns};
@@ -35,47 +35,47 @@ pub enum Shape {
 /// How bumps stand on the plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Grid {
-    /// Straight above each other
+    /// In straight rows and columns
     Rectangular,
-    /// Every second row between those of the first
+    /// Every second row moved by half the long pitch
     Staggered,
 }
 
 /// What was asked for.
 pub struct Request {
-    /// Name, or five numbers.
+    /// Name of a preset, or long radius, short radius, height, long pitch, short pitch in mm.
     pub preset: String,
-    /// None, one or two numbers.
+    /// Size of the patch: one number for both axes, or x and y; the preset's own where empty.
     pub size_mm: Vec<f64>,
-    /// Of the mesh.
+    /// Largest distance of the mesh from the true surface.
     pub accuracy_mm: f64,
-    /// Triangles on both sides of the surface?
+    /// Are triangles allowed on both sides of the surface?
     pub both_sides: bool,
-    /// Of the bumps.
+    /// Shape of the bumps.
     pub shape: Shape,
-    /// Of the bumps.
+    /// How the bumps stand.
     pub grid: Grid,
-    /// Thickness.
+    /// Thickness of the plate.
     pub plate_mm: f64,
-    /// X,Y,DIAMETER each.
+    /// Mounting holes, `X,Y,DIAMETER` in mm each.
     pub holes: Vec<String>,
-    /// One or two numbers.
+    /// Size of the tiles: one number for both axes, or x and y.
     pub tile_mm: Vec<f64>,
     /// Does the grid start anew on each tile?
     pub restart: bool,
-    /// A file for each tile?
+    /// Is there a file for each tile?
     pub by_tile: bool,
-    /// STL file.
+    /// STL file to write.
     pub stl: Option<PathBuf>,
-    /// As text?
+    /// Is the STL file text?
     pub ascii: bool,
-    /// OBJ file.
+    /// OBJ file to write.
     pub obj: Option<PathBuf>,
-    /// EXR file.
+    /// EXR file to write.
     pub exr: Option<PathBuf>,
-    /// Of the EXR file.
+    /// Distance of the pixels of the EXR file.
     pub pixel_mm: f64,
-    /// Folder.
+    /// Folder for figures.
     pub figures: Option<PathBuf>,
 }
 
@@ -139,14 +139,14 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
             folder.join("texture_patch.svg"),
             folder.join("texture_spacing.svg"),
         );
-        texture_patch_figures::plan(&plan, &patch)?;
-        texture_patch_figures::spacing(&spacing, &texture)?;
+        patch_figures::plan(&plan, &patch)?;
+        patch_figures::spacing(&spacing, &texture)?;
         writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;
     }
     Ok(())
 }
 
-/// A name with more before its extension.
+/// A file name with `more` before its extension.
 fn numbered(path: &Path, more: &str) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut name = format!("{stem}{more}");
@@ -310,7 +310,7 @@ fn mesh(
     Ok(())
 }
 
-/// What a finger meets: a row an orientation.
+/// What a finger meets, one row an orientation.
 fn encounters(texture: &Texture) -> anyhow::Result<String> {
     let mut columns: Vec<String> = ["theta, deg", "w, mm", "d, mm", "mean encounter, mm"]
         .map(str::to_owned)
@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_words_are_refused() {
+    fn malformed_flags_are_refused() {
         for preset in [
             "",
             "study-4",

@@ -1,10 +1,10 @@
-//! What docs/VALIDATION.md says of hwall-bip: agreement with published results, and errors,
-//! coverage and recovery beside the published convention, on the reference workload.
+//! The section of hwall-bip: agreement with published results, and errors, coverage and recovery beside
+//! the published convention, on the reference workload.
 
-use crate::bip::run::{self as bip_run, Runs, TestRun};
-use crate::bip::scores::{Accuracy, Side, sides};
-use crate::bip::setup::{Mode, Noise, Setup, Trained};
-use crate::bip::trajectories::{self, TrajectorySet};
+use crate::bip::run::{self, Runs, TestRun};
+use crate::bip::scores::{Accuracy, DofSet, dof_sets};
+use crate::bip::setup::{Mode, Noise, Setup, TrainedModel};
+use crate::bip::trajectories::{self, TrainTest, TrajectorySet};
 use anyhow::Context;
 use hwall_testkit::{MarkdownTable, format_ns};
 use serde_json::Value;
@@ -15,8 +15,10 @@ use std::path::Path;
 const OBSERVED: &str = "0-17";
 /// The palm.
 const PALM: [usize; 3] = [0, 1, 2];
-/// Variances of the reference runs: phase at the start, acceleration of the phase.
-const REFERENCE_VARIANCES: (f64, f64) = (1e-4, 1e-8);
+/// Variance of the phase at the start, in the reference runs.
+const PHASE_VARIANCE: f64 = 1e-4;
+/// Variance of the acceleration of the phase, in the reference runs.
+const PROCESS_VARIANCE: f64 = 1e-8;
 /// Shares of a motion at which errors are printed, per cent.
 const SEEN: [usize; 5] = [30, 50, 75, 80, 100];
 
@@ -32,8 +34,8 @@ fn setup(basis: &str, mode: Mode, noise: Noise, published: bool) -> anyhow::Resu
         observed: OBSERVED.parse()?,
         mode,
         noise,
-        phase_variance: REFERENCE_VARIANCES.0,
-        process_variance: published.then_some(REFERENCE_VARIANCES.1),
+        phase_variance: PHASE_VARIANCE,
+        process_variance: published.then_some(PROCESS_VARIANCE),
         published,
     })
 }
@@ -67,12 +69,12 @@ fn methods() -> anyhow::Result<Vec<Method>> {
         .collect()
 }
 
-/// What one method did.
+/// The results of one method.
 struct Outcome {
     name: &'static str,
-    trained: Trained,
-    sides: Vec<Side>,
-    palm: Side,
+    trained: TrainedModel,
+    sets: Vec<DofSet>,
+    palm: DofSet,
     runs: Runs,
 }
 
@@ -82,16 +84,16 @@ struct Outcome {
 /// Files that are missing or not as they should be.
 pub fn section(reference: &Path) -> anyhow::Result<String> {
     let workload = reference.join("workload");
-    let [train, test] = trajectories::read_both(&workload, &workload)?;
+    let TrainTest { train, test } = trajectories::read_both(&workload, &workload)?;
     let outcomes = methods()?
         .into_iter()
         .map(|Method { name, setup }| {
             let trained = setup.train(&train)?;
-            let runs = bip_run::run(&setup, &trained, &test).context(name)?;
+            let runs = run::run(&setup, &trained, &test).context(name)?;
             Ok(Outcome {
                 name,
-                sides: sides(&setup, &trained),
-                palm: Side::of(&setup, &trained, "palm", &PALM),
+                sets: dof_sets(&setup, &trained),
+                palm: DofSet::of(&setup, &trained, "palm", &PALM),
                 trained,
                 runs,
             })
@@ -128,16 +130,16 @@ fn of_kind<'a>(runs: &'a Runs, kind: &str) -> Vec<&'a TestRun> {
         .collect()
 }
 
-fn mean_distance_mm(runs: &[&TestRun], side: &Side, percent: usize) -> f64 {
-    let distances = Accuracy::at(runs.iter().copied(), side, percent).distances;
+fn mean_distance_mm(runs: &[&TestRun], set: &DofSet, percent: usize) -> f64 {
+    let distances = Accuracy::at(runs.iter().copied(), set, percent).distances;
     1e3 * distances.iter().sum::<f64>() / distances.len() as f64
 }
 
 /// Share of the true ends in the 50 % and 90 % intervals, over ten fractions.
-fn coverage(runs: &[&TestRun], side: &Side) -> [f64; 2] {
+fn coverage(runs: &[&TestRun], set: &DofSet) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for percent in (10..=100).step_by(10) {
-        let covered = Accuracy::at(runs.iter().copied(), side, percent).covered;
+        let covered = Accuracy::at(runs.iter().copied(), set, percent).covered;
         for (sum, share) in sums.iter_mut().zip(covered) {
             *sum += 0.1 * share;
         }
@@ -162,14 +164,14 @@ fn by_kind(kind: &str, outcomes: &[Outcome]) -> String {
         let runs = of_kind(&o.runs, kind);
         let mut row = vec![o.name.to_owned()];
         row.extend(SEEN.map(|p| format!("{:.0}", mean_distance_mm(&runs, &o.palm, p))));
-        if let [hand, joints] = &o.sides[..] {
+        if let [hand, joints] = &o.sets[..] {
             let end = Accuracy::at(runs.iter().copied(), joints, 100).rms_distance;
             row.push(format!(
                 "{:.0}",
                 1e3 * end / (joints.dofs.len() as f64).sqrt()
             ));
-            for side in [hand, joints] {
-                let [half, most] = coverage(&runs, side);
+            for set in [hand, joints] {
+                let [half, most] = coverage(&runs, set);
                 row.push(format!("{:.0} / {:.0} %", 100.0 * half, 100.0 * most));
             }
         }
@@ -217,7 +219,7 @@ fn agreement(
                 serde_json::from_str(&text).with_context(|| path.display().to_string())?;
             let setup = setup(basis, mode, Noise::Fit, true)?;
             let trained = setup.train(train)?;
-            let runs = bip_run::run(&setup, &trained, test)?;
+            let runs = run::run(&setup, &trained, test)?;
             for pauses in [false, true] {
                 let d = differences(&expected, &runs, pauses)
                     .with_context(|| path.display().to_string())?;
@@ -250,10 +252,11 @@ struct Differences {
     phase: f64,
     palm: f64,
     joints: f64,
+    /// `None` where the reference run has no deviations.
     joints_sd: Option<f64>,
 }
 
-/// `None`: the file does not have the fields.
+/// Over the motions with a pause, or over the others.
 fn differences(expected: &Value, runs: &Runs, pauses: bool) -> anyhow::Result<Differences> {
     let mut d = Differences::default();
     let tests = expected["tests"].as_array().context("no tests")?;
@@ -311,12 +314,12 @@ fn targets(agreement: &Agreement, outcomes: &[Outcome]) -> String {
     );
     for o in outcomes {
         let nominal = of_kind(&o.runs, "nominal");
-        for side in &o.sides {
-            let [_, most] = coverage(&nominal, side);
+        for set in &o.sets {
+            let [_, most] = coverage(&nominal, set);
             row(
                 &format!(
                     "{}: 90 % intervals hold 87 to 93 % ({} columns, nominal)",
-                    o.name, side.name
+                    o.name, set.name
                 ),
                 format!("{:.1} %", 100.0 * most),
                 (0.87..=0.93).contains(&most),
@@ -328,7 +331,7 @@ fn targets(agreement: &Agreement, outcomes: &[Outcome]) -> String {
             format!("{pause:.1} mm"),
             pause <= 20.0,
         );
-        // The change shows at about half of the motion, so that this is half way after it.
+        // The target changes at about half of the motion, so this is half way from there to the end.
         let switch = mean_distance_mm(&of_kind(&o.runs, "switch"), &o.palm, 75);
         row(
             &format!(
@@ -359,7 +362,6 @@ fn targets(agreement: &Agreement, outcomes: &[Outcome]) -> String {
     table.to_string()
 }
 
-/// Kept from drifting apart: the methods parse.
 #[cfg(test)]
 mod tests {
     use super::*;

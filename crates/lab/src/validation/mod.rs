@@ -1,6 +1,7 @@
-//! validation
+//! Comparisons with what others have published: the sections of `docs/VALIDATION.md`.
 
 pub mod bip;
+pub mod document;
 pub mod perception;
-pub mod tables;
+pub mod reachability;
 pub mod texture;

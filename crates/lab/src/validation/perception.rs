@@ -1,5 +1,5 @@
-//! What docs/VALIDATION.md says of hwall-psychophysics: agreement with R, pingouin and statsmodels, and
-//! where the degrees of freedom of the dissertation's table come from.
+//! The section of hwall-psychophysics: agreement with R, pingouin and statsmodels, and where the degrees of
+//! freedom of the dissertation's table come from.
 
 use anyhow::Context;
 use hwall_psychophysics::{
@@ -10,8 +10,9 @@ use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Names of the reference's tables, and how a trial's value is called.
+/// Names of the reference's tables.
 const TABLES: [&str; 3] = ["avg", "norm_arith", "norm_geo"];
+/// Columns of their factors.
 const FACTORS: [&str; 2] = ["orientation_deg", "velocity_mm_s"];
 
 /// The section, from a second-level heading on.
@@ -71,7 +72,7 @@ impl Default for Deviations {
 }
 
 impl Deviations {
-    /// Compares where the reference has a number; what is missing here is infinitely far off.
+    /// Compares where the reference has a number; a missing number of ours counts as infinitely far off.
     fn take(&mut self, truth: &Value, key: &str, ours: Option<f64>) {
         let Some(expected) = truth[key].as_f64() else {
             return;
@@ -132,7 +133,7 @@ fn compare(study: &Study, truth: &Value, seen: &mut Deviations) -> anyhow::Resul
     Ok(())
 }
 
-/// What the published F, eta² and p say about the error that they were computed with.
+/// Which error the published F, eta² and p were computed with.
 fn degrees_of_freedom(truth: &Value) -> anyhow::Result<String> {
     let published = &truth["external"]["dissertation"];
     let number = |key: &str| {
@@ -178,8 +179,8 @@ fn degrees_of_freedom(truth: &Value) -> anyhow::Result<String> {
         "### The dissertation's degrees of freedom\n\n25 subjects in 5 x 5 cells leave 624 degrees of freedom: 24 for subjects, 4 for orientation, 4 for velocity, 16 for their \
          interaction, and 576 for all ways in which subjects differ in them. A repeated-measures analysis divides these into S:A (96), S:B (96) and \
          S:A:B (384) and tests each effect against its own; one residual for all tests each against 576. eta² = F df1 / (F df1 + df2), so the \
-         published table says which it was:\n\n{table}\n\
-         The pooled one, then. It is right only where people differ by a constant and by nothing else. `psychophysics analyse --errors both` prints \
+         published table shows which error was used:\n\n{table}\n\
+         It was the pooled one, which is right only where people differ by a constant and by nothing else. `psychophysics analyse --errors both` prints \
          both, and a warning where the three parts of the pooled error differ.\n"
     ))
 }

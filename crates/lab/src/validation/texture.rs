@@ -1,7 +1,7 @@
-//! What docs/VALIDATION.md says about textures: geometry against independent numbers, which model
-//! predicts the study's order, and how soon a moved texture has its speed.
+//! The section of textures: geometry against independent numbers, which model predicts the study's order, and
+//! how soon a moved texture has its speed.
 
-use crate::texture::touch as texture_touch;
+use crate::texture::trial;
 use anyhow::Context;
 use hwall_testkit::MarkdownTable;
 use hwall_texton::{OrderScore, ScanAngle, StudyOrder, Texture, roughness_models, score_order};
@@ -12,7 +12,7 @@ use std::path::Path;
 /// The finger's own speed in the study, mm/s: an assumption.
 const FINGER_MM_PER_S: f64 = 100.0;
 
-/// Places of the motion table.
+/// Touches of every row of the motion table.
 const TOUCHES: usize = 100;
 
 /// Markdown, from a second-level heading on.
@@ -25,7 +25,7 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
         let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
         serde_json::from_str(&text).with_context(|| path.display().to_string())
     };
-    let (count, off_mm) = geometry(&read("texture_truth.json")?)?;
+    let Geometry { count, off_mm } = geometry(&read("texture_truth.json")?)?;
     let sweep = read("touchsim_sweep.json")?;
     let mut text = format!(
         "## Textures\n\n### Geometry\n\nWidths, spacings, mean encounters and first bumps met, {count} numbers of six textures, against \
@@ -67,7 +67,7 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
             info.misfit,
         ]);
     }
-    let motion = texture_touch::table(seed, TOUCHES)?;
+    let motion = trial::table(seed, TOUCHES)?;
     let _ = write!(
         text,
         "{table}\n### How soon the texture has its speed\n\nSimulated iiwa 7 with a reaction delay of 22 ms, touches of 8 N at random places \
@@ -109,8 +109,13 @@ fn row(score: &OrderScore) -> Vec<String> {
     ]
 }
 
-/// How many numbers were compared, and the largest deviation, mm.
-fn geometry(truth: &Value) -> anyhow::Result<(usize, f64)> {
+/// How many numbers were compared, and the largest deviation.
+struct Geometry {
+    count: usize,
+    off_mm: f64,
+}
+
+fn geometry(truth: &Value) -> anyhow::Result<Geometry> {
     let textures = [
         ("script_large_patch_6.2x2.2", Texture::released()),
         ("script_prelim_r3_6.5x2.1667", Texture::study_3()),
@@ -119,7 +124,7 @@ fn geometry(truth: &Value) -> anyhow::Result<(usize, f64)> {
         ("prelim_r2_4.5x2.25", Texture::study_2()),
         ("prelim_r2.5_5.5x2.75", Texture::study_2_5()),
     ];
-    let (mut count, mut worst_mm) = (0, 0.0_f64);
+    let (mut count, mut off_mm) = (0, 0.0_f64);
     for (name, texture) in textures {
         let rows = truth["geometries"][name].as_array();
         for row in rows.with_context(|| format!("texture_truth.json has no {name}"))? {
@@ -140,19 +145,19 @@ fn geometry(truth: &Value) -> anyhow::Result<(usize, f64)> {
                 ("base_gap", met.map(|m| m.gap_mm())),
             ] {
                 count += 1;
-                let off_mm = match (row[key].as_f64(), ours) {
+                let difference_mm = match (row[key].as_f64(), ours) {
                     (Some(expected), Some(ours)) => (ours - expected).abs(),
                     (None, None) => 0.0,
                     _ => f64::INFINITY,
                 };
-                worst_mm = worst_mm.max(off_mm);
+                off_mm = off_mm.max(difference_mm);
             }
         }
     }
-    Ok((count, worst_mm))
+    Ok(Geometry { count, off_mm })
 }
 
-/// What simulated afferents say of the same texture: means over the speeds of the sweep.
+/// Rates of simulated afferents on the same texture, means over the speeds of the sweep.
 fn afferents(sweep: &Value) -> String {
     let rows: Vec<&Value> = sweep.as_array().into_iter().flatten().collect();
     let angles = [0.0, 45.0, 63.43, 71.57, 90.0];
@@ -186,7 +191,7 @@ fn afferents(sweep: &Value) -> String {
         table.row(cells);
     }
     format!(
-        "A simulation of afferents (TouchSim, Saal 2017; one phase, no shear: a trend) has the same two kinds of answer: vibration-sensitive (PC) rates rise and \
-         flatten as people's estimates do, the spatial variation of slowly adapting ones peaks in between.\n\n{table}"
+        "A simulation of afferents (TouchSim, Saal 2017; one phase, no shear: a trend) shows the same two trends: the rates of vibration-sensitive afferents (PC) rise \
+         and flatten as people's estimates do, and the spatial variation of slowly adapting ones peaks in between.\n\n{table}"
     )
 }

@@ -1,15 +1,19 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers a line.
 
 use anyhow::{Context, anyhow, bail};
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
+use std::rc::Rc;
 
 /// Reads rows by column name, naming line and column of whatever is wrong.
 pub struct NumberReader {
     name: String,
     header: Vec<String>,
-    records: csv::StringRecordsIntoIter<Box<dyn Read>>,
+    lines: Rc<RefCell<LineStarts>>,
+    records: csv::StringRecordsIntoIter<LineCounter<Box<dyn Read>>>,
 }
 
 /// One row, and where it stood.
@@ -34,9 +38,17 @@ impl NumberReader {
                 Box::new(std::io::stdin().lock()),
             ),
         };
+        Self::from_source(name, source)
+    }
+
+    fn from_source(name: String, source: Box<dyn Read>) -> anyhow::Result<Self> {
+        let lines = Rc::new(RefCell::new(LineStarts::default()));
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .from_reader(source);
+            .from_reader(LineCounter {
+                source,
+                lines: Rc::clone(&lines),
+            });
         let header: Vec<String> = reader
             .headers()
             .with_context(|| name.clone())?
@@ -49,6 +61,7 @@ impl NumberReader {
         Ok(Self {
             name,
             header,
+            lines,
             records: reader.into_records(),
         })
     }
@@ -101,14 +114,18 @@ impl NumberReader {
                     Ok(cells) => cells,
                     Err(error) => return Err(self.refused(error)),
                 };
-                let line = cells.position().map_or(0, csv::Position::line);
+                let line = self.line(cells.position());
                 Ok(Some(NumberRow { line, cells }))
             }
         }
     }
 
+    fn line(&self, position: Option<&csv::Position>) -> u64 {
+        position.map_or(0, |at| self.lines.borrow_mut().line_of(at.byte()))
+    }
+
     fn refused(&self, error: csv::Error) -> anyhow::Error {
-        let line = error.position().map_or(0, csv::Position::line);
+        let line = self.line(error.position());
         match *error.kind() {
             csv::ErrorKind::UnequalLengths {
                 expected_len, len, ..
@@ -116,6 +133,7 @@ impl NumberReader {
                 "{} line {line}: {len} cells, the header has {expected_len}",
                 self.name
             ),
+            csv::ErrorKind::Utf8 { .. } => anyhow!("{} line {line}: not UTF-8 text", self.name),
             _ => anyhow::Error::new(error).context(self.name.clone()),
         }
     }
@@ -163,6 +181,62 @@ impl NumberReader {
     }
 }
 
+/// Where the lines that are not empty begin, from the last record on that was asked for.
+///
+/// The reader's own count of lines is off after CRLF and empty lines. This one counts as editors do.
+#[derive(Default)]
+struct LineStarts {
+    /// First byte and number of each line, in order.
+    starts: VecDeque<(u64, u64)>,
+    /// Bytes read.
+    bytes: u64,
+    /// Line ends read.
+    ends: u64,
+    within_line: bool,
+    after_cr: bool,
+}
+
+impl LineStarts {
+    fn read(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            let end = matches!(byte, b'\r' | b'\n');
+            if end {
+                // The end of a line that CR has ended already.
+                let rest_of_end = byte == b'\n' && self.after_cr;
+                self.ends += u64::from(!rest_of_end);
+            } else if !self.within_line {
+                self.starts.push_back((self.bytes, self.ends + 1));
+            }
+            self.within_line = !end;
+            self.after_cr = byte == b'\r';
+            self.bytes += 1;
+        }
+    }
+
+    /// The line of the record at a byte; records come in order. A record's position may lie before the line
+    /// ends that precede it.
+    fn line_of(&mut self, byte: u64) -> u64 {
+        while self.starts.front().is_some_and(|start| start.0 < byte) {
+            self.starts.pop_front();
+        }
+        self.starts.front().map_or(self.ends + 1, |start| start.1)
+    }
+}
+
+/// Notes the lines of what is read through it.
+struct LineCounter<R> {
+    source: R,
+    lines: Rc<RefCell<LineStarts>>,
+}
+
+impl<R: Read> Read for LineCounter<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.source.read(buffer)?;
+        self.lines.borrow_mut().read(&buffer[..count]);
+        Ok(count)
+    }
+}
+
 /// `prefix1..prefixN`.
 #[must_use]
 pub fn numbered(prefix: &str, count: usize) -> Vec<String> {
@@ -201,8 +275,57 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
 pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = String> {
     values.into_iter().map(|v| v.to_string())
 }
+
 /// `1 reach`, `2 reaches`.
 #[must_use]
 pub fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gives its bytes in pieces of a few, so that line ends are cut in two.
+    struct Pieces(std::io::Cursor<Vec<u8>>, usize);
+
+    impl Read for Pieces {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            let most = buffer.len().min(self.1);
+            self.0.read(&mut buffer[..most])
+        }
+    }
+
+    #[test]
+    fn lines_are_counted_as_an_editor_does() {
+        for piece in [1, 2, 5, 1000] {
+            for (text, lines) in [
+                ("a,b\n1,2\n3,4\n", &[2, 3][..]),
+                ("a,b\r\n1,2\r\n3,4\r\n5,6", &[2, 3, 4]),
+                ("\n\na,b\n\n1,2\n\n\n3,4\n\n", &[5, 8]),
+                ("\r\na,b\r\n\r\n1,2\r\n\r\n\r\n3,4\r\n", &[4, 7]),
+                ("a,b\r1,2\r\r3,4\r", &[2, 4]),
+                ("\u{feff}a,b\n1,\"2\"\n3,4\n", &[2, 3]),
+            ] {
+                let bytes = std::io::Cursor::new(text.as_bytes().to_vec());
+                let source = Box::new(Pieces(bytes, piece));
+                let mut reader = NumberReader::from_source("it".to_owned(), source).unwrap();
+                let mut found = Vec::new();
+                while let Some(row) = reader.next_row().unwrap() {
+                    found.push(row.line);
+                }
+                assert_eq!(found, lines, "{text:?} in pieces of {piece}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_short_row_is_named_by_its_line() {
+        let text = "a,b\r\n\r\n1,2\r\n3\r\n";
+        let source = Box::new(std::io::Cursor::new(text));
+        let mut reader = NumberReader::from_source("it".to_owned(), source).unwrap();
+        reader.next_row().unwrap();
+        let error = reader.next_row().map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("line 4: 1 cells"), "{error}");
+    }
 }

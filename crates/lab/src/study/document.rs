@@ -1,26 +1,28 @@
-//! The document that the contact study leaves behind: every protocol in one file, figures beside it.
+//! The document of the contact study: all protocols in one file.
 
 use crate::contact::candidates::Candidate;
-use crate::contact::dissertation::{self as contact_dissertation, Choice};
-use crate::contact::report as contact_report;
-use crate::rooms::study as contact_rooms_study;
+use crate::contact::dissertation::{self, Overrides};
+use crate::contact::report;
+use crate::rooms::study;
 use anyhow::{Context, ensure};
 use hwall_testkit::Machine;
 use std::path::Path;
 
-/// Writes the document; recordings are left out where there are none. Figures, scores and predictions go
-/// to `out`.
+/// The name of the document.
+pub const NAME: &str = "CONTACT-STUDY.md";
+
+/// Writes the document, with the recordings if there are any. Figures, scores and predictions go to `out`.
 ///
 /// # Errors
 /// A protocol that fails, a file that cannot be written.
 pub fn write(
     file: &Path,
-    choice: Choice,
+    overrides: Overrides,
     candidates: &[Candidate],
     recordings: Option<&Path>,
     out: Option<&Path>,
 ) -> anyhow::Result<()> {
-    // Known before minutes of work, not after.
+    // Said before minutes of work, not after them.
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
     ensure!(
         folder.is_none_or(Path::is_dir) && !file.is_dir(),
@@ -31,14 +33,14 @@ pub fn write(
         "# Where, when and which surface: the study\n\n\
          Written by `contact_study --report`. {}. Simulated people are drawn from the seed; those \
          judged are never those learnt from, and each section says who is who.\n\n",
-        Machine::detect(choice.seed)
+        Machine::detect(overrides.seed)
     );
-    text += &contact_dissertation::report(choice, candidates, out)?;
+    text += &dissertation::report(overrides, candidates, out)?;
     text += "\n";
-    text += &contact_rooms_study::report(choice.seed, out)?;
+    text += &study::report(overrides.seed, out)?;
     if let Some(dir) = recordings {
         text += "\n";
-        text += &contact_report::recordings(dir, candidates, out)?;
+        text += &report::recordings(dir, candidates, out)?;
     }
     std::fs::write(file, text).with_context(|| file.display().to_string())
 }

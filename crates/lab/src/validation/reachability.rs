@@ -1,15 +1,15 @@
-//! What docs/VALIDATION.md says, from a run.
+//! Reachability against the verdict of single poses and against the published maps.
 
+use crate::reach::disagreement::{Disagreement, disagreement};
 use crate::reach::published::{self, Bounds, Comparison};
-use crate::speed::reach as speed_reach;
 use anyhow::Context;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{ExactConfig, Interval, ReachabilityMap};
 use hwall_testkit::quantile;
 use std::fmt::Write as _;
 
-/// A published point this near to a band touches the reachable set there, m: what the published
-/// optimiser's tolerance lets it miss a limit by.
+/// A published bound within this of a band is taken to touch the reachable set there, m: the published
+/// optimiser's tolerance lets it miss a limit by that much.
 const TOUCHING_M: f64 = 1e-2;
 
 /// The text, and what its figures are drawn from.
@@ -25,7 +25,7 @@ pub struct Reachability {
 /// The comparison with the published maps, and with the verdict of single poses.
 ///
 /// # Errors
-/// None in practice: arm and grid are constants.
+/// Whatever building the map refuses.
 pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Result<Reachability> {
     let map = ReachabilityMap::build(
         &SrsArm::iiwa7(),
@@ -36,7 +36,7 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     let comparisons = published::compare(&rows, published);
     let lengths = map.lengths();
     let (reachable, unknown) = (lengths.reachable_m, lengths.unknown_m);
-    let (wrong, unproven) = speed_reach::attack(seed, poses)?;
+    let Disagreement { wrong, unproven } = disagreement(seed, poses)?;
     let mut text = format!(
         "## Reachability\n\n### Against the verdict of single poses\n\nOn {poses} poses of the published grid's lines, half of them \
          within 0.1 m to 1e-10 m of an end: **{wrong} wrong** outside the bands without proof, {unproven} in bands. The bands \
@@ -55,7 +55,7 @@ pub fn reachability(published: &[Bounds], seed: u64, poses: usize) -> anyhow::Re
     let above = |limit: f64| 100.0 * (n - off.partition_point(|x| *x <= limit) as f64) / n;
     let holes: usize = comparisons.iter().map(|c| c.with_holes).sum();
     let lines: usize = comparisons.iter().map(|c| c.lines).sum();
-    let (alone, touching) = only_published(&map, published)?;
+    let OnlyPublished { alone, touching } = only_published(&map, published)?;
     let _ = write!(
         text,
         "Where the published optimiser converged the two agree: half of its bounds to {:.1} um, three quarters to {:.0} um. \
@@ -87,15 +87,21 @@ fn rows(map: &ReachabilityMap) -> anyhow::Result<Vec<published::Row>> {
     let mut rows = Vec::new();
     for index in map.lines() {
         let line = map.line(index).context("a line of the map")?;
-        let place = [index.wall, index.plane, index.height];
         let spans = map.intervals(index).iter();
-        rows.extend(spans.map(|i| published::Row::new(place, &line, [i.span.lo_m, i.span.hi_m])));
+        rows.extend(spans.map(|i| published::Row::new(index, &line, [i.span.lo_m, i.span.hi_m])));
     }
     Ok(rows)
 }
 
-/// Lines that only the published files call reachable, and those of them whose bounds lie at bands.
-fn only_published(map: &ReachabilityMap, published: &[Bounds]) -> anyhow::Result<(usize, usize)> {
+/// Lines that only the published files call reachable.
+struct OnlyPublished {
+    /// All of them.
+    alone: usize,
+    /// Those with a bound at a band without proof.
+    touching: usize,
+}
+
+fn only_published(map: &ReachabilityMap, published: &[Bounds]) -> anyhow::Result<OnlyPublished> {
     let (mut alone, mut touching) = (0, 0);
     for index in map.lines() {
         let heights = map
@@ -122,7 +128,7 @@ fn only_published(map: &ReachabilityMap, published: &[Bounds]) -> anyhow::Result
         // 0 stands for a bound that the file does not have.
         touching += usize::from(bounds.iter().any(|y_mm| *y_mm != 0.0 && near(y_mm)));
     }
-    Ok((alone, touching))
+    Ok(OnlyPublished { alone, touching })
 }
 
 const PUBLISHED: &str = "### Against the maps published with the 2018 paper\n\n\

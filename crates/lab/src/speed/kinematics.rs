@@ -1,151 +1,17 @@
-//! The measurements behind docs/SPEED-AGAINST-ERROR.md, one function a table.
+//! Kinematics and dynamics: speed against error.
 
-use crate::speed::multiples::{self as speed_contact_figures, Panel};
+use crate::speed::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use glam::dvec3;
 use hwall_kinematics::{
     Chain, ChainDynamics, JointPositions, NearestConfig, NumericConfig, NumericScratch, Pose,
     SrsArm,
 };
-use hwall_stage::figures;
 use hwall_testkit::{
-    ErrorStats, Machine, MarkdownTable, Sampler, SpeedErrorRow, SpeedErrorTable, Timing, format_ns,
-    time_batches, time_each,
+    ErrorStats, MarkdownTable, Sampler, SpeedErrorRow, SpeedErrorTable, Timing, format_ns,
+    time_each,
 };
 use std::f64::consts::TAU;
-use std::path::Path;
-
-/// One table, and the figure drawn from it.
-pub struct Section {
-    /// What the README quotes: crate, what, median, p99, error.
-    pub summary: Vec<[String; 5]>,
-    /// Markdown, from a third-level heading on.
-    pub text: String,
-    /// Drawn where the errors span a range.
-    pub figure: Option<Figure>,
-}
-
-/// Replaces the summary between the markers of a README by rows of this run.
-///
-/// # Errors
-/// A file that cannot be read or written, or one without the markers.
-pub fn update_readme(path: &Path, machine: &Machine, sections: &[Section]) -> anyhow::Result<()> {
-    const BEGIN: &str = "<!-- speed:begin -->";
-    const END: &str = "<!-- speed:end -->";
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    let marked = || format!("{} has no {BEGIN} and {END}", path.display());
-    let (before, rest) = text.split_once(BEGIN).with_context(marked)?;
-    let (_, after) = rest.split_once(END).with_context(marked)?;
-    let mut table = MarkdownTable::new(["crate", "what", "median", "p99", "largest error"]);
-    for row in sections.iter().flat_map(|s| &s.summary) {
-        table.row(row.clone());
-    }
-    std::fs::write(
-        path,
-        format!("{before}{BEGIN}\n{machine}\n\n{table}{END}{after}"),
-    )?;
-    Ok(())
-}
-
-pub(crate) fn summary(
-    part: &str,
-    what: &str,
-    timing: &Timing,
-    error: impl Into<String>,
-) -> [String; 5] {
-    [
-        part.to_owned(),
-        what.to_owned(),
-        format_ns(timing.median_ns),
-        format_ns(timing.p99_ns),
-        error.into(),
-    ]
-}
-
-/// Rows to draw, and where.
-pub struct Figure {
-    name: &'static str,
-    title: &'static str,
-    drawing: Drawing,
-}
-
-enum Drawing {
-    /// Time over error, in a unit.
-    SpeedError(&'static str, Vec<SpeedErrorRow>),
-    /// Time over a size, one line a method.
-    Scaling(&'static str, Vec<figures::Line>),
-    /// Side by side, so many in a row.
-    Panels(usize, Vec<Panel>),
-}
-
-impl Figure {
-    /// Time over error.
-    pub(crate) const fn speed_error(
-        name: &'static str,
-        title: &'static str,
-        unit: &'static str,
-        rows: Vec<SpeedErrorRow>,
-    ) -> Self {
-        Self {
-            name,
-            title,
-            drawing: Drawing::SpeedError(unit, rows),
-        }
-    }
-
-    /// Time over a size, one line a method.
-    pub(crate) const fn scaling(
-        name: &'static str,
-        title: &'static str,
-        size: &'static str,
-        lines: Vec<figures::Line>,
-    ) -> Self {
-        Self {
-            name,
-            title,
-            drawing: Drawing::Scaling(size, lines),
-        }
-    }
-
-    /// Panels side by side, so many in a row.
-    pub(crate) const fn panels(
-        name: &'static str,
-        title: &'static str,
-        columns: usize,
-        panels: Vec<Panel>,
-    ) -> Self {
-        Self {
-            name,
-            title,
-            drawing: Drawing::Panels(columns, panels),
-        }
-    }
-
-    /// Writes the SVG into a folder.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn draw(&self, folder: &Path) -> anyhow::Result<()> {
-        let path = folder.join(self.name);
-        match &self.drawing {
-            Drawing::SpeedError(unit, rows) => figures::speed_error(&path, self.title, unit, rows),
-            Drawing::Scaling(size, lines) => figures::scaling(&path, self.title, size, lines),
-            Drawing::Panels(columns, panels) => {
-                speed_contact_figures::draw(&path, self.title, *columns, panels)
-            }
-        }
-    }
-
-    /// The Markdown that shows it.
-    #[must_use]
-    pub fn markdown(&self) -> String {
-        format!("\n![{}](figures/{})\n", self.title, self.name)
-    }
-}
-
-pub(crate) fn batches<T>(f: impl FnMut(usize) -> T) -> Timing {
-    time_batches(1_000, 100, f)
-}
 
 fn configurations(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<JointPositions> {
     let ranges = arm.limits().map(|l| (l.min_rad, l.max_rad));
@@ -154,7 +20,7 @@ fn configurations(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<JointPos
         .collect()
 }
 
-/// Poses whose wrist the arm is long enough for, but whose limits forbid them.
+/// Poses within the arm's length that the joint limits forbid.
 fn forbidden(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<Pose> {
     std::iter::from_fn(|| {
         let rotation = sampler.rotation();
@@ -175,7 +41,7 @@ fn pose_error(a: &Pose, b: &Pose) -> f64 {
 /// Forward kinematics and Jacobian, S-R-S against a general chain.
 ///
 /// # Errors
-/// None in practice: the configurations are finite.
+/// Whatever the arm models refuse.
 pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let chain = Chain::iiwa7();
@@ -201,7 +67,12 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
         ]);
         if what.starts_with("S-R-S arm, pose and") {
             let error = format!("{:.1e} m, rad against the general chain", difference.max);
-            quoted = vec![summary("kinematics", "forward and Jacobian", &t, error)];
+            quoted = vec![SummaryRow::new(
+                "kinematics",
+                "forward and Jacobian",
+                &t,
+                error,
+            )];
         }
     };
     let shown = format!("{:.1e} m, rad", difference.max);
@@ -235,7 +106,7 @@ pub fn forward(seed: u64, n: usize) -> anyhow::Result<Section> {
 /// Closed form against the numeric inverse at several tolerances.
 ///
 /// # Errors
-/// A numeric target that is not reached is counted, not an error.
+/// Whatever the arm models refuse. A target that the numeric inverse does not reach is counted instead.
 pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(seed);
@@ -256,7 +127,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     let share = format!("solved {:.2} %", 100.0 * found.len() as f64 / n as f64);
     let timing = batches(|i| arm.verdict(&poses[i % n]));
     let largest = |errors: ErrorStats| format!("{:.1e} m, rad", errors.max);
-    let mut quoted = vec![summary(
+    let mut quoted = vec![SummaryRow::new(
         "kinematics",
         "closed-form inverse with witness",
         &timing,
@@ -320,7 +191,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
         let setting = format!("{tolerance:.0e}");
         if tolerance == 1e-9 {
             let errors = ErrorStats::from_errors(errors.iter().copied());
-            quoted.push(summary(
+            quoted.push(SummaryRow::new(
                 "kinematics",
                 "numeric inverse, any chain",
                 &timing,
@@ -354,11 +225,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     let rows = table.rows().to_vec();
     let title = "Inverse kinematics: time against error";
-    let figure = Figure {
-        name: "inverse.svg",
-        title,
-        drawing: Drawing::SpeedError("m and rad", rows),
-    };
+    let figure = Figure::speed_error("inverse.svg", title, "m and rad", rows);
     Ok(Section {
         summary: quoted,
         text: table.to_markdown() + &note,
@@ -366,7 +233,7 @@ pub fn inverse(seed: u64, n: usize) -> anyhow::Result<Section> {
     })
 }
 
-/// A pose, and the arm that shall hold it.
+/// A pose, and the arm that is asked to hold it.
 struct Case {
     arm: SrsArm,
     pose: Pose,
@@ -375,7 +242,7 @@ struct Case {
 /// The exact verdict against sampling the arm angle.
 ///
 /// # Errors
-/// None in practice.
+/// Whatever the arm models refuse.
 pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     let arm = SrsArm::iiwa7();
     let mut sampler = Sampler::new(seed);
@@ -407,7 +274,7 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
             let name = format!("{method} {setting}");
             if method == "exact" && kind != "narrow" {
                 let what = format!("reachability verdict, {kind} poses");
-                quoted.push(summary(
+                quoted.push(SummaryRow::new(
                     "kinematics",
                     &what,
                     &t,
@@ -475,15 +342,15 @@ pub fn verdict(seed: u64, n: usize) -> anyhow::Result<Section> {
     );
     let title =
         "Verdict on narrow poses: time against share judged wrongly (none is drawn at 1e-4)";
-    let drawing = Drawing::SpeedError("share of poses", drawn);
     Ok(Section {
         summary: quoted,
         text,
-        figure: Some(Figure {
-            name: "verdict.svg",
+        figure: Some(Figure::speed_error(
+            "verdict.svg",
             title,
-            drawing,
-        }),
+            "share of poses",
+            drawn,
+        )),
     })
 }
 
@@ -509,7 +376,7 @@ fn narrow(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> anyhow::Result<Vec<C
 /// Dynamics of the iiwa 7 as a general chain.
 ///
 /// # Errors
-/// None in practice.
+/// Whatever the arm models refuse.
 pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
     let chain = Chain::iiwa7();
     let dynamics = ChainDynamics::new(&chain)?;
@@ -534,7 +401,7 @@ pub fn dynamics(seed: u64, n: usize) -> anyhow::Result<Section> {
         table.row([what.to_owned(), format_ns(t.median_ns), format_ns(t.p99_ns)]);
         if what == "forward dynamics" {
             let error = format!("{:.1e} rad/s² through the inverse and back", errors.max);
-            quoted = vec![summary("kinematics", what, &t, error)];
+            quoted = vec![SummaryRow::new("kinematics", what, &t, error)];
         }
     };
     row(

@@ -1,4 +1,4 @@
-//! A textured board under a finger, on the simulated arm: is it soon as fast as it shall be?
+//! Trials of a textured board on the simulated arm: how soon after a touch it has its speed.
 
 use anyhow::Context;
 use glam::{DVec2, DVec3};
@@ -18,19 +18,19 @@ const PRESS_S: f64 = 0.2;
 const PRESS_N: f64 = 8.0;
 const RISE_S: f64 = 0.01;
 
-/// The board is as fast as it shall be within this share.
+/// The board has its speed when it is off by no more than this share.
 pub const SOON: f64 = 0.05;
 
-/// A touch: where, how the finger moves, and what it shall feel.
+/// One trial: where the board is touched, how the finger moves, and what it should feel.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch {
+pub struct Trial {
     /// Place of the touch, m, robot base frame.
     pub point_m: DVec3,
     /// Outward normal of the surface there.
     pub normal: DVec3,
     /// Direction of the scan in the plane, rad.
     pub scan_rad: f64,
-    /// How far off that the scan was expected, rad.
+    /// Angle between the scan and the one that was expected, rad.
     pub unexpected_rad: f64,
     /// The finger's own speed, m/s; 0: it rests, and the scan is the expected one.
     pub finger_m_per_s: f64,
@@ -38,8 +38,8 @@ pub struct Touch {
     pub level: Level,
 }
 
-impl Touch {
-    /// A touch at random: walls, ramps and tables in front of the arm.
+impl Trial {
+    /// A random trial: on walls, ramps and tables in front of the arm.
     #[must_use]
     pub fn random(sampler: &mut Sampler, finger_m_per_s: f64, speed_mm_per_s: f64) -> Self {
         let [x, y, z, slope, side, scan_rad, deg] = sampler.array_within([
@@ -67,16 +67,16 @@ impl Touch {
     }
 }
 
-/// What the board did.
+/// What the board did in a trial.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// Speed of the level, m/s.
     pub wanted_m_per_s: f64,
     /// Acceleration against the scan that the joints allow at the place of the touch, m/s².
     pub able_m_per_s2: f64,
-    /// From the press to where it was felt, s.
+    /// From the press to the moment it was felt, s.
     pub felt_s: f64,
-    /// Velocity of the board less the wanted one, every millisecond from where the touch was felt,
+    /// Velocity of the board less the wanted one, every millisecond from the moment the touch was felt,
     /// relative to the wanted speed.
     pub error: Vec<f64>,
     /// Largest way of the board along the normal, m.
@@ -88,15 +88,16 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Do the joints allow the wanted speed within 25 ms? With the arm's delay of 22 ms that makes 50 ms with
-    /// some room. Below 1 m/s² the place is beside a singular pose, and less is allowed a millimetre on.
+    /// Do the joints allow the wanted speed within 25 ms? With the arm's delay of 22 ms that leaves some room
+    /// within 50 ms. Below 1 m/s² the place is beside a singular pose, and a millimetre further on less may be
+    /// allowed.
     #[must_use]
     pub fn is_able(&self) -> bool {
         self.able_m_per_s2 >= f64::max(1.0, self.wanted_m_per_s / 0.025)
     }
 
-    /// Largest relative error of the speed from 50 ms after the touch was felt; `None` if the touch was
-    /// not followed for that long, or an error is no number (no speed was wanted).
+    /// Largest relative error of the speed from 50 ms after the touch was felt; `None` if the trial is shorter
+    /// than that, or if an error is NaN because no speed was wanted.
     #[must_use]
     pub fn late(&self) -> Option<f64> {
         let late = self.error.get(50..).filter(|late| !late.is_empty())?;
@@ -111,13 +112,13 @@ impl Outcome {
     }
 }
 
-/// Presses a board that waits in place and follows it for `duration_s`; `None` where the arm cannot hold
-/// the board there with the wanted roll, or not over a stroke of 30 mm.
+/// Presses a board that waits in place, and records it for `duration_s` from the moment the touch is felt;
+/// `None` where the arm cannot hold the board there with the wanted roll, or not over a stroke of 30 mm.
 ///
 /// # Errors
 /// A setting outside its range.
-pub fn touch(
-    touch: &Touch,
+pub fn run(
+    trial: &Trial,
     limits: MotionLimits,
     servo: ServoConfig,
     duration_s: f64,
@@ -128,20 +129,20 @@ pub fn touch(
         RendererConfig::default(),
     )?;
     let arm = renderer.arm().clone();
-    let axes = surface_axes(touch.normal)?;
+    let axes = surface_axes(trial.normal)?;
     let lift = |p: DVec2| axes[0] * p.x + axes[1] * p.y;
     let mut motion = TextureMotion::new(limits)?;
     motion
         .scan_mut()
-        .expect(touch.scan_rad + touch.unexpected_rad)?;
+        .expect(trial.scan_rad + trial.unexpected_rad)?;
     let target = |place: DVec2, roll_rad: f64, now_s: f64| BoardTarget {
-        point_m: touch.point_m + lift(place),
-        normal: touch.normal,
+        point_m: trial.point_m + lift(place),
+        normal: trial.normal,
         stamp_s: now_s,
         roll_rad: Some(roll_rad),
     };
-    let roll_rad = motion.roll_for(&touch.level);
-    // A bent elbow above, as a set-up would choose it.
+    let roll_rad = motion.roll_for(&trial.level);
+    // The elbow bent and up, as in a real set-up.
     let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0]);
     let mut follower = Follower::new(arm.clone(), FollowerConfig::default(), &start)?;
     if follower
@@ -151,18 +152,18 @@ pub fn touch(
         return Ok(None);
     }
     let goal = follower.goal().context("a goal")?;
-    let scan = lift(DVec2::from_angle(touch.scan_rad));
+    let scan = lift(DVec2::from_angle(trial.scan_rad));
     let able_m_per_s2 = follower.acceleration_along_m_per_s2(-scan);
     let mut probe = Follower::new(arm.clone(), FollowerConfig::default(), &goal)?;
-    let reach = motion.limit_stroke(&touch.level, |place, roll_rad| {
+    let reach = motion.limit_stroke(&trial.level, |place, roll_rad| {
         matches!(probe.set_target(&target(place, roll_rad, 0.0)), Ok(None))
     });
     if reach[0] < 0.03 {
         return Ok(None);
     }
     let mut servo = ServoArm::new(arm, goal, servo)?;
-    let finger_velocity = DVec2::from_angle(touch.scan_rad) * touch.finger_m_per_s;
-    let wanted = -scan * touch.level.speed_mm_per_s * 1e-3;
+    let finger_velocity = DVec2::from_angle(trial.scan_rad) * trial.finger_m_per_s;
+    let wanted = -scan * trial.level.speed_mm_per_s * 1e-3;
     let rest = servo.pose();
     let mut outcome = Outcome {
         wanted_m_per_s: wanted.length(),
@@ -178,14 +179,14 @@ pub fn touch(
     while t_s < end_s {
         let press_n = PRESS_N * ((t_s - PRESS_S) / RISE_S).clamp(0.0, 1.0);
         servo.apply_wrench(Wrench {
-            force_n: -touch.normal * press_n,
+            force_n: -trial.normal * press_n,
             ..Wrench::default()
         })?;
         let finger = felt_s.map(|felt_s| FingerState {
             point_m: finger_velocity * (t_s - felt_s),
             velocity_m_per_s: finger_velocity,
         });
-        let step = motion.step(t_s, finger, &touch.level)?;
+        let step = motion.step(t_s, finger, &trial.level)?;
         let slide = Slide {
             velocity_m_per_s: lift(step.velocity_m_per_s),
             turn_rad_per_s: step.roll_rad_per_s,
@@ -207,19 +208,18 @@ pub fn touch(
         let moved = servo.pose().position_m() - rest.position_m();
         outcome.drift_m = outcome
             .drift_m
-            .max(moved.dot(touch.normal.normalize()).abs());
+            .max(moved.dot(trial.normal.normalize()).abs());
         outcome.turned_rad = outcome.turned_rad.max(servo.pose().distance(&rest).1);
         t_s = servo.t_s();
     }
     Ok(Some(outcome))
 }
 
-/// Relative errors of the speed after the touch was felt, of touches at random that the arm can hold:
-/// quantiles at 20, 30, 40, 50 and 100 ms, and the largest from 50 ms on; before them, how long after the
-/// press it was felt.
+/// Random trials that the arm can hold: how long after the press the touch was felt, and relative errors of the
+/// speed from then on, medians at 20, 30, 40, 50 and 100 ms and the largest from 50 ms on.
 ///
 /// # Errors
-/// As [`touch`].
+/// As [`run`].
 pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
     let mut table = MarkdownTable::new([
         "wanted speed",
@@ -249,15 +249,15 @@ pub fn table(seed: u64, touches: usize) -> anyhow::Result<MarkdownTable> {
         let mut tries = 0;
         while outcomes.len() < touches && tries < 50 * touches {
             tries += 1;
-            let random = Touch {
+            let trial = Trial {
                 unexpected_rad: f64::to_radians(unexpected_deg),
-                ..Touch::random(&mut sampler, finger_m_per_s, speed_mm_per_s)
+                ..Trial::random(&mut sampler, finger_m_per_s, speed_mm_per_s)
             };
             let servo = ServoConfig {
                 seed: tries as u64,
                 ..ServoConfig::default()
             };
-            outcomes.extend(touch(&random, MotionLimits::default(), servo, 0.25)?);
+            outcomes.extend(run(&trial, MotionLimits::default(), servo, 0.25)?);
         }
         let percent = |value: f64| format!("{:.2} %", 100.0 * value);
         let at = |ms: usize| -> ErrorStats {
@@ -304,7 +304,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn too_few_samples_and_no_numbers_are_no_pass() {
+    fn too_few_samples_and_nan_do_not_pass() {
         let late = |error: Vec<f64>| {
             let outcome = Outcome {
                 wanted_m_per_s: 0.04,

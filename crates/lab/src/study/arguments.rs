@@ -1,15 +1,21 @@
-//! What `contact_study` can be asked for.
+//! The flags of `contact_study`, and which study they ask for.
 
-use crate::contact::candidates as contact_candidates;
-use crate::contact::dissertation::{self as contact_dissertation, Choice};
-use crate::contact::document as contact_document;
-use crate::contact::report as contact_report;
+use crate::contact::candidates::{self, Candidate};
+use crate::contact::dissertation::{self, Overrides};
+use crate::contact::report;
 use crate::demonstrations::files::{Robot, generate_into};
 use crate::demonstrations::generate::DemonstrationConfig;
-use crate::rooms::study as contact_rooms_study;
+use crate::documents::Documents;
+use crate::rooms::study;
+use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
 use std::path::{Path, PathBuf};
+
+/// Where --report writes when no file is named, and where --docs leaves its tables.
+const OUT: &str = "out/contact_study";
+/// Folder of the figures among the tracked documents.
+const FIGURES: &str = "contact";
 
 /// Compares estimators of where and when a hand touches, on reaches that they were not trained with.
 ///
@@ -30,9 +36,12 @@ pub struct Arguments {
     /// Folder for predictions (one row each), scores and figures
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write dissertation and rooms into this document instead, with the recordings if they are named
-    #[arg(long)]
-    report: Option<PathBuf>,
+    /// Write dissertation and rooms into one document instead, with the recordings if they are named [default: out/contact_study/CONTACT-STUDY.md]
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    report: Option<Option<PathBuf>>,
+    /// Write that document and its figures over the tracked ones in docs/; predictions and scores go to out/contact_study
+    #[arg(long, conflicts_with_all = ["report", "out"])]
+    docs: bool,
     /// Seed of the simulated people [default: 1]
     #[arg(long)]
     seed: Option<u64>,
@@ -58,54 +67,87 @@ impl Arguments {
     /// From the words of a command line, the first of which is the program.
     ///
     /// # Errors
-    /// Words that mean nothing, in many lines.
+    /// Unknown flags or values; the message has several lines.
     pub fn of<'a>(words: impl IntoIterator<Item = &'a str>) -> anyhow::Result<Self> {
         Ok(Self::try_parse_from(words)?)
     }
 
-    /// Does what is asked for, and says what came of it.
+    /// Does what is asked for, and returns the text to show.
     ///
     /// # Errors
-    /// What does not go together, a recording that cannot be read, a file that cannot be written; no empty
+    /// Flags that do not go together, a recording that cannot be read, a file that cannot be written; no empty
     /// folder for results is left behind.
     pub fn run(&self) -> anyhow::Result<String> {
         self.check()?;
-        let choice = Choice {
+        let overrides = Overrides {
             seed: self.seed.unwrap_or(1),
             people: self.people,
             reaches: self.reaches,
         };
         let protocol = self.protocol.unwrap_or(Protocol::Dissertation);
         if let Some(folder) = &self.generate {
-            let config = choice.of(match protocol {
+            let config = overrides.apply(match protocol {
                 Protocol::Pointing => DemonstrationConfig::pointing(),
                 _ => DemonstrationConfig::dissertation(),
             });
             let made = generate_into(folder, &config, Robot::default())?;
             return Ok(made + "\n");
         }
+        let candidates = candidates::all();
+        if self.docs {
+            return self.write_tracked(overrides, &candidates);
+        }
         let out = self.out.as_deref();
-        let candidates = contact_candidates::all();
         in_folder(out, || {
             if let Some(file) = &self.report {
-                let recordings = self.recordings.as_deref();
-                contact_document::write(file, choice, &candidates, recordings, out)?;
-                return Ok(format!("wrote {}\n", file.display()));
+                return self.write_report(file.as_deref(), overrides, &candidates);
             }
             match (&self.recordings, protocol) {
-                (Some(path), _) => contact_report::recordings(path, &candidates, out),
-                (None, Protocol::Dissertation) => {
-                    contact_dissertation::report(choice, &candidates, out)
-                }
-                (None, Protocol::Rooms) => contact_rooms_study::report(choice.seed, out),
-                (None, Protocol::Pointing) => {
-                    contact_dissertation::pointing(choice, &candidates, out)
-                }
+                (Some(path), _) => report::recordings(path, &candidates, out),
+                (None, Protocol::Dissertation) => dissertation::report(overrides, &candidates, out),
+                (None, Protocol::Rooms) => study::report(overrides.seed, out),
+                (None, Protocol::Pointing) => dissertation::pointing(overrides, &candidates, out),
             }
         })
     }
 
-    /// Nothing that is asked for is passed over in silence.
+    /// Writes the document to a file, or to its usual place in `out/`.
+    fn write_report(
+        &self,
+        file: Option<&Path>,
+        overrides: Overrides,
+        candidates: &[Candidate],
+    ) -> anyhow::Result<String> {
+        let file = match file {
+            Some(file) => file.to_owned(),
+            None => Documents::in_folder(OUT)?.folder().join(document::NAME),
+        };
+        let (recordings, out) = (self.recordings.as_deref(), self.out.as_deref());
+        document::write(&file, overrides, candidates, recordings, out)?;
+        Ok(format!("wrote {}\n", file.display()))
+    }
+
+    /// Writes the tracked document and its figures; the tables of numbers are not tracked.
+    fn write_tracked(
+        &self,
+        overrides: Overrides,
+        candidates: &[Candidate],
+    ) -> anyhow::Result<String> {
+        let (tracked, rest) = (Documents::tracked()?, Documents::in_folder(OUT)?);
+        let file = tracked.folder().join(document::NAME);
+        let (recordings, out) = (self.recordings.as_deref(), rest.folder());
+        document::write(&file, overrides, candidates, recordings, Some(out))?;
+        let figures = tracked.figures(FIGURES)?;
+        rest.copy_figures(&figures)?;
+        Ok(format!(
+            "wrote {} and {}; predictions and scores are in {}\n",
+            file.display(),
+            figures.display(),
+            out.display()
+        ))
+    }
+
+    /// Refuses flags that would have no effect.
     fn check(&self) -> anyhow::Result<()> {
         let people = [
             ("--people", self.people.is_some()),
@@ -121,6 +163,7 @@ impl Arguments {
             let others = [
                 ("--recordings", self.recordings.is_some()),
                 ("--report", self.report.is_some()),
+                ("--docs", self.docs),
                 ("--out", self.out.is_some()),
             ];
             refuse(
@@ -128,16 +171,16 @@ impl Arguments {
                 "not with --generate, which only makes demonstrations",
             )?;
         }
-        if self.report.is_some() {
+        if self.report.is_some() || self.docs {
             refuse(
                 &[protocol],
-                "not with --report, which has its own protocols",
+                "not with --report or --docs, which have their own protocols",
             )?;
         } else if self.recordings.is_some() {
             let simulated = [people[0], people[1], seed, protocol];
             refuse(
                 &simulated,
-                "of simulated people, --recordings has none (without --report)",
+                "only for simulated people, --recordings has none (without --report or --docs)",
             )?;
         }
         if self.protocol == Some(Protocol::Rooms) {
@@ -149,7 +192,7 @@ impl Arguments {
     }
 }
 
-/// Works with this folder made; what was made for nothing is taken away again.
+/// Makes a folder and works; if that fails, folders that were made and stayed empty are removed again.
 fn in_folder<T>(
     folder: Option<&Path>,
     work: impl FnOnce() -> anyhow::Result<T>,

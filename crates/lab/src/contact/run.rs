@@ -1,0 +1,182 @@
+//! Runs a candidate over every held-out reach, frame by frame.
+
+use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
+use crate::contact::moments::Moment;
+use crate::contact::rows::{EstimateRows, TimedEstimate};
+use crate::contact::scores::{EstimateError, Scores, frame_at};
+use crate::contact::split::Split;
+use anyhow::Context;
+use hwall_hand::LabelledReach;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// The estimates of one reach, frame by frame.
+struct ReachEstimates {
+    number: usize,
+    frames: Vec<TimedEstimate>,
+}
+
+/// Trains a candidate on every fold, folds side by side, and then runs it over the reaches held out one after
+/// the other, so that every estimate is timed with the machine to itself.
+///
+/// # Errors
+/// A candidate that cannot be trained.
+pub fn run(
+    candidate: &Candidate,
+    reaches: &[LabelledReach],
+    split: &Split,
+    rows: Option<&mut EstimateRows>,
+) -> anyhow::Result<Scores> {
+    let train = |numbers: &[usize]| -> anyhow::Result<BoxedEstimator> {
+        let learnt: Vec<LabelledReach> = numbers.iter().map(|&i| reaches[i].clone()).collect();
+        (candidate.train)(&learnt)
+    };
+    let bound = candidate.role == Role::Bound;
+    let trained: Vec<Option<BoxedEstimator>> = split
+        .folds
+        .par_iter()
+        .map(|fold| (!bound).then(|| train(&fold.train)).transpose())
+        .collect::<anyhow::Result<_>>()?;
+    let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
+    for (fold, mut estimator) in split.folds.iter().zip(trained) {
+        let mut of_fold = Vec::new();
+        for &number in &fold.test {
+            if bound {
+                estimator = Some(train(&[number])?);
+            }
+            let estimator = estimator.as_mut().context("an estimator")?;
+            estimator.begin();
+            let timed = |frame| {
+                let start = Instant::now();
+                let estimate = estimator.step(frame);
+                TimedEstimate {
+                    estimate,
+                    took_us: 1e6 * start.elapsed().as_secs_f64(),
+                }
+            };
+            of_fold.push(ReachEstimates {
+                number,
+                frames: reaches[number].frames.iter().map(timed).collect(),
+            });
+        }
+        estimates.push(of_fold);
+    }
+    let mut scores = Scores {
+        name: candidate.name.clone(),
+        role: candidate.role,
+        errors: Moment::all().map(|_| Vec::new()).collect(),
+        step_us: Vec::new(),
+    };
+    let mut rows = rows;
+    for (fold, of_fold) in estimates.iter().enumerate() {
+        for ReachEstimates { number, frames } in of_fold {
+            let reach = &reaches[*number];
+            for (moment, errors) in Moment::all().zip(&mut scores.errors) {
+                if let Some(frame) = frame_at(reach, moment) {
+                    let estimate = frames[frame].estimate;
+                    errors.push(estimate.map(|e| EstimateError::new(reach, frame, &e)));
+                }
+            }
+            scores.step_us.extend(frames.iter().map(|f| f.took_us));
+            if let Some(rows) = &mut rows {
+                rows.add(&candidate.name, fold, reach, frames)?;
+            }
+        }
+    }
+    scores.step_us.sort_by(f64::total_cmp);
+    Ok(scores)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::moments::SHARES;
+    use crate::contact::split::Fold;
+    use glam::{DMat3, DVec3};
+    use hwall_contact::{ContactEstimate, ContactEstimator, TimeToContact};
+    use hwall_hand::{HandFrame, HandPoint};
+
+    /// Knows the contact, and is off by a given distance.
+    struct Off(DVec3);
+
+    impl ContactEstimator for Off {
+        fn begin(&mut self) {}
+
+        fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
+            // No estimate in the first half of the time.
+            (frame.t_s > 0.45).then(|| ContactEstimate {
+                covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(0.02_f64.powi(2)))),
+                time_to_contact_s: Some(TimeToContact {
+                    mean_s: 1.1 - frame.t_s,
+                    sd_s: Some(0.05),
+                }),
+                ..ContactEstimate::of_point(frame.t_s, DVec3::ONE + self.0)
+            })
+        }
+    }
+
+    fn reaches() -> Vec<LabelledReach> {
+        let frame = |k: usize| {
+            let mut frame = HandFrame::empty(k as f64 * 0.01);
+            frame.set_point(HandPoint::Index, Some(DVec3::splat(frame.t_s)));
+            frame
+        };
+        let one = LabelledReach {
+            person: None,
+            trial: None,
+            point: HandPoint::Index,
+            frames: (0..=100).map(frame).collect(),
+            contact_m: DVec3::ONE,
+            contact_s: 1.0,
+            normal: Some(DVec3::X),
+        };
+        vec![one; 4]
+    }
+
+    fn scores(off_m: DVec3) -> Scores {
+        let candidate = Candidate {
+            name: "off".into(),
+            role: Role::Baseline,
+            train: Box::new(move |_| Ok(Box::new(Off(off_m)))),
+        };
+        let split = Split {
+            description: String::new(),
+            folds: vec![
+                Fold {
+                    train: vec![0, 1],
+                    test: vec![2, 3],
+                },
+                Fold {
+                    train: vec![2, 3],
+                    test: vec![0, 1],
+                },
+            ],
+        };
+        run(&candidate, &reaches(), &split, None).unwrap()
+    }
+
+    #[test]
+    fn errors_are_those_that_were_made() {
+        let scores = scores(DVec3::new(0.03, -0.04, 0.0));
+        let half = scores.at_moment(Moment::Share(0.7));
+        assert_eq!((half.count, half.silent, half.missed), (4, 0, 0));
+        assert!((half.median_m - 0.05).abs() < 1e-12 && (half.mean_m - 0.05).abs() < 1e-12);
+        assert!(half.axis_mean_m.distance(DVec3::new(0.03, 0.04, 0.0)) < 1e-12);
+        assert!((half.time_mean_s.unwrap() - 0.1).abs() < 1e-12);
+        // 0.1 s is two standard deviations, 0.03 and 0.04 m one and a half and two.
+        assert_eq!(half.time_interval, Some(0.0));
+        let [in_half, in_most] = half.intervals.unwrap();
+        assert!((in_half - 1.0 / 3.0).abs() < 1e-12 && (in_most - 2.0 / 3.0).abs() < 1e-12);
+        // 2.5 standard deviations in space: in 90 % and more, not in 80 %.
+        assert_eq!(
+            half.regions.unwrap(),
+            [0., 0., 0., 0., 0., 0., 0., 0., 1., 1.]
+        );
+        // There was no estimate early.
+        let early = scores.at_moment(Moment::Share(0.3));
+        assert_eq!((early.count, early.silent), (0, 4));
+        // At 200 ms before contact the last frame by then counts.
+        let judged = scores.errors[SHARES.len() + 3][0].unwrap();
+        assert!((judged.time.unwrap().error_s - 0.1).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,192 @@
+//! Where the documents of studies and measurements go: into `out/`, and over the tracked ones only when asked to.
+
+use anyhow::{Context, ensure};
+use std::path::{Path, PathBuf};
+
+/// The folder of the tracked documents, from the root of the project.
+const TRACKED: &str = "docs";
+/// A file that tells the root of this project from any other folder.
+const OF_THE_PROJECT: &str = "docs/ARCHITECTURE.md";
+/// The tracked README, parts of which are written by programs.
+const README: &str = "README.md";
+
+/// The flags that say where a document goes.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct Destination {
+    /// Folder for the document and its figures/ [default: a folder of its own in out/]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write over the tracked documents instead: docs/, and what README.md quotes of them
+    #[arg(long, conflicts_with = "out")]
+    docs: bool,
+}
+
+impl Destination {
+    /// The folder that was asked for; `default` where none was.
+    ///
+    /// # Errors
+    /// A folder that cannot be made; `--docs` outside of the project's root.
+    pub fn open(&self, default: impl AsRef<Path>) -> anyhow::Result<Documents> {
+        match &self.out {
+            _ if self.docs => Documents::tracked(),
+            Some(folder) => Documents::in_folder(folder),
+            None => Documents::in_folder(default),
+        }
+    }
+}
+
+/// A folder that documents are written into, with their figures below it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Documents {
+    folder: PathBuf,
+    readme: Option<PathBuf>,
+}
+
+impl Documents {
+    /// Any folder, made where it is missing.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn in_folder(folder: impl AsRef<Path>) -> anyhow::Result<Self> {
+        let folder = folder.as_ref().to_owned();
+        make(&folder)?;
+        Ok(Self {
+            folder,
+            readme: None,
+        })
+    }
+
+    /// The tracked documents of the project.
+    ///
+    /// # Errors
+    /// The working directory is not the root of the project.
+    pub fn tracked() -> anyhow::Result<Self> {
+        ensure!(
+            Path::new(OF_THE_PROJECT).is_file(),
+            "--docs: no {OF_THE_PROJECT} here; run it from the root of the project"
+        );
+        Ok(Self {
+            folder: TRACKED.into(),
+            readme: Some(README.into()),
+        })
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The README that quotes these documents; `None` unless they are the tracked ones.
+    #[must_use]
+    pub fn readme(&self) -> Option<&Path> {
+        self.readme.as_deref()
+    }
+
+    /// The folder `figures/` or one below it, made where it is missing.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn figures(&self, chapter: &str) -> anyhow::Result<PathBuf> {
+        let folder = self.folder.join("figures").join(chapter);
+        make(&folder)?;
+        Ok(folder)
+    }
+
+    /// Copies the SVG files of this folder, but not of those below it, into another one.
+    ///
+    /// # Errors
+    /// A folder or file that cannot be read or written.
+    pub fn copy_figures(&self, to: &Path) -> anyhow::Result<()> {
+        let context = || self.folder.display().to_string();
+        for entry in std::fs::read_dir(&self.folder).with_context(context)? {
+            let from = entry.with_context(context)?.path();
+            let Some(name) = from.file_name() else {
+                continue;
+            };
+            if from.extension().is_some_and(|e| e == "svg") {
+                std::fs::copy(&from, to.join(name)).with_context(|| from.display().to_string())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a document and returns its path.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, name: &str, text: &str) -> anyhow::Result<PathBuf> {
+        let path = self.folder.join(name);
+        std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+        Ok(path)
+    }
+}
+
+fn make(folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
+}
+
+/// Replaces what stands between the markers `<!-- NAME:begin -->` and `<!-- NAME:end -->` of a file.
+///
+/// # Errors
+/// A file that cannot be read or written, or one without the markers.
+pub fn renew_block(file: &Path, name: &str, text: &str) -> anyhow::Result<()> {
+    let context = || file.display().to_string();
+    let (begin, end) = (
+        format!("<!-- {name}:begin -->"),
+        format!("<!-- {name}:end -->"),
+    );
+    let old = std::fs::read_to_string(file).with_context(context)?;
+    let marked = || format!("{} has no {begin} and {end}", file.display());
+    let (before, rest) = old.split_once(&begin).with_context(marked)?;
+    let (_, after) = rest.split_once(&end).with_context(marked)?;
+    std::fs::write(file, format!("{before}{begin}\n{text}{end}{after}")).with_context(context)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        destination: Destination,
+    }
+
+    fn opened(words: &[&str], default: &Path) -> anyhow::Result<Documents> {
+        let line = Line::try_parse_from([&["program"], words].concat())?;
+        line.destination.open(default)
+    }
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("hwall_documents_{}", std::process::id()));
+        folder.join(name)
+    }
+
+    #[test]
+    fn nothing_tracked_is_written_unless_asked_for() {
+        let default = scratch("default");
+        let documents = opened(&[], &default).unwrap();
+        assert_eq!((documents.folder(), documents.readme()), (&*default, None));
+        let chosen = scratch("chosen");
+        let documents = opened(&["--out", chosen.to_str().unwrap()], &default).unwrap();
+        assert_eq!((documents.folder(), documents.readme()), (&*chosen, None));
+        assert!(documents.figures("a").unwrap().is_dir());
+        assert!(opened(&["--docs", "--out", "x"], &default).is_err());
+        // Tests run in the folder of their package, which is not the root.
+        let error = opened(&["--docs"], &default).unwrap_err().to_string();
+        assert!(error.contains("root of the project"), "{error}");
+    }
+
+    #[test]
+    fn a_block_is_replaced_between_its_markers() {
+        let documents = Documents::in_folder(scratch("block")).unwrap();
+        let text = "a\n<!-- x:begin -->\nold\n<!-- x:end -->\nb\n";
+        let file = documents.write("README.md", text).unwrap();
+        renew_block(&file, "x", "new\n").unwrap();
+        let renewed = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(renewed, text.replace("old", "new"));
+        assert!(renew_block(&file, "y", "new\n").is_err());
+    }
+}

@@ -1,0 +1,62 @@
+//! The whole of docs/VALIDATION.md.
+
+use crate::documents::Documents;
+use crate::reach::figures;
+use crate::reach::published;
+use crate::validation::{bip, perception, reachability, texture};
+use hwall_testkit::Machine;
+use std::path::{Path, PathBuf};
+
+/// The name of the document.
+pub const NAME: &str = "VALIDATION.md";
+
+/// What is compared with.
+#[derive(Debug, Clone)]
+pub struct Request<'a> {
+    /// Folder with `ori_1.txt` to `ori_7.txt`, the maps published with the 2018 paper.
+    pub published: &'a Path,
+    /// Folder with the reference runs of Bayesian Interaction Primitives and their workload.
+    pub bip: &'a Path,
+    /// Folder with reference numbers of textures.
+    pub texton: &'a Path,
+    /// Folder with reference studies and their analyses.
+    pub psychophysics: &'a Path,
+    /// Seed of the random poses and touches.
+    pub seed: u64,
+    /// Random poses.
+    pub poses: usize,
+}
+
+/// A document that was written.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What is in it.
+    pub text: String,
+}
+
+/// Compares everything, and writes the document with its figures.
+///
+/// # Errors
+/// A reference that is missing or malformed, a file that cannot be written.
+pub fn write(request: &Request<'_>, documents: &Documents) -> anyhow::Result<Written> {
+    let published = published::read(request.published)?;
+    let machine = Machine::detect(request.seed);
+    let found = reachability::reachability(&published, request.seed, request.poses)?;
+    let bip = bip::section(request.bip)?;
+    let textures = texture::section(request.texton, request.seed)?;
+    let perception = perception::section(request.psychophysics)?;
+    let text = format!(
+        "# Validation\n\nWritten by `cargo run --release --example validation`; not edited by hand. \
+         Poses, Jacobians and dynamics are compared with Pinocchio in the tests of hwall-kinematics, \
+         which keep the data they need.\n\n{machine}\n\n{}\n{bip}\n{textures}\n{perception}",
+        found.text,
+    );
+    let folder = documents.figures("reachability")?;
+    figures::comparison(&folder.join("comparison.svg"), &found.comparisons)?;
+    let worst = folder.join("worst_plane.svg");
+    figures::worst_plane(&worst, &published::grids()?, &found.rows, &published)?;
+    let path = documents.write(NAME, &text)?;
+    Ok(Written { path, text })
+}
