@@ -1,6 +1,7 @@
 //! The first bump that a straight scan meets.
 
-use crate::{ScanAngle, Texture};
+use super::scan::ScanAngle;
+use super::texture::Texture;
 
 /// A scan from the middle of a bump to the next bump whose base it crosses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,37 +12,37 @@ pub struct Encounter {
     pub leaves_mm: f64,
     /// From the middle to where it enters the other one, mm.
     pub enters_mm: f64,
-    /// From the middle to the middle of its way over the other one, mm.
+    /// From the middle to halfway across the other one, mm.
     pub middle_mm: f64,
 }
 
 impl Encounter {
-    /// Bare plate between the two, mm.
+    /// Length of bare plate between the two, mm.
     #[must_use]
     pub fn gap_mm(&self) -> f64 {
         self.enters_mm - self.leaves_mm
     }
 }
 
-/// No bump within so many rows: the scan runs along a gap.
+/// Rows searched: if none holds a bump on the scan, the scan runs along a gap.
 const ROWS: i64 = 64;
 
-/// A row that is crossed farther away has no columns to tell apart in double precision.
+/// Columns searched: farther away, double precision does not tell neighbouring columns apart.
 const COLUMNS: f64 = 1e9;
 
 impl Texture {
-    /// The first other bump on a scan through the middle of one; `None` if none of the next 64 rows
-    /// (up to 1e9 columns away) holds one, so that the scan runs (nearly) along a gap of the grid.
+    /// The first other bump on a scan through the middle of one; `None` if there is none in the next 64 rows
+    /// (up to 1e9 columns away), so that the scan runs (nearly) along a gap of the grid.
     #[must_use]
     pub fn encounter(&self, scan: ScanAngle) -> Option<Encounter> {
-        let [a, b] = self.texton().radii_mm();
+        let [a, b] = self.texton().radii().to_array();
         let [pitch_mm, _] = self.layout().pitch_mm();
         // In the scale in which bumps are unit circles.
         let (dx, dy) = (scan.cos() / a, scan.sin() / b);
         let speed = dx.hypot(dy);
         let mut first: Option<Encounter> = None;
         for row in 0..=ROWS {
-            let [_, y] = self.layout().offset_mm(0, row);
+            let y = self.layout().offset_mm(0, row).y;
             // Where the scan crosses the row, and how far beside its bumps still reach it.
             let columns: Vec<i64> = if scan.sin() == 0.0 {
                 if row > 0 {
@@ -58,8 +59,8 @@ impl Texture {
                 (near - 1..=near + 2).collect()
             };
             for column in columns.into_iter().filter(|c| (*c, row) != (0, 0)) {
-                let [x, y] = self.layout().offset_mm(column, row);
-                let (x, y) = (x / a, y / b);
+                let offset_mm = self.layout().offset_mm(column, row);
+                let (x, y) = (offset_mm.x / a, offset_mm.y / b);
                 let along = (x * dx + y * dy) / speed;
                 let aside = (x * dy - y * dx) / speed;
                 let half = 1.0 - aside * aside;

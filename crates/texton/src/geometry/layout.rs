@@ -1,9 +1,10 @@
 //! How bumps stand on a plate.
 
-use crate::TextonError;
-use crate::error::positive;
+use glam::DVec2;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::positive;
 
-/// A grid of bumps: rows along the long axis (x), one above the other along the short axis (y).
+/// A grid of bumps: rows run along the long axis (x) and follow each other along the short axis (y).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Layout {
     /// Bumps straight above each other.
@@ -13,7 +14,7 @@ pub enum Layout {
         /// Pitch along the short axis, mm.
         short_mm: f64,
     },
-    /// Every second row moved on by half the long pitch.
+    /// Every second row shifted by half the long pitch.
     Staggered {
         /// Pitch along the long axis, mm.
         long_mm: f64,
@@ -35,13 +36,13 @@ impl Layout {
 
     /// Where the bump of a column and row stands relative to that of column 0 and row 0, mm.
     #[must_use]
-    pub fn offset_mm(&self, column: i64, row: i64) -> [f64; 2] {
+    pub fn offset_mm(&self, column: i64, row: i64) -> DVec2 {
         let [long_mm, short_mm] = self.pitch_mm();
         let moved = match self {
             Self::Staggered { .. } if row.rem_euclid(2) == 1 => 0.5,
             _ => 0.0,
         };
-        [(column as f64 + moved) * long_mm, row as f64 * short_mm]
+        DVec2::new((column as f64 + moved) * long_mm, row as f64 * short_mm)
     }
 
     /// Area of the plate for each bump, mm².
@@ -51,9 +52,10 @@ impl Layout {
         long_mm * short_mm
     }
 
-    pub(crate) fn validate(&self) -> Result<(), TextonError> {
+    pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         let [long_mm, short_mm] = self.pitch_mm();
         positive("long pitch, mm", long_mm)?;
-        positive("short pitch, mm", short_mm)
+        positive("short pitch, mm", short_mm)?;
+        Ok(())
     }
 }

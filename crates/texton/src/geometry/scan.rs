@@ -1,11 +1,11 @@
 //! The direction in which a finger crosses a texture.
 
-use crate::TextonError;
-use crate::error::finite;
+use crate::error::TextonError;
+use hwall_numeric::check::finite;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Angle between the scan and the long axis of the bumps (θ of the dissertation), folded into
-/// 0..=90 degrees: both grids are symmetric under reflection, so other directions feel the same.
+/// 0 to 90 degrees: both grids are symmetric under reflection, so other directions feel the same.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct ScanAngle {
     rad: f64,
@@ -36,7 +36,7 @@ impl ScanAngle {
         finite("theta_rad", theta_rad)?;
         let half_turn = theta_rad.abs() % PI;
         let rad = half_turn.min(PI - half_turn);
-        // Exact where the grid is: a right angle has no cosine.
+        // The cosine of a right angle is exactly 0 here, which that of the rounded angle is not.
         if rad == FRAC_PI_2 {
             return Ok(Self::ACROSS);
         }
@@ -58,13 +58,13 @@ impl ScanAngle {
         Self::from_rad(deg.to_radians())
     }
 
-    /// The angle, rad, in 0..=π/2.
+    /// The angle, rad, from 0 to π/2.
     #[must_use]
     pub const fn rad(self) -> f64 {
         self.rad
     }
 
-    /// The angle, degrees, in 0..=90.
+    /// The angle, degrees, from 0 to 90.
     #[must_use]
     pub fn deg(self) -> f64 {
         self.rad.to_degrees()

@@ -1,29 +1,33 @@
 //! The height of a texture as a sum of waves.
 
-use crate::{Layout, Texton, TextonError, TextonShape, Texture};
+use super::layout::Layout;
+use super::texton::{Texton, TextonShape};
+use super::texture::Texture;
+use glam::{DVec2, dvec2};
 use std::f64::consts::TAU;
 
 /// One wave of a texture's height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Harmonic {
     /// Wave vector along the long and the short axis, rad/mm.
-    pub wave_rad_per_mm: [f64; 2],
-    /// Amplitude `c` of `c cos (k · p)`, mm; waves `k` and `-k` come as two.
+    pub wave_rad_per_mm: DVec2,
+    /// Amplitude `c` of `c cos (k · p)`, mm; `k` and `-k` are two waves.
     pub amplitude_mm: f64,
 }
 
-/// Points of the quadrature over the height of a cone.
+/// Slices of a cone in its integral over the height.
 const SLICES: usize = 32;
 
 impl Texton {
-    /// Fourier transform of the bump's height, `∫∫ z(p) cos (k · p) dp`, mm³, at a wave vector in rad/mm.
+    /// Fourier transform of the bump's height, `∫∫ z(p) cos (k · p) dp`, mm³, at a wave vector k, rad/mm.
     ///
     /// The hemiellipsoid's is `2 π a b h (sin s - s cos s) / s³` with `s = |(a kx, b ky)|`; a cone's is the
     /// integral over its slices, ellipses with `2 π a b J₁(s) / s`, by the midpoint rule (relative
     /// error below 1e-3 up to `s` = 10).
     #[must_use]
-    pub fn spectrum_mm3(&self, [kx, ky]: [f64; 2]) -> f64 {
-        let [a, b] = self.radii_mm();
+    pub fn spectrum_mm3(&self, wave_rad_per_mm: DVec2) -> f64 {
+        let DVec2 { x: kx, y: ky } = wave_rad_per_mm;
+        let [a, b] = self.radii().to_array();
         let h = self.height_mm();
         match self.shape() {
             TextonShape::Hemiellipsoid => {
@@ -37,7 +41,7 @@ impl Texton {
                 TAU * a * b * h * shape
             }
             TextonShape::TruncatedCone { .. } => {
-                let [c, d] = self.top_radii_mm();
+                let [c, d] = self.top_radii().to_array();
                 let slice = |i: usize| {
                     let up = (i as f64 + 0.5) / SLICES as f64;
                     let (a, b) = (a + (c - a) * up, b + (d - b) * up);
@@ -52,7 +56,7 @@ impl Texton {
 }
 
 impl Texture {
-    /// Waves of the height up to a wave number, rad/mm, but for the mean height.
+    /// Waves of the height up to a wave number, rad/mm, without the mean height.
     ///
     /// `z(p) = mean + Σ c cos (k · p)`, the middle of a bump at the origin.
     pub fn harmonics(&self, most_rad_per_mm: f64) -> impl Iterator<Item = Harmonic> {
@@ -70,41 +74,11 @@ impl Texture {
         (-columns..=columns)
             .flat_map(move |m| (-lines..=lines).map(move |n| (m, n)))
             .filter(move |&(m, n)| (m, n) != (0, 0) && !(staggered && (m + n) % 2 != 0))
-            .map(move |(m, n)| [m as f64 * kx, n as f64 * ky])
-            .filter(move |k| k[0].hypot(k[1]) <= most)
+            .map(move |(m, n)| dvec2(m as f64 * kx, n as f64 * ky))
+            .filter(move |k| k.x.hypot(k.y) <= most)
             .map(move |wave_rad_per_mm| Harmonic {
                 wave_rad_per_mm,
                 amplitude_mm: texton.spectrum_mm3(wave_rad_per_mm) / area_mm2,
             })
     }
-}
-
-/// Gaussian blur that the skin lays over a texture, as a gain on a wave.
-pub(crate) fn skin_gain([kx, ky]: [f64; 2], blur_mm: f64) -> f64 {
-    (-0.5 * (kx * kx + ky * ky) * blur_mm * blur_mm).exp()
-}
-
-/// Less blur asks for more waves than anyone waits for; skin blurs ten times as much.
-const LEAST_BLUR_MM: f64 = 0.05;
-
-/// Rejects a blur that is too small or no number.
-pub(crate) fn blur(blur_mm: f64) -> Result<(), TextonError> {
-    if blur_mm >= LEAST_BLUR_MM && blur_mm.is_finite() {
-        return Ok(());
-    }
-    Err(TextonError::Parameter {
-        what: "blur_mm",
-        value: blur_mm,
-        wanted: "a finite number of at least 0.05",
-    })
-}
-
-/// Waves beyond this keep less than exp(-16) = 1.13e-7 of their power after the blur, rad/mm.
-pub(crate) fn skin_limit(blur_mm: f64) -> f64 {
-    4.0 / blur_mm
-}
-
-/// Cycles per mm along a direction of a wave.
-pub(crate) fn cycles_per_mm([kx, ky]: [f64; 2], [cos, sin]: [f64; 2]) -> f64 {
-    (kx * cos + ky * sin) / TAU
 }

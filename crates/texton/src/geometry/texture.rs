@@ -1,7 +1,10 @@
 //! A texture: bumps on a grid, and what a finger meets that crosses it.
 
-use crate::surface::closest_on;
-use crate::{Layout, ScanAngle, Texton, TextonError};
+use super::closest::closest_on;
+use super::layout::Layout;
+use super::scan::ScanAngle;
+use super::texton::{Radii, Texton};
+use crate::error::TextonError;
 
 /// Bumps of one kind on a grid; they may touch, but not overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,14 +13,14 @@ pub struct Texture {
     layout: Layout,
 }
 
-/// Rounding of pitches and radii that touch.
+/// Rounding of pitches and radii where bumps touch.
 const TOUCHING: f64 = 1e-12;
 
 impl Texture {
-    /// A texture.
+    /// Bumps of this kind on this grid.
     ///
     /// # Errors
-    /// A pitch that is no positive number; bumps that overlap.
+    /// A pitch that is not positive; bumps that overlap.
     pub fn new(texton: Texton, layout: Layout) -> Result<Self, TextonError> {
         layout.validate()?;
         let texture = Self { texton, layout };
@@ -30,6 +33,45 @@ impl Texture {
             });
         }
         Ok(texture)
+    }
+
+    /// The texture of the released patch: radii 3 and 1 mm, pitch 6.2 x 2.2 mm.
+    ///
+    /// The dissertation's text asks for a short radius of 1.5 mm so that spacings stay above 3 mm;
+    /// its studies and its released patch use 1 mm and a short pitch of 2.2 mm.
+    #[must_use]
+    pub fn released() -> Self {
+        preset(3.0, [6.2, 2.2])
+    }
+
+    /// The texture that the dissertation's text describes, with spacings of 3 mm and above: pitch 7 x 3 mm.
+    #[must_use]
+    pub fn spaced_3_mm() -> Self {
+        preset(3.0, [7.0, 3.0])
+    }
+
+    /// Patch of the preliminary study with a long radius of 1.5 mm: pitch 3.5 x 3.5 mm.
+    #[must_use]
+    pub fn study_1_5() -> Self {
+        preset(1.5, [3.5, 3.5])
+    }
+
+    /// Patch of the preliminary study with a long radius of 2 mm: pitch 4.5 x 2.25 mm.
+    #[must_use]
+    pub fn study_2() -> Self {
+        preset(2.0, [4.5, 2.25])
+    }
+
+    /// Patch of the preliminary study with a long radius of 2.5 mm: pitch 5.5 x 2.75 mm.
+    #[must_use]
+    pub fn study_2_5() -> Self {
+        preset(2.5, [5.5, 2.75])
+    }
+
+    /// Patch of the preliminary study with a long radius of 3 mm: pitch 6.5 x 13/6 mm.
+    #[must_use]
+    pub fn study_3() -> Self {
+        preset(3.0, [6.5, 6.5 / 3.0])
     }
 
     /// The bump.
@@ -52,52 +94,52 @@ impl Texture {
 
     /// Width of the plate left free between neighbouring bumps where they are closest, mm.
     ///
-    /// Twice the distance of the place halfway between two middles from either ellipse, which are
+    /// Twice the distance from the place halfway between two middles to either ellipse, as the two are
     /// mirror images of each other; zero for bumps that touch.
     #[must_use]
     pub fn gap_mm(&self) -> f64 {
-        let radii = self.texton.radii_mm();
+        let radii = self.texton.radii().to_array();
         let gap_mm = neighbours()
             .filter_map(|[columns, rows]| {
-                let half = self.layout.offset_mm(columns, rows).map(|x| 0.5 * x);
-                let inside = (half[0] / radii[0]).hypot(half[1] / radii[1]) <= 1.0 + TOUCHING;
+                let half = 0.5 * self.layout.offset_mm(columns, rows);
+                let inside = (half.x / radii[0]).hypot(half.y / radii[1]) <= 1.0 + TOUCHING;
                 if inside {
                     return Some(0.0);
                 }
-                let closest = closest_on(radii, half)?;
-                Some(2.0 * (closest[0] - half[0]).hypot(closest[1] - half[1]))
+                let closest = closest_on(radii, half.to_array())?;
+                Some(2.0 * (closest[0] - half.x).hypot(closest[1] - half.y))
             })
             .fold(f64::INFINITY, f64::min);
         gap_mm.max(0.0)
     }
 
-    /// Smallest angle at which a scan meets the next row on the ridge of its bump, rad:
+    /// Smallest angle at which a scan from the middle of a bump meets the ridge of a bump in the next row, rad:
     /// `atan(p_short / r_x)`, in a staggered grid `atan(p_short / (r_x + p_long / 2))`.
     ///
-    /// A rectangular grid's next row is met from there on. A staggered grid's is passed again where
-    /// `p_short / tan θ < p_long / 2 - r_x`.
+    /// In a rectangular grid all larger angles meet it too. In a staggered grid the scan passes the bump on
+    /// the other side where `p_short / tan θ < p_long / 2 - r_x`.
     #[must_use]
     pub fn least_spaced_rad(&self) -> f64 {
         let [_, short_mm] = self.layout.pitch_mm();
-        let [moved_mm, _] = self.layout.offset_mm(0, 1);
-        short_mm.atan2(self.texton.radii_mm()[0] + moved_mm)
+        let moved_mm = self.layout.offset_mm(0, 1).x;
+        short_mm.atan2(self.texton.radii().long_mm + moved_mm)
     }
 
     /// `d(θ)`: distance from the top of a bump to the ridge of the next one along the scan, mm.
     ///
-    /// The next row's, `p_short / sin θ`, from [`Texture::least_spaced_rad`] on; `p_long` along the
+    /// `p_short / sin θ`, to the next row, from [`Texture::least_spaced_rad`] on; `p_long` along the
     /// long axis; `None` between, where the scan passes the ends of the bumps (the dissertation
-    /// uses no such angle). In a staggered grid the next row's where its shifted bump is met, else
-    /// `2 p_short / sin θ` where the row after is met, else `None`.
+    /// uses no such angle). In a staggered grid to the next row where its shifted bump is met, else
+    /// `2 p_short / sin θ` where the row after it is met, else `None`.
     #[must_use]
     pub fn spacing_mm(&self, scan: ScanAngle) -> Option<f64> {
         let [long_mm, short_mm] = self.layout.pitch_mm();
         if scan.sin() == 0.0 {
             return Some(long_mm);
         }
-        let half_mm = self.texton.radii_mm()[0];
+        let half_mm = self.texton.radii().long_mm;
         [1_i64, 2].into_iter().find_map(|row| {
-            let [at_mm, _] = self.layout.offset_mm(0, row);
+            let at_mm = self.layout.offset_mm(0, row).x;
             let way_mm = row as f64 * short_mm / scan.sin();
             let beside_mm = (way_mm * scan.cos() - at_mm).abs();
             // Rounded so that the least angle itself counts.
@@ -106,20 +148,20 @@ impl Texture {
         })
     }
 
-    /// Mean distance between the bumps that a finger's centre line meets, over all parallel lines,
+    /// Mean distance between the bumps that the centre line of a finger meets, over all parallel lines,
     /// mm: `p_long p_short / (2 √(r_x² sin² θ + r_y² cos² θ))`.
     #[must_use]
     pub fn mean_encounter_mm(&self, scan: ScanAngle) -> f64 {
         self.layout.cell_area_mm2() / self.texton.breadth_mm(scan)
     }
 
-    /// Bumps a second at a speed, `v / d`, Hz, by [`Texture::spacing_mm`].
+    /// Bumps per second at a speed, `v / d`, Hz, by [`Texture::spacing_mm`].
     #[must_use]
     pub fn ridge_frequency_hz(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Option<f64> {
         Some(speed_mm_per_s / self.spacing_mm(scan)?)
     }
 
-    /// Bumps a second at a speed, Hz, by [`Texture::mean_encounter_mm`].
+    /// Bumps per second at a speed, Hz, by [`Texture::mean_encounter_mm`].
     #[must_use]
     pub fn encounter_frequency_hz(&self, scan: ScanAngle, speed_mm_per_s: f64) -> f64 {
         speed_mm_per_s / self.mean_encounter_mm(scan)
@@ -131,10 +173,10 @@ impl Texture {
 
     /// The closest pair of bumps, in the scale in which they are unit circles.
     fn closest(&self) -> (f64, [i64; 2]) {
-        let [long_mm, short_mm] = self.texton.radii_mm();
+        let Radii { long_mm, short_mm } = self.texton.radii();
         let apart = |[columns, rows]: [i64; 2]| {
-            let [x, y] = self.layout.offset_mm(columns, rows);
-            (x / long_mm).hypot(y / short_mm)
+            let apart = self.layout.offset_mm(columns, rows);
+            (apart.x / long_mm).hypot(apart.y / short_mm)
         };
         neighbours()
             .map(|n| (apart(n), n))
@@ -146,4 +188,21 @@ impl Texture {
 /// The bumps around one, up to reflection.
 fn neighbours() -> impl Iterator<Item = [i64; 2]> {
     [[1, 0], [0, 1], [-1, 1], [1, 1], [0, 2]].into_iter()
+}
+
+/// Short radius of the bumps of every preset, mm.
+const SHORT_MM: f64 = 1.0;
+
+/// Height of the bumps of every preset, mm.
+const HEIGHT_MM: f64 = 0.7;
+
+/// A texture of the dissertation: hemiellipsoids on a rectangular grid.
+fn preset(radius_mm: f64, [long_mm, short_mm]: [f64; 2]) -> Texture {
+    let radii = Radii {
+        long_mm: radius_mm,
+        short_mm: SHORT_MM,
+    };
+    Texton::hemiellipsoid(radii, HEIGHT_MM)
+        .and_then(|texton| Texture::new(texton, Layout::Rectangular { long_mm, short_mm }))
+        .expect("the bumps of the presets are apart")
 }

@@ -1,17 +1,18 @@
 //! Height fields and normal maps as OpenEXR pictures.
 //!
-//! Units stand in the picture's comment, a line `name = value` each: `pixel_pitch_mm` and
-//! `height_unit`. The standard density (pixels an inch) is set as well, in single precision.
+//! Units stand in the picture's comment, one line `name = value` for each: `pixel_pitch_mm` and
+//! `height_unit`. The standard density (pixels per inch) is set as well, in single precision.
 
-use crate::height_field::MOST_PIXELS;
-use crate::mesh_files::file_error;
-use crate::{HeightField, TextonError};
+use super::field::HeightField;
+use crate::error::TextonError;
+use crate::picture::{channels, choose, failed, read_bounded};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
-    MetaData, ReadChannels, ReadLayers, SmallVec, Text, WritableImage, read,
+    SmallVec, Text, WritableImage,
 };
-use std::io::{BufRead, Cursor, Seek};
+use hwall_numeric::check::positive;
+use std::io::Cursor;
 use std::path::Path;
 
 const INCH_MM: f64 = 25.4;
@@ -23,9 +24,9 @@ const UNIT: &str = "height_unit";
 pub struct HeightSource {
     /// The channel with the heights. By default the only one, or `height`, `Z` or `Y`.
     pub channel: Option<String>,
-    /// Distance of neighbouring pixels, mm. By default what the picture says.
+    /// Distance of neighbouring pixels, mm. By default as the picture states.
     pub pitch_mm: Option<f64>,
-    /// Millimetres for each unit of height. By default what the picture says.
+    /// Millimetres per unit of height. By default as the picture states.
     pub unit_mm: Option<f64>,
 }
 
@@ -35,25 +36,25 @@ impl HeightField {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_exr(&self, path: &Path) -> Result<(), TextonError> {
+    pub fn write_exr(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
         let heights = self
             .downward()
             .map(|(i, j)| self.pixel_mm(i as i64, j as i64) as f32);
         let channels = [("height", heights.collect())];
-        self.write(path, channels, "height = mm above the plate")
+        self.write(path.as_ref(), channels, "height = mm above the plate")
     }
 
     /// Writes an EXR picture of the unit normals: R along x (the long axis of the bumps), G along y, B away
-    /// from the plate, each -1 to 1 as it is (32-bit float, not shifted to 0 to 1).
+    /// from the plate, each from -1 to 1 (32-bit float, not shifted to 0 to 1).
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_normal_exr(&self, path: &Path) -> Result<(), TextonError> {
+    pub fn write_normal_exr(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
         let normals: Vec<[f64; 3]> = self.downward().map(|(i, j)| self.normal(i, j)).collect();
         let channel = |axis: usize| normals.iter().map(|n| n[axis] as f32).collect();
         let channels = [("R", channel(0)), ("G", channel(1)), ("B", channel(2))];
         self.write(
-            path,
+            path.as_ref(),
             channels,
             "normal = R along x, G along y, B away from the plate, -1 to 1",
         )
@@ -79,7 +80,7 @@ impl HeightField {
             env!("CARGO_PKG_VERSION")
         )));
         let pitch_mm = self.pitch_mm();
-        // One text: the order of free attributes in the file would change from run to run.
+        // One comment: the order of several attributes in the file would change from run to run.
         let comment = format!("{PITCH} = {pitch_mm}\n{UNIT} = mm\n{what}\n");
         attributes.comments = Some(Text::from(comment.as_str()));
         attributes.horizontal_density = Some((INCH_MM / pitch_mm) as f32);
@@ -96,38 +97,42 @@ impl HeightField {
         );
         let image = Image::from_layers(ImageAttributes::with_size((columns, rows)), vec![layer]);
         let mut bytes = Cursor::new(Vec::new());
-        // By one thread, so that the blocks are always in the same order.
+        // On one thread, so that the blocks are always in the same order.
         let written = image.write().non_parallel().to_buffered(&mut bytes);
-        written.map_err(|error| file_error(path, error))?;
-        std::fs::write(path, bytes.into_inner()).map_err(|error| file_error(path, error))
+        written.map_err(|error| failed(path.display(), &error))?;
+        std::fs::write(path, bytes.into_inner()).map_err(|error| TextonError::io(path, &error))
     }
 
-    /// Reads heights from an EXR picture, one of ours or a measured one: one channel of any sample type,
-    /// square pixels, the highest row on top.
+    /// Reads heights from an EXR picture, written here or measured: one channel of any sample type, square
+    /// pixels, the highest row on top.
     ///
     /// # Errors
-    /// A file that is missing, truncated, no EXR or too large; no such channel; a pitch that is neither
-    /// said nor given; a pixel that is no finite number.
-    pub fn read_exr(path: &Path, source: &HeightSource) -> Result<Self, TextonError> {
-        let wrong = |error: exr::error::Error| file_error(path, error);
-        let file = std::fs::File::open(path).map_err(|error| file_error(path, error))?;
-        let image = read_bounded(std::io::BufReader::new(file), wrong)?;
+    /// A file that is missing, truncated, too large or not an EXR picture; no such channel; a pitch or unit that
+    /// is neither stated nor given; a pixel that is not finite.
+    pub fn read_exr(path: impl AsRef<Path>, source: &HeightSource) -> Result<Self, TextonError> {
+        let path = path.as_ref();
+        let file = std::fs::File::open(path).map_err(|error| TextonError::io(path, &error))?;
+        let image = read_bounded(std::io::BufReader::new(file), path.display())?;
         let all = channels(&image);
         let names = ["height", "z", "y"];
-        let (layer, channel) = choose(&all, source.channel.as_deref(), &names)?;
-        let said = Said::of(&layer.attributes);
-        let given = source.pitch_mm.or(said.pitch_mm);
-        let pitch_mm = given.ok_or(TextonError::Attribute {
-            name: "pixel pitch",
-        })?;
-        let given = source.unit_mm.or(said.unit_mm);
-        let unit_mm = given.ok_or(TextonError::Attribute {
-            name: "height unit",
-        })?;
-        crate::error::positive("height unit, mm", unit_mm)?;
-        let (columns, rows) = (layer.size.0, layer.size.1);
+        let chosen = choose(&all, source.channel.as_deref(), &names)?;
+        let units = PictureUnits::of(&chosen.layer.attributes);
+        let pitch_mm = source
+            .pitch_mm
+            .or(units.pitch_mm)
+            .ok_or(TextonError::Attribute {
+                name: "pixel pitch",
+            })?;
+        let unit_mm = source
+            .unit_mm
+            .or(units.unit_mm)
+            .ok_or(TextonError::Attribute {
+                name: "height unit",
+            })?;
+        positive("height unit, mm", unit_mm)?;
+        let (columns, rows) = (chosen.layer.size.0, chosen.layer.size.1);
         let mut heights_mm = vec![0.0; columns * rows];
-        for (k, value) in channel.sample_data.values_as_f32().enumerate() {
+        for (k, value) in chosen.channel.sample_data.values_as_f32().enumerate() {
             let (column, row) = (k % columns, k / columns);
             if !value.is_finite() {
                 let value = f64::from(value);
@@ -140,78 +145,13 @@ impl HeightField {
     }
 }
 
-/// A picture with all of its layers.
-type Picture = Image<exr::prelude::Layers<AnyChannels<FlatSamples>>>;
-/// A channel and the layer that it is of.
-type Chosen<'a> = (
-    &'a Layer<AnyChannels<FlatSamples>>,
-    &'a AnyChannel<FlatSamples>,
-);
-
-/// Reads a picture, unless its header asks for more pixels than are allowed.
-pub(crate) fn read_bounded(
-    mut file: impl BufRead + Seek,
-    failed: impl Fn(exr::error::Error) -> TextonError,
-) -> Result<Picture, TextonError> {
-    let meta = MetaData::read_from_buffered(&mut file, false).map_err(&failed)?;
-    for header in &meta.headers {
-        let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
-        if pixels > MOST_PIXELS {
-            return Err(TextonError::Parameter {
-                what: "pixels",
-                value: pixels as f64,
-                wanted: "at most 268435456",
-            });
-        }
-    }
-    file.rewind().map_err(|error| failed(error.into()))?;
-    read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(file)
-        .map_err(&failed)
-}
-
-/// The channels of all layers.
-pub(crate) fn channels(picture: &Picture) -> Vec<Chosen<'_>> {
-    let layers = picture.layer_data.iter();
-    layers
-        .flat_map(|layer| layer.channel_data.list.iter().map(move |c| (layer, c)))
-        .collect()
-}
-
-/// The channel asked for; if none was, the only one, or the first of the known names.
-pub(crate) fn choose<'a>(
-    all: &[Chosen<'a>],
-    wanted: Option<&str>,
-    known: &[&str],
-) -> Result<Chosen<'a>, TextonError> {
-    let named = |name: &str| all.iter().find(|(_, c)| c.name.eq_case_insensitive(name));
-    let chosen = match (wanted, all) {
-        (Some(name), _) => named(name),
-        (None, [only]) => Some(only),
-        (None, _) => known.iter().find_map(|name| named(name)),
-    };
-    chosen.copied().ok_or_else(|| {
-        let found: Vec<String> = all.iter().map(|(_, c)| c.name.to_string()).collect();
-        TextonError::Channel {
-            wanted: wanted.map_or_else(|| known.join(" or "), str::to_owned),
-            found: found.join(", "),
-        }
-    })
-}
-
-/// What a picture says of its units.
-struct Said {
+/// The units that a picture states.
+struct PictureUnits {
     pitch_mm: Option<f64>,
     unit_mm: Option<f64>,
 }
 
-impl Said {
+impl PictureUnits {
     /// From free attributes of these names, from our comment, or from the density.
     fn of(attributes: &LayerAttributes) -> Self {
         let comments = attributes.comments.as_ref().map(Text::to_string);

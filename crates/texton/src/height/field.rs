@@ -1,11 +1,11 @@
 //! Heights over a regular grid of places.
 
-use crate::error::{finite, positive};
-use crate::triangulate::{inside, outline};
-use crate::{Patch, TextonError, TriangleMesh};
-
-/// More pixels are refused: a gigabyte.
-pub(crate) const MOST_PIXELS: u64 = 1 << 28;
+use crate::error::TextonError;
+use crate::mesh::{TriangleMesh, inside, outline};
+use crate::picture::MOST_PIXELS;
+use crate::print::Patch;
+use glam::DVec2;
+use hwall_numeric::check::{positive, that};
 
 /// Heights above the plate, mm, at the middles of square pixels; row 0 at the lower border (least y).
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ impl HeightField {
     /// Single precision: 6e-8 of the height.
     ///
     /// # Errors
-    /// A pitch that is no positive number, rows that are not full, no pixels, a height that is no finite number.
+    /// A pitch that is not positive, an incomplete row, no pixels, a height that is not finite.
     pub fn new(columns: usize, pitch_mm: f64, heights_mm: Vec<f32>) -> Result<Self, TextonError> {
         positive("pixel pitch, mm", pitch_mm)?;
         if columns == 0 || heights_mm.is_empty() || !heights_mm.len().is_multiple_of(columns) {
@@ -64,24 +64,24 @@ impl HeightField {
         &self.heights_mm
     }
 
-    /// Height of a pixel, mm; the nearest one's beyond the border.
-    pub(crate) fn pixel_mm(&self, column: i64, row: i64) -> f64 {
+    /// Height of a pixel, mm; beyond the border that of the nearest pixel.
+    pub(super) fn pixel_mm(&self, column: i64, row: i64) -> f64 {
         let [columns, rows] = self.size();
         let column = column.clamp(0, columns as i64 - 1) as usize;
         let row = row.clamp(0, rows as i64 - 1) as usize;
         f64::from(self.heights_mm[row * self.columns + column])
     }
 
-    /// Height at a place, mm, from its lower left corner; linear between the middles of pixels, and
-    /// level from the outermost middles to the border. `None` outside.
+    /// Height at a place, mm; linear between the middles of pixels, and constant from the outermost middles
+    /// to the border. `None` outside. `at_mm`: from the lower left corner of the field.
     #[must_use]
-    pub fn height_at_mm(&self, at_mm: [f64; 2]) -> Option<f64> {
+    pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.size();
         let inside = |i: usize| at_mm[i] >= 0.0 && at_mm[i] <= size[i] as f64 * self.pitch_mm;
         if !(inside(0) && inside(1)) {
             return None;
         }
-        let [(i, s), (j, t)] = at_mm.map(|x| {
+        let [(i, s), (j, t)] = at_mm.to_array().map(|x| {
             let pixels = x / self.pitch_mm - 0.5;
             (pixels.floor() as i64, pixels - pixels.floor())
         });
@@ -95,7 +95,7 @@ impl HeightField {
         let [columns, rows] = self.size();
         let (i, j) = (column as i64, row as i64);
         let slope = |low: f64, high: f64, at: usize, count: usize| {
-            // At a border one of both neighbours is the pixel itself.
+            // At a border one of the two neighbours is the pixel itself.
             let steps = usize::from(at > 0) + usize::from(at + 1 < count);
             if steps == 0 {
                 0.0
@@ -113,21 +113,20 @@ impl HeightField {
         glam::dvec3(-x, -y, 1.0).normalize().to_array()
     }
 
-    /// A closed solid with two triangles for each four neighbouring pixels, from middle to middle of
-    /// the outermost pixels: `plate_mm` thick below the lowest of them.
+    /// A closed solid with two triangles for every four neighbouring pixels, bounded by the middles of
+    /// the outermost pixels, with a plate of `plate_mm` below the lowest pixel.
     ///
     /// # Errors
-    /// Fewer than 2 x 2 pixels; a thickness that is no positive number; more than `max_triangles`.
+    /// Fewer than 2 x 2 pixels; a thickness that is not positive; more than `max_triangles`.
     pub fn mesh(&self, plate_mm: f64, max_triangles: u64) -> Result<TriangleMesh, TextonError> {
         positive("thickness of the plate, mm", plate_mm)?;
         let [columns, rows] = self.size();
-        if columns < 2 || rows < 2 {
-            return Err(TextonError::Parameter {
-                what: "pixels along a side",
-                value: columns.min(rows) as f64,
-                wanted: "at least 2",
-            });
-        }
+        that(
+            columns >= 2 && rows >= 2,
+            "pixels along a side",
+            columns.min(rows) as f64,
+            "at least 2",
+        )?;
         let around = 2 * (columns + rows) as u64 - 4;
         let triangles = 2 * ((columns - 1) * (rows - 1)) as u64 + 3 * around - 2;
         let limit = max_triangles.min(u64::from(u32::MAX));
@@ -185,36 +184,36 @@ impl HeightField {
 
 impl Patch {
     /// Height of the true surface above the plate, mm; `None` outside the patch and in its holes.
-    /// Looks at every bump: for many places take [`Patch::height_field`].
+    /// Goes through every bump: for many places use [`Patch::height_field`].
     #[must_use]
-    pub fn height_at_mm(&self, at_mm: [f64; 2]) -> Option<f64> {
+    pub fn height_at_mm(&self, at_mm: DVec2) -> Option<f64> {
         let size = self.spec().size_mm;
         let on_plate = (0..2).all(|i| at_mm[i] >= 0.0 && at_mm[i] <= size[i]);
         let in_hole = self.spec().holes.iter().any(|h| {
-            let [x, y] = h.centre_mm;
-            (at_mm[0] - x).hypot(at_mm[1] - y) < 0.5 * h.diameter_mm
+            let off = at_mm - h.centre_mm;
+            off.x.hypot(off.y) < 0.5 * h.diameter_mm
         });
         if !on_plate || in_hole {
             return None;
         }
         let texton = self.texture().texton();
-        let height = |[x, y]: [f64; 2]| texton.height_at_mm([at_mm[0] - x, at_mm[1] - y]);
+        let height = |centre_mm: DVec2| texton.height_at_mm(at_mm - centre_mm);
         Some(self.centres_mm().map(height).fold(0.0, f64::max))
     }
 
-    /// Heights above the plate at the middles of pixels; a last column or row that would reach over the
+    /// Heights above the plate at the middles of pixels; a last column or row that would extend beyond the
     /// border by more than half a pixel is left out. Holes are level with the plate.
     ///
     /// # Errors
-    /// A pitch that is no positive number, no or too many pixels.
+    /// A pitch that is not positive; no pixels or too many.
     pub fn height_field(&self, pitch_mm: f64) -> Result<HeightField, TextonError> {
         positive("pixel pitch, mm", pitch_mm)?;
         let count = self.spec().size_mm.map(|x| (x / pitch_mm).round());
-        let pixels = finite_count(count[0] * count[1])?;
+        let pixels = pixel_count(count[0] * count[1])?;
         let [columns, rows] = count.map(|c| c as usize);
         let mut heights_mm = vec![0.0_f32; pixels];
         let texton = self.texture().texton();
-        let radii = texton.radii_mm();
+        let radii = texton.radii().to_array();
         for centre in self.centres_mm() {
             // Pixels whose middles are below the bump.
             let [(i0, i1), (j0, j1)] = [(0, columns), (1, rows)].map(|(axis, count)| {
@@ -225,8 +224,8 @@ impl Patch {
             });
             for j in j0..j1 {
                 for i in i0..i1 {
-                    let at = [i, j].map(|k| (k as f64 + 0.5) * pitch_mm);
-                    let height = texton.height_at_mm([at[0] - centre[0], at[1] - centre[1]]);
+                    let at = DVec2::from([i, j].map(|k| (k as f64 + 0.5) * pitch_mm));
+                    let height = texton.height_at_mm(at - centre);
                     let pixel = &mut heights_mm[j * columns + i];
                     *pixel = pixel.max(height as f32);
                 }
@@ -236,14 +235,7 @@ impl Patch {
     }
 }
 
-fn finite_count(pixels: f64) -> Result<usize, TextonError> {
-    finite("pixels", pixels)?;
-    if (1.0..=MOST_PIXELS as f64).contains(&pixels) {
-        return Ok(pixels as usize);
-    }
-    Err(TextonError::Parameter {
-        what: "pixels",
-        value: pixels,
-        wanted: "1 to 268435456",
-    })
+fn pixel_count(pixels: f64) -> Result<usize, TextonError> {
+    let holds = (1.0..=MOST_PIXELS as f64).contains(&pixels);
+    Ok(that(holds, "pixels", pixels, "1 to 268435456")? as usize)
 }

@@ -1,12 +1,16 @@
-//! How rough people found orientations and speeds, and the reverse of it.
+//! How rough people found orientations and speeds, and which of these give a wanted roughness.
 
-use crate::calibration_csv::Row;
-use crate::error::finite;
-use crate::{Level, ScanAngle, TextonError};
+use super::calibration_csv;
+use super::isotonic::isotonic_grid;
+use super::level::Level;
+use crate::error::TextonError;
+use crate::geometry::ScanAngle;
+use hwall_numeric::check::{finite, non_negative};
 use spade::{
     DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, NaturalNeighbor, Point2,
     Triangulation,
 };
+use std::io::Read;
 
 /// A condition of the study and its mean magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +21,7 @@ pub struct CalibrationNode {
     pub speed_mm_per_s: f64,
     /// Mean magnitude, in the study's own scale.
     pub magnitude: f64,
-    /// Rows that it is the mean of.
+    /// Number of rows averaged.
     pub rows: usize,
 }
 
@@ -35,52 +39,77 @@ impl HasPosition for Vertex {
     }
 }
 
+/// Least orientation (degrees) and speed (mm/s) of the nodes, and their ranges.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    least: [f64; 2],
+    range: [f64; 2],
+}
+
+impl Scale {
+    /// The point of the mesh for an orientation and a speed.
+    fn point(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Point2<f64> {
+        Point2::new(
+            (scan.deg() - self.least[0]) / self.range[0],
+            (speed_mm_per_s - self.least[1]) / self.range[1],
+        )
+    }
+}
+
 type Mesh = DelaunayTriangulation<Vertex, (), (), (), LastUsedVertexHintGenerator>;
 type Neighbours<'a> = NaturalNeighbor<'a, Mesh>;
 
-/// A table (orientation, speed) -> magnitude, interpolated between its nodes and inverted.
+/// A table from orientation and speed to magnitude, interpolated between its nodes and inverted.
 ///
 /// Orientation and speed are scaled by their ranges, then interpolated by natural neighbours (Sibson):
 /// exact at the nodes, exact for magnitudes that are linear in both, linear along the border,
-/// continuous, and nowhere beyond the nodes around. Outside the nodes' convex hull there is no answer.
+/// continuous, and never outside the range of the surrounding nodes. Undefined outside the convex hull of the
+/// nodes.
 #[derive(Debug, Clone)]
 pub struct Calibration {
     /// Sorted by orientation, then speed.
     nodes: Vec<CalibrationNode>,
     mesh: Mesh,
-    /// Least orientation (degrees) and speed, and their ranges.
-    least: [f64; 2],
-    range: [f64; 2],
+    scale: Scale,
 }
 
-/// In units of the ranges: a question this close to a node or to the border is on it.
+/// In units of the ranges: a point this close to a node or to the border is on it.
 const ON: f64 = 1e-9;
-/// Where a crossing is looked for between two neighbouring nodes.
+/// Equal steps in which a crossing is looked for between two neighbouring nodes.
 const PIECES: usize = 16;
 
 impl Calibration {
-    /// From conditions and magnitudes; those of one condition are averaged.
+    /// From conditions and magnitudes in any order; the magnitudes of one condition are averaged.
     ///
     /// # Errors
     /// A number that is not finite, a negative speed, or conditions that do not span an area.
-    pub fn from_rows(
-        rows: impl IntoIterator<Item = (ScanAngle, f64, f64)>,
-    ) -> Result<Self, TextonError> {
-        let mut table: Vec<Row> = Vec::new();
-        for (scan, speed_mm_per_s, magnitude) in rows {
-            crate::roughness::speed(speed_mm_per_s)?;
-            finite("magnitude", magnitude)?;
-            table.push((scan, speed_mm_per_s, magnitude));
+    pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self, TextonError> {
+        let mut table: Vec<Level> = rows.into_iter().collect();
+        for row in &table {
+            non_negative("speed_mm_per_s", row.speed_mm_per_s)?;
+            finite("magnitude", row.magnitude)?;
         }
-        table.sort_by(|a, b| a.0.rad().total_cmp(&b.0.rad()).then(a.1.total_cmp(&b.1)));
-        let same = |a: &Row, b: &Row| a.0 == b.0 && a.1 == b.1;
+        table.sort_by(|a, b| {
+            let by_orientation = a.scan.rad().total_cmp(&b.scan.rad());
+            by_orientation.then(a.speed_mm_per_s.total_cmp(&b.speed_mm_per_s))
+        });
+        let same = |a: &Level, b: &Level| a.scan == b.scan && a.speed_mm_per_s == b.speed_mm_per_s;
         let nodes = table.chunk_by(same).map(|rows| CalibrationNode {
-            scan: rows[0].0,
-            speed_mm_per_s: rows[0].1,
-            magnitude: rows.iter().map(|row| row.2).sum::<f64>() / rows.len() as f64,
+            scan: rows[0].scan,
+            speed_mm_per_s: rows[0].speed_mm_per_s,
+            magnitude: rows.iter().map(|row| row.magnitude).sum::<f64>() / rows.len() as f64,
             rows: rows.len(),
         });
         Self::from_nodes(nodes.collect())
+    }
+
+    /// From a CSV with a header that names at least `orientation_deg`, `velocity_mm_s` and `value`, in any
+    /// order; rows in any order, those of one condition (participants, rounds) averaged.
+    ///
+    /// # Errors
+    /// A missing column; a line that cannot be read, with its number; as [`Calibration::from_rows`].
+    pub fn from_csv(csv: impl Read) -> Result<Self, TextonError> {
+        Self::from_rows(calibration_csv::read(csv)?)
     }
 
     fn from_nodes(nodes: Vec<CalibrationNode>) -> Result<Self, TextonError> {
@@ -95,21 +124,19 @@ impl Calibration {
         if !(range_deg > 0.0 && range_speed > 0.0) {
             return Err(flat);
         }
-        let (least, range) = ([least_deg, least_speed], [range_deg, range_speed]);
+        let scale = Scale {
+            least: [least_deg, least_speed],
+            range: [range_deg, range_speed],
+        };
         let vertices = nodes.iter().map(|node| Vertex {
-            at: scaled(node.scan, node.speed_mm_per_s, least, range),
+            at: scale.point(node.scan, node.speed_mm_per_s),
             magnitude: node.magnitude,
         });
         let mesh = Mesh::bulk_load_stable(vertices.collect()).map_err(|_| flat.clone())?;
         if mesh.num_inner_faces() == 0 {
             return Err(flat);
         }
-        Ok(Self {
-            nodes,
-            mesh,
-            least,
-            range,
-        })
+        Ok(Self { nodes, mesh, scale })
     }
 
     /// The conditions, sorted by orientation, then speed.
@@ -147,8 +174,8 @@ impl Calibration {
     /// Error: 1e-12 of the range of orientations.
     ///
     /// # Errors
-    /// A magnitude that no orientation has at this speed, with those that there are; a speed beyond the
-    /// calibrated ones of every orientation, named with the least orientation.
+    /// A magnitude that no orientation has at this speed, with the range of those that occur; a speed outside the
+    /// calibrated ones of every orientation, reported with the least orientation.
     pub fn orientation_for(
         &self,
         magnitude: f64,
@@ -158,11 +185,11 @@ impl Calibration {
         let near = self.mesh.natural_neighbor();
         let of = |scan| self.interpolate(&near, scan, speed_mm_per_s);
         let stops = self.orientations();
-        // Angles in between are within the nodes' and so always finite.
+        // Angles between those of the nodes are always finite.
         let angle = |deg| ScanAngle::from_deg(deg).unwrap_or(ScanAngle::ALONG);
         let degrees: Vec<f64> = stops.iter().map(|scan| scan.deg()).collect();
         let outside = TextonError::OutsideCalibration {
-            orientation_deg: self.least[0],
+            orientation_deg: self.scale.least[0],
             speed_mm_per_s,
         };
         first_crossing(&degrees, magnitude, outside, |deg| of(angle(deg))).map(angle)
@@ -173,27 +200,27 @@ impl Calibration {
     /// Error: 1e-12 of the range of speeds.
     ///
     /// # Errors
-    /// A magnitude that no speed has at this orientation, with those that there are; an orientation beyond
-    /// the calibrated ones of every speed, named with the least speed.
+    /// A magnitude that no speed has at this orientation, with the range of those that occur; an orientation
+    /// outside the calibrated ones of every speed, reported with the least speed.
     pub fn speed_for(&self, magnitude: f64, scan: ScanAngle) -> Result<f64, TextonError> {
         let near = self.mesh.natural_neighbor();
         let outside = TextonError::OutsideCalibration {
             orientation_deg: scan.deg(),
-            speed_mm_per_s: self.least[1],
+            speed_mm_per_s: self.scale.least[1],
         };
         first_crossing(&self.speeds_mm_per_s(), magnitude, outside, |speed| {
             self.interpolate(&near, scan, speed)
         })
     }
 
-    /// A level of this magnitude in two steps: the orientation whose range over speed holds it most
-    /// safely, then the speed.
+    /// A level of this magnitude in two steps: the orientation over whose speeds the magnitude lies farthest
+    /// inside the range, then the speed.
     ///
-    /// The orientations are those of the nodes; where the ranges of two neighbours leave a gap, those
-    /// between them too.
+    /// The orientations are those of the nodes and, where the ranges of two neighbours leave a gap, also those
+    /// between them.
     ///
     /// # Errors
-    /// A magnitude outside the whole table's.
+    /// A magnitude outside the range of the whole table.
     pub fn level_for(&self, magnitude: f64) -> Result<Level, TextonError> {
         finite("magnitude", magnitude)?;
         let measured = self.orientations();
@@ -235,7 +262,7 @@ impl Calibration {
     /// or speed.
     ///
     /// # Errors
-    /// Nodes that are no full grid of orientations and speeds.
+    /// Nodes that do not form a full grid of orientations and speeds.
     pub fn isotonic(&self) -> Result<Self, TextonError> {
         let (rows, columns) = (self.orientations().len(), self.speeds_mm_per_s().len());
         if rows * columns != self.nodes.len() {
@@ -247,7 +274,7 @@ impl Calibration {
         }
         let values: Vec<f64> = self.nodes.iter().map(|node| node.magnitude).collect();
         let weights: Vec<f64> = self.nodes.iter().map(|node| node.rows as f64).collect();
-        let repaired = crate::isotonic::isotonic_grid(&values, &weights, columns);
+        let repaired = isotonic_grid(&values, &weights, columns);
         let nodes = self.nodes.iter().zip(repaired);
         let nodes = nodes.map(|(node, magnitude)| CalibrationNode { magnitude, ..*node });
         Self::from_nodes(nodes.collect())
@@ -265,7 +292,7 @@ impl Calibration {
             let of = |speed| self.interpolate(&near, scan, speed);
             let (lo, hi) = extent(pieces(&speeds).filter_map(of));
             let margin = (magnitude - lo).min(hi - magnitude);
-            // Not above the best by rounding alone: the first of equals stays.
+            // By more than rounding: of equal margins the first stays.
             let better = best.is_none_or(|(_, least)| margin > least + ON * (hi - lo));
             if margin >= 0.0 && better {
                 best = Some((scan, margin));
@@ -294,13 +321,13 @@ impl Calibration {
     }
 
     fn interpolate(&self, near: &Neighbours<'_>, scan: ScanAngle, speed: f64) -> Option<f64> {
-        let at = scaled(scan, speed, self.least, self.range);
+        let at = self.scale.point(scan, speed);
         let nearest = self.mesh.nearest_neighbor(at)?;
         let to = nearest.position();
         if (at.x - to.x).hypot(at.y - to.y) <= ON {
             return Some(nearest.data().magnitude);
         }
-        // On the border Sibson's cells are unbounded; just beside it they are too large to compute with.
+        // Sibson's cells are unbounded on the border, and too large to compute with close to it.
         let border = self.mesh.convex_hull().find_map(|edge| {
             let [from, to] = edge.positions();
             let along = [to.x - from.x, to.y - from.y];
@@ -322,7 +349,7 @@ impl Calibration {
 pub struct Violation {
     /// The node with the smaller angle or speed.
     pub lower: CalibrationNode,
-    /// Its neighbour, less rough.
+    /// Its neighbour, which is less rough.
     pub upper: CalibrationNode,
 }
 
@@ -334,20 +361,13 @@ impl Violation {
     }
 }
 
-fn scaled(scan: ScanAngle, speed: f64, least: [f64; 2], range: [f64; 2]) -> Point2<f64> {
-    Point2::new(
-        (scan.deg() - least[0]) / range[0],
-        (speed - least[1]) / range[1],
-    )
-}
-
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
         (lo.min(v), hi.max(v))
     })
 }
 
-/// The stops and equal steps between them.
+/// The stops, and equal steps between them.
 fn pieces(stops: &[f64]) -> impl Iterator<Item = f64> {
     let last = stops.last().copied();
     stops
@@ -356,8 +376,8 @@ fn pieces(stops: &[f64]) -> impl Iterator<Item = f64> {
         .chain(last)
 }
 
-/// The first place at which a function that is `None` outside its domain has a value; `outside` where
-/// no stop is within.
+/// The first place at which a function, `None` outside its domain, takes a value; the error `outside` if no
+/// stop lies in the domain.
 fn first_crossing(
     stops: &[f64],
     wanted: f64,
@@ -392,7 +412,7 @@ fn first_crossing(
     Err(TextonError::NotAttained { wanted, min, max })
 }
 
-/// Where a condition that is `first` at `lo` and not at `hi` changes, to the last bits.
+/// Where a condition that is `first` at `lo` and not at `hi` changes, to the last bit.
 fn bisect(mut lo: f64, mut hi: f64, holds: impl Fn(f64) -> bool, first: bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (lo + hi);

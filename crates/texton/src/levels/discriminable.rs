@@ -1,9 +1,9 @@
 //! Levels that people tell apart.
 
-use crate::TextonError;
-use crate::error::finite;
+use crate::error::TextonError;
+use hwall_numeric::check::{finite, that};
 
-/// Most levels that a search takes.
+/// Levels in a search, at most.
 const MOST: usize = 128;
 
 /// The largest set of levels of which every pair differs significantly, as places in the list given,
@@ -13,17 +13,11 @@ const MOST: usize = 128;
 /// largest clique, by branch and bound. Of several largest sets one is returned, always the same.
 ///
 /// # Errors
-/// More than 128 levels, a magnitude that is not finite, a pair of a level with itself or with one
-/// that there is not.
+/// More than 128 levels, a magnitude that is not finite, a pair of a level with itself or with a place
+/// beyond the list.
 pub fn discriminable(magnitudes: &[f64], pairs: &[[usize; 2]]) -> Result<Vec<usize>, TextonError> {
     let n = magnitudes.len();
-    if n > MOST {
-        return Err(TextonError::Parameter {
-            what: "number of levels",
-            value: n as f64,
-            wanted: "at most 128",
-        });
-    }
+    that(n <= MOST, "number of levels", n as f64, "at most 128")?;
     for value in magnitudes {
         finite("magnitude", *value)?;
     }
@@ -38,12 +32,12 @@ pub fn discriminable(magnitudes: &[f64], pairs: &[[usize; 2]]) -> Result<Vec<usi
         differ[a] |= 1 << b;
         differ[b] |= 1 << a;
     }
-    let everybody = if n == MOST { u128::MAX } else { (1 << n) - 1 };
+    let all = if n == MOST { u128::MAX } else { (1 << n) - 1 };
     let mut search = Search {
         differ: &differ,
         best: 0,
     };
-    search.grow(0, everybody);
+    search.grow(0, all);
     let mut places: Vec<usize> = (0..n).filter(|i| search.best >> i & 1 == 1).collect();
     places.sort_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]));
     Ok(places)
@@ -55,7 +49,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Adds to a set from the candidates, all of which differ from all of it.
+    /// Extends a set by candidates, each of which differs from every level of the set.
     fn grow(&mut self, set: u128, mut candidates: u128) {
         if candidates == 0 {
             if set.count_ones() > self.best.count_ones() {
@@ -63,8 +57,8 @@ impl Search<'_> {
             }
             return;
         }
-        // Classes of levels that do not differ: of each at most one joins. Those of the last classes
-        // are tried first; where the classes left cannot beat the best, nothing below them can.
+        // Classes of levels that do not differ from each other: at most one of each class can join. The last
+        // classes are tried first; once the remaining classes are too few to beat the best set, the search ends.
         let mut order = Vec::with_capacity(candidates.count_ones() as usize);
         let (mut uncoloured, mut class) = (candidates, 0);
         while uncoloured != 0 {

@@ -1,9 +1,10 @@
-//! Which level stands for which virtual texture.
+//! Levels for virtual textures.
 
-use crate::error::finite;
-use crate::{Level, LevelTable, TextonError};
+use super::level::{Level, LevelTable};
+use crate::error::TextonError;
+use hwall_numeric::check::finite;
 
-/// n virtual textures on n of m levels, one to one, in the order of their roughness.
+/// n virtual textures assigned to n of m levels, one to one, in the order of their roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Encoding {
     /// Level of each texture, in the order in which they were given.
@@ -16,10 +17,10 @@ pub struct Encoding {
 impl Encoding {
     /// Chooses levels for textures of these roughnesses (any scale, any order).
     ///
-    /// The order of roughness is that of the magnitudes, and the n magnitudes are spread as evenly as the
+    /// Rougher textures get levels of greater magnitude, and the n magnitudes are spread as evenly as the
     /// levels allow over their whole range: of all choices the one with the least sum of squared
-    /// differences between its steps and `range / (n - 1)` (exact, by dynamic programming). One texture
-    /// takes the level nearest to the middle. Equally rough textures take neighbouring levels in the
+    /// differences between its steps and `range / (n - 1)` (exact, by dynamic programming). A single texture
+    /// gets the level nearest to the middle. Equally rough textures get neighbouring levels in the
     /// order given: the assignment is one to one.
     ///
     /// # Errors
@@ -60,7 +61,7 @@ impl Encoding {
         self.levels.get(texture)
     }
 
-    /// The level of the texture whose roughness is nearest, the smoother of two as near; `None` for NaN.
+    /// The level of the texture whose roughness is nearest, the smoother of two equally near ones; `None` for NaN.
     #[must_use]
     pub fn level_for(&self, roughness: f64) -> Option<&Level> {
         if roughness.is_nan() {
@@ -106,7 +107,7 @@ fn spread(sorted: &[f64], n: usize) -> Vec<usize> {
             .collect();
     }
     let step = range / (n - 1) as f64;
-    // cost[i]: least sum with the k-th choice at i; from[k][i]: the choice before it.
+    // cost[i]: least sum if the k-th choice is i; from[k][i]: the choice before it.
     let mut cost = vec![0.0; m];
     let mut from = vec![vec![0; m]; n];
     for (k, from) in from.iter_mut().enumerate().skip(1) {

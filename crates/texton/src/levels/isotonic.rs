@@ -1,13 +1,13 @@
-//! The closest table that never falls.
+//! The closest table without falling values.
 
 /// Rounds of alternating projections; a 17 x 17 grid of noise needs some hundred.
 const ROUNDS: usize = 20_000;
 
-/// Least squares over all grids that never fall along rows or columns, `columns` values a row.
+/// Least squares over all grids that never fall along rows or columns; `columns` values per row.
 ///
 /// Dykstra's alternating projections with the pool-adjacent-violators algorithm along each direction;
-/// the last rounding is lifted, so that the result never falls exactly.
-pub(crate) fn isotonic_grid(values: &[f64], weights: &[f64], columns: usize) -> Vec<f64> {
+/// at the end, falls by rounding alone are removed.
+pub(super) fn isotonic_grid(values: &[f64], weights: &[f64], columns: usize) -> Vec<f64> {
     let rows = values.len() / columns;
     let mut x = values.to_vec();
     let mut left = [vec![0.0; values.len()], vec![0.0; values.len()]];
@@ -16,14 +16,22 @@ pub(crate) fn isotonic_grid(values: &[f64], weights: &[f64], columns: usize) -> 
         let before = x.clone();
         for (side, left) in left.iter_mut().enumerate() {
             let wanted: Vec<f64> = x.iter().zip(&*left).map(|(x, p)| x + p).collect();
-            // Lines of the grid as first index, step and length.
-            let (lines, step, next, length) = if side == 0 {
-                (rows, 1, columns, columns)
-            } else {
-                (columns, columns, 1, rows)
-            };
+            let lines = if side == 0 { rows } else { columns };
             for line in 0..lines {
-                pool(&wanted, weights, line * next, step, length, &mut x);
+                let line = if side == 0 {
+                    Line {
+                        start: line * columns,
+                        step: 1,
+                        length: columns,
+                    }
+                } else {
+                    Line {
+                        start: line,
+                        step: columns,
+                        length: rows,
+                    }
+                };
+                pool(&wanted, weights, line, &mut x);
             }
             for ((left, wanted), x) in left.iter_mut().zip(&wanted).zip(&x) {
                 *left = wanted - x;
@@ -46,30 +54,49 @@ pub(crate) fn isotonic_grid(values: &[f64], weights: &[f64], columns: usize) -> 
     x
 }
 
-/// Pool adjacent violators along one line of a grid.
-fn pool(
-    wanted: &[f64],
-    weights: &[f64],
+/// One line of a grid, by index.
+struct Line {
     start: usize,
     step: usize,
     length: usize,
-    out: &mut [f64],
-) {
-    // Mean, weight and length of each block.
-    let mut blocks: Vec<(f64, f64, usize)> = Vec::with_capacity(length);
+}
+
+/// Pool adjacent violators along one line of a grid.
+fn pool(wanted: &[f64], weights: &[f64], line: Line, out: &mut [f64]) {
+    let Line {
+        start,
+        step,
+        length,
+    } = line;
+    let mut blocks: Vec<Block> = Vec::with_capacity(length);
     for i in (0..length).map(|i| start + i * step) {
-        let mut block = (wanted[i], weights[i], 1);
-        while let Some((mean, weight, n)) = blocks.pop_if(|last| last.0 > block.0) {
-            let sum = weight + block.1;
-            block = ((mean * weight + block.0 * block.1) / sum, sum, n + block.2);
+        let mut block = Block {
+            mean: wanted[i],
+            weight: weights[i],
+            length: 1,
+        };
+        while let Some(last) = blocks.pop_if(|last| last.mean > block.mean) {
+            let weight = last.weight + block.weight;
+            block = Block {
+                mean: (last.mean * last.weight + block.mean * block.weight) / weight,
+                weight,
+                length: last.length + block.length,
+            };
         }
         blocks.push(block);
     }
     let mut i = start;
-    for (mean, _, n) in blocks {
-        for _ in 0..n {
-            out[i] = mean;
+    for block in blocks {
+        for _ in 0..block.length {
+            out[i] = block.mean;
             i += step;
         }
     }
+}
+
+/// Neighbouring values with a common mean.
+struct Block {
+    mean: f64,
+    weight: f64,
+    length: usize,
 }

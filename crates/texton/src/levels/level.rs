@@ -1,9 +1,10 @@
-//! One way to present a roughness, and a table of such ways.
+//! An orientation and a speed that present a roughness, and a table of such levels.
 
-use crate::error::finite;
-use crate::{ScanAngle, TextonError};
+use crate::error::TextonError;
+use crate::geometry::ScanAngle;
+use hwall_numeric::check::{finite, non_negative};
 
-/// An orientation and a speed, and how rough they are taken to feel.
+/// An orientation and a speed, and how rough they feel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Angle between scan and long axis of the bumps.
@@ -18,12 +19,12 @@ pub struct Level {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LevelTable {
     levels: Vec<Level>,
-    /// Between neighbours, where the nearest changes.
+    /// Magnitudes halfway between neighbours, where the nearest level changes.
     borders: Vec<f64>,
 }
 
 impl LevelTable {
-    /// From levels in any order; those of equal magnitude keep theirs.
+    /// From levels in any order; levels of equal magnitude keep their order.
     ///
     /// # Errors
     /// No level, a magnitude that is not finite, or a speed that is negative or not finite.
@@ -36,7 +37,7 @@ impl LevelTable {
         }
         for level in &levels {
             finite("magnitude", level.magnitude)?;
-            crate::roughness::speed(level.speed_mm_per_s)?;
+            non_negative("speed_mm_per_s", level.speed_mm_per_s)?;
         }
         levels.sort_by(|a, b| a.magnitude.total_cmp(&b.magnitude));
         let middle = |w: &[Level]| 0.5 * w[0].magnitude + 0.5 * w[1].magnitude;
@@ -50,7 +51,7 @@ impl LevelTable {
         &self.levels
     }
 
-    /// The level whose magnitude is nearest, the smoother of two as near; `None` for NaN.
+    /// The level whose magnitude is nearest, the smoother of two equally near ones; `None` for NaN.
     #[must_use]
     pub fn nearest(&self, magnitude: f64) -> Option<&Level> {
         if magnitude.is_nan() {

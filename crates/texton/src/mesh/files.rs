@@ -1,6 +1,7 @@
 //! Meshes as STL and OBJ files.
 
-use crate::{TextonError, TriangleMesh};
+use super::triangle_mesh::TriangleMesh;
+use crate::error::TextonError;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
@@ -9,30 +10,23 @@ use std::path::Path;
 /// The two kinds of STL.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum StlFormat {
-    /// 50 bytes a triangle.
+    /// 50 bytes per triangle.
     #[default]
     Binary,
     /// Text, five times as large.
     Ascii,
 }
 
-/// A file error that names the file.
-pub(crate) fn file_error(path: &Path, error: impl std::fmt::Display) -> TextonError {
-    TextonError::File {
-        name: path.display().to_string(),
-        message: error.to_string(),
-    }
-}
-
 impl TriangleMesh {
     /// Writes an STL file, mm, in single precision; normals are those of the rounded triangles.
     ///
-    /// A mesh that is a solid is one again after points of equal coordinates are merged: what would
-    /// fall together is refused.
+    /// A mesh that is a solid is one again after points with equal coordinates are merged: a mesh whose points
+    /// would fall together is refused.
     ///
     /// # Errors
     /// Points or triangles that vanish in single precision; a file that cannot be written.
-    pub fn write_stl(&self, path: &Path, format: StlFormat) -> Result<(), TextonError> {
+    pub fn write_stl(&self, path: impl AsRef<Path>, format: StlFormat) -> Result<(), TextonError> {
+        let path = path.as_ref();
         let triangles = self.single_precision()?;
         let write = || {
             let mut file = BufWriter::with_capacity(1 << 16, File::create(path)?);
@@ -42,27 +36,28 @@ impl TriangleMesh {
             }
             file.flush()
         };
-        write().map_err(|error: io::Error| file_error(path, error))
+        write().map_err(|error: io::Error| TextonError::io(path, &error))
     }
 
-    /// Reads an STL file of either kind; points of equal coordinates become one.
+    /// Reads an STL file of either kind; points with equal coordinates are merged.
     ///
     /// # Errors
-    /// A file that cannot be read or is no STL; coordinates that are no finite numbers.
-    pub fn read_stl(path: &Path) -> Result<Self, TextonError> {
-        let file = File::open(path).map_err(|error| file_error(path, error))?;
-        let read = stl_io::read_stl(&mut BufReader::new(file));
-        let mesh = read.map_err(|error| file_error(path, error))?;
+    /// A file that cannot be read or is not STL; coordinates that are not finite.
+    pub fn read_stl(path: impl AsRef<Path>) -> Result<Self, TextonError> {
+        let path = path.as_ref();
+        let read = File::open(path).and_then(|file| stl_io::read_stl(&mut BufReader::new(file)));
+        let mesh = read.map_err(|error| TextonError::io(path, &error))?;
         let points = mesh.vertices.iter().map(|v| v.0.map(f64::from));
         let triangles = mesh.faces.iter().map(|f| f.vertices.map(|i| i as u32));
         Self::new(points.collect(), triangles.collect())
     }
 
-    /// Writes an OBJ file with shared points, mm, in the shortest digits that read back exactly.
+    /// Writes an OBJ file with shared points, mm, in the fewest digits that read back exactly.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_obj(&self, path: &Path) -> Result<(), TextonError> {
+    pub fn write_obj(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
+        let path = path.as_ref();
         let write = || {
             let mut file = BufWriter::with_capacity(1 << 16, File::create(path)?);
             writeln!(file, "# millimetres")?;
@@ -76,12 +71,12 @@ impl TriangleMesh {
             }
             file.flush()
         };
-        write().map_err(|error: io::Error| file_error(path, error))
+        write().map_err(|error: io::Error| TextonError::io(path, &error))
     }
 
-    /// Corners in single precision, unless that makes points or triangles vanish.
+    /// Corners in single precision, unless points or triangles vanish in it.
     fn single_precision(&self) -> Result<Vec<[[f32; 3]; 3]>, TextonError> {
-        // Adding zero leaves no minus zero, which readers that compare bits take for another number.
+        // Adding zero removes minus zeros, which readers that compare bits take for another number.
         let points: Vec<[f32; 3]> = self
             .points_mm()
             .iter()

@@ -1,6 +1,7 @@
 //! How finely a curved surface is cut into triangles.
 
-use crate::TextonError;
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::that;
 
 /// Where triangles lie with respect to the true surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -10,20 +11,20 @@ pub enum ChordSide {
     #[default]
     Inside,
     /// Corners outside by the accuracy, triangles inside by up to the accuracy: about half as many
-    /// triangles and a smaller error of the volume, with bumps larger by the accuracy all around.
-    /// Of hemiellipsoids; cones keep their corners on the surface.
+    /// triangles and a smaller error of the volume, but bumps are larger by the accuracy on all sides.
+    /// For hemiellipsoids; cones keep their corners on the surface.
     Both,
 }
 
-/// What a mesh has to keep to.
+/// How fine a mesh has to be, and how large it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tessellation {
     /// Largest distance of the mesh from the true surface, mm, 0.001 to 1. Printers resolve about
     /// 0.05; the default of 0.01 leaves room for them.
     pub accuracy_mm: f64,
-    /// On which side of the surface that may be.
+    /// On which side of the surface the mesh may lie.
     pub side: ChordSide,
-    /// Meshes with more triangles are refused before memory is taken. A million takes about 25 MB.
+    /// Meshes with more triangles are refused before memory is allocated. A million takes about 25 MB.
     pub max_triangles: u64,
 }
 
@@ -38,7 +39,7 @@ impl Default for Tessellation {
 }
 
 impl Tessellation {
-    /// With this accuracy, mm, else as the default.
+    /// With this accuracy, mm, otherwise the default.
     #[must_use]
     pub fn with_accuracy_mm(accuracy_mm: f64) -> Self {
         Self {
@@ -47,14 +48,9 @@ impl Tessellation {
         }
     }
 
-    pub(crate) fn validate(&self) -> Result<(), TextonError> {
-        if (0.001..=1.0).contains(&self.accuracy_mm) {
-            return Ok(());
-        }
-        Err(TextonError::Parameter {
-            what: "accuracy_mm",
-            value: self.accuracy_mm,
-            wanted: "0.001 to 1",
-        })
+    pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
+        let holds = (0.001..=1.0).contains(&self.accuracy_mm);
+        that(holds, "accuracy_mm", self.accuracy_mm, "0.001 to 1")?;
+        Ok(())
     }
 }

@@ -1,7 +1,8 @@
 //! Triangle meshes and what makes them solids.
 
-use crate::TextonError;
+use crate::error::TextonError;
 use glam::DVec3;
+use hwall_numeric::check::finite;
 
 /// Triangles over shared points, mm; counter-clockwise seen from outside.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -10,16 +11,16 @@ pub struct TriangleMesh {
     triangles: Vec<[u32; 3]>,
 }
 
-/// What a mesh is, and what keeps it from being a solid.
+/// Size of a mesh, and what keeps it from being a solid.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct MeshCheck {
     /// Points.
     pub points: usize,
     /// Triangles.
     pub triangles: usize,
-    /// Edges that only one triangle has: holes of the surface.
+    /// Edges of only one triangle: holes in the surface.
     pub open_edges: usize,
-    /// Directed edges that more than one triangle has: sheets that meet, or neighbours turned against each other.
+    /// Directed edges of more than one triangle: sheets that meet, or neighbours of opposite orientation.
     pub doubled_edges: usize,
     /// Points at which the surface touches itself, or that no triangle uses.
     pub pinched_points: usize,
@@ -34,13 +35,13 @@ pub struct MeshCheck {
 }
 
 impl MeshCheck {
-    /// Is every edge shared by exactly two triangles of the same sense?
+    /// Is every edge shared by exactly two triangles of the same orientation?
     #[must_use]
     pub const fn is_watertight(&self) -> bool {
         self.triangles > 0 && self.open_edges == 0 && self.doubled_edges == 0
     }
 
-    /// Is it the boundary of a solid: watertight, two-dimensional everywhere, turned outward, without empty
+    /// Is it the boundary of a solid: watertight, a surface at every point, oriented outward, without empty
     /// triangles? Triangles that pass through each other are not looked for.
     #[must_use]
     pub fn is_solid(&self) -> bool {
@@ -55,10 +56,10 @@ impl TriangleMesh {
     /// A mesh of these points, mm, and triangles.
     ///
     /// # Errors
-    /// A coordinate that is no finite number, or a triangle with a point that is not there.
+    /// A coordinate that is not finite, or a triangle with an index beyond the points.
     pub fn new(points_mm: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, TextonError> {
         for &value in points_mm.iter().flatten() {
-            crate::error::finite("coordinate, mm", value)?;
+            finite("coordinate, mm", value)?;
         }
         if let Some(&index) = triangles
             .iter()
@@ -97,14 +98,14 @@ impl TriangleMesh {
     }
 
     /// The corners of a triangle, mm.
-    pub(crate) fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+    fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|i| DVec3::from_array(self.points_mm[i as usize]))
     }
 
     /// Volume enclosed, mm³, for a watertight mesh.
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
-        // From a corner of the mesh, so that far meshes lose no digits.
+        // From a point of the mesh, so that meshes far from the origin lose no digits.
         let Some(origin) = self.points_mm.first().map(|p| DVec3::from_array(*p)) else {
             return 0.0;
         };
@@ -130,7 +131,7 @@ impl TriangleMesh {
         (b - a).cross(c - a).length()
     }
 
-    /// Looks at every edge and every point.
+    /// Checks every edge and every point.
     #[must_use]
     pub fn check(&self) -> MeshCheck {
         let edges = Edges::new(self);
@@ -141,7 +142,7 @@ impl TriangleMesh {
         for middle in 0..self.points_mm.len() as u32 {
             let around = edges.from(middle);
             let Some(&(first, _)) = around.first() else {
-                // No triangle has it.
+                // No triangle uses it.
                 pinched_points += 1;
                 continue;
             };
@@ -151,7 +152,7 @@ impl TriangleMesh {
                 open_edges += usize::from(!opposite);
                 undirected += i64::from(!opposite || middle < to);
             }
-            // From triangle to triangle around the point: one round has to meet them all.
+            // From triangle to triangle around the point: one round has to visit them all.
             let mut at = first;
             let mut met = 0;
             while let Some(next) = edges.third(middle, at) {
@@ -180,7 +181,7 @@ impl TriangleMesh {
         }
     }
 
-    /// Lower and upper corner of the box around it, mm; `None` without points.
+    /// Lower and upper corner of the bounding box, mm; `None` without points.
     #[must_use]
     pub fn bounds_mm(&self) -> Option<[[f64; 3]; 2]> {
         let first = *self.points_mm.first()?;

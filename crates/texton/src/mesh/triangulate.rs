@@ -1,6 +1,6 @@
 //! Triangles of a plane region between closed outlines.
 
-use crate::TextonError;
+use crate::error::TextonError;
 use spade::handles::FixedFaceHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -27,7 +27,7 @@ pub(crate) fn outline(first: u32, count: u32) -> impl Iterator<Item = [u32; 2]> 
 ///
 /// `points`: those of the outlines, and any others to be used inside. `sides`: of all outlines, in
 /// any order. No point is added, so equal outlines of neighbouring regions fit together. Outlines may
-/// share points, not cross.
+/// share points but not cross.
 ///
 /// # Errors
 /// Outlines that cross, or points that coincide.
@@ -48,17 +48,17 @@ pub(crate) fn inside(
         |_| conflicts += 1,
     )
     .map_err(|_| TextonError::Triangulation { conflicts })?;
-    // A point on an outline that is not its own would split an edge, and open a seam.
+    // A point on the outline of another would split an edge and open a seam.
     if conflicts > 0 || mesh.num_vertices() != points.len() || mesh.num_constraints() != wanted {
         return Err(TextonError::Triangulation { conflicts });
     }
-    // Across an outline, inside and outside change places.
+    // Across an outline, inside changes to outside and back.
     let mut is_inside: Vec<Option<bool>> = vec![None; mesh.num_all_faces()];
     let outer: FixedFaceHandle<_> = mesh.outer_face().fix();
     is_inside[outer.index()] = Some(false);
     let mut to_do = Vec::new();
     for edge in mesh.convex_hull() {
-        // Either direction: one of the two faces is the outer one.
+        // One of the two faces is the outer one.
         for edge in [edge, edge.rev()] {
             if let Some(face) = edge.face().as_inner() {
                 is_inside[face.fix().index()] = Some(edge.is_constraint_edge());

@@ -1,8 +1,8 @@
-//! Which way does the finger scan?
+//! The direction of a finger's scan.
 
-use crate::TextonError;
-use crate::error::{finite, positive};
+use crate::error::TextonError;
 use glam::DVec2;
+use hwall_numeric::check::{finite, non_negative, positive};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Settings of [`ScanEstimator`].
@@ -10,9 +10,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 pub struct ScanConfig {
     /// Time constant of the low pass on the finger's velocity, s; default 0.02.
     pub time_constant_s: f64,
-    /// A slower finger rests: the direction stays what it was, m/s; default 0.01.
+    /// A slower finger rests, and the direction stays as it was, m/s; default 0.01.
     pub least_speed_m_per_s: f64,
-    /// Fastest turn of the direction, rad/s; default 6, a circle of 33 mm at 0.1 m/s in a second.
+    /// Fastest turn of the direction, rad/s; default 6: that of a circle with a diameter of 33 mm at 0.1 m/s.
     pub turn_rad_per_s: f64,
 }
 
@@ -34,14 +34,15 @@ impl ScanConfig {
     pub fn validate(&self) -> Result<(), TextonError> {
         positive("time_constant_s", self.time_constant_s)?;
         positive("least_speed_m_per_s", self.least_speed_m_per_s)?;
-        positive("turn_rad_per_s", self.turn_rad_per_s)
+        positive("turn_rad_per_s", self.turn_rad_per_s)?;
+        Ok(())
     }
 }
 
 /// The direction of a scan in the plane of a surface, from the finger's velocity.
 ///
-/// Low-passed, so that one bad sample turns nothing; limited in its rate; kept while the finger rests.
-/// A finger that turns round scans the other way at once instead of turning through a half circle.
+/// Low-passed, so that one bad sample does not turn it; limited in its rate; constant while the finger rests.
+/// When the finger reverses, the direction is reversed at once instead of turning through half a circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanEstimator {
     config: ScanConfig,
@@ -68,7 +69,7 @@ impl ScanEstimator {
     /// Starts anew with an expected direction, rad.
     ///
     /// # Errors
-    /// A direction that is not finite; nothing is then changed.
+    /// A direction that is not finite; the estimate then stays as it was.
     pub fn expect(&mut self, direction_rad: f64) -> Result<(), TextonError> {
         finite("direction_rad", direction_rad)?;
         self.direction_rad = wrapped(direction_rad);
@@ -76,10 +77,10 @@ impl ScanEstimator {
         Ok(())
     }
 
-    /// Starts anew with the tangential part of the approach, if that is fast enough to say something.
+    /// Starts anew with the tangential velocity of the approach, unless the finger rests by it.
     ///
     /// # Errors
-    /// A velocity that is not finite; nothing is then changed.
+    /// A velocity that is not finite; the estimate then stays as it was.
     pub fn expect_from_approach(&mut self, velocity_m_per_s: DVec2) -> Result<(), TextonError> {
         finite("speed of the approach", velocity_m_per_s.length())?;
         if velocity_m_per_s.length() >= self.config.least_speed_m_per_s {
@@ -88,13 +89,13 @@ impl ScanEstimator {
         Ok(())
     }
 
-    /// Takes the finger's velocity over the last `dt_s`; returns the direction, rad, in -π..=π.
+    /// Takes the velocity of the finger over the last `dt_s`; returns the direction, rad, from -π to π.
     ///
     /// # Errors
-    /// NaN, infinity or a negative step; nothing is then changed.
+    /// NaN, infinity or a negative step; the estimate then stays as it was.
     pub fn step(&mut self, dt_s: f64, velocity_m_per_s: DVec2) -> Result<f64, TextonError> {
         finite("speed of the finger", velocity_m_per_s.length())?;
-        crate::texture_motion::step_time(dt_s)?;
+        non_negative("dt_s", dt_s)?;
         let share = -(-dt_s / self.config.time_constant_s).exp_m1();
         self.velocity_m_per_s += share * (velocity_m_per_s - self.velocity_m_per_s);
         if self.velocity_m_per_s.length() >= self.config.least_speed_m_per_s {
@@ -109,14 +110,14 @@ impl ScanEstimator {
         Ok(self.direction_rad)
     }
 
-    /// The direction, rad, in -π..=π.
+    /// The direction, rad, from -π to π.
     #[must_use]
     pub const fn direction_rad(&self) -> f64 {
         self.direction_rad
     }
 }
 
-/// The same angle in -π..=π.
-pub(crate) fn wrapped(angle_rad: f64) -> f64 {
+/// The same angle from -π to π.
+pub(super) fn wrapped(angle_rad: f64) -> f64 {
     angle_rad - TAU * (angle_rad / TAU).round()
 }

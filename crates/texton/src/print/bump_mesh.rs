@@ -1,25 +1,28 @@
-//! One bump as triangles, to an asked chord error.
+//! One bump as triangles, within a wanted chord error.
 
-use crate::triangulate::{inside, outline as sides};
-use crate::{ChordSide, Tessellation, Texton, TextonError, TextonShape};
+use crate::error::TextonError;
+use crate::geometry::{Texton, TextonShape};
+use crate::mesh::{ChordSide, Tessellation, inside, outline as sides};
+use glam::DVec3;
+use hwall_numeric::ArgumentError;
 use std::f64::consts::TAU;
 
 /// A bump on the plane z = 0 around its middle, mm.
 #[derive(Debug, Clone)]
-pub(crate) struct BumpMesh {
+pub(super) struct BumpMesh {
     /// The outline on the plate first, counter-clockwise.
-    pub(crate) points: Vec<[f64; 3]>,
+    pub(super) points: Vec<[f64; 3]>,
     /// How many of the points are the outline.
-    pub(crate) outline: usize,
+    pub(super) outline: usize,
     /// Counter-clockwise from outside.
-    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Around a bump or hole, whatever the accuracy: what is rounder than this is no polygon to feel.
-pub(crate) const FEWEST_AROUND: usize = 8;
+/// Points around a bump or hole, at least, whatever the accuracy: fewer would feel like a polygon.
+pub(super) const FEWEST_AROUND: usize = 8;
 
 impl BumpMesh {
-    pub(crate) fn new(texton: &Texton, ask: &Tessellation) -> Result<Self, TextonError> {
+    pub(super) fn new(texton: &Texton, ask: &Tessellation) -> Result<Self, TextonError> {
         match texton.shape() {
             TextonShape::Hemiellipsoid => hemiellipsoid(texton, ask),
             TextonShape::TruncatedCone { .. } => cone(texton, ask),
@@ -55,11 +58,11 @@ impl Stretch {
     }
 }
 
-/// The way up each meridian and how far up the metric `√s` has come.
+/// The length of each meridian from the plate up, in the metric `√s`.
 struct Meridians {
     /// Elevations, rad, closer together where a flat bump bends.
     elevations: Vec<f64>,
-    /// Way from the plate, in the metric, a row for each meridian.
+    /// Length from the plate, in the metric, one row per meridian.
     way: Vec<Vec<f64>>,
 }
 
@@ -111,7 +114,7 @@ fn direction(azimuth: f64, elevation: f64) -> [f64; 3] {
 
 /// Points around a ring of elevations, evenly spaced in the metric.
 struct Ring {
-    /// Metric way around at each meridian; one more entry for the full turn.
+    /// Length around up to each meridian, in the metric; one more entry for the full turn.
     way: Vec<f64>,
     elevations: Vec<f64>,
 }
@@ -150,9 +153,9 @@ impl Ring {
 }
 
 fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
-    let [a, b] = texton.radii_mm();
+    let [a, b] = texton.radii().to_array();
     let stretch = Stretch([a, b, texton.height_mm()]);
-    // With corners outside by the accuracy, chords may sag twice as deep.
+    // With corners outside by the accuracy, chords may lie twice as deep.
     let (sag_mm, out_mm) = match ask.side {
         ChordSide::Inside => (ask.accuracy_mm, 0.0),
         ChordSide::Both => (2.0 * ask.accuracy_mm, ask.accuracy_mm),
@@ -169,7 +172,7 @@ fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, Texton
         });
     }
     let mut best: Option<BumpMesh> = None;
-    // What rounding to whole rows leaves over goes into wider spacing along them.
+    // What rounding up to whole rows gains is used for wider spacing along them.
     for more in 0..12 {
         if best.is_some() && more > 2 {
             break;
@@ -194,11 +197,12 @@ fn hemiellipsoid(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, Texton
             }
         }
     }
-    best.ok_or(TextonError::Parameter {
+    let unreachable = ArgumentError::OutOfRange {
         what: "accuracy_mm",
         value: ask.accuracy_mm,
         wanted: "one that the shape of the bump allows",
-    })
+    };
+    best.ok_or_else(|| unreachable.into())
 }
 
 /// Points on the upper unit sphere: the outline, the other rings, the top.
@@ -234,7 +238,7 @@ fn connect(
         relax(stretch, &mut sphere, outline, &triangles);
         triangles = delaunay(&sphere, outline)?;
     }
-    // Else a point of the second row lies outside the chords of the first.
+    // Otherwise a point of the second row lies outside the chords of the first.
     let fits = triangles.len() == 2 * sphere.len() - outline - 2;
     // Along the normals of the ellipsoid, which are n / radii.
     let moved: Vec<[f64; 3]> = sphere
@@ -260,7 +264,7 @@ fn connect(
 
 /// Triangles of points on the upper unit sphere, the outline first.
 fn delaunay(sphere: &[[f64; 3]], outline: usize) -> Result<Vec<[u32; 3]>, TextonError> {
-    // The stereographic picture keeps circles, so Delaunay there is Delaunay on the sphere.
+    // The stereographic projection preserves circles, so Delaunay there is Delaunay on the sphere.
     let flat: Vec<[f64; 2]> = sphere
         .iter()
         .map(|[x, y, z]| [x / (1.0 + z), y / (1.0 + z)])
@@ -268,11 +272,11 @@ fn delaunay(sphere: &[[f64; 3]], outline: usize) -> Result<Vec<[u32; 3]>, Texton
     inside(&flat, &sides(0, outline as u32).collect::<Vec<_>>())
 }
 
-/// Rings of different numbers of points do not mesh; so often the points between are moved.
+/// Passes of [`relax`]: rings with different numbers of points do not fit each other at first.
 const RELAXATIONS: usize = 4;
 
-/// Moves all points but the outline and the top to the mean of the circumcentres around them, weighted by
-/// area and the square of the density wanted: towards triangles of equal size and shape in the metric
+/// Moves all points except the outline and the top to the mean of the circumcentres around them, weighted by
+/// area and the square of the wanted density: towards triangles of equal size and shape in the metric
 /// [Chen and Xu 2004].
 fn relax(stretch: &Stretch, sphere: &mut [[f64; 3]], outline: usize, triangles: &[[u32; 3]]) {
     let mut sums = vec![[0.0; 3]; sphere.len()];
@@ -289,7 +293,7 @@ fn relax(stretch: &Stretch, sphere: &mut [[f64; 3]], outline: usize, triangles: 
     let top = sphere.len() - 1;
     for (at, sum) in sphere.iter_mut().zip(sums).take(top).skip(outline) {
         let long = length(sum);
-        // Circumcentres beside the outline may lie below it.
+        // Circumcentres next to the outline may lie below it.
         if long > 0.0 && sum[2] > 0.0 {
             *at = sum.map(|x| x / long);
         }
@@ -310,7 +314,7 @@ fn length(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Chord errors between samples of a strip, above those at the samples.
+/// Ratio of the chord error between the samples of a strip to that at the samples, at most.
 const BETWEEN_SAMPLES: f64 = 1.02;
 
 /// Strips between ellipses at equal heights, and a flat top.
@@ -319,7 +323,7 @@ const BETWEEN_SAMPLES: f64 = 1.02;
 /// as these are not similar, the side is twisted between the lines, and a strip split into two
 /// triangles is off by an error of first order. More rows cost less than more points around.
 fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
-    let [a, b] = texton.radii_mm();
+    let [a, b] = texton.radii().to_array();
     let bend = Stretch([a, b, b]);
     let even = Ring::new(&bend, vec![0.0; MERIDIANS]);
     let least = even.length() / (8.0 * ask.accuracy_mm).sqrt();
@@ -338,7 +342,7 @@ fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
                 best = Some((triangles(count), bump));
                 break;
             }
-            // In proportion to what is too much, which the twist is.
+            // The twist shrinks in proportion to the number of points.
             let more = (error_mm / ask.accuracy_mm).min(1.5) * count as f64;
             count = 4 * ((more / 4.0).ceil() as usize).max(count / 4 + 1);
             if triangles(count) as u64 > ask.max_triangles {
@@ -362,8 +366,8 @@ fn cone(texton: &Texton, ask: &Tessellation) -> Result<BumpMesh, TextonError> {
 
 /// The cone over points of the unit circle, with its chord error.
 fn strips(texton: &Texton, unit: &[[f64; 3]], rows: usize) -> Result<(BumpMesh, f64), TextonError> {
-    let [a, b] = texton.radii_mm();
-    let [c, d] = texton.top_radii_mm();
+    let [a, b] = texton.radii().to_array();
+    let [c, d] = texton.top_radii().to_array();
     let n = unit.len();
     let mut points = Vec::with_capacity(n * (rows + 1));
     for row in 0..=rows {
@@ -408,7 +412,7 @@ fn sampled_mm(texton: &Texton, corners: [[f64; 3]; 3]) -> f64 {
         for j in 0..=N - i {
             let share = [i, j, N - i - j].map(|k| k as f64 / N as f64);
             let p = [0, 1, 2].map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum());
-            worst = worst.max(texton.side_distance_mm(p));
+            worst = worst.max(texton.side_distance_mm(DVec3::from_array(p)));
         }
     }
     worst

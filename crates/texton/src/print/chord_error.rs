@@ -1,6 +1,9 @@
-//! How far a mesh is from the patch that it stands for, measured on the mesh.
+//! Distance of a mesh from the patch that it represents, measured on the mesh.
 
-use crate::{Patch, TextonShape, TriangleMesh};
+use super::patch::Patch;
+use crate::geometry::TextonShape;
+use crate::mesh::TriangleMesh;
+use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
 /// Samples along each side of a triangle.
@@ -10,16 +13,16 @@ impl Patch {
     /// Largest distance, mm, of the bumps' triangles in a mesh from the true bumps, over 15 evenly spread
     /// points of each triangle.
     ///
-    /// `mesh`: of this patch, in its frame, from wherever: a file, another tool. Each triangle above the
-    /// plate is held against the bump nearest to it.
+    /// `mesh`: of this patch, in its frame, also one from a file or another tool. Each triangle above the
+    /// plate is compared with the bump nearest to it.
     #[must_use]
     pub fn chord_error_mm(&self, mesh: &TriangleMesh) -> f64 {
         let texton = self.texture().texton();
-        let [a, b] = texton.radii_mm();
-        let (height_mm, top) = (texton.height_mm(), texton.top_radii_mm());
+        let [a, b] = texton.radii().to_array();
+        let (height_mm, top) = (texton.height_mm(), texton.top_radii());
         let cell_mm = self.texture().layout().pitch_mm();
-        let place = |at: [f64; 2]| [0, 1].map(|i| (at[i] / cell_mm[i]).floor() as i64);
-        let mut near: HashMap<[i64; 2], Vec<[f64; 2]>> = HashMap::new();
+        let place = |at: DVec2| [0, 1].map(|i| (at[i] / cell_mm[i]).floor() as i64);
+        let mut near: HashMap<[i64; 2], Vec<DVec2>> = HashMap::new();
         for centre in self.centres_mm() {
             near.entry(place(centre)).or_default().push(centre);
         }
@@ -29,16 +32,17 @@ impl Patch {
             if corners.iter().all(|p| p[2] <= 0.0) {
                 continue;
             }
-            let middle = [0, 1].map(|i| corners.iter().map(|p| p[i]).sum::<f64>() / 3.0);
+            let [x, y] = [0, 1].map(|i| corners.iter().map(|p| p[i]).sum::<f64>() / 3.0);
+            let middle = DVec2::new(x, y);
             let [column, row] = place(middle);
             let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j]));
-            let away = |c: &[f64; 2]| ((c[0] - middle[0]) / a).hypot((c[1] - middle[1]) / b);
+            let away = |c: &DVec2| ((c.x - middle.x) / a).hypot((c.y - middle.y) / b);
             let nearest = around
                 .filter_map(|place| near.get(&place))
                 .flatten()
                 .min_by(|p, q| away(p).total_cmp(&away(q)));
-            let Some([x, y]) = nearest else {
-                // No bump anywhere near: the triangle has no business here.
+            let Some(centre) = nearest else {
+                // There is no bump that this triangle could belong to.
                 return f64::INFINITY;
             };
             for i in 0..=ALONG {
@@ -46,10 +50,10 @@ impl Patch {
                     let share = [i, j, ALONG - i - j].map(|k| k as f64 / ALONG as f64);
                     let [px, py, pz] = [0, 1, 2]
                         .map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum::<f64>());
-                    let at = [px - x, py - y, pz];
+                    let at = DVec3::new(px - centre.x, py - centre.y, pz);
                     let above = (pz - height_mm).abs();
                     let on_top = texton.shape() != TextonShape::Hemiellipsoid
-                        && (at[0] / top[0]).hypot(at[1] / top[1]) <= 1.0;
+                        && (at.x / top.long_mm).hypot(at.y / top.short_mm) <= 1.0;
                     let side = texton.side_distance_mm(at);
                     worst = worst.max(if on_top { side.min(above) } else { side });
                 }

@@ -1,18 +1,20 @@
-//! A patch: a plate with bumps, in tiles that a printer makes.
+//! A patch: a plate with bumps, in tiles that fit a printer.
 
-use crate::error::{finite, positive};
-use crate::{TextonError, Texture};
+use crate::error::TextonError;
+use crate::geometry::{Texture, closest_on};
+use glam::DVec2;
+use hwall_numeric::check::{finite, positive, that};
 
 /// A round hole through the plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MountingHole {
     /// Its middle on the plate, mm.
-    pub centre_mm: [f64; 2],
+    pub centre_mm: DVec2,
     /// Diameter, mm.
     pub diameter_mm: f64,
 }
 
-/// What a patch is cut from. The plate lies in `0..size_mm` with its top at z = 0; x runs along the
+/// Plate, grid and tiles of a patch. The plate lies from 0 to `size_mm` with its top at z = 0; x runs along the
 /// long axis of the bumps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PatchSpec {
@@ -20,15 +22,15 @@ pub struct PatchSpec {
     pub size_mm: [f64; 2],
     /// Thickness of the plate below the bumps, mm.
     pub plate_mm: f64,
-    /// Middle of the first bump, mm; `None` for half a pitch. No bump stands left of or below it; one left of
-    /// or below the plate only moves the grid.
-    pub first_mm: Option<[f64; 2]>,
-    /// Bumps that come closer than this to a border or hole are left out, mm; 50 µm prints.
+    /// Middle of the first bump, mm; `None` for half a pitch. No bump stands left of or below it; a first bump
+    /// left of or below the plate only moves the grid.
+    pub first_mm: Option<DVec2>,
+    /// Bumps that come closer than this to a border or hole are left out, mm; printers resolve 50 µm.
     pub margin_mm: f64,
-    /// Size of the tiles in which it is made; `None` for one piece. The last ones may be smaller.
+    /// Size of the tiles in which it is made, mm; `None` for one piece. The last ones may be smaller.
     pub tile_mm: Option<[f64; 2]>,
-    /// Does the grid start anew at each tile, so that tiles are equal? Else it runs on, and bumps
-    /// that a tile's border would cut are left out.
+    /// Does the grid start anew on each tile, so that tiles are equal? Otherwise it continues across tiles, and
+    /// bumps that a border between tiles would cut are left out.
     pub restart: bool,
     /// Holes for screws, each within one tile.
     pub holes: Vec<MountingHole>,
@@ -64,14 +66,13 @@ impl PatchSpec {
         positive("width of the patch, mm", self.size_mm[0])?;
         positive("length of the patch, mm", self.size_mm[1])?;
         positive("thickness of the plate, mm", self.plate_mm)?;
-        if !(self.margin_mm >= LEAST_GAP_MM && self.margin_mm.is_finite()) {
-            return Err(TextonError::Parameter {
-                what: "margin, mm",
-                value: self.margin_mm,
-                wanted: "at least 0.0001",
-            });
-        }
-        for value in self.first_mm.into_iter().flatten() {
+        that(
+            self.margin_mm >= LEAST_GAP_MM && self.margin_mm.is_finite(),
+            "margin, mm",
+            self.margin_mm,
+            "at least 0.0001",
+        )?;
+        for value in self.first_mm.into_iter().flat_map(|at| at.to_array()) {
             finite("middle of the first bump, mm", value)?;
         }
         for value in self.tile_mm.into_iter().flatten() {
@@ -79,13 +80,13 @@ impl PatchSpec {
         }
         for (index, hole) in self.holes.iter().enumerate() {
             positive("diameter of a hole, mm", hole.diameter_mm)?;
-            for value in hole.centre_mm {
+            for value in hole.centre_mm.to_array() {
                 finite("middle of a hole, mm", value)?;
             }
             let apart = |other: &MountingHole| {
-                let [x, y] = [0, 1].map(|i| hole.centre_mm[i] - other.centre_mm[i]);
+                let off = hole.centre_mm - other.centre_mm;
                 let radii = 0.5 * (hole.diameter_mm + other.diameter_mm);
-                x.hypot(y) >= radii + self.margin_mm
+                off.x.hypot(off.y) >= radii + self.margin_mm
             };
             if !self.holes[..index].iter().all(apart) {
                 return Err(TextonError::Hole { index });
@@ -96,47 +97,55 @@ impl PatchSpec {
 }
 
 /// Below this, points of neighbouring bumps fall together in the single precision of STL.
-pub(crate) const LEAST_GAP_MM: f64 = 1e-4;
+pub(super) const LEAST_GAP_MM: f64 = 1e-4;
 
-/// Tiles and bumps at most: beyond, something was meant in another unit.
+/// Tiles and bumps, at most: more come from a size in the wrong unit.
 const MOST: f64 = 2e7;
 
-/// Tiles along both axes; rounding makes no tile of its own.
+/// Tiles along both axes; a remainder that is only rounding does not count as a tile.
 fn tile_counts(size_mm: [f64; 2], tile_mm: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|i| (size_mm[i] / tile_mm[i] - 1e-9).ceil().max(1.0))
 }
 
 /// A rectangle of the plate, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rectangle {
-    pub(crate) low: [f64; 2],
-    pub(crate) high: [f64; 2],
+pub(super) struct Rectangle {
+    pub(super) low: DVec2,
+    pub(super) high: DVec2,
 }
 
 impl Rectangle {
-    /// How far a box around a middle stays inside; negative outside.
-    pub(crate) fn clearance(&self, centre: [f64; 2], half: [f64; 2]) -> f64 {
+    /// A plate from 0 to `size_mm`.
+    pub(super) const fn plate(size_mm: [f64; 2]) -> Self {
+        Self {
+            low: DVec2::ZERO,
+            high: DVec2::from_array(size_mm),
+        }
+    }
+
+    /// Distance of a box (middle and half sizes) from the border; negative where it crosses the border.
+    pub(super) fn clearance(&self, centre: DVec2, half: [f64; 2]) -> f64 {
         (0..2)
             .map(|i| (centre[i] - half[i] - self.low[i]).min(self.high[i] - centre[i] - half[i]))
             .fold(f64::INFINITY, f64::min)
     }
 
-    fn contains(&self, at: [f64; 2]) -> bool {
+    fn contains(&self, at: DVec2) -> bool {
         (0..2).all(|i| at[i] >= self.low[i] && at[i] < self.high[i])
     }
 }
 
 /// Where a bump stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Bump {
-    pub(crate) centre_mm: [f64; 2],
-    /// Which grid: bumps of different grids are no neighbours in a lattice.
-    pub(crate) grid: u32,
-    pub(crate) column: i32,
-    pub(crate) row: i32,
+pub(super) struct Bump {
+    pub(super) centre_mm: DVec2,
+    /// Which grid: columns and rows are counted within a grid.
+    pub(super) grid: u32,
+    pub(super) column: i32,
+    pub(super) row: i32,
 }
 
-/// Places of the grid, by what became of them.
+/// How many places of the grid hold a bump, and why the others do not.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct BumpCounts {
     /// Bumps on the patch.
@@ -149,6 +158,15 @@ pub struct BumpCounts {
     pub at_hole: usize,
 }
 
+/// A piece of a patch that is made by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tile {
+    /// Its lower left corner on the whole patch, mm.
+    pub corner_mm: DVec2,
+    /// The piece, its own lower left corner at the origin.
+    pub patch: Patch,
+}
+
 /// A textured plate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -159,23 +177,19 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Puts bumps on a plate. None is ever cut: one that would cross a border or a hole is left
-    /// out, and counted.
+    /// Puts bumps on a plate. No bump is cut: one that would cross a border or a hole is left out and counted.
     ///
     /// # Errors
-    /// Sizes that are no positive numbers; holes across borders or each other; no bump that fits;
+    /// Sizes that are not positive; holes across borders or each other; no bump that fits;
     /// more than 2e7 tiles or places; a first bump more than 2e7 pitches left of or below the plate.
     pub fn new(texture: Texture, spec: PatchSpec) -> Result<Self, TextonError> {
         spec.validate()?;
-        let plate = Rectangle {
-            low: [0.0; 2],
-            high: spec.size_mm,
-        };
+        let plate = Rectangle::plate(spec.size_mm);
         let [width_mm, length_mm] = spec.size_mm;
         let pitch_mm = texture.layout().pitch_mm();
         let tile_mm = spec.tile_mm.unwrap_or(spec.size_mm);
         let [across, along] = tile_counts(spec.size_mm, tile_mm);
-        // Columns and rows each, not areas: a long and thin grid has a small area and no end.
+        // Columns and rows separately: a long and thin grid has a small area but many columns.
         let area_mm = if spec.restart {
             [0, 1].map(|i| tile_mm[i].min(spec.size_mm[i]))
         } else {
@@ -185,23 +199,17 @@ impl Patch {
         let [columns, rows] = [0, 1].map(|i| (area_mm[i] / pitch_mm[i]).ceil());
         let places = grids * columns * rows;
         for (what, value) in [("tiles", across * along), ("places of the grid", places)] {
-            if value > MOST {
-                return Err(TextonError::Parameter {
-                    what,
-                    value,
-                    wanted: "at most 2e7",
-                });
-            }
+            that(value <= MOST, what, value, "at most 2e7")?;
         }
-        for (value, pitch_mm) in spec.first_mm.into_iter().flatten().zip(pitch_mm) {
-            // Beyond, rounding moves the bumps.
-            if value < -MOST * pitch_mm {
-                return Err(TextonError::Parameter {
-                    what: "middle of the first bump, mm",
-                    value,
-                    wanted: "at most 2e7 pitches outside the plate",
-                });
-            }
+        let first_mm = spec.first_mm.into_iter().flat_map(|at| at.to_array());
+        for (value, pitch_mm) in first_mm.zip(pitch_mm) {
+            // Farther away, rounding moves the bumps.
+            that(
+                value >= -MOST * pitch_mm,
+                "middle of the first bump, mm",
+                value,
+                "at most 2e7 pitches outside the plate",
+            )?;
         }
         let mut patch = Self {
             texture,
@@ -262,11 +270,11 @@ impl Patch {
     }
 
     /// Middles of the bumps, mm.
-    pub fn centres_mm(&self) -> impl ExactSizeIterator<Item = [f64; 2]> {
+    pub fn centres_mm(&self) -> impl ExactSizeIterator<Item = DVec2> {
         self.bumps.iter().map(|b| b.centre_mm)
     }
 
-    /// Volume of the true shape, mm³: plate and bumps less holes.
+    /// Volume of the true shape, mm³: plate and bumps without holes.
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         let [x, y] = self.spec.size_mm;
@@ -282,17 +290,15 @@ impl Patch {
         self.bumps.len() as f64 * self.texture.texton().base_area_mm2() / (x * y)
     }
 
-    /// The tiles as patches of their own, each with its lower left corner on the patch, mm.
-    /// Tiles on which no bump stands are plain plates.
+    /// The tiles as patches of their own. Tiles without bumps are plain plates.
     #[must_use]
-    pub fn tiles(&self) -> Vec<([f64; 2], Self)> {
+    pub fn tiles(&self) -> Vec<Tile> {
         let tiles = self.rectangles();
-        let moved = |at: [f64; 2], by: [f64; 2]| [at[0] - by[0], at[1] - by[1]];
         let cut = |tile: &Rectangle| {
             let bumps = self.bumps.iter().filter(|b| tile.contains(b.centre_mm));
             let bumps: Vec<Bump> = bumps
                 .map(|b| Bump {
-                    centre_mm: moved(b.centre_mm, tile.low),
+                    centre_mm: b.centre_mm - tile.low,
                     ..*b
                 })
                 .collect();
@@ -302,19 +308,16 @@ impl Patch {
                 .iter()
                 .filter(|h| tile.contains(h.centre_mm));
             let holes = holes.map(|h| MountingHole {
-                centre_mm: moved(h.centre_mm, tile.low),
+                centre_mm: h.centre_mm - tile.low,
                 ..*h
             });
             let spec = PatchSpec {
-                size_mm: moved(tile.high, tile.low),
-                first_mm: Some(moved(
-                    self.first_mm(),
-                    if self.spec.restart {
-                        [0.0; 2]
-                    } else {
-                        tile.low
-                    },
-                )),
+                size_mm: (tile.high - tile.low).to_array(),
+                first_mm: Some(if self.spec.restart {
+                    self.first_mm()
+                } else {
+                    self.first_mm() - tile.low
+                }),
                 tile_mm: None,
                 holes: holes.collect(),
                 ..self.spec.clone()
@@ -324,31 +327,31 @@ impl Patch {
                 ..BumpCounts::default()
             };
             let texture = self.texture;
-            (
-                tile.low,
-                Self {
+            Tile {
+                corner_mm: tile.low,
+                patch: Self {
                     texture,
                     spec,
                     bumps,
                     counts,
                 },
-            )
+            }
         };
         tiles.iter().map(cut).collect()
     }
 
-    pub(crate) fn bumps(&self) -> &[Bump] {
+    pub(super) fn bumps(&self) -> &[Bump] {
         &self.bumps
     }
 
-    /// Middle of the first bump of a grid, from the corner of what the grid fills.
-    pub(crate) fn first_mm(&self) -> [f64; 2] {
-        let [x, y] = self.texture.layout().pitch_mm();
-        self.spec.first_mm.unwrap_or([0.5 * x, 0.5 * y])
+    /// Middle of the first bump of a grid, from the corner of the area that the grid fills.
+    fn first_mm(&self) -> DVec2 {
+        let half_pitch_mm = 0.5 * DVec2::from_array(self.texture.layout().pitch_mm());
+        self.spec.first_mm.unwrap_or(half_pitch_mm)
     }
 
     /// The tiles, row by row; the whole plate if there are none.
-    pub(crate) fn rectangles(&self) -> Vec<Rectangle> {
+    pub(super) fn rectangles(&self) -> Vec<Rectangle> {
         let size = self.spec.size_mm;
         let tile = self.spec.tile_mm.unwrap_or(size);
         let count = tile_counts(size, tile).map(|n| n as usize);
@@ -367,36 +370,32 @@ impl Patch {
             for column in 0..count[0] {
                 let ((x0, x1), (y0, y1)) = (cut(0, column), cut(1, row));
                 tiles.push(Rectangle {
-                    low: [x0, y0],
-                    high: [x1, y1],
+                    low: DVec2::new(x0, y0),
+                    high: DVec2::new(x1, y1),
                 });
             }
         }
         tiles
     }
 
-    /// One grid over an area, its bumps each within one of the tiles.
+    /// Fills an area with one grid; each bump has to lie within one of the tiles.
     fn fill(&mut self, grid: u32, area: Rectangle, tiles: &[Rectangle]) {
-        let half = self.texture.texton().radii_mm();
+        let half = self.texture.texton().radii().to_array();
         let layout = *self.texture.layout();
         let first = self.first_mm();
         let pitch = layout.pitch_mm();
         let margin_mm = self.spec.margin_mm;
-        let plate = Rectangle {
-            low: [0.0; 2],
-            high: self.spec.size_mm,
-        };
+        let plate = Rectangle::plate(self.spec.size_mm);
         let span = |i: usize| area.high[i] - area.low[i] - first[i];
         let [columns, rows] = [0, 1].map(|i| (span(i) / pitch[i]).ceil().max(0.0) as i64);
-        // One before the first inside, for rows that are moved on.
+        // One before the first inside, for rows that are shifted.
         let before = |i: usize| ((-first[i] / pitch[i]).floor() - 1.0).max(0.0) as i64;
         // Tiles stand in a grid of their own.
         let tile_mm = self.spec.tile_mm.unwrap_or(self.spec.size_mm);
         let tiles_across = tile_counts(self.spec.size_mm, tile_mm)[0] as usize;
         for row in before(1)..=rows {
             for column in before(0)..=columns {
-                let [x, y] = layout.offset_mm(column, row);
-                let centre_mm = [area.low[0] + first[0] + x, area.low[1] + first[1] + y];
+                let centre_mm = area.low + first + layout.offset_mm(column, row);
                 if !area.contains(centre_mm) {
                     continue;
                 }
@@ -429,13 +428,13 @@ impl Patch {
         }
     }
 
-    fn meets_hole(&self, centre: [f64; 2]) -> bool {
-        let [a, b] = self.texture.texton().radii_mm();
+    fn meets_hole(&self, centre_mm: DVec2) -> bool {
+        let [a, b] = self.texture.texton().radii().to_array();
         self.spec.holes.iter().any(|hole| {
-            let p = [0, 1].map(|i| hole.centre_mm[i] - centre[i]);
-            let inside = (p[0] / a).hypot(p[1] / b) <= 1.0;
-            let distance = crate::surface::closest_on([a, b], p)
-                .map_or(0.0, |c| (c[0] - p[0]).hypot(c[1] - p[1]));
+            let p = hole.centre_mm - centre_mm;
+            let inside = (p.x / a).hypot(p.y / b) <= 1.0;
+            let distance =
+                closest_on([a, b], p.to_array()).map_or(0.0, |c| (c[0] - p.x).hypot(c[1] - p.y));
             inside || distance < 0.5 * hole.diameter_mm + self.spec.margin_mm
         })
     }

@@ -1,17 +1,18 @@
-//! Can a printer make it?
+//! Check of a patch against what a printer can make.
 
-use crate::{Patch, TextonShape};
+use super::patch::Patch;
+use crate::geometry::TextonShape;
 
 /// What a printer can do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printer {
-    /// Smallest gap, height or flat that comes out, mm; 0.05 by default.
+    /// Smallest gap, height or flat top that comes out, mm; 0.05 by default.
     pub least_feature_mm: f64,
     /// Largest tile, mm; 145 x 145 by default.
     pub bed_mm: [f64; 2],
     /// Thinnest plate that does not bend or break, mm; 0.5 by default.
     pub least_plate_mm: f64,
-    /// Steepest sides against the plate, rad, for a mould to let go; `None` by default, for printing.
+    /// Steepest sides against the plate, rad, that come out of a mould; `None` by default, for printing.
     pub steepest_rad: Option<f64>,
 }
 
@@ -84,7 +85,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// Does it keep the patch from being printed, rather than tell of it?
+    /// Does it keep the patch from being printed as designed? Otherwise it is a note.
     #[must_use]
     pub const fn is_fault(&self) -> bool {
         !matches!(self, Self::LeftOut { .. })
@@ -139,13 +140,13 @@ impl std::fmt::Display for Finding {
     }
 }
 
-/// A pitch less two radii is exact to this share of the gap.
+/// Relative error of the gap as a pitch minus two radii.
 const ROUNDING: f64 = 1e-9;
 
 impl Patch {
-    /// What will not come out as designed on a printer; nothing for the released patch but bumps left out.
+    /// What will not come out as designed on a printer; for the released patch only the bumps left out.
     ///
-    /// Overlapping bumps are none of it: [`Texture::new`](crate::Texture::new) refuses them.
+    /// Overlapping bumps do not occur: [`Texture::new`](crate::geometry::Texture::new) refuses them.
     #[must_use]
     pub fn print_check(&self, printer: &Printer) -> Vec<Finding> {
         let texton = self.texture().texton();
@@ -164,8 +165,8 @@ impl Patch {
         }
         let breadth_mm = 2.0
             * match texton.shape() {
-                TextonShape::Hemiellipsoid => texton.radii_mm()[1],
-                TextonShape::TruncatedCone { .. } => texton.top_radii_mm()[1],
+                TextonShape::Hemiellipsoid => texton.radii().short_mm,
+                TextonShape::TruncatedCone { .. } => texton.top_radii().short_mm,
             };
         if breadth_mm < least_mm {
             findings.push(Finding::Breadth {
@@ -191,7 +192,7 @@ impl Patch {
         let too_large = self
             .rectangles()
             .iter()
-            .map(|t| [t.high[0] - t.low[0], t.high[1] - t.low[1]])
+            .map(|t| (t.high - t.low).to_array())
             .find(|[x, y]| !(*x <= w && *y <= l || *x <= l && *y <= w));
         if let Some(size_mm) = too_large {
             findings.push(Finding::Tile {

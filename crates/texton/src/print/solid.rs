@@ -1,22 +1,23 @@
 //! The closed solid of a patch: plate and bumps with one common surface.
 //!
-//! Most bumps stand in equal cells of their grid, so one bump and one cell around it are cut into
-//! triangles once and repeated. What is left, between the cells and the border, around mounting
-//! holes and across tiles, is one constrained triangulation over the outlines met there.
+//! Most bumps stand in equal cells of their grid, so one bump and the cell around it are cut into
+//! triangles once and repeated. The rest, between the cells and the border, around mounting
+//! holes and across tiles, is one constrained triangulation between the outlines there.
 
-use crate::bump_mesh::{BumpMesh, FEWEST_AROUND};
-use crate::cell::{Cells, Corner};
-use crate::patch::{Bump, LEAST_GAP_MM, Rectangle};
-use crate::triangulate::{inside, outline};
-use crate::{ChordSide, MountingHole, Patch, Tessellation, TextonError, TriangleMesh};
+use super::bump_mesh::{BumpMesh, FEWEST_AROUND};
+use super::cell::{Cells, Corner};
+use super::patch::{Bump, LEAST_GAP_MM, MountingHole, Patch, Rectangle};
+use crate::error::TextonError;
+use crate::mesh::{ChordSide, Tessellation, TriangleMesh, inside, outline};
+use glam::DVec2;
 use std::collections::HashSet;
 use std::collections::hash_map::{Entry, HashMap};
 use std::f64::consts::TAU;
 
-/// Cells that come closer than this to a border or hole leave it to the constrained triangulation.
+/// Cells that come closer than this to a border or hole are left to the constrained triangulation.
 const CLEAR_MM: f64 = 1e-3;
 
-/// The plate's own corners, for the top and again for the bottom.
+/// Corners of the plate on the top, and again on the bottom.
 const PLATE_CORNERS: u32 = 4;
 
 /// What is repeated, and where.
@@ -31,13 +32,13 @@ struct Plan {
     /// For each bump: has it a cell?
     has_cell: Vec<bool>,
     /// The corners, on the plate, mm.
-    corners_mm: Vec<[f64; 2]>,
-    /// Points around each hole.
+    corners_mm: Vec<DVec2>,
+    /// Points around each hole, mm.
     around_holes: Vec<Vec<[f64; 2]>>,
 }
 
 impl Patch {
-    /// Number of triangles of [`Patch::mesh`], without making it.
+    /// Number of triangles of [`Patch::mesh`], without building it.
     ///
     /// # Errors
     /// As [`Patch::mesh`], except for the number.
@@ -49,10 +50,10 @@ impl Patch {
     /// `-plate_mm`; holes are prisms whose corners lie on the circle.
     ///
     /// Error: below `ask.accuracy_mm` from the true surface everywhere, on the side asked for. At
-    /// least 8 points around each bump and hole, whatever the accuracy.
+    /// least 8 points around each bump and hole at any accuracy.
     ///
     /// # Errors
-    /// An accuracy outside 0.001 to 1 mm; bumps that touch, which meet in a point and bound no solid;
+    /// An accuracy outside 0.001 to 1 mm; bumps that touch, which meet in a point and do not bound a solid;
     /// more triangles than allowed.
     pub fn mesh(&self, ask: &Tessellation) -> Result<TriangleMesh, TextonError> {
         let plan = self.plan(ask)?;
@@ -65,13 +66,13 @@ impl Patch {
         }
         let mut points = Vec::with_capacity(count as usize / 2 + 4);
         let mut triangles = Vec::with_capacity(count as usize);
-        points.extend(plan.corners_mm.iter().map(|[x, y]| [*x, *y, 0.0]));
+        points.extend(plan.corners_mm.iter().map(|c| [c.x, c.y, 0.0]));
         let mut with_cell = plan.cell_corners.chunks_exact(plan.sides);
         let mut rest = Rest::default();
         let n = plan.bump.outline as u32;
         for (bump, has_cell) in self.bumps().iter().zip(&plan.has_cell) {
             let first = points.len() as u32;
-            let [x, y] = bump.centre_mm;
+            let DVec2 { x, y } = bump.centre_mm;
             points.extend(plan.bump.points.iter().map(|p| [x + p[0], y + p[1], p[2]]));
             triangles.extend(plan.bump.triangles.iter().map(|t| t.map(|i| first + i)));
             if let Some(corners) = has_cell.then(|| with_cell.next()).flatten() {
@@ -91,12 +92,15 @@ impl Patch {
         for [a, b] in open_sides(&plan.cell_corners, plan.sides) {
             rest.add_side(&points, a, b);
         }
-        let mut holes = Vec::new();
+        let mut outlines = Vec::new();
         for hole in &plan.around_holes {
             let first = points.len() as u32;
             points.extend(hole.iter().map(|[x, y]| [*x, *y, 0.0]));
             rest.add_outline(&points, first, hole.len() as u32);
-            holes.push((first, hole.len() as u32));
+            outlines.push(OutlinePoints {
+                first,
+                count: hole.len() as u32,
+            });
         }
         let top = points.len() as u32;
         let [width, length] = self.spec().size_mm;
@@ -104,7 +108,11 @@ impl Patch {
         points.extend(plate.map(|[x, y]| [x, y, 0.0]));
         rest.add_outline(&points, top, PLATE_CORNERS);
         triangles.extend(rest.triangles()?);
-        self.close(&mut points, &mut triangles, top, &holes)?;
+        let plate = OutlinePoints {
+            first: top,
+            count: PLATE_CORNERS,
+        };
+        self.close(&mut points, &mut triangles, plate, &outlines)?;
         debug_assert_eq!(triangles.len() as u64, count);
         Ok(TriangleMesh::from_parts(points, triangles))
     }
@@ -114,11 +122,11 @@ impl Patch {
         &self,
         points: &mut Vec<[f64; 3]>,
         triangles: &mut Vec<[u32; 3]>,
-        top: u32,
-        holes: &[(u32, u32)],
+        plate: OutlinePoints,
+        holes: &[OutlinePoints],
     ) -> Result<(), TextonError> {
         let mut below = Rest::default();
-        for &(first, count) in std::iter::once(&(top, PLATE_CORNERS)).chain(holes) {
+        for &OutlinePoints { first, count } in std::iter::once(&plate).chain(holes) {
             let low = points.len() as u32;
             for i in first..first + count {
                 let [x, y, _] = points[i as usize];
@@ -126,7 +134,7 @@ impl Patch {
             }
             for ([a, b], [c, d]) in outline(first, count).zip(outline(low, count)) {
                 // The plate lies left of its own outline, right of a hole's.
-                if first == top {
+                if first == plate.first {
                     triangles.extend([[a, c, d], [a, d, b]]);
                 } else {
                     triangles.extend([[a, d, c], [a, b, d]]);
@@ -144,7 +152,7 @@ impl Patch {
         let texton = self.texture().texton();
         let (grow_mm, gap_mm) = match ask.side {
             ChordSide::Inside => (0.0, self.texture().gap_mm()),
-            // What is moved out has to stay clear of borders, too.
+            // Corners outside the surface have to stay clear of borders, too.
             ChordSide::Both => {
                 let margin_mm = self.spec().margin_mm;
                 let gap_mm = self.texture().gap_mm().min(2.0 * margin_mm);
@@ -178,7 +186,8 @@ impl Patch {
     }
 
     fn plan_cells(&self, cells: &Cells, plan: &mut Plan) -> Result<(), TextonError> {
-        let mut around: Vec<[f64; 2]> = cells.around(0, 0).map(|c| cells.at_mm(c)).collect();
+        let corners = cells.around(0, 0).map(|c| cells.at_mm(c).to_array());
+        let mut around: Vec<[f64; 2]> = corners.collect();
         plan.sides = around.len();
         let reach = [0, 1].map(|i| around.iter().map(|p| p[i]).fold(0.0, f64::max));
         let flat = plan.bump.points[..plan.bump.outline].iter();
@@ -187,10 +196,7 @@ impl Patch {
         let outlines: Vec<[u32; 2]> = outline(0, sides).chain(outline(sides, n)).collect();
         plan.cell = inside(&around, &outlines)?;
         let tiles = self.rectangles();
-        let plate = Rectangle {
-            low: [0.0; 2],
-            high: self.spec().size_mm,
-        };
+        let plate = Rectangle::plate(self.spec().size_mm);
         let mut index: HashMap<(u32, Corner), u32> = HashMap::new();
         for (k, bump) in self.bumps().iter().enumerate() {
             // Cells of different grids must not meet.
@@ -207,15 +213,13 @@ impl Patch {
                 let next = index.len() as u32;
                 let entry = index.entry((bump.grid, corner));
                 if let Entry::Vacant(_) = entry {
-                    // The grid's first bump stands where this one's own offset says.
+                    // The first bump of the grid stands this bump's offset before it.
                     let offset = self
                         .texture()
                         .layout()
                         .offset_mm(i64::from(bump.column), i64::from(bump.row));
-                    let at = cells.at_mm(corner);
-                    plan.corners_mm.push(std::array::from_fn(|i| {
-                        bump.centre_mm[i] - offset[i] + at[i]
-                    }));
+                    let first_mm = bump.centre_mm - offset;
+                    plan.corners_mm.push(first_mm + cells.at_mm(corner));
                 }
                 plan.cell_corners.push(*entry.or_insert(next));
             }
@@ -257,7 +261,7 @@ fn around(hole: &MountingHole, accuracy_mm: f64) -> Vec<[f64; 2]> {
     let count = ((0.5 * TAU / half).ceil() as usize).max(FEWEST_AROUND);
     let at = |i: usize| {
         let (sin, cos) = (TAU * i as f64 / count as f64).sin_cos();
-        let [x, y] = hole.centre_mm;
+        let DVec2 { x, y } = hole.centre_mm;
         [x + radius * cos, y + radius * sin]
     };
     (0..count).map(at).collect()
@@ -277,6 +281,13 @@ fn open_sides(cell_corners: &[u32], sides: usize) -> Vec<[u32; 2]> {
     let mut open: Vec<[u32; 2]> = open.into_iter().collect();
     open.sort_unstable();
     open
+}
+
+/// A closed outline over points of the mesh that follow each other.
+#[derive(Clone, Copy)]
+struct OutlinePoints {
+    first: u32,
+    count: u32,
 }
 
 /// A region between outlines over points of the mesh.

@@ -1,7 +1,8 @@
 //! The roughness of a virtual surface: one number, or an image over it.
 
-use crate::TextonError;
-use crate::height_exr::{channels, choose, read_bounded};
+use crate::error::TextonError;
+use crate::picture::{channels, choose, read_bounded};
+use glam::DVec2;
 use std::io::{Read, Seek};
 
 /// How rough a surface of a scene is.
@@ -14,18 +15,17 @@ pub enum SurfaceRoughness {
 }
 
 impl SurfaceRoughness {
-    /// The roughness at texture coordinates; a uniform one needs none, but NaN and infinity give `None`
-    /// in both.
+    /// The roughness at texture coordinates u, v; `None` for NaN and infinity, also where it is uniform.
     #[must_use]
-    pub fn at(&self, uv: [f64; 2]) -> Option<f64> {
+    pub fn at(&self, uv: DVec2) -> Option<f64> {
         match self {
-            Self::Uniform(value) => (uv[0].is_finite() && uv[1].is_finite()).then_some(*value),
+            Self::Uniform(value) => uv.is_finite().then_some(*value),
             Self::Map(map) => map.at(uv),
         }
     }
 }
 
-/// An image of roughness, one number a pixel, first row at the top.
+/// An image of roughness, one number per pixel, the first row at the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoughnessMap {
     width: usize,
@@ -37,7 +37,7 @@ impl RoughnessMap {
     /// From pixels, row by row from the top.
     ///
     /// # Errors
-    /// No pixels, a number of them that is not `width x height`, or one that is not finite.
+    /// No pixels; a number of pixels other than `width x height`; a pixel that is not finite.
     pub fn new(width: usize, height: usize, values: Vec<f32>) -> Result<Self, TextonError> {
         if values.is_empty() || width.checked_mul(height) != Some(values.len()) {
             return Err(TextonError::MapSize {
@@ -60,21 +60,17 @@ impl RoughnessMap {
         })
     }
 
-    /// From an OpenEXR file: the channel `roughness`, or else `Y`, `R`, or the only one that there is.
+    /// From an OpenEXR file: its only channel, or else `roughness`, `Y` or `R`.
     ///
     /// # Errors
-    /// A file that is no OpenEXR image, is cut off or too large; one without such a channel; as
+    /// A file that is not an OpenEXR image, is cut off or is too large; one without such a channel; as
     /// [`RoughnessMap::new`].
     pub fn from_exr(file: impl Read + Seek) -> Result<Self, TextonError> {
-        let failed = |error: exr::error::Error| TextonError::File {
-            name: "roughness map".to_owned(),
-            message: error.to_string(),
-        };
-        let image = read_bounded(std::io::BufReader::new(file), failed)?;
+        let image = read_bounded(std::io::BufReader::new(file), "roughness map")?;
         let all = channels(&image);
         let chosen = choose(&all, None, &["roughness", "Y", "R"])?;
-        let values = chosen.1.sample_data.values_as_f32().collect();
-        Self::new(chosen.0.size.0, chosen.0.size.1, values)
+        let values = chosen.channel.sample_data.values_as_f32().collect();
+        Self::new(chosen.layer.size.0, chosen.layer.size.1, values)
     }
 
     /// Columns and rows.
@@ -83,16 +79,17 @@ impl RoughnessMap {
         [self.width, self.height]
     }
 
-    /// The roughness at texture coordinates, bilinear between the middles of the pixels; `None` for
+    /// The roughness at texture coordinates u, v, bilinear between the middles of the pixels; `None` for
     /// NaN and infinity.
     ///
-    /// u runs to the right and v upwards (as in OBJ files), 0 to 1 over the image; beyond it the
-    /// border goes on.
+    /// u runs to the right and v upwards (as in OBJ files), from 0 to 1 over the image; outside, the value at
+    /// the border continues.
     #[must_use]
-    pub fn at(&self, [u, v]: [f64; 2]) -> Option<f64> {
-        if !(u.is_finite() && v.is_finite()) {
+    pub fn at(&self, uv: DVec2) -> Option<f64> {
+        if !uv.is_finite() {
             return None;
         }
+        let DVec2 { x: u, y: v } = uv;
         let place = |share: f64, n: usize| {
             let at = (share * n as f64 - 0.5).clamp(0.0, (n - 1) as f64);
             let low = at.floor() as usize;

@@ -1,14 +1,14 @@
-//! What a model of roughness is: a prediction, and what is known about it.
+//! What every model of roughness gives: predictions, and what is known about the model.
 
-use crate::error::finite;
-use crate::{ScanAngle, TextonError, Texture};
+use crate::error::TextonError;
+use crate::geometry::{ScanAngle, Texture};
 
 /// Predicts how rough a texture feels under a moving finger.
 ///
-/// Models are compared and chosen, never blended: each answers in its own unit, and only the order
-/// of its answers means roughness.
+/// Models are compared and chosen, never blended: each predicts in its own unit, and only the order
+/// of its predictions means roughness.
 pub trait RoughnessModel: Send + Sync {
-    /// Where the model comes from, where it holds, and where it is known to fail.
+    /// Source of the model, range in which it holds, and where it is known to fail.
     fn info(&self) -> &'static ModelInfo;
 
     /// The prediction for a scan at this speed of the finger relative to the texture, mm/s.
@@ -40,12 +40,12 @@ pub struct ModelInfo {
     pub depends_on_speed: bool,
 }
 
-/// An answer of a model.
+/// How rough a texture feels by a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prediction {
     /// Within the range in which the model was measured.
     Within(f64),
-    /// The formula beyond that range.
+    /// The value of the formula outside that range.
     Beyond {
         /// The prediction.
         value: f64,
@@ -53,7 +53,7 @@ pub enum Prediction {
         what: Quantity,
         /// Its value.
         at: f64,
-        /// The range.
+        /// The range, from least to greatest.
         range: [f64; 2],
     },
     /// The model says nothing about this scan.
@@ -76,21 +76,32 @@ impl Prediction {
         matches!(self, Self::Within(_))
     }
 
-    pub(crate) fn checked(value: f64, checks: &[(Quantity, f64, [f64; 2])]) -> Self {
-        let outside = |at: f64, [lo, hi]: [f64; 2]| !(lo..=hi).contains(&at);
-        match checks.iter().find(|(_, at, range)| outside(*at, *range)) {
+    /// `value`, within the model's range if all that it is computed from is.
+    pub(super) fn checked(value: f64, inputs: &[RangedInput]) -> Self {
+        let outside = |input: &&RangedInput| {
+            let [least, most] = input.range;
+            !(least..=most).contains(&input.value)
+        };
+        match inputs.iter().find(outside) {
             None => Self::Within(value),
-            Some(&(what, at, range)) => Self::Beyond {
+            Some(input) => Self::Beyond {
                 value,
-                what,
-                at,
-                range,
+                what: input.quantity,
+                at: input.value,
+                range: input.range,
             },
         }
     }
 }
 
-/// What a model's range is about.
+/// What a prediction is computed from, and the range in which the model was measured.
+pub(super) struct RangedInput {
+    pub(super) quantity: Quantity,
+    pub(super) value: f64,
+    pub(super) range: [f64; 2],
+}
+
+/// What the range of a model is a range of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
@@ -98,20 +109,8 @@ pub enum Quantity {
     GrooveMm,
     /// Length of a bump along the scan, mm.
     RidgeMm,
-    /// From bump to bump along the scan, mm; undefined where the scan passes their ends.
+    /// From bump to bump along the scan, mm; undefined where the scan passes the ends of the bumps.
     SpacingMm,
-    /// Bumps a second, Hz; undefined without motion.
+    /// Bumps per second, Hz; undefined without motion.
     FrequencyHz,
-}
-
-pub(crate) fn speed(speed_mm_per_s: f64) -> Result<(), TextonError> {
-    finite("speed_mm_per_s", speed_mm_per_s)?;
-    if speed_mm_per_s < 0.0 {
-        return Err(TextonError::Parameter {
-            what: "speed_mm_per_s",
-            value: speed_mm_per_s,
-            wanted: "at least 0",
-        });
-    }
-    Ok(())
 }

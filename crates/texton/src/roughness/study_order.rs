@@ -1,16 +1,18 @@
-//! Which model puts the conditions of a study in the order in which people put them?
+//! Which models rank the conditions of a study as its participants did?
 
-use crate::{
-    GrooveRidge, InvertedU, MonotoneSpacing, Pairs, RoughnessModel, ScanAngle, SpatialVariation,
-    TemporalFrequency, TextonError, Texture, Vibration,
-};
+use super::afferent::{AfferentPairs, SpatialVariation, Vibration};
+use super::model::RoughnessModel;
+use super::spacing::{GrooveRidge, InvertedU, MonotoneSpacing, TemporalFrequency};
+use crate::error::TextonError;
+use crate::geometry::{ScanAngle, Texture};
+use hwall_numeric::check::that;
 
-/// What a study found about the order of roughness.
+/// The order of roughness that a study found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyOrder {
     /// Orientations, degrees, from the least rough to the roughest.
     pub orientations_deg: Vec<f64>,
-    /// For each orientation its rank; orientations of one rank did not differ.
+    /// Rank of each orientation; orientations of one rank did not differ.
     pub ranks: Vec<usize>,
     /// Speeds of the finger relative to the texture, mm/s, from the least rough to the roughest.
     pub speeds_mm_per_s: Vec<f64>,
@@ -31,35 +33,62 @@ impl StudyOrder {
     }
 }
 
+/// How many of the cases looked at are as wanted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// As wanted.
+    pub hits: usize,
+    /// Looked at.
+    pub of: usize,
+}
+
+impl Tally {
+    /// Are all as wanted?
+    #[must_use]
+    pub const fn is_full(self) -> bool {
+        self.hits == self.of
+    }
+
+    fn count(&mut self, hit: bool) {
+        self.hits += usize::from(hit);
+        self.of += 1;
+    }
+
+    /// Counts a pair of which the first must be below the second.
+    fn count_pair(&mut self, less: Option<f64>, more: Option<f64>) {
+        self.count(less.zip(more).is_some_and(|(less, more)| less < more));
+    }
+}
+
 /// How much of a study's order a model reproduces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderScore {
     /// The model.
     pub model: &'static str,
-    /// Pairs of orientations of different rank in the study's order, over all speeds: right, of all.
-    pub orientation: [usize; 2],
-    /// Largest difference between orientations of one rank, over the smallest between the means of neighbouring
-    /// ranks; below 1 the ranks stand apart.
+    /// Pairs of orientations of different rank that are in the study's order, over all speeds.
+    pub orientation: Tally,
+    /// Largest difference between orientations of one rank, divided by the smallest difference between the means
+    /// of neighbouring ranks; below 1 the ranks are distinct.
     pub plateau: f64,
-    /// Pairs of speeds in the study's order, over all orientations: right, of all.
-    pub speed: [usize; 2],
-    /// Predictions within the model's range, of all.
-    pub within: [usize; 2],
+    /// Pairs of speeds that are in the study's order, over all orientations.
+    pub speed: Tally,
+    /// Predictions within the model's range.
+    pub within: Tally,
     /// Predictions over orientation at the middle speed.
     pub over_orientation: Vec<Option<f64>>,
 }
 
 impl OrderScore {
-    /// Every pair of orientations in order, and those of one rank closer to each other than the ranks.
+    /// Is every pair of orientations in order, and are those of one rank closer to each other than the ranks?
     #[must_use]
     pub fn reproduces_orientation(&self) -> bool {
-        self.orientation[0] == self.orientation[1] && self.plateau < 1.0
+        self.orientation.is_full() && self.plateau < 1.0
     }
 
-    /// Every pair of speeds in order.
+    /// Is every pair of speeds in order?
     #[must_use]
     pub fn reproduces_speed(&self) -> bool {
-        self.speed[0] == self.speed[1]
+        self.speed.is_full()
     }
 }
 
@@ -74,56 +103,55 @@ pub fn roughness_models() -> Vec<Box<dyn RoughnessModel>> {
         Box::new(GrooveRidge),
         Box::new(InvertedU::default()),
         Box::new(MonotoneSpacing),
-        Box::new(variation(Pairs::Around)),
-        Box::new(variation(Pairs::Along)),
-        Box::new(variation(Pairs::Across)),
+        Box::new(variation(AfferentPairs::Around)),
+        Box::new(variation(AfferentPairs::Along)),
+        Box::new(variation(AfferentPairs::Across)),
         Box::new(TemporalFrequency),
         Box::new(Vibration::default()),
     ]
 }
 
-/// Scores a model on the order of a study. A pair of which the model says nothing is not right.
+/// Scores a model on the order of a study. A pair without a prediction counts as wrong.
 ///
 /// # Errors
-/// Angles or speeds that are not finite, a negative speed, or ranks that are not one for each orientation.
+/// Angles or speeds that are not finite; a negative speed; a number of ranks other than that of orientations.
 pub fn score_order(
     model: &dyn RoughnessModel,
     texture: &Texture,
     study: &StudyOrder,
 ) -> Result<OrderScore, TextonError> {
-    if study.ranks.len() != study.orientations_deg.len() {
-        return Err(TextonError::Parameter {
-            what: "number of ranks",
-            value: study.ranks.len() as f64,
-            wanted: "one for each orientation",
-        });
-    }
-    let mut within = [0; 2];
+    that(
+        study.ranks.len() == study.orientations_deg.len(),
+        "number of ranks",
+        study.ranks.len() as f64,
+        "one for each orientation",
+    )?;
+    let mut within = Tally::default();
     let mut table: Vec<Vec<Option<f64>>> = Vec::new();
     for &speed_mm_per_s in &study.speeds_mm_per_s {
         let mut row = Vec::new();
         for &deg in &study.orientations_deg {
             let prediction = model.predict(texture, ScanAngle::from_deg(deg)?, speed_mm_per_s)?;
-            within[0] += usize::from(prediction.is_within());
-            within[1] += 1;
+            within.count(prediction.is_within());
             row.push(prediction.value());
         }
         table.push(row);
     }
-    let (mut orientation, mut speed, mut plateau) = ([0; 2], [0; 2], 0.0_f64);
+    let (mut orientation, mut speed) = (Tally::default(), Tally::default());
+    let mut plateau = 0.0_f64;
     for row in &table {
         plateau = plateau.max(plateau_of(row, &study.ranks));
         for_pairs(row, |i, j, a, b| {
             match study.ranks[i].cmp(&study.ranks[j]) {
-                std::cmp::Ordering::Less => count(&mut orientation, a, b),
-                std::cmp::Ordering::Greater => count(&mut orientation, b, a),
+                std::cmp::Ordering::Less => orientation.count_pair(a, b),
+                std::cmp::Ordering::Greater => orientation.count_pair(b, a),
                 std::cmp::Ordering::Equal => {}
             }
         });
     }
     for column in 0..study.orientations_deg.len() {
         let over_speed: Vec<Option<f64>> = table.iter().map(|row| row[column]).collect();
-        for_pairs(&over_speed, |_, _, a, b| count(&mut speed, a, b));
+        for_pairs(&over_speed, |_, _, a, b| speed.count_pair(a, b));
     }
     Ok(OrderScore {
         model: model.info().name,
@@ -135,7 +163,7 @@ pub fn score_order(
     })
 }
 
-/// Largest spread within a rank over the smallest gap between the means of neighbouring ranks.
+/// Largest spread within a rank, divided by the smallest gap between the means of neighbouring ranks.
 fn plateau_of(row: &[Option<f64>], ranks: &[usize]) -> f64 {
     let mut order = ranks.to_vec();
     order.sort_unstable();
@@ -164,10 +192,4 @@ fn for_pairs(values: &[Option<f64>], mut each: impl FnMut(usize, usize, Option<f
             each(i, j, values[i], values[j]);
         }
     }
-}
-
-/// Counts a pair whose first must be below its second.
-fn count(score: &mut [usize; 2], less: Option<f64>, more: Option<f64>) {
-    score[0] += usize::from(less.zip(more).is_some_and(|(less, more)| less < more));
-    score[1] += 1;
 }
