@@ -1,24 +1,24 @@
-//! The whole analysis of a study in one go.
+//! The whole analysis of a study in one call.
 
-use crate::anova::Layout;
-use crate::assumptions::pooled_unequal;
-use crate::{
-    Adjustment, ArtEffect, Assumptions, CellMean, Comparison, Effect, ErrorModel, Normalisation,
-    PsychophysicsError, Study, Warning, aligned_rank_transform, anova, art_contrasts, cell_means,
-    pairwise,
-};
+use super::anova::{Design, Effect, ErrorModel, anova};
+use super::art::{ArtEffect, aligned_rank_transform};
+use super::assumptions::{Assumptions, Warning, pooled_unequal};
+use super::means::{CellMean, cell_means};
+use super::posthoc::{Adjustment, Comparison, art_contrasts, pairwise};
+use crate::error::PsychophysicsError;
+use crate::study::{Factor, Normalisation, Study};
 use serde::Serialize;
 
 /// What to compute.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnalysisConfig {
-    /// Scaling of the subjects' estimates before all else.
+    /// Scaling of the subjects' answers before everything else.
     pub normalisation: Normalisation,
-    /// Error models, each of which gives a table.
+    /// Error models, one table each.
     pub errors: Vec<ErrorModel>,
-    /// Aligned rank transform beside the plain analysis.
+    /// Also the aligned rank transform.
     pub art: bool,
-    /// Comparison of all pairs of levels of each factor; with `art` by ART-C too.
+    /// Comparison of all pairs of levels of each factor; with `art` also by ART-C.
     pub posthoc: Option<Adjustment>,
     /// Confidence of all intervals.
     pub confidence: f64,
@@ -37,12 +37,12 @@ impl Default for AnalysisConfig {
     }
 }
 
-/// Everything that [`analyse`] found.
+/// Results of [`analyse`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Analysis {
-    /// The study in numbers.
+    /// Size of the study.
     pub design: DesignSummary,
-    /// Scaling of the subjects' estimates.
+    /// Scaling of the subjects' answers.
     pub normalisation: Normalisation,
     /// Mean of all values, after normalisation.
     pub grand_mean: f64,
@@ -58,11 +58,11 @@ pub struct Analysis {
     pub posthoc: Vec<Comparison>,
     /// Pairs of levels on aligned ranks (ART-C); empty unless both were asked for.
     pub art_posthoc: Vec<Comparison>,
-    /// Which p value of the pairs the reports show.
+    /// Which p value of the pairs reports show.
     pub adjustment: Option<Adjustment>,
     /// Diagnostics.
     pub assumptions: Assumptions,
-    /// What speaks against the results.
+    /// Doubts about the results.
     pub warnings: Vec<Warning>,
 }
 
@@ -95,7 +95,7 @@ pub struct FactorSummary {
 /// Analyses a study: means, variance, ranks, pairs, diagnostics.
 ///
 /// # Errors
-/// Whatever [`Study::normalise`], [`anova`], [`aligned_rank_transform`] and [`pairwise`] refuse.
+/// As [`Study::normalise`], [`anova()`], [`aligned_rank_transform`] and [`pairwise`].
 pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis, PsychophysicsError> {
     let (given, study) = (study, &study.normalise(config.normalisation)?);
     let names: Vec<&str> = study.within().iter().map(|f| f.name.as_str()).collect();
@@ -121,7 +121,7 @@ pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis, Psych
     }
     let mut warnings = assumptions.against_anova(&effects);
     if config.errors.contains(&ErrorModel::Pooled) {
-        let strata = Layout::of(study)?.effects(study.values(), ErrorModel::Strata);
+        let strata = Design::of(study)?.test(study.values(), ErrorModel::Strata);
         warnings.extend(pooled_unequal(&strata));
     }
     if config.art {
@@ -146,7 +146,7 @@ pub fn analyse(study: &Study, config: &AnalysisConfig) -> Result<Analysis, Psych
 
 impl DesignSummary {
     fn of(study: &Study) -> Self {
-        let summary = |f: &crate::Factor| FactorSummary {
+        let summary = |f: &Factor| FactorSummary {
             name: f.name.clone(),
             levels: f.levels.clone(),
         };
@@ -166,12 +166,10 @@ impl Analysis {
     ///
     /// A number that does not exist is `null`; a ratio without error is `"infinite"` or `"undefined"`.
     ///
-    /// # Errors
-    /// What the writer of JSON refuses; no analysis is known that it does.
-    pub fn to_json(&self) -> Result<String, PsychophysicsError> {
-        serde_json::to_string_pretty(self).map_err(|error| PsychophysicsError::Io {
-            path: "analysis as JSON".to_owned(),
-            message: error.to_string(),
-        })
+    /// # Panics
+    /// Never: every part has names and numbers that JSON can hold.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("names and numbers only")
     }
 }

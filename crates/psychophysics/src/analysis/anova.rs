@@ -1,20 +1,21 @@
 //! Analysis of variance of repeated measures, with or without a factor between subjects.
 //!
-//! Of an effect within subjects with d orthonormal contrasts, let `z_s` be those of subject s, `z̄_g`
-//! their mean over the `n_g` subjects of group g, N subjects in G groups. Then
+//! For an effect within subjects with d orthonormal contrasts, let `z_s` be those of subject s, `z̄_g`
+//! their mean over the `n_g` subjects of group g, with N subjects in G groups. Then
 //!
 //! - the effect has `SS = h |mean_g z̄_g|²`, `h = G² / Σ 1/n_g`, on d degrees of freedom,
 //! - its interaction with the groups `SS = Σ n_g |z̄_g − z̄|²` on d (G − 1),
-//! - both are tested against `SS = Σ |z_s − z̄_g|²` on d (N − G), and the covariance of `z` within
-//!   groups is what sphericity is about.
+//! - both are tested against `SS = Σ |z_s − z̄_g|²` on d (N − G); sphericity is a property of the
+//!   covariance of `z` within groups.
 //!
-//! The mean is the effect without contrasts of its own (d = 1): its interaction with the groups is
-//! the effect between subjects.
+//! The mean is an effect with d = 1: its interaction with the groups is the effect between subjects.
 
-use crate::sphericity::{Sphericity, sphericity};
+use super::contrasts::Contrasts;
+use super::ratio::Ratio;
+use super::sphericity::{Covariance, Mauchly, Sphericity};
+use crate::error::PsychophysicsError;
+use crate::study::Study;
 use crate::tails::f_tail;
-use crate::transform::Contrasts;
-use crate::{PsychophysicsError, Ratio, Study};
 
 /// Against which variation an effect within subjects is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -28,7 +29,7 @@ pub enum ErrorModel {
     /// All effects against all variation within subjects together.
     ///
     /// R's `aov(y ~ A*B + Error(S))`. Its many degrees of freedom are right only if subjects differ
-    /// by a constant and nothing else; the dissertation's table was computed so (df 4, 576).
+    /// by nothing but a constant. The dissertation's table is of this kind (df 4, 576).
     Pooled,
 }
 
@@ -53,7 +54,7 @@ pub struct Effect {
     pub p: Option<f64>,
     /// `ss / (ss + ss_error)`; `None` where both are zero.
     pub partial_eta2: Option<f64>,
-    /// `ss / (ss + all error, with that between subjects)`, the same whatever the error model:
+    /// `ss / (ss + all error, with that between subjects)`, the same for both error models:
     /// Olejnik and Algina 2003 for manipulated factors.
     pub generalized_eta2: Option<f64>,
     /// Greenhouse and Geisser's ε; `None` for pooled errors and effects between subjects.
@@ -65,10 +66,10 @@ pub struct Effect {
     /// p with both degrees of freedom times `hf`.
     pub p_hf: Option<f64>,
     /// Mauchly's test of sphericity; `None` too where there is no error but rounding.
-    pub mauchly: Option<crate::Mauchly>,
+    pub mauchly: Option<Mauchly>,
     /// Which factors: bit f for the f-th of [`Study::factors`].
     #[serde(skip)]
-    pub(crate) mask: usize,
+    mask: usize,
 }
 
 /// All effects of a study: main effects first, then interactions by size.
@@ -77,18 +78,18 @@ pub struct Effect {
 /// subjects is the variation of the subjects' means within groups.
 ///
 /// Error: below 1e-9 relative against R, pingouin and statsmodels (tests/reference.rs). Sums of
-/// squares that rounding of the data could make are taken for zero.
+/// squares no larger than rounding of the data count as zero.
 /// Source: Winer, Brown and Michels 1991, ch. 4 and 7; computed by orthonormal contrasts.
 ///
 /// # Errors
 /// Fewer than two subjects, in all or in a group; all values the same.
 pub fn anova(study: &Study, errors: ErrorModel) -> Result<Vec<Effect>, PsychophysicsError> {
-    let layout = Layout::of(study)?;
+    let design = Design::of(study)?;
     check_varies(study)?;
-    Ok(layout.effects(study.values(), errors))
+    Ok(design.test(study.values(), errors))
 }
 
-pub(crate) fn check_varies(study: &Study) -> Result<(), PsychophysicsError> {
+pub(super) fn check_varies(study: &Study) -> Result<(), PsychophysicsError> {
     let values = study.values();
     if values.iter().any(|v| *v != values[0]) {
         return Ok(());
@@ -99,16 +100,25 @@ pub(crate) fn check_varies(study: &Study) -> Result<(), PsychophysicsError> {
     })
 }
 
-/// What stays the same over analyses of many sets of values of one design.
+/// An effect of a design.
 #[derive(Debug, Clone)]
-pub(crate) struct Layout {
+pub(crate) struct NamedEffect {
+    /// Which factors: bit f for the f-th of [`Study::factors`].
+    pub(crate) mask: usize,
+    /// `a:b`.
+    pub(crate) name: String,
+}
+
+/// The design of a study, for analyses of many sets of values.
+#[derive(Debug, Clone)]
+pub(crate) struct Design {
     contrasts: Contrasts,
     cells: usize,
     group_of: Vec<usize>,
     group_sizes: Vec<usize>,
     has_groups: bool,
-    /// Masks over all factors in order of the report, with names.
-    effects: Vec<(usize, String)>,
+    /// In the order of reports.
+    effects: Vec<NamedEffect>,
 }
 
 /// Sums of squares of the coefficients of one effect within subjects.
@@ -124,7 +134,7 @@ struct Stratum {
     sphericity: Option<Sphericity>,
 }
 
-impl Layout {
+impl Design {
     pub(crate) fn of(study: &Study) -> Result<Self, PsychophysicsError> {
         let group_sizes = study.group_sizes();
         let got = group_sizes.iter().copied().min().unwrap_or(0);
@@ -134,7 +144,7 @@ impl Layout {
         let sizes: Vec<usize> = study.within().iter().map(|f| f.levels.len()).collect();
         let names: Vec<&str> = study.factors().map(|f| f.name.as_str()).collect();
         let mut masks: Vec<usize> = (1..1 << names.len()).collect();
-        // Among effects of one size, those with the first factors first: its bit is the lowest.
+        // By the number of factors, then by the first factors, which have the lowest bits.
         masks.sort_by_key(|m| (m.count_ones(), usize::MAX - m.reverse_bits()));
         let name = |mask: usize| {
             let own = (0..names.len()).filter(|i| mask >> i & 1 == 1);
@@ -148,19 +158,26 @@ impl Layout {
                 .collect(),
             group_sizes,
             has_groups: study.between().is_some(),
-            effects: masks.into_iter().map(|m| (m, name(m))).collect(),
+            effects: masks
+                .into_iter()
+                .map(|mask| NamedEffect {
+                    mask,
+                    name: name(mask),
+                })
+                .collect(),
         })
     }
 
-    /// Effects by mask, and their names.
-    pub(crate) fn named(&self) -> &[(usize, String)] {
+    /// All effects, in the order of [`Design::test`].
+    pub(crate) fn effects(&self) -> &[NamedEffect] {
         &self.effects
     }
 
-    pub(crate) fn effects(&self, values: &[f64], errors: ErrorModel) -> Vec<Effect> {
+    /// Tests all effects on values of this design.
+    pub(crate) fn test(&self, values: &[f64], errors: ErrorModel) -> Vec<Effect> {
         let floor = rounding_floor(values);
         let mut strata = self.strata(values, errors == ErrorModel::Strata);
-        // Rounding has a shape too, but it says nothing about the subjects.
+        // The covariance of rounding errors does not describe the subjects.
         for stratum in strata.iter_mut().filter(|s| s.ss_error <= floor) {
             stratum.sphericity = stratum.sphericity.map(|_| Sphericity::WITHOUT_ERROR);
         }
@@ -169,7 +186,7 @@ impl Layout {
         let pooled: f64 = within().map(|s| s.ss_error).sum();
         let pooled_df: usize = within().map(|s| s.df_error).sum();
         let groups = self.group_sizes.len();
-        let effect = |(mask, name): &(usize, String)| {
+        let effect = |NamedEffect { mask, name }: &NamedEffect| {
             let between = self.has_groups && mask & 1 == 1;
             let within = mask >> usize::from(self.has_groups);
             let stratum = &strata[within];
@@ -259,7 +276,7 @@ impl Layout {
         let d = members.len();
         let groups = group_means.len() as f64;
         let total: usize = self.group_sizes.iter().sum();
-        // Unequal groups count alike in effects within subjects (type III).
+        // Unequal groups have equal weights in effects within subjects (type III).
         let weight = groups * groups
             / self
                 .group_sizes
@@ -294,7 +311,13 @@ impl Layout {
                 }
             }
             covariance.iter_mut().for_each(|s| *s /= df_error as f64);
-            sphericity(&covariance, d, df_error, self.cells)
+            let covariance = Covariance {
+                entries: &covariance,
+                dimension: d,
+                df: df_error,
+                cells: self.cells,
+            };
+            covariance.sphericity()
         });
         let squares = |row: &[f64]| members.iter().map(|&c| row[c] * row[c]).sum::<f64>();
         Stratum {
@@ -308,7 +331,7 @@ impl Layout {
     }
 }
 
-/// Sum of squares that rounding of the values alone can make.
+/// Largest sum of squares that can come from rounding of the values.
 fn rounding_floor(values: &[f64]) -> f64 {
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     values.len() as f64 * (8.0 * f64::EPSILON * largest).powi(2)

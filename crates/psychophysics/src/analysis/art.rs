@@ -1,8 +1,9 @@
 //! Aligned rank transform: ranks that leave interactions intact.
 
-use crate::anova::{ErrorModel, Layout, check_varies};
-use crate::ranks::average_ranks;
-use crate::{Effect, PsychophysicsError, Study};
+use super::anova::{Design, Effect, ErrorModel, check_varies};
+use crate::error::PsychophysicsError;
+use crate::samples::average_ranks;
+use crate::study::Study;
 
 /// One effect tested on ranks of values aligned for it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -10,44 +11,44 @@ pub struct ArtEffect {
     /// The test, of ranks.
     #[serde(flatten)]
     pub effect: Effect,
-    /// Sum of the aligned values, relative to that of their sizes: 0 but for rounding.
+    /// Sum of the aligned values, relative to that of their sizes: 0 except for rounding.
     pub aligned_sum: f64,
-    /// Largest F of the other effects on the aligned values: 0 but for rounding, or the alignment failed.
+    /// Largest F of the other effects on the aligned values: 0 except for rounding, else the alignment failed.
     pub largest_other_f: f64,
 }
 
-/// Non-parametric factorial analysis: aligned rank transform, one full analysis an effect.
+/// Non-parametric factorial analysis: aligned rank transform, with one full analysis per effect.
 ///
-/// For each effect the values are stripped of all fixed effects but that one (the cell mean is
-/// taken off, the estimated effect put back), rounded to 8 digits behind the point, ranked over all
-/// subjects, and analysed; of that analysis only this effect is read. Subjects are not aligned for.
+/// For each effect all other fixed effects are removed from the values (the cell mean is subtracted, the
+/// estimated effect added), which are then rounded to 8 decimal places, ranked over all subjects and
+/// analysed; only this effect of the analysis is used. Differences between subjects are not removed.
 ///
-/// It keeps its type I error only where the values are roughly symmetric and continuous:
-/// [`Assumptions`](crate::Assumptions) warns where they are not.
+/// Its rate of type I errors is right only for roughly symmetric and continuous values:
+/// [`Assumptions`](super::Assumptions) warns of others.
 ///
 /// Error: below 1e-9 relative against R's ARTool 0.11.2 (tests/reference.rs).
 /// Source: Higgins, Blair and Tashtoush 1990; Wobbrock et al. 2011.
 ///
 /// # Errors
-/// As [`anova`](crate::anova)'s; groups of different size.
+/// As [`anova`](super::anova())'s; groups of different size.
 pub fn aligned_rank_transform(
     study: &Study,
     errors: ErrorModel,
 ) -> Result<Vec<ArtEffect>, PsychophysicsError> {
-    let layout = Layout::of(study)?;
+    let design = Design::of(study)?;
     check_varies(study)?;
-    let aligner = Aligner::of(study)?;
-    let effects = layout.named().iter().enumerate();
-    let tested = effects.map(|(index, (mask, _))| {
-        let aligned = aligner.aligned(study, |effect| effect == *mask);
-        let others = layout.effects(&aligned, errors).into_iter().enumerate();
+    let aligner = Aligner::of(study, equal_group_size(study)?);
+    let effects = design.effects().iter().enumerate();
+    let tested = effects.map(|(index, named)| {
+        let aligned = aligner.aligned(study, |mask| mask == named.mask);
+        let others = design.test(&aligned, errors).into_iter().enumerate();
         let others = others.filter(|(i, _)| *i != index);
         let others = others.filter_map(|(_, e)| e.f.finite());
         let sizes: f64 = aligned.iter().map(|v| v.abs()).sum();
         let sum: f64 = aligned.iter().sum();
         let ranks = average_ranks(&aligned);
         ArtEffect {
-            effect: layout.effects(&ranks, errors).swap_remove(index),
+            effect: design.test(&ranks, errors).swap_remove(index),
             aligned_sum: if sizes > 0.0 { sum / sizes } else { 0.0 },
             largest_other_f: others.fold(0.0, f64::max),
         }
@@ -55,7 +56,21 @@ pub fn aligned_rank_transform(
     Ok(tested.collect())
 }
 
-/// Means of all combinations of levels, groups included, and how values are aligned by them.
+/// The number of subjects in every group.
+///
+/// # Errors
+/// Groups of different size.
+pub(super) fn equal_group_size(study: &Study) -> Result<usize, PsychophysicsError> {
+    let group_sizes = study.group_sizes();
+    let smallest = group_sizes.iter().copied().min().unwrap_or(0);
+    let largest = group_sizes.iter().copied().max().unwrap_or(0);
+    if smallest != largest {
+        return Err(PsychophysicsError::UnequalGroups { smallest, largest });
+    }
+    Ok(largest)
+}
+
+/// Means of all combinations of levels, groups included, for aligning values.
 pub(crate) struct Aligner {
     /// Levels of every factor, that between subjects first.
     sizes: Vec<usize>,
@@ -65,34 +80,29 @@ pub(crate) struct Aligner {
 }
 
 impl Aligner {
-    pub(crate) fn of(study: &Study) -> Result<Self, PsychophysicsError> {
-        let group_sizes = study.group_sizes();
-        let smallest = group_sizes.iter().copied().min().unwrap_or(0);
-        let largest = group_sizes.iter().copied().max().unwrap_or(0);
-        if smallest != largest {
-            return Err(PsychophysicsError::UnequalGroups { smallest, largest });
-        }
+    /// `group_size`: the number of subjects in every group, see [`equal_group_size`].
+    pub(crate) fn of(study: &Study, group_size: usize) -> Self {
         let cells = study.cells();
-        let mut means = vec![0.0; cells * group_sizes.len()];
+        let mut means = vec![0.0; cells * study.group_sizes().len()];
         for (subject, row) in study.rows().enumerate() {
             let own = &mut means[study.group_of(subject) * cells..][..cells];
             for (mean, v) in own.iter_mut().zip(row) {
                 *mean += v;
             }
         }
-        means.iter_mut().for_each(|m| *m /= largest as f64);
+        means.iter_mut().for_each(|m| *m /= group_size as f64);
         let size = study.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        // Rounding only makes equal what differs by rounding. The published 8 digits do so for
-        // values near one; very small or large ones need others.
+        // Rounded so that values that differ only by rounding errors become equal. The published 8 digits
+        // suit values near one; very small or large values need others.
         let digits = match size.log10().floor() {
             order @ (..-2.0 | 6.0..) if order.is_finite() => 10 - order as i32,
             _ => 8,
         };
-        Ok(Self {
+        Self {
             sizes: study.factors().map(|f| f.levels.len()).collect(),
             means,
             digits,
-        })
+        }
     }
 
     /// Values minus their cell mean, plus the estimated effects that are `kept` (by mask).

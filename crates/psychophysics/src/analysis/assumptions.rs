@@ -1,9 +1,10 @@
-//! What the tests assume, looked at: normal residuals, symmetric and continuous values.
+//! Check of what the tests assume: normal residuals, symmetric and continuous values.
 
-use crate::ranks::tie_sizes;
-use crate::{Effect, ErrorModel, ShapiroWilk, Study, shapiro_wilk};
+use super::anova::{Effect, ErrorModel};
+use crate::samples::{ShapiroWilk, shapiro_wilk, tie_sizes};
+use crate::study::Study;
 
-/// Skewness of the residuals, either way, above which aligned ranks are not to be trusted.
+/// Skewness of the residuals, of either sign, above which aligned ranks are not reliable.
 const MOST_SKEWED: f64 = 1.0;
 /// Probability that two values are equal above which they count as discrete: that of 20 equally
 /// frequent values.
@@ -22,7 +23,7 @@ pub enum Warning {
         /// Third standardised moment of the residuals.
         skewness: f64,
     },
-    /// Values take few different sizes: aligned ranks find effects that are not there.
+    /// Few different values: aligned ranks find effects that are not there.
     Discrete {
         /// Different values.
         distinct: usize,
@@ -31,7 +32,7 @@ pub enum Warning {
         /// Probability that two values are equal.
         tied: f64,
     },
-    /// Residuals are not normal; F is robust against that, its p less so.
+    /// Residuals are not normal; F is robust to that, its p less so.
     NotNormal {
         /// Of Shapiro and Wilk's test.
         p: f64,
@@ -67,9 +68,9 @@ pub struct Assumptions {
 }
 
 impl Assumptions {
-    /// Looks at the residuals that cells and subjects leave, `y − ȳ_cell − ȳ_subject + ȳ` within
-    /// groups, and at the answers as `given`: before each subject's were scaled, which makes equal
-    /// answers differ. Without scaling both are the same study.
+    /// Of the residuals `y − ȳ_cell − ȳ_subject + ȳ` within groups, and of ties among the answers as
+    /// `given`: before those of each subject were scaled, which makes equal answers differ. Without scaling
+    /// both are the same study.
     #[must_use]
     pub fn of(study: &Study, given: &Study) -> Self {
         let residuals = residuals(study);
@@ -88,7 +89,7 @@ impl Assumptions {
         }
     }
 
-    /// What speaks against aligned ranks, on which type I errors then grow.
+    /// Warnings about aligned ranks, of which the type I errors then increase.
     #[must_use]
     pub fn against_aligned_ranks(&self, values: usize) -> Vec<Warning> {
         let mut warnings = Vec::new();
@@ -105,7 +106,7 @@ impl Assumptions {
         warnings
     }
 
-    /// What speaks against analysis of variance and the errors it was done with.
+    /// Warnings about the analysis of variance with the error models of `effects`.
     #[must_use]
     pub fn against_anova(&self, effects: &[Effect]) -> Vec<Warning> {
         let mut warnings = Vec::new();
@@ -123,8 +124,8 @@ impl Assumptions {
     }
 }
 
-/// Whether errors that were pooled differ in size, from the same study tested in strata.
-pub(crate) fn pooled_unequal(strata: &[Effect]) -> Option<Warning> {
+/// A warning if the errors that were pooled differ in size; from the same study tested in strata.
+pub(super) fn pooled_unequal(strata: &[Effect]) -> Option<Warning> {
     let within = strata.iter().filter(|e| e.gg.is_some());
     let squares: Vec<f64> = within.map(|e| e.ss_error / e.df2 as f64).collect();
     let largest = squares.iter().copied().fold(0.0, f64::max);
@@ -134,8 +135,8 @@ pub(crate) fn pooled_unequal(strata: &[Effect]) -> Option<Warning> {
         .then_some(Warning::PooledUnequal { ratio })
 }
 
-/// What cells and subjects leave of the values.
-pub(crate) fn residuals(study: &Study) -> Vec<f64> {
+/// Values without the means of cells and subjects.
+fn residuals(study: &Study) -> Vec<f64> {
     let cells = study.cells();
     let sizes = study.group_sizes();
     let mut cell_means = vec![0.0; cells * sizes.len()];

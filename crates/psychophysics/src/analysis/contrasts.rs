@@ -1,23 +1,23 @@
 //! Orthonormal contrasts of a factorial design.
 //!
-//! Every subject's cells are turned by an orthonormal matrix, the Kronecker product of one small
-//! matrix a factor: its first row is the mean (times √k), the others are Helmert contrasts. Each
+//! The cells of every subject are multiplied by an orthonormal matrix, the Kronecker product of one small
+//! matrix per factor: its first row is the mean (times √k), the others are Helmert contrasts. Each
 //! coefficient then belongs to exactly one effect within subjects: that of the factors in which it
-//! is no mean. All sums of squares of a balanced design are sums over such coefficients.
+//! is not a mean. All sums of squares of a balanced design are sums over such coefficients.
 
 /// Sizes of a design and where its coefficients belong.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Contrasts {
+pub(super) struct Contrasts {
     sizes: Vec<usize>,
-    /// One orthonormal matrix a factor, row by row.
+    /// One orthonormal matrix per factor, row by row.
     matrices: Vec<Vec<f64>>,
     /// Coefficients of each effect; bit f of the index: factor f is part of it.
     members: Vec<Vec<usize>>,
 }
 
 impl Contrasts {
-    /// For factors with so many levels, the last one fastest.
-    pub(crate) fn new(sizes: &[usize]) -> Self {
+    /// For factors with these numbers of levels, the last one fastest.
+    pub(super) fn new(sizes: &[usize]) -> Self {
         let cells: usize = sizes.iter().product();
         let mut members = vec![Vec::new(); 1 << sizes.len()];
         for cell in 0..cells {
@@ -38,18 +38,18 @@ impl Contrasts {
         }
     }
 
-    /// Number of effects, with that of the mean (index 0).
-    pub(crate) fn effects(&self) -> usize {
+    /// Number of effects, including that of the mean (index 0).
+    pub(super) fn effects(&self) -> usize {
         self.members.len()
     }
 
     /// Coefficients of an effect.
-    pub(crate) fn members(&self, mask: usize) -> &[usize] {
+    pub(super) fn members(&self, mask: usize) -> &[usize] {
         &self.members[mask]
     }
 
-    /// Turns one subject's cells into coefficients; `scratch` is as long.
-    pub(crate) fn apply(&self, cells: &mut [f64], scratch: &mut [f64]) {
+    /// Transforms the cells of one subject into coefficients; `scratch` has the same length.
+    pub(super) fn apply(&self, cells: &mut [f64], scratch: &mut [f64]) {
         let mut stride = cells.len();
         for (&k, matrix) in self.sizes.iter().zip(&self.matrices) {
             stride /= k;
@@ -68,7 +68,7 @@ impl Contrasts {
     }
 }
 
-/// Orthonormal: a row of equal weights, then each level's mean of those before against the next.
+/// Orthonormal rows: equal weights, then the mean of the first levels against the next level.
 fn helmert(k: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; k * k];
     matrix[..k].fill(1.0 / (k as f64).sqrt());

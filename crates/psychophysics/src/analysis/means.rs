@@ -1,7 +1,8 @@
 //! Means with confidence intervals, of cells and of levels.
 
+use crate::error::{PsychophysicsError, inner_probability};
+use crate::study::Study;
 use crate::tails::t_quantile_two_sided;
-use crate::{PsychophysicsError, Study};
 
 /// Mean over subjects of one combination of levels.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -18,7 +19,7 @@ pub struct CellMean {
     pub sd: f64,
     /// Half the confidence interval of the mean, from the differences between subjects.
     pub ci_half: f64,
-    /// The same after subjects' means are taken off: the one to compare cells within subjects by
+    /// The same after subtraction of the subjects' means, for comparing cells within subjects
     /// (Cousineau 2005, with Morey's 2008 correction).
     pub ci_half_within: f64,
     /// Median over subjects.
@@ -27,7 +28,7 @@ pub struct CellMean {
 
 /// Means of all combinations of the levels of the factors named; of all cells, if all are.
 ///
-/// The factor between subjects always splits. `confidence`: of the intervals, for instance 0.95.
+/// Groups of subjects are always kept apart. `confidence`: of the intervals, for instance 0.95.
 ///
 /// # Errors
 /// A factor within subjects that the study does not have; a confidence outside (0, 1).
@@ -36,8 +37,7 @@ pub fn cell_means(
     factors: &[&str],
     confidence: f64,
 ) -> Result<Vec<CellMean>, PsychophysicsError> {
-    let inside = confidence > 0.0 && confidence < 1.0;
-    crate::error::check("confidence", confidence, inside, "above 0 and below 1")?;
+    inner_probability("confidence", confidence)?;
     for factor in factors {
         if study.within().iter().all(|f| f.name != *factor) {
             let factor = (*factor).to_owned();
@@ -101,7 +101,7 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     (mean, (squares / (n - 1.0)).sqrt())
 }
 
-/// Sorts; between values, linear.
+/// The quantile of a share, linear between values, which are sorted.
 fn quantile_of(values: &mut [f64], share: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let at = share * (values.len() - 1) as f64;

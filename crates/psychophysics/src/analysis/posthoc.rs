@@ -1,11 +1,12 @@
 //! Which levels differ: comparisons of all pairs after an analysis of variance.
 
-use crate::anova::{ErrorModel, Layout, check_varies};
-use crate::art::Aligner;
-use crate::ranks::average_ranks;
+use super::anova::{Design, ErrorModel, check_varies};
+use super::art::{Aligner, equal_group_size};
+use super::ratio::Ratio;
+use crate::error::{PsychophysicsError, inner_probability};
+use crate::samples::{Wilcoxon, average_ranks, signed_rank_of};
+use crate::study::Study;
 use crate::tails::{t_quantile_two_sided, t_tail_two_sided};
-use crate::wilcoxon::signed_rank_of;
-use crate::{PsychophysicsError, Ratio, Study, Wilcoxon};
 
 /// How a pair was tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -19,13 +20,13 @@ pub enum PairTest {
     PooledT,
 }
 
-/// How p values pay for the number of comparisons.
+/// Adjustment of p values for the number of comparisons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Adjustment {
     /// Times the number of comparisons.
     Bonferroni,
-    /// Step by step, never worse than Bonferroni's: Holm 1979.
+    /// Step by step, at most Bonferroni's: Holm 1979.
     #[default]
     Holm,
 }
@@ -69,7 +70,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The p value that pays for the number of comparisons.
+    /// The p value adjusted for the number of comparisons.
     #[must_use]
     pub const fn p_adjusted(&self, how: Adjustment) -> Option<f64> {
         match how {
@@ -81,57 +82,67 @@ impl Comparison {
 
 /// Compares all pairs of levels of a factor, or of combinations of several.
 ///
-/// Each subject counts with its mean over all other factors. Pairs within subjects are tested by
+/// Each subject contributes its mean over all other factors. Pairs within subjects are tested by
 /// paired t tests, those between groups of subjects by Welch's. `confidence` is that of the
 /// intervals, for instance 0.95.
 ///
 /// Error: below 1e-9 relative against pingouin (tests/reference.rs).
 ///
 /// # Errors
-/// A factor that the study does not have; a confidence outside (0, 1); as [`anova`](crate::anova)'s.
+/// A factor that the study does not have; a confidence outside (0, 1); as [`anova`](super::anova()).
 pub fn pairwise(
     study: &Study,
     factors: &[&str],
     confidence: f64,
 ) -> Result<Vec<Comparison>, PsychophysicsError> {
-    let contrasts = Contrast::of(study, factors, confidence)?;
-    Ok(contrasts.compare(study, study.values(), None))
+    let compared = ComparedFactors::of(study, factors, confidence)?;
+    Ok(compared.compare(study, study.values(), None))
 }
 
 /// Contrasts on aligned ranks (ART-C): pairs of levels, or of combinations of several factors.
 ///
-/// The factors compared count as one whose levels are their combinations; the values are aligned for
-/// its main effect and ranked. Comparing combinations on ranks that are aligned for something else
-/// would be wrong, hence this. `mean_diff` is in ranks. With strata the ranks are compared as in
-/// [`pairwise`], with pooled errors against the pooled variation within subjects, as a mixed model
-/// with an intercept for each subject does.
+/// The factors compared are treated as one factor whose levels are their combinations; the values are
+/// aligned for its main effect and ranked, as ranks aligned for another effect must not be compared.
+/// `mean_diff` is in ranks. With strata the ranks are compared as in [`pairwise`], with pooled errors
+/// against the pooled variation within subjects, as in a mixed model with an intercept for each subject.
 ///
 /// Source: Elkin et al. 2021, ART-C; the alignment is theirs.
 ///
 /// # Errors
-/// As [`pairwise`]'s; groups of different size.
+/// As [`pairwise`]; groups of different size.
 pub fn art_contrasts(
     study: &Study,
     factors: &[&str],
     errors: ErrorModel,
     confidence: f64,
 ) -> Result<Vec<Comparison>, PsychophysicsError> {
-    let contrasts = Contrast::of(study, factors, confidence)?;
+    let compared = ComparedFactors::of(study, factors, confidence)?;
+    let aligner = Aligner::of(study, equal_group_size(study)?);
     // All effects among the factors compared make up the main effect of their combination.
-    let aligned = Aligner::of(study)?.aligned(study, |effect| effect & !contrasts.mask == 0);
+    let aligned = aligner.aligned(study, |mask| mask & !compared.mask == 0);
     let ranks = average_ranks(&aligned);
-    let pooled = (errors == ErrorModel::Pooled).then(|| contrasts.layout.effects(&ranks, errors));
+    let pooled = (errors == ErrorModel::Pooled).then(|| compared.design.test(&ranks, errors));
     let pooled = pooled.and_then(|effects| effects.into_iter().next_back());
-    let pooled = pooled.map(|e| (e.ss_error / e.df2 as f64, e.df2 as f64));
-    let mut pairs = contrasts.compare(study, &ranks, pooled);
-    // Ranks of differences of ranks say nothing new.
+    let pooled = pooled.map(|e| PooledError {
+        mean_square: e.ss_error / e.df2 as f64,
+        df: e.df2 as f64,
+    });
+    let mut pairs = compared.compare(study, &ranks, pooled);
+    // Ranks of differences of ranks add nothing.
     pairs.iter_mut().for_each(|p| p.wilcoxon = None);
     Ok(pairs)
 }
 
-/// What is compared: the combinations of some factors.
-struct Contrast {
-    layout: Layout,
+/// The pooled error of an analysis.
+#[derive(Clone, Copy)]
+struct PooledError {
+    mean_square: f64,
+    df: f64,
+}
+
+/// Factors the combinations of which are compared.
+struct ComparedFactors {
+    design: Design,
     mask: usize,
     name: String,
     /// Factors compared, by place among those within subjects.
@@ -148,15 +159,10 @@ struct Sample {
     values: Vec<f64>,
 }
 
-impl Contrast {
+impl ComparedFactors {
     fn of(study: &Study, factors: &[&str], confidence: f64) -> Result<Self, PsychophysicsError> {
-        crate::error::check(
-            "confidence",
-            confidence,
-            confidence > 0.0 && confidence < 1.0,
-            "above 0 and below 1",
-        )?;
-        let layout = Layout::of(study)?;
+        inner_probability("confidence", confidence)?;
+        let design = Design::of(study)?;
         check_varies(study)?;
         let names: Vec<&str> = study.factors().map(|f| f.name.as_str()).collect();
         let mut mask = 0;
@@ -167,11 +173,11 @@ impl Contrast {
                     factor: (*factor).to_owned(),
                 })?;
         }
-        let found = layout.named().iter().find(|(m, _)| *m == mask);
-        let name = found.map(|(_, name)| name.clone());
+        let found = design.effects().iter().find(|e| e.mask == mask);
+        let name = found.map(|e| e.name.clone());
         let first = usize::from(study.between().is_some());
         Ok(Self {
-            layout,
+            design,
             mask,
             name: name.ok_or(PsychophysicsError::Length {
                 what: "factors to compare",
@@ -190,7 +196,7 @@ impl Contrast {
         &self,
         study: &Study,
         values: &[f64],
-        pooled: Option<(f64, f64)>,
+        pooled: Option<PooledError>,
     ) -> Vec<Comparison> {
         let samples = self.samples(study, values);
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -199,9 +205,11 @@ impl Contrast {
         for (i, a) in samples.iter().enumerate() {
             for (j, b) in samples.iter().enumerate().skip(i + 1) {
                 let pair = match pooled {
-                    Some(error) if a.group == b.group => Pair::pooled(study, self, a, b, error),
-                    _ if a.group == b.group => Pair::paired(a, b, largest),
-                    _ => Pair::welch(a, b, largest),
+                    Some(error) if a.group == b.group => {
+                        PairStatistics::pooled(study, self, a, b, error)
+                    }
+                    _ if a.group == b.group => PairStatistics::paired(a, b, largest),
+                    _ => PairStatistics::welch(a, b, largest),
                 };
                 // Nearly all pairs have the same degrees of freedom.
                 let known = quantiles.iter().find(|(df, _)| *df == pair.df);
@@ -295,17 +303,17 @@ impl Contrast {
 }
 
 /// The numbers of one comparison before its probability.
-struct Pair {
+struct PairStatistics {
     test: PairTest,
     mean_diff: f64,
-    /// Standard error of the difference; exactly zero where only rounding is left.
+    /// Standard error of the difference; exactly zero where it would be rounding alone.
     error: f64,
     df: f64,
     cohen_dz: Option<f64>,
     wilcoxon: Option<Wilcoxon>,
 }
 
-impl Pair {
+impl PairStatistics {
     fn paired(a: &Sample, b: &Sample, largest: f64) -> Self {
         let differences: Vec<f64> = a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect();
         let (mean_diff, variance) = mean_and_variance(&differences, largest);
@@ -320,7 +328,13 @@ impl Pair {
         }
     }
 
-    fn pooled(study: &Study, of: &Contrast, a: &Sample, b: &Sample, error: (f64, f64)) -> Self {
+    fn pooled(
+        study: &Study,
+        of: &ComparedFactors,
+        a: &Sample,
+        b: &Sample,
+        error: PooledError,
+    ) -> Self {
         let differences: Vec<f64> = a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect();
         let (mean_diff, _) = mean_and_variance(&differences, 0.0);
         let factors = of.within.iter().map(|&f| study.within()[f].levels.len());
@@ -329,8 +343,8 @@ impl Pair {
         Self {
             test: PairTest::PooledT,
             mean_diff,
-            error: (2.0 * error.0 / averaged).sqrt(),
-            df: error.1,
+            error: (2.0 * error.mean_square / averaged).sqrt(),
+            df: error.df,
             cohen_dz: None,
             wilcoxon: None,
         }
@@ -363,7 +377,7 @@ impl Pair {
     }
 }
 
-/// The variance is exactly zero where rounding of values as large as `largest` could make it.
+/// Mean and variance; the variance is exactly zero if rounding of values up to `largest` could explain it.
 fn mean_and_variance(values: &[f64], largest: f64) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -377,7 +391,7 @@ fn mean_and_variance(values: &[f64], largest: f64) -> (f64, f64) {
     (mean, variance)
 }
 
-/// Fills in p values that pay for the number of comparisons.
+/// Fills in the p values adjusted for the number of comparisons.
 fn adjust(comparisons: &mut [Comparison]) {
     let count = comparisons.len();
     let mut order: Vec<usize> = (0..count).filter(|&c| comparisons[c].p.is_some()).collect();

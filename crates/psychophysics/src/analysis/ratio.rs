@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// An F or t ratio: perfect data have no error to divide by.
+/// An F or t ratio; the error of perfect data is zero.
 ///
 /// In JSON a number, `"infinite"` or `"undefined"`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub enum Ratio {
 
 impl Ratio {
     /// `effect / error`, both exactly zero where they are zero.
-    pub(crate) fn of(effect: f64, error: f64) -> Self {
+    pub(super) fn of(effect: f64, error: f64) -> Self {
         if error != 0.0 {
             Self::Finite(effect / error)
         } else if effect != 0.0 {
@@ -28,7 +28,7 @@ impl Ratio {
         }
     }
 
-    /// The number, where it is one.
+    /// The number, if there is one.
     #[must_use]
     pub const fn finite(self) -> Option<f64> {
         match self {
@@ -38,7 +38,7 @@ impl Ratio {
     }
 
     /// Its tail probability: 0 at infinity, `None` where undefined.
-    pub(crate) fn tail(self, tail: impl Fn(f64) -> f64) -> Option<f64> {
+    pub(super) fn tail(self, tail: impl Fn(f64) -> f64) -> Option<f64> {
         match self {
             Self::Finite(value) => Some(tail(value)),
             Self::Infinite => Some(0.0),

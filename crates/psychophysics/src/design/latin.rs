@@ -1,17 +1,17 @@
 //! Balanced Latin squares.
 
-use crate::PsychophysicsError;
-use crate::error::check;
+use crate::error::PsychophysicsError;
+use hwall_numeric::check::that;
 
-/// Conditions of a square, at most: it holds their square, twice for odd numbers.
+/// Conditions of a square, at most: it has as many entries as their square, twice that for odd numbers.
 const MOST_CONDITIONS: usize = 2000;
 
-/// Orders of `conditions` in which every condition stands equally often at every place and follows
-/// every other equally often: once for an even number (one square), twice for an odd one (a square
+/// Orders of `conditions` in which every condition occurs equally often at every place and follows
+/// every other equally often: once for an even number (one square), twice for an odd number (a square
 /// and its mirror image, 2 n rows).
 ///
-/// Rows are orders for one subject or session, conditions counted from 0. First row
-/// 0, 1, n − 1, 2, n − 2, …; each row is one more than that before, modulo n.
+/// Each row is the order for one subject or session, conditions counted from 0. The first row is
+/// 0, 1, n − 1, 2, n − 2, …; each row is that before plus one, modulo n.
 ///
 /// Source: Williams 1949.
 ///
@@ -19,10 +19,10 @@ const MOST_CONDITIONS: usize = 2000;
 /// No condition, or more than 2000.
 pub fn balanced_latin_square(conditions: usize) -> Result<Vec<Vec<usize>>, PsychophysicsError> {
     let n = conditions;
-    check(
+    that(
+        (1..=MOST_CONDITIONS).contains(&n),
         "conditions of a Latin square",
         n as f64,
-        (1..=MOST_CONDITIONS).contains(&n),
         "1 to 2000",
     )?;
     let zigzag = |place: usize| match place {

@@ -1,20 +1,19 @@
-//! Power by simulation: how often a study finds an effect that is there.
+//! Power by simulation: how often a study finds an effect of the population.
 
-use crate::anova::Layout;
-use crate::art::Aligner;
-use crate::error::check;
-use crate::random::generator;
-use crate::ranks::average_ranks;
-use crate::study::{LEAST_SIZE, MOST_SIZE, count_cells};
+use super::random::generator;
+use crate::analysis::{Aligner, Design, Effect, ErrorModel};
+use crate::error::{PsychophysicsError, inner_probability};
+use crate::samples::average_ranks;
+use crate::study::{Factor, LEAST_SIZE, MOST_SIZE, Study, count_cells};
 use crate::tails::normal_quantile;
-use crate::{ErrorModel, Factor, PsychophysicsError, Study};
+use hwall_numeric::check::that;
 use rand::distr::Distribution;
 use rand_distr::StandardNormal;
 
-/// Values of one study, at most: each is drawn and analysed once for every study.
+/// Values of one study, at most.
 const MOST_VALUES: usize = 10_000_000;
 
-/// A population, and the study to be drawn from it many times.
+/// A population, and the study to be drawn from it repeatedly.
 ///
 /// `y = mean of the cell + subject's constant + subject's own deviation at each level + noise`, all
 /// normal. Values are those of one subject and cell: means over rounds, if there are rounds.
@@ -28,10 +27,10 @@ pub struct PowerStudy {
     pub subjects: usize,
     /// Standard deviation between subjects' means.
     pub between_sd: f64,
-    /// Standard deviation between subjects in their deviation at a level, for every level of every
+    /// Standard deviation between subjects of their own deviation at a level, for every level of every
     /// factor; above zero, pooled errors are wrong.
     pub level_sd: f64,
-    /// Standard deviation of what remains: of a value about its subject's expectation.
+    /// Standard deviation of the rest: of a value about its subject's expectation.
     pub within_sd: f64,
     /// How a study is analysed.
     pub test: PowerTest,
@@ -39,11 +38,11 @@ pub struct PowerStudy {
     pub alpha: f64,
     /// Studies drawn.
     pub studies: usize,
-    /// Seed; a study depends on it and on its number alone.
+    /// Seed; a study depends only on it and on the study's number.
     pub seed: u64,
 }
 
-/// The analysis whose power is asked for.
+/// The analysis of which the power is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PowerTest {
     /// Error model.
@@ -72,7 +71,7 @@ pub struct EffectPower {
     pub name: String,
     /// Share of the studies that found it.
     pub power: f64,
-    /// Lower end of the 95 % interval of the share (Wilson 1927): what more studies would narrow.
+    /// Lower end of the 95 % interval of the share (Wilson 1927), which more studies narrow.
     pub ci_low: f64,
     /// Upper end of it.
     pub ci_high: f64,
@@ -80,24 +79,24 @@ pub struct EffectPower {
 
 /// Draws many studies from a population and counts how many find each effect.
 ///
-/// Of an effect that the population does not have this is the type I error.
+/// For an effect that the population does not have this is the rate of type I errors.
 ///
 /// # Errors
-/// A count of zero, more than 1e7 values a study, a standard deviation below zero, that within
+/// A count of zero, more than 1e7 values in a study, a negative standard deviation, that within
 /// subjects zero, a wrong number of means, pooled errors with a correction.
 pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>, PsychophysicsError> {
     let population = Population::of(study)?;
-    let mut found = vec![0_usize; population.layout.named().len()];
+    let mut found = vec![0_usize; population.design.effects().len()];
     for number in 0..study.studies {
         for (count, p) in found.iter_mut().zip(population.p_values(number)) {
             *count += usize::from(p < study.alpha);
         }
     }
-    let names = population.layout.named().iter().zip(found);
-    let effects = names.map(|((_, name), count)| {
+    let effects = population.design.effects().iter().zip(found);
+    let effects = effects.map(|(effect, count)| {
         let [ci_low, ci_high] = wilson(count, study.studies);
         EffectPower {
-            name: name.clone(),
+            name: effect.name.clone(),
             power: count as f64 / study.studies as f64,
             ci_low,
             ci_high,
@@ -109,7 +108,7 @@ pub fn power(study: &PowerStudy) -> Result<Vec<EffectPower>, PsychophysicsError>
 struct Population<'a> {
     of: &'a PowerStudy,
     template: Study,
-    layout: Layout,
+    design: Design,
     /// Level of every factor in every cell.
     levels: Vec<Vec<usize>>,
 }
@@ -117,19 +116,18 @@ struct Population<'a> {
 impl<'a> Population<'a> {
     fn of(study: &'a PowerStudy) -> Result<Self, PsychophysicsError> {
         for (what, count) in [("subjects", study.subjects), ("studies", study.studies)] {
-            check(what, count as f64, count > 0, "at least 1")?;
+            that(count > 0, what, count as f64, "at least 1")?;
         }
-        let inside = study.alpha > 0.0 && study.alpha < 1.0;
-        check("alpha", study.alpha, inside, "above 0 and below 1")?;
+        inner_probability("alpha", study.alpha)?;
         for (what, sd) in [
             ("between_sd", study.between_sd),
             ("level_sd", study.level_sd),
         ] {
             let holds = (0.0..=MOST_SIZE).contains(&sd);
-            check(what, sd, holds, "zero or above, at most 1e60")?;
+            that(holds, what, sd, "zero or above, at most 1e60")?;
         }
         let holds = (LEAST_SIZE..=MOST_SIZE).contains(&study.within_sd);
-        check("within_sd", study.within_sd, holds, "1e-60 to 1e60")?;
+        that(holds, "within_sd", study.within_sd, "1e-60 to 1e60")?;
         let cells = count_cells(&study.within);
         if study.means.len() != cells {
             return Err(PsychophysicsError::Length {
@@ -139,10 +137,10 @@ impl<'a> Population<'a> {
             });
         }
         let all = study.subjects.saturating_mul(cells);
-        check(
+        that(
+            all <= MOST_VALUES,
             "subjects x cells",
             all as f64,
-            all <= MOST_VALUES,
             "at most 1e7",
         )?;
         if study.test.greenhouse_geisser && study.test.errors == ErrorModel::Pooled {
@@ -150,17 +148,17 @@ impl<'a> Population<'a> {
         }
         let values = study.means.repeat(study.subjects);
         let template = Study::from_values(study.within.clone(), None, values)?;
-        let layout = Layout::of(&template)?;
+        let design = Design::of(&template)?;
         let levels = (0..cells).map(|c| template.levels_of(c)).collect();
         Ok(Self {
             of: study,
             template,
-            layout,
+            design,
             levels,
         })
     }
 
-    /// One p an effect, of the study of that number; 1 where F is undefined.
+    /// p of every effect in the study of this number; 1 where F is undefined.
     fn p_values(&self, number: usize) -> Vec<f64> {
         let of = self.of;
         let mut numbers = generator(of.seed, number);
@@ -181,7 +179,7 @@ impl<'a> Population<'a> {
                 values.push(mean + constant + own + of.within_sd * normal());
             }
         }
-        let p = |e: crate::Effect| {
+        let p = |e: Effect| {
             let p = if of.test.greenhouse_geisser {
                 e.p_gg.or(e.p)
             } else {
@@ -189,19 +187,16 @@ impl<'a> Population<'a> {
             };
             p.unwrap_or(1.0)
         };
-        let effects = |values: &[f64]| self.layout.effects(values, of.test.errors);
+        let effects = |values: &[f64]| self.design.test(values, of.test.errors);
         if !of.test.ranks {
             return effects(&values).into_iter().map(p).collect();
         }
         let drawn = self.template.with_values(values);
-        // One group only: the aligner refuses nothing.
-        let Ok(aligner) = Aligner::of(&drawn) else {
-            return vec![1.0; self.layout.named().len()];
-        };
-        let named = self.layout.named().iter().enumerate();
+        let aligner = Aligner::of(&drawn, of.subjects);
+        let named = self.design.effects().iter().enumerate();
         named
-            .map(|(index, (mask, _))| {
-                let aligned = aligner.aligned(&drawn, |effect| effect == *mask);
+            .map(|(index, named)| {
+                let aligned = aligner.aligned(&drawn, |mask| mask == named.mask);
                 p(effects(&average_ranks(&aligned)).swap_remove(index))
             })
             .collect()

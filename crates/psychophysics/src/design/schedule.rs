@@ -1,14 +1,15 @@
-//! Which subject meets which condition when.
+//! The order of the conditions for each subject.
 
-use crate::error::check;
-use crate::random::generator;
-use crate::study::count_cells;
-use crate::{Factor, PsychophysicsError, balanced_latin_square};
+use super::latin::balanced_latin_square;
+use super::random::generator;
+use crate::error::PsychophysicsError;
+use crate::study::{Factor, count_cells};
+use hwall_numeric::check::that;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
 use std::io::Write;
 
-/// Trials of a schedule, at most: far more than people live to do.
+/// Trials of a schedule, at most: far more than any study has.
 const MOST_TRIALS: usize = 100_000_000;
 
 /// Columns that every session script has before its factors.
@@ -17,7 +18,7 @@ const COLUMNS: [&str; 4] = ["subject", "round", "trial", "condition"];
 /// How the conditions of a round are ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TrialOrder {
-    /// Every round is a random order of all conditions; no condition comes twice in a row across
+    /// Every round is a random order of all conditions; no condition comes twice in a row, also across
     /// rounds.
     #[default]
     RandomisedBlocks,
@@ -25,18 +26,18 @@ pub enum TrialOrder {
     BalancedLatinSquare,
 }
 
-/// A study to be run.
+/// The plan of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     /// Factors, all within subjects; their combinations are the conditions.
     pub factors: Vec<Factor>,
     /// Subjects.
     pub subjects: usize,
-    /// Times that every subject meets every condition.
+    /// How often every subject meets every condition.
     pub rounds: usize,
     /// Order within rounds.
     pub order: TrialOrder,
-    /// Seed of random orders. A subject's order depends on it and on the subject's number alone.
+    /// Seed of random orders. The order of a subject depends only on it and on the subject's number.
     pub seed: u64,
 }
 
@@ -73,7 +74,7 @@ impl Schedule {
             ("rounds", self.rounds),
         ] {
             let value = count as f64;
-            check(what, value, count > 0, "at least 1")?;
+            that(count > 0, what, value, "at least 1")?;
         }
         for (place, factor) in self.factors.iter().enumerate() {
             let name = factor.name.trim();
@@ -85,7 +86,7 @@ impl Schedule {
         }
         let all = [self.rounds, self.conditions()];
         let all = all.into_iter().fold(self.subjects, usize::saturating_mul);
-        check("trials", all as f64, all <= MOST_TRIALS, "at most 1e8")?;
+        that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e8")?;
         let square = match self.order {
             TrialOrder::RandomisedBlocks => Vec::new(),
             TrialOrder::BalancedLatinSquare => balanced_latin_square(self.conditions())?,
@@ -129,7 +130,7 @@ impl Schedule {
 
     /// The session script as CSV: `subject,round,trial,condition` from 1, then the factors.
     ///
-    /// With a column of answers added it is a table that [`Study`](crate::Study) reads.
+    /// With a column of answers it is a table that [`Study`](crate::study::Study) reads.
     ///
     /// # Errors
     /// As [`Schedule::trials`]', and an output that cannot be written.
@@ -152,7 +153,7 @@ impl Schedule {
     }
 }
 
-/// A random order, whose first is not the last of that before.
+/// A random order; if it follows another, its first is not the last of that one.
 fn shuffle(order: &mut [usize], follows: bool, generator: &mut Pcg64) {
     let last = order.last().copied();
     order.shuffle(generator);
@@ -162,8 +163,5 @@ fn shuffle(order: &mut [usize], follows: bool, generator: &mut Pcg64) {
 }
 
 fn not_written(error: csv::Error) -> PsychophysicsError {
-    PsychophysicsError::Io {
-        path: "session script".to_owned(),
-        message: error.to_string(),
-    }
+    PsychophysicsError::io("session script", &error.into())
 }

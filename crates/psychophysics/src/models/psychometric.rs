@@ -1,18 +1,18 @@
-//! Just noticeable difference from answers to pairs: which of two is more?
+//! The just noticeable difference, from answers to which of two stimuli is the greater.
 
-use crate::PsychophysicsError;
-use crate::error::check;
+use crate::error::PsychophysicsError;
 use crate::tails::{chi2_tail, normal_cdf, normal_quantile};
+use hwall_numeric::check::{finite, that};
 use std::f64::consts::TAU;
 
 /// Answers at one stimulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairAnswers {
-    /// Of the compared one, or its difference to the reference, in any unit.
+    /// Size of the stimulus compared with the reference, or its difference from it, in any unit.
     pub stimulus: f64,
     /// How often it was judged the greater one.
     pub greater: u32,
-    /// How often it was judged.
+    /// How often it was compared.
     pub trials: u32,
 }
 
@@ -71,7 +71,7 @@ impl Sigmoid {
         }
     }
 
-    /// Where three quarters are reached.
+    /// Argument at which three quarters are reached.
     fn three_quarters(self) -> f64 {
         match self {
             Self::CumulativeGaussian => normal_quantile(0.75),
@@ -82,12 +82,12 @@ impl Sigmoid {
 
 /// Steps of Fisher's scoring, at most.
 const MOST_STEPS: usize = 200;
-/// Last step of a fit, relative: as far as the sums go at best, and what is still an answer where
-/// their rounding ends it before.
+/// Relative size of the last step of a fit: at best, and the largest accepted where rounding of the sums stops
+/// it earlier.
 const BEST_STEP: f64 = 1e-13;
 const LAST_STEP: f64 = 1e-8;
 
-/// Fits a psychometric function by maximum likelihood; answers run from 0 to 1, with no lapses.
+/// Fits a psychometric function by maximum likelihood; shares run from 0 to 1, without lapses.
 ///
 /// Standard errors come from the expected information, by the delta method.
 ///
@@ -95,20 +95,19 @@ const LAST_STEP: f64 = 1e-8;
 /// sec. 4.4; the 75 % point as just noticeable difference: Gescheider 1997, ch. 3.
 ///
 /// # Errors
-/// More "greater" than trials; and where no finite fit exists: fewer than two stimuli, answers that change
-/// from all "less" to all "greater" at once, answers that do not rise with the stimulus. A fit that
-/// does not converge.
+/// More "greater" than trials. No finite fit: fewer than two stimuli, answers that change from all "less" to
+/// all "greater" at once, answers that do not rise with the stimulus. A fit that does not converge.
 pub fn fit_psychometric(
     answers: &[PairAnswers],
     sigmoid: Sigmoid,
 ) -> Result<Psychometric, PsychophysicsError> {
     for a in answers {
-        check("stimulus", a.stimulus, true, "a finite number")?;
+        finite("stimulus", a.stimulus)?;
         let holds = a.greater <= a.trials && a.trials > 0;
-        check(
+        that(
+            holds,
             "answers \"greater\"",
             a.greater.into(),
-            holds,
             "at most the trials, which are at least 1",
         )?;
     }
@@ -121,43 +120,44 @@ pub fn fit_psychometric(
     // Standardised stimuli keep the information matrix well scaled.
     let mean = weighted(&|x| x);
     let sd = weighted(&|x| (x - mean).powi(2)).sqrt();
-    let points: Vec<(f64, PairAnswers)> = answers
+    let points: Vec<Point> = answers
         .iter()
-        .map(|a| ((a.stimulus - mean) / sd, *a))
+        .map(|a| Point {
+            x: (a.stimulus - mean) / sd,
+            answers: *a,
+        })
         .collect();
-    let mut line = [0.0, 1.0];
+    let mut line = Line {
+        offset: 0.0,
+        slope: 1.0,
+    };
     let mut best = log_likelihood(&points, sigmoid, line);
-    let mut information = [0.0; 3];
+    let mut information = Information::default();
     let mut moved = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let mut score = [0.0; 2];
-        information = [0.0; 3];
-        for (x, a) in &points {
-            let z = line[0] + line[1] * x;
+        information = Information::default();
+        for Point { x, answers } in &points {
+            let z = line.at(*x);
             let (share, slope) = (sigmoid.at(z), sigmoid.slope(z));
             let variance = (share * sigmoid.at(-z)).max(f64::MIN_POSITIVE);
-            let trials = f64::from(a.trials);
-            let pull = (f64::from(a.greater) - trials * share) * slope / variance;
-            let weight = trials * slope * slope / variance;
+            let trials = f64::from(answers.trials);
+            let pull = (f64::from(answers.greater) - trials * share) * slope / variance;
             score[0] += pull;
             score[1] += pull * x;
-            information[0] += weight;
-            information[1] += weight * x;
-            information[2] += weight * x * x;
+            information.add(trials * slope * slope / variance, *x);
         }
-        let [i00, i01, i11] = information;
-        let determinant = i00 * i11 - i01 * i01;
-        let step = [
-            (i11 * score[0] - i01 * score[1]) / determinant,
-            (i00 * score[1] - i01 * score[0]) / determinant,
-        ];
+        let step = information.solve(score);
         if !step.iter().all(|s| s.is_finite()) {
             let why = "the likelihood is flat";
             return Err(PsychophysicsError::NoFit { why });
         }
         let mut share = 1.0;
         loop {
-            let next = [line[0] + share * step[0], line[1] + share * step[1]];
+            let next = Line {
+                offset: line.offset + share * step[0],
+                slope: line.slope + share * step[1],
+            };
             let value = log_likelihood(&points, sigmoid, next);
             if value >= best || share < 1e-6 {
                 (line, best) = (next, value.max(best));
@@ -165,7 +165,7 @@ pub fn fit_psychometric(
             }
             share *= 0.5;
         }
-        moved = step[0].abs().max(step[1].abs()) / (1.0 + line[1].abs());
+        moved = step[0].abs().max(step[1].abs()) / (1.0 + line.slope.abs());
         if moved < BEST_STEP {
             break;
         }
@@ -174,60 +174,118 @@ pub fn fit_psychometric(
         let steps = MOST_STEPS;
         return Err(PsychophysicsError::NotConverged { steps });
     }
-    // A flat function is found with a slope of rounding, either way.
-    if line[1] <= 1e-9 {
+    // The slope found for a flat function is rounding of either sign.
+    if line.slope <= 1e-9 {
         let why = "the answers do not rise with the stimulus";
         return Err(PsychophysicsError::NoFit { why });
     }
-    Ok(describe(
-        answers,
+    let fit = Fit {
         sigmoid,
-        [mean, sd],
+        mean,
+        sd,
         line,
         information,
-        best,
-    ))
+        log_likelihood: best,
+    };
+    Ok(fit.describe(answers))
 }
 
-fn describe(
-    answers: &[PairAnswers],
-    sigmoid: Sigmoid,
-    [mean, sd]: [f64; 2],
-    [a, b]: [f64; 2],
-    [i00, i01, i11]: [f64; 3],
-    log_likelihood: f64,
-) -> Psychometric {
-    let determinant = i00 * i11 - i01 * i01;
-    let (aa, ab, bb) = (i11 / determinant, -i01 / determinant, i00 / determinant);
-    // pse = −a / b and scale = 1 / b in standardised stimuli.
-    let pse_variance = (aa + 2.0 * ab * (-a / b) + bb * (a / b).powi(2)) / (b * b);
-    let scale = sd / b;
-    let jnd = scale * sigmoid.three_quarters();
-    let saturated: f64 = answers
-        .iter()
-        .map(|a| {
-            let (k, n) = (f64::from(a.greater), f64::from(a.trials));
-            let part = |k: f64| if k > 0.0 { k * (k / n).ln() } else { 0.0 };
-            part(k) + part(n - k)
-        })
-        .sum();
-    let deviance = (2.0 * (saturated - log_likelihood)).max(0.0);
-    Psychometric {
-        sigmoid,
-        pse: mean - sd * a / b,
-        pse_se: sd * pse_variance.sqrt(),
-        scale,
-        jnd,
-        jnd_se: jnd * bb.sqrt() / b,
-        deviance,
-        deviance_p: (answers.len() > 2).then(|| chi2_tail(deviance, answers.len() as f64 - 2.0)),
+/// Answers at a standardised stimulus.
+struct Point {
+    x: f64,
+    answers: PairAnswers,
+}
+
+/// Argument of the sigmoid over the standardised stimulus.
+#[derive(Clone, Copy)]
+struct Line {
+    offset: f64,
+    slope: f64,
+}
+
+impl Line {
+    fn at(self, x: f64) -> f64 {
+        self.offset + self.slope * x
     }
 }
 
-fn log_likelihood(points: &[(f64, PairAnswers)], sigmoid: Sigmoid, [a, b]: [f64; 2]) -> f64 {
+/// Expected information of offset and slope, a symmetric 2 x 2 matrix.
+#[derive(Clone, Copy, Default)]
+struct Information {
+    offset: f64,
+    both: f64,
+    slope: f64,
+}
+
+impl Information {
+    fn add(&mut self, weight: f64, x: f64) {
+        self.offset += weight;
+        self.both += weight * x;
+        self.slope += weight * x * x;
+    }
+
+    fn determinant(self) -> f64 {
+        self.offset * self.slope - self.both * self.both
+    }
+
+    fn solve(self, score: [f64; 2]) -> [f64; 2] {
+        let determinant = self.determinant();
+        [
+            (self.slope * score[0] - self.both * score[1]) / determinant,
+            (self.offset * score[1] - self.both * score[0]) / determinant,
+        ]
+    }
+}
+
+/// A fit to stimuli standardised by their mean and standard deviation.
+struct Fit {
+    sigmoid: Sigmoid,
+    mean: f64,
+    sd: f64,
+    line: Line,
+    information: Information,
+    log_likelihood: f64,
+}
+
+impl Fit {
+    fn describe(&self, answers: &[PairAnswers]) -> Psychometric {
+        let (mean, sd, sigmoid) = (self.mean, self.sd, self.sigmoid);
+        let (a, b) = (self.line.offset, self.line.slope);
+        let determinant = self.information.determinant();
+        let aa = self.information.slope / determinant;
+        let ab = -self.information.both / determinant;
+        let bb = self.information.offset / determinant;
+        // pse = −a / b and scale = 1 / b in standardised stimuli.
+        let pse_variance = (aa + 2.0 * ab * (-a / b) + bb * (a / b).powi(2)) / (b * b);
+        let scale = sd / b;
+        let jnd = scale * sigmoid.three_quarters();
+        let saturated: f64 = answers
+            .iter()
+            .map(|a| {
+                let (k, n) = (f64::from(a.greater), f64::from(a.trials));
+                let part = |k: f64| if k > 0.0 { k * (k / n).ln() } else { 0.0 };
+                part(k) + part(n - k)
+            })
+            .sum();
+        let deviance = (2.0 * (saturated - self.log_likelihood)).max(0.0);
+        Psychometric {
+            sigmoid,
+            pse: mean - sd * a / b,
+            pse_se: sd * pse_variance.sqrt(),
+            scale,
+            jnd,
+            jnd_se: jnd * bb.sqrt() / b,
+            deviance,
+            deviance_p: (answers.len() > 2)
+                .then(|| chi2_tail(deviance, answers.len() as f64 - 2.0)),
+        }
+    }
+}
+
+fn log_likelihood(points: &[Point], sigmoid: Sigmoid, line: Line) -> f64 {
     let ln = |z: f64| sigmoid.at(z).max(f64::MIN_POSITIVE).ln();
-    let parts = points.iter().map(|(x, answers)| {
-        let z = a + b * x;
+    let parts = points.iter().map(|Point { x, answers }| {
+        let z = line.at(*x);
         let part = |count: u32, z: f64| {
             if count > 0 {
                 f64::from(count) * ln(z)

@@ -1,19 +1,28 @@
-//! Stevens' power law: estimates grow as a power of the stimulus.
+//! Stevens' power law: magnitudes grow as a power of the stimulus.
 
-use crate::PsychophysicsError;
-use crate::error::check;
+use crate::error::{PsychophysicsError, inner_probability};
 use crate::tails::t_quantile_two_sided;
+use hwall_numeric::check::positive;
 
-/// `estimate = constant · stimulus^exponent`, fitted to logarithms.
+/// An answer in magnitude estimation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MagnitudeAnswer {
+    /// Size of the stimulus, in any unit.
+    pub stimulus: f64,
+    /// Magnitude that it was given.
+    pub magnitude: f64,
+}
+
+/// `magnitude = constant · stimulus^exponent`, fitted to logarithms.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct PowerLaw {
-    /// Exponent: below 1 the sensation is compressed, above it expanded.
+    /// Exponent: below 1 the sensation is compressed, above 1 expanded.
     pub exponent: f64,
-    /// Confidence interval of the exponent.
+    /// Confidence interval of the exponent, lower and upper end.
     pub exponent_ci: [f64; 2],
-    /// Estimate of a stimulus of 1, in units of the estimates.
+    /// Magnitude of a stimulus of 1.
     pub constant: f64,
-    /// Confidence interval of the constant.
+    /// Confidence interval of the constant, lower and upper end.
     pub constant_ci: [f64; 2],
     /// Share of the variance of the logarithms that the law explains.
     pub r2: f64,
@@ -24,49 +33,39 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// The estimate that the law gives for a stimulus.
+    /// The magnitude that the law gives for a stimulus.
     #[must_use]
-    pub fn estimate(&self, stimulus: f64) -> f64 {
+    pub fn magnitude(&self, stimulus: f64) -> f64 {
         self.constant * stimulus.powf(self.exponent)
     }
 }
 
-/// Least squares of `ln estimate` over `ln stimulus`, with intervals of the given confidence.
+/// Least squares of `ln magnitude` over `ln stimulus`, with intervals of the given confidence.
 ///
-/// Give means over subjects, or one subject's values: values of several subjects are not
+/// `answers`: means over subjects, or those of one subject. The answers of several subjects are not
 /// independent, and the intervals would be too narrow.
 ///
 /// Source: Stevens 1957.
 ///
 /// # Errors
-/// Fewer than three points, lengths that differ, values not above zero, equal stimuli.
+/// Fewer than three answers, numbers that are not positive, equal stimuli, a confidence outside (0, 1).
 pub fn stevens_fit(
-    stimuli: &[f64],
-    estimates: &[f64],
+    answers: &[MagnitudeAnswer],
     confidence: f64,
 ) -> Result<PowerLaw, PsychophysicsError> {
-    let inside = confidence > 0.0 && confidence < 1.0;
-    check("confidence", confidence, inside, "above 0 and below 1")?;
-    let count = stimuli.len();
-    if estimates.len() != count {
-        return Err(PsychophysicsError::Length {
-            what: "estimates",
-            got: estimates.len(),
-            wanted: count,
-        });
+    inner_probability("confidence", confidence)?;
+    for answer in answers {
+        positive("stimulus", answer.stimulus)?;
+        positive("magnitude", answer.magnitude)?;
     }
-    for (what, values) in [("stimulus", stimuli), ("estimate", estimates)] {
-        for &value in values {
-            check(what, value, value > 0.0, "above zero")?;
-        }
-    }
+    let count = answers.len();
     if count < 3 {
         let why = "fewer than three points";
         return Err(PsychophysicsError::NoFit { why });
     }
     let n = count as f64;
-    let logs = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v.ln()).collect() };
-    let (x, y) = (logs(stimuli), logs(estimates));
+    let x: Vec<f64> = answers.iter().map(|a| a.stimulus.ln()).collect();
+    let y: Vec<f64> = answers.iter().map(|a| a.magnitude.ln()).collect();
     let mean = |v: &[f64]| v.iter().sum::<f64>() / n;
     let (mean_x, mean_y) = (mean(&x), mean(&y));
     let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {

@@ -1,4 +1,4 @@
-//! Ranks, with the mean rank for ties.
+//! Ranks, with mean ranks for ties.
 
 /// Ranks from 1; equal values share the mean of their ranks.
 pub(crate) fn average_ranks(values: &[f64]) -> Vec<f64> {

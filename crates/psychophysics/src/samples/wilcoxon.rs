@@ -1,9 +1,9 @@
 //! Wilcoxon's signed-rank test of paired differences.
 
-use crate::ranks::{average_ranks, tie_sizes};
+use super::ranks::{average_ranks, tie_sizes};
 use crate::tails::normal_tail;
 
-/// Where the exact distribution is used, at most, as in R; its counts are whole in 64 bits.
+/// Differences up to which the exact distribution is used, as in R; its counts are exact in 64 bits.
 const MOST_EXACT: usize = 49;
 
 /// Wilcoxon's signed-rank test, two-sided.
@@ -13,19 +13,19 @@ pub struct Wilcoxon {
     pub rank_sum: f64,
     /// Differences that are not zero.
     pub count: usize,
-    /// Probability of ranks at least as uneven.
+    /// Probability of a rank sum at least as far from its mean.
     pub p: f64,
     /// Whether `p` comes from the exact distribution: no ties, no zeros, below 50 differences.
     pub exact: bool,
-    /// Rank-biserial correlation, −1 to 1: share of ranks for minus share against.
+    /// Rank-biserial correlation, −1 to 1: share of the ranks of positive differences minus that of negative ones.
     pub rank_biserial: f64,
 }
 
 /// Tests whether differences are symmetric about zero; `None` if all are zero.
 ///
 /// Zeros are dropped. With ties or zeros, or from 50 differences on, `p` is the normal approximation
-/// with corrections for ties and for continuity. What lies within 8 roundings (2⁻⁵²) of the largest
-/// difference is zero, and sizes no further apart are tied: 0.3 − 0.2 and 0.2 − 0.1.
+/// with corrections for ties and for continuity. Differences below 8 roundings (2⁻⁵²) of the largest
+/// count as zero, and sizes closer than that are tied: 0.3 − 0.2 and 0.2 − 0.1.
 ///
 /// Error: exact to rounding, else that of the normal approximation; as R's `wilcox.test`.
 /// Source: Wilcoxon 1945; Kerby 2014 for the correlation.
@@ -35,12 +35,12 @@ pub fn wilcoxon_signed_rank(differences: &[f64]) -> Option<Wilcoxon> {
     signed_rank_of(differences, largest)
 }
 
-/// The same of differences between values as large as `largest`, whose rounding they carry.
+/// The same for differences of values up to the size `largest`, the rounding of which they contain.
 pub(crate) fn signed_rank_of(differences: &[f64], largest: f64) -> Option<Wilcoxon> {
     if differences.iter().any(|d| d.is_nan()) {
         return None;
     }
-    // An infinite difference has ranks, but no rounding.
+    // Infinite differences can be ranked, but have no rounding.
     let floor = if largest.is_finite() {
         8.0 * f64::EPSILON * largest
     } else {
@@ -81,7 +81,7 @@ pub(crate) fn signed_rank_of(differences: &[f64], largest: f64) -> Option<Wilcox
     })
 }
 
-/// Sizes of the differences; those no further apart than `floor` become the same.
+/// Sizes of the differences; those no further apart than `floor` become equal.
 fn without_rounding(differences: &[f64], floor: f64) -> Vec<f64> {
     let mut sizes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
     let mut order: Vec<usize> = (0..sizes.len()).collect();

@@ -1,52 +1,11 @@
 //! A complete study: one value for every subject and combination of levels.
 
-use crate::PsychophysicsError;
+use super::factor::{Factor, Groups, MOST_FACTORS, count_cells};
+use crate::error::PsychophysicsError;
 
-/// Factors within subjects, at most: nobody reads interactions of five.
-pub const MOST_FACTORS: usize = 4;
-
-/// Size of the largest value, at most and at least: sphericity takes fourth powers, down to those of
-/// rounding.
+/// Bounds on the size of the largest value: sphericity takes fourth powers, also of rounding errors.
 pub(crate) const MOST_SIZE: f64 = 1e60;
 pub(crate) const LEAST_SIZE: f64 = 1e-60;
-
-/// A factor and its levels in order.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Factor {
-    /// Name, as in the header of the table.
-    pub name: String,
-    /// Levels: by value where all are numbers, else by first appearance.
-    pub levels: Vec<String>,
-}
-
-impl Factor {
-    /// A factor.
-    pub fn new<L: Into<String>>(
-        name: impl Into<String>,
-        levels: impl IntoIterator<Item = L>,
-    ) -> Self {
-        Self {
-            name: name.into(),
-            levels: levels.into_iter().map(Into::into).collect(),
-        }
-    }
-
-    /// The levels as numbers, where all are.
-    #[must_use]
-    pub fn numbers(&self) -> Option<Vec<f64>> {
-        let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());
-        self.levels.iter().map(number).collect()
-    }
-}
-
-/// A factor between subjects, and who is in which of its groups.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Groups {
-    /// The factor; its levels are the groups.
-    pub factor: Factor,
-    /// Group of every subject, counted from 0.
-    pub of_subject: Vec<usize>,
-}
 
 /// Values of all subjects in all combinations of the levels, averaged over rounds.
 ///
@@ -58,34 +17,35 @@ pub struct Study {
     between: Option<Groups>,
     values: Vec<f64>,
     rounds: usize,
-    least: Vec<Least>,
+    /// The smallest single answer behind each value.
+    least: Vec<TrialAnswer>,
     value_name: String,
 }
 
-/// The smallest single trial behind an averaged value, and its line.
+/// The answer of a single trial, and its line in the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Least {
-    pub(crate) value: f64,
-    pub(crate) line: u64,
+pub(super) struct TrialAnswer {
+    pub(super) value: f64,
+    pub(super) line: u64,
 }
 
 /// The parts of a study as a reader collects them.
-pub(crate) struct Parts {
-    pub(crate) subjects: Vec<String>,
-    pub(crate) within: Vec<Factor>,
-    pub(crate) between: Option<Groups>,
-    pub(crate) values: Vec<f64>,
-    pub(crate) rounds: usize,
-    pub(crate) least: Vec<Least>,
-    pub(crate) value_name: String,
+pub(super) struct StudyParts {
+    pub(super) subjects: Vec<String>,
+    pub(super) within: Vec<Factor>,
+    pub(super) between: Option<Groups>,
+    pub(super) values: Vec<f64>,
+    pub(super) rounds: usize,
+    pub(super) least: Vec<TrialAnswer>,
+    pub(super) value_name: String,
 }
 
 impl Study {
     /// A study from its values: subject by subject, the last factor fastest.
     ///
     /// # Errors
-    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor, two factors of one name,
-    /// a largest size outside 1e-60 to 1e60 unless all values are zero.
+    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor, two
+    /// factors of the same name, a largest size outside 1e-60 to 1e60 unless all values are zero.
     pub fn from_values(
         within: Vec<Factor>,
         between: Option<Groups>,
@@ -103,8 +63,10 @@ impl Study {
             });
         }
         let least = values.iter().zip(1..);
-        let least = least.map(|(&value, line)| Least { value, line }).collect();
-        Self::from_parts(Parts {
+        let least = least
+            .map(|(&value, line)| TrialAnswer { value, line })
+            .collect();
+        Self::from_parts(StudyParts {
             subjects: (1..=subjects).map(|s| s.to_string()).collect(),
             within,
             between,
@@ -115,7 +77,7 @@ impl Study {
         })
     }
 
-    pub(crate) fn from_parts(parts: Parts) -> Result<Self, PsychophysicsError> {
+    pub(super) fn from_parts(parts: StudyParts) -> Result<Self, PsychophysicsError> {
         let got = parts.within.len();
         if got == 0 || got > MOST_FACTORS {
             let most = MOST_FACTORS;
@@ -173,8 +135,8 @@ impl Study {
         Ok(study)
     }
 
-    /// Refuses values whose sums of squares overflow or vanish.
-    pub(crate) fn check_scale(&self) -> Result<(), PsychophysicsError> {
+    /// Refuses values whose sums of squares overflow or underflow.
+    pub(super) fn check_scale(&self) -> Result<(), PsychophysicsError> {
         let sizes = self.values.iter().map(|v| v.abs()).zip(&self.least);
         let Some((size, least)) = sizes.max_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Ok(());
@@ -215,7 +177,7 @@ impl Study {
         self.between.as_ref()
     }
 
-    /// All factors: that between subjects first, then those within.
+    /// All factors: first that between subjects, then those within.
     pub fn factors(&self) -> impl Iterator<Item = &Factor> {
         let between = self.between.as_ref().map(|g| &g.factor);
         between.into_iter().chain(&self.within)
@@ -233,29 +195,29 @@ impl Study {
         &self.value_name
     }
 
-    /// Combinations of levels within subjects.
+    /// Number of combinations of levels within subjects.
     #[must_use]
     pub fn cells(&self) -> usize {
         count_cells(&self.within)
     }
 
-    /// Values averaged into each one.
+    /// Number of trials averaged into each value.
     #[must_use]
     pub const fn rounds(&self) -> usize {
         self.rounds
     }
 
-    /// The values of each subject in turn, one a cell.
+    /// The values of each subject in turn, one per cell.
     pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
         self.values.chunks_exact(self.cells())
     }
 
-    /// Group of a subject, 0 without a factor between subjects.
+    /// Group of a subject; 0 without a factor between subjects.
     pub(crate) fn group_of(&self, subject: usize) -> usize {
         self.between.as_ref().map_or(0, |g| g.of_subject[subject])
     }
 
-    /// Subjects of each group; of all, without a factor between subjects.
+    /// Number of subjects in each group; of all, without a factor between subjects.
     #[must_use]
     pub fn group_sizes(&self) -> Vec<usize> {
         let Some(groups) = &self.between else {
@@ -292,14 +254,8 @@ impl Study {
         words.join(", ")
     }
 
-    /// Smallest single trial behind each value.
-    pub(crate) fn least(&self) -> &[Least] {
+    /// The smallest single answer behind each value.
+    pub(super) fn least(&self) -> &[TrialAnswer] {
         &self.least
     }
-}
-
-/// Combinations of levels; more than fit in memory are as good as the most that do.
-pub(crate) fn count_cells(factors: &[Factor]) -> usize {
-    let counts = factors.iter().map(|f| f.levels.len());
-    counts.fold(1, usize::saturating_mul)
 }

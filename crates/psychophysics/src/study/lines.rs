@@ -1,22 +1,22 @@
-//! On which line of a text a record stands.
+//! Line numbers of the records of a text.
 
-use crate::PsychophysicsError;
+use crate::error::PsychophysicsError;
 
-/// Counts lines as editors do; the reader's own count is off after CRLF and empty lines.
-pub(crate) struct Lines<'a> {
+/// Counts lines as editors do; the reader's own count is wrong after CRLF and empty lines.
+pub(super) struct LineCounter<'a> {
     text: &'a [u8],
     byte: usize,
     line: u64,
 }
 
-impl<'a> Lines<'a> {
-    pub(crate) const fn of(text: &'a [u8]) -> Self {
+impl<'a> LineCounter<'a> {
+    pub(super) const fn of(text: &'a [u8]) -> Self {
         let (byte, line) = (0, 1);
         Self { text, byte, line }
     }
 
-    /// Line of a record; records come in order.
-    pub(crate) fn at(&mut self, position: Option<&csv::Position>) -> u64 {
+    /// Line of a record; to be called in the order of the records.
+    pub(super) fn at(&mut self, position: Option<&csv::Position>) -> u64 {
         let start = position.map_or(0, |p| p.byte() as usize);
         while let Some(&byte) = self.text.get(self.byte) {
             let ends = matches!(byte, b'\r' | b'\n');
@@ -30,8 +30,8 @@ impl<'a> Lines<'a> {
         self.line
     }
 
-    /// What the reader refused, and on which line.
-    pub(crate) fn refused(&mut self, error: &csv::Error) -> PsychophysicsError {
+    /// The error of the reader, with its line.
+    pub(super) fn refused(&mut self, error: &csv::Error) -> PsychophysicsError {
         let line = self.at(error.position());
         match error.kind() {
             csv::ErrorKind::UnequalLengths {
@@ -43,7 +43,7 @@ impl<'a> Lines<'a> {
             },
             csv::ErrorKind::Utf8 { .. } => PsychophysicsError::Malformed {
                 line,
-                message: "no UTF-8 text".to_owned(),
+                message: "not UTF-8 text".to_owned(),
             },
             _ => PsychophysicsError::Malformed {
                 line,

@@ -1,8 +1,9 @@
-//! Magnitude estimates of different subjects on one scale.
+//! Magnitude estimates of all subjects on one scale.
 
-use crate::{PsychophysicsError, Study};
+use super::complete::Study;
+use crate::error::PsychophysicsError;
 
-/// How the scales of the subjects are brought together.
+/// How the answers of the subjects are brought to one scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Normalisation {
@@ -16,20 +17,19 @@ pub enum Normalisation {
 }
 
 impl Study {
-    /// The study with every subject's estimates scaled to the same mean.
+    /// The study with the answers of every subject scaled to the same mean.
     ///
-    /// In magnitude estimation everybody chooses a scale of their own; only ratios within a subject
-    /// mean something. `y' = y m / m_s`: `m_s` the mean of subject s over all its cells, `m` the
-    /// mean over all subjects, both arithmetic or both geometric. The geometric variant leaves
-    /// ratios between cells to the logarithm that Stevens' law asks for. Rounds were averaged
-    /// arithmetically before.
+    /// In magnitude estimation subjects choose their own scales; only ratios within a subject have a
+    /// meaning. `y' = y m / m_s`: `m_s` the mean of subject s over all its cells, `m` the
+    /// mean over all subjects, both arithmetic or both geometric. The geometric variant
+    /// averages logarithms, in which Stevens' law is linear. Rounds were averaged arithmetically before.
     ///
-    /// Source: the dissertation, V.D.5. Read literally, its text divides a mean by itself, which
-    /// changes nothing; this is what it means. Gescheider 1997, ch. 11, has both variants.
+    /// Source: the dissertation, V.D.5, whose text read literally divides a mean by itself. Gescheider 1997,
+    /// ch. 11, has both variants.
     ///
     /// # Errors
-    /// A negative trial; for the geometric mean also a zero; for the arithmetic mean a subject whose
-    /// estimates are all zero; results outside the range that a study holds.
+    /// A negative answer; for the geometric mean also a zero; for the arithmetic mean a subject whose
+    /// answers are all zero; results outside the range of [`Study::from_values`].
     pub fn normalise(&self, how: Normalisation) -> Result<Self, PsychophysicsError> {
         if how == Normalisation::None {
             return Ok(self.clone());
@@ -60,8 +60,8 @@ impl Study {
         Ok(scaled)
     }
 
-    /// Refuses estimates that are no magnitudes.
-    pub(crate) fn check_ratios(&self, without_zero: bool) -> Result<(), PsychophysicsError> {
+    /// Refuses answers that are not magnitudes.
+    fn check_ratios(&self, without_zero: bool) -> Result<(), PsychophysicsError> {
         let cells = self.cells();
         for (at, (&mean, least)) in self.values().iter().zip(self.least()).enumerate() {
             let wanted = if without_zero && mean == 0.0 {

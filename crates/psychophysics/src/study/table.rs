@@ -1,15 +1,16 @@
-//! Reading a study from a long table: one row a trial, columns by name.
+//! Reading a study from a long table: one row per trial, columns by name.
 
-use crate::lines::Lines;
-use crate::study::{Least, MOST_SIZE, Parts};
-use crate::{Factor, Groups, PsychophysicsError, Study};
+use super::complete::{MOST_SIZE, Study, StudyParts, TrialAnswer};
+use super::factor::{Factor, Groups};
+use super::lines::LineCounter;
+use crate::error::PsychophysicsError;
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 
-/// Which column of a long table is what.
+/// Roles of the columns of a long table.
 ///
-/// A name is looked for as written, then without regard to case.
+/// A name is looked up as written, then regardless of case.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     /// Who answered.
@@ -25,7 +26,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Subjects, factors within subjects and values; neither groups nor rounds.
+    /// Columns of subjects, factors within subjects and answers, without groups and rounds.
     pub fn new<F: Into<String>>(
         subject: impl Into<String>,
         within: impl IntoIterator<Item = F>,
@@ -66,33 +67,36 @@ struct Trial {
 }
 
 impl Study {
-    /// Reads a long table from CSV text: a header line, then one row a trial.
+    /// Reads a long table from CSV text: a header line, then one row per trial.
     ///
-    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells do not matter. Trials
-    /// that differ in their round only are averaged (arithmetic mean).
+    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells are ignored. Trials
+    /// that differ only in their round are averaged (arithmetic mean).
     ///
     /// # Errors
-    /// Whatever is missing, double, empty or no number, by line and column.
+    /// Missing, double or empty cells and cells that are not numbers, with line and column.
     pub fn from_csv_str(text: &str, columns: &Columns) -> Result<Self, PsychophysicsError> {
         Self::read_csv(text.as_bytes(), columns)
     }
 
-    /// [`Study::from_csv_str`] of a file.
+    /// Reads a file as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
     /// As there, and a file that cannot be read.
-    pub fn from_csv_path(path: &Path, columns: &Columns) -> Result<Self, PsychophysicsError> {
-        let bytes = std::fs::read(path).map_err(|error| PsychophysicsError::Io {
-            path: path.display().to_string(),
-            message: error.to_string(),
-        })?;
+    pub fn from_csv_path(
+        path: impl AsRef<Path>,
+        columns: &Columns,
+    ) -> Result<Self, PsychophysicsError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path);
+        let bytes =
+            bytes.map_err(|error| PsychophysicsError::io(path.display().to_string(), &error))?;
         Self::read_csv(bytes.as_slice(), columns)
     }
 
-    /// [`Study::from_csv_str`] of a stream.
+    /// Reads a stream as [`Study::from_csv_str`] reads text.
     ///
     /// # Errors
-    /// As there.
+    /// As there, and a stream that cannot be read.
     pub fn read_csv(source: impl Read, columns: &Columns) -> Result<Self, PsychophysicsError> {
         assemble(read_trials(source, columns)?, columns)
     }
@@ -102,12 +106,9 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
     let mut bytes = Vec::new();
     source
         .read_to_end(&mut bytes)
-        .map_err(|error| PsychophysicsError::Io {
-            path: "table".to_owned(),
-            message: error.to_string(),
-        })?;
+        .map_err(|error| PsychophysicsError::io("table", &error))?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut lines = Lines::of(text);
+    let mut lines = LineCounter::of(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_reader(text);
@@ -164,7 +165,7 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
             column: header[value_at].clone(),
             text: text.to_owned(),
         })?;
-        // The mean over rounds would no longer know its line.
+        // Checked here, as the mean over rounds has no line.
         if value.abs() > MOST_SIZE {
             return Err(PsychophysicsError::Scale { line, value });
         }
@@ -212,7 +213,7 @@ struct Levels {
 }
 
 impl Levels {
-    /// Numbers in order of size, where all are; `0` and `0.0` are then the same level.
+    /// In order of size if all are numbers, where `0` and `0.0` are the same level; else as they appear.
     fn ordered<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
         let appeared = Self::appeared(texts);
         let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());
@@ -235,6 +236,7 @@ impl Levels {
         Self { names, place }
     }
 
+    /// In order of first appearance.
     fn appeared<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
         let mut names: Vec<String> = Vec::new();
         let mut place = HashMap::new();
@@ -262,13 +264,13 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
     let between = between.map(|name| groups(name, &trials, &subjects));
     let between = between.transpose()?;
 
-    // Every value has a slot: subject, then factors, then rounds. A column of many different values
-    // named as a factor would make more slots than memory holds, so only those taken are kept.
+    // Every answer has a slot: subject, then factors, then rounds. A factor with many different values
+    // would need more slots than fit in memory, so only those taken are stored.
     let axes: Vec<&Levels> = levels.iter().chain(&rounds).collect();
     let names: Vec<&String> = columns.within.iter().chain(&columns.rounds).collect();
     let slots = axes.iter().map(|a| a.len() as u128);
     let each = slots.fold(1_u128, u128::saturating_mul);
-    let mut taken: HashMap<u128, (f64, u64)> = HashMap::with_capacity(trials.len());
+    let mut taken: HashMap<u128, TrialAnswer> = HashMap::with_capacity(trials.len());
     for trial in &trials {
         let keys = trial.levels.iter().chain(&trial.round);
         let mut slot = subjects.place[&trial.subject] as u128;
@@ -276,10 +278,14 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
             slot = slot.saturating_mul(axis.len() as u128);
             slot = slot.saturating_add(axis.place[key] as u128);
         }
-        if let Some((_, first_line)) = taken.insert(slot, (trial.value, trial.line)) {
+        let answer = TrialAnswer {
+            value: trial.value,
+            line: trial.line,
+        };
+        if let Some(first) = taken.insert(slot, answer) {
             return Err(PsychophysicsError::Duplicate {
                 line: trial.line,
-                first_line,
+                first_line: first.line,
                 subject: trial.subject.clone(),
                 cell: words(&names, &axes, slot % each),
                 rounds: !rounds.is_empty(),
@@ -296,26 +302,26 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
             missing: missing.try_into().unwrap_or(usize::MAX),
         });
     }
-    let slots: Vec<(f64, u64)> = (0..wanted).map(|slot| taken[&slot]).collect();
+    let slots: Vec<TrialAnswer> = (0..wanted).map(|slot| taken[&slot]).collect();
     let per_cell: usize = rounds.iter().map(Levels::len).product();
     let cells = slots.chunks_exact(per_cell);
     let (values, least) = cells
         .map(|trials| {
-            let sum: f64 = trials.iter().map(|(v, _)| v).sum();
-            let mut least = Least {
+            let sum: f64 = trials.iter().map(|t| t.value).sum();
+            let mut least = TrialAnswer {
                 value: f64::INFINITY,
                 line: 0,
             };
-            for &(value, line) in trials {
-                if value < least.value {
-                    least = Least { value, line };
+            for &trial in trials {
+                if trial.value < least.value {
+                    least = trial;
                 }
             }
             (sum / per_cell as f64, least)
         })
         .unzip();
     let factor = |(name, levels): (&String, Levels)| Factor::new(name, levels.names);
-    Study::from_parts(Parts {
+    Study::from_parts(StudyParts {
         subjects: subjects.names,
         within: columns.within.iter().zip(levels).map(factor).collect(),
         between,
