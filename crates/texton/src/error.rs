@@ -119,7 +119,7 @@ pub enum TextonError {
     Touching {
         /// The gap between neighbours, mm.
         gap_mm: f64,
-        /// What the mesh asked for needs, mm.
+        /// Least gap for this mesh, mm.
         least_mm: f64,
     },
     /// A mesh with more triangles than allowed.
