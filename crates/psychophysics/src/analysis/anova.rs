@@ -20,6 +20,7 @@ use crate::tails::f_tail;
 /// Against which variation an effect within subjects is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ErrorModel {
     /// Every effect against its own interaction with the subjects: A on S:A, B on S:B, A:B on S:A:B.
     ///

@@ -90,8 +90,7 @@ impl Assumptions {
     }
 
     /// Warnings about aligned ranks, of which the type I errors then increase.
-    #[must_use]
-    pub fn against_aligned_ranks(&self, values: usize) -> Vec<Warning> {
+    pub(super) fn against_aligned_ranks(&self, values: usize) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(skewness) = self.skewness.filter(|s| s.abs() > MOST_SKEWED) {
             warnings.push(Warning::Skewed { skewness });
@@ -107,8 +106,7 @@ impl Assumptions {
     }
 
     /// Warnings about the analysis of variance with the error models of `effects`.
-    #[must_use]
-    pub fn against_anova(&self, effects: &[Effect]) -> Vec<Warning> {
+    pub(super) fn against_anova(&self, effects: &[Effect]) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(test) = self.normality.filter(|t| t.p < DOUBT) {
             warnings.push(Warning::NotNormal { p: test.p });

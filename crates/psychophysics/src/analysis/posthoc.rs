@@ -11,6 +11,7 @@ use crate::tails::{t_quantile_two_sided, t_tail_two_sided};
 /// How a pair was tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PairTest {
     /// t test of the subjects' differences.
     PairedT,
@@ -23,6 +24,7 @@ pub enum PairTest {
 /// Adjustment of p values for the number of comparisons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Adjustment {
     /// Times the number of comparisons.
     Bonferroni,

@@ -17,6 +17,7 @@ const COLUMNS: [&str; 4] = ["subject", "round", "trial", "condition"];
 
 /// How the conditions of a round are ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum TrialOrder {
     /// Every round is a random order of all conditions; no condition comes twice in a row, also across
     /// rounds.

@@ -19,6 +19,7 @@ pub struct PairAnswers {
 /// Form of the psychometric function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Sigmoid {
     /// `Φ((x − pse) / scale)`.
     #[default]

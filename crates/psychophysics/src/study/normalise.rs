@@ -6,6 +6,7 @@ use crate::error::PsychophysicsError;
 /// How the answers of the subjects are brought to one scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Normalisation {
     /// Values stay as they are.
     #[default]

@@ -9,6 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What a bump looks like from the side.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum TextonShape {
     /// The upper half of an ellipsoid.
     Hemiellipsoid,

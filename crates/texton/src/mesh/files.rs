@@ -9,6 +9,7 @@ use std::path::Path;
 
 /// The two kinds of STL.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StlFormat {
     /// 50 bytes per triangle.
     #[default]

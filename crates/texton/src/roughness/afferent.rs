@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 /// Which pairs of afferents [`SpatialVariation`] compares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum AfferentPairs {
     /// In every direction: the same for every scan of one texture.
     Around,

@@ -7,6 +7,7 @@ use std::io::{Read, Seek};
 
 /// How rough a surface of a scene is.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum SurfaceRoughness {
     /// The same everywhere, from a material or a sidecar.
     Uniform(f64),
