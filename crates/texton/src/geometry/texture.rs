@@ -41,37 +41,37 @@ impl Texture {
     /// its studies and its released patch use 1 mm and a short pitch of 2.2 mm.
     #[must_use]
     pub fn released() -> Self {
-        preset(3.0, [6.2, 2.2])
+        preset(3.0, rectangular(6.2, 2.2))
     }
 
     /// The texture that the dissertation's text describes, with spacings of 3 mm and above: pitch 7 x 3 mm.
     #[must_use]
     pub fn spaced_3_mm() -> Self {
-        preset(3.0, [7.0, 3.0])
+        preset(3.0, rectangular(7.0, 3.0))
     }
 
     /// Patch of the preliminary study with a long radius of 1.5 mm: pitch 3.5 x 3.5 mm.
     #[must_use]
     pub fn study_1_5() -> Self {
-        preset(1.5, [3.5, 3.5])
+        preset(1.5, rectangular(3.5, 3.5))
     }
 
     /// Patch of the preliminary study with a long radius of 2 mm: pitch 4.5 x 2.25 mm.
     #[must_use]
     pub fn study_2() -> Self {
-        preset(2.0, [4.5, 2.25])
+        preset(2.0, rectangular(4.5, 2.25))
     }
 
     /// Patch of the preliminary study with a long radius of 2.5 mm: pitch 5.5 x 2.75 mm.
     #[must_use]
     pub fn study_2_5() -> Self {
-        preset(2.5, [5.5, 2.75])
+        preset(2.5, rectangular(5.5, 2.75))
     }
 
     /// Patch of the preliminary study with a long radius of 3 mm: pitch 6.5 x 13/6 mm.
     #[must_use]
     pub fn study_3() -> Self {
-        preset(3.0, [6.5, 6.5 / 3.0])
+        preset(3.0, rectangular(6.5, 6.5 / 3.0))
     }
 
     /// The bump.
@@ -196,13 +196,17 @@ const SHORT_MM: f64 = 1.0;
 /// Height of the bumps of every preset, mm.
 const HEIGHT_MM: f64 = 0.7;
 
-/// A texture of the dissertation: hemiellipsoids on a rectangular grid.
-fn preset(radius_mm: f64, [long_mm, short_mm]: [f64; 2]) -> Texture {
+const fn rectangular(long_mm: f64, short_mm: f64) -> Layout {
+    Layout::Rectangular { long_mm, short_mm }
+}
+
+/// Hemiellipsoids of this long radius.
+fn preset(long_mm: f64, layout: Layout) -> Texture {
     let radii = Radii {
-        long_mm: radius_mm,
+        long_mm,
         short_mm: SHORT_MM,
     };
     Texton::hemiellipsoid(radii, HEIGHT_MM)
-        .and_then(|texton| Texture::new(texton, Layout::Rectangular { long_mm, short_mm }))
+        .and_then(|texton| Texture::new(texton, layout))
         .expect("the bumps of the presets are apart")
 }

@@ -124,7 +124,7 @@ impl Rectangle {
     }
 
     /// Distance of a box (middle and half sizes) from the border; negative where it crosses the border.
-    pub(super) fn clearance(&self, centre: DVec2, half: [f64; 2]) -> f64 {
+    pub(super) fn clearance(&self, centre: DVec2, half: DVec2) -> f64 {
         (0..2)
             .map(|i| (centre[i] - half[i] - self.low[i]).min(self.high[i] - centre[i] - half[i]))
             .fold(f64::INFINITY, f64::min)
@@ -220,7 +220,7 @@ impl Patch {
         let tiles = patch.rectangles();
         for (index, hole) in patch.spec.holes.iter().enumerate() {
             let radius = 0.5 * hole.diameter_mm;
-            let clear = |t: &Rectangle| t.clearance(hole.centre_mm, [radius; 2]);
+            let clear = |t: &Rectangle| t.clearance(hole.centre_mm, DVec2::splat(radius));
             if !tiles.iter().any(|t| clear(t) >= patch.spec.margin_mm) {
                 return Err(TextonError::Hole { index });
             }
@@ -380,7 +380,7 @@ impl Patch {
 
     /// Fills an area with one grid; each bump has to lie within one of the tiles.
     fn fill(&mut self, grid: u32, area: Rectangle, tiles: &[Rectangle]) {
-        let half = self.texture.texton().radii().to_array();
+        let half = DVec2::from_array(self.texture.texton().radii().to_array());
         let layout = *self.texture.layout();
         let first = self.first_mm();
         let pitch = layout.pitch_mm();

@@ -189,7 +189,8 @@ impl Patch {
         let corners = cells.around(0, 0).map(|c| cells.at_mm(c).to_array());
         let mut around: Vec<[f64; 2]> = corners.collect();
         plan.sides = around.len();
-        let reach = [0, 1].map(|i| around.iter().map(|p| p[i]).fold(0.0, f64::max));
+        let half = [0, 1].map(|i| around.iter().map(|p| p[i]).fold(0.0, f64::max));
+        let half = DVec2::from_array(half);
         let flat = plan.bump.points[..plan.bump.outline].iter();
         around.extend(flat.map(|[x, y, _]| [*x, *y]));
         let (sides, n) = (plan.sides as u32, plan.bump.outline as u32);
@@ -205,7 +206,7 @@ impl Patch {
             } else {
                 plate
             };
-            if area.clearance(bump.centre_mm, reach) < CLEAR_MM || self.near_hole(bump, reach) {
+            if area.clearance(bump.centre_mm, half) < CLEAR_MM || self.near_hole(bump, half) {
                 continue;
             }
             plan.has_cell[k] = true;
@@ -227,11 +228,11 @@ impl Patch {
         Ok(())
     }
 
-    fn near_hole(&self, bump: &Bump, reach: [f64; 2]) -> bool {
+    /// Does the cell of a bump, in a box of these half sizes around it, come near a hole?
+    fn near_hole(&self, bump: &Bump, half: DVec2) -> bool {
         self.spec().holes.iter().any(|hole| {
-            let beside =
-                |i: usize| ((hole.centre_mm[i] - bump.centre_mm[i]).abs() - reach[i]).max(0.0);
-            beside(0).hypot(beside(1)) < 0.5 * hole.diameter_mm + CLEAR_MM
+            let off = (hole.centre_mm - bump.centre_mm).abs() - half;
+            off.x.max(0.0).hypot(off.y.max(0.0)) < 0.5 * hole.diameter_mm + CLEAR_MM
         })
     }
 }
