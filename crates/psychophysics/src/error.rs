@@ -1,31 +1,40 @@
 //! The one error type of the crate.
 
-/// What can be wrong with a file, a study, a design or a question.
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::that;
+use std::io::ErrorKind;
+
+/// Errors of files, studies, designs and arguments.
 ///
 /// Lines count from 1 with the header as line 1, as editors show them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PsychophysicsError {
-    /// A file cannot be read.
-    #[error("{path}: {message}")]
-    Io {
-        /// The file.
-        path: String,
-        /// What the system said.
+    /// An argument is NaN or outside its range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// A file that cannot be opened, read or written.
+    #[error("{name}: {message}")]
+    File {
+        /// The file, or what was read or written.
+        name: String,
+        /// What kind of failure it is.
+        kind: ErrorKind,
+        /// Message of the system.
         message: String,
     },
     /// The table is empty: no header line.
     #[error("no header line")]
     NoHeader,
     /// The header is not separated by commas.
-    #[error("the header {header:?} is separated by {found:?}, wanted: commas")]
+    #[error("the header {header:?} is separated by {found:?}, not by commas")]
     Delimiter {
         /// The header line.
         header: String,
         /// What separates its cells.
         found: char,
     },
-    /// A column that the study names is not in the header.
+    /// A column that is not in the header.
     #[error("no column {column:?} in the header {header:?}")]
     UnknownColumn {
         /// The column asked for.
@@ -33,15 +42,15 @@ pub enum PsychophysicsError {
         /// The header line.
         header: String,
     },
-    /// A column name fits more than one column of the header.
-    #[error("column {column:?} stands {count} times in the header")]
+    /// A name of more than one column of the header.
+    #[error("column {column:?} occurs {count} times in the header")]
     AmbiguousColumn {
         /// The column asked for.
         column: String,
         /// Columns of that name.
         count: usize,
     },
-    /// One column is given two roles.
+    /// A column that is given two roles.
     #[error("column {column:?} is named twice")]
     ColumnTwice {
         /// The column.
@@ -57,15 +66,15 @@ pub enum PsychophysicsError {
         /// Cells of the header.
         expected: u64,
     },
-    /// Text that is no UTF-8 or no CSV.
+    /// Text that is not UTF-8 or not CSV.
     #[error("line {line}: {message}")]
     Malformed {
         /// Where.
         line: u64,
-        /// What the reader said.
+        /// Message of the reader.
         message: String,
     },
-    /// An empty cell where a subject, level or round is wanted.
+    /// An empty cell instead of a subject, level or round.
     #[error("line {line}, column {column:?} is empty")]
     EmptyCell {
         /// Where.
@@ -73,8 +82,8 @@ pub enum PsychophysicsError {
         /// The column.
         column: String,
     },
-    /// A value that is no finite number: empty, `NaN`, `NA`, a decimal comma.
-    #[error("line {line}, column {column:?}: {text:?} is no finite number")]
+    /// A value that is not a finite number: empty, `NaN`, `NA`, a decimal comma.
+    #[error("line {line}, column {column:?}: {text:?} is not a finite number")]
     NotANumber {
         /// Where.
         line: u64,
@@ -85,10 +94,10 @@ pub enum PsychophysicsError {
     },
     /// Values whose squares, or squares of those, a float cannot hold.
     #[error(
-        "line {line}: the largest size is {value:e}, wanted: zero, or 1e-60 to 1e60; choose another unit"
+        "line {line}: the largest size is {value:e}, it must be zero or 1e-60 to 1e60; choose another unit"
     )]
     Scale {
-        /// Where; the number of the value, from 1, for a study that was not read from a table.
+        /// Where; for a study that was not read from a table the number of the value, from 1.
         line: u64,
         /// The value.
         value: f64,
@@ -140,7 +149,7 @@ pub enum PsychophysicsError {
     #[error("no values")]
     NoRows,
     /// Too few subjects to estimate an error.
-    #[error("subjects in the study or its smallest group: {got}, wanted: at least {wanted}")]
+    #[error("subjects in the study or its smallest group: {got}, it needs at least {wanted}")]
     TooFewSubjects {
         /// Subjects of the study, or of its smallest group.
         got: usize,
@@ -148,21 +157,21 @@ pub enum PsychophysicsError {
         wanted: usize,
     },
     /// A factor that does not vary.
-    #[error("factor {factor:?} has the one level {level:?}, wanted: two or more")]
+    #[error("factor {factor:?} has only the level {level:?}, it needs two or more")]
     OneLevel {
         /// The factor.
         factor: String,
         /// Its level.
         level: String,
     },
-    /// Two factors of one name, which no question could tell apart.
+    /// Two factors of the same name.
     #[error("two factors have the name {factor:?}")]
     FactorTwice {
         /// The name.
         factor: String,
     },
-    /// No factor, or more than the crate works with.
-    #[error("{got} factors within subjects, wanted: 1 to {most}")]
+    /// No factor, or more than are supported.
+    #[error("{got} factors within subjects, it must be 1 to {most}")]
     FactorCount {
         /// Factors named.
         got: usize,
@@ -183,77 +192,67 @@ pub enum PsychophysicsError {
         /// The one value.
         value: f64,
     },
-    /// An estimate below zero (or zero) where ratios or logarithms are formed.
+    /// An answer below zero (or zero) where ratios or logarithms are formed.
     #[error("line {line}: subject {subject:?}, {cell}: {value} is not {wanted}")]
     NotPositive {
-        /// Where; the number of the value, from 1, for a study that was not read from a table.
+        /// Where; for a study that was not read from a table the number of the value, from 1.
         line: u64,
         /// The subject.
         subject: String,
         /// Its levels.
         cell: String,
-        /// The estimate.
+        /// The answer.
         value: f64,
         /// The range it must lie in.
         wanted: &'static str,
     },
-    /// A subject whose estimates are all zero cannot be scaled.
-    #[error("subject {subject:?} has the mean {mean}, wanted: above zero")]
+    /// A subject whose answers are all zero, which cannot be scaled.
+    #[error("subject {subject:?} has the mean {mean}, it must be above zero")]
     SubjectMean {
         /// The subject.
         subject: String,
-        /// Mean of its estimates.
+        /// Mean of its answers.
         mean: f64,
     },
-    /// Aligned ranks need groups of the same size.
-    #[error("groups of {smallest} and of {largest} subjects, wanted: equal groups")]
+    /// Groups of different size, which aligned ranks do not allow.
+    #[error("groups of {smallest} and of {largest} subjects, they must be equal")]
     UnequalGroups {
         /// Subjects of the smallest group.
         smallest: usize,
         /// Subjects of the largest group.
         largest: usize,
     },
-    /// A parameter is NaN or outside its range.
-    #[error("{what} is {value}, wanted: {wanted}")]
-    Parameter {
-        /// The parameter.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its range.
-        wanted: &'static str,
-    },
-    /// An array has the wrong length.
-    #[error("{what}: {got} values, wanted: {wanted}")]
+    /// A list of the wrong length.
+    #[error("{what}: {got}, it must be {wanted}")]
     Length {
-        /// The array.
+        /// The list.
         what: &'static str,
         /// Its length.
         got: usize,
         /// The length that fits.
         wanted: usize,
     },
-    /// A factor of a session script that has the name of another of its columns.
+    /// A factor of a session script with the name of another of its columns.
     #[error(
-        "factor {factor:?} has the name of another column; subject, round, trial and condition are taken"
+        "factor {factor:?} has the name of another column; subject, round, trial and condition are reserved"
     )]
     ColumnTaken {
         /// The factor.
         factor: String,
     },
-    /// Pooled errors have no sphericity of their own to correct for.
-    #[error("Greenhouse and Geisser's correction of pooled errors, wanted: strata")]
+    /// A correction of pooled errors, which have no sphericity of their own.
+    #[error("Greenhouse and Geisser's correction is for strata, not for pooled errors")]
     PooledCorrection,
-    /// A fit that was still moving when it was given up.
-    #[error("no fit after {steps} steps: the last still moved it")]
+    /// A fit that did not converge.
+    #[error("the fit has not converged after {steps} steps")]
     NotConverged {
         /// Steps taken.
         steps: usize,
     },
-    /// Data from which a fit has no finite answer.
+    /// Data without a finite fit.
     #[error("no fit: {why}")]
     NoFit {
-        /// What the data lack.
+        /// Why there is none.
         why: &'static str,
     },
 }
@@ -265,19 +264,19 @@ fn more(missing: usize) -> String {
     }
 }
 
-/// Rejects NaN and whatever `holds` does not accept.
-pub(crate) fn check(
-    what: &'static str,
-    value: f64,
-    holds: bool,
-    wanted: &'static str,
-) -> Result<(), PsychophysicsError> {
-    if holds && value.is_finite() {
-        return Ok(());
+impl PsychophysicsError {
+    /// The system's failure at a file or stream of this name.
+    pub(crate) fn io(name: impl Into<String>, error: &std::io::Error) -> Self {
+        Self::File {
+            name: name.into(),
+            kind: error.kind(),
+            message: error.to_string(),
+        }
     }
-    Err(PsychophysicsError::Parameter {
-        what,
-        value,
-        wanted,
-    })
+}
+
+/// Passes a probability that is neither 0 nor 1.
+pub(crate) fn inner_probability(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
+    let holds = value > 0.0 && value < 1.0;
+    that(holds, what, value, "above 0 and below 1")
 }

@@ -1,51 +1,37 @@
 #![doc = include_str!("../README.md")]
 
-mod analysis;
-mod anova;
-mod art;
-mod assumptions;
-mod describe;
+pub mod analysis;
+pub mod design;
 mod error;
-mod latin;
-mod lines;
-mod normalise;
-mod posthoc;
-mod power;
-mod psychometric;
-mod random;
-mod ranks;
-mod ratio;
+pub mod models;
 mod report;
-mod schedule;
-mod shapiro;
-mod sphericity;
-mod stevens;
-mod study;
-mod table;
-mod tails;
-mod transform;
-mod wilcoxon;
+pub mod samples;
+pub mod study;
+pub mod tails;
 
-pub use analysis::{Analysis, AnalysisConfig, DesignSummary, FactorSummary, analyse};
-pub use anova::{Effect, ErrorModel, anova};
-pub use art::{ArtEffect, aligned_rank_transform};
-pub use assumptions::{Assumptions, Warning};
-pub use describe::{CellMean, cell_means};
 pub use error::PsychophysicsError;
-pub use latin::balanced_latin_square;
-pub use normalise::Normalisation;
-pub use posthoc::{Adjustment, Comparison, PairTest, art_contrasts, pairwise};
-pub use power::{EffectPower, PowerStudy, PowerTest, power};
-pub use psychometric::{PairAnswers, Psychometric, Sigmoid, fit_psychometric};
-pub use ratio::Ratio;
-pub use schedule::{Schedule, ScheduledTrial, TrialOrder};
-pub use shapiro::{ShapiroWilk, shapiro_wilk};
-pub use sphericity::Mauchly;
-pub use stevens::{PowerLaw, stevens_fit};
-pub use study::{Factor, Groups, MOST_FACTORS, Study};
-pub use table::Columns;
+pub use hwall_numeric::ArgumentError;
+
+// A study, its table and its scale.
+pub use study::{Columns, Factor, Groups, MOST_FACTORS, Normalisation, Study};
+// Which factors matter, which levels differ, and whether the tests' assumptions hold.
+pub use analysis::{
+    Adjustment, Analysis, AnalysisConfig, ArtEffect, Assumptions, CellMean, Comparison,
+    DesignSummary, Effect, ErrorModel, FactorSummary, Mauchly, PairTest, Ratio, Warning,
+    aligned_rank_transform, analyse, anova, art_contrasts, cell_means, pairwise,
+};
+// The order of conditions for each subject, and how many subjects are needed.
+pub use design::{
+    EffectPower, PowerStudy, PowerTest, Schedule, ScheduledTrial, TrialOrder,
+    balanced_latin_square, power,
+};
+// How sensation grows with the stimulus, and the smallest difference that is felt.
+pub use models::{
+    MagnitudeAnswer, PairAnswers, PowerLaw, Psychometric, Sigmoid, fit_psychometric, stevens_fit,
+};
+// Tests of single samples, and tail probabilities.
+pub use samples::{ShapiroWilk, Wilcoxon, shapiro_wilk, wilcoxon_signed_rank};
 pub use tails::{
     chi2_tail, f_tail, normal_cdf, normal_quantile, normal_tail, t_quantile_two_sided,
     t_tail_two_sided,
 };
-pub use wilcoxon::{Wilcoxon, wilcoxon_signed_rank};

@@ -1,15 +1,15 @@
-//! Tail probabilities with a relative accuracy that holds far out, to 1e-300 and below.
+//! Tail probabilities of which the relative accuracy holds down to 1e-300 and below.
 //!
-//! The prefactor of the incomplete beta function is formed as a logarithm from `x` and `1 − x`
-//! given apart: formed from one another they would cancel where tails are thin. statrs does form
-//! them so, and its error function is right to eleven digits only; hence libm's.
+//! The prefactor of the incomplete beta function is computed as a logarithm from both `x` and `1 − x`:
+//! computing one from the other, as statrs does, loses digits in thin tails. The error function is that
+//! of libm, as that of statrs is right to eleven digits only.
 
 use libm::{erfc, lgamma as ln_gamma};
 use statrs::function::erf::erfc_inv;
 use statrs::function::gamma::gamma_ur;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 
-/// `P(F > f)` with `df1`, `df2` degrees of freedom, which need not be whole.
+/// `P(F > f)` with `df1`, `df2` degrees of freedom, which need not be whole numbers.
 ///
 /// Error: below 1e-11 relative down to 1e-300 (tests/tails.rs). NaN for degrees of freedom that are not above zero.
 /// Source: `I_x(df2/2, df1/2)`, `x = df2 / (df2 + df1 f)`, Abramowitz and Stegun 26.6.2.
@@ -21,7 +21,7 @@ pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {
     if f <= 0.0 {
         return 1.0;
     }
-    // The smaller of x and 1 − x keeps its digits whichever it is.
+    // Both x and 1 − x keep their digits.
     let ratio = df1 * f / df2;
     let (ln_x, ln_y) = if ratio.is_infinite() {
         return 0.0;
@@ -33,13 +33,13 @@ pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {
 
 /// `P(|T| > |t|)` with `df` degrees of freedom, two-sided.
 ///
-/// Error: as [`f_tail`]'s.
+/// Error: as [`f_tail`].
 #[must_use]
 pub fn t_tail_two_sided(t: f64, df: f64) -> f64 {
     f_tail(t * t, 1.0, df)
 }
 
-/// The `t` that is exceeded on either side with probability `p` together.
+/// The `t` for which `P(|T| > t)` is `p`.
 ///
 /// Error: below 1e-12 relative. NaN unless `0 < p < 1` and `df > 0`.
 #[must_use]
@@ -47,7 +47,7 @@ pub fn t_quantile_two_sided(p: f64, df: f64) -> f64 {
     if !(p > 0.0 && p < 1.0 && df > 0.0) {
         return f64::NAN;
     }
-    // ln P falls ever more steeply in ln t, so Newton on the logarithms converges from below.
+    // ln P falls more and more steeply with ln t, so Newton's method on the logarithms converges from below.
     let ln_constant = ln_gamma(0.5 * (df + 1.0)) - ln_gamma(0.5 * df) - 0.5 * (0.5 * df * TAU).ln();
     let mut t = normal_quantile(1.0 - 0.5 * p).max(1e-8);
     if !t.is_finite() {
@@ -105,7 +105,7 @@ pub fn normal_quantile(p: f64) -> f64 {
     }
     let z = -SQRT_2 * erfc_inv(2.0 * p);
     let density = (-0.5 * z * z).exp() / TAU.sqrt();
-    // One step of Newton's gains the digits that the start lacks.
+    // One Newton step adds the digits that erfc_inv lacks.
     let step = (normal_cdf(z) - p) / density;
     if step.is_finite() { z - step } else { z }
 }
@@ -113,22 +113,22 @@ pub fn normal_quantile(p: f64) -> f64 {
 /// `I_x(a, b)` from `ln x` and `ln (1 − x)`.
 fn incomplete_beta(a: f64, b: f64, ln_x: f64, ln_y: f64) -> f64 {
     let (x, y) = (ln_x.exp(), ln_y.exp());
-    // The fraction converges fast on this side of the mean; on the other the complement is no
-    // smaller than some tenths.
+    // The fraction converges fast on this side of the mean; on the other side the complement is not small,
+    // so that nothing cancels.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - beta_fraction(b, a, y, ln_y, ln_x);
     }
     beta_fraction(a, b, x, ln_x, ln_y)
 }
 
-/// Lentz's way through the continued fraction of `I_x(a, b)`, Abramowitz and Stegun 26.5.8.
+/// Lentz's method for the continued fraction of `I_x(a, b)`, Abramowitz and Stegun 26.5.8.
 fn beta_fraction(a: f64, b: f64, x: f64, ln_x: f64, ln_y: f64) -> f64 {
     const TINY: f64 = 1e-300;
     let kept = |v: f64| if v.abs() < TINY { TINY } else { v };
     let mut c = 1.0;
     let mut d = 1.0 / kept(1.0 - (a + b) * x / (a + 1.0));
     let mut fraction = d;
-    // Some √max(a, b) terms are needed.
+    // About √max(a, b) terms are needed.
     for m in 1..100_000 {
         let m = f64::from(m);
         let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));

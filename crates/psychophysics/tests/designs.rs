@@ -37,7 +37,7 @@ fn squares_are_balanced() {
     for n in [0, 2001, usize::MAX] {
         assert!(matches!(
             balanced_latin_square(n),
-            Err(PsychophysicsError::Parameter { .. })
+            Err(PsychophysicsError::Argument(_))
         ));
     }
 }

@@ -87,7 +87,7 @@ fn cells_are_refused_by_line_and_column() {
     );
     assert_eq!(
         with(5, "eve,1,w,2,\"1,5\"").to_string(),
-        "line 5, column \"y\": \"1,5\" is no finite number"
+        "line 5, column \"y\": \"1,5\" is not a finite number"
     );
 }
 
@@ -158,7 +158,7 @@ fn headers_are_refused() {
     );
     assert_eq!(
         header("who,a,b,b,y"),
-        "column \"b\" stands 2 times in the header"
+        "column \"b\" occurs 2 times in the header"
     );
     assert_eq!(
         header(""),
@@ -169,7 +169,7 @@ fn headers_are_refused() {
         Study::from_csv_str(&semicolons, &columns())
             .expect_err("refused")
             .to_string(),
-        "the header \"who;a;b;round;y\" is separated by ';', wanted: commas"
+        "the header \"who;a;b;round;y\" is separated by ';', not by commas"
     );
     assert_eq!(
         Study::from_csv_str("", &columns()),
@@ -189,11 +189,14 @@ fn headers_are_refused() {
         Study::read_csv(latin1.as_slice(), &columns())
             .expect_err("refused")
             .to_string(),
-        "line 2: no UTF-8 text"
+        "line 2: not UTF-8 text"
     );
     assert!(matches!(
-        Study::from_csv_path("no such file".as_ref(), &columns()),
-        Err(PsychophysicsError::Io { .. })
+        Study::from_csv_path("no such file", &columns()),
+        Err(PsychophysicsError::File {
+            kind: std::io::ErrorKind::NotFound,
+            ..
+        })
     ));
 }
 
@@ -210,7 +213,7 @@ fn groups_and_levels_are_checked() {
         read("s,g,a,y\n1,u,1,3\n1,u,2,4\n")
             .expect_err("one group")
             .to_string(),
-        "factor \"g\" has the one level \"u\", wanted: two or more"
+        "factor \"g\" has only the level \"u\", it needs two or more"
     );
     assert!(matches!(
         read("s,g,a,y\n1,u,1,3\n2,v,1,4\n"),
@@ -220,6 +223,6 @@ fn groups_and_levels_are_checked() {
         Study::from_csv_str("s,y\n1,2\n", &Columns::new("s", [""; 0], "y"))
             .expect_err("no factor")
             .to_string(),
-        "0 factors within subjects, wanted: 1 to 4"
+        "0 factors within subjects, it must be 1 to 4"
     );
 }

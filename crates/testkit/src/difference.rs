@@ -1,6 +1,6 @@
 //! Derivatives by central differences, to hold analytic ones against.
 
-use crate::Components;
+use crate::tolerance::Components;
 use std::ops::{Mul, Sub};
 
 /// `df/dx` at `x` of a function with values in `f64`, `DVec3`, `DMat3` or the like.

@@ -1,6 +1,7 @@
 //! Markdown tables for the reports.
 
-use crate::{ErrorStats, Timing};
+use crate::stats::ErrorStats;
+use crate::timing::Timing;
 use std::fmt;
 
 /// A Markdown table whose columns also line up as plain text.

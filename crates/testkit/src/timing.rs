@@ -1,6 +1,6 @@
 //! How long calls take, with the tail that a 1 kHz loop pays for.
 
-use crate::quantile;
+use crate::stats::quantile;
 use std::{
     hint::black_box,
     sync::OnceLock,

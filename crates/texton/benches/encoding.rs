@@ -1,7 +1,7 @@
 //! Time of a lookup of the level for a roughness, and of what prepares it.
 
 use hwall_testkit::{Machine, Sampler, Timing, format_ns, time_batches, time_each};
-use hwall_texton::{Calibration, Encoding, LevelTable, ScanAngle, discriminable};
+use hwall_texton::{Calibration, Encoding, Level, LevelTable, ScanAngle, discriminable};
 use std::hint::black_box;
 
 const SEED: u64 = 6;
@@ -20,7 +20,11 @@ fn table(n: u32) -> Calibration {
     let rows = (0..n).flat_map(|i| (0..n).map(move |j| (share(i), share(j))));
     let rows = rows.map(|(x, y)| {
         let scan = ScanAngle::from_deg(90.0 * x).expect("finite");
-        (scan, 80.0 * y, 1.0 + 3.0 * x.sqrt() + y)
+        Level {
+            scan,
+            speed_mm_per_s: 80.0 * y,
+            magnitude: 1.0 + 3.0 * x.sqrt() + y,
+        }
     });
     Calibration::from_rows(rows).expect("a grid")
 }

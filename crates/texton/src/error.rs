@@ -1,20 +1,18 @@
 //! The one error type of the crate.
 
-/// What can be wrong with a texture, a patch, a model, a file or a question.
+use hwall_numeric::ArgumentError;
+use std::fmt::Display;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Errors of textures, patches, models, files and arguments.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextonError {
-    /// A parameter is NaN or outside its range.
-    #[error("{what} is {value}, wanted: {wanted}")]
-    Parameter {
-        /// The parameter, with its unit.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its range.
-        wanted: &'static str,
-    },
-    /// A pair names a level that there is not, or one level twice.
+    /// An argument is NaN or outside its range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// A pair with a level beyond the list, or with one level twice.
     #[error("pair {pair:?} of {levels} levels")]
     BadPair {
         /// Places of the two levels.
@@ -22,23 +20,23 @@ pub enum TextonError {
         /// How many there are.
         levels: usize,
     },
-    /// A line of a table has the wrong number of cells or is no text.
+    /// A line of a table with the wrong number of cells, or that is not UTF-8 text.
     #[error("line {line} cannot be read")]
     BrokenLine {
         /// The line, from 1; 0 if unknown.
         line: u64,
     },
-    /// A cell of a table is no number in its range.
-    #[error("line {line}: {column} is \"{text}\", wanted: a number in its range")]
+    /// A cell of a table that is not a number in its range.
+    #[error("line {line}: {column} is \"{text}\", not a number in its range")]
     Cell {
         /// The line, from 1.
         line: u64,
         /// Name of the column.
         column: &'static str,
-        /// What stands there.
+        /// Text of the cell.
         text: String,
     },
-    /// An image has the wrong number of pixels.
+    /// An image with the wrong number of pixels.
     #[error("{values} pixels for an image of {width} x {height}")]
     MapSize {
         /// Columns.
@@ -48,20 +46,22 @@ pub enum TextonError {
         /// Pixels.
         values: usize,
     },
-    /// A table lacks a column.
+    /// A table without a column.
     #[error("column {column} is missing")]
     MissingColumn {
         /// Its name.
         column: &'static str,
     },
-    /// The conditions of a calibration do not span an area of orientation and speed.
-    #[error("{nodes} conditions that span no area of orientation and speed")]
+    /// Conditions of a calibration that do not span an area of orientation and speed.
+    #[error("{nodes} conditions do not span an area of orientation and speed")]
     NoArea {
         /// How many there are.
         nodes: usize,
     },
-    /// The conditions of a calibration are no full grid.
-    #[error("{nodes} conditions are no grid of {orientations} orientations and {speeds} speeds")]
+    /// Conditions of a calibration that do not form a full grid.
+    #[error(
+        "{nodes} conditions do not form a grid of {orientations} orientations and {speeds} speeds"
+    )]
     NoGrid {
         /// Different orientations.
         orientations: usize,
@@ -70,17 +70,17 @@ pub enum TextonError {
         /// Conditions.
         nodes: usize,
     },
-    /// A magnitude is not attained.
-    #[error("magnitude {wanted} is not attained, wanted: {min} to {max}")]
+    /// A magnitude that does not occur.
+    #[error("magnitude {wanted} does not occur, only {min} to {max}")]
     NotAttained {
         /// The magnitude.
         wanted: f64,
-        /// The least that is.
+        /// The least that occurs.
         min: f64,
-        /// The largest that is.
+        /// The greatest that occurs.
         max: f64,
     },
-    /// A condition lies outside the calibrated ones.
+    /// A condition outside the calibrated ones.
     #[error("{orientation_deg} degrees at {speed_mm_per_s} mm/s is outside the calibration")]
     OutsideCalibration {
         /// Orientation, degrees.
@@ -90,14 +90,14 @@ pub enum TextonError {
     },
     /// Neighbouring bumps overlap.
     #[error(
-        "bumps overlap: those {columns} columns and {rows} rows apart are {distance} radii apart, wanted: 2"
+        "bumps overlap: those {columns} columns and {rows} rows apart are {distance} radii apart, fewer than 2"
     )]
     Overlap {
         /// Columns between the two.
         columns: i64,
         /// Rows between the two.
         rows: i64,
-        /// Distance of their centres where the bumps are scaled to unit circles; 2 is touching.
+        /// Distance of their centres after bumps are scaled to unit circles; bumps touch at 2.
         distance: f64,
     },
     /// No bump of the texture fits on the patch.
@@ -108,43 +108,43 @@ pub enum TextonError {
         /// Its size along the short axis, mm.
         length_mm: f64,
     },
-    /// A mounting hole that is not within one tile, or meets another hole.
-    #[error("mounting hole {index} crosses a border or another hole")]
+    /// A mounting hole that is not within one tile, or overlaps another hole.
+    #[error("mounting hole {index} crosses a border or overlaps another hole")]
     Hole {
         /// Which of the holes.
         index: usize,
     },
-    /// Bumps too close for the plate between them to be a surface.
+    /// Bumps too close for a surface between them.
     #[error("bumps are {gap_mm} mm apart, a mesh needs more than {least_mm} mm between them")]
     Touching {
         /// The gap between neighbours, mm.
         gap_mm: f64,
-        /// What the mesh asked for needs, mm.
+        /// Least gap for this mesh, mm.
         least_mm: f64,
     },
-    /// A mesh larger than was allowed.
+    /// A mesh with more triangles than allowed.
     #[error("{triangles} triangles, allowed: {limit}")]
     TooManyTriangles {
-        /// How many it would have; a lower bound where counting them all takes too long.
+        /// How many it would have; a lower bound where counting takes too long.
         triangles: u64,
-        /// How many may be.
+        /// How many are allowed.
         limit: u64,
     },
     /// Outlines on the plate that cross or coincide.
     #[error("the plate cannot be triangulated: {conflicts} outlines cross, or points coincide")]
     Triangulation {
-        /// How many edges were in the way of others.
+        /// How many edges cross others.
         conflicts: usize,
     },
-    /// A triangle refers to a point that is not there.
-    #[error("triangle with point {index} of {points}")]
+    /// A triangle with an index beyond the points.
+    #[error("triangle with point {index}, but there are {points}")]
     MissingPoint {
         /// The index.
         index: u32,
         /// Number of points.
         points: usize,
     },
-    /// Points or triangles that are apart in double precision and not in the single precision of STL.
+    /// Points or triangles that coincide or vanish in the single precision of STL.
     #[error("{count} points or triangles vanish in single precision")]
     SinglePrecision {
         /// How many.
@@ -153,26 +153,28 @@ pub enum TextonError {
     /// A file that cannot be opened, read or written.
     #[error("{name}: {message}")]
     File {
-        /// The file, or what was done to it.
+        /// The file, or what was read.
         name: String,
-        /// What the system or the decoder says.
+        /// What kind of failure it is; `InvalidData` for a file of another format.
+        kind: ErrorKind,
+        /// Message of the system or the decoder.
         message: String,
     },
     /// A picture without the channel asked for.
-    #[error("no channel {wanted}; there are: {found}")]
+    #[error("there is no channel {wanted}, only: {found}")]
     Channel {
         /// The channel.
         wanted: String,
         /// Those of the picture.
         found: String,
     },
-    /// A picture that does not say what was not given either.
-    #[error("the picture does not say its {name}, and none was given")]
+    /// An attribute that is neither stated in the picture nor given.
+    #[error("the {name} is neither stated in the picture nor given")]
     Attribute {
         /// The attribute.
         name: &'static str,
     },
-    /// A pixel that is no finite number.
+    /// A pixel that is not finite.
     #[error("pixel {column}, {row} from the top left is {value}")]
     Pixel {
         /// Column, from the left.
@@ -182,8 +184,8 @@ pub enum TextonError {
         /// Its value.
         value: f64,
     },
-    /// There are fewer levels than wanted, or nothing is wanted.
-    #[error("{wanted} levels wanted of {levels}")]
+    /// Fewer levels than wanted, or none wanted.
+    #[error("{wanted} levels wanted, there are {levels}")]
     TooFewLevels {
         /// How many are wanted.
         wanted: usize,
@@ -192,28 +194,18 @@ pub enum TextonError {
     },
 }
 
-/// Rejects what is not a positive number.
-pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), TextonError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
+impl TextonError {
+    /// The system's failure at a file.
+    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
+        Self::file(path.display(), error.kind(), error)
     }
-    let wanted = "a positive number";
-    Err(TextonError::Parameter {
-        what,
-        value,
-        wanted,
-    })
-}
 
-/// Rejects NaN and infinity.
-pub(crate) fn finite(what: &'static str, value: f64) -> Result<(), TextonError> {
-    if value.is_finite() {
-        return Ok(());
+    /// A failure at a file or stream of this name.
+    pub(crate) fn file(name: impl Display, kind: ErrorKind, message: impl Display) -> Self {
+        Self::File {
+            name: name.to_string(),
+            kind,
+            message: message.to_string(),
+        }
     }
-    let wanted = "a finite number";
-    Err(TextonError::Parameter {
-        what,
-        value,
-        wanted,
-    })
 }

@@ -1,62 +1,36 @@
 #![doc = include_str!("../README.md")]
 
-mod afferent_models;
-mod bump_mesh;
-mod calibration;
-mod calibration_csv;
-mod cell;
-mod chord_error;
-mod discriminable;
-mod encoding;
-mod encounter;
 mod error;
-mod height_exr;
-mod height_field;
-mod isotonic;
-mod layout;
-mod level;
-mod mesh;
-mod mesh_files;
-mod patch;
-mod patch_mesh;
-mod presets;
-mod print_check;
-mod roughness;
-mod roughness_map;
-mod scan;
-mod scan_estimate;
-mod spacing_models;
-mod spectrum;
-mod study_order;
-mod surface;
-mod tessellation;
-mod texton;
-mod texture;
-mod texture_motion;
-mod triangulate;
+pub mod geometry;
+pub mod height;
+pub mod levels;
+pub mod mesh;
+pub mod motion;
+mod picture;
+pub mod print;
+pub mod roughness;
 
-pub use afferent_models::{Pairs, SpatialVariation, Vibration};
-pub use calibration::{Calibration, CalibrationNode, Violation};
-pub use discriminable::discriminable;
-pub use encoding::Encoding;
-pub use encounter::Encounter;
 pub use error::TextonError;
-pub use height_exr::HeightSource;
-pub use height_field::HeightField;
-pub use layout::Layout;
-pub use level::{Level, LevelTable};
-pub use mesh::{MeshCheck, TriangleMesh};
-pub use mesh_files::StlFormat;
-pub use patch::{BumpCounts, MountingHole, Patch, PatchSpec};
-pub use print_check::{Finding, Printer};
-pub use roughness::{ModelInfo, Prediction, Quantity, RoughnessModel};
-pub use roughness_map::{RoughnessMap, SurfaceRoughness};
-pub use scan::ScanAngle;
-pub use scan_estimate::{ScanConfig, ScanEstimator};
-pub use spacing_models::{GrooveRidge, InvertedU, MonotoneSpacing, TemporalFrequency};
-pub use spectrum::Harmonic;
-pub use study_order::{OrderScore, StudyOrder, roughness_models, score_order};
-pub use tessellation::{ChordSide, Tessellation};
-pub use texton::{Texton, TextonShape};
-pub use texture::Texture;
-pub use texture_motion::{FingerState, Limit, MotionLimits, MotionStep, TextureMotion};
+pub use glam;
+pub use hwall_numeric::ArgumentError;
+
+// A bump, its grid, and what a finger meets that crosses it.
+pub use geometry::{Encounter, Harmonic, Layout, Radii, ScanAngle, Texton, TextonShape, Texture};
+// Plates to print, their meshes and files.
+pub use height::{HeightField, HeightSource};
+pub use mesh::{ChordSide, MeshCheck, StlFormat, Tessellation, TriangleMesh};
+pub use print::{BumpCounts, Finding, MountingHole, Patch, PatchSpec, Printer, Tile};
+// How rough it feels.
+pub use roughness::{
+    AfferentPairs, GrooveRidge, InvertedU, ModelInfo, MonotoneSpacing, OrderScore, Prediction,
+    Quantity, RoughnessMap, RoughnessModel, SpatialVariation, StudyOrder, SurfaceRoughness, Tally,
+    TemporalFrequency, Vibration, roughness_models, score_order,
+};
+// Which orientation and speed stand for which roughness.
+pub use levels::{
+    Calibration, CalibrationNode, Encoding, Level, LevelTable, Violation, discriminable,
+};
+// How the board moves under a finger.
+pub use motion::{
+    FingerState, Limit, MotionLimits, MotionStep, ScanConfig, ScanEstimator, Stroke, TextureMotion,
+};

@@ -1,7 +1,7 @@
 //! Calibration tables: exact where they must be, inverted, repaired, and refused where they know nothing.
 
 use hwall_testkit::Sampler;
-use hwall_texton::{Calibration, ScanAngle, TextonError};
+use hwall_texton::{Calibration, Level, ScanAngle, TextonError};
 
 fn scan(deg: f64) -> ScanAngle {
     ScanAngle::from_deg(deg).unwrap()
@@ -11,10 +11,18 @@ fn scan(deg: f64) -> ScanAngle {
 const ORIENTATIONS_DEG: [f64; 5] = [0.0, 45.0, 63.43, 71.57, 90.0];
 const SPEEDS: [f64; 5] = [0.0, 20.0, 40.0, 60.0, 80.0];
 
+fn row(scan: ScanAngle, speed_mm_per_s: f64, magnitude: f64) -> Level {
+    Level {
+        scan,
+        speed_mm_per_s,
+        magnitude,
+    }
+}
+
 fn grid(of: impl Fn(f64, f64) -> f64) -> Calibration {
     let rows = ORIENTATIONS_DEG
         .iter()
-        .flat_map(|deg| SPEEDS.map(|speed| (scan(*deg), speed, of(*deg, speed))));
+        .flat_map(|deg| SPEEDS.map(|speed| row(scan(*deg), speed, of(*deg, speed))));
     Calibration::from_rows(rows.collect::<Vec<_>>()).unwrap()
 }
 
@@ -65,7 +73,7 @@ fn a_product_is_nearly_reproduced_and_nothing_leaves_the_nodes_around() {
     // within a tenth elsewhere.
     let rows = (0..6).flat_map(|i| (0..6).map(move |j| (i, j)));
     let rows = rows.map(|(i, j)| {
-        (
+        row(
             scan(18.0 * f64::from(i)),
             16.0 * f64::from(j),
             f64::from(i * j),
@@ -98,9 +106,9 @@ fn outside_the_nodes_there_is_no_answer() {
     assert!(table.magnitude(scan(1.0), f64::NAN).is_err());
     // A triangle of conditions.
     let rows = [
-        (scan(0.0), 0.0, 1.0),
-        (scan(90.0), 0.0, 2.0),
-        (scan(0.0), 80.0, 3.0),
+        row(scan(0.0), 0.0, 1.0),
+        row(scan(90.0), 0.0, 2.0),
+        row(scan(0.0), 80.0, 3.0),
     ];
     let table = Calibration::from_rows(rows).unwrap();
     assert!((table.magnitude(scan(30.0), 20.0).unwrap() - (1.0 + 1.0 / 3.0 + 0.5)).abs() < 1e-12);
@@ -152,7 +160,7 @@ fn what_is_asked_back_comes_back() {
 fn a_level_between_the_ranges_of_two_orientations_takes_one_between_them() {
     let rows = [0.0, 90.0]
         .into_iter()
-        .flat_map(|deg| [0.0, 80.0].map(|speed| (scan(deg), speed, deg / 10.0 + speed / 80.0)));
+        .flat_map(|deg| [0.0, 80.0].map(|speed| row(scan(deg), speed, deg / 10.0 + speed / 80.0)));
     let table = Calibration::from_rows(rows).unwrap();
     let level = table.level_for(5.0).unwrap();
     assert!((40.0..50.0).contains(&level.scan.deg()), "{level:?}");
@@ -280,7 +288,7 @@ fn beyond_the_hull_nothing_is_called_attained() {
         })
     );
     let rows = [(20.0, 0.0), (20.0, 80.0), (70.0, 0.0), (70.0, 80.0)];
-    let narrow = rows.map(|(deg, speed)| (scan(deg), speed, planted(deg, speed)));
+    let narrow = rows.map(|(deg, speed)| row(scan(deg), speed, planted(deg, speed)));
     let narrow = Calibration::from_rows(narrow).unwrap();
     let refused = narrow.speed_for(3.0, scan(80.0));
     assert!(
@@ -339,7 +347,7 @@ fn the_repair_of_noise_is_the_closest_table() {
     let rows: Vec<_> = ORIENTATIONS_DEG
         .iter()
         .flat_map(|deg| SPEEDS.map(|speed| (*deg, speed)))
-        .map(|(deg, speed)| (scan(deg), speed, planted(deg, speed) + s.normal()))
+        .map(|(deg, speed)| row(scan(deg), speed, planted(deg, speed) + s.normal()))
         .collect();
     let table = Calibration::from_rows(rows).unwrap();
     assert!(!table.violations().is_empty());
@@ -370,9 +378,9 @@ fn the_repair_of_noise_is_the_closest_table() {
         assert!(gain < 1e-6, "{gain}");
     }
     let holes = Calibration::from_rows([
-        (scan(0.0), 0.0, 1.0),
-        (scan(90.0), 0.0, 2.0),
-        (scan(0.0), 80.0, 3.0),
+        row(scan(0.0), 0.0, 1.0),
+        row(scan(90.0), 0.0, 2.0),
+        row(scan(0.0), 80.0, 3.0),
     ]);
     let refused = TextonError::NoGrid {
         orientations: 2,

@@ -1,13 +1,17 @@
 //! Which textures there can be.
 
+#[path = "common/bumps.rs"]
+mod bumps;
+
+use bumps::{hemiellipsoids, radii};
 use hwall_texton::{Layout, ScanAngle, Texton, TextonError, Texture};
 use std::f64::consts::FRAC_PI_2;
 
 #[test]
 fn bumps_may_touch_but_not_overlap() {
-    let touching = Texture::hemiellipsoids([3.0, 1.0], 0.7, [6.0, 2.0]).unwrap();
+    let touching = hemiellipsoids(radii(3.0, 1.0), 0.7, [6.0, 2.0]).unwrap();
     assert_eq!(touching.gap_mm(), 0.0);
-    let overlap = Texture::hemiellipsoids([3.0, 1.0], 0.7, [6.0, 1.9]);
+    let overlap = hemiellipsoids(radii(3.0, 1.0), 0.7, [6.0, 1.9]);
     assert!(matches!(
         overlap,
         Err(TextonError::Overlap {
@@ -16,7 +20,7 @@ fn bumps_may_touch_but_not_overlap() {
             ..
         })
     ));
-    let bump = Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap();
+    let bump = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
     let staggered = |short_mm| {
         Texture::new(
             bump,
@@ -32,7 +36,7 @@ fn bumps_may_touch_but_not_overlap() {
 
 #[test]
 fn scans_all_but_along_an_axis_meet_what_those_along_it_meet() {
-    let bump = Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap();
+    let bump = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
     let layout = Layout::Staggered {
         long_mm: 6.5,
         short_mm: 2.2,
@@ -57,7 +61,7 @@ fn scans_all_but_along_an_axis_meet_what_those_along_it_meet() {
 
 #[test]
 fn round_bumps_feel_alike_in_every_direction() {
-    let texture = Texture::hemiellipsoids([1.2, 1.2], 0.7, [3.0, 3.0]).unwrap();
+    let texture = hemiellipsoids(radii(1.2, 1.2), 0.7, [3.0, 3.0]).unwrap();
     for deg in 0..=90 {
         let scan = ScanAngle::from_deg(f64::from(deg)).unwrap();
         let across = ScanAngle::from_deg(f64::from(90 - deg)).unwrap();
@@ -89,7 +93,7 @@ fn round_bumps_feel_alike_in_every_direction() {
 
 #[test]
 fn staggered_rows_are_met_where_they_stand() {
-    let bump = Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap();
+    let bump = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
     let layout = Layout::Staggered {
         long_mm: 6.5,
         short_mm: 2.2,

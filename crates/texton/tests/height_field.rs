@@ -4,6 +4,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes,
     SmallVec, WritableImage,
 };
+use glam::{DVec2, dvec2};
 use hwall_texton::{HeightField, HeightSource, Patch, PatchSpec, TextonError, Texture};
 use std::path::{Path, PathBuf};
 
@@ -56,7 +57,7 @@ fn heights_are_those_of_the_surface() {
     assert_eq!(field.size(), [400, 200]);
     let mut volume = 0.0;
     for (k, height) in field.heights_mm().iter().enumerate() {
-        let at = [k % 400, k / 400].map(|i| (i as f64 + 0.5) * 0.05);
+        let at = DVec2::from([k % 400, k / 400].map(|i| (i as f64 + 0.5) * 0.05));
         let truth = patch.height_at_mm(at).unwrap();
         assert!((f64::from(*height) - truth).abs() < 1e-7);
         assert!((field.height_at_mm(at).unwrap() - truth).abs() < 1e-6);
@@ -65,9 +66,9 @@ fn heights_are_those_of_the_surface() {
     let bumps = patch.volume_mm3() - 200.0;
     assert!((volume / bumps - 1.0).abs() < 1e-3);
     // On the top of a bump and on the plate between them.
-    assert!((patch.height_at_mm([9.3, 3.3]).unwrap() - 0.7).abs() < 1e-12);
-    assert_eq!(patch.height_at_mm([6.2, 2.2]), Some(0.0));
-    for outside in [[-0.1, 1.0], [20.1, 1.0], [f64::NAN, 1.0]] {
+    assert!((patch.height_at_mm(dvec2(9.3, 3.3)).unwrap() - 0.7).abs() < 1e-12);
+    assert_eq!(patch.height_at_mm(dvec2(6.2, 2.2)), Some(0.0));
+    for outside in [dvec2(-0.1, 1.0), dvec2(20.1, 1.0), dvec2(f64::NAN, 1.0)] {
         assert_eq!(patch.height_at_mm(outside), None);
         assert_eq!(field.height_at_mm(outside), None);
     }

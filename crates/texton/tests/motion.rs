@@ -1,11 +1,15 @@
 //! The texture under a finger: turned to the scan, moved against it, within the limits, in hard cases.
 
+#[path = "common/refusals.rs"]
+mod refusals;
+
 use glam::DVec2;
 use hwall_testkit::Sampler;
 use hwall_texton::{
     FingerState, Level, Limit, MotionLimits, MotionStep, ScanAngle, ScanConfig, ScanEstimator,
-    TextonError, TextureMotion,
+    Stroke, TextureMotion,
 };
+use refusals::refused;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const DT_S: f64 = 1e-3;
@@ -332,7 +336,7 @@ fn the_stroke_is_shortened_to_what_is_reachable() {
         place.y > -0.022
     });
     assert!(
-        (reach[0] - 0.02).abs() < 1e-12 && (reach[1] - 0.08).abs() < 1e-12,
+        (reach.against_m - 0.02).abs() < 1e-12 && (reach.along_m - 0.08).abs() < 1e-12,
         "{reach:?}"
     );
     let mut run = Run {
@@ -345,7 +349,11 @@ fn the_stroke_is_shortened_to_what_is_reachable() {
     assert_eq!(step.limited, Some(Limit::Stroke));
     // Nothing is reachable: it stays.
     let mut motion = TextureMotion::new(MotionLimits::default()).unwrap();
-    assert_eq!(motion.limit_stroke(&one, |_, _| false), [0.0; 2]);
+    let none = Stroke {
+        against_m: 0.0,
+        along_m: 0.0,
+    };
+    assert_eq!(motion.limit_stroke(&one, |_, _| false), none);
     for i in 0..100 {
         let step = motion.step(f64::from(i) * DT_S, rest(), &one).unwrap();
         assert!(step.displacement_m.length() < 1e-9);
@@ -466,10 +474,7 @@ fn settings_outside_their_ranges_are_named() {
             "time_constant_s",
         ),
     ] {
-        match TextureMotion::new(bad) {
-            Err(TextonError::Parameter { what, .. }) => assert_eq!(what, name),
-            other => panic!("{name}: {other:?}"),
-        }
+        assert_eq!(refused(TextureMotion::new(bad)), name);
     }
 }
 

@@ -1,5 +1,10 @@
 //! What a printer cannot make is found before it tries.
 
+#[path = "common/bumps.rs"]
+mod bumps;
+
+use bumps::{hemiellipsoids, radii};
+use glam::dvec2;
 use hwall_texton::{Finding, Patch, PatchSpec, Printer, Texton, Texture};
 
 #[test]
@@ -24,7 +29,7 @@ fn the_released_patch_prints_in_its_tiles_and_not_in_one_piece() {
 
 #[test]
 fn gaps_heights_plates_and_sides_are_looked_at() {
-    let touching = Texture::hemiellipsoids([3.0, 1.0], 0.04, [6.0, 2.0]).unwrap();
+    let touching = hemiellipsoids(radii(3.0, 1.0), 0.04, [6.0, 2.0]).unwrap();
     let spec = PatchSpec {
         plate_mm: 0.3,
         ..PatchSpec::default()
@@ -47,7 +52,7 @@ fn gaps_heights_plates_and_sides_are_looked_at() {
             Finding::Plate { plate_mm: 0.3, .. },
         ]
     ));
-    let ridge = Texton::truncated_cone([3.0, 0.71], 0.7).unwrap();
+    let ridge = Texton::truncated_cone(radii(3.0, 0.71), 0.7).unwrap();
     let texture = Texture::new(ridge, *Texture::released().layout()).unwrap();
     let patch = Patch::new(texture, PatchSpec::default()).unwrap();
     let findings = patch.print_check(&Printer::default());
@@ -60,7 +65,7 @@ fn gaps_heights_plates_and_sides_are_looked_at() {
 #[test]
 fn gaps_are_those_of_the_closest_points() {
     // Halfway between two bumps that stand askew, by a search over both outlines.
-    let texton = Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap();
+    let texton = Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap();
     let layout = hwall_texton::Layout::Staggered {
         long_mm: 6.6,
         short_mm: 1.8,
@@ -86,8 +91,8 @@ fn gaps_are_those_of_the_closest_points() {
 
 #[test]
 fn a_cone_is_steepest_beside_its_axes() {
-    let cone = Texton::truncated_cone([3.0, 1.0], 0.7).unwrap();
-    let [c, d] = cone.top_radii_mm();
+    let cone = Texton::truncated_cone(radii(3.0, 1.0), 0.7).unwrap();
+    let [c, d] = cone.top_radii().to_array();
     // By central differences just below the top, and at the foot.
     let slope = |inset_mm: f64, t: f64| {
         let at = [
@@ -95,7 +100,7 @@ fn a_cone_is_steepest_beside_its_axes() {
             (d + 0.7 - inset_mm) * t.sin(),
         ];
         let step = 1e-5;
-        let height = |dx: f64, dy: f64| cone.height_at_mm([at[0] + dx, at[1] + dy]);
+        let height = |dx: f64, dy: f64| cone.height_at_mm(dvec2(at[0] + dx, at[1] + dy));
         let x = height(step, 0.0) - height(-step, 0.0);
         let y = height(0.0, step) - height(0.0, -step);
         (x.hypot(y) / (2.0 * step)).atan()
@@ -111,7 +116,7 @@ fn a_cone_is_steepest_beside_its_axes() {
     assert!((stated - 57.4).abs() < 0.05, "{stated}");
     assert!((steepest(0.6999) - stated).abs() < 0.02);
     assert!((steepest(1e-4) - 49.1).abs() < 0.05);
-    let round = Texton::truncated_cone([1.0, 1.0], 0.7).unwrap();
+    let round = Texton::truncated_cone(radii(1.0, 1.0), 0.7).unwrap();
     assert!((round.steepest_rad().to_degrees() - 45.0).abs() < 1e-9);
     let texture = Texture::new(cone, *Texture::released().layout()).unwrap();
     let patch = Patch::new(texture, PatchSpec::default()).unwrap();

@@ -1,5 +1,6 @@
 //! All six textures of the dissertation against numbers computed independently (tests/data).
 
+use glam::DVec2;
 use hwall_texton::{Patch, ScanAngle, Texture};
 use serde_json::Value;
 
@@ -123,11 +124,11 @@ fn the_released_patch_is_that_of_the_script() {
     assert!((patch.coverage() - number("coverage_fraction")).abs() < 1e-15);
     let tiles = patch.tiles();
     assert_eq!(tiles.len(), 4);
-    for (_, tile) in &tiles {
+    for tile in tiles.iter().map(|t| &t.patch) {
         assert_eq!(tile.counts().placed, 720);
         let mut centres = tile.centres_mm();
         let pair = |what: &str| [0, 1].map(|i| truth[what][i].as_f64().unwrap());
-        let near = |a: [f64; 2], b: [f64; 2]| (0..2).all(|i| (a[i] - b[i]).abs() < 1e-12);
+        let near = |a: DVec2, b: [f64; 2]| (0..2).all(|i| (a[i] - b[i]).abs() < 1e-12);
         assert!(near(centres.next().unwrap(), pair("first_centre_mm")));
         assert!(near(centres.last().unwrap(), pair("last_centre_mm")));
     }

@@ -1,11 +1,19 @@
 //! Models of roughness: their ranges, their hard cases, and the order of the published study.
 
+#[path = "common/bumps.rs"]
+mod bumps;
+#[path = "common/refusals.rs"]
+mod refusals;
+
+use bumps::{hemiellipsoids, radii};
+use glam::{DVec2, dvec2};
 use hwall_testkit::Sampler;
 use hwall_texton::{
-    GrooveRidge, InvertedU, Layout, MonotoneSpacing, OrderScore, Pairs, Prediction, Quantity,
-    RoughnessModel, ScanAngle, SpatialVariation, StudyOrder, TemporalFrequency, Texton,
-    TextonError, Texture, Vibration, roughness_models, score_order,
+    AfferentPairs, GrooveRidge, InvertedU, Layout, MonotoneSpacing, OrderScore, Prediction,
+    Quantity, RoughnessModel, ScanAngle, SpatialVariation, StudyOrder, Tally, TemporalFrequency,
+    Texton, Texture, Vibration, roughness_models, score_order,
 };
+use refusals::refused;
 use std::f64::consts::{PI, TAU};
 
 const ORIENTATIONS_DEG: [f64; 5] = [0.0, 45.0, 63.43, 71.57, 90.0];
@@ -101,7 +109,7 @@ fn variation_across_the_scan_follows_simulated_sa1_afferents() {
     let texture = Texture::released();
     let across = SpatialVariation::default();
     let along = SpatialVariation {
-        pairs: Pairs::Along,
+        pairs: AfferentPairs::Along,
         ..across
     };
     let r = |model: SpatialVariation| {
@@ -132,7 +140,7 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
 #[test]
 fn the_published_formula_and_its_range() {
     // Bumps 1 mm long along the scan, grooves of 1 mm: inside.
-    let texture = Texture::hemiellipsoids([0.5, 0.5], 0.3, [2.0, 2.0]).unwrap();
+    let texture = hemiellipsoids(radii(0.5, 0.5), 0.3, [2.0, 2.0]).unwrap();
     let inside = GrooveRidge
         .predict(&texture, ScanAngle::ACROSS, 0.0)
         .unwrap();
@@ -182,7 +190,7 @@ fn scans_past_the_ends_of_bumps_and_fingers_at_rest_have_no_answer_from_models_t
         ..StudyOrder::dissertation(0.0)
     };
     let score = score_order(&TemporalFrequency, &texture, &study).unwrap();
-    assert_eq!(score.speed, [0, 5]);
+    assert_eq!(score.speed, Tally { hits: 0, of: 5 });
     assert!(!score.reproduces_orientation());
 }
 
@@ -191,11 +199,8 @@ fn bad_speeds_and_settings_are_named() {
     let texture = Texture::released();
     for model in roughness_models() {
         for bad in [-1.0, f64::NAN, f64::INFINITY] {
-            let what = match model.predict(&texture, ScanAngle::ALONG, bad) {
-                Err(TextonError::Parameter { what, .. }) => what,
-                other => panic!("{other:?}"),
-            };
-            assert_eq!(what, "speed_mm_per_s");
+            let prediction = model.predict(&texture, ScanAngle::ALONG, bad);
+            assert_eq!(refused(prediction), "speed_mm_per_s");
         }
         let info = model.info();
         for text in [
@@ -221,17 +226,8 @@ fn bad_speeds_and_settings_are_named() {
     };
     for blur_mm in [0.0, -1.0, 1e-6, 0.0499, f64::NAN, f64::INFINITY] {
         for model in models(blur_mm) {
-            let refused = model.predict(&texture, ScanAngle::ALONG, 1.0);
-            assert!(
-                matches!(
-                    refused,
-                    Err(TextonError::Parameter {
-                        what: "blur_mm",
-                        ..
-                    })
-                ),
-                "{blur_mm}"
-            );
+            let prediction = model.predict(&texture, ScanAngle::ALONG, 1.0);
+            assert_eq!(refused(prediction), "blur_mm", "{blur_mm}");
         }
     }
     for model in models(0.05) {
@@ -247,7 +243,7 @@ fn bad_speeds_and_settings_are_named() {
 #[test]
 fn waves_add_up_to_the_bumps() {
     let cone = Texture::new(
-        Texton::truncated_cone([3.0, 1.0], 0.7).unwrap(),
+        Texton::truncated_cone(radii(3.0, 1.0), 0.7).unwrap(),
         Layout::Staggered {
             long_mm: 6.2,
             short_mm: 2.2,
@@ -257,25 +253,21 @@ fn waves_add_up_to_the_bumps() {
         let texton = texture.texton();
         let waves: Vec<_> = texture.harmonics(60.0).collect();
         let mean = texton.volume_mm3() / texture.layout().cell_area_mm2();
-        let height = |[x, y]: [f64; 2]| {
+        let height = |at: DVec2| {
             waves.iter().fold(mean, |z, w| {
-                let [kx, ky] = w.wave_rad_per_mm;
-                z + w.amplitude_mm * (kx * x + ky * y).cos()
+                z + w.amplitude_mm * w.wave_rad_per_mm.dot(at).cos()
             })
         };
         // The middle of a bump, that of another one, and the plate between four.
         let top = texton.height_mm();
-        let [x, y] = texture.layout().offset_mm(1, 1);
-        for (at, z) in [
-            ([0.0, 0.0], top),
-            ([x, y], top),
-            ([1.0, 0.0], height([1.0, 0.0])),
-        ] {
+        let other = texture.layout().offset_mm(1, 1);
+        let beside = dvec2(1.0, 0.0);
+        for (at, z) in [(DVec2::ZERO, top), (other, top), (beside, height(beside))] {
             assert!((height(at) - z).abs() < 0.02, "{at:?}: {} {z}", height(at));
         }
         let mut s = Sampler::new(5);
-        let free = |_| height([3.1 + 0.02 * s.uniform(-1.0, 1.0), 1.1]);
-        if texton.top_radii_mm() == [0.0; 2] {
+        let free = |_| height(dvec2(3.1 + 0.02 * s.uniform(-1.0, 1.0), 1.1));
+        if texton.top_radii() == radii(0.0, 0.0) {
             assert!((0..20).map(free).all(|z| z.abs() < 0.02));
         }
     }
@@ -284,27 +276,27 @@ fn waves_add_up_to_the_bumps() {
 #[test]
 fn spectra_meet_the_volume_and_a_plain_sum() {
     for texton in [
-        Texton::hemiellipsoid([3.0, 1.0], 0.7).unwrap(),
-        Texton::truncated_cone([3.0, 1.0], 0.7).unwrap(),
+        Texton::hemiellipsoid(radii(3.0, 1.0), 0.7).unwrap(),
+        Texton::truncated_cone(radii(3.0, 1.0), 0.7).unwrap(),
     ] {
         let volume = texton.volume_mm3();
-        assert!((texton.spectrum_mm3([0.0, 0.0]) / volume - 1.0).abs() < 1e-3);
+        assert!((texton.spectrum_mm3(dvec2(0.0, 0.0)) / volume - 1.0).abs() < 1e-3);
         // Beside the change of formula.
         let (below, above) = (
-            texton.spectrum_mm3([0.0099, 0.0]),
-            texton.spectrum_mm3([0.0101, 0.0]),
+            texton.spectrum_mm3(dvec2(0.0099, 0.0)),
+            texton.spectrum_mm3(dvec2(0.0101, 0.0)),
         );
         assert!((below - above).abs() < 1e-3 * volume);
     }
     // Rings of the hemisphere, mapped to the ellipse.
-    let k = [0.9, 1.7];
-    let texton = Texton::hemiellipsoid([2.0, 1.0], 0.5).unwrap();
+    let k = dvec2(0.9, 1.7);
+    let texton = Texton::hemiellipsoid(radii(2.0, 1.0), 0.5).unwrap();
     let (n, mut sum) = (400, 0.0);
     for i in 0..n {
         let r = (i as f64 + 0.5) / n as f64;
         for j in 0..n {
             let a = TAU * (j as f64 + 0.5) / n as f64;
-            let phase = k[0] * 2.0 * r * a.cos() + k[1] * r * a.sin();
+            let phase = k.x * 2.0 * r * a.cos() + k.y * r * a.sin();
             sum += 0.5 * (1.0 - r * r).sqrt() * phase.cos() * r;
         }
     }

@@ -127,7 +127,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let config = args.config();
     let analysis = analyse(&study, &config).with_context(name)?;
     for (path, text) in [
-        (&args.json, analysis.to_json()? + "\n"),
+        (&args.json, analysis.to_json() + "\n"),
         (&args.markdown, analysis.to_markdown()),
     ] {
         if let Some(path) = path {

@@ -3,7 +3,7 @@
 use crate::speed::section::{Figure, Section, SummaryRow, batches};
 use anyhow::Context;
 use hwall_testkit::{ErrorStats, Sampler, SpeedErrorTable, time_batches, time_each};
-use hwall_texton::{Calibration, Encoding, LevelTable, ScanAngle};
+use hwall_texton::{Calibration, Encoding, Level, LevelTable, ScanAngle};
 
 /// Magnitude in the table's unit: of the planted surface, 1 to 4.9.
 const UNIT: &str = "of the range";
@@ -20,7 +20,11 @@ fn calibration(n: usize) -> anyhow::Result<Calibration> {
     for i in 0..n * n {
         let share = |i: usize| i as f64 / (n - 1) as f64;
         let (deg, speed) = (90.0 * share(i / n), 80.0 * share(i % n));
-        rows.push((ScanAngle::from_deg(deg)?, speed, planted(deg, speed)));
+        rows.push(Level {
+            scan: ScanAngle::from_deg(deg)?,
+            speed_mm_per_s: speed,
+            magnitude: planted(deg, speed),
+        });
     }
     Ok(Calibration::from_rows(rows)?)
 }

@@ -134,7 +134,7 @@ fn spheres(patch: &Patch) -> anyhow::Result<Row> {
     let timing = time_each(5, |_| {
         let mut meshes = Vec::new();
         for centre in patch.centres_mm() {
-            sphere(texton, centre, &mut meshes);
+            sphere(texton, centre.to_array(), &mut meshes);
         }
         meshes
     });
@@ -180,7 +180,7 @@ fn spheres(patch: &Patch) -> anyhow::Result<Row> {
 }
 
 fn sphere(texton: &Texton, [x, y]: [f64; 2], triangles: &mut Vec<[[f64; 3]; 3]>) {
-    let [a, b] = texton.radii_mm();
+    let [a, b] = texton.radii().to_array();
     let h = texton.height_mm();
     let rings = SEGMENTS / 2;
     let at = |ring: usize, i: usize| {

@@ -5,8 +5,8 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use hwall_testkit::{MarkdownTable, format_ns};
 use hwall_texton::{
-    ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, ScanAngle, StlFormat,
-    Tessellation, Texton, Texture,
+    ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, ScanAngle,
+    StlFormat, Tessellation, Texton, Texture, Tile, glam::DVec2,
 };
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -99,11 +99,14 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     let tiles = if request.by_tile {
         patch.tiles()
     } else {
-        vec![([0.0; 2], patch.clone())]
+        vec![Tile {
+            corner_mm: DVec2::ZERO,
+            patch: patch.clone(),
+        }]
     };
-    for (k, (corner, tile)) in tiles.iter().enumerate() {
+    for (k, Tile { corner_mm, patch }) in tiles.iter().enumerate() {
         if request.by_tile {
-            let [x, y] = corner;
+            let DVec2 { x, y } = corner_mm;
             writeln!(out, "\ntile {} at {x}, {y} mm", k + 1)?;
         }
         let name = |path: &Path| {
@@ -113,9 +116,9 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
                 path.to_owned()
             }
         };
-        mesh(request, tile, &ask, &name, out)?;
+        mesh(request, patch, &ask, &name, out)?;
         if let Some(path) = request.exr.as_deref().map(&name) {
-            let field = tile.height_field(request.pixel_mm)?;
+            let field = patch.height_field(request.pixel_mm)?;
             field.write_exr(&path)?;
             let normals = numbered(&path, "-normals");
             field.write_normal_exr(&normals)?;
@@ -173,21 +176,25 @@ fn texture(request: &Request) -> anyhow::Result<Texture> {
             };
             let [a, b, height, long_mm, short_mm] = parse(numbers).with_context(wanted)?;
             let layout = layout(request.grid, [long_mm, short_mm]);
-            return Ok(Texture::new(bump(request.shape, [a, b], height)?, layout)?);
+            let radii = Radii {
+                long_mm: a,
+                short_mm: b,
+            };
+            return Ok(Texture::new(bump(request.shape, radii, height)?, layout)?);
         }
     };
     let texton = preset.texton();
-    let texton = bump(request.shape, texton.radii_mm(), texton.height_mm())?;
+    let texton = bump(request.shape, texton.radii(), texton.height_mm())?;
     Ok(Texture::new(
         texton,
         layout(request.grid, preset.layout().pitch_mm()),
     )?)
 }
 
-fn bump(shape: Shape, radii_mm: [f64; 2], height_mm: f64) -> anyhow::Result<Texton> {
+fn bump(shape: Shape, radii: Radii, height_mm: f64) -> anyhow::Result<Texton> {
     Ok(match shape {
-        Shape::Ellipsoid => Texton::hemiellipsoid(radii_mm, height_mm)?,
-        Shape::Cone => Texton::truncated_cone(radii_mm, height_mm)?,
+        Shape::Ellipsoid => Texton::hemiellipsoid(radii, height_mm)?,
+        Shape::Cone => Texton::truncated_cone(radii, height_mm)?,
     })
 }
 
@@ -226,7 +233,7 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
     let holes = request.holes.iter().map(|text| {
         let [x, y, diameter_mm] = parse(text).context("--hole")?;
         Ok(MountingHole {
-            centre_mm: [x, y],
+            centre_mm: DVec2::new(x, y),
             diameter_mm,
         })
     });
@@ -243,7 +250,7 @@ fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
 
 fn describe(patch: &Patch, out: &mut impl Write) -> anyhow::Result<()> {
     let texture = patch.texture();
-    let [a, b] = texture.texton().radii_mm();
+    let [a, b] = texture.texton().radii().to_array();
     let [long, short] = texture.layout().pitch_mm();
     let [x, y] = patch.spec().size_mm;
     writeln!(

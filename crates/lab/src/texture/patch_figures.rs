@@ -22,7 +22,7 @@ const MARGIN: u32 = 12;
 pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     let size = patch.spec().size_mm;
     let part = [0, 1].map(|i| size[i].min(PART_MM[i]));
-    let [a, b] = patch.texture().texton().radii_mm();
+    let [a, b] = patch.texture().texton().radii().to_array();
     let height = patch.texture().texton().height_mm();
     let plate = patch.spec().plate_mm;
     // Small patches are drawn larger, so that the title fits.
@@ -61,6 +61,7 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
         .map_err(plot_error)?;
     let seen: Vec<[f64; 2]> = patch
         .centres_mm()
+        .map(|c| c.to_array())
         .filter(|c| c[0] - a < part[0] && c[1] - b < part[1])
         .collect();
     let outlines = seen.iter().map(|[x, y]| {
@@ -80,7 +81,7 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     let rings = holes.map(|h| {
         let radius = (0.5 * h.diameter_mm * scale) as i32;
         Circle::new(
-            (h.centre_mm[0], h.centre_mm[1]),
+            (h.centre_mm.x, h.centre_mm.y),
             radius,
             COLOURS[1].stroke_width(2),
         )
@@ -117,7 +118,7 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     let steps = (part[0] / 0.02) as usize;
     let mut cut: Vec<(f64, f64)> = (0..=steps)
         .map(|i| part[0] * i as f64 / steps as f64)
-        .map(|x| (x, patch.height_at_mm([x, row]).unwrap_or(-plate)))
+        .map(|x| (x, patch.height_at_mm([x, row].into()).unwrap_or(-plate)))
         .collect();
     cut.push((part[0], -plate));
     cut.push((0.0, -plate));

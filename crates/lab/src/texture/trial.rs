@@ -158,7 +158,7 @@ pub fn run(
     let reach = motion.limit_stroke(&trial.level, |place, roll_rad| {
         matches!(probe.set_target(&target(place, roll_rad, 0.0)), Ok(None))
     });
-    if reach[0] < 0.03 {
+    if reach.against_m < 0.03 {
         return Ok(None);
     }
     let mut servo = ServoArm::new(arm, goal, servo)?;

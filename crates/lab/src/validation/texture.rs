@@ -4,7 +4,9 @@
 use crate::texture::trial;
 use anyhow::Context;
 use hwall_testkit::MarkdownTable;
-use hwall_texton::{OrderScore, ScanAngle, StudyOrder, Texture, roughness_models, score_order};
+use hwall_texton::{
+    OrderScore, ScanAngle, StudyOrder, Tally, Texture, roughness_models, score_order,
+};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -80,7 +82,7 @@ pub fn section(folder: &Path, seed: u64) -> anyhow::Result<String> {
 }
 
 fn row(score: &OrderScore) -> Vec<String> {
-    let of = |[right, all]: [usize; 2]| format!("{right} of {all}");
+    let of = |tally: Tally| format!("{} of {}", tally.hits, tally.of);
     let which = match (score.reproduces_orientation(), score.reproduces_speed()) {
         (true, true) => "yes",
         (true, false) => "orientation only",

@@ -1,18 +1,11 @@
 //! Reference files beside the workspace.
 
 use serde_json::Value;
-use std::path::Path;
 
-/// A table of the reference, or `None` with a message where there is none.
+/// A table of the reference; `None` where it is absent, which a visible line says.
 pub(crate) fn shared_csv(name: &str) -> Option<String> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/reference/psychophysics")
-        .join(name);
-    let text = std::fs::read_to_string(path).ok();
-    if text.is_none() {
-        println!("skipped: no {name}");
-    }
-    text
+    let path = hwall_testkit::shared(&format!("reference/psychophysics/{name}"))?;
+    Some(std::fs::read_to_string(path).expect("a readable file"))
 }
 
 /// Numbers of the reference.

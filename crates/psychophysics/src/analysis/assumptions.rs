@@ -1,0 +1,155 @@
+//! Check of what the tests assume: normal residuals, symmetric and continuous values.
+
+use super::anova::{Effect, ErrorModel};
+use crate::samples::{ShapiroWilk, shapiro_wilk, tie_sizes};
+use crate::study::Study;
+
+/// Skewness of the residuals, of either sign, above which aligned ranks are not reliable.
+const MOST_SKEWED: f64 = 1.0;
+/// Probability that two values are equal above which they count as discrete: that of 20 equally
+/// frequent values.
+const MOST_TIED: f64 = 0.05;
+/// p below which normality and sphericity are doubted.
+const DOUBT: f64 = 0.05;
+
+/// Something that a reader of the results should know.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Warning {
+    /// Residuals are skewed: aligned ranks find effects that are not there (Luepsen 2017, Tsandilas
+    /// and Casiez 2024). Logarithms or the geometric normalisation help estimates of magnitude.
+    Skewed {
+        /// Third standardised moment of the residuals.
+        skewness: f64,
+    },
+    /// Few different values: aligned ranks find effects that are not there.
+    Discrete {
+        /// Different values.
+        distinct: usize,
+        /// All values.
+        values: usize,
+        /// Probability that two values are equal.
+        tied: f64,
+    },
+    /// Residuals are not normal; F is robust to that, its p less so.
+    NotNormal {
+        /// Of Shapiro and Wilk's test.
+        p: f64,
+    },
+    /// Mauchly's test rejects sphericity of an effect: read `p_gg` or `p_hf`, not `p`.
+    NotSpherical {
+        /// The effect.
+        effect: String,
+        /// Of Mauchly's test.
+        p: f64,
+        /// Greenhouse and Geisser's ε.
+        gg: f64,
+    },
+    /// Effects are tested against pooled errors although their own errors differ in size: subjects
+    /// differ in their effects, so p values are too small for the larger ones.
+    PooledUnequal {
+        /// Largest over smallest mean square of the errors pooled.
+        ratio: f64,
+    },
+}
+
+/// Diagnostics of a study.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Assumptions {
+    /// Normality of the residuals; `None` where there are none, or above 5000.
+    pub normality: Option<ShapiroWilk>,
+    /// Third standardised moment of the residuals; `None` where they are all zero.
+    pub skewness: Option<f64>,
+    /// Different values.
+    pub distinct: usize,
+    /// Probability that two values, drawn without replacement, are equal.
+    pub tied: f64,
+}
+
+impl Assumptions {
+    /// Of the residuals `y − ȳ_cell − ȳ_subject + ȳ` within groups, and of ties among the answers as
+    /// `given`: before those of each subject were scaled, which makes equal answers differ. Without scaling
+    /// both are the same study.
+    #[must_use]
+    pub fn of(study: &Study, given: &Study) -> Self {
+        let residuals = residuals(study);
+        let n = residuals.len() as f64;
+        let moment = |k: i32| residuals.iter().map(|r| r.powi(k)).sum::<f64>() / n;
+        let largest = study.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let variance = moment(2);
+        let varies = variance > (8.0 * f64::EPSILON * largest).powi(2);
+        let ties = tie_sizes(given.values());
+        let pairs: f64 = ties.iter().map(|&t| (t * (t - 1)) as f64).sum();
+        Self {
+            normality: varies.then(|| shapiro_wilk(&residuals)).flatten(),
+            skewness: varies.then(|| moment(3) / variance.powf(1.5)),
+            distinct: ties.len(),
+            tied: pairs / (n * (n - 1.0)),
+        }
+    }
+
+    /// Warnings about aligned ranks, of which the type I errors then increase.
+    pub(super) fn against_aligned_ranks(&self, values: usize) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        if let Some(skewness) = self.skewness.filter(|s| s.abs() > MOST_SKEWED) {
+            warnings.push(Warning::Skewed { skewness });
+        }
+        if self.tied > MOST_TIED {
+            warnings.push(Warning::Discrete {
+                distinct: self.distinct,
+                values,
+                tied: self.tied,
+            });
+        }
+        warnings
+    }
+
+    /// Warnings about the analysis of variance with the error models of `effects`.
+    pub(super) fn against_anova(&self, effects: &[Effect]) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        if let Some(test) = self.normality.filter(|t| t.p < DOUBT) {
+            warnings.push(Warning::NotNormal { p: test.p });
+        }
+        let strata = || effects.iter().filter(|e| e.errors == ErrorModel::Strata);
+        for effect in strata() {
+            if let (Some(m), Some(gg)) = (effect.mauchly.filter(|m| m.p < DOUBT), effect.gg) {
+                let effect = effect.name.clone();
+                warnings.push(Warning::NotSpherical { effect, p: m.p, gg });
+            }
+        }
+        warnings
+    }
+}
+
+/// A warning if the errors that were pooled differ in size; from the same study tested in strata.
+pub(super) fn pooled_unequal(strata: &[Effect]) -> Option<Warning> {
+    let within = strata.iter().filter(|e| e.gg.is_some());
+    let squares: Vec<f64> = within.map(|e| e.ss_error / e.df2 as f64).collect();
+    let largest = squares.iter().copied().fold(0.0, f64::max);
+    let smallest = squares.iter().copied().fold(f64::INFINITY, f64::min);
+    let ratio = largest / smallest;
+    (squares.len() > 1 && ratio > 2.0 && ratio.is_finite())
+        .then_some(Warning::PooledUnequal { ratio })
+}
+
+/// Values without the means of cells and subjects.
+fn residuals(study: &Study) -> Vec<f64> {
+    let cells = study.cells();
+    let sizes = study.group_sizes();
+    let mut cell_means = vec![0.0; cells * sizes.len()];
+    for (subject, row) in study.rows().enumerate() {
+        let group = study.group_of(subject);
+        for (mean, v) in cell_means[group * cells..].iter_mut().zip(row) {
+            *mean += v / sizes[group] as f64;
+        }
+    }
+    let rows = study.rows().enumerate();
+    rows.flat_map(|(subject, row)| {
+        let means = &cell_means[study.group_of(subject) * cells..][..cells];
+        let off = row.iter().zip(means).map(|(v, m)| v - m);
+        let own = off.clone().sum::<f64>() / cells as f64;
+        off.map(move |v| v - own).collect::<Vec<_>>()
+    })
+    .collect()
+}

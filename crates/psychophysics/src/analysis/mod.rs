@@ -1,0 +1,23 @@
+//! Analysis of a study: means, variance, ranks, pairs of levels, and what the tests assume.
+
+mod analyse;
+mod anova;
+mod art;
+mod assumptions;
+mod contrasts;
+mod means;
+mod posthoc;
+mod ratio;
+mod sphericity;
+
+pub use analyse::{Analysis, AnalysisConfig, DesignSummary, FactorSummary, analyse};
+pub use anova::{Effect, ErrorModel, anova};
+pub use art::{ArtEffect, aligned_rank_transform};
+pub use assumptions::{Assumptions, Warning};
+pub use means::{CellMean, cell_means};
+pub use posthoc::{Adjustment, Comparison, PairTest, art_contrasts, pairwise};
+pub use ratio::Ratio;
+pub use sphericity::Mauchly;
+
+pub(crate) use anova::Design;
+pub(crate) use art::Aligner;

@@ -1,0 +1,168 @@
+//! The order of the conditions for each subject.
+
+use super::latin::balanced_latin_square;
+use super::random::generator;
+use crate::error::PsychophysicsError;
+use crate::study::{Factor, count_cells};
+use hwall_numeric::check::that;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64;
+use std::io::Write;
+
+/// Trials of a schedule, at most: far more than any study has.
+const MOST_TRIALS: usize = 100_000_000;
+
+/// Columns that every session script has before its factors.
+const COLUMNS: [&str; 4] = ["subject", "round", "trial", "condition"];
+
+/// How the conditions of a round are ordered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum TrialOrder {
+    /// Every round is a random order of all conditions; no condition comes twice in a row, also across
+    /// rounds.
+    #[default]
+    RandomisedBlocks,
+    /// Rows of a balanced Latin square, one after the other over subjects and rounds.
+    BalancedLatinSquare,
+}
+
+/// The plan of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// Factors, all within subjects; their combinations are the conditions.
+    pub factors: Vec<Factor>,
+    /// Subjects.
+    pub subjects: usize,
+    /// How often every subject meets every condition.
+    pub rounds: usize,
+    /// Order within rounds.
+    pub order: TrialOrder,
+    /// Seed of random orders. The order of a subject depends only on it and on the subject's number.
+    pub seed: u64,
+}
+
+/// One trial of a [`Schedule`]; all counts from 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScheduledTrial {
+    /// Who.
+    pub subject: usize,
+    /// Which repetition.
+    pub round: usize,
+    /// Place in the round.
+    pub place: usize,
+    /// Combination of levels, the last factor fastest.
+    pub condition: usize,
+}
+
+impl Schedule {
+    /// Number of conditions.
+    #[must_use]
+    pub fn conditions(&self) -> usize {
+        count_cells(&self.factors)
+    }
+
+    /// All trials: subject by subject, in order.
+    ///
+    /// # Errors
+    /// No factor, level, subject or round; more than 1e8 trials, or than 2000 conditions in a Latin
+    /// square; a factor with the name of another or of a column of the script.
+    pub fn trials(&self) -> Result<Vec<ScheduledTrial>, PsychophysicsError> {
+        for (what, count) in [
+            ("factors", self.factors.len()),
+            ("conditions", self.conditions()),
+            ("subjects", self.subjects),
+            ("rounds", self.rounds),
+        ] {
+            let value = count as f64;
+            that(count > 0, what, value, "at least 1")?;
+        }
+        for (place, factor) in self.factors.iter().enumerate() {
+            let name = factor.name.trim();
+            let taken = COLUMNS.iter().any(|c| c.eq_ignore_ascii_case(name));
+            if taken || self.factors[..place].iter().any(|f| f.name.trim() == name) {
+                let factor = factor.name.clone();
+                return Err(PsychophysicsError::ColumnTaken { factor });
+            }
+        }
+        let all = [self.rounds, self.conditions()];
+        let all = all.into_iter().fold(self.subjects, usize::saturating_mul);
+        that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e8")?;
+        let square = match self.order {
+            TrialOrder::RandomisedBlocks => Vec::new(),
+            TrialOrder::BalancedLatinSquare => balanced_latin_square(self.conditions())?,
+        };
+        let mut trials = Vec::with_capacity(all);
+        for subject in 0..self.subjects {
+            let mut numbers = generator(self.seed, subject);
+            let mut order: Vec<usize> = (0..self.conditions()).collect();
+            for round in 0..self.rounds {
+                if square.is_empty() {
+                    shuffle(&mut order, round > 0, &mut numbers);
+                } else {
+                    order.clone_from(&square[(subject * self.rounds + round) % square.len()]);
+                }
+                let places = order.iter().enumerate();
+                trials.extend(places.map(|(place, &condition)| ScheduledTrial {
+                    subject,
+                    round,
+                    place,
+                    condition,
+                }));
+            }
+        }
+        Ok(trials)
+    }
+
+    /// Level of every factor in a condition; `None` unless it is one of [`Schedule::conditions`].
+    #[must_use]
+    pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
+        if condition >= self.conditions() {
+            return None;
+        }
+        let mut levels: Vec<&str> = Vec::with_capacity(self.factors.len());
+        for factor in self.factors.iter().rev() {
+            levels.push(&factor.levels[condition % factor.levels.len()]);
+            condition /= factor.levels.len();
+        }
+        levels.reverse();
+        Some(levels)
+    }
+
+    /// The session script as CSV: `subject,round,trial,condition` from 1, then the factors.
+    ///
+    /// With a column of answers it is a table that [`Study`](crate::study::Study) reads.
+    ///
+    /// # Errors
+    /// As [`Schedule::trials`]', and an output that cannot be written.
+    pub fn write_csv(&self, output: impl Write) -> Result<(), PsychophysicsError> {
+        let trials = self.trials()?;
+        let mut writer = csv::Writer::from_writer(output);
+        let write = |writer: &mut csv::Writer<_>, row: Vec<String>| writer.write_record(row);
+        let header = COLUMNS.map(str::to_owned);
+        let names = self.factors.iter().map(|f| f.name.clone());
+        write(&mut writer, header.into_iter().chain(names).collect()).map_err(not_written)?;
+        for trial in &trials {
+            let place = trial.round * self.conditions() + trial.place;
+            let counts = [trial.subject, trial.round, place, trial.condition];
+            let counts = counts.into_iter().map(|c| (c + 1).to_string());
+            let levels = self.levels(trial.condition).into_iter().flatten();
+            let levels = levels.map(str::to_owned);
+            write(&mut writer, counts.chain(levels).collect()).map_err(not_written)?;
+        }
+        writer.flush().map_err(|error| not_written(error.into()))
+    }
+}
+
+/// A random order; if it follows another, its first is not the last of that one.
+fn shuffle(order: &mut [usize], follows: bool, generator: &mut Pcg64) {
+    let last = order.last().copied();
+    order.shuffle(generator);
+    while follows && order.len() > 1 && order.first().copied() == last {
+        order.shuffle(generator);
+    }
+}
+
+fn not_written(error: csv::Error) -> PsychophysicsError {
+    PsychophysicsError::io("session script", &error.into())
+}

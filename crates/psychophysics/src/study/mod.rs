@@ -1,0 +1,15 @@
+//! A complete study: its factors and values, read from a table, brought to one scale.
+
+mod complete;
+mod factor;
+mod lines;
+mod normalise;
+mod table;
+
+pub use complete::Study;
+pub use factor::{Factor, Groups, MOST_FACTORS};
+pub use normalise::Normalisation;
+pub use table::Columns;
+
+pub(crate) use complete::{LEAST_SIZE, MOST_SIZE};
+pub(crate) use factor::count_cells;

@@ -1,0 +1,369 @@
+//! Reading a study from a long table: one row per trial, columns by name.
+
+use super::complete::{MOST_SIZE, Study, StudyParts, TrialAnswer};
+use super::factor::{Factor, Groups};
+use super::lines::LineCounter;
+use crate::error::PsychophysicsError;
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+
+/// Roles of the columns of a long table.
+///
+/// A name is looked up as written, then regardless of case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    /// Who answered.
+    pub subject: String,
+    /// Factors that vary within subjects, slowest first.
+    pub within: Vec<String>,
+    /// Factor that varies between subjects only.
+    pub between: Option<String>,
+    /// Columns that number repeated trials, which are averaged.
+    pub rounds: Vec<String>,
+    /// The answer.
+    pub value: String,
+}
+
+impl Columns {
+    /// Columns of subjects, factors within subjects and answers, without groups and rounds.
+    pub fn new<F: Into<String>>(
+        subject: impl Into<String>,
+        within: impl IntoIterator<Item = F>,
+        value: impl Into<String>,
+    ) -> Self {
+        Self {
+            subject: subject.into(),
+            within: within.into_iter().map(Into::into).collect(),
+            between: None,
+            rounds: Vec::new(),
+            value: value.into(),
+        }
+    }
+
+    /// The same with a factor between subjects.
+    #[must_use]
+    pub fn with_between(mut self, factor: impl Into<String>) -> Self {
+        self.between = Some(factor.into());
+        self
+    }
+
+    /// The same with a column of rounds.
+    #[must_use]
+    pub fn with_round(mut self, column: impl Into<String>) -> Self {
+        self.rounds.push(column.into());
+        self
+    }
+}
+
+/// Cells of one row, by role.
+struct Trial {
+    line: u64,
+    subject: String,
+    group: String,
+    levels: Vec<String>,
+    round: Vec<String>,
+    value: f64,
+}
+
+impl Study {
+    /// Reads a long table from CSV text: a header line, then one row per trial.
+    ///
+    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells are ignored. Trials
+    /// that differ only in their round are averaged (arithmetic mean).
+    ///
+    /// # Errors
+    /// Missing, double or empty cells and cells that are not numbers, with line and column.
+    pub fn from_csv_str(text: &str, columns: &Columns) -> Result<Self, PsychophysicsError> {
+        Self::read_csv(text.as_bytes(), columns)
+    }
+
+    /// Reads a file as [`Study::from_csv_str`] reads text.
+    ///
+    /// # Errors
+    /// As there, and a file that cannot be read.
+    pub fn from_csv_path(
+        path: impl AsRef<Path>,
+        columns: &Columns,
+    ) -> Result<Self, PsychophysicsError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path);
+        let bytes =
+            bytes.map_err(|error| PsychophysicsError::io(path.display().to_string(), &error))?;
+        Self::read_csv(bytes.as_slice(), columns)
+    }
+
+    /// Reads a stream as [`Study::from_csv_str`] reads text.
+    ///
+    /// # Errors
+    /// As there, and a stream that cannot be read.
+    pub fn read_csv(source: impl Read, columns: &Columns) -> Result<Self, PsychophysicsError> {
+        assemble(read_trials(source, columns)?, columns)
+    }
+}
+
+fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
+    let mut bytes = Vec::new();
+    source
+        .read_to_end(&mut bytes)
+        .map_err(|error| PsychophysicsError::io("table", &error))?;
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let mut lines = LineCounter::of(text);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(text);
+    let header: Vec<String> = reader
+        .headers()
+        .map_err(|error| lines.refused(&error))?
+        .iter()
+        .map(|cell| cell.to_owned())
+        .collect();
+    if header.iter().all(String::is_empty) {
+        return Err(PsychophysicsError::NoHeader);
+    }
+    if let [only] = header.as_slice()
+        && let Some(found) = only.chars().find(|c| matches!(c, ';' | '\t' | '|'))
+    {
+        let header = only.clone();
+        return Err(PsychophysicsError::Delimiter { header, found });
+    }
+    let mut taken = vec![false; header.len()];
+    let mut take = |column: &String| {
+        let place = find(&header, column)?;
+        if std::mem::replace(&mut taken[place], true) {
+            let column = column.clone();
+            return Err(PsychophysicsError::ColumnTwice { column });
+        }
+        Ok(place)
+    };
+    let subject_at = take(&columns.subject)?;
+    let within_at = columns.within.iter().map(&mut take);
+    let within_at: Vec<usize> = within_at.collect::<Result<_, _>>()?;
+    let between_at = columns.between.as_ref().map(&mut take).transpose()?;
+    let rounds_at = columns.rounds.iter().map(&mut take);
+    let rounds_at: Vec<usize> = rounds_at.collect::<Result<_, _>>()?;
+    let value_at = take(&columns.value)?;
+    let mut trials = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| lines.refused(&error))?;
+        let line = lines.at(record.position());
+        let key = |&place: &usize| {
+            if record[place].is_empty() {
+                let column = header[place].clone();
+                return Err(PsychophysicsError::EmptyCell { line, column });
+            }
+            Ok(record[place].to_owned())
+        };
+        let subject = key(&subject_at)?;
+        let levels = within_at.iter().map(key).collect::<Result<_, _>>()?;
+        let group = between_at.as_ref().map(key).transpose()?;
+        let round = rounds_at.iter().map(key).collect::<Result<_, _>>()?;
+        let text = &record[value_at];
+        let value = text.parse().ok().filter(|v: &f64| v.is_finite());
+        let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
+            line,
+            column: header[value_at].clone(),
+            text: text.to_owned(),
+        })?;
+        // Checked here, as the mean over rounds has no line.
+        if value.abs() > MOST_SIZE {
+            return Err(PsychophysicsError::Scale { line, value });
+        }
+        trials.push(Trial {
+            line,
+            subject,
+            group: group.unwrap_or_default(),
+            levels,
+            round,
+            value,
+        });
+    }
+    if trials.is_empty() {
+        return Err(PsychophysicsError::NoRows);
+    }
+    Ok(trials)
+}
+
+fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
+    let places = |same: &dyn Fn(&str) -> bool| -> Vec<usize> {
+        (0..header.len()).filter(|&i| same(&header[i])).collect()
+    };
+    let mut found = places(&|h| h == column);
+    if found.is_empty() {
+        let lower = column.trim().to_lowercase();
+        found = places(&|h| h.to_lowercase() == lower);
+    }
+    match found.as_slice() {
+        [place] => Ok(*place),
+        [] => Err(PsychophysicsError::UnknownColumn {
+            column: column.to_owned(),
+            header: header.join(","),
+        }),
+        several => Err(PsychophysicsError::AmbiguousColumn {
+            column: column.to_owned(),
+            count: several.len(),
+        }),
+    }
+}
+
+/// Levels of a column in order, and the place of each text among them.
+struct Levels {
+    names: Vec<String>,
+    place: HashMap<String, usize>,
+}
+
+impl Levels {
+    /// In order of size if all are numbers, where `0` and `0.0` are the same level; else as they appear.
+    fn ordered<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
+        let appeared = Self::appeared(texts);
+        let number = |l: &String| l.parse().ok().filter(|v: &f64| v.is_finite());
+        let numbers: Option<Vec<f64>> = appeared.names.iter().map(number).collect();
+        let Some(numbers) = numbers else {
+            return appeared;
+        };
+        let mut order: Vec<usize> = (0..numbers.len()).collect();
+        order.sort_by(|&a, &b| numbers[a].total_cmp(&numbers[b]));
+        let mut names: Vec<String> = Vec::new();
+        let mut place = HashMap::new();
+        let mut last = None;
+        for i in order {
+            if last != Some(numbers[i]) {
+                names.push(appeared.names[i].clone());
+            }
+            last = Some(numbers[i]);
+            place.insert(appeared.names[i].clone(), names.len() - 1);
+        }
+        Self { names, place }
+    }
+
+    /// In order of first appearance.
+    fn appeared<'a>(texts: impl Iterator<Item = &'a String>) -> Self {
+        let mut names: Vec<String> = Vec::new();
+        let mut place = HashMap::new();
+        for text in texts {
+            if !place.contains_key(text) {
+                place.insert(text.clone(), names.len());
+                names.push(text.clone());
+            }
+        }
+        Self { names, place }
+    }
+
+    fn len(&self) -> usize {
+        self.names.len()
+    }
+}
+
+fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, PsychophysicsError> {
+    let subjects = Levels::appeared(trials.iter().map(|t| &t.subject));
+    let level = |f: usize| Levels::ordered(trials.iter().map(move |t| &t.levels[f]));
+    let levels: Vec<Levels> = (0..columns.within.len()).map(level).collect();
+    let round = |r: usize| Levels::ordered(trials.iter().map(move |t| &t.round[r]));
+    let rounds: Vec<Levels> = (0..columns.rounds.len()).map(round).collect();
+    let between = columns.between.as_ref();
+    let between = between.map(|name| groups(name, &trials, &subjects));
+    let between = between.transpose()?;
+
+    // Every answer has a slot: subject, then factors, then rounds. A factor with many different values
+    // would need more slots than fit in memory, so only those taken are stored.
+    let axes: Vec<&Levels> = levels.iter().chain(&rounds).collect();
+    let names: Vec<&String> = columns.within.iter().chain(&columns.rounds).collect();
+    let slots = axes.iter().map(|a| a.len() as u128);
+    let each = slots.fold(1_u128, u128::saturating_mul);
+    let mut taken: HashMap<u128, TrialAnswer> = HashMap::with_capacity(trials.len());
+    for trial in &trials {
+        let keys = trial.levels.iter().chain(&trial.round);
+        let mut slot = subjects.place[&trial.subject] as u128;
+        for (axis, key) in axes.iter().zip(keys) {
+            slot = slot.saturating_mul(axis.len() as u128);
+            slot = slot.saturating_add(axis.place[key] as u128);
+        }
+        let answer = TrialAnswer {
+            value: trial.value,
+            line: trial.line,
+        };
+        if let Some(first) = taken.insert(slot, answer) {
+            return Err(PsychophysicsError::Duplicate {
+                line: trial.line,
+                first_line: first.line,
+                subject: trial.subject.clone(),
+                cell: words(&names, &axes, slot % each),
+                rounds: !rounds.is_empty(),
+            });
+        }
+    }
+    let wanted = each.saturating_mul(subjects.len() as u128);
+    let missing = wanted.saturating_sub(taken.len() as u128);
+    let first = (0..wanted).find(|slot| !taken.contains_key(slot));
+    if let Some(first) = first {
+        return Err(PsychophysicsError::MissingCell {
+            subject: subjects.names[(first / each) as usize].clone(),
+            cell: words(&names, &axes, first % each),
+            missing: missing.try_into().unwrap_or(usize::MAX),
+        });
+    }
+    let slots: Vec<TrialAnswer> = (0..wanted).map(|slot| taken[&slot]).collect();
+    let per_cell: usize = rounds.iter().map(Levels::len).product();
+    let cells = slots.chunks_exact(per_cell);
+    let (values, least) = cells
+        .map(|trials| {
+            let sum: f64 = trials.iter().map(|t| t.value).sum();
+            let mut least = TrialAnswer {
+                value: f64::INFINITY,
+                line: 0,
+            };
+            for &trial in trials {
+                if trial.value < least.value {
+                    least = trial;
+                }
+            }
+            (sum / per_cell as f64, least)
+        })
+        .unzip();
+    let factor = |(name, levels): (&String, Levels)| Factor::new(name, levels.names);
+    Study::from_parts(StudyParts {
+        subjects: subjects.names,
+        within: columns.within.iter().zip(levels).map(factor).collect(),
+        between,
+        values,
+        rounds: per_cell,
+        least,
+        value_name: columns.value.clone(),
+    })
+}
+
+fn words(names: &[&String], axes: &[&Levels], mut index: u128) -> String {
+    let mut words = Vec::new();
+    for (name, axis) in names.iter().zip(axes).rev() {
+        let count = axis.len() as u128;
+        words.push(format!("{name}={}", axis.names[(index % count) as usize]));
+        index /= count;
+    }
+    words.reverse();
+    words.join(", ")
+}
+
+fn groups(name: &str, trials: &[Trial], subjects: &Levels) -> Result<Groups, PsychophysicsError> {
+    let levels = Levels::ordered(trials.iter().map(|t| &t.group));
+    let mut seen: Vec<Option<(usize, u64)>> = vec![None; subjects.len()];
+    for trial in trials {
+        let group = levels.place[&trial.group];
+        match &mut seen[subjects.place[&trial.subject]] {
+            Some((first, first_line)) if *first != group => {
+                return Err(PsychophysicsError::SubjectInTwoGroups {
+                    line: trial.line,
+                    first_line: *first_line,
+                    subject: trial.subject.clone(),
+                    factor: name.to_owned(),
+                    group: trial.group.clone(),
+                });
+            }
+            Some(_) => {}
+            empty => *empty = Some((group, trial.line)),
+        }
+    }
+    Ok(Groups {
+        factor: Factor::new(name, levels.names),
+        of_subject: seen.into_iter().flatten().map(|(g, _)| g).collect(),
+    })
+}

@@ -1,0 +1,426 @@
+//! How rough people found orientations and speeds, and which of these give a wanted roughness.
+
+use super::calibration_csv;
+use super::isotonic::isotonic_grid;
+use super::level::Level;
+use crate::error::TextonError;
+use crate::geometry::ScanAngle;
+use hwall_numeric::check::{finite, non_negative};
+use spade::{
+    DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, NaturalNeighbor, Point2,
+    Triangulation,
+};
+use std::io::Read;
+
+/// A condition of the study and its mean magnitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibrationNode {
+    /// Angle between scan and long axis.
+    pub scan: ScanAngle,
+    /// Speed of the board, mm/s.
+    pub speed_mm_per_s: f64,
+    /// Mean magnitude, in the study's own scale.
+    pub magnitude: f64,
+    /// Number of rows averaged.
+    pub rows: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Vertex {
+    at: Point2<f64>,
+    magnitude: f64,
+}
+
+impl HasPosition for Vertex {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+/// Least orientation (degrees) and speed (mm/s) of the nodes, and their ranges.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    least: [f64; 2],
+    range: [f64; 2],
+}
+
+impl Scale {
+    /// The point of the mesh for an orientation and a speed.
+    fn point(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Point2<f64> {
+        Point2::new(
+            (scan.deg() - self.least[0]) / self.range[0],
+            (speed_mm_per_s - self.least[1]) / self.range[1],
+        )
+    }
+}
+
+type Mesh = DelaunayTriangulation<Vertex, (), (), (), LastUsedVertexHintGenerator>;
+type Neighbours<'a> = NaturalNeighbor<'a, Mesh>;
+
+/// A table from orientation and speed to magnitude, interpolated between its nodes and inverted.
+///
+/// Orientation and speed are scaled by their ranges, then interpolated by natural neighbours (Sibson):
+/// exact at the nodes, exact for magnitudes that are linear in both, linear along the border,
+/// continuous, and never outside the range of the surrounding nodes. Undefined outside the convex hull of the
+/// nodes.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// Sorted by orientation, then speed.
+    nodes: Vec<CalibrationNode>,
+    mesh: Mesh,
+    scale: Scale,
+}
+
+/// In units of the ranges: a point this close to a node or to the border is on it.
+const ON: f64 = 1e-9;
+/// Equal steps in which a crossing is looked for between two neighbouring nodes.
+const PIECES: usize = 16;
+
+impl Calibration {
+    /// From conditions and magnitudes in any order; the magnitudes of one condition are averaged.
+    ///
+    /// # Errors
+    /// A number that is not finite, a negative speed, or conditions that do not span an area.
+    pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self, TextonError> {
+        let mut table: Vec<Level> = rows.into_iter().collect();
+        for row in &table {
+            non_negative("speed_mm_per_s", row.speed_mm_per_s)?;
+            finite("magnitude", row.magnitude)?;
+        }
+        table.sort_by(|a, b| {
+            let by_orientation = a.scan.rad().total_cmp(&b.scan.rad());
+            by_orientation.then(a.speed_mm_per_s.total_cmp(&b.speed_mm_per_s))
+        });
+        let same = |a: &Level, b: &Level| a.scan == b.scan && a.speed_mm_per_s == b.speed_mm_per_s;
+        let nodes = table.chunk_by(same).map(|rows| CalibrationNode {
+            scan: rows[0].scan,
+            speed_mm_per_s: rows[0].speed_mm_per_s,
+            magnitude: rows.iter().map(|row| row.magnitude).sum::<f64>() / rows.len() as f64,
+            rows: rows.len(),
+        });
+        Self::from_nodes(nodes.collect())
+    }
+
+    /// From a CSV with a header that names at least `orientation_deg`, `velocity_mm_s` and `value`, in any
+    /// order; rows in any order, those of one condition (participants, rounds) averaged.
+    ///
+    /// # Errors
+    /// A missing column; a line that cannot be read, with its number; as [`Calibration::from_rows`].
+    pub fn from_csv(csv: impl Read) -> Result<Self, TextonError> {
+        Self::from_rows(calibration_csv::read(csv)?)
+    }
+
+    fn from_nodes(nodes: Vec<CalibrationNode>) -> Result<Self, TextonError> {
+        let flat = TextonError::NoArea { nodes: nodes.len() };
+        let bounds = |of: fn(&CalibrationNode) -> f64| {
+            let values = nodes.iter().map(of);
+            let least = values.clone().fold(f64::INFINITY, f64::min);
+            (least, values.fold(f64::NEG_INFINITY, f64::max) - least)
+        };
+        let (least_deg, range_deg) = bounds(|node| node.scan.deg());
+        let (least_speed, range_speed) = bounds(|node| node.speed_mm_per_s);
+        if !(range_deg > 0.0 && range_speed > 0.0) {
+            return Err(flat);
+        }
+        let scale = Scale {
+            least: [least_deg, least_speed],
+            range: [range_deg, range_speed],
+        };
+        let vertices = nodes.iter().map(|node| Vertex {
+            at: scale.point(node.scan, node.speed_mm_per_s),
+            magnitude: node.magnitude,
+        });
+        let mesh = Mesh::bulk_load_stable(vertices.collect()).map_err(|_| flat.clone())?;
+        if mesh.num_inner_faces() == 0 {
+            return Err(flat);
+        }
+        Ok(Self { nodes, mesh, scale })
+    }
+
+    /// The conditions, sorted by orientation, then speed.
+    #[must_use]
+    pub fn nodes(&self) -> &[CalibrationNode] {
+        &self.nodes
+    }
+
+    /// The conditions as levels to choose from.
+    #[must_use]
+    pub fn levels(&self) -> Vec<Level> {
+        let level = |node: &CalibrationNode| Level {
+            scan: node.scan,
+            speed_mm_per_s: node.speed_mm_per_s,
+            magnitude: node.magnitude,
+        };
+        self.nodes.iter().map(level).collect()
+    }
+
+    /// The magnitude of an orientation and a speed.
+    ///
+    /// # Errors
+    /// A speed that is not finite; a point outside the hull of the nodes.
+    pub fn magnitude(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Result<f64, TextonError> {
+        finite("speed_mm_per_s", speed_mm_per_s)?;
+        self.interpolate(&self.mesh.natural_neighbor(), scan, speed_mm_per_s)
+            .ok_or(TextonError::OutsideCalibration {
+                orientation_deg: scan.deg(),
+                speed_mm_per_s,
+            })
+    }
+
+    /// The least orientation that has this magnitude at a speed.
+    ///
+    /// Error: 1e-12 of the range of orientations.
+    ///
+    /// # Errors
+    /// A magnitude that no orientation has at this speed, with the range of those that occur; a speed outside the
+    /// calibrated ones of every orientation, reported with the least orientation.
+    pub fn orientation_for(
+        &self,
+        magnitude: f64,
+        speed_mm_per_s: f64,
+    ) -> Result<ScanAngle, TextonError> {
+        finite("speed_mm_per_s", speed_mm_per_s)?;
+        let near = self.mesh.natural_neighbor();
+        let of = |scan| self.interpolate(&near, scan, speed_mm_per_s);
+        let stops = self.orientations();
+        // Angles between those of the nodes are always finite.
+        let angle = |deg| ScanAngle::from_deg(deg).unwrap_or(ScanAngle::ALONG);
+        let degrees: Vec<f64> = stops.iter().map(|scan| scan.deg()).collect();
+        let outside = TextonError::OutsideCalibration {
+            orientation_deg: self.scale.least[0],
+            speed_mm_per_s,
+        };
+        first_crossing(&degrees, magnitude, outside, |deg| of(angle(deg))).map(angle)
+    }
+
+    /// The least speed that has this magnitude at an orientation, mm/s.
+    ///
+    /// Error: 1e-12 of the range of speeds.
+    ///
+    /// # Errors
+    /// A magnitude that no speed has at this orientation, with the range of those that occur; an orientation
+    /// outside the calibrated ones of every speed, reported with the least speed.
+    pub fn speed_for(&self, magnitude: f64, scan: ScanAngle) -> Result<f64, TextonError> {
+        let near = self.mesh.natural_neighbor();
+        let outside = TextonError::OutsideCalibration {
+            orientation_deg: scan.deg(),
+            speed_mm_per_s: self.scale.least[1],
+        };
+        first_crossing(&self.speeds_mm_per_s(), magnitude, outside, |speed| {
+            self.interpolate(&near, scan, speed)
+        })
+    }
+
+    /// A level of this magnitude in two steps: the orientation over whose speeds the magnitude lies farthest
+    /// inside the range, then the speed.
+    ///
+    /// The orientations are those of the nodes and, where the ranges of two neighbours leave a gap, also those
+    /// between them.
+    ///
+    /// # Errors
+    /// A magnitude outside the range of the whole table.
+    pub fn level_for(&self, magnitude: f64) -> Result<Level, TextonError> {
+        finite("magnitude", magnitude)?;
+        let measured = self.orientations();
+        let degrees: Vec<f64> = measured.iter().map(|scan| scan.deg()).collect();
+        let between = pieces(&degrees).filter_map(|deg| ScanAngle::from_deg(deg).ok());
+        let found = self
+            .safest(magnitude, measured.iter().copied())
+            .or_else(|| self.safest(magnitude, between));
+        let (scan, speed_mm_per_s) = found.ok_or_else(|| self.not_attained(magnitude))?;
+        Ok(Level {
+            scan,
+            speed_mm_per_s,
+            magnitude,
+        })
+    }
+
+    /// Pairs of neighbouring nodes, in orientation at one speed or in speed at one orientation, whose
+    /// magnitude falls.
+    #[must_use]
+    pub fn violations(&self) -> Vec<Violation> {
+        let mut by_speed = self.nodes.clone();
+        // Stable: orientations stay sorted within a speed.
+        by_speed.sort_by(|a, b| a.speed_mm_per_s.total_cmp(&b.speed_mm_per_s));
+        let over_speed = self.nodes.windows(2).filter(|w| w[0].scan == w[1].scan);
+        let over_orientation = by_speed
+            .windows(2)
+            .filter(|w| w[0].speed_mm_per_s == w[1].speed_mm_per_s);
+        over_orientation
+            .chain(over_speed)
+            .filter(|w| w[1].magnitude < w[0].magnitude)
+            .map(|w| Violation {
+                lower: w[0],
+                upper: w[1],
+            })
+            .collect()
+    }
+
+    /// The table closest to this one (least squares, weighted by rows) that never falls with orientation
+    /// or speed.
+    ///
+    /// # Errors
+    /// Nodes that do not form a full grid of orientations and speeds.
+    pub fn isotonic(&self) -> Result<Self, TextonError> {
+        let (rows, columns) = (self.orientations().len(), self.speeds_mm_per_s().len());
+        if rows * columns != self.nodes.len() {
+            return Err(TextonError::NoGrid {
+                orientations: rows,
+                speeds: columns,
+                nodes: self.nodes.len(),
+            });
+        }
+        let values: Vec<f64> = self.nodes.iter().map(|node| node.magnitude).collect();
+        let weights: Vec<f64> = self.nodes.iter().map(|node| node.rows as f64).collect();
+        let repaired = isotonic_grid(&values, &weights, columns);
+        let nodes = self.nodes.iter().zip(repaired);
+        let nodes = nodes.map(|(node, magnitude)| CalibrationNode { magnitude, ..*node });
+        Self::from_nodes(nodes.collect())
+    }
+
+    fn safest(
+        &self,
+        magnitude: f64,
+        orientations: impl Iterator<Item = ScanAngle>,
+    ) -> Option<(ScanAngle, f64)> {
+        let near = self.mesh.natural_neighbor();
+        let speeds = self.speeds_mm_per_s();
+        let mut best: Option<(ScanAngle, f64)> = None;
+        for scan in orientations {
+            let of = |speed| self.interpolate(&near, scan, speed);
+            let (lo, hi) = extent(pieces(&speeds).filter_map(of));
+            let margin = (magnitude - lo).min(hi - magnitude);
+            // By more than rounding: of equal margins the first stays.
+            let better = best.is_none_or(|(_, least)| margin > least + ON * (hi - lo));
+            if margin >= 0.0 && better {
+                best = Some((scan, margin));
+            }
+        }
+        let (scan, _) = best?;
+        Some((scan, self.speed_for(magnitude, scan).ok()?))
+    }
+
+    fn not_attained(&self, wanted: f64) -> TextonError {
+        let (min, max) = extent(self.nodes.iter().map(|node| node.magnitude));
+        TextonError::NotAttained { wanted, min, max }
+    }
+
+    fn orientations(&self) -> Vec<ScanAngle> {
+        let mut scans: Vec<ScanAngle> = self.nodes.iter().map(|node| node.scan).collect();
+        scans.dedup();
+        scans
+    }
+
+    fn speeds_mm_per_s(&self) -> Vec<f64> {
+        let mut speeds: Vec<f64> = self.nodes.iter().map(|n| n.speed_mm_per_s).collect();
+        speeds.sort_by(f64::total_cmp);
+        speeds.dedup();
+        speeds
+    }
+
+    fn interpolate(&self, near: &Neighbours<'_>, scan: ScanAngle, speed: f64) -> Option<f64> {
+        let at = self.scale.point(scan, speed);
+        let nearest = self.mesh.nearest_neighbor(at)?;
+        let to = nearest.position();
+        if (at.x - to.x).hypot(at.y - to.y) <= ON {
+            return Some(nearest.data().magnitude);
+        }
+        // Sibson's cells are unbounded on the border, and too large to compute with close to it.
+        let border = self.mesh.convex_hull().find_map(|edge| {
+            let [from, to] = edge.positions();
+            let along = [to.x - from.x, to.y - from.y];
+            let length = along[0].hypot(along[1]);
+            let [dx, dy] = [at.x - from.x, at.y - from.y];
+            let share = (dx * along[0] + dy * along[1]) / (length * length);
+            let aside = (dx * along[1] - dy * along[0]).abs() / length;
+            let [a, b] = edge.vertices().map(|vertex| vertex.data().magnitude);
+            (aside <= ON && (0.0..=1.0).contains(&share)).then_some(a + share * (b - a))
+        });
+        border
+            .or_else(|| near.interpolate(|vertex| vertex.data().magnitude, at))
+            .filter(|value| value.is_finite())
+    }
+}
+
+/// A fall between two neighbouring nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Violation {
+    /// The node with the smaller angle or speed.
+    pub lower: CalibrationNode,
+    /// Its neighbour, which is less rough.
+    pub upper: CalibrationNode,
+}
+
+impl Violation {
+    /// By how much the magnitude falls.
+    #[must_use]
+    pub fn drop(&self) -> f64 {
+        self.lower.magnitude - self.upper.magnitude
+    }
+}
+
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
+        (lo.min(v), hi.max(v))
+    })
+}
+
+/// The stops, and equal steps between them.
+fn pieces(stops: &[f64]) -> impl Iterator<Item = f64> {
+    let last = stops.last().copied();
+    stops
+        .windows(2)
+        .flat_map(|w| (0..PIECES).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / PIECES as f64))
+        .chain(last)
+}
+
+/// The first place at which a function, `None` outside its domain, takes a value; the error `outside` if no
+/// stop lies in the domain.
+fn first_crossing(
+    stops: &[f64],
+    wanted: f64,
+    outside: TextonError,
+    of: impl Fn(f64) -> Option<f64>,
+) -> Result<f64, TextonError> {
+    finite("magnitude", wanted)?;
+    let mut before: Option<(f64, f64)> = None;
+    let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+    for at in pieces(stops) {
+        let Some(value) = of(at) else {
+            before = None;
+            continue;
+        };
+        (min, max) = (min.min(value), max.max(value));
+        if value == wanted {
+            return Ok(at);
+        }
+        if let Some((lo, from)) = before.filter(|(_, from)| (from < &wanted) != (value < wanted)) {
+            return Ok(bisect(
+                lo,
+                at,
+                |x| of(x).unwrap_or(value) < wanted,
+                from < wanted,
+            ));
+        }
+        before = Some((at, value));
+    }
+    if min > max {
+        return Err(outside);
+    }
+    Err(TextonError::NotAttained { wanted, min, max })
+}
+
+/// Where a condition that is `first` at `lo` and not at `hi` changes, to the last bit.
+fn bisect(mut lo: f64, mut hi: f64, holds: impl Fn(f64) -> bool, first: bool) -> f64 {
+    for _ in 0..60 {
+        let middle = 0.5 * (lo + hi);
+        if holds(middle) == first {
+            lo = middle;
+        } else {
+            hi = middle;
+        }
+    }
+    hi
+}

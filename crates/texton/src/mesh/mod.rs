@@ -1,0 +1,12 @@
+//! Triangle meshes: solids, their files, and how finely surfaces are cut into triangles.
+
+mod files;
+mod tessellation;
+mod triangle_mesh;
+mod triangulate;
+
+pub use files::StlFormat;
+pub use tessellation::{ChordSide, Tessellation};
+pub use triangle_mesh::{MeshCheck, TriangleMesh};
+
+pub(crate) use triangulate::{inside, outline};

@@ -1,0 +1,56 @@
+//! How finely a curved surface is cut into triangles.
+
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check::that;
+
+/// Where triangles lie with respect to the true surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ChordSide {
+    /// Corners on the surface, triangles inside by up to the accuracy: sizes and heights are exact,
+    /// volumes smaller.
+    #[default]
+    Inside,
+    /// Corners outside by the accuracy, triangles inside by up to the accuracy: about half as many
+    /// triangles and a smaller error of the volume, but bumps are larger by the accuracy on all sides.
+    /// For hemiellipsoids; cones keep their corners on the surface.
+    Both,
+}
+
+/// How fine a mesh has to be, and how large it may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tessellation {
+    /// Largest distance of the mesh from the true surface, mm, 0.001 to 1. Printers resolve about
+    /// 0.05; the default of 0.01 leaves room for them.
+    pub accuracy_mm: f64,
+    /// On which side of the surface the mesh may lie.
+    pub side: ChordSide,
+    /// Meshes with more triangles are refused before memory is allocated. A million takes about 25 MB.
+    pub max_triangles: u64,
+}
+
+impl Default for Tessellation {
+    fn default() -> Self {
+        Self {
+            accuracy_mm: 0.01,
+            side: ChordSide::Inside,
+            max_triangles: 20_000_000,
+        }
+    }
+}
+
+impl Tessellation {
+    /// With this accuracy, mm, otherwise the default.
+    #[must_use]
+    pub fn with_accuracy_mm(accuracy_mm: f64) -> Self {
+        Self {
+            accuracy_mm,
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
+        let holds = (0.001..=1.0).contains(&self.accuracy_mm);
+        that(holds, "accuracy_mm", self.accuracy_mm, "0.001 to 1")?;
+        Ok(())
+    }
+}

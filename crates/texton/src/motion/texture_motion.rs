@@ -1,0 +1,381 @@
+//! How a textured board turns and moves under a finger.
+
+use super::limits::MotionLimits;
+use super::scan_estimate::{ScanEstimator, wrapped};
+use crate::error::TextonError;
+use crate::levels::Level;
+use glam::DVec2;
+use hwall_numeric::check::{finite, non_negative};
+use std::f64::consts::PI;
+
+/// The finger on the board, in the plane of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FingerState {
+    /// Where it touches, m, from the middle of the board at displacement zero.
+    pub point_m: DVec2,
+    /// Its velocity along the surface, m/s.
+    pub velocity_m_per_s: DVec2,
+}
+
+/// How far a board may go from where it was touched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Against the scan, m.
+    pub against_m: f64,
+    /// Along the scan, m.
+    pub along_m: f64,
+}
+
+/// What kept the board from the wanted motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Limit {
+    /// The level is faster than the board may be.
+    Speed,
+    /// The finger would run off the face.
+    Face,
+    /// The stroke, or its reachable part, is used up.
+    Stroke,
+    /// The board is still speeding up, slowing down or changing direction.
+    Acceleration,
+    /// The board has not turned to the scan yet (by a degree or more).
+    Turn,
+}
+
+/// Where the board has to be now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionStep {
+    /// Turn about the normal of the surface, rad; at 0 the long axis of the bumps is along the x axis of the plane.
+    pub roll_rad: f64,
+    /// Rate of the turn, rad/s; 0 out of contact, where the roll may jump.
+    pub roll_rad_per_s: f64,
+    /// From where the board was touched, m.
+    pub displacement_m: DVec2,
+    /// Velocity of the board, m/s.
+    pub velocity_m_per_s: DVec2,
+    /// Speed of the finger relative to the texture under it, m/s; 0 out of contact.
+    pub relative_speed_m_per_s: f64,
+    /// The first limit that restricts it.
+    pub limited: Option<Limit>,
+}
+
+/// Below this the board counts as at its target, m or m/s.
+const ALIKE: f64 = 1e-9;
+/// The board counts as turned to the scan below this, rad: one degree.
+const TURNED_RAD: f64 = PI / 180.0;
+/// Distance between the places that [`TextureMotion::limit_stroke`] asks about, m.
+const PROBE_M: f64 = 0.005;
+
+/// Turns a textured board to the scan and moves it against the scan.
+///
+/// The plane is that of the surface, seen from the finger: x to the right, y upwards, angles from x
+/// towards y (the axes of a board at roll 0). A [`Level`] demands an angle θ between scan and long
+/// axis, so the board turns to the direction of the scan plus θ, modulo half a turn; and a speed v of the
+/// board against the scan: a finger at rest feels v, one that scans at s feels s + v.
+///
+/// Out of contact the roll follows the expected scan at once and the board goes back to displacement
+/// zero; in contact both obey the limits. Time comes in as an argument; nothing is allocated.
+#[derive(Debug, Clone)]
+pub struct TextureMotion {
+    limits: MotionLimits,
+    scan: ScanEstimator,
+    last_s: Option<f64>,
+    touched: bool,
+    roll_rad: f64,
+    /// The roll at which the board stands when the next touch begins, if known.
+    stands_rad: Option<f64>,
+    roll_rad_per_s: f64,
+    displacement_m: DVec2,
+    velocity_m_per_s: DVec2,
+    /// Direction of the scan for which the reachable stroke was found.
+    stroke_axis: DVec2,
+    reachable: Stroke,
+}
+
+impl TextureMotion {
+    /// A board at rest that expects a scan along x.
+    ///
+    /// # Errors
+    /// As [`MotionLimits::validate`].
+    pub fn new(limits: MotionLimits) -> Result<Self, TextonError> {
+        limits.validate()?;
+        Ok(Self {
+            limits,
+            scan: ScanEstimator::new(limits.scan, 0.0)?,
+            last_s: None,
+            touched: false,
+            roll_rad: 0.0,
+            stands_rad: None,
+            roll_rad_per_s: 0.0,
+            displacement_m: DVec2::ZERO,
+            velocity_m_per_s: DVec2::ZERO,
+            stroke_axis: DVec2::X,
+            reachable: Stroke {
+                against_m: limits.stroke_m,
+                along_m: limits.stroke_m,
+            },
+        })
+    }
+
+    /// The limits.
+    #[must_use]
+    pub const fn limits(&self) -> &MotionLimits {
+        &self.limits
+    }
+
+    /// The estimate of the scan, for setting the expected direction before the contact.
+    pub const fn scan_mut(&mut self) -> &mut ScanEstimator {
+        &mut self.scan
+    }
+
+    /// The direction of the scan, rad.
+    #[must_use]
+    pub const fn scan_rad(&self) -> f64 {
+        self.scan.direction_rad()
+    }
+
+    /// The roll for a level and the present scan, rad, from -π/2 to π/2; half a turn more feels the same.
+    #[must_use]
+    pub fn roll_for(&self, level: &Level) -> f64 {
+        nearest_half_turn(self.scan.direction_rad() + level.scan.rad(), 0.0)
+    }
+
+    /// Sets the roll (rad) at which the board really stands when the next touch begins. A board that was late
+    /// or could not take the roll of its level turns on from there.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn stands_at(&mut self, roll_rad: f64) -> Result<(), TextonError> {
+        finite("roll_rad", roll_rad)?;
+        self.stands_rad = Some(roll_rad);
+        Ok(())
+    }
+
+    /// Shortens the stroke to what is reachable from the present place: calls `reachable` with displacements
+    /// (m) and the roll of the level (rad), every 5 mm along the expected scan, outwards until the first
+    /// refusal. Both ends are 0 where the place itself is not reachable. Holds until the next call.
+    pub fn limit_stroke(
+        &mut self,
+        level: &Level,
+        mut reachable: impl FnMut(DVec2, f64) -> bool,
+    ) -> Stroke {
+        let roll_rad = self.roll_for(level);
+        self.stroke_axis = DVec2::from_angle(self.scan.direction_rad());
+        let most = self.limits.stroke_m;
+        let here = reachable(DVec2::ZERO, roll_rad);
+        let [against_m, along_m] = [-1.0, 1.0].map(|side| {
+            let mut far_m = 0.0;
+            while here && far_m < most {
+                let next_m = f64::min(far_m + PROBE_M, most);
+                if !reachable(self.stroke_axis * (side * next_m), roll_rad) {
+                    break;
+                }
+                far_m = next_m;
+            }
+            far_m
+        });
+        self.reachable = Stroke { against_m, along_m };
+        self.reachable
+    }
+
+    /// The motion at a time, s, for the finger (`None`: no contact) and the level to present.
+    ///
+    /// The board does not move while the clock stands still or runs backwards.
+    ///
+    /// # Errors
+    /// A time, a finger or a speed that is NaN or infinite, or a negative speed; the motion then stays as it was.
+    pub fn step(
+        &mut self,
+        t_s: f64,
+        finger: Option<FingerState>,
+        level: &Level,
+    ) -> Result<MotionStep, TextonError> {
+        finite("t_s", t_s)?;
+        non_negative("speed_mm_per_s", level.speed_mm_per_s)?;
+        if let Some(finger) = finger {
+            finite("place of the finger", finger.point_m.length())?;
+            finite("speed of the finger", finger.velocity_m_per_s.length())?;
+        }
+        let elapsed_s = self.last_s.replace(t_s).map_or(0.0, |last| t_s - last);
+        let dt_s = elapsed_s.clamp(0.0, self.limits.max_step_s);
+        match finger {
+            Some(finger) => self.touched_step(dt_s, &finger, level),
+            None => Ok(self.free_step(dt_s, level)),
+        }
+    }
+
+    fn touched_step(
+        &mut self,
+        dt_s: f64,
+        finger: &FingerState,
+        level: &Level,
+    ) -> Result<MotionStep, TextonError> {
+        if !self.touched {
+            self.touched = true;
+            // Unless its roll was set the board stands as expected; a scan in another direction is adopted at
+            // once.
+            let stands_rad = self.stands_rad.take();
+            self.roll_rad = stands_rad.unwrap_or_else(|| self.roll_for(level));
+            self.scan.expect_from_approach(finger.velocity_m_per_s)?;
+        }
+        let scan_rad = self.scan.step(dt_s, finger.velocity_m_per_s)?;
+        let wanted_roll = nearest_half_turn(scan_rad + level.scan.rad(), self.roll_rad);
+        let wanted = level.speed_mm_per_s * 1e-3;
+        let scan = DVec2::from_angle(scan_rad);
+        let face = self.speed_on_face(finger, scan, dt_s);
+        let stroke = self.speed_within(self.stroke_left(-scan), dt_s);
+        let speed = wanted.min(self.limits.speed_m_per_s).min(face).min(stroke);
+        let Change { reached, braked } = self.accelerate(-scan * speed, dt_s);
+        // Speed first, then orientation: both together would share what the joints can do.
+        let left_rad = if reached {
+            wanted_roll - self.roll_rad
+        } else {
+            0.0
+        };
+        self.turn(left_rad, dt_s);
+        let limited = if wanted > self.limits.speed_m_per_s {
+            Some(Limit::Speed)
+        } else if face < wanted && face <= stroke {
+            Some(Limit::Face)
+        } else if stroke < wanted || braked {
+            Some(Limit::Stroke)
+        } else if !reached {
+            Some(Limit::Acceleration)
+        } else if (wanted_roll - self.roll_rad).abs() > TURNED_RAD {
+            Some(Limit::Turn)
+        } else {
+            None
+        };
+        let arm = finger.point_m - self.displacement_m;
+        let texture = self.velocity_m_per_s + self.roll_rad_per_s * arm.perp();
+        Ok(MotionStep {
+            roll_rad: self.roll_rad,
+            roll_rad_per_s: self.roll_rad_per_s,
+            displacement_m: self.displacement_m,
+            velocity_m_per_s: self.velocity_m_per_s,
+            relative_speed_m_per_s: (finger.velocity_m_per_s - texture).length(),
+            limited,
+        })
+    }
+
+    fn free_step(&mut self, dt_s: f64, level: &Level) -> MotionStep {
+        self.touched = false;
+        self.roll_rad = self.roll_for(level);
+        self.roll_rad_per_s = 0.0;
+        let left = self.displacement_m.length();
+        let speed = self.speed_within(left, dt_s);
+        let speed = speed.min(self.limits.return_speed_m_per_s);
+        let home = -self.displacement_m.normalize_or_zero();
+        let Change { reached, .. } = self.accelerate(home * speed, dt_s);
+        if self.displacement_m.length() < ALIKE && self.velocity_m_per_s.length() < ALIKE {
+            self.displacement_m = DVec2::ZERO;
+            self.velocity_m_per_s = DVec2::ZERO;
+        }
+        MotionStep {
+            roll_rad: self.roll_rad,
+            roll_rad_per_s: 0.0,
+            displacement_m: self.displacement_m,
+            velocity_m_per_s: self.velocity_m_per_s,
+            relative_speed_m_per_s: 0.0,
+            limited: (!reached).then_some(Limit::Acceleration),
+        }
+    }
+
+    /// Continues the turn towards an angle this far away, within the limits.
+    fn turn(&mut self, left_rad: f64, dt_s: f64) {
+        let most = self.limits.turn_rad_per_s2 * dt_s;
+        // From this rate it can still stop after one more step.
+        let stops =
+            (most * most + 2.0 * self.limits.turn_rad_per_s2 * left_rad.abs()).sqrt() - most;
+        let wanted = left_rad.signum() * stops.min(self.limits.turn_rad_per_s);
+        let before = self.roll_rad_per_s;
+        self.roll_rad_per_s += (wanted - before).clamp(-most, most);
+        self.roll_rad += 0.5 * dt_s * (before + self.roll_rad_per_s);
+    }
+
+    /// Accelerates towards a velocity, unless the board could then no longer stop within its stroke: it
+    /// brakes instead, which is always possible.
+    fn accelerate(&mut self, velocity_m_per_s: DVec2, dt_s: f64) -> Change {
+        let (place, before) = (self.displacement_m, self.velocity_m_per_s);
+        let mut braked = false;
+        for wanted in [velocity_m_per_s, DVec2::ZERO] {
+            let a = self.limits.acceleration_m_per_s2;
+            let change = (wanted - before).clamp_length_max(a * dt_s);
+            let after = before + change;
+            // A short change is over before the end of the step.
+            let ramp_s = (change.length() / a).min(dt_s);
+            self.velocity_m_per_s = after;
+            self.displacement_m = place + 0.5 * ramp_s * (before + after) + (dt_s - ramp_s) * after;
+            let left = self.stroke_left(self.velocity_m_per_s.normalize_or_zero());
+            let need = self.velocity_m_per_s.length_squared() / (2.0 * a);
+            braked = wanted != velocity_m_per_s;
+            if need <= left {
+                break;
+            }
+        }
+        Change {
+            reached: (velocity_m_per_s - self.velocity_m_per_s).length() < ALIKE,
+            braked,
+        }
+    }
+
+    /// Speed from which the board can stop within a distance after one more step, m/s.
+    fn speed_within(&self, left_m: f64, dt_s: f64) -> f64 {
+        let a = self.limits.acceleration_m_per_s2;
+        let step = a * dt_s;
+        (step * step + 2.0 * a * left_m.max(0.0)).sqrt() - step
+    }
+
+    /// Speed from which the board can stop before a finger of constant velocity leaves the face.
+    fn speed_on_face(&self, finger: &FingerState, scan: DVec2, dt_s: f64) -> f64 {
+        let to_board = DVec2::from_angle(-self.roll_rad);
+        let at = to_board.rotate(finger.point_m - self.displacement_m);
+        let along = to_board.rotate(scan);
+        let mut left = f64::INFINITY;
+        for axis in 0..2 {
+            let half = self.limits.half_face_m[axis] - self.limits.margin_m;
+            if along[axis] != 0.0 {
+                left = left.min((half.copysign(along[axis]) - at[axis]) / along[axis]);
+            }
+        }
+        let a = self.limits.acceleration_m_per_s2;
+        let own = finger.velocity_m_per_s.dot(scan).max(0.0) + a * dt_s;
+        (own * own + 2.0 * a * left.max(0.0)).sqrt() - own
+    }
+
+    /// How far the board may still move along a direction, m.
+    fn stroke_left(&self, along: DVec2) -> f64 {
+        let at = self.displacement_m;
+        // To the edge of the disc of the stroke.
+        let radius = self.limits.stroke_m;
+        let b = at.dot(along);
+        let inside = b * b + radius * radius - at.length_squared();
+        let disc = if inside > 0.0 { inside.sqrt() - b } else { 0.0 };
+        // To the edge of the reachable strip across the expected scan.
+        let rate = along.dot(self.stroke_axis);
+        let place = at.dot(self.stroke_axis);
+        let strip = if rate > ALIKE {
+            (self.reachable.along_m - place) / rate
+        } else if rate < -ALIKE {
+            (place + self.reachable.against_m) / -rate
+        } else {
+            f64::INFINITY
+        };
+        disc.min(strip).max(0.0)
+    }
+}
+
+/// Outcome of a step towards a velocity.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    /// The velocity is reached.
+    reached: bool,
+    /// It had to brake instead.
+    braked: bool,
+}
+
+/// The angle modulo half a turn that is nearest to another one.
+fn nearest_half_turn(angle_rad: f64, to_rad: f64) -> f64 {
+    let turn = wrapped(2.0 * (angle_rad - to_rad)) / 2.0;
+    to_rad + turn
+}

@@ -1,0 +1,64 @@
+//! Distance of a mesh from the patch that it represents, measured on the mesh.
+
+use super::patch::Patch;
+use crate::geometry::TextonShape;
+use crate::mesh::TriangleMesh;
+use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+
+/// Samples along each side of a triangle.
+const ALONG: usize = 4;
+
+impl Patch {
+    /// Largest distance, mm, of the bumps' triangles in a mesh from the true bumps, over 15 evenly spread
+    /// points of each triangle.
+    ///
+    /// `mesh`: of this patch, in its frame, also one from a file or another tool. Each triangle above the
+    /// plate is compared with the bump nearest to it.
+    #[must_use]
+    pub fn chord_error_mm(&self, mesh: &TriangleMesh) -> f64 {
+        let texton = self.texture().texton();
+        let [a, b] = texton.radii().to_array();
+        let (height_mm, top) = (texton.height_mm(), texton.top_radii());
+        let cell_mm = self.texture().layout().pitch_mm();
+        let place = |at: DVec2| [0, 1].map(|i| (at[i] / cell_mm[i]).floor() as i64);
+        let mut near: HashMap<[i64; 2], Vec<DVec2>> = HashMap::new();
+        for centre in self.centres_mm() {
+            near.entry(place(centre)).or_default().push(centre);
+        }
+        let mut worst: f64 = 0.0;
+        for triangle in mesh.triangles() {
+            let corners = triangle.map(|i| mesh.points_mm()[i as usize]);
+            if corners.iter().all(|p| p[2] <= 0.0) {
+                continue;
+            }
+            let [x, y] = [0, 1].map(|i| corners.iter().map(|p| p[i]).sum::<f64>() / 3.0);
+            let middle = DVec2::new(x, y);
+            let [column, row] = place(middle);
+            let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j]));
+            let away = |c: &DVec2| ((c.x - middle.x) / a).hypot((c.y - middle.y) / b);
+            let nearest = around
+                .filter_map(|place| near.get(&place))
+                .flatten()
+                .min_by(|p, q| away(p).total_cmp(&away(q)));
+            let Some(centre) = nearest else {
+                // There is no bump that this triangle could belong to.
+                return f64::INFINITY;
+            };
+            for i in 0..=ALONG {
+                for j in 0..=ALONG - i {
+                    let share = [i, j, ALONG - i - j].map(|k| k as f64 / ALONG as f64);
+                    let [px, py, pz] = [0, 1, 2]
+                        .map(|axis| (0..3).map(|k| share[k] * corners[k][axis]).sum::<f64>());
+                    let at = DVec3::new(px - centre.x, py - centre.y, pz);
+                    let above = (pz - height_mm).abs();
+                    let on_top = texton.shape() != TextonShape::Hemiellipsoid
+                        && (at.x / top.long_mm).hypot(at.y / top.short_mm) <= 1.0;
+                    let side = texton.side_distance_mm(at);
+                    worst = worst.max(if on_top { side.min(above) } else { side });
+                }
+            }
+        }
+        worst
+    }
+}

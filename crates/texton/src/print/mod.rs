@@ -1,0 +1,11 @@
+//! Plates with bumps: where bumps stand, what a printer can make, and the solid to print.
+
+mod bump_mesh;
+mod cell;
+mod chord_error;
+mod patch;
+mod printer;
+mod solid;
+
+pub use patch::{BumpCounts, MountingHole, Patch, PatchSpec, Tile};
+pub use printer::{Finding, Printer};
