@@ -1,5 +1,6 @@
 //! Symmetric positive definite systems.
 
+use super::matrix::add_multiple;
 use super::{Matrix, dot};
 use std::fmt;
 
@@ -40,25 +41,8 @@ impl Cholesky {
     pub fn new(a: &Matrix) -> Result<Self, NotPositiveDefinite> {
         let n = a.rows();
         assert_eq!(n, a.columns(), "a square matrix");
-        let mut lower = Matrix::zeros(n, n);
-        for i in 0..n {
-            for j in 0..=i {
-                let sum = a[(i, j)] - dot(&lower.row(i)[..j], &lower.row(j)[..j]);
-                if i == j {
-                    // A pivot at the level of rounding is no pivot; written so that NaN fails too.
-                    let positive = sum > 1e-14 * a[(i, i)].abs();
-                    if !(positive && sum.is_finite()) {
-                        return Err(NotPositiveDefinite {
-                            pivot: i,
-                            value: sum,
-                        });
-                    }
-                    lower[(i, i)] = sum.sqrt();
-                } else {
-                    lower[(i, j)] = sum / lower[(j, j)];
-                }
-            }
-        }
+        let mut lower = Matrix::from_fn(n, n, |i, j| if j <= i { a[(i, j)] } else { 0.0 });
+        cholesky_in_place(n, lower.entries_mut())?;
         Ok(Self { lower })
     }
 
@@ -79,19 +63,8 @@ impl Cholesky {
         // Right-hand sides as rows: each is then solved in contiguous memory.
         let mut x = b.transpose();
         for k in 0..x.rows() {
-            let x = x.row_mut(k);
-            for i in 0..n {
-                let row = self.lower.row(i);
-                x[i] = (x[i] - dot(&row[..i], &x[..i])) / row[i];
-            }
-            for i in (0..n).rev() {
-                let row = self.lower.row(i);
-                let value = x[i] / row[i];
-                x[i] = value;
-                for (to, l) in x[..i].iter_mut().zip(row) {
-                    *to -= l * value;
-                }
-            }
+            solve_lower(self.lower.entries(), x.row_mut(k));
+            solve_lower_transposed(self.lower.entries(), x.row_mut(k));
         }
         x.transpose()
     }
@@ -101,5 +74,64 @@ impl Cholesky {
     pub fn log_determinant(&self) -> f64 {
         let n = self.lower.rows();
         2.0 * (0..n).map(|i| self.lower[(i, i)].ln()).sum::<f64>()
+    }
+}
+
+/// Replaces the lower triangle of a symmetric positive definite `n × n` matrix (row-major) by its Cholesky
+/// factor; the upper triangle is neither read nor written. Does not allocate.
+///
+/// Error: as [`Cholesky::new`].
+///
+/// # Errors
+/// As [`Cholesky::new`]; what the triangle then holds means nothing.
+///
+/// # Panics
+/// If there are fewer than `n * n` entries.
+pub fn cholesky_in_place(n: usize, a: &mut [f64]) -> Result<(), NotPositiveDefinite> {
+    for i in 0..n {
+        for j in 0..=i {
+            let sum = a[i * n + j] - dot(&a[i * n..][..j], &a[j * n..][..j]);
+            if i == j {
+                // A pivot at the level of rounding is no pivot; written so that NaN fails too.
+                let positive = sum > 1e-14 * a[i * n + i].abs();
+                if !(positive && sum.is_finite()) {
+                    return Err(NotPositiveDefinite {
+                        pivot: i,
+                        value: sum,
+                    });
+                }
+                a[i * n + i] = sum.sqrt();
+            } else {
+                a[i * n + j] = sum / a[j * n + j];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Solves `L x = b` in place; `lower` is `n × n`, row-major, `n` the length of `b`. The upper
+/// triangle is not read.
+///
+/// # Panics
+/// If `lower` has fewer than `n * n` entries.
+pub fn solve_lower(lower: &[f64], b: &mut [f64]) {
+    let n = b.len();
+    for i in 0..n {
+        let row = &lower[i * n..(i + 1) * n];
+        b[i] = (b[i] - dot(&row[..i], &b[..i])) / row[i];
+    }
+}
+
+/// Solves `Lᵀ x = b` in place; see [`solve_lower`].
+///
+/// # Panics
+/// If `lower` has fewer than `n * n` entries.
+pub fn solve_lower_transposed(lower: &[f64], b: &mut [f64]) {
+    let n = b.len();
+    for i in (0..n).rev() {
+        let row = &lower[i * n..(i + 1) * n];
+        let value = b[i] / row[i];
+        b[i] = value;
+        add_multiple(&mut b[..i], -value, row);
     }
 }

@@ -23,20 +23,15 @@ pub fn symmetric_eigen<const N: usize>(a: &[[f64; N]; N]) -> Eigen<N> {
     let mut v: [[f64; N]; N] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     for _ in 0..SWEEPS {
-        let mut off = 0.0;
-        let mut diagonal = 0.0;
-        for (i, row) in a.iter().enumerate() {
-            diagonal += row[i] * row[i];
-            off += row[..i].iter().map(|x| x * x).sum::<f64>();
-        }
-        // The second test ends the loop for NaN too.
-        if off <= 1e-32 * diagonal || !off.is_finite() {
-            break;
-        }
+        let mut turned = false;
         for p in 0..N {
             for q in p + 1..N {
-                rotate(&mut a, &mut v, p, q);
+                turned |= rotate(&mut a, &mut v, p, q);
             }
+        }
+        // NaN is never small.
+        if !turned || a.as_flattened().iter().any(|x| !x.is_finite()) {
+            break;
         }
     }
     let mut order: [usize; N] = std::array::from_fn(|i| i);
@@ -47,10 +42,20 @@ pub fn symmetric_eigen<const N: usize>(a: &[[f64; N]; N]) -> Eigen<N> {
     }
 }
 
-/// One Jacobi rotation that clears `a[p][q]`; the rows of `v` turn along.
-fn rotate<const N: usize>(a: &mut [[f64; N]; N], v: &mut [[f64; N]; N], p: usize, q: usize) {
+/// One Jacobi rotation that clears `a[p][q]`; the rows of `v` turn along. `false` if the entry was
+/// at the level of the rounding of its two diagonal entries, which then keep their digits.
+fn rotate<const N: usize>(
+    a: &mut [[f64; N]; N],
+    v: &mut [[f64; N]; N],
+    p: usize,
+    q: usize,
+) -> bool {
+    let rounding = 0.5 * f64::EPSILON * a[p][p].abs().sqrt() * a[q][q].abs().sqrt();
+    if a[p][q].abs() <= rounding {
+        return false;
+    }
     let Some((c, s)) = rotation(a[p][p], a[q][q], a[p][q]) else {
-        return;
+        return false;
     };
     for row in a.iter_mut() {
         (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
@@ -59,6 +64,11 @@ fn rotate<const N: usize>(a: &mut [[f64; N]; N], v: &mut [[f64; N]; N], p: usize
         (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
         (v[p][k], v[q][k]) = (c * v[p][k] - s * v[q][k], s * v[p][k] + c * v[q][k]);
     }
+    // What is left there is rounding.
+    if a[p][q].is_finite() {
+        (a[p][q], a[q][p]) = (0.0, 0.0);
+    }
+    true
 }
 
 /// Cosine and sine that clear the off-diagonal entry of a symmetric 2 × 2 matrix; `None` where it is clear.

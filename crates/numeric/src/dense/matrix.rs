@@ -72,6 +72,11 @@ impl Matrix {
     }
 
     /// All entries, row by row.
+    pub fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.entries
+    }
+
+    /// All entries, row by row.
     #[must_use]
     pub fn into_entries(self) -> Vec<f64> {
         self.entries
@@ -86,6 +91,15 @@ impl Matrix {
     /// One row.
     pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
         &mut self.entries[i * self.columns..(i + 1) * self.columns]
+    }
+
+    /// Rows `p < q`.
+    pub(super) fn two_rows_mut(&mut self, p: usize, q: usize) -> (&mut [f64], &mut [f64]) {
+        let (before, from_q) = self.entries.split_at_mut(q * self.columns);
+        (
+            &mut before[p * self.columns..][..self.columns],
+            &mut from_q[..self.columns],
+        )
     }
 
     /// Rows become columns.

@@ -5,7 +5,9 @@ mod eigen;
 mod matrix;
 mod svd;
 
-pub use cholesky::{Cholesky, NotPositiveDefinite};
+pub use cholesky::{
+    Cholesky, NotPositiveDefinite, cholesky_in_place, solve_lower, solve_lower_transposed,
+};
 pub use eigen::{Eigen, symmetric_eigen};
 pub use matrix::Matrix;
 pub use svd::{NotConverged, Svd};

@@ -105,9 +105,7 @@ fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     if !converged {
         return None;
     }
-    let lengths: Vec<f64> = (0..k)
-        .map(|i| dot(work.row(i), work.row(i)).sqrt())
-        .collect();
+    let lengths: Vec<f64> = (0..k).map(|i| length(work.row(i))).collect();
     let mut order: Vec<usize> = (0..k).collect();
     order.sort_by(|&i, &j| lengths[j].total_cmp(&lengths[i]));
     let m = vectors.columns();
@@ -118,8 +116,7 @@ fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
             let unit = work.row(from).iter().map(|x| x / lengths[from]);
             row.iter_mut().zip(unit).for_each(|(r, u)| *r = u);
             for (j, (v, beta)) in reflectors.iter().enumerate().rev() {
-                let part = -beta * dot(v, &row[j..]);
-                add_multiple(&mut row[j..], part, v);
+                reflect(&mut row[j..], v, *beta);
             }
         }
     }
@@ -131,45 +128,58 @@ fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
 /// Householder reduction of vectors (rows) to triangular form in place; gives the reflectors `I - beta v vᵀ`, the
 /// j-th acting from entry j on.
 fn reduce(vectors: &mut Matrix) -> Vec<(Vec<f64>, f64)> {
-    let (k, m) = (vectors.rows(), vectors.columns());
+    let k = vectors.rows();
     (0..k)
         .map(|j| {
             let mut v = vectors.row(j)[j..].to_vec();
-            let norm = dot(&v, &v).sqrt();
-            let head = v[0];
-            let beta = if norm > 0.0 && m > j {
-                v[0] += norm.copysign(head);
-                2.0 / dot(&v, &v)
-            } else {
-                0.0
-            };
+            let norm = length(&v);
+            let mut beta = 0.0;
+            if norm > 0.0 {
+                // Of unit length before its head is lengthened, so that no square vanishes.
+                v.iter_mut().for_each(|x| *x /= norm);
+                v[0] += 1_f64.copysign(v[0]);
+                beta = 2.0 / dot(&v, &v);
+            }
             for i in j..k {
-                let row = &mut vectors.row_mut(i)[j..];
-                let part = -beta * dot(&v, row);
-                add_multiple(row, part, &v);
+                reflect(&mut vectors.row_mut(i)[j..], &v, beta);
             }
             (v, beta)
         })
         .collect()
 }
 
+/// `row - beta (v · row) v`.
+fn reflect(row: &mut [f64], v: &[f64], beta: f64) {
+    add_multiple(row, -beta * dot(v, row), v);
+}
+
+/// Euclidean length, without overflow or underflow of a square.
+fn length(v: &[f64]) -> f64 {
+    let largest = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    if largest == 0.0 {
+        return 0.0;
+    }
+    let squares: f64 = v.iter().map(|x| (x / largest).powi(2)).sum();
+    largest * squares.sqrt()
+}
+
 /// Turns two rows until they are orthogonal; `false` if they were.
 fn orthogonalized(work: &mut Matrix, turned: &mut Matrix, p: usize, q: usize) -> bool {
     let (pp, qq) = (dot(work.row(p), work.row(p)), dot(work.row(q), work.row(q)));
     let pq = dot(work.row(p), work.row(q));
+    // Rounding of a product of two rows; the root is that of LAPACK's dgesvj.
+    let rounding = f64::EPSILON * (work.columns() as f64).sqrt().max(4.0);
     // Products below the least normal number are zero for all that the result can show.
-    if pq.abs() <= 1e-15 * (pp * qq).sqrt() || pq.abs() < f64::MIN_POSITIVE {
+    if pq.abs() <= rounding * pp.sqrt() * qq.sqrt() || pq.abs() < f64::MIN_POSITIVE {
         return false;
     }
     let Some((c, s)) = rotation(pp, qq, pq) else {
         return false;
     };
     for matrix in [work, turned] {
-        let n = matrix.columns();
-        for k in 0..n {
-            let (x, y) = (matrix[(p, k)], matrix[(q, k)]);
-            matrix[(p, k)] = c * x - s * y;
-            matrix[(q, k)] = s * x + c * y;
+        let (row_p, row_q) = matrix.two_rows_mut(p, q);
+        for (x, y) in row_p.iter_mut().zip(row_q) {
+            (*x, *y) = (c * *x - s * *y, s * *x + c * *y);
         }
     }
     true
