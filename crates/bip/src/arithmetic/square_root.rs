@@ -1,120 +1,13 @@
-//! Gaussian belief as a square root of its information matrix, updated by reflections.
+//! A Gaussian as a square root of its information matrix, updated by reflections.
 //!
 //! `R` is upper triangular with a positive diagonal and `(Rᵀ R)⁻¹` is the covariance: symmetric
 //! and positive definite whatever happens, because nothing is ever subtracted from it.
 //!
 //! Source: [Bierman 1977], chapters II and VI (Householder measurement update).
 
-use faer::traits::pulp::{Arch, Simd, WithSimd};
-
-/// Doubles handled together. Rows are padded to whole tiles, which compilers turn into vectors.
-pub(crate) const LANES: usize = 8;
-/// `LANES` neighbouring columns of one row.
-pub(crate) type Tile = [f64; LANES];
-
-/// Number of tiles that hold `n` columns.
-pub(crate) fn tiles(n: usize) -> usize {
-    n.div_ceil(LANES)
-}
-
-/// Rows `A x = e` of evidence with unit noise, stored tile by tile: a tile column is contiguous.
-#[derive(Debug, Clone)]
-pub(crate) struct Rows {
-    capacity: usize,
-    len: usize,
-    a: Vec<Tile>,
-    /// Right-hand sides.
-    pub(crate) e: Vec<f64>,
-}
-
-impl Rows {
-    pub(crate) fn new(n: usize, capacity: usize) -> Self {
-        Self {
-            capacity,
-            len: 0,
-            a: vec![[0.0; LANES]; tiles(n) * capacity],
-            e: vec![0.0; capacity],
-        }
-    }
-
-    /// Takes `len` rows, whose old contents stay until they are overwritten.
-    pub(crate) fn reset(&mut self, len: usize) {
-        debug_assert!(len <= self.capacity);
-        self.len = len;
-    }
-
-    /// Most rows there is room for.
-    pub(crate) fn capacity(&self) -> usize {
-        self.capacity
-    }
-
-    /// Makes a row zero.
-    pub(crate) fn clear(&mut self, row: usize) {
-        for column in self.a.chunks_exact_mut(self.capacity) {
-            column[row] = [0.0; LANES];
-        }
-    }
-
-    pub(crate) fn tile_mut(&mut self, row: usize, tile: usize) -> &mut Tile {
-        &mut self.a[tile * self.capacity + row]
-    }
-
-    /// Dot product of two rows of `width` tiles.
-    pub(crate) fn dot(&self, i: usize, j: usize, width: usize) -> f64 {
-        let mut sum: Tile = [0.0; LANES];
-        for column in self.a.chunks_exact(self.capacity).take(width) {
-            for ((s, a), b) in sum.iter_mut().zip(&column[i]).zip(&column[j]) {
-                *s += a * b;
-            }
-        }
-        lane_sum(&sum)
-    }
-
-    pub(crate) fn set(&mut self, row: usize, column: usize, value: f64) {
-        self.tile_mut(row, column / LANES)[column % LANES] = value;
-    }
-
-    /// Divides rows by a lower triangular matrix (row-major, `len × len`) from the left, which
-    /// gives evidence with covariance `L Lᵀ` unit noise.
-    pub(crate) fn whiten(&mut self, lower: &[f64]) {
-        let m = self.len;
-        for column in self.a.chunks_exact_mut(self.capacity) {
-            for i in 0..m {
-                for j in 0..i {
-                    let l = lower[i * m + j];
-                    let from = column[j];
-                    for (x, y) in column[i].iter_mut().zip(from) {
-                        *x -= l * y;
-                    }
-                }
-                for x in &mut column[i] {
-                    *x /= lower[i * m + i];
-                }
-            }
-        }
-        for i in 0..m {
-            for j in 0..i {
-                self.e[i] -= lower[i * m + j] * self.e[j];
-            }
-            self.e[i] /= lower[i * m + i];
-        }
-    }
-
-    /// Is every entry finite?
-    pub(crate) fn is_finite(&self) -> bool {
-        // 0 x is zero or NaN, so the sum tells without a branch an entry.
-        let mut sum: Tile = [0.0; LANES];
-        for column in self.a.chunks_exact(self.capacity.max(1)) {
-            for row in &column[..self.len] {
-                for (s, x) in sum.iter_mut().zip(row) {
-                    *s += 0.0 * x;
-                }
-            }
-        }
-        let rest: f64 = self.e[..self.len].iter().map(|x| 0.0 * x).sum();
-        sum.iter().sum::<f64>() == 0.0 && rest == 0.0
-    }
-}
+use super::rows::Rows;
+use super::tile::{LANES, Tile, add_multiple, lane_sum, sum_of_squares, tile_dot, tiles};
+use pulp::{Arch, Simd, WithSimd};
 
 /// What folding rows into a belief says about them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -163,7 +56,7 @@ impl SquareRoot {
             .sum()
     }
 
-    /// Do the diagonals agree to a factor of `e^log_ratio`?
+    /// Do the diagonals agree to within a factor of `e^log_ratio`?
     pub(crate) fn differs_by_at_most(&self, other: &Self, log_ratio: f64) -> bool {
         let most = log_ratio.exp();
         (0..self.n).all(|k| {
@@ -179,7 +72,7 @@ impl SquareRoot {
         self.r.extend_from_slice(&other.r);
     }
 
-    pub(crate) fn get(&self, row: usize, column: usize) -> f64 {
+    fn get(&self, row: usize, column: usize) -> f64 {
         self.row(row)[column / LANES][column % LANES]
     }
 
@@ -195,7 +88,7 @@ impl SquareRoot {
         self.r[..2 * width].split_at_mut(width)
     }
 
-    /// Adds evidence rows. `z` gathers the right-hand side of `R δ = z` for the change of the mean
+    /// Adds rows of evidence. `z` gathers the right-hand side of `R δ = z` for the change of the mean
     /// since `z` was zero; `column` is scratch of the capacity of the rows.
     pub(crate) fn fold(&mut self, rows: &mut Rows, z: &mut [f64], column: &mut [f64]) -> Fold {
         Arch::new().dispatch(Folding {
@@ -248,18 +141,23 @@ impl SquareRoot {
         p
     }
 
-    /// Smallest and largest diagonal entry; their ratio bounds the condition number from below.
-    pub(crate) fn diagonal_range(&self) -> (f64, f64) {
-        (0..self.n).fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), k| {
-            let d = self.get(k, k);
-            (low.min(d), high.max(d))
-        })
+    /// Lower bound of the condition number of the information matrix: the squared ratio of the
+    /// largest to the smallest diagonal entry.
+    pub(crate) fn condition(&self) -> f64 {
+        let diagonal = (0..self.n).map(|k| self.get(k, k));
+        let largest = diagonal.clone().fold(0.0, f64::max);
+        let smallest = diagonal.fold(f64::INFINITY, f64::min);
+        (largest / smallest).powi(2)
+    }
+
+    /// Number of variables.
+    pub(crate) fn size(&self) -> usize {
+        self.n
     }
 }
 
-/// The work of [`SquareRoot::fold`], compiled once more with the widest vectors that can be relied
-/// on and chosen at run time. Machines with fused multiplication and addition round differently
-/// from others, in the last digits.
+/// The work of [`SquareRoot::fold`], compiled once for any machine and once for wide vectors, chosen
+/// at run time. Machines with fused multiplication and addition round the last digits differently.
 struct Folding<'a> {
     root: &'a mut SquareRoot,
     rows: &'a mut Rows,
@@ -279,7 +177,7 @@ impl WithSimd for Folding<'_> {
             column,
         } = self;
         let width = tiles(root.n);
-        let (m, capacity) = (rows.len, rows.capacity);
+        let (m, capacity) = (rows.len, rows.capacity());
         let v = &mut column[..m];
         let mut log_determinant = 0.0;
         let mut product = 1.0;
@@ -330,7 +228,7 @@ impl WithSimd for Folding<'_> {
     }
 }
 
-/// The work of [`SquareRoot::solve`], compiled once more for wide vectors.
+/// The work of [`SquareRoot::solve`], also compiled for wide vectors.
 struct Solving<'a> {
     root: &'a SquareRoot,
     z: &'a mut [f64],
@@ -358,7 +256,7 @@ impl WithSimd for Solving<'_> {
     }
 }
 
-/// The work of [`SquareRoot::solve_transposed`], compiled once more for wide vectors.
+/// The work of [`SquareRoot::solve_transposed`], also compiled for wide vectors.
 struct SolvingTransposed<'a> {
     root: &'a SquareRoot,
     rows: &'a mut Rows,
@@ -377,7 +275,7 @@ impl WithSimd for SolvingTransposed<'_> {
             from,
             column,
         } = self;
-        let (m, capacity, width) = (rows.len, rows.capacity, tiles(root.n));
+        let (m, capacity, width) = (rows.len, rows.capacity(), tiles(root.n));
         let y = &mut column[..m];
         for k in from..root.n {
             let (first, lane) = (k / LANES, k % LANES);
@@ -423,55 +321,4 @@ fn reflect<S: Simd>(r: &mut Tile, block: &mut [Tile], v0: f64, v: &[f64], beta: 
     for (v, row) in v.iter().zip(block.iter_mut()) {
         add_multiple::<S>(row, *v, &w);
     }
-}
-
-/// `to += factor · from`, fused where the machine does that in one instruction.
-#[inline(always)]
-pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
-    for l in 0..LANES {
-        to[l] = if S::IS_SCALAR {
-            to[l] + factor * from[l]
-        } else {
-            factor.mul_add(from[l], to[l])
-        };
-    }
-}
-
-/// In four chains: an addition waits for the one before it.
-#[inline(always)]
-fn sum_of_squares(v: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let mut chunks = v.chunks_exact(4);
-    for chunk in &mut chunks {
-        for (s, x) in sums.iter_mut().zip(chunk) {
-            *s += x * x;
-        }
-    }
-    let rest: f64 = chunks.remainder().iter().map(|x| x * x).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
-/// Sum of the lanes, pairwise.
-#[inline(always)]
-pub(crate) fn lane_sum(t: &Tile) -> f64 {
-    let mut t = *t;
-    let mut half = LANES / 2;
-    while half > 0 {
-        for l in 0..half {
-            t[l] += t[l + half];
-        }
-        half /= 2;
-    }
-    t[0]
-}
-
-/// Dot product of two padded vectors.
-pub(crate) fn tile_dot(a: &[Tile], b: &[Tile]) -> f64 {
-    let mut sum: Tile = [0.0; LANES];
-    for (a, b) in a.iter().zip(b) {
-        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
-            *s += a * b;
-        }
-    }
-    lane_sum(&sum)
 }

@@ -1,19 +1,17 @@
-//! How the hypotheses of a bank branch, and how their number stays small.
+//! How hypotheses branch, and how their number stays small.
 
-use crate::Bank;
-use crate::bank::{Hypothesis, Mode, exchange};
+use super::component::ComponentFilter;
+use super::config::BankConfig;
+use super::hypothesis::{Hypothesis, Mode};
+use crate::error::BipError;
+use crate::filter::{PhaseEstimate, Posterior};
 
 /// Hypotheses lighter than this are dropped.
 const NEGLIGIBLE: f64 = 1e-7;
-/// Hypotheses of one mode and component are one if their means are closer than this, in squared
-/// standard deviations of the heavier, ...
-const SAME_MEAN: f64 = 0.25;
-/// ... and no diagonal entry of their square roots differs by more than this, as a logarithm.
-const SAME_SPREAD: f64 = 0.3;
 
 /// What may have happened in a hypothesis since the last branching.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Turn {
+enum Turn {
     None,
     Pause,
     Resume,
@@ -22,7 +20,7 @@ pub(crate) enum Turn {
 
 /// A hypothesis that may be kept.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Candidate {
+struct Candidate {
     from: usize,
     turn: Turn,
     /// Component it has afterwards.
@@ -30,18 +28,84 @@ pub(crate) struct Candidate {
     weight: f64,
 }
 
-/// Share of a motion in which no component is dropped for want of room.
-const SETTLING: f64 = 0.1;
+/// All hypotheses, with scratch that is allocated once.
+#[derive(Debug, Clone)]
+pub(super) struct Hypotheses {
+    pub list: Vec<Hypothesis>,
+    /// Posteriors of dropped hypotheses, for the next ones.
+    spare: Vec<Posterior>,
+    candidates: Vec<Candidate>,
+}
 
-impl Bank {
-    /// Lets every hypothesis take a turn within a `share` of a motion, and keeps the most probable.
-    pub(crate) fn branch(&mut self, share: f64) {
+impl Hypotheses {
+    pub(super) fn new(list: Vec<Hypothesis>, components: &[ComponentFilter], most: usize) -> Self {
+        let capacity = most.max(list.len());
+        let blanks = components.iter().map(|c| &c.blank);
+        let largest = blanks.max_by_key(|b| b.size());
+        let mut hypotheses = Self {
+            list,
+            spare: largest.map_or(Vec::new(), |b| vec![b.clone(); most]),
+            candidates: Vec::with_capacity((2 + components.len()).saturating_mul(capacity)),
+        };
+        hypotheses.list.reserve(2 * capacity);
+        // Each dropped hypothesis is kept for the next.
+        hypotheses.spare.reserve(2 * capacity);
+        hypotheses
+    }
+
+    pub(super) fn heaviest(&self) -> Option<&Hypothesis> {
+        self.list
+            .iter()
+            .max_by(|a, b| a.weight.total_cmp(&b.weight))
+    }
+
+    /// Lets each hypothesis take a turn within a `share` of a motion, and keeps the most probable,
+    /// `most` at the most.
+    pub(super) fn branch(
+        &mut self,
+        share: f64,
+        most: usize,
+        config: &BankConfig,
+        components: &mut [ComponentFilter],
+    ) {
+        self.list_candidates(share, config, components);
+        self.candidates
+            .sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
+        let heaviest = self.candidates[0].weight;
+        self.candidates.truncate(most);
+        self.candidates.retain(|c| c.weight > NEGLIGIBLE * heaviest);
+        let parents = self.list.len();
+        for h in &mut self.list {
+            h.weight = 0.0;
+        }
+        for at in 0..self.candidates.len() {
+            let candidate = self.candidates[at];
+            if candidate.turn == Turn::None {
+                self.list[candidate.from].weight = candidate.weight;
+            } else {
+                self.turn(candidate, components);
+            }
+        }
+        // From the last, so that what is swapped in has been looked at.
+        for at in (0..parents).rev() {
+            if self.list[at].weight == 0.0 {
+                self.discard(at);
+            }
+        }
+        self.merge(components);
+        let sum: f64 = self.list.iter().map(|h| h.weight).sum();
+        for h in &mut self.list {
+            h.weight /= sum;
+        }
+    }
+
+    fn list_candidates(&mut self, share: f64, config: &BankConfig, components: &[ComponentFilter]) {
         let at_least_one = |rate: f64| 1.0 - (-rate * share).exp();
-        let pause = at_least_one(self.config.pauses);
-        let change = (1.0 - pause) * at_least_one(self.config.changes);
-        let resume = at_least_one(1.0 / self.config.pause_length);
+        let pause = at_least_one(config.pauses);
+        let change = (1.0 - pause) * at_least_one(config.changes);
+        let resume = at_least_one(1.0 / config.pause_length);
         self.candidates.clear();
-        for (from, h) in self.hypotheses.iter().enumerate() {
+        for (from, h) in self.list.iter().enumerate() {
             let mut add = |turn, component, probability: f64| {
                 self.candidates.push(Candidate {
                     from,
@@ -54,8 +118,8 @@ impl Bank {
                 Mode::Moving => {
                     add(Turn::None, h.component, 1.0 - pause - change);
                     add(Turn::Pause, h.component, pause);
-                    for (component, prior) in self.priors.iter().enumerate() {
-                        add(Turn::ChangeOfMind, component, change * prior);
+                    for (component, c) in components.iter().enumerate() {
+                        add(Turn::ChangeOfMind, component, change * c.probability);
                     }
                 }
                 Mode::Resting => {
@@ -64,122 +128,90 @@ impl Bank {
                 }
             }
         }
-        self.candidates
-            .sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
-        let heaviest = self.candidates[0].weight;
-        self.candidates.truncate(self.most());
-        self.candidates.retain(|c| c.weight > NEGLIGIBLE * heaviest);
-        let parents = self.hypotheses.len();
-        for h in &mut self.hypotheses {
-            h.weight = 0.0;
-        }
-        for at in 0..self.candidates.len() {
-            let candidate = self.candidates[at];
-            if candidate.turn == Turn::None {
-                self.hypotheses[candidate.from].weight = candidate.weight;
-            } else {
-                self.turn(candidate);
-            }
-        }
-        // From behind, so that what is swapped in has been looked at.
-        for at in (0..parents).rev() {
-            if self.hypotheses[at].weight == 0.0 {
-                self.discard(at);
-            }
-        }
-        self.merge();
-        let sum: f64 = self.hypotheses.iter().map(|h| h.weight).sum();
-        for h in &mut self.hypotheses {
-            h.weight /= sum;
-        }
-    }
-
-    /// Most hypotheses at this time.
-    pub(crate) fn most(&self) -> usize {
-        if self.elapsed < SETTLING {
-            self.config.hypotheses.max(2 * self.priors.len())
-        } else {
-            self.config.hypotheses
-        }
     }
 
     /// Adds the hypothesis of a turn.
-    fn turn(&mut self, candidate: Candidate) {
+    fn turn(&mut self, candidate: Candidate, components: &mut [ComponentFilter]) {
         let component = candidate.component;
-        let (mode, changes) = match candidate.turn {
-            Turn::Pause => (Mode::Resting, false),
-            turn => (Mode::Moving, turn == Turn::ChangeOfMind),
+        let mode = match candidate.turn {
+            Turn::Pause => Mode::Resting,
+            Turn::None | Turn::Resume | Turn::ChangeOfMind => Mode::Moving,
         };
-        let mut belief = match self.spare.pop() {
-            Some(belief) => belief,
-            None => self.blanks[component].clone(),
+        let mut posterior = match self.spare.pop() {
+            Some(posterior) => posterior,
+            None => components[component].blank.clone(),
         };
-        if changes {
+        let parent = &mut self.list[candidate.from];
+        if candidate.turn == Turn::ChangeOfMind {
             // The shape of the old component means nothing in the new one.
-            let parent = &mut self.hypotheses[candidate.from];
-            let filter = &mut self.filters[parent.component];
-            exchange(filter, &mut parent.belief);
-            let mean = [filter.phase(), filter.phase_velocity()];
-            let covariance = filter.phase_covariance();
-            exchange(filter, &mut parent.belief);
-            belief.copy_from(&self.blanks[component]);
-            belief.take_time_of(&parent.belief);
-            let filter = &mut self.filters[component];
-            exchange(filter, &mut belief);
-            filter.begin_with_phase(mean, covariance);
-            exchange(filter, &mut belief);
+            let phase: PhaseEstimate = components[parent.component]
+                .with(&mut parent.posterior, |filter| filter.phase_estimate());
+            posterior.copy_from(&components[component].blank);
+            posterior.copy_time_from(&parent.posterior);
+            posterior.begin_with_phase(&phase);
         } else {
-            belief.copy_from(&self.hypotheses[candidate.from].belief);
+            posterior.copy_from(&parent.posterior);
             if candidate.turn == Turn::Resume {
-                let filter = &mut self.filters[component];
-                exchange(filter, &mut belief);
-                filter.redraw_velocity(self.velocities[component]);
-                exchange(filter, &mut belief);
+                posterior.redraw_velocity(components[component].velocity);
             }
         }
-        self.hypotheses
-            .push(Hypothesis::new(belief, candidate.weight, mode, component));
+        let hypothesis = Hypothesis::new(posterior, candidate.weight, mode, component);
+        self.list.push(hypothesis);
     }
 
     fn discard(&mut self, at: usize) {
-        let dropped = self.hypotheses.swap_remove(at);
-        self.spare.push(dropped.belief);
+        let dropped = self.list.swap_remove(at);
+        self.spare.push(dropped.posterior);
     }
 
-    /// Gives the weight of a hypothesis to a heavier one that says the same.
-    fn merge(&mut self) {
-        self.hypotheses
-            .sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
+    /// Gives the weight of a hypothesis to a heavier one that says about the same.
+    fn merge(&mut self, components: &mut [ComponentFilter]) {
+        let list = &mut self.list;
+        list.sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
         let mut lighter = 1;
-        while lighter < self.hypotheses.len() {
-            match (0..lighter).find(|&heavier| self.say_the_same(heavier, lighter)) {
+        while lighter < list.len() {
+            let same = (0..lighter).find(|&heavier| {
+                let (a, b) = (&list[heavier], &list[lighter]);
+                (a.mode, a.component) == (b.mode, b.component)
+                    && components[a.component]
+                        .filter
+                        .are_alike(&a.posterior, &b.posterior)
+            });
+            match same {
                 Some(heavier) => {
-                    self.hypotheses[heavier].weight += self.hypotheses[lighter].weight;
-                    let dropped = self.hypotheses.remove(lighter);
-                    self.spare.push(dropped.belief);
+                    list[heavier].weight += list[lighter].weight;
+                    self.spare.push(list.remove(lighter).posterior);
                 }
                 None => lighter += 1,
             }
         }
     }
 
-    fn say_the_same(&mut self, heavier: usize, lighter: usize) -> bool {
-        let (a, b) = (&self.hypotheses[heavier], &self.hypotheses[lighter]);
-        if (a.mode, a.component) != (b.mode, b.component) {
-            return false;
+    /// Turns scores into weights, drops what has become impossible and returns the logarithm of
+    /// the sum of the weights.
+    ///
+    /// # Errors
+    /// The failure, if there is one and everything has become impossible; the weights stay.
+    pub(super) fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
+        let scores = self.list.iter().map(|h| h.score);
+        let best = scores.fold(f64::NEG_INFINITY, f64::max);
+        if let (true, Some(error)) = (best == f64::NEG_INFINITY, failed) {
+            return Err(error);
         }
-        let away = &mut self.filters[a.component].scratch.padded;
-        for ((d, x), y) in away
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(a.belief.state.as_flattened())
-            .zip(b.belief.state.as_flattened())
-        {
-            *d = x - y;
+        let mut sum = 0.0;
+        for h in &mut self.list {
+            h.weight = (h.score - best).exp();
+            sum += h.weight;
         }
-        a.belief
-            .root
-            .differs_by_at_most(&b.belief.root, SAME_SPREAD)
-            && a.belief.root.distance_squared(away) < SAME_MEAN
+        let mut at = 0;
+        while at < self.list.len() {
+            if self.list[at].weight > 0.0 {
+                self.list[at].weight /= sum;
+                at += 1;
+            } else {
+                self.discard(at);
+            }
+        }
+        Ok(best + sum.ln())
     }
 }

@@ -1,176 +1,43 @@
-//! A bank of hypotheses: what a person may be doing instead of going on as expected.
-//!
-//! A single filter that sees the hand at rest learns that the phase stands still, becomes certain
-//! of it, and never recovers; one that sees a change of target explains it by the phase. Here
-//! every such turn of events is a hypothesis of its own with its own exact filter, weighed by how
-//! well it predicted what was seen.
+//! The bank: hypotheses, weighted by how well they predict.
 
-use crate::branching::Candidate;
-use crate::error::{finite, not_negative, positive};
-use crate::past::Past;
-use crate::square_root::{SquareRoot, Tile};
-use crate::{
-    BipError, Filter, FilterConfig, Gate, Health, Model, Observation, PhaseVelocity, Update,
-};
+use super::branching::Hypotheses;
+use super::component::{Component, ComponentFilter, total_probability};
+use super::config::BankConfig;
+use super::hypothesis::{Hypothesis, HypothesisView, Mode};
+use crate::error::BipError;
+use crate::filter::{Filter, FilterConfig, Health, Observation, Update};
+use crate::model::{Model, PhaseVelocity};
+use hwall_numeric::check;
 
-/// What a hypothesis says the person is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
-    /// The motion goes on.
-    Moving,
-    /// The hand rests; the phase stands still.
-    Resting,
-}
-
-/// Parameters of a bank. Rates are expected numbers a motion, times are shares of a motion of
-/// average duration.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BankConfig {
-    /// Filter of every hypothesis; its default here refuses outliers.
-    pub filter: FilterConfig,
-    /// Split the prior of the phase velocity into a slow, a usual and a fast hypothesis. Default
-    /// `true`.
-    pub split_velocity: bool,
-    /// Expected number of pauses. Default 0.3.
-    pub pauses: f64,
-    /// Expected length of a pause. Default 0.3.
-    pub pause_length: f64,
-    /// Expected number of changes of mind: the shape of the motion is drawn anew from the prior of
-    /// all components, the phase goes on; evidence about the old end is forgotten. Default 0.2.
-    pub changes: f64,
-    /// Probability that the motion has not begun when the filter starts. Default 0.2.
-    pub not_begun: f64,
-    /// Probability that it is well under way by then, anywhere. Default 0.05.
-    pub under_way: f64,
-    /// Time between two moments at which hypotheses branch. Default 0.02.
-    pub branching: f64,
-    /// Most hypotheses kept. Default 8; the time of a step grows in proportion. In the first tenth
-    /// of a motion two a component are kept, if that is more.
-    pub hypotheses: usize,
-}
-
-impl Default for BankConfig {
-    fn default() -> Self {
-        Self {
-            filter: FilterConfig {
-                gate: Some(Gate::default()),
-                ..FilterConfig::default()
-            },
-            split_velocity: true,
-            pauses: 0.3,
-            pause_length: 0.3,
-            changes: 0.2,
-            not_begun: 0.2,
-            under_way: 0.05,
-            branching: 0.02,
-            hypotheses: 8,
-        }
-    }
-}
-
-/// Mean and square-root information of one hypothesis.
-#[derive(Debug, Clone)]
-pub(crate) struct Belief {
-    pub(crate) state: Vec<Tile>,
-    pub(crate) root: SquareRoot,
-    refused: usize,
-    past: Past,
-}
-
-impl Belief {
-    fn of(filter: &Filter) -> Self {
-        Self {
-            state: filter.state.clone(),
-            root: filter.root.clone(),
-            refused: 0,
-            past: filter.past.clone(),
-        }
-    }
-
-    /// The clock of another belief.
-    pub(crate) fn take_time_of(&mut self, other: &Self) {
-        self.past.clock = other.past.clock;
-        self.past.travelled = other.past.travelled;
-    }
-
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.state.clear();
-        self.state.extend_from_slice(&other.state);
-        self.root.copy_from(&other.root);
-        self.refused = other.refused;
-        self.past.copy_from(&other.past);
-    }
-}
-
-#[derive(Debug, Clone)]
-pub(crate) struct Hypothesis {
-    pub(crate) belief: Belief,
-    pub(crate) weight: f64,
-    /// Logarithm of the weight after the evidence of this step, before it is scaled.
-    score: f64,
-    pub(crate) mode: Mode,
-    pub(crate) component: usize,
-}
-
-impl Hypothesis {
-    pub(crate) fn new(belief: Belief, weight: f64, mode: Mode, component: usize) -> Self {
-        Self {
-            belief,
-            weight,
-            score: 0.0,
-            mode,
-            component,
-        }
-    }
-}
-
-/// A belief as a mixture over components of the prior and over what the person does.
-///
-/// A jump Markov system: every [`branching`](BankConfig::branching) a moving hypothesis may pause
-/// or change its mind and a resting one may go on with a velocity drawn anew, each as a hypothesis
-/// of its own; those that say the same are merged, the lightest dropped. An interacting multiple
-/// model would instead mix all histories of a mode into one Gaussian at every step: a change of
-/// mind, whose two sides are far apart, does not survive that.
-///
-/// Steps do not allocate, unless a belief passes to a component of larger rank for the first time.
-/// An error leaves the bank as it was, unless it is an overflow of the
-/// arithmetic in some of the hypotheses, which are then dropped.
-#[derive(Debug, Clone)]
-pub struct Bank {
-    pub(crate) filters: Vec<Filter>,
-    pub(crate) velocities: Vec<PhaseVelocity>,
-    pub(crate) hypotheses: Vec<Hypothesis>,
-    /// Prior probabilities of the components.
-    pub(crate) priors: Vec<f64>,
-    /// A belief of each component, for its size.
-    pub(crate) blanks: Vec<Belief>,
-    pub(crate) spare: Vec<Belief>,
-    pub(crate) candidates: Vec<Candidate>,
-    pub(crate) config: BankConfig,
-    pub(crate) moments: [Vec<f64>; 2],
-    /// Shares of a motion since the last branching, and since the start.
-    since_branching: f64,
-    pub(crate) elapsed: f64,
-    health: Health,
-}
-
-/// Where a motion that is under way may be, and how far off that.
+/// Where a motion that is under way may be, and how far from there.
 const UNDER_WAY: [f64; 3] = [0.25, 0.5, 0.75];
 const UNDER_WAY_VARIANCE: f64 = 0.01;
 
-/// Hypotheses beyond which a bank is no longer meant.
-const MOST: usize = 10_000;
+/// Share of a motion in which two hypotheses for each component have room.
+const SETTLING: f64 = 0.1;
 
-fn probability(what: &'static str, value: f64) -> Result<(), BipError> {
-    if (0.0..1.0).contains(&value) {
-        Ok(())
-    } else {
-        Err(BipError::Parameter {
-            what,
-            value,
-            wanted: "at least 0 and below 1",
-        })
-    }
+/// An estimate as a mixture over components of the prior and over what the person is doing.
+///
+/// A jump Markov system: at every [`branching`](BankConfig::branching) a moving hypothesis may pause
+/// or change its mind and a resting one may go on with a velocity drawn anew, each as a new
+/// hypothesis; those that say about the same are merged, the lightest are dropped. An interacting multiple
+/// model would instead mix all histories of a mode into one Gaussian at every step. A change of
+/// mind, before and after which the ends lie far apart, does not survive that.
+///
+/// Steps do not allocate, unless a hypothesis passes to a component of larger rank for the first time.
+/// An error leaves the bank as it was, unless the arithmetic overflows in some of the
+/// hypotheses, which are then dropped.
+#[derive(Debug, Clone)]
+pub struct Bank {
+    pub(super) components: Vec<ComponentFilter>,
+    pub(super) hypotheses: Hypotheses,
+    pub(super) config: BankConfig,
+    /// Scratch for the moments of one hypothesis.
+    pub(super) moments: [Vec<f64>; 2],
+    /// Shares of a motion since the last branching, and since the start.
+    since_branching: f64,
+    elapsed: f64,
+    health: Health,
 }
 
 impl Bank {
@@ -179,162 +46,83 @@ impl Bank {
     /// # Errors
     /// As [`Filter::new`]; rates and times that are negative or not finite, no hypothesis.
     pub fn new(model: &Model, config: &BankConfig) -> Result<Self, BipError> {
-        Self::of_components(&[(model, 1.0)], config)
+        let component = Component {
+            model,
+            probability: 1.0,
+        };
+        Self::of_components(&[component], config)
     }
 
-    /// Of several models with the same degrees of freedom and their prior probabilities, which
-    /// are scaled to a sum of 1.
+    /// Of several models with the same degrees of freedom, with their prior probabilities.
     ///
     /// # Errors
     /// As [`new`](Self::new); no model, different degrees of freedom, probabilities that are
     /// negative, not finite or all zero.
     pub fn of_components(
-        components: &[(&Model, f64)],
+        components: &[Component<'_>],
         config: &BankConfig,
     ) -> Result<Self, BipError> {
-        not_negative("pauses", config.pauses)?;
-        positive("length of a pause", config.pause_length)?;
-        not_negative("changes", config.changes)?;
-        not_negative("branching", config.branching)?;
-        probability("probability of not having begun", config.not_begun)?;
-        probability("probability of being under way", config.under_way)?;
-        let begins = 1.0 - config.not_begun - config.under_way;
-        probability("probability of neither", 1.0 - begins)?;
-        for (what, count) in [
-            ("hypotheses", config.hypotheses),
-            ("components", components.len()),
-        ] {
-            if !(1..=MOST).contains(&count) {
-                return Err(BipError::Parameter {
-                    what,
-                    value: count as f64,
-                    wanted: "1 to 10000",
-                });
-            }
+        config.validate()?;
+        let total = total_probability(components)?;
+        // With several components there are hypotheses enough to begin with.
+        let split = config.split_velocity && components.len() == 1;
+        let (mut filters, mut list) = (Vec::new(), Vec::new());
+        for (at, component) in components.iter().enumerate() {
+            let filter = ComponentFilter::new(component, total, &config.filter)?;
+            add_first_hypotheses(&mut list, at, component.model, &filter, config, split)?;
+            filters.push(filter);
         }
-        let dofs = components[0].0.dofs();
-        let mut total = 0.0;
-        for (i, (model, weight)) in components.iter().enumerate() {
-            not_negative("probability of a component", *weight)?;
-            if model.dofs() != dofs {
-                return Err(BipError::DofMismatch {
-                    demonstration: i,
-                    expected: dofs,
-                    got: model.dofs(),
-                });
-            }
-            total += weight;
-        }
-        if !(total > 0.0 && total.is_finite()) {
-            return Err(BipError::Parameter {
-                what: "sum of the probabilities of the components",
-                value: total,
-                wanted: "finite and positive",
-            });
-        }
-        let mut bank = Self {
-            filters: Vec::new(),
-            velocities: Vec::new(),
-            hypotheses: Vec::new(),
-            priors: Vec::new(),
-            blanks: Vec::new(),
-            spare: Vec::new(),
-            candidates: Vec::new(),
+        let dofs = components[0].model.dofs();
+        Ok(Self {
+            hypotheses: Hypotheses::new(list, &filters, most(config, filters.len(), 0.0)),
+            components: filters,
             config: config.clone(),
             moments: [vec![0.0; dofs * dofs], vec![0.0; dofs * dofs]],
             since_branching: 0.0,
             elapsed: 0.0,
             health: Health::NEW,
-        };
-        for (component, (model, weight)) in components.iter().enumerate() {
-            let filter = Filter::new(model, &config.filter)?;
-            let weight = weight / total;
-            let velocity = model.phase_velocity();
-            // With several components there are hypotheses enough to begin with.
-            let parts = split(velocity, config.split_velocity && components.len() == 1);
-            for (share, rate) in parts {
-                let mut moving = filter.clone();
-                moving.redraw_velocity(rate);
-                bank.add(&moving, weight * share * begins, Mode::Moving, component);
-            }
-            bank.add(&filter, weight * config.not_begun, Mode::Resting, component);
-            for phase in UNDER_WAY {
-                let under_way = FilterConfig {
-                    phase,
-                    phase_variance: UNDER_WAY_VARIANCE,
-                    ..config.filter.clone()
-                };
-                let share = config.under_way / UNDER_WAY.len() as f64;
-                bank.add(
-                    &Filter::new(model, &under_way)?,
-                    weight * share,
-                    Mode::Moving,
-                    component,
-                );
-            }
-            bank.velocities.push(velocity);
-            bank.priors.push(weight);
-            bank.blanks.push(Belief::of(&filter));
-            bank.filters.push(filter);
-        }
-        let most = bank.most().max(bank.hypotheses.len());
-        bank.candidates
-            .reserve((2 + components.len()).saturating_mul(most));
-        bank.hypotheses.reserve(2 * most);
-        let largest = bank.blanks.iter().max_by_key(|b| b.state.len()).cloned();
-        bank.spare = largest.map_or(Vec::new(), |b| vec![b; bank.most()]);
-        // Each dropped hypothesis is kept for the next.
-        bank.spare.reserve(2 * most);
-        Ok(bank)
-    }
-
-    fn add(&mut self, filter: &Filter, weight: f64, mode: Mode, component: usize) {
-        if weight > 0.0 {
-            let belief = Belief::of(filter);
-            self.hypotheses
-                .push(Hypothesis::new(belief, weight, mode, component));
-        }
+        })
     }
 
     /// Lets `dt` pass.
     ///
     /// # Errors
-    /// A `dt` that is negative or not finite.
+    /// A `dt` that is negative or not finite, or so long that something overflows.
     pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
-        not_negative("dt", dt)?;
-        let mean = self.velocities.iter().map(|v| v.mean.abs()).sum::<f64>()
-            / self.velocities.len() as f64;
-        finite("dt", &[dt * mean])?;
-        for h in &self.hypotheses {
-            let [phase, velocity] = [h.belief.state[0][0], h.belief.state[0][1]];
-            let noise = self.filters[h.component].acceleration_sd * dt;
-            finite("dt", &[phase + dt * velocity, noise * noise, noise * dt])?;
+        check::non_negative("dt", dt)?;
+        let speeds = self.components.iter().map(|c| c.velocity.mean.abs());
+        let mean = speeds.sum::<f64>() / self.components.len() as f64;
+        check::finite("dt", dt * mean)?;
+        for h in &self.hypotheses.list {
+            let moved = h.posterior.phase() + dt * h.posterior.phase_velocity();
+            let dynamics = self.components[h.component].filter.dynamics();
+            let noise = dynamics.acceleration_sd * dt;
+            check::all_finite("dt", &[moved, noise * noise, noise * dt])?;
         }
         self.since_branching += dt * mean;
         self.elapsed += dt * mean;
         if self.since_branching >= self.config.branching {
-            self.branch(self.since_branching);
+            let most = most(&self.config, self.components.len(), self.elapsed);
+            let (share, components) = (self.since_branching, &mut self.components);
+            self.hypotheses
+                .branch(share, most, &self.config, components);
             self.since_branching = 0.0;
         }
         let mut failed = None;
-        for h in &mut self.hypotheses {
+        for h in &mut self.hypotheses.list {
             h.score = h.weight.ln();
-            let filter = &mut self.filters[h.component];
-            exchange(filter, &mut h.belief);
-            let moved = match h.mode {
-                Mode::Moving => filter.predict(dt),
-                Mode::Resting => {
-                    filter.rest(dt);
-                    Ok(())
+            let dynamics = self.components[h.component].filter.dynamics();
+            match h.mode {
+                Mode::Resting => h.posterior.rest(dt),
+                Mode::Moving => {
+                    if let Err(error) = h.posterior.advance(dt, dynamics) {
+                        h.score = f64::NEG_INFINITY;
+                        failed = Some(error);
+                    }
                 }
-            };
-            exchange(filter, &mut h.belief);
-            if let Err(error) = moved {
-                h.score = f64::NEG_INFINITY;
-                failed = Some(error);
             }
         }
-        self.adopt_scores(failed).map(|_| ())
+        self.hypotheses.adopt_scores(failed).map(|_| ())
     }
 
     /// Takes an observation of the present.
@@ -365,33 +153,38 @@ impl Bank {
         self.weigh(|filter| filter.observe_phase(phase, variance))
     }
 
-    /// What happened since the start; numbers taken and refused are those of the hypothesis that
+    /// What happened since the start; values accepted and refused are those of the hypothesis that
     /// was the most probable one at the time.
     #[must_use]
     pub fn health(&self) -> Health {
-        let condition = |h: &Hypothesis| {
-            let (smallest, largest) = h.belief.root.diagonal_range();
-            (largest / smallest).powi(2)
-        };
+        let heaviest = self.hypotheses.heaviest();
         Health {
-            condition: self.heaviest().map_or(1.0, condition),
+            condition: heaviest.map_or(1.0, |h| h.posterior.condition()),
             ..self.health
         }
     }
 
-    /// Updates every hypothesis and its weight by the density it gave to the evidence.
+    /// Hypotheses, in no order; probabilities add up to one.
+    pub fn hypotheses(&self) -> impl Iterator<Item = HypothesisView> + '_ {
+        self.hypotheses.list.iter().map(|h| HypothesisView {
+            probability: h.weight,
+            mode: h.mode,
+            component: h.component,
+            phase: h.posterior.phase(),
+            phase_velocity: h.posterior.phase_velocity(),
+        })
+    }
+
+    /// Updates every hypothesis, and its weight by the density that it gave to the evidence.
     fn weigh(
         &mut self,
         mut update: impl FnMut(&mut Filter) -> Result<Update, BipError>,
     ) -> Result<Update, BipError> {
         let mut failed = None;
         let mut best = (f64::NEG_INFINITY, Update::NOTHING);
-        for h in &mut self.hypotheses {
-            let filter = &mut self.filters[h.component];
-            exchange(filter, &mut h.belief);
-            let updated = update(filter);
-            exchange(filter, &mut h.belief);
-            match updated {
+        for h in &mut self.hypotheses.list {
+            let component = &mut self.components[h.component];
+            match component.with(&mut h.posterior, &mut update) {
                 Ok(update) => {
                     h.score = h.weight.ln() + update.log_likelihood;
                     if h.score > best.0 {
@@ -407,7 +200,7 @@ impl Bank {
                 Err(error) => return Err(error),
             }
         }
-        let log_likelihood = self.adopt_scores(failed)?;
+        let log_likelihood = self.hypotheses.adopt_scores(failed)?;
         let update = Update {
             log_likelihood,
             ..best.1
@@ -415,61 +208,78 @@ impl Bank {
         self.health.count(&update);
         Ok(update)
     }
+}
 
-    /// Turns scores into weights, drops what has become impossible and returns the logarithm of
-    /// the sum. If everything has, the weights stay as they were.
-    fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
-        let best = self
-            .hypotheses
-            .iter()
-            .fold(f64::NEG_INFINITY, |best, h| best.max(h.score));
-        if let (true, Some(error)) = (best == f64::NEG_INFINITY, failed) {
-            return Err(error);
-        }
-        let mut sum = 0.0;
-        for h in &mut self.hypotheses {
-            h.weight = (h.score - best).exp();
-            sum += h.weight;
-        }
-        let mut at = 0;
-        while at < self.hypotheses.len() {
-            if self.hypotheses[at].weight > 0.0 {
-                self.hypotheses[at].weight /= sum;
-                at += 1;
-            } else {
-                let dropped = self.hypotheses.swap_remove(at);
-                self.spare.push(dropped.belief);
-            }
-        }
-        Ok(best + sum.ln())
+/// Most hypotheses after a share of a motion.
+fn most(config: &BankConfig, components: usize, elapsed: f64) -> usize {
+    if elapsed < SETTLING {
+        config.hypotheses.max(2 * components)
+    } else {
+        config.hypotheses
     }
 }
 
-/// Share, mean and variance of the phase velocity of each hypothesis at the start. Three normal
+/// What a component may be doing when the bank starts.
+fn add_first_hypotheses(
+    list: &mut Vec<Hypothesis>,
+    at: usize,
+    model: &Model,
+    component: &ComponentFilter,
+    config: &BankConfig,
+    split_velocity: bool,
+) -> Result<(), BipError> {
+    let prior = component.filter.posterior();
+    let mut add = |posterior, share: f64, mode| {
+        let weight = component.probability * share;
+        if weight > 0.0 {
+            list.push(Hypothesis::new(posterior, weight, mode, at));
+        }
+    };
+    for part in velocity_parts(component.velocity, split_velocity) {
+        let mut moving = prior.clone();
+        moving.redraw_velocity(part.velocity);
+        add(moving, part.share * config.begins(), Mode::Moving);
+    }
+    add(prior.clone(), config.not_begun, Mode::Resting);
+    for phase in UNDER_WAY {
+        let under_way = FilterConfig {
+            phase,
+            phase_variance: UNDER_WAY_VARIANCE,
+            ..config.filter.clone()
+        };
+        let filter = Filter::new(model, &under_way)?;
+        let share = config.under_way / UNDER_WAY.len() as f64;
+        add(filter.posterior().clone(), share, Mode::Moving);
+    }
+    Ok(())
+}
+
+/// A part of the prior of the phase velocity.
+struct VelocityPart {
+    share: f64,
+    velocity: PhaseVelocity,
+}
+
+/// Phase velocity of each hypothesis at the start. Three normal
 /// distributions one standard deviation apart, with half the variance each, have the mean and the
-/// variance of the one they replace; phase and position are far less linear in the velocity than
+/// variance of the one they replace; phase and position are much less linear in the velocity than
 /// one filter can follow.
-fn split(velocity: PhaseVelocity, split: bool) -> Vec<(f64, PhaseVelocity)> {
+fn velocity_parts(velocity: PhaseVelocity, split: bool) -> Vec<VelocityPart> {
     if !split {
-        return vec![(1.0, velocity)];
+        return vec![VelocityPart {
+            share: 1.0,
+            velocity,
+        }];
     }
     let sd = velocity.variance.sqrt();
     [(0.25, -1.0), (0.5, 0.0), (0.25, 1.0)]
         .into_iter()
-        .map(|(share, away)| {
-            let part = PhaseVelocity {
+        .map(|(share, away)| VelocityPart {
+            share,
+            velocity: PhaseVelocity {
                 mean: velocity.mean + away * sd,
                 variance: 0.5 * velocity.variance,
-            };
-            (share, part)
+            },
         })
         .collect()
-}
-
-/// Puts a belief into the machinery of its component, or takes it out again.
-pub(crate) fn exchange(filter: &mut Filter, belief: &mut Belief) {
-    std::mem::swap(&mut filter.state, &mut belief.state);
-    std::mem::swap(&mut filter.root, &mut belief.root);
-    std::mem::swap(&mut filter.refused, &mut belief.refused);
-    std::mem::swap(&mut filter.past, &mut belief.past);
 }

@@ -1,9 +1,15 @@
 //! Several priors instead of one: by target, by person, or by clusters of end points.
 //!
-//! One normal distribution over many targets and people is a blurred prior. A mixture keeps each
-//! group's own mean and covariance; a [`Bank`] weighs the components while it observes.
+//! One normal distribution over many targets and people is a blurred prior. A mixture keeps the mean
+//! (and, if asked, the covariance) of each group; a [`Bank`] weighs the components while it observes.
 
-use crate::{Bank, BankConfig, BipError, Demonstration, Model, Trainer, TrainingConfig, Tuning};
+use super::component::Component;
+use super::config::BankConfig;
+use super::filter_bank::Bank;
+use crate::error::{BipError, length};
+use crate::model::{Model, Tuning};
+use crate::train::{Demonstration, Trainer, TrainingConfig};
+use hwall_numeric::check;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -11,7 +17,7 @@ use rand_pcg::Pcg64;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Grouping {
-    /// One label a demonstration, such as its target or its person; any numbers.
+    /// One label for each demonstration, such as its target or its person; any numbers.
     Labels(Vec<usize>),
     /// By the last values of the degrees of freedom, each in units of its spread over the
     /// demonstrations (k-means). Groups of one demonstration are dissolved, so that there may be
@@ -26,13 +32,14 @@ pub enum Grouping {
 
 /// Whose covariance a component has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Covariance {
     /// That of all demonstrations around the means of their groups: with a few dozen
     /// demonstrations the better choice, because none of the directions in which people differ is
     /// lost. Shrinkage is not applied.
     #[default]
     Shared,
-    /// That of its own group, which needs many demonstrations a group, at least two.
+    /// That of its own group, which needs many demonstrations in each group, at least two.
     Own,
 }
 
@@ -45,7 +52,7 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// Trains one model a group; its probability is its share of the demonstrations.
+    /// Trains one model for each group; its probability is its share of the demonstrations.
     ///
     /// # Errors
     /// No demonstration, another number of labels than demonstrations, no cluster, with
@@ -63,22 +70,12 @@ impl Mixture {
         let (demonstrations, config) = config.trimmed(demonstrations)?;
         let (demonstrations, config) = (&demonstrations[..], &config);
         let labels = match grouping {
-            Grouping::Labels(labels) if labels.len() == n => labels.clone(),
             Grouping::Labels(labels) => {
-                return Err(BipError::WrongLength {
-                    what: "labels",
-                    expected: n,
-                    got: labels.len(),
-                });
+                length("labels", n, labels.len())?;
+                labels.clone()
             }
             Grouping::EndPoints { clusters, seed } => {
-                if *clusters == 0 {
-                    return Err(BipError::Parameter {
-                        what: "clusters",
-                        value: 0.0,
-                        wanted: "at least 1",
-                    });
-                }
+                check::that(*clusters > 0, "clusters", 0.0, "at least 1")?;
                 cluster(&ends(demonstrations)?, *clusters, *seed)
             }
         };
@@ -159,10 +156,11 @@ impl Mixture {
     /// # Errors
     /// As [`Bank::of_components`].
     pub fn bank(&self, config: &BankConfig) -> Result<Bank, BipError> {
-        let components: Vec<(&Model, f64)> = self
+        let components: Vec<Component<'_>> = self
             .models
             .iter()
-            .zip(self.probabilities.iter().copied())
+            .zip(&self.probabilities)
+            .map(|(model, &probability)| Component { model, probability })
             .collect();
         Bank::of_components(&components, config)
     }
@@ -213,7 +211,7 @@ fn nearest(point: &[f64], centres: &[Vec<f64>]) -> (usize, f64) {
         .fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
 }
 
-/// Rounds of k-means; it stands still long before for the few hundred points there are.
+/// Rounds of k-means; with a few hundred points it converges long before.
 const ROUNDS: usize = 100;
 
 /// Starts of k-means, of which the tightest result is kept.

@@ -1,49 +1,22 @@
-//! What a bank believes: moments of the mixture, and its hypotheses one by one.
+//! What a bank predicts: moments of the mixture of its hypotheses.
 
-use crate::bank::{Hypothesis, Mode, exchange};
-use crate::error::{finite, length};
-use crate::{Bank, BipError, Filter, TimeToEnd};
+use super::filter_bank::Bank;
+use super::hypothesis::{Hypothesis, Mode};
+use crate::error::{BipError, length};
+use crate::filter::{Filter, TimeToEnd};
+use hwall_numeric::check;
 
-/// One hypothesis as seen from outside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HypothesisView {
-    /// Probability.
-    pub probability: f64,
-    /// What the person does.
-    pub mode: Mode,
-    /// Component of the prior, from 0.
-    pub component: usize,
-    /// Mean of the phase.
-    pub phase: f64,
-    /// Mean of the phase velocity, 1/time; while resting, the one before.
-    pub phase_velocity: f64,
-}
+/// Motions of average duration beyond which a hypothesis says nothing about the time of the end.
+const LONGEST: f64 = 5.0;
 
 impl Bank {
-    /// Hypotheses, in no order; probabilities add up to one.
-    pub fn hypotheses(&self) -> impl Iterator<Item = HypothesisView> + '_ {
-        self.hypotheses.iter().map(|h| HypothesisView {
-            probability: h.weight,
-            mode: h.mode,
-            component: h.component,
-            phase: h.belief.state[0][0],
-            phase_velocity: h.belief.state[0][1],
-        })
-    }
-
-    pub(crate) fn heaviest(&self) -> Option<&Hypothesis> {
-        self.hypotheses
-            .iter()
-            .max_by(|a, b| a.weight.total_cmp(&b.weight))
-    }
-
     /// Probability that the hand rests.
     #[must_use]
     pub fn resting(&self) -> f64 {
         self.average(|h| if h.mode == Mode::Resting { 1.0 } else { 0.0 })
     }
 
-    /// Probability of a component of the prior; 0 if there is no such one.
+    /// Probability of a component of the prior; 0 if there is no such component.
     #[must_use]
     pub fn component_probability(&self, component: usize) -> f64 {
         self.average(|h| if h.component == component { 1.0 } else { 0.0 })
@@ -52,17 +25,18 @@ impl Bank {
     /// Mean of the phase.
     #[must_use]
     pub fn phase(&self) -> f64 {
-        self.average(|h| h.belief.state[0][0])
+        self.average(|h| h.posterior.phase())
     }
 
     /// Mean of the phase velocity, 1/time; that of a resting hand is 0.
     #[must_use]
     pub fn phase_velocity(&self) -> f64 {
-        self.average(velocity)
+        self.average(Hypothesis::velocity)
     }
 
     fn average(&self, value: impl Fn(&Hypothesis) -> f64) -> f64 {
-        self.hypotheses.iter().map(|h| h.weight * value(h)).sum()
+        let values = self.hypotheses.list.iter();
+        values.map(|h| h.weight * value(h)).sum()
     }
 
     /// Covariance of phase and phase velocity.
@@ -70,12 +44,10 @@ impl Bank {
     pub fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
         let centre = [self.phase(), self.phase_velocity()];
         let mut sum = [[0.0; 2]; 2];
-        for h in &mut self.hypotheses {
-            let away = [h.belief.state[0][0] - centre[0], velocity(h) - centre[1]];
-            let filter = &mut self.filters[h.component];
-            exchange(filter, &mut h.belief);
-            let mut within = filter.phase_covariance();
-            exchange(filter, &mut h.belief);
+        for h in &mut self.hypotheses.list {
+            let away = [h.posterior.phase() - centre[0], h.velocity() - centre[1]];
+            let component = &mut self.components[h.component];
+            let mut within = component.with(&mut h.posterior, |f| f.phase_covariance());
             if h.mode == Mode::Resting {
                 within = [[within[0][0], 0.0], [0.0, 0.0]];
             }
@@ -120,8 +92,8 @@ impl Bank {
         })
     }
 
-    /// Mean and variance of some degrees of freedom after a time `dt` without further turns: who
-    /// rests is taken to rest on.
+    /// Mean and variance of some degrees of freedom after a time `dt` without further turns: a hand
+    /// at rest goes on resting.
     ///
     /// # Errors
     /// As [`Filter::moments_after`].
@@ -183,7 +155,7 @@ impl Bank {
         if m * m > self.moments[0].len() {
             return Err(BipError::WrongLength {
                 what: "dofs",
-                expected: self.filters[0].projector.dofs(),
+                expected: self.components[0].filter.dofs(),
                 got: m,
             });
         }
@@ -193,12 +165,10 @@ impl Bank {
         let (part, part_second) = (&mut part[..m], &mut part_second[..second.len()]);
         // Shifted by the mean so far, so that nothing cancels (West's way of adding up variances).
         let mut weight = 0.0;
-        for h in &mut self.hypotheses {
-            let filter = &mut self.filters[h.component];
-            exchange(filter, &mut h.belief);
-            let done = each(filter, h.mode, part, part_second);
-            exchange(filter, &mut h.belief);
-            done?;
+        for h in &mut self.hypotheses.list {
+            let mode = h.mode;
+            self.components[h.component]
+                .with(&mut h.posterior, |f| each(f, mode, part, part_second))?;
             weight += h.weight;
             let share = h.weight / weight;
             for i in 0..m {
@@ -213,8 +183,8 @@ impl Bank {
                 }
             }
         }
-        finite("mean", mean)?;
-        finite("variance", second)
+        check::all_finite("mean", mean)?;
+        Ok(check::all_finite("variance", second)?)
     }
 
     /// Probability that the motion is over after a time `dt` without further turns.
@@ -223,35 +193,34 @@ impl Bank {
     /// A `dt` that is negative or not finite.
     pub fn probability_ended(&mut self, dt: f64) -> Result<f64, BipError> {
         let mut sum = 0.0;
-        for h in &mut self.hypotheses {
-            let filter = &mut self.filters[h.component];
-            exchange(filter, &mut h.belief);
+        for h in &mut self.hypotheses.list {
+            // Not 0 at rest: NaN and infinity must be refused there too.
             let dt = if h.mode == Mode::Moving { dt } else { 0.0 * dt };
-            let ended = filter.probability_ended(dt);
-            exchange(filter, &mut h.belief);
-            sum += h.weight * ended?;
+            let component = &mut self.components[h.component];
+            let ended = component.with(&mut h.posterior, |f| f.probability_ended(dt))?;
+            sum += h.weight * ended;
         }
         Ok(sum)
     }
 
-    /// Time left until phase 1. Who rests is expected to rest for the average pause and to go on
-    /// at the average velocity. `None` while most of the belief does not move forward.
+    /// Time left until phase 1. A hand at rest is expected to rest for the average pause and to go on
+    /// at the average velocity. `None` unless hypotheses with more than half of the probability say
+    /// when the motion ends.
     #[must_use]
     pub fn time_to_end(&mut self) -> Option<TimeToEnd> {
         let (mut weight, mut mean, mut variance) = (0.0, 0.0, 0.0);
-        for h in &mut self.hypotheses {
-            let usual = self.velocities[h.component];
-            let filter = &mut self.filters[h.component];
-            exchange(filter, &mut h.belief);
+        for h in &mut self.hypotheses.list {
+            let component = &mut self.components[h.component];
+            let usual = component.velocity;
             let left = match h.mode {
-                // One that hardly moves would give no time but a pole.
-                Mode::Moving => filter
-                    .time_to_end()
+                // For one that hardly moves the time is a division by nearly nothing.
+                Mode::Moving => component
+                    .with(&mut h.posterior, |f| f.time_to_end())
                     .filter(|t| t.mean.max(t.sd) * usual.mean < LONGEST),
                 Mode::Resting if usual.mean > 0.0 => {
-                    let going = (1.0 - filter.phase()).max(0.0) / usual.mean;
+                    let going = (1.0 - h.posterior.phase()).max(0.0) / usual.mean;
                     let pause = self.config.pause_length / usual.mean;
-                    // The time left of a pause of random end is exponential: as spread as long.
+                    // The rest of a pause is exponential: its standard deviation is its mean.
                     let sd = (going * usual.variance.sqrt() / usual.mean).hypot(pause);
                     Some(TimeToEnd {
                         mean: pause + going,
@@ -260,7 +229,6 @@ impl Bank {
                 }
                 Mode::Resting => None,
             };
-            exchange(filter, &mut h.belief);
             if let Some(left) = left {
                 weight += h.weight;
                 let share = h.weight / weight;
@@ -275,15 +243,5 @@ impl Bank {
             sd: variance.sqrt(),
         };
         (weight > 0.5 && estimate.mean.is_finite() && estimate.sd.is_finite()).then_some(estimate)
-    }
-}
-
-/// Motions of average duration beyond which a hypothesis says nothing about the time of the end.
-const LONGEST: f64 = 5.0;
-
-fn velocity(h: &Hypothesis) -> f64 {
-    match h.mode {
-        Mode::Moving => h.belief.state[0][1],
-        Mode::Resting => 0.0,
     }
 }

@@ -1,8 +1,9 @@
 //! Basis functions of the phase: values, derivatives and how well conditioned they are.
 
-use crate::BipError;
-use crate::dense::Svd;
-use crate::error::{finite, length, positive};
+use crate::error::{BipError, length};
+use hwall_numeric::ArgumentError;
+use hwall_numeric::check;
+use hwall_numeric::dense::{Matrix, Svd};
 
 /// More functions than this are a mistake, and would take minutes to make orthonormal.
 const MAX_COUNT: usize = 1024;
@@ -19,7 +20,7 @@ const MAX_COUNT: usize = 1024;
 #[non_exhaustive]
 pub enum Basis {
     /// `exp(-(phase - centre)² / (2 variance))`. On data far from zero its sum ripples and the
-    /// ripple reads as phase: centre the data, or take the normalised form.
+    /// ripple is mistaken for phase: centre the data, or take the normalised form.
     Gaussian {
         /// Number of functions.
         count: usize,
@@ -37,7 +38,7 @@ pub enum Basis {
     Sigmoid {
         /// Number of functions.
         count: usize,
-        /// Width of each step, phase.
+        /// Width of each step, in phase.
         width: f64,
     },
     /// `(2 phase - 1)^d`, `d = 0 .. count - 1`.
@@ -104,22 +105,23 @@ impl Basis {
         derivatives: &mut [f64],
     ) -> Result<(), BipError> {
         self.validate()?;
-        finite("phase", &[phase])?;
+        check::finite("phase", phase)?;
         length("values", self.count(), values.len())?;
         length("derivatives", self.count(), derivatives.len())?;
         self.fill(phase, values, derivatives);
-        finite("values", values)
-            .and_then(|()| finite("derivatives", derivatives))
+        check::all_finite("values", values)
+            .and_then(|()| check::all_finite("derivatives", derivatives))
             .map_err(|_| BipError::Overflow { phase })
     }
 
-    /// Largest over smallest singular value of the functions at evenly spaced phases; infinite
-    /// where they are linearly dependent to rounding or where there are fewer samples than functions.
+    /// Ratio of the largest to the smallest singular value of the functions at evenly spaced phases;
+    /// infinite where they are linearly dependent to rounding, or where there are fewer samples
+    /// than functions.
     ///
-    /// A fit loses about its decimal logarithm in digits.
+    /// A fit loses about as many digits as its decimal logarithm says.
     ///
     /// # Errors
-    /// Fewer than two samples, a width that is not positive.
+    /// Fewer than two samples or more than a million, a width that is not positive.
     pub fn condition_number(&self, samples: usize) -> Result<f64, BipError> {
         self.validate()?;
         if samples < 2 {
@@ -128,14 +130,9 @@ impl Basis {
         if samples < self.count() {
             return Ok(f64::INFINITY);
         }
-        if samples > MOST_SAMPLES {
-            return Err(BipError::Parameter {
-                what: "samples",
-                value: samples as f64,
-                wanted: "at most 1e6",
-            });
-        }
-        let svd = Svd::of(samples, self.count(), &self.on_grid(samples))?;
+        let wanted = "at most 1e6";
+        check::that(samples <= MOST_SAMPLES, "samples", samples as f64, wanted)?;
+        let svd = Svd::thin(&self.on_grid(samples))?;
         let (largest, smallest) = (svd.singular[0], svd.singular[self.count() - 1]);
         Ok(if smallest > largest * f64::EPSILON {
             largest / smallest
@@ -144,37 +141,37 @@ impl Basis {
         })
     }
 
-    /// Values at evenly spaced phases, row-major, one row a phase.
-    pub(crate) fn on_grid(&self, samples: usize) -> Vec<f64> {
+    /// Values at evenly spaced phases, one row for each phase.
+    pub(super) fn on_grid(&self, samples: usize) -> Matrix {
         let count = self.count();
-        let mut rows = vec![0.0; samples * count];
+        let mut rows = Matrix::zeros(samples, count);
         let mut derivatives = vec![0.0; count];
-        for (k, row) in rows.chunks_exact_mut(count).enumerate() {
-            self.fill(k as f64 / (samples - 1) as f64, row, &mut derivatives);
+        for k in 0..samples {
+            let phase = k as f64 / (samples - 1) as f64;
+            self.fill(phase, rows.row_mut(k), &mut derivatives);
         }
         rows
     }
 
-    /// Rejects an empty or absurdly large family and widths that are not positive.
-    pub(crate) fn validate(&self) -> Result<(), BipError> {
-        if !(1..=MAX_COUNT).contains(&self.count()) {
-            return Err(BipError::Parameter {
-                what: "number of basis functions",
-                value: self.count() as f64,
-                wanted: "between 1 and 1024",
-            });
-        }
+    /// Rejects an empty or absurdly large family and functions that are too narrow.
+    pub(super) fn validate(&self) -> Result<(), ArgumentError> {
+        check::that(
+            (1..=MAX_COUNT).contains(&self.count()),
+            "number of basis functions",
+            self.count() as f64,
+            "between 1 and 1024",
+        )?;
         match *self {
             Self::Gaussian { variance, .. } | Self::NormalizedGaussian { variance, .. } => {
-                narrow("variance of the basis", variance, NARROWEST * NARROWEST)
+                wide_enough("variance of the basis", variance, NARROWEST * NARROWEST)
             }
-            Self::Sigmoid { width, .. } => narrow("width of the basis", width, NARROWEST),
-            _ => Ok(()),
+            Self::Sigmoid { width, .. } => wide_enough("width of the basis", width, NARROWEST),
+            Self::Polynomial { .. } | Self::Legendre { .. } | Self::Chebyshev { .. } => Ok(()),
         }
     }
 
     /// As [`evaluate_into`](Self::evaluate_into), for checked arguments.
-    pub(crate) fn fill(&self, phase: f64, values: &mut [f64], derivatives: &mut [f64]) {
+    pub(super) fn fill(&self, phase: f64, values: &mut [f64], derivatives: &mut [f64]) {
         match *self {
             Self::Gaussian { count, variance } => {
                 for i in 0..count {
@@ -201,23 +198,16 @@ impl Basis {
     }
 }
 
-/// Phases at which a condition number is asked for.
+/// Most phases at which a condition number is computed.
 const MOST_SAMPLES: usize = 1_000_000;
 
 /// A bell or step narrower than this, in phase, falls between the samples of any recording.
 const NARROWEST: f64 = 1e-6;
 
-fn narrow(what: &'static str, value: f64, least: f64) -> Result<(), BipError> {
-    positive(what, value)?;
-    if value >= least {
-        Ok(())
-    } else {
-        Err(BipError::Parameter {
-            what,
-            value,
-            wanted: "at least 1e-6 phase wide",
-        })
-    }
+fn wide_enough(what: &'static str, value: f64, least: f64) -> Result<(), ArgumentError> {
+    check::positive(what, value)?;
+    check::that(value >= least, what, value, "at least 1e-6 phase wide")?;
+    Ok(())
 }
 
 /// Distance of neighbouring centres; 1 where there is only one.

@@ -1,19 +1,20 @@
 //! The same functions in coordinates in which they are orthonormal over the motion.
 
-use crate::dense::Svd;
-use crate::{Basis, BipError};
+use super::functions::Basis;
+use crate::error::BipError;
+use hwall_numeric::dense::{Matrix, Svd, dot};
 
 /// Phases over which the functions are made orthonormal.
 const GRID: usize = 257;
-/// Directions below this share of the largest singular value are dropped: the rounding of the
-/// basis functions, 1e-16, would grow past 1e-6 in them.
+/// Directions below this share of the largest singular value are dropped: in them the rounding of the
+/// basis functions, 1e-16, would grow past 1e-6.
 const DEPENDENT: f64 = 1e-10;
 /// Stored functions may be this far from orthonormal: rounding over [`DEPENDENT`], with a margin
 /// for exponential functions of other machines.
 #[cfg(feature = "serde")]
 const STORED: f64 = 1e-4;
 
-/// Phases for so many functions.
+/// Number of phases for this number of functions.
 fn grid(count: usize) -> usize {
     GRID.max(4 * count + 1)
 }
@@ -26,10 +27,10 @@ pub(crate) struct OrthonormalBasis {
     basis: Basis,
     size: usize,
     condition: f64,
-    /// `T`, basis functions × size, row-major.
-    transform: Vec<f64>,
-    /// Left inverse of `T`, size × basis functions, row-major.
-    inverse: Vec<f64>,
+    /// `T`, basis functions × size.
+    transform: Matrix,
+    /// Left inverse of `T`, size × basis functions.
+    inverse: Matrix,
 }
 
 impl OrthonormalBasis {
@@ -39,19 +40,13 @@ impl OrthonormalBasis {
         let grid = grid(count);
         let mut rows = basis.on_grid(grid);
         let scale = 1.0 / (grid as f64).sqrt();
-        rows.iter_mut().for_each(|v| *v *= scale);
-        let svd = Svd::of(grid, count, &rows)?;
+        rows.entries_mut().iter_mut().for_each(|v| *v *= scale);
+        let svd = Svd::thin(&rows)?;
         let size = svd.rank(DEPENDENT);
         let smallest = svd.singular[count - 1];
-        let mut transform = vec![0.0; count * size];
-        let mut inverse = vec![0.0; size * count];
-        for i in 0..count {
-            for j in 0..size {
-                let v = svd.right[i * count + j];
-                transform[i * size + j] = v / svd.singular[j];
-                inverse[j * count + i] = v * svd.singular[j];
-            }
-        }
+        let (right, singular) = (&svd.right, &svd.singular);
+        let transform = Matrix::from_fn(count, size, |i, j| right[(i, j)] / singular[j]);
+        let inverse = Matrix::from_fn(size, count, |j, i| right[(i, j)] * singular[j]);
         Ok(Self {
             basis,
             size,
@@ -65,8 +60,8 @@ impl OrthonormalBasis {
         })
     }
 
-    /// As it was stored: the same functions on every machine, whatever signs and last digits its
-    /// decomposition has.
+    /// As it was stored: the same functions on every machine, whatever signs and last digits the
+    /// decomposition has there.
     #[cfg(feature = "serde")]
     pub(crate) fn stored(
         basis: Basis,
@@ -75,33 +70,32 @@ impl OrthonormalBasis {
         transform: Vec<f64>,
         inverse: Vec<f64>,
     ) -> Result<Self, BipError> {
-        use crate::error::{finite, length};
+        use crate::error::length;
+        use hwall_numeric::check;
         basis.validate()?;
         let count = basis.count();
-        if size == 0 || size > count {
-            return Err(BipError::Parameter {
-                what: "independent functions",
-                value: size as f64,
-                wanted: "at least 1, at most those of the basis",
-            });
-        }
+        check::that(
+            (1..=count).contains(&size),
+            "independent functions",
+            size as f64,
+            "at least 1, at most those of the basis",
+        )?;
         length("transform", count * size, transform.len())?;
         length("inverse", count * size, inverse.len())?;
-        finite("transform", &transform)?;
-        finite("inverse", &inverse)?;
-        if condition.is_nan() || condition < 1.0 {
-            return Err(BipError::Parameter {
-                what: "condition number",
-                value: condition,
-                wanted: "at least 1",
-            });
-        }
+        check::all_finite("transform", &transform)?;
+        check::all_finite("inverse", &inverse)?;
+        check::that(
+            condition >= 1.0,
+            "condition number",
+            condition,
+            "at least 1",
+        )?;
         let stored = Self {
             basis,
             size,
             condition,
-            transform,
-            inverse,
+            transform: Matrix::from_rows(count, size, transform),
+            inverse: Matrix::from_rows(size, count, inverse),
         };
         let deviation = stored.deviation();
         if deviation <= STORED {
@@ -116,34 +110,19 @@ impl OrthonormalBasis {
     fn deviation(&self) -> f64 {
         let (count, size) = (self.basis.count(), self.size);
         let grid = grid(count);
-        let rows = self.basis.on_grid(grid);
-        let mut products = vec![0.0; size * size];
-        for row in rows.chunks_exact(count) {
-            let values: Vec<f64> = (0..size)
-                .map(|j| {
-                    (0..count)
-                        .map(|i| row[i] * self.transform[i * size + j])
-                        .sum()
-                })
-                .collect();
-            for (j, v) in values.iter().enumerate() {
-                for (p, u) in products[j * size..].iter_mut().zip(&values) {
-                    *p += v * u / grid as f64;
-                }
-            }
-        }
+        let products = self.basis.on_grid(grid).times(&self.transform).gram();
         let mut largest: f64 = 0.0;
         for j in 0..size {
             for k in 0..size {
                 let one = if j == k { 1.0 } else { 0.0 };
                 let (mut inverse, mut sizes) = (0.0, 0.0);
                 for i in 0..count {
-                    let term = self.inverse[j * count + i] * self.transform[i * size + k];
+                    let term = self.inverse[(j, i)] * self.transform[(i, k)];
                     inverse += term;
                     sizes += term.abs();
                 }
                 let apart = [
-                    products[j * size + k] - one,
+                    products[(j, k)] / grid as f64 - one,
                     (inverse - one) / sizes.max(1.0),
                 ];
                 for x in apart {
@@ -159,15 +138,15 @@ impl OrthonormalBasis {
         largest
     }
 
-    /// `T`, basis functions × size, row-major.
+    /// `T`, basis functions × size.
     #[cfg(feature = "serde")]
-    pub(crate) fn transform(&self) -> &[f64] {
+    pub(crate) fn transform(&self) -> &Matrix {
         &self.transform
     }
 
-    /// Left inverse of `T`, size × basis functions, row-major.
+    /// Left inverse of `T`, size × basis functions.
     #[cfg(feature = "serde")]
-    pub(crate) fn inverse(&self) -> &[f64] {
+    pub(crate) fn inverse(&self) -> &Matrix {
         &self.inverse
     }
 
@@ -186,7 +165,12 @@ impl OrthonormalBasis {
         self.condition
     }
 
-    /// `Ψ` and its derivative at a finite phase; `scratch` holds twice the basis functions.
+    /// Numbers that [`evaluate_into`](Self::evaluate_into) needs as scratch.
+    pub(crate) fn scratch_len(&self) -> usize {
+        2 * self.basis.count()
+    }
+
+    /// `Ψ` and its derivative at a finite phase; `scratch` has [`scratch_len`](Self::scratch_len) or more.
     pub(crate) fn evaluate_into(
         &self,
         phase: f64,
@@ -194,12 +178,12 @@ impl OrthonormalBasis {
         values: &mut [f64],
         derivatives: &mut [f64],
     ) {
-        let (raw, raw_derivatives) = scratch.split_at_mut(self.basis.count());
-        self.basis
-            .fill(phase, raw, &mut raw_derivatives[..self.basis.count()]);
+        let count = self.basis.count();
+        let (raw, raw_derivatives) = scratch.split_at_mut(count);
+        self.basis.fill(phase, raw, &mut raw_derivatives[..count]);
         values.fill(0.0);
         derivatives.fill(0.0);
-        for (i, row) in self.transform.chunks_exact(self.size).enumerate() {
+        for (i, row) in self.transform.entries().chunks_exact(self.size).enumerate() {
             for (j, t) in row.iter().enumerate() {
                 values[j] += raw[i] * t;
                 derivatives[j] += raw_derivatives[i] * t;
@@ -209,17 +193,13 @@ impl OrthonormalBasis {
 
     /// Weights of `Φ` from weights of `Ψ`.
     pub(crate) fn named_weights(&self, weights: &[f64]) -> Vec<f64> {
-        self.transform
-            .chunks_exact(self.size)
-            .map(|row| crate::dense::dot(row, weights))
-            .collect()
+        let rows = self.transform.entries().chunks_exact(self.size);
+        rows.map(|row| dot(row, weights)).collect()
     }
 
     /// Weights of `Ψ` from weights of `Φ`.
     pub(crate) fn orthonormal_weights(&self, weights: &[f64]) -> Vec<f64> {
-        self.inverse
-            .chunks_exact(self.basis.count())
-            .map(|row| crate::dense::dot(row, weights))
-            .collect()
+        let rows = self.inverse.entries().chunks_exact(self.basis.count());
+        rows.map(|row| dot(row, weights)).collect()
     }
 }

@@ -1,88 +1,46 @@
-//! The ensemble filter: the belief as a set of possible motions instead of a mean and a covariance.
+//! The ensemble filter.
 
-use crate::ensemble_update::Scratch;
-use crate::error::{finite, length, not_negative};
-use crate::members::{At, Predictor, Table};
-use crate::projector::PHASE_STATES;
-use crate::{BipError, Filter, FilterConfig, Model, Observation, Update};
+use super::config::{EnsembleConfig, EnsembleUpdate};
+use super::predictor::{PredictedPhase, Predictor};
+use super::table::Table;
+use super::update::{Innovation, Scratch};
+use crate::arithmetic::LN_TAU;
+use crate::error::{BipError, length};
+use crate::filter::{NoiseModel, Observation, PHASE_STATES, PhaseDynamics, Update};
+use crate::model::Model;
+use hwall_numeric::check;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
-/// How the members of an ensemble take an observation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EnsembleUpdate {
-    /// Each member sees the observation with noise of its own, drawn with the standard deviation
-    /// of the measurement. Source: [Burgers 1998]; what [Campbell 2019] describes.
-    Perturbed,
-    /// As the code published with [Campbell 2019] does it, for comparison only: the noise is drawn
-    /// with the *variance* as standard deviation. Below a variance of one unit the members end up
-    /// too close together, above it too far apart. A full covariance counts with its diagonal.
-    Published,
-    /// Nothing is drawn for the observation: mean and deviations of the members are moved so that
-    /// their mean and covariance are exactly those of the linear update. Source: the square root
-    /// of [Andrews 1968] as in [Whitaker 2002], eq. 10, for all rows at once.
-    Deterministic,
-}
-
-/// Parameters of an ensemble filter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EnsembleConfig {
-    /// Number of members, at least 2. Default 300. With fewer members than the state has
-    /// variables, directions that no member shows are taken as certain.
-    pub members: usize,
-    /// Seed of all draws. Default 0.
-    pub seed: u64,
-    /// Default [`EnsembleUpdate::Deterministic`].
-    pub update: EnsembleUpdate,
-    /// Shift the first members so that their mean is that of the prior. Default `true`.
-    pub centred: bool,
-    /// Start, process noise and measurement noise, as for [`Filter`].
-    pub filter: FilterConfig,
-}
-
-impl Default for EnsembleConfig {
-    fn default() -> Self {
-        Self {
-            members: 300,
-            seed: 0,
-            update: EnsembleUpdate::Deterministic,
-            centred: true,
-            filter: FilterConfig::default(),
-        }
-    }
-}
-
-/// A belief about one motion in progress, as an ensemble of phases, phase velocities and
+/// An estimate of one motion in progress, as an ensemble of phases, phase velocities and
 /// coefficients.
 ///
-/// The same model, observations, units and errors as [`Filter`]; the first members are drawn from
-/// its prior. The difference: each member predicts the observation at its own phase, so nothing is
+/// The same model, observations, units and errors as [`Filter`](crate::filter::Filter); the first
+/// members are drawn from its prior. The difference: each member predicts the observation at its own phase, so nothing is
 /// linearised, and mean and covariance are those of a sample, with its sampling error.
-/// Where [`FilterConfig::clip_phase`] is set, the mean of the phases is kept within `[0, 1]` and a
-/// member beyond expects the motion to rest at its start or end.
+/// With [`FilterConfig::clip_phase`](crate::filter::FilterConfig::clip_phase), the mean of the
+/// phases is kept within `[0, 1]`, and a member beyond that predicts that the motion rests at its start
+/// or end.
 ///
 /// When to take it: where the phase is so uncertain that a linearisation at its mean misleads, or
-/// where the shape of the belief itself is of interest ([`phases`](Self::phases)). It costs tens of
-/// times the exact filter. On 18 reaches with 47 demonstrations, 300 members with the deterministic
+/// where the shape of the distribution itself is of interest ([`phases`](Self::phases)). It takes tens of
+/// times as long as the exact filter. On 18 reaches with 47 demonstrations, 300 members with the deterministic
 /// update were a little more accurate than the exact filter, their intervals no better; 50
 /// members with perturbed observations, about as many as state variables, diverged by metres in
-/// some runs. The published draws were the worst once half of a motion was seen.
+/// some runs. The published draws were the worst once half of a motion was observed.
 ///
 /// [`predict`](Self::predict), [`observe`](Self::observe) and [`observe_at`](Self::observe_at) do
 /// not allocate. An error leaves members and draws as they were. The same seed gives the same
 /// answer on machines with the same vector instructions.
 ///
 /// Source: [Campbell 2019] (ensemble Bayesian interaction primitives), in the span of the
-/// demonstrations, with rows of the innovation only for what was observed.
+/// demonstrations, with rows of the innovation only for observed degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct EnsembleFilter {
     predictor: Predictor,
-    noise_sd: Vec<f64>,
-    residual_sd: Vec<f64>,
-    spread: f64,
-    acceleration_sd: f64,
-    clip: bool,
+    noise: NoiseModel,
+    dynamics: PhaseDynamics,
     update: EnsembleUpdate,
     generator: Pcg64,
     state: Table,
@@ -90,55 +48,38 @@ pub struct EnsembleFilter {
     scratch: Scratch,
 }
 
-/// `ln(2 π)`.
-const LN_TAU: f64 = 1.837_877_066_409_345_5;
-
 impl EnsembleFilter {
     /// Members drawn from the prior, before anything is seen.
     ///
     /// # Errors
     /// Fewer than two members, a gate, more than one iteration, a correlation time (also one that
-    /// the model was tuned with: see [`TuningConfig::correlation_times`](crate::TuningConfig)); as
-    /// [`Filter::new`].
+    /// the model was tuned with: see
+    /// [`TuningConfig::correlation_times`](crate::judge::TuningConfig)); as
+    /// [`Filter::new`](crate::filter::Filter::new).
     pub fn new(model: &Model, config: &EnsembleConfig) -> Result<Self, BipError> {
         let members = config.members;
-        if members < 2 {
-            return Err(BipError::Parameter {
-                what: "members",
-                value: members as f64,
-                wanted: "at least 2",
-            });
-        }
+        check::that(members > 1, "members", members as f64, "at least 2")?;
+        config.filter.validate()?;
         if let Some(gate) = config.filter.gate {
-            return Err(BipError::Parameter {
-                what: "deviations of the gate",
-                value: gate.deviations,
-                wanted: "none: an ensemble has no gate",
-            });
+            let wanted = "none: an ensemble has no gate";
+            check::that(false, "deviations of the gate", gate.deviations, wanted)?;
         }
-        if config.filter.iterations > 1 {
-            return Err(BipError::Parameter {
-                what: "iterations",
-                value: config.filter.iterations as f64,
-                wanted: "1: an ensemble does not linearise",
-            });
-        }
-        // Checks the parameters and resolves their defaults.
-        let exact = Filter::new(model, &config.filter)?;
-        if exact.correlation_time > 0.0 {
-            return Err(BipError::Parameter {
-                what: "correlation time",
-                value: exact.correlation_time,
-                wanted: "0: an ensemble takes deviations as independent, tune it so",
-            });
-        }
+        let iterations = config.filter.iterations;
+        let wanted = "1: an ensemble does not linearise";
+        check::that(iterations == 1, "iterations", iterations as f64, wanted)?;
+        let noise = NoiseModel::new(model, &config.filter)?;
+        let dynamics = PhaseDynamics::new(model, &config.filter)?;
+        let time = noise.correlation_time;
+        let wanted = "0: an ensemble takes deviations as independent, tune it so";
+        check::that(time == 0.0, "correlation time", time, wanted)?;
         let (size, dofs) = (PHASE_STATES + model.rank(), model.dofs());
         let velocity = model.phase_velocity();
+        let start = dynamics.clipped(config.filter.phase);
         let mut generator = Pcg64::seed_from_u64(config.seed);
         let mut state = Table::new(size, members);
         for k in 0..size {
             let (mean, sd) = match k {
-                0 => (exact.phase(), config.filter.phase_variance.sqrt()),
+                0 => (start, config.filter.phase_variance.sqrt()),
                 1 => (velocity.mean, velocity.variance.sqrt()),
                 _ => (0.0, 1.0),
             };
@@ -154,11 +95,8 @@ impl EnsembleFilter {
         }
         let mut filter = Self {
             predictor: Predictor::new(model),
-            noise_sd: exact.noise_sd,
-            residual_sd: exact.residual_sd,
-            spread: exact.spread,
-            acceleration_sd: exact.acceleration_sd,
-            clip: config.filter.clip_phase,
+            noise,
+            dynamics,
             update: config.update,
             generator,
             size,
@@ -175,23 +113,19 @@ impl EnsembleFilter {
     /// # Errors
     /// A `dt` that is negative or not finite.
     pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
-        not_negative("dt", dt)?;
+        check::non_negative("dt", dt)?;
         let scratch = &mut self.scratch.state;
         scratch.copy_from(&self.state);
         let mut generator = self.generator.clone();
         let (phase, velocity) = scratch.top_two_mut();
         for (phase, velocity) in phase.iter_mut().zip(velocity) {
             let draw: f64 = StandardNormal.sample(&mut generator);
-            let gained = self.acceleration_sd * dt * draw;
+            let gained = self.dynamics.acceleration_sd * dt * draw;
             *phase += dt * (*velocity + 0.5 * gained);
             *velocity += gained;
         }
-        if !scratch.is_finite(PHASE_STATES) {
-            return Err(BipError::NonFinite {
-                what: "dt",
-                index: 0,
-                value: dt * self.phase_velocity(),
-            });
+        for k in 0..PHASE_STATES {
+            check::all_finite("dt", scratch.row(k))?;
         }
         std::mem::swap(&mut self.state, scratch);
         self.generator = generator;
@@ -202,10 +136,14 @@ impl EnsembleFilter {
     /// Takes an observation of the present: each member compares it with its own phase.
     ///
     /// # Errors
-    /// As [`Filter::observe`]; a noise so small beside the spread of the members that their
+    /// As [`Filter::observe`](crate::filter::Filter::observe); a noise so small beside the spread of the members that their
     /// covariance has no positive definite rest.
     pub fn observe(&mut self, observation: &Observation<'_>) -> Result<Update, BipError> {
-        let at = if self.clip { At::OwnWithin } else { At::Own };
+        let at = if self.dynamics.clip {
+            PredictedPhase::OwnWithin
+        } else {
+            PredictedPhase::Own
+        };
         self.observe_rows(at, observation)
     }
 
@@ -219,19 +157,23 @@ impl EnsembleFilter {
         phase: f64,
         observation: &Observation<'_>,
     ) -> Result<Update, BipError> {
-        finite("phase", &[phase])?;
-        self.observe_rows(At::Phase(phase), observation)
+        check::finite("phase", phase)?;
+        self.observe_rows(PredictedPhase::Given(phase), observation)
     }
 
-    fn observe_rows(&mut self, at: At, observation: &Observation<'_>) -> Result<Update, BipError> {
+    fn observe_rows(
+        &mut self,
+        at: PredictedPhase,
+        observation: &Observation<'_>,
+    ) -> Result<Update, BipError> {
         let s = &mut self.scratch;
         observation.validate(&mut s.seen)?;
         observation.factor_noise(&mut s.lower)?;
         let m = observation.dofs.len();
         let overflow = BipError::Overflow {
             phase: match at {
-                At::Phase(phase) => phase,
-                At::Own | At::OwnWithin => self.state.mean(0),
+                PredictedPhase::Given(phase) => phase,
+                PredictedPhase::Own | PredictedPhase::OwnWithin => self.state.mean(0),
             },
         };
         let mut generator = self.generator.clone();
@@ -240,9 +182,12 @@ impl EnsembleFilter {
         if !s.expected.is_finite(m) {
             return Err(overflow);
         }
-        let log_sd = s.innovations(observation, &self.noise_sd, self.update, &mut generator);
+        let log_sd = s.innovations(observation, &self.noise.sd, self.update, &mut generator);
         let scale = 1.0 / (self.state.members() - 1) as f64;
-        let (distance_squared, log_determinant) = s.factor(m, scale)?;
+        let Innovation {
+            distance_squared,
+            log_determinant,
+        } = s.factor(m, scale)?;
         s.changes(m, self.update);
         s.state.copy_from(&self.state);
         for k in 0..self.size {
@@ -269,8 +214,8 @@ impl EnsembleFilter {
 
     fn clip_phase(&mut self) {
         let mean = self.phase();
-        let shift = mean.clamp(0.0, 1.0) - mean;
-        if self.clip && shift != 0.0 {
+        let shift = self.dynamics.clipped(mean) - mean;
+        if shift != 0.0 {
             self.state.row_mut(0).iter_mut().for_each(|x| *x += shift);
         }
     }
@@ -299,7 +244,7 @@ impl EnsembleFilter {
         [0, 1].map(|i| [0, 1].map(|j| self.state.covariance(i, j)))
     }
 
-    /// Phases of the members: a sample of the belief, which may lean to one side or have two humps.
+    /// Phases of the members: a sample of the distribution, which may lean to one side or have two humps.
     #[must_use]
     pub fn phases(&self) -> &[f64] {
         self.state.row(0)
@@ -318,10 +263,11 @@ impl EnsembleFilter {
             .collect()
     }
 
-    /// Mean and variance of what will be measured at a phase; see [`Filter::predict_at`].
+    /// Mean and variance of what will be measured at a phase; see
+    /// [`Filter::predict_at`](crate::filter::Filter::predict_at).
     ///
     /// # Errors
-    /// As [`Filter::moments_at`].
+    /// As [`Filter::moments_at`](crate::filter::Filter::moments_at).
     pub fn predict_at(
         &mut self,
         phase: f64,
@@ -331,7 +277,7 @@ impl EnsembleFilter {
     ) -> Result<(), BipError> {
         self.moments_at(phase, dofs, mean, variance)?;
         for (v, &d) in variance.iter_mut().zip(dofs) {
-            *v = self.spread.powi(2) * (*v + self.residual_sd[d].powi(2));
+            *v = self.noise.spread.powi(2) * (*v + self.noise.residual_sd[d].powi(2));
         }
         Ok(())
     }
@@ -339,7 +285,7 @@ impl EnsembleFilter {
     /// Mean and variance of some degrees of freedom at a phase, over the members: 1 is the end.
     ///
     /// # Errors
-    /// As [`Filter::moments_at`].
+    /// As [`Filter::moments_at`](crate::filter::Filter::moments_at).
     pub fn moments_at(
         &mut self,
         phase: f64,
@@ -347,7 +293,7 @@ impl EnsembleFilter {
         mean: &mut [f64],
         variance: &mut [f64],
     ) -> Result<(), BipError> {
-        finite("phase", &[phase])?;
+        check::finite("phase", phase)?;
         length("mean", dofs.len(), mean.len())?;
         length("variance", dofs.len(), variance.len())?;
         let count = self.predictor.dofs();
@@ -357,7 +303,7 @@ impl EnsembleFilter {
         let values = &mut self.scratch.expected;
         for ((dof, mean), variance) in dofs.iter().zip(mean).zip(variance) {
             self.predictor
-                .predict(&self.state, At::Phase(phase), &[*dof], values);
+                .predict(&self.state, PredictedPhase::Given(phase), &[*dof], values);
             (*mean, *variance) = (values.mean(0), values.covariance(0, 0));
             if !(mean.is_finite() && variance.is_finite()) {
                 return Err(BipError::Overflow { phase });

@@ -1,34 +1,43 @@
 //! The arithmetic of one observation of an ensemble, in units of the measurement noise.
 
-use crate::dense::cholesky;
-use crate::members::Table;
-use crate::observation::Noise;
-use crate::{BipError, EnsembleUpdate, Observation};
+use super::config::EnsembleUpdate;
+use super::table::Table;
+use crate::error::BipError;
+use crate::filter::{Noise, Observation};
+use hwall_numeric::dense::{cholesky_in_place, solve_lower, solve_lower_transposed};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+/// What an innovation says about the members.
+pub(super) struct Innovation {
+    /// Squared length in units of the innovation covariance `S`.
+    pub distance_squared: f64,
+    /// `ln det S`.
+    pub log_determinant: f64,
+}
+
 /// Scratch of one step, allocated once.
 #[derive(Debug, Clone)]
-pub(crate) struct Scratch {
-    pub(crate) state: Table,
+pub(super) struct Scratch {
+    pub state: Table,
     /// What the members expect: deviations from their mean, in units of the noise.
-    pub(crate) expected: Table,
+    pub expected: Table,
     /// By how much each observed row moves each member.
-    pub(crate) change: Table,
+    pub change: Table,
     /// Covariance of one state variable with each row of `expected`.
-    pub(crate) gain: Vec<f64>,
-    pub(crate) innovation: Vec<f64>,
+    pub gain: Vec<f64>,
+    pub innovation: Vec<f64>,
     /// `S⁻¹` times the innovation.
-    pub(crate) solved: Vec<f64>,
+    pub solved: Vec<f64>,
     /// Cholesky factor of the innovation covariance `S`.
-    pub(crate) root: Vec<f64>,
+    pub root: Vec<f64>,
     /// Cholesky factor of a full noise covariance.
-    pub(crate) lower: Vec<f64>,
-    pub(crate) seen: Vec<bool>,
+    pub lower: Vec<f64>,
+    pub seen: Vec<bool>,
 }
 
 impl Scratch {
-    pub(crate) fn new(state: &Table, dofs: usize) -> Self {
+    pub(super) fn new(state: &Table, dofs: usize) -> Self {
         let members = state.members();
         Self {
             state: state.clone(),
@@ -45,7 +54,7 @@ impl Scratch {
 
     /// From what the members expect to deviations and innovations in units of the noise; returns
     /// half the logarithm of the determinant of the noise.
-    pub(crate) fn innovations(
+    pub(super) fn innovations(
         &mut self,
         observation: &Observation<'_>,
         noise_sd: &[f64],
@@ -76,7 +85,7 @@ impl Scratch {
             let lower = &self.lower[..m * m];
             self.expected.divide_lower(m, lower, 0.0);
             self.change.divide_lower(m, lower, 0.0);
-            divide_lower(m, lower, &mut self.innovation);
+            solve_lower(lower, &mut self.innovation[..m]);
             (0..m).map(|i| lower[i * m + i].ln()).sum()
         } else {
             for i in 0..m {
@@ -99,8 +108,8 @@ impl Scratch {
     }
 
     /// Factors the innovation covariance in units of the noise, `S = scale · Y Yᵀ + 1`; returns the
-    /// squared length of the innovation in it and `ln det S`.
-    pub(crate) fn factor(&mut self, m: usize, scale: f64) -> Result<(f64, f64), BipError> {
+    /// what it says about the innovation.
+    pub(super) fn factor(&mut self, m: usize, scale: f64) -> Result<Innovation, BipError> {
         let root = &mut self.root[..m * m];
         for i in 0..m {
             for j in 0..=i {
@@ -108,22 +117,21 @@ impl Scratch {
                 root[i * m + j] = own + scale * self.expected.product(i, &self.expected, j);
             }
         }
-        cholesky("innovation covariance", m, root)?;
+        cholesky_in_place(m, root).map_err(BipError::indefinite("innovation covariance"))?;
         let solved = &mut self.solved[..m];
         solved.copy_from_slice(&self.innovation[..m]);
-        divide_lower(m, root, solved);
+        solve_lower(root, solved);
         let distance_squared = solved.iter().map(|x| x * x).sum();
-        for i in (0..m).rev() {
-            let later: f64 = (i + 1..m).map(|j| root[j * m + i] * solved[j]).sum();
-            solved[i] = (solved[i] - later) / root[i * m + i];
-        }
-        let log_determinant = (0..m).map(|i| 2.0 * root[i * m + i].ln()).sum();
-        Ok((distance_squared, log_determinant))
+        solve_lower_transposed(root, solved);
+        Ok(Innovation {
+            distance_squared,
+            log_determinant: (0..m).map(|i| 2.0 * root[i * m + i].ln()).sum(),
+        })
     }
 
     /// What the gain multiplies: for each member `S⁻¹` times its own innovation, or the common one
     /// for the mean and the reduced one `-L⁻ᵀ (L + 1)⁻¹ Y` for the deviations, `S = L Lᵀ`.
-    pub(crate) fn changes(&mut self, m: usize, update: EnsembleUpdate) {
+    pub(super) fn changes(&mut self, m: usize, update: EnsembleUpdate) {
         let root = &self.root[..m * m];
         if update == EnsembleUpdate::Deterministic {
             self.change.copy_rows_from(&self.expected, m);
@@ -138,13 +146,5 @@ impl Scratch {
             self.change.divide_lower(m, root, 0.0);
             self.change.divide_transposed(m, root);
         }
-    }
-}
-
-/// Solves `L x = b` in place.
-fn divide_lower(m: usize, lower: &[f64], b: &mut [f64]) {
-    for i in 0..m {
-        let before: f64 = (0..i).map(|j| lower[i * m + j] * b[j]).sum();
-        b[i] = (b[i] - before) / lower[i * m + i];
     }
 }

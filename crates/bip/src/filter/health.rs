@@ -1,24 +1,24 @@
-//! Is the filter still in touch with what it sees?
+//! Does a filter still fit what it observes?
 
-use crate::{Filter, Update};
+use super::observation::Update;
 
 /// Updates over which [`Health::recent_distance`] forgets.
 const MEMORY: f64 = 20.0;
 
-/// Account of a filter since its start.
+/// What happened to a filter since its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Health {
     /// Observations taken.
     pub updates: u64,
-    /// Numbers taken.
+    /// Values accepted.
     pub rows: u64,
-    /// Numbers refused as outliers.
+    /// Values refused as outliers.
     pub gated: u64,
     /// Sum of the logarithms of the densities of all observations, each given those before.
     pub log_likelihood: f64,
-    /// Squared Mahalanobis distance a number, over the last twenty observations or so: around 1
+    /// Squared Mahalanobis distance per value, over about the last twenty observations: around 1
     /// where the noise is right, far below where it is deliberately large, far above where the
-    /// motion is none of those the model knows.
+    /// model does not know such motions.
     pub recent_distance: f64,
     /// Lower bound of the condition number of the information matrix.
     pub condition: f64,
@@ -46,7 +46,7 @@ impl Health {
         }
     }
 
-    /// Share of the numbers offered that was refused; 0 before the first.
+    /// Share of the values that was refused; 0 before the first.
     #[must_use]
     pub fn gated_share(&self) -> f64 {
         let all = self.rows + self.gated;
@@ -54,18 +54,6 @@ impl Health {
             0.0
         } else {
             self.gated as f64 / all as f64
-        }
-    }
-}
-
-impl Filter {
-    /// What happened since the start of the filter.
-    #[must_use]
-    pub fn health(&self) -> Health {
-        let (smallest, largest) = self.conditioning();
-        Health {
-            condition: (largest / smallest).powi(2),
-            ..self.health
         }
     }
 }

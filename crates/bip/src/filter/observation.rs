@@ -1,10 +1,10 @@
-//! Evidence: which degrees of freedom were seen, where, and how well.
+//! Evidence: which degrees of freedom were measured, with which values and which noise.
 
-use crate::BipError;
-use crate::dense::cholesky;
-use crate::error::{finite, length, positive};
+use crate::error::{BipError, length};
+use hwall_numeric::check;
+use hwall_numeric::dense::cholesky_in_place;
 
-/// Values of some degrees of freedom. Whatever is not listed is not observed.
+/// Values of some degrees of freedom. What is not listed is not observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observation<'a> {
     pub(crate) dofs: &'a [usize],
@@ -12,6 +12,7 @@ pub struct Observation<'a> {
     pub(crate) noise: Noise<'a>,
 }
 
+/// Whose noise an observation has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Noise<'a> {
     Model,
@@ -51,7 +52,7 @@ impl<'a> Observation<'a> {
     /// Checks everything but the covariance; `seen` is scratch, one entry a degree of freedom.
     pub(crate) fn validate(&self, seen: &mut [bool]) -> Result<(), BipError> {
         length("values", self.dofs.len(), self.values.len())?;
-        finite("values", self.values)?;
+        check::all_finite("values", self.values)?;
         seen.fill(false);
         for &dof in self.dofs {
             if dof >= seen.len() {
@@ -68,11 +69,14 @@ impl<'a> Observation<'a> {
             Noise::Model => Ok(()),
             Noise::Variances(v) => {
                 length("variances", self.dofs.len(), v.len())?;
-                v.iter().try_for_each(|v| positive("variance", *v))
+                for v in v {
+                    check::positive("variance", *v)?;
+                }
+                Ok(())
             }
             Noise::Covariance(c) => {
                 length("covariance", self.dofs.len().pow(2), c.len())?;
-                finite("covariance", c)
+                Ok(check::all_finite("covariance", c)?)
             }
         }
     }
@@ -82,13 +86,14 @@ impl<'a> Observation<'a> {
         if let Noise::Covariance(c) = self.noise {
             let lower = &mut lower[..c.len()];
             lower.copy_from_slice(c);
-            cholesky("covariance", self.dofs.len(), lower)?;
+            cholesky_in_place(self.dofs.len(), lower)
+                .map_err(BipError::indefinite("covariance"))?;
         }
         Ok(())
     }
 
     /// The same for some of the values, by their places.
-    pub(crate) fn factor_noise_of(
+    pub(super) fn factor_noise_of(
         &self,
         kept: &[usize],
         lower: &mut [f64],
@@ -101,23 +106,23 @@ impl<'a> Observation<'a> {
                     lower[i * m + j] = c[row * self.dofs.len() + column];
                 }
             }
-            cholesky("covariance", m, lower)?;
+            cholesky_in_place(m, lower).map_err(BipError::indefinite("covariance"))?;
         }
         Ok(())
     }
 }
 
-/// What an observation said about the belief before it.
+/// What an observation says about the estimate before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Update {
-    /// Numbers observed and believed.
+    /// Values accepted.
     pub rows: usize,
-    /// Numbers refused as outliers.
+    /// Values refused as outliers.
     pub gated: usize,
     /// Squared Mahalanobis distance of the observation from its prediction; its mean is `rows`
     /// where the model is right.
     pub distance_squared: f64,
-    /// Natural logarithm of the density of the observation; a refused number counts as if it lay
+    /// Natural logarithm of the density of the observation; a refused value counts as if it lay
     /// at the gate.
     pub log_likelihood: f64,
 }

@@ -1,30 +1,26 @@
 //! Rows of the measurement matrix: only what is observed, only in the span of the demonstrations.
 
-use crate::Model;
-use crate::model::DofLayout;
-use crate::orthonormal::OrthonormalBasis;
-use crate::square_root::{LANES, Tile, add_multiple, lane_sum, tiles};
-use faer::traits::pulp::{Arch, Simd, WithSimd};
-
-/// Entries of the state before the coefficients: phase and phase velocity.
-pub(crate) const PHASE_STATES: usize = 2;
+use super::posterior::PHASE_STATES;
+use crate::arithmetic::{LANES, Tile, add_multiple, lane_sum, tiles};
+use crate::model::{Model, WeightLayout};
+use hwall_numeric::dense::dot;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Prediction of one degree of freedom at one phase, and its derivative by phase.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Predicted {
-    pub(crate) value: f64,
-    pub(crate) slope: f64,
+pub(super) struct Predicted {
+    pub value: f64,
+    pub slope: f64,
 }
 
 /// The model laid out for fast rows, with the scratch that evaluating a basis needs.
 #[derive(Debug, Clone)]
-pub(crate) struct Projector {
+pub(super) struct Projector {
     width: usize,
-    bases: Vec<OrthonormalBasis>,
-    layout: Vec<DofLayout>,
+    layout: WeightLayout,
     offset: Vec<f64>,
     mean: Vec<f64>,
-    /// Factor in state columns. Per degree of freedom: tile after tile, in each the weights in order.
+    /// Factor in state columns. For each degree of freedom: tile after tile, in each the weights in order.
     factor: Vec<Tile>,
     values: Vec<Vec<f64>>,
     slopes: Vec<Vec<f64>>,
@@ -32,45 +28,46 @@ pub(crate) struct Projector {
 }
 
 impl Projector {
-    pub(crate) fn new(model: &Model) -> Self {
-        let width = tiles(PHASE_STATES + model.rank);
-        let mut factor = vec![[0.0; LANES]; model.mean.len() * width];
-        for dof in &model.layout {
-            let size = model.bases[dof.group].size();
-            for b in 0..size {
-                for c in 0..model.rank {
+    pub(super) fn new(model: &Model) -> Self {
+        let parts = model.parts();
+        let layout = parts.layout.clone();
+        let width = tiles(PHASE_STATES + model.rank());
+        let mut factor = vec![[0.0; LANES]; layout.weights() * width];
+        for d in 0..layout.dofs() {
+            let weights = layout.range(d);
+            for (b, w) in weights.clone().enumerate() {
+                for (c, u) in parts.factor.row(w).iter().enumerate() {
                     let column = PHASE_STATES + c;
-                    let tile = dof.first_weight * width + (column / LANES) * size + b;
-                    factor[tile][column % LANES] =
-                        model.factor[(dof.first_weight + b) * model.rank + c];
+                    let tile = weights.start * width + (column / LANES) * weights.len() + b;
+                    factor[tile][column % LANES] = *u;
                 }
             }
         }
-        let empty = |b: &OrthonormalBasis| vec![0.0; b.size()];
-        let largest = model.bases.iter().map(|b| b.basis().count()).max();
+        let bases = layout.bases();
+        let empty: Vec<Vec<f64>> = bases.iter().map(|b| vec![0.0; b.size()]).collect();
+        let scratch = bases.iter().map(|b| b.scratch_len()).max();
         Self {
             width,
-            values: model.bases.iter().map(empty).collect(),
-            slopes: model.bases.iter().map(empty).collect(),
-            raw: vec![0.0; 2 * largest.unwrap_or(0)],
-            bases: model.bases.clone(),
-            layout: model.layout.clone(),
-            offset: model.offset.clone(),
-            mean: model.mean.clone(),
+            values: empty.clone(),
+            slopes: empty,
+            raw: vec![0.0; scratch.unwrap_or(0)],
+            layout,
+            offset: parts.offset.clone(),
+            mean: parts.mean.clone(),
             factor,
         }
     }
 
-    pub(crate) fn dofs(&self) -> usize {
-        self.layout.len()
+    pub(super) fn dofs(&self) -> usize {
+        self.layout.dofs()
     }
 
-    /// Evaluates all bases; the other functions then speak about this phase.
-    pub(crate) fn set_phase(&mut self, phase: f64) {
-        for (group, basis) in self.bases.iter().enumerate() {
+    /// Evaluates all bases; the rows are then those at this phase.
+    pub(super) fn set_phase(&mut self, phase: f64) {
+        for (group, basis) in self.layout.bases().iter().enumerate() {
             basis.evaluate_into(
                 phase,
-                &mut self.raw[..2 * basis.basis().count()],
+                &mut self.raw,
                 &mut self.values[group],
                 &mut self.slopes[group],
             );
@@ -79,7 +76,7 @@ impl Projector {
 
     /// Row of degree of freedom `d` on the coefficients, handed out tile by tile, and its
     /// prediction for the padded `state` (whose first two entries do not matter).
-    pub(crate) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
+    pub(super) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
         Arch::new().dispatch(Row {
             projector: self,
             d,
@@ -89,7 +86,7 @@ impl Projector {
     }
 }
 
-/// The work of [`Projector::row`], compiled once more for wide vectors.
+/// The work of [`Projector::row`], also compiled for wide vectors.
 struct Row<'a, F> {
     projector: &'a Projector,
     d: usize,
@@ -103,13 +100,13 @@ impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> Predicted {
         let p = self.projector;
-        let dof = p.layout[self.d];
-        let (values, slopes) = (&p.values[dof.group][..], &p.slopes[dof.group][..]);
+        let (group, weights) = (p.layout.group(self.d), p.layout.range(self.d));
+        let (values, slopes) = (&p.values[group][..], &p.slopes[group][..]);
         let size = values.len();
         let mut value: Tile = [0.0; LANES];
         let mut slope: Tile = [0.0; LANES];
-        let start = dof.first_weight * p.width;
-        let blocks = p.factor[start..start + size * p.width].chunks_exact(size);
+        let tiles = weights.start * p.width..weights.end * p.width;
+        let blocks = p.factor[tiles].chunks_exact(size);
         for (t, (block, x)) in blocks.zip(self.state).enumerate() {
             let mut h: Tile = [0.0; LANES];
             let mut g: Tile = [0.0; LANES];
@@ -123,10 +120,10 @@ impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
             }
             (self.tile)(t, h);
         }
-        let mean = &p.mean[dof.first_weight..dof.first_weight + size];
+        let mean = &p.mean[weights];
         Predicted {
-            value: p.offset[self.d] + crate::dense::dot(values, mean) + lane_sum(&value),
-            slope: crate::dense::dot(slopes, mean) + lane_sum(&slope),
+            value: p.offset[self.d] + dot(values, mean) + lane_sum(&value),
+            slope: dot(slopes, mean) + lane_sum(&slope),
         }
     }
 }

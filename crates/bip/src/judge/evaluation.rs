@@ -1,22 +1,26 @@
-//! How well a filter foresees the end of motions it was not trained on.
+//! How well a filter predicts the end of motions it was not trained on.
 
-use crate::error::{finite, length};
-use crate::threads::map_indexed;
-use crate::{BipError, Demonstration, Model, MotionFilter, Observation, Role, TrainingConfig};
+use super::motion_filter::MotionFilter;
+use super::threads::map_indexed;
+use crate::error::{BipError, length};
+use crate::filter::Observation;
+use crate::model::{Model, Role};
+use crate::train::{Demonstration, TrainingConfig};
+use hwall_numeric::{ArgumentError, check};
 
 /// What is observed and what is judged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EvaluationConfig {
     /// Shares of the samples after which the end is predicted, in `(0, 1]`, increasing.
     pub fractions: Vec<f64>,
-    /// Degrees of freedom that the filter sees.
+    /// Degrees of freedom that the filter observes.
     pub observed: Vec<usize>,
     /// Degrees of freedom whose last value is predicted.
     pub scored: Vec<usize>,
 }
 
 impl EvaluationConfig {
-    /// Ten fractions; observed is what the groups say, scored is everything.
+    /// Ten fractions; observed is what is not [`Controlled`](Role::Controlled), scored is everything.
     #[must_use]
     pub fn new(training: &TrainingConfig) -> Self {
         let roles: Vec<Role> = training
@@ -33,44 +37,33 @@ impl EvaluationConfig {
         }
     }
 
-    pub(crate) fn validate(&self) -> Result<(), BipError> {
+    /// Rejects empty lists and fractions out of order.
+    pub(super) fn validate(&self) -> Result<(), ArgumentError> {
         for (what, count) in [
             ("fractions", self.fractions.len()),
             ("scored degrees of freedom", self.scored.len()),
         ] {
-            if count == 0 {
-                return Err(BipError::Parameter {
-                    what,
-                    value: 0.0,
-                    wanted: "at least 1",
-                });
-            }
+            check::that(count > 0, what, count as f64, "at least 1")?;
         }
         let mut last = 0.0;
         for &f in &self.fractions {
-            if !(f > last && f <= 1.0) {
-                return Err(BipError::Parameter {
-                    what: "fraction observed",
-                    value: f,
-                    wanted: "increasing, above 0 and at most 1",
-                });
-            }
-            last = f;
+            let wanted = "increasing, above 0 and at most 1";
+            last = check::that(f > last && f <= 1.0, "fraction observed", f, wanted)?;
         }
         Ok(())
     }
 }
 
-/// A prediction of the end of one motion after a share of it was seen, beside the truth.
+/// A prediction of the end of one motion after a share of it was observed, beside the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndPrediction {
     /// Number of the motion.
     pub motion: usize,
-    /// Share of the samples seen.
+    /// Share of the samples observed.
     pub fraction: f64,
     /// Mean of every scored degree of freedom.
     pub mean: Vec<f64>,
-    /// Standard deviation of what would be measured there: shape and residual.
+    /// Standard deviation of a measurement there: of the shape and the residual together.
     pub sd: Vec<f64>,
     /// What was measured in the last sample.
     pub actual: Vec<f64>,
@@ -93,7 +86,7 @@ impl EndPrediction {
             .sqrt()
     }
 
-    /// Does the central interval of this probability hold the truth?
+    /// Does the central interval of this probability contain the truth?
     #[must_use]
     pub fn covered(&self, at: usize, probability: f64) -> bool {
         libm::erf(self.z(at).abs() / std::f64::consts::SQRT_2) <= probability
@@ -106,7 +99,7 @@ impl EndPrediction {
     }
 
     /// Continuous ranked probability score, in the unit of the degree of freedom; smaller is
-    /// better, and a sure prediction has its absolute error.
+    /// better. For a prediction without uncertainty it is the absolute error.
     ///
     /// Source: [Gneiting 2007], section 4.2.
     #[must_use]
@@ -121,7 +114,8 @@ impl EndPrediction {
 /// All predictions of an evaluation, and averages over them; for one fraction, keep those of
 /// [`at`](Self::at).
 ///
-/// Places `at` among the scored degrees of freedom must exist: the averages panic like an index.
+/// The averages take places `at` among the scored degrees of freedom; they panic where there is no
+/// such place, like an index.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Evaluation {
     /// By motion, then by fraction.
@@ -136,7 +130,7 @@ impl Evaluation {
             .filter(move |p| (p.fraction - fraction).abs() < 1e-9)
     }
 
-    /// Share of central intervals of this probability that hold the truth, over some scored
+    /// Share of central intervals of this probability that contain the truth, over some scored
     /// degrees of freedom and all fractions and motions; NaN where there is none.
     #[must_use]
     pub fn coverage(&self, at: &[usize], probability: f64) -> f64 {
@@ -156,7 +150,7 @@ impl Evaluation {
     }
 
     /// Factor on the standard deviations with which central intervals of this probability would
-    /// hold just that share of the truth; `None` where there is no prediction or no such
+    /// contain exactly that share of the truth; `None` where there is no prediction or no such
     /// probability.
     #[must_use]
     pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
@@ -263,7 +257,7 @@ fn predict_end(
     filter.predict_at(1.0, scored, &mut mean, &mut variance)?;
     let sd: Vec<f64> = variance.iter().map(|v| v.sqrt()).collect();
     length("standard deviations", scored.len(), sd.len())?;
-    finite("standard deviations", &sd)?;
+    check::all_finite("standard deviations", &sd)?;
     Ok(EndPrediction {
         motion,
         fraction,
@@ -274,7 +268,8 @@ fn predict_end(
 }
 
 /// Leave-one-out cross-validation: every demonstration is followed by a filter that was trained on
-/// the others; with [`TrainingConfig::onset`], rest before and after is cut off both. With the feature `parallel` on all cores; the result does not depend on it.
+/// the others; with [`TrainingConfig::onset`], the rest before and after is cut off both. With the
+/// feature `parallel` it runs on all cores; the result does not depend on that.
 ///
 /// # Errors
 /// Fewer than two demonstrations, whatever training or filtering refuses.
@@ -306,7 +301,7 @@ pub fn leave_one_out<F: MotionFilter>(
 }
 
 /// All demonstrations but one.
-pub(crate) fn without(demonstrations: &[Demonstration], left_out: usize) -> Vec<Demonstration> {
+pub(super) fn without(demonstrations: &[Demonstration], left_out: usize) -> Vec<Demonstration> {
     let (before, after) = (&demonstrations[..left_out], &demonstrations[left_out + 1..]);
     [before, after].concat()
 }

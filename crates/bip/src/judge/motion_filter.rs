@@ -1,8 +1,11 @@
 //! What all filters of this crate have in common, so that they can be compared.
 
-use crate::{Bank, BipError, EnsembleFilter, Filter, Observation};
+use crate::bank::Bank;
+use crate::ensemble::EnsembleFilter;
+use crate::error::BipError;
+use crate::filter::{Filter, Observation};
 
-/// A belief about one motion in progress that takes evidence and predicts.
+/// An estimate of one motion in progress that takes evidence and predicts.
 pub trait MotionFilter {
     /// Lets `dt` pass.
     ///
@@ -13,7 +16,7 @@ pub trait MotionFilter {
     /// Takes an observation of the present.
     ///
     /// # Errors
-    /// Bad evidence; the belief stays as it was.
+    /// Bad evidence; the filter stays as it was.
     fn observe(&mut self, observation: &Observation<'_>) -> Result<(), BipError>;
 
     /// Mean and variance of some degrees of freedom at a phase.
@@ -50,7 +53,7 @@ pub trait MotionFilter {
     fn phase_covariance(&mut self) -> [[f64; 2]; 2];
 }
 
-/// Hands on to the methods of the same names that each filter has of its own.
+/// Calls the methods with the same names that each filter has itself.
 macro_rules! motion_filter {
     ($filter:ty) => {
         impl MotionFilter for $filter {

@@ -1,30 +1,32 @@
 //! Which basis, and how many functions: scores of candidates on the demonstrations themselves.
 
-use crate::dense::dot;
-use crate::error::not_negative;
-use crate::fit::{Centred, NEGLIGIBLE};
-use crate::{Basis, BipError, Demonstration, Group, Trainer, TrainingConfig};
+use crate::basis::Basis;
+use crate::error::BipError;
+use crate::model::Group;
+use crate::train::{Demonstration, FitQuality, Trainer, TrainingConfig};
+use hwall_numeric::check;
 use std::ops::Range;
 
 /// Fixed noise variance of the published criteria, whatever the unit of the data.
 const PUBLISHED_VARIANCE: f64 = 0.05;
 const TAU: f64 = std::f64::consts::TAU;
 
-/// By which number to choose.
+/// How to choose a basis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Criterion {
-    /// Akaike's, smallest. Its penalty does not grow with the samples, so it takes as many functions
-    /// as [`Bic`](Self::Bic) or more, and ends at the upper edge of a narrow grid first.
+    /// Akaike's information criterion, the smallest. Its penalty does not grow with the samples, so
+    /// it takes as many functions as [`Bic`](Self::Bic) or more, and sooner ends at the upper edge of
+    /// a narrow grid.
     Aic,
-    /// Schwarz's, smallest: dearer functions, hence fewer.
+    /// Schwarz's (Bayesian) information criterion, the smallest: a larger penalty, hence fewer functions.
     Bic,
-    /// Density of demonstrations that were held out, largest: counts no parameters and judges the
+    /// Density of demonstrations that were held out, the largest: counts no parameters and judges the
     /// prior that a filter will use, not only the fit.
     LeaveOneOut,
-    /// As the published implementation computes it, smallest. Its penalty counts a basis once
-    /// instead of once per degree of freedom, and its fixed variance of 0.05 drowns the residuals
-    /// of anything in metres: there it ended at the lower edge of every grid tried.
+    /// As the published implementation computes it, the smallest. Its penalty counts a basis once
+    /// instead of once for each degree of freedom, and its fixed variance of 0.05 is far above the
+    /// residuals of anything in metres: there it ended at the lower edge of every grid tried.
     PublishedAic,
     /// The same with the logarithm of the samples as penalty.
     PublishedBic,
@@ -59,11 +61,11 @@ impl Default for SelectionConfig {
 pub struct Score {
     /// The candidate.
     pub basis: Basis,
-    /// Numbers fitted: for every demonstration and degree of freedom one weight a function that
-    /// its samples tell apart, and for every degree of freedom one variance.
+    /// Numbers fitted: for each demonstration and degree of freedom one weight for each function that
+    /// its samples tell apart, and for each degree of freedom one variance.
     pub parameters: usize,
-    /// Natural logarithm of the density of all samples under the fits, with one variance a degree
-    /// of freedom, the most likely one (not below the floor).
+    /// Natural logarithm of the density of all samples under the fits, with one variance for each
+    /// degree of freedom, the most likely one (not below the floor).
     pub log_likelihood: f64,
     /// `2 parameters - 2 log_likelihood`.
     pub aic: f64,
@@ -78,7 +80,8 @@ pub struct Score {
     /// prior of the others, all degrees of freedom of the group together; `None` where none was
     /// held out.
     ///
-    /// The measurement noise in it is [`Model::noise_held_out`](crate::Model::noise_held_out), the one that filters use.
+    /// Its measurement noise is [`Model::noise_held_out`](crate::model::Model::noise_held_out), which
+    /// filters use.
     pub leave_one_out: Option<f64>,
 }
 
@@ -109,7 +112,7 @@ pub fn default_candidates() -> Vec<Basis> {
 
 /// Scores each candidate on the neighbouring degrees of freedom `dofs`, in the order given.
 ///
-/// Fits are those of [`Model::train`](crate::Model::train). Time grows with candidates, degrees of
+/// Fits are those of [`Model::train`](crate::model::Model::train). Time grows with candidates, degrees of
 /// freedom and, where demonstrations are held out, with the cube of their number (up to 64).
 ///
 /// # Errors
@@ -120,7 +123,7 @@ pub fn score_bases(
     candidates: &[Basis],
     config: &SelectionConfig,
 ) -> Result<Vec<Score>, BipError> {
-    not_negative("noise floor", config.noise_floor)?;
+    check::non_negative("noise floor", config.noise_floor)?;
     let part = demonstrations
         .iter()
         .map(|d| columns(d, dofs.clone()))
@@ -132,7 +135,7 @@ pub fn score_bases(
 }
 
 /// The best score by a criterion; of equal ones the first. `None` where there is no score, or none
-/// with this criterion. See [`at_edge`] before trusting it.
+/// for this criterion. Ask [`at_edge`] before trusting it.
 #[must_use]
 pub fn select_basis(scores: &[Score], criterion: Criterion) -> Option<&Score> {
     scores
@@ -143,8 +146,8 @@ pub fn select_basis(scores: &[Score], criterion: Criterion) -> Option<&Score> {
 }
 
 /// Does the best score lie at the edge of its grid? Then the grid decided, not the data: no
-/// candidate of the same family has more functions, or none has fewer, or of those with as many
-/// none is wider, or none narrower. A family with one candidate has no edge.
+/// candidate of the same family has more functions, or none has fewer, or among those with the same
+/// number none is wider, or none narrower. A family with one candidate has no edge.
 #[must_use]
 pub fn at_edge(scores: &[Score], criterion: Criterion) -> bool {
     let Some(best) = select_basis(scores, criterion) else {
@@ -162,9 +165,9 @@ pub fn at_edge(scores: &[Score], criterion: Criterion) -> bool {
     is_end(count as f64, counts) || width(&best.basis).is_some_and(|w| is_end(w, widths))
 }
 
-/// The groups with the best basis for each, by their own degrees of freedom alone.
+/// The groups, each with the best basis for its own degrees of freedom.
 ///
-/// A controlled group is judged by its own motion too, not by how well it follows from the
+/// A controlled group, too, is judged by its own motion, not by how well it follows from the
 /// observed ones. Only what the criterion needs is computed.
 ///
 /// # Errors
@@ -177,13 +180,8 @@ pub fn select_groups(
     criterion: Criterion,
     config: &SelectionConfig,
 ) -> Result<Vec<Group>, BipError> {
-    if candidates.is_empty() {
-        return Err(BipError::Parameter {
-            what: "number of candidates",
-            value: 0.0,
-            wanted: "at least 1",
-        });
-    }
+    let some = !candidates.is_empty();
+    check::that(some, "number of candidates", 0.0, "at least 1")?;
     let mut config = config.clone();
     if criterion != Criterion::LeaveOneOut {
         config.held_out = 0;
@@ -254,24 +252,20 @@ fn score(
         trainer.add(demonstration)?;
     }
     let model = trainer.model()?;
-    let fits = trainer.centred(&model.offset);
-    let samples: usize = fits.iter().map(|f| f.fit.samples).sum();
+    let fits = trainer.fit_qualities(&model);
+    let samples: usize = fits.iter().map(|f| f.samples).sum();
     let n = samples as f64;
     let mut log_likelihood = 0.0;
     for d in 0..dofs {
-        let squares: f64 = fits
-            .iter()
-            .map(|f| f.residual[d] * f.fit.samples as f64)
-            .sum();
+        let squares: f64 = fits.iter().map(|f| f.residual[d] * f.samples as f64).sum();
         let variance = (squares / n).max(trainer.noise_floor(d));
         log_likelihood -= 0.5 * (n * (TAU * variance).ln() + squares / variance);
     }
-    let basis_size = model.bases[0].size();
-    let weights: usize = fits.iter().map(|f| rank(f, basis_size)).sum();
+    let weights: usize = fits.iter().map(|f| f.functions).sum();
     let parameters = dofs * (weights + 1);
     let published = |penalty: fn(f64) -> f64| {
-        let of = |f: &Centred<'_>| {
-            let samples = f.fit.samples as f64;
+        let of = |f: &FitQuality| {
+            let samples = f.samples as f64;
             let squares = samples * f.residual.iter().sum::<f64>() / PUBLISHED_VARIANCE;
             samples * dofs as f64 * (TAU * PUBLISHED_VARIANCE).ln()
                 + squares
@@ -289,17 +283,4 @@ fn score(
         published_bic: published(f64::ln),
         leave_one_out: trainer.held_out_density(&model)?,
     })
-}
-
-/// Number of functions that the samples of a demonstration tell apart. Rows of the compact form
-/// are as long as the singular values.
-fn rank(fit: &Centred<'_>, size: usize) -> usize {
-    let squares = fit.fit.groups[0]
-        .compact
-        .chunks_exact(size)
-        .map(|row| dot(row, row));
-    let largest = squares.clone().fold(0.0, f64::max);
-    squares
-        .filter(|s| *s > NEGLIGIBLE * NEGLIGIBLE * largest)
-        .count()
 }

@@ -1,7 +1,7 @@
-//! The one place that knows whether there are threads.
+//! Work on all cores, with the feature `parallel`.
 
 /// `f(0), f(1), ...` in order; with the feature `parallel` on all cores.
-pub(crate) fn map_indexed<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+pub(super) fn map_indexed<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;

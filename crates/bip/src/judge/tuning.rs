@@ -1,18 +1,19 @@
-//! Noise and restlessness of the phase, chosen by how well held-out motions are foreseen.
+//! Noise, variation of the phase velocity and correlation time, chosen by how well held-out motions
+//! are predicted.
 //!
 //! A person deviates from the demonstrations in the same direction for many samples; the filter
-//! counts every sample as new evidence. The size of the noise has to make up for that, and only
-//! motions that the model has not seen can say by how much.
+//! counts every sample as new evidence. The noise has to be larger to make up for that, and only
+//! motions that the model was not trained on can show by how much.
 
-use crate::error::{not_negative, positive};
-use crate::evaluation::{Evaluation, EvaluationConfig, follow, without};
-use crate::threads::map_indexed;
-use crate::training::HELD_OUT;
-use crate::{
-    BipError, Demonstration, Filter, FilterConfig, Model, NoiseSource, TrainingConfig, Tuning,
-};
+use super::evaluation::{Evaluation, EvaluationConfig, follow, without};
+use super::threads::map_indexed;
+use crate::error::BipError;
+use crate::filter::{Filter, FilterConfig, NoiseSource};
+use crate::model::{Model, ModelParts, Tuning};
+use crate::train::{Demonstration, HELD_OUT, TrainingConfig};
+use hwall_numeric::check;
 
-/// Where to look.
+/// What [`tune`] tries.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TuningConfig {
     /// Factors on the variance of the held-out noise, increasing. Default 1, 2, 4 ... 1024.
@@ -24,11 +25,11 @@ pub struct TuningConfig {
     pub evaluation: EvaluationConfig,
     /// Demonstrations to hold out one at a time, spread evenly. Default 48.
     pub folds: usize,
-    /// Times over which deviations last, as multiples of the sampling period, increasing; 0:
-    /// independent from sample to sample, which is all that an [ensemble](crate::EnsembleFilter)
-    /// takes and a third faster. Default 0, 3, 10, 30, 100.
+    /// Times for which deviations last, as multiples of the sampling period, increasing; 0:
+    /// independent from sample to sample, which makes a step a third faster and is all that an
+    /// [ensemble](crate::ensemble::EnsembleFilter) can use. Default 0, 3, 10, 30, 100.
     pub correlation_times: Vec<f64>,
-    /// Parameters that are not searched for, such as the variance of the phase at the start.
+    /// Parameters that are not tuned, such as the variance of the phase at the start.
     pub filter: FilterConfig,
 }
 
@@ -45,6 +46,26 @@ impl TuningConfig {
             filter: FilterConfig::default(),
         }
     }
+
+    /// Rejects empty lists and settings outside their ranges.
+    fn validate(&self) -> Result<(), BipError> {
+        let counts = [
+            self.noise_factors.len(),
+            self.velocity_changes.len(),
+            self.correlation_times.len(),
+            self.folds,
+        ];
+        for count in counts {
+            check::that(count > 0, "settings to try", count as f64, "at least 1")?;
+        }
+        for v in self.noise_factors.iter().chain(&self.velocity_changes) {
+            check::positive("setting to try", *v)?;
+        }
+        for v in &self.correlation_times {
+            check::non_negative("correlation time", *v)?;
+        }
+        Ok(self.evaluation.validate()?)
+    }
 }
 
 /// One setting that was tried.
@@ -54,16 +75,24 @@ pub struct Trial {
     pub tuning: Tuning,
     /// Mean log score of the ends of the held-out motions, with the spread; larger is better.
     pub log_score: f64,
-    /// Share of 90 % intervals that hold the truth without the spread.
+    /// Share of 90 % intervals that contain the truth without the spread.
     pub coverage_90: f64,
 }
 
+/// A tuned model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tuned {
+    /// The model of all demonstrations, with the best setting.
+    pub model: Model,
+    /// Every setting that was tried, in the order of the trials.
+    pub trials: Vec<Trial>,
+}
+
 /// Trains a model and chooses noise factor, acceleration variance and correlation time by the
-/// leave-one-out log score of the end of the motion. Returns the model and everything that was tried, in order; the model has
-/// the best of them.
+/// leave-one-out log score of the end of the motion.
 ///
-/// The search goes along the noise with the second of the velocity changes, then along those, then
-/// along the noise for each of the correlation times.
+/// The search goes along the noise with the second of the velocity changes, then along the velocity
+/// changes, then along the noise for each of the correlation times.
 ///
 /// # Errors
 /// Fewer than three demonstrations, empty or bad lists, whatever training or filtering refuses.
@@ -71,33 +100,12 @@ pub fn tune(
     demonstrations: &[Demonstration],
     training: &TrainingConfig,
     config: &TuningConfig,
-) -> Result<(Model, Vec<Trial>), BipError> {
+) -> Result<Tuned, BipError> {
     let n = demonstrations.len();
     if n < 3 {
         return Err(BipError::TooFewDemonstrations { needed: 3, got: n });
     }
-    for list in [
-        &config.noise_factors,
-        &config.velocity_changes,
-        &config.correlation_times,
-    ] {
-        if list.is_empty() || config.folds == 0 {
-            return Err(BipError::Parameter {
-                what: "settings to try",
-                value: 0.0,
-                wanted: "at least 1",
-            });
-        }
-    }
-    for list in [&config.noise_factors, &config.velocity_changes] {
-        list.iter()
-            .try_for_each(|v| positive("setting to try", *v))?;
-    }
-    let times = &config.correlation_times;
-    times
-        .iter()
-        .try_for_each(|v| not_negative("correlation time", *v))?;
-    config.evaluation.validate()?;
+    config.validate()?;
     let (demonstrations, training) = training.trimmed(demonstrations)?;
     let (demonstrations, training) = (&demonstrations[..], &training);
     let held_out = match training.held_out {
@@ -111,6 +119,7 @@ pub fn tune(
     let model = Model::train(demonstrations, &held_out)?;
     let folds = Folds::new(demonstrations, training, config, &model)?;
     let scored = moving(demonstrations, &config.evaluation.scored);
+    let times = &config.correlation_times;
     let mut trials: Vec<Trial> = Vec::new();
     let mut search = |noise: usize, change: usize, time: usize| -> Result<f64, BipError> {
         let change = config.velocity_changes[change];
@@ -149,7 +158,7 @@ pub fn tune(
         Ok(score)
     };
     let start = 1.min(config.velocity_changes.len() - 1);
-    // Every third first: the score may have more than one hill along the noise.
+    // Every third first: the score may have more than one maximum along the noise.
     let mut coarse = (0, f64::NEG_INFINITY);
     for i in (0..config.noise_factors.len()).step_by(3) {
         let score = search(i, start, 0)?;
@@ -173,10 +182,10 @@ pub fn tune(
         Some(tuning) => model.with_tuning(tuning)?,
         None => model,
     };
-    Ok((model, trials))
+    Ok(Tuned { model, trials })
 }
 
-/// Places of the degrees of freedom that do move: the others would be foreseen without error, and
+/// Places of the degrees of freedom that move: the others would be predicted without error, and
 /// make the intervals of the rest look too wide. All of them if none moves.
 fn moving(demonstrations: &[Demonstration], scored: &[usize]) -> Vec<usize> {
     let moves = |dof: usize| {
@@ -196,7 +205,7 @@ fn moving(demonstrations: &[Demonstration], scored: &[usize]) -> Vec<usize> {
     }
 }
 
-/// Place of the highest value of a list with one hill, from a start uphill.
+/// Place of the highest value of a list with one maximum, found uphill from a start.
 fn climb(
     count: usize,
     start: usize,
@@ -223,7 +232,13 @@ fn climb(
 struct Folds<'a> {
     demonstrations: &'a [Demonstration],
     config: &'a TuningConfig,
-    models: Vec<(usize, Model)>,
+    folds: Vec<Fold>,
+}
+
+/// A model of all demonstrations but one.
+struct Fold {
+    left_out: usize,
+    model: Model,
 }
 
 impl<'a> Folds<'a> {
@@ -241,16 +256,19 @@ impl<'a> Folds<'a> {
         };
         let models = map_indexed(folds, |f| {
             let left_out = f * n / folds;
-            let mut model = Model::train(&without(demonstrations, left_out), &quick)?;
-            // The size of the noise is one number a degree of freedom: that the motion left out
-            // has a share of one in n in it does not matter, and spares n² fits.
-            model.noise_held_out = all.noise_held_out.clone();
-            Ok((left_out, model))
+            let model = Model::train(&without(demonstrations, left_out), &quick)?;
+            // The noise is one number for each degree of freedom: that the motion left out
+            // has a share of one in n in it does not matter, and n² fits are saved.
+            let model = Model::from_parts(ModelParts {
+                noise_held_out: all.parts().noise_held_out.clone(),
+                ..model.parts().clone()
+            });
+            Ok(Fold { left_out, model })
         });
         Ok(Self {
             demonstrations,
             config,
-            models: models.into_iter().collect::<Result<_, BipError>>()?,
+            folds: models.into_iter().collect::<Result<_, BipError>>()?,
         })
     }
 
@@ -262,8 +280,8 @@ impl<'a> Folds<'a> {
             correlation_time: Some(tuning.correlation_time),
             ..self.config.filter.clone()
         };
-        let folds = map_indexed(self.models.len(), |f| {
-            let (left_out, model) = &self.models[f];
+        let folds = map_indexed(self.folds.len(), |f| {
+            let Fold { left_out, model } = &self.folds[f];
             follow(
                 &mut Filter::new(model, &filter)?,
                 *left_out,

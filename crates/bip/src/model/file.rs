@@ -1,23 +1,23 @@
 //! Model files: versioned JSON that gives back the model bit by bit, or says what is wrong.
 
-use crate::error::{finite, length, not_negative, positive, share};
-use crate::model::lay_out_with;
-use crate::orthonormal::OrthonormalBasis;
-use crate::{Basis, BipError, Group, Model, PhaseVelocity, Role, Tuning};
+use super::group::{Group, Role};
+use super::layout::WeightLayout;
+use super::prior::PhaseVelocity;
+use super::trained::{Model, ModelParts};
+use super::tuning::Tuning;
+use crate::basis::{Basis, OrthonormalBasis};
+use crate::error::{BipError, length};
+use crate::model_file::{self, Digest, Format};
+use hwall_numeric::check;
+use hwall_numeric::dense::Matrix;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 
-/// What a file of this crate calls itself.
-const FORMAT: &str = "hwall-bip model";
-/// The version written, and the newest one read.
-const VERSION: u64 = 1;
-
-/// Read before anything else: the rest of a newer version may look different.
-#[derive(Deserialize)]
-struct Header {
-    format: String,
-    version: u64,
-}
+/// What a file of this crate calls itself, and the version written.
+const FORMAT: Format = Format {
+    name: "hwall-bip model",
+    version: 1,
+};
 
 /// A whole file. Numbers are those of the filter, not of the named bases: the change of
 /// coordinates is stored too, because another machine may compute it with other signs.
@@ -61,7 +61,7 @@ struct FileGroup {
     basis: FileBasis,
     /// Independent functions among those of the basis.
     size: usize,
-    /// Condition number; none is infinite.
+    /// Condition number; `None` is infinite.
     condition: Option<f64>,
     transform: Vec<f64>,
     inverse: Vec<f64>,
@@ -99,68 +99,37 @@ impl Model {
     ///
     /// # Errors
     /// The writer fails.
-    pub fn write_json(&self, mut writer: impl Write) -> Result<(), BipError> {
-        writer
-            .write_all(self.to_json().as_bytes())
-            .and_then(|()| writer.flush())
-            .map_err(|e| BipError::Io { kind: e.kind() })
+    pub fn write_json(&self, writer: impl Write) -> Result<(), BipError> {
+        Ok(model_file::write(writer, &self.to_json())?)
     }
 
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
     ///
     /// # Errors
-    /// No JSON, another format, a newer version; a file that was cut off or edited: every number
-    /// is checked for itself, and all together against the digest.
+    /// Not JSON, another format, a newer version; a file that was cut off or edited: each number is
+    /// checked by itself, and all together against the digest.
     pub fn from_json(text: &str) -> Result<Self, BipError> {
-        let header: Header = serde_json::from_str(text).map_err(damage)?;
-        if header.format != FORMAT {
-            return Err(BipError::FileFormat {
-                expected: FORMAT,
-                found: header.format,
-            });
-        }
-        if header.version == 0 || header.version > VERSION {
-            return Err(BipError::FileVersion {
-                newest: VERSION,
-                found: header.version,
-            });
-        }
-        let file: File = serde_json::from_str(text).map_err(damage)?;
-        file.into_model()
+        FORMAT.parse::<File>(text)?.into_model()
     }
 
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or it holds no UTF-8.
-    pub fn read_json(mut reader: impl Read) -> Result<Self, BipError> {
-        let mut text = String::new();
-        reader
-            .read_to_string(&mut text)
-            .map_err(|e| BipError::Io { kind: e.kind() })?;
-        Self::from_json(&text)
-    }
-}
-
-fn damage(e: serde_json::Error) -> BipError {
-    let (line, column) = (e.line(), e.column());
-    match e.classify() {
-        serde_json::error::Category::Eof => BipError::FileTruncated { line, column },
-        serde_json::error::Category::Data => BipError::FileContents {
-            line,
-            column,
-            problem: e.to_string(),
-        },
-        _ => BipError::FileSyntax { line, column },
+    /// As there; the reader fails, or the text is not UTF-8.
+    pub fn read_json(reader: impl Read) -> Result<Self, BipError> {
+        Self::from_json(&model_file::read(reader)?)
     }
 }
 
 impl File {
     fn of(model: &Model) -> Self {
-        let groups = model
-            .groups
+        let parts = model.parts();
+        let bases = parts.layout.bases();
+        let groups = parts
+            .layout
+            .groups()
             .iter()
-            .zip(&model.bases)
+            .zip(bases)
             .map(|(group, basis)| FileGroup {
                 name: group.name.clone(),
                 role: group.role.into(),
@@ -168,32 +137,27 @@ impl File {
                 basis: group.basis.into(),
                 size: basis.size(),
                 condition: Some(basis.condition()).filter(|c| c.is_finite()),
-                transform: basis.transform().to_vec(),
-                inverse: basis.inverse().to_vec(),
+                transform: basis.transform().entries().to_vec(),
+                inverse: basis.inverse().entries().to_vec(),
             })
             .collect();
         let mut file = Self {
-            format: FORMAT.to_owned(),
-            version: VERSION,
+            format: FORMAT.name.to_owned(),
+            version: FORMAT.version,
             digest: String::new(),
-            demonstrations: model.demonstrations,
-            sampling_period: model.sampling_period,
-            phase_velocity_mean: model.phase_velocity.mean,
-            phase_velocity_variance: model.phase_velocity.variance,
-            shrinkage: model.shrinkage,
-            tuning: model.tuning.map(|t| FileTuning {
-                noise_factor: t.noise_factor,
-                acceleration_variance: t.acceleration_variance,
-                spread: t.spread,
-                correlation_time: t.correlation_time,
-            }),
+            demonstrations: parts.demonstrations,
+            sampling_period: parts.sampling_period,
+            phase_velocity_mean: parts.phase_velocity.mean,
+            phase_velocity_variance: parts.phase_velocity.variance,
+            shrinkage: parts.shrinkage,
+            tuning: parts.tuning.map(FileTuning::from),
             groups,
-            offset: model.offset.clone(),
-            noise_fit: model.noise_fit.clone(),
-            noise_held_out: model.noise_held_out.clone(),
-            mean: model.mean.clone(),
-            rank: model.rank,
-            factor: model.factor.clone(),
+            offset: parts.offset.clone(),
+            noise_fit: parts.noise_fit.clone(),
+            noise_held_out: parts.noise_held_out.clone(),
+            mean: parts.mean.clone(),
+            rank: parts.factor.columns(),
+            factor: parts.factor.entries().to_vec(),
         };
         file.digest = file.digest();
         file
@@ -221,26 +185,23 @@ impl File {
         length("mean", weights, self.mean.len())?;
         let entries = weights.saturating_mul(self.rank);
         length("factor", entries, self.factor.len())?;
-        finite("offset", &self.offset)?;
-        finite("mean", &self.mean)?;
-        finite("factor", &self.factor)?;
+        check::all_finite("offset", &self.offset)?;
+        check::all_finite("mean", &self.mean)?;
+        check::all_finite("factor", &self.factor)?;
         let held_out = self.noise_held_out.iter().flatten();
         for v in self.noise_fit.iter().chain(held_out) {
-            positive("measurement noise", *v)?;
+            check::positive("measurement noise", *v)?;
         }
-        finite("mean phase velocity", &[self.phase_velocity_mean])?;
-        positive(
-            "variance of the phase velocity",
-            self.phase_velocity_variance,
-        )?;
-        positive("sampling period", self.sampling_period)?;
-        share("shrinkage", self.shrinkage)?;
-        if let Some(t) = self.tuning {
-            positive("noise factor", t.noise_factor)?;
-            not_negative("acceleration variance", t.acceleration_variance)?;
-            positive("spread", t.spread)?;
-            not_negative("correlation time", t.correlation_time)?;
-        }
+        let phase_velocity = PhaseVelocity {
+            mean: self.phase_velocity_mean,
+            variance: self.phase_velocity_variance,
+        };
+        phase_velocity.validate()?;
+        check::positive("sampling period", self.sampling_period)?;
+        let within = (0.0..=1.0).contains(&self.shrinkage);
+        check::that(within, "shrinkage", self.shrinkage, "between 0 and 1")?;
+        let tuning = self.tuning.map(Tuning::from);
+        tuning.as_ref().map_or(Ok(()), Tuning::validate)?;
         let digest = self.digest();
         let groups: Vec<Group> = self
             .groups
@@ -260,42 +221,24 @@ impl File {
                 OrthonormalBasis::stored(g.basis.into(), g.size, condition, g.transform, g.inverse)
             })
             .collect::<Result<Vec<_>, _>>()?;
-        if self.digest != digest {
-            return Err(BipError::FileDigest {
-                stored: self.digest,
-                computed: digest,
-            });
-        }
-        let (layout, _) = lay_out_with(&groups, &bases)?;
-        Ok(Model {
-            groups,
-            bases,
-            layout,
+        model_file::check_digest(&self.digest, digest)?;
+        Ok(Model::from_parts(ModelParts {
+            layout: WeightLayout::from_bases(groups, bases)?,
             offset: self.offset,
             mean: self.mean,
-            factor: self.factor,
-            rank: self.rank,
+            factor: Matrix::from_rows(weights, self.rank, self.factor),
             noise_fit: self.noise_fit,
             noise_held_out: self.noise_held_out,
-            phase_velocity: PhaseVelocity {
-                mean: self.phase_velocity_mean,
-                variance: self.phase_velocity_variance,
-            },
+            phase_velocity,
             sampling_period: self.sampling_period,
             demonstrations: self.demonstrations,
             shrinkage: self.shrinkage,
-            tuning: self.tuning.map(|t| Tuning {
-                noise_factor: t.noise_factor,
-                acceleration_variance: t.acceleration_variance,
-                spread: t.spread,
-                correlation_time: t.correlation_time,
-            }),
-        })
+            tuning,
+        }))
     }
 
-    /// Over the bits of the numbers, not their text: the way they are printed is free.
     fn digest(&self) -> String {
-        let mut d = Digest::default();
+        let mut d = Digest::new();
         d.count(self.demonstrations);
         d.numbers(&[
             self.sampling_period,
@@ -337,40 +280,28 @@ impl File {
         d.numbers(&self.mean);
         d.count(self.rank);
         d.numbers(&self.factor);
-        format!("{:016x}", d.0)
+        d.to_hex()
     }
 }
 
-/// The 64-bit Fowler-Noll-Vo hash, variant 1a: against accidents, not against forgery.
-struct Digest(u64);
-
-impl Default for Digest {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Digest {
-    fn bytes(&mut self, bytes: &[u8]) {
-        for b in bytes {
-            self.0 = (self.0 ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3);
+impl From<Tuning> for FileTuning {
+    fn from(t: Tuning) -> Self {
+        Self {
+            noise_factor: t.noise_factor,
+            acceleration_variance: t.acceleration_variance,
+            spread: t.spread,
+            correlation_time: t.correlation_time,
         }
     }
+}
 
-    fn count(&mut self, n: usize) {
-        self.bytes(&(n as u64).to_le_bytes());
-    }
-
-    fn optional(&mut self, numbers: Option<&[f64]>) {
-        self.count(usize::from(numbers.is_some()));
-        self.numbers(numbers.unwrap_or_default());
-    }
-
-    /// Their number, then their bits.
-    fn numbers(&mut self, numbers: &[f64]) {
-        self.count(numbers.len());
-        for x in numbers {
-            self.bytes(&x.to_bits().to_le_bytes());
+impl From<FileTuning> for Tuning {
+    fn from(t: FileTuning) -> Self {
+        Self {
+            noise_factor: t.noise_factor,
+            acceleration_variance: t.acceleration_variance,
+            spread: t.spread,
+            correlation_time: t.correlation_time,
         }
     }
 }

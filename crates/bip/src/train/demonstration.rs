@@ -1,9 +1,9 @@
 //! One recorded motion, checked on entry.
 
-use crate::BipError;
-use crate::error::{finite, positive};
+use crate::error::{BipError, length};
+use hwall_numeric::check;
 
-/// A motion from start to end: time stamps and one value per sample and degree of freedom.
+/// A motion from start to end: time stamps, and one value for each sample and degree of freedom.
 ///
 /// The unit of time is the caller's: seconds for a real recording, samples (`period = 1`) to
 /// compare with the published implementation. Filters of the model use the same unit.
@@ -15,13 +15,14 @@ pub struct Demonstration {
 }
 
 impl Demonstration {
-    /// Evenly sampled: `values` row-major, one row of `dofs` numbers a sample, `period` apart.
+    /// Evenly sampled: `values` are row-major, a row of `dofs` numbers for each sample; samples are
+    /// `period` apart.
     ///
     /// # Errors
-    /// Fewer than two samples, a value that is not finite, a length that is no multiple of
+    /// Fewer than two samples, a value that is not finite, a length that is not a multiple of
     /// `dofs`, a period that is not positive.
     pub fn from_samples(period: f64, dofs: usize, values: Vec<f64>) -> Result<Self, BipError> {
-        positive("sampling period", period)?;
+        check::positive("sampling period", period)?;
         let samples = values.len() / dofs.max(1);
         let times = (0..samples).map(|k| k as f64 * period).collect();
         Self::from_timestamps(times, dofs, values)
@@ -36,27 +37,14 @@ impl Demonstration {
         dofs: usize,
         values: Vec<f64>,
     ) -> Result<Self, BipError> {
-        if dofs == 0 {
-            return Err(BipError::Parameter {
-                what: "degrees of freedom",
-                value: 0.0,
-                wanted: "at least 1",
-            });
-        }
-        let expected = times.len().saturating_mul(dofs);
-        if values.len() != expected {
-            return Err(BipError::WrongLength {
-                what: "values",
-                expected,
-                got: values.len(),
-            });
-        }
+        check::that(dofs > 0, "degrees of freedom", dofs as f64, "at least 1")?;
+        length("values", times.len().saturating_mul(dofs), values.len())?;
         if times.len() < 2 {
             return Err(BipError::TooShort {
                 samples: times.len(),
             });
         }
-        finite("times", &times)?;
+        check::all_finite("times", &times)?;
         if let Some(k) = (1..times.len()).find(|&k| times[k] <= times[k - 1]) {
             return Err(BipError::TimeNotIncreasing {
                 row: k,
@@ -64,7 +52,7 @@ impl Demonstration {
                 previous: times[k - 1],
             });
         }
-        finite("duration", &[times[times.len() - 1] - times[0]])?;
+        check::finite("duration", times[times.len() - 1] - times[0])?;
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
             return Err(BipError::NonFiniteSample {
                 row: at / dofs,
@@ -113,7 +101,7 @@ impl Demonstration {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Share of the duration that is over at a sample: 0 at the first, 1 at the last.
+    /// Share of the duration that has passed at a sample: 0 at the first, 1 at the last.
     ///
     /// # Panics
     /// If there is no such sample.

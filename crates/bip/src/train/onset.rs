@@ -1,11 +1,12 @@
 //! Where a motion starts and ends within a recording.
 
-use crate::error::length;
-use crate::{BipError, Demonstration};
+use super::demonstration::Demonstration;
+use crate::error::{BipError, length};
+use hwall_numeric::check;
 
-/// Exponent of the chance, at most `exp(-7)` and in truth about 1e-5, that noise passes for speed.
+/// Exponent of the probability that noise passes for speed: at most `exp(-7)`, in fact about 1e-5.
 const CLEAR: f64 = 7.0;
-/// Fewer samples than this tell nothing about noise.
+/// Fewer samples than this say nothing about noise.
 const FEWEST: usize = 10;
 /// Longest smoothing while nothing moves clearly, as a share of the recording.
 const LONGEST: f64 = 0.25;
@@ -19,26 +20,27 @@ const CLEAR_SHARE: f64 = 0.25;
 
 /// People wait before they move and rest afterwards. Only the motion between has a phase.
 ///
-/// Speed is the slope of a straight line through the samples around each one, over all named
+/// The speed at a sample is the slope of a straight line through the samples around it, of all named
 /// degrees of freedom together. The window is the shortest one over which the noise, estimated
-/// from second differences, stays clear of the thresholds: a motion in one step of a clean
-/// recording is found to the sample. Where no window is long enough the thresholds rise above the
-/// noise. In less than 10 samples no noise is assumed.
+/// from second differences, stays below the thresholds: in a clean recording, a motion that starts in
+/// one step is found to the sample. Where no window is long enough, the thresholds are raised above
+/// the noise. With fewer than 10 samples no noise is assumed.
 ///
 /// Error: reaches of 0.6 to 1.4 s with 1.5 mm of noise, 600 of them at 50, 90 and 150 Hz: first and
 /// last sample 6 to 10 ms (median) and at worst 45 ms from where the true speed passes the
-/// thresholds. That is for independent noise: tremor or a smoothing tracker, whose noise is
-/// correlated, move for it, and the cut may come half a second early where the rest is longer
-/// than that; look at what [`Demonstration::trimmed`] leaves. A recording that was cut before loses some samples more to the noise at its ends.
+/// thresholds. That holds for independent noise. Tremor and smoothing trackers have correlated noise,
+/// which counts as motion: the cut may then come half a second early where the rest is longer
+/// than that; look at what [`Demonstration::trimmed`] leaves. A recording that was cut before loses
+/// some more samples to the noise at its ends.
 ///
 /// A filter must see the same motion. Start it when the hand starts to move: with a speed smoothed
-/// alike, at [`start_share`](Self::start_share) of the [`peak_speed`](Self::peak_speed) that
-/// motions usually have. Whatever detects that is late or early by some samples, so give the
-/// filter a larger [`phase_variance`](crate::FilterConfig::phase_variance): the square of the
-/// share of the motion by which it may be wrong. After phase 1 the motion is over: predict no more.
+/// in the same way, at [`start_share`](Self::start_share) of the [`peak_speed`](Self::peak_speed) that
+/// motions usually have. Any detection is late or early by some samples, so give the
+/// filter a larger [`phase_variance`](crate::filter::FilterConfig::phase_variance): the square of the
+/// share of the motion by which it may be wrong. After phase 1 the motion is over: stop predicting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Onset {
-    /// Degrees of freedom whose speed counts, all of one unit: a palm, say.
+    /// Degrees of freedom whose speed counts, all of the same unit: those of a palm, for example.
     pub dofs: Vec<usize>,
     /// The motion starts at this share of its peak speed. Default 0.05.
     pub start_share: f64,
@@ -46,10 +48,10 @@ pub struct Onset {
     pub end_share: f64,
 }
 
-/// Smoothed speed of every sample, its noise taken off.
+/// Smoothed speed of every sample, with its noise subtracted.
 struct Speed {
     values: Vec<f64>,
-    /// Speed that noise alone hardly ever has, of every sample: more where the window is short.
+    /// Speed that noise alone hardly ever has, at every sample: larger where the window is short.
     clear: Vec<f64>,
     /// The same for a full window.
     clear_of_full: f64,
@@ -64,11 +66,12 @@ impl Speed {
     }
 }
 
-/// Variances of the noise of all degrees of freedom together, of a value.
+/// Noise of a value, over all degrees of freedom together.
 struct Noise {
+    /// Sum of the variances.
     sum: f64,
-    /// Squared speed above `sum` that noise hardly ever has, as the tail of a sum of squares of
-    /// normal variables has it: `2 √(x Σ v²) + 2 x max v`. Source: [Laurent 2000], lemma 1.
+    /// What noise hardly ever exceeds beyond `sum`, by the tail of a sum of squares of
+    /// normal variables: `2 √(x Σ v²) + 2 x max v`. Source: [Laurent 2000], lemma 1.
     clear: f64,
 }
 
@@ -92,7 +95,7 @@ impl Onset {
         Ok(self.speed(demonstration)?.peak)
     }
 
-    pub(crate) fn validate(&self) -> Result<(), BipError> {
+    pub(super) fn validate(&self) -> Result<(), BipError> {
         if self.dofs.is_empty() {
             length("dofs of the onset", 1, 0)?;
         }
@@ -100,13 +103,8 @@ impl Onset {
             ("start share", self.start_share),
             ("end share", self.end_share),
         ] {
-            if !(share > 0.0 && share < 1.0) {
-                return Err(BipError::Parameter {
-                    what,
-                    value: share,
-                    wanted: "above 0 and below 1",
-                });
-            }
+            let within = share > 0.0 && share < 1.0;
+            check::that(within, what, share, "above 0 and below 1")?;
         }
         Ok(())
     }
@@ -169,11 +167,11 @@ impl Onset {
 impl Demonstration {
     /// The motion alone, without the rest before and after it.
     ///
-    /// From the first sample whose speed reaches the start share of the peak to the last that
-    /// reaches the end share; pauses between stay. Time stamps are kept.
+    /// From the first sample whose speed reaches the start share of the peak to the last one that
+    /// reaches the end share; pauses in between stay. Time stamps are kept.
     ///
     /// # Errors
-    /// Nothing that moves; an unknown or repeated degree of freedom, bad shares.
+    /// Nothing moves; an unknown or repeated degree of freedom, shares outside their range.
     pub fn trimmed(&self, onset: &Onset) -> Result<Self, BipError> {
         let speed = &onset.speed(self)?;
         // The peak itself reaches both thresholds.
@@ -190,7 +188,7 @@ impl Demonstration {
 }
 
 /// Variance of the noise of one degree of freedom, from how far samples lie from the line between
-/// their neighbours: motion hardly bends within two periods. The median is deaf to where it does.
+/// their neighbours: motion hardly bends within two periods, and where it does, the median ignores it.
 fn noise_variance(demonstration: &Demonstration, dof: usize) -> f64 {
     let times = demonstration.times();
     let mut squares: Vec<f64> = (1..demonstration.len().saturating_sub(1))
@@ -214,8 +212,8 @@ fn noise_variance(demonstration: &Demonstration, dof: usize) -> f64 {
     (*median / 0.454_936_423_119_572_8).max(rounding)
 }
 
-/// Slopes of lines through the samples up to `half` away; less far near the ends, so that they
-/// do not borrow speed from the motion.
+/// Slopes of lines through the samples up to `half` away; near the ends less far, so that rest there
+/// does not take speed from the motion.
 fn smoothed(demonstration: &Demonstration, dofs: &[usize], half: usize, noise: &Noise) -> Speed {
     let n = demonstration.len();
     let times = demonstration.times();

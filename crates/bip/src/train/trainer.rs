@@ -1,23 +1,23 @@
 //! Demonstrations added and removed one at a time.
 
-use crate::error::{finite, positive};
-use crate::fit::{Centred, Fit};
-use crate::held_out::HeldOut;
-use crate::model::{DofLayout, lay_out};
-use crate::orthonormal::OrthonormalBasis;
-use crate::spread::Spread;
-use crate::training::HELD_OUT;
-use crate::{BipError, Demonstration, Model, PhaseRate, PhaseVelocity, Shrinkage, TrainingConfig};
+use super::config::{HELD_OUT, PhaseRate, Shrinkage, TrainingConfig};
+use super::demonstration::Demonstration;
+use super::fit::{Centred, Fit};
+use super::held_out::HeldOut;
+use super::weight_distribution::WeightDistribution;
+use crate::error::BipError;
+use crate::model::{Model, ModelParts, PhaseVelocity, WeightLayout};
+use hwall_numeric::check;
 
-/// Names a demonstration within the trainer that it was added to; never given twice.
+/// Number of a demonstration in the trainer that it was added to; no number is given twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DemonstrationId(u64);
 
 /// A set of demonstrations that grows and shrinks, and the model of those it holds.
 ///
 /// Adding fits the new demonstration only; the least squares of the others stay. The model does
-/// not depend on how the set came about: adding some and removing them again gives the model of
-/// the rest, bit by bit. Another order of additions changes rounding only, and with more
+/// not depend on the history of the set: adding some and removing them again gives the model of
+/// the rest, bit by bit. Another order of additions changes only the rounding and, with more
 /// demonstrations than [`TrainingConfig::held_out`], which of them are held out.
 ///
 /// ```
@@ -38,12 +38,19 @@ pub struct DemonstrationId(u64);
 #[derive(Debug, Clone)]
 pub struct Trainer {
     config: TrainingConfig,
-    bases: Vec<OrthonormalBasis>,
-    layout: Vec<DofLayout>,
-    weights: usize,
+    layout: WeightLayout,
     /// In the order of their numbers.
     fits: Vec<(DemonstrationId, Fit)>,
     next: u64,
+}
+
+/// How well the fit of one demonstration describes it.
+pub(crate) struct FitQuality {
+    pub samples: usize,
+    /// Functions of the first group that the samples tell apart.
+    pub functions: usize,
+    /// Mean squared residual of each degree of freedom.
+    pub residual: Vec<f64>,
 }
 
 impl Trainer {
@@ -53,12 +60,9 @@ impl Trainer {
     /// Bad parameters, no degree of freedom.
     pub fn new(config: TrainingConfig) -> Result<Self, BipError> {
         config.validate()?;
-        let (bases, layout, weights) = lay_out(&config.groups)?;
         Ok(Self {
+            layout: WeightLayout::new(&config.groups)?,
             config,
-            bases,
-            layout,
-            weights,
             fits: Vec::new(),
             next: 0,
         })
@@ -67,24 +71,23 @@ impl Trainer {
     /// Takes a demonstration of any length and sampling rate.
     ///
     /// Least squares on its phase (singular values; the shortest solution where it has fewer
-    /// samples than functions), after its rest before and after was cut if
+    /// samples than functions), after the rest before and after the motion was cut if
     /// [`TrainingConfig::onset`] asks for it.
     ///
     /// # Errors
-    /// Another number of degrees of freedom than the groups have; with an onset, nothing that
+    /// Another number of degrees of freedom than the groups have; with an onset, nothing
     /// moves. The set is then as it was.
     pub fn add(&mut self, demonstration: &Demonstration) -> Result<DemonstrationId, BipError> {
-        if demonstration.dofs() != self.layout.len() {
+        if demonstration.dofs() != self.layout.dofs() {
             return Err(BipError::DofMismatch {
                 demonstration: self.len(),
-                expected: self.layout.len(),
+                expected: self.layout.dofs(),
                 got: demonstration.dofs(),
             });
         }
-        let fit = |d: &Demonstration| Fit::of(d, &self.bases, &self.layout, self.weights);
         let fit = match &self.config.onset {
-            None => fit(demonstration)?,
-            Some(onset) => fit(&demonstration.trimmed(onset)?)?,
+            None => Fit::of(demonstration, &self.layout)?,
+            Some(onset) => Fit::of(&demonstration.trimmed(onset)?, &self.layout)?,
         };
         let id = DemonstrationId(self.next);
         self.next += 1;
@@ -95,7 +98,7 @@ impl Trainer {
     /// Forgets a demonstration.
     ///
     /// # Errors
-    /// One that the trainer does not hold, or no longer.
+    /// A demonstration that the trainer does not hold, or no longer holds.
     pub fn remove(&mut self, id: DemonstrationId) -> Result<(), BipError> {
         match self.fits.binary_search_by_key(&id, |(id, _)| *id) {
             Ok(at) => {
@@ -106,7 +109,7 @@ impl Trainer {
         }
     }
 
-    /// Demonstrations it holds.
+    /// Number of demonstrations it holds.
     #[must_use]
     pub fn len(&self) -> usize {
         self.fits.len()
@@ -135,19 +138,17 @@ impl Trainer {
         let offset = self.offset();
         let fits = self.centred(&offset);
         let fits: Vec<&Centred<'_>> = fits.iter().collect();
-        let noise_fit: Vec<f64> = (0..self.layout.len())
+        let noise_fit: Vec<f64> = (0..self.layout.dofs())
             .map(|d| {
                 let mean = fits.iter().map(|f| f.residual[d]).sum::<f64>() / n as f64;
                 mean.max(self.noise_floor(d))
             })
             .collect();
-        let spread = Spread::of(&fits, &self.layout, &self.bases)?;
+        let distribution = WeightDistribution::of(&fits, &self.layout)?;
         let held_out = HeldOut {
-            groups: &self.config.groups,
-            bases: &self.bases,
             layout: &self.layout,
             fits: &fits,
-            spread: &spread,
+            distribution: &distribution,
             noise_fit: &noise_fit,
         };
         let count = if n < 2 {
@@ -168,23 +169,20 @@ impl Trainer {
             0 => None,
             _ => Some(held_out.noise(count, shrinkage, self.config.max_rank)?),
         };
-        let mut prior = spread.shrunk(shrinkage, &self.layout, &self.bases)?;
+        let mut prior = distribution.shrunk(shrinkage, &self.layout)?;
         prior.truncate(self.config.max_rank.unwrap_or(usize::MAX));
-        finite("mean weights", &prior.mean)?;
-        finite("covariance factor", &prior.factor)?;
-        finite("measurement noise", &noise_fit)?;
+        check::all_finite("mean weights", &prior.mean)?;
+        check::all_finite("covariance factor", prior.factor.entries())?;
+        check::all_finite("measurement noise", &noise_fit)?;
         let phase_velocity = self.phase_velocity();
-        positive("mean phase velocity", phase_velocity.mean)?;
-        positive("variance of the phase velocity", phase_velocity.variance)?;
-        finite("held-out noise", noise_held_out.as_deref().unwrap_or(&[]))?;
-        Ok(Model {
-            groups: self.config.groups.clone(),
-            bases: self.bases.clone(),
+        check::positive("mean phase velocity", phase_velocity.mean)?;
+        check::positive("variance of the phase velocity", phase_velocity.variance)?;
+        check::all_finite("held-out noise", noise_held_out.as_deref().unwrap_or(&[]))?;
+        Ok(Model::from_parts(ModelParts {
             layout: self.layout.clone(),
             offset,
             mean: prior.mean,
             factor: prior.factor,
-            rank: prior.rank,
             noise_fit,
             noise_held_out,
             phase_velocity,
@@ -192,7 +190,7 @@ impl Trainer {
             demonstrations: n,
             shrinkage,
             tuning: None,
-        })
+        }))
     }
 
     /// Mean over held-out demonstrations of the logarithm of their density under the prior of the
@@ -201,14 +199,12 @@ impl Trainer {
         let Some(noise) = model.noise_held_out() else {
             return Ok(None);
         };
-        let fits = self.centred(&model.offset);
+        let fits = self.centred(model.offset());
         let fits: Vec<&Centred<'_>> = fits.iter().collect();
         let held_out = HeldOut {
-            groups: &self.config.groups,
-            bases: &self.bases,
             layout: &self.layout,
             fits: &fits,
-            spread: &Spread::of(&fits, &self.layout, &self.bases)?,
+            distribution: &WeightDistribution::of(&fits, &self.layout)?,
             noise_fit: model.noise_fit(),
         };
         let count = self.config.held_out.min(self.len());
@@ -216,34 +212,45 @@ impl Trainer {
         Ok(Some(sum / count as f64))
     }
 
-    /// One model a group of demonstrations: their own mean, and the covariance around the means of
-    /// the groups, which all share. Everything else is that of the model of all.
+    /// One model for each group of demonstrations: with the mean of the group, and the covariance
+    /// around the means of the groups, which all share. Everything else is that of the model of all.
     pub(crate) fn models_of_groups(
         &self,
         labels: &[usize],
         groups: usize,
     ) -> Result<Vec<Model>, BipError> {
         let all = self.model()?;
-        let fits = self.centred(&all.offset);
+        let fits = self.centred(all.offset());
         let fits: Vec<&Centred<'_>> = fits.iter().collect();
-        Spread::within_groups(&fits, labels, groups, &self.layout, &self.bases)?
+        WeightDistribution::within_groups(&fits, labels, groups, &self.layout)?
             .into_iter()
             .map(|mut prior| {
                 prior.truncate(self.config.max_rank.unwrap_or(usize::MAX));
-                finite("mean weights", &prior.mean)?;
-                finite("covariance factor", &prior.factor)?;
-                Ok(Model {
+                check::all_finite("mean weights", &prior.mean)?;
+                check::all_finite("covariance factor", prior.factor.entries())?;
+                Ok(Model::from_parts(ModelParts {
                     mean: prior.mean,
                     factor: prior.factor,
-                    rank: prior.rank,
-                    ..all.clone()
-                })
+                    ..all.parts().clone()
+                }))
+            })
+            .collect()
+    }
+
+    /// How well the fits, without the offset of a model of one group, describe the demonstrations.
+    pub(crate) fn fit_qualities(&self, model: &Model) -> Vec<FitQuality> {
+        self.centred(model.offset())
+            .into_iter()
+            .map(|f| FitQuality {
+                samples: f.fit.samples,
+                functions: f.fit.groups[0].rank(),
+                residual: f.residual,
             })
             .collect()
     }
 
     /// The fits of the values less an offset.
-    pub(crate) fn centred(&self, offset: &[f64]) -> Vec<Centred<'_>> {
+    fn centred(&self, offset: &[f64]) -> Vec<Centred<'_>> {
         self.fits
             .iter()
             .map(|(_, fit)| fit.less(offset, &self.layout))
@@ -253,7 +260,7 @@ impl Trainer {
     /// Mean over all samples, or zero without centring.
     fn offset(&self) -> Vec<f64> {
         let samples: usize = self.fits.iter().map(|(_, f)| f.samples).sum();
-        (0..self.layout.len())
+        (0..self.layout.dofs())
             .map(|d| {
                 if !self.config.centre {
                     return 0.0;
@@ -266,7 +273,7 @@ impl Trainer {
             .collect()
     }
 
-    /// Variance below which the noise of a degree of freedom is not taken.
+    /// Lowest variance of the noise of a degree of freedom.
     pub(crate) fn noise_floor(&self, d: usize) -> f64 {
         let (low, high) = self
             .fits
@@ -310,5 +317,23 @@ impl Trainer {
             mean,
             variance: (squares / divisor as f64).max((self.config.velocity_floor * mean).powi(2)),
         }
+    }
+}
+
+impl Model {
+    /// Trains on demonstrations of any lengths and sampling rates: a [`Trainer`] that is given all
+    /// of them at once.
+    ///
+    /// # Errors
+    /// As [`Trainer::add`] and [`Trainer::model`].
+    pub fn train(
+        demonstrations: &[Demonstration],
+        config: &TrainingConfig,
+    ) -> Result<Self, BipError> {
+        let mut trainer = Trainer::new(config.clone())?;
+        for demonstration in demonstrations {
+            trainer.add(demonstration)?;
+        }
+        trainer.model()
     }
 }

@@ -3,9 +3,9 @@
 //! For comparison only: it is slower by orders of magnitude and loses positive definiteness with
 //! ill-conditioned bases, as the original does.
 
-use crate::dense::{cholesky, dot};
-use crate::error::{finite, length};
-use crate::{Basis, BipError, Prior};
+use hwall_bip::{Basis, BipError, Prior};
+use hwall_numeric::check;
+use hwall_numeric::dense::{cholesky_in_place, dot, solve_lower, solve_lower_transposed};
 
 /// Noise that the published convention adds to degrees of freedom that are not observed.
 const INACTIVE_NOISE: f64 = 1e4;
@@ -37,23 +37,26 @@ impl FullFilter {
         phase_variance: f64,
         process_variance: f64,
     ) -> Result<Self, BipError> {
-        finite("variances", &[phase_variance, process_variance])?;
+        check::all_finite("variances", &[phase_variance, process_variance])?;
         let bases: Vec<Basis> = prior.groups.iter().map(|g| g.basis).collect();
         let mut layout = Vec::new();
         let mut n = 2;
         for (g, group) in prior.groups.iter().enumerate() {
-            group.basis.validate()?;
             for _ in 0..group.dofs {
                 layout.push((g, n));
                 n += group.basis.count();
             }
         }
-        length("mean", n - 2, prior.mean.len())?;
         let entries = (n - 2).saturating_mul(prior.rank);
-        length("factor", entries, prior.factor.len())?;
-        length("noise", layout.len(), prior.noise.len())?;
-        length("offset", layout.len(), prior.offset.len())?;
-        finite("offset", &prior.offset)?;
+        for (what, expected, got) in [
+            ("mean", n - 2, prior.mean.len()),
+            ("factor", entries, prior.factor.len()),
+            ("noise", layout.len(), prior.noise.len()),
+            ("offset", layout.len(), prior.offset.len()),
+        ] {
+            length(what, expected, got)?;
+        }
+        check::all_finite("offset", &prior.offset)?;
         let mut state = vec![0.0, prior.phase_velocity.mean];
         state.extend(&prior.mean);
         let mut covariance = vec![0.0; n * n];
@@ -65,8 +68,8 @@ impl FullFilter {
                 covariance[i * n + j] = dot(row(i - 2), row(j - 2));
             }
         }
-        finite("prior", &state)?;
-        finite("prior", &covariance)?;
+        check::all_finite("prior", &state)?;
+        check::all_finite("prior", &covariance)?;
         Ok(Self {
             bases,
             layout,
@@ -85,8 +88,8 @@ impl FullFilter {
     /// is no longer positive definite.
     pub fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
         length("values", dofs.len(), values.len())?;
-        finite("values", values)?;
-        finite("dt", &[dt])?;
+        check::all_finite("values", values)?;
+        check::finite("dt", dt)?;
         let count = self.layout.len();
         let mut y = vec![0.0; count];
         let mut noise: Vec<f64> = self.noise.iter().map(|r| r + INACTIVE_NOISE).collect();
@@ -124,7 +127,7 @@ impl FullFilter {
 
     fn update(&mut self, y: &[f64], noise: &[f64], active: &[bool]) -> Result<(), BipError> {
         let (n, m) = (self.state.len(), self.layout.len());
-        let (values, slopes) = self.functions(self.state[0]);
+        let (values, slopes) = self.functions(self.state[0])?;
         let mut predicted = vec![0.0; m];
         // Sparse rows of H: the slope at the phase, the basis at the weights.
         let mut slope = vec![0.0; m];
@@ -155,10 +158,15 @@ impl FullFilter {
             }
             s[i * m + i] += noise[i];
         }
-        cholesky("innovation covariance", m, &mut s)?;
+        cholesky_in_place(m, &mut s).map_err(|e| BipError::NotPositiveDefinite {
+            what: "innovation covariance",
+            pivot: e.pivot,
+            value: e.value,
+        })?;
         for j in 0..n {
             let gain = &mut pht[j * m..(j + 1) * m];
-            solve(m, &s, gain);
+            solve_lower(&s, gain);
+            solve_lower_transposed(&s, gain);
             for (k, active) in gain.iter_mut().zip(active) {
                 *k = if *active { *k } else { 0.0 };
             }
@@ -170,18 +178,19 @@ impl FullFilter {
                 }
             }
         }
-        finite("state", &self.state)
+        Ok(check::all_finite("state", &self.state)?)
     }
 
-    fn functions(&self, phase: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    /// Values and slopes of the functions of each group.
+    fn functions(&self, phase: f64) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), BipError> {
         self.bases
             .iter()
             .map(|b| {
                 let (mut v, mut s) = (vec![0.0; b.count()], vec![0.0; b.count()]);
-                b.fill(phase, &mut v, &mut s);
-                (v, s)
+                b.evaluate_into(phase, &mut v, &mut s)?;
+                Ok((v, s))
             })
-            .unzip()
+            .collect()
     }
 
     /// Mean of the phase.
@@ -204,20 +213,21 @@ impl FullFilter {
         [[p[0], p[1]], [p[n], p[n + 1]]]
     }
 
-    /// Mean trajectory of a degree of freedom at a phase; `None` if there is no such one.
+    /// Mean trajectory of a degree of freedom at a phase; `None` if there is no such degree of
+    /// freedom or a function overflows there.
     #[must_use]
     pub fn mean_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
-        let (values, _) = self.functions(phase);
+        let (values, _) = self.functions(phase).ok()?;
         Some(self.offset[dof] + dot(&values[g], &self.state[first..first + values[g].len()]))
     }
 
-    /// Variance of a degree of freedom at a given phase, without measurement noise; `None` if
-    /// there is no such one. Negative where rounding has cost the covariance its definiteness.
+    /// Variance of a degree of freedom at a given phase, without measurement noise; `None` as for
+    /// [`mean_at`](Self::mean_at). Negative where rounding has cost the covariance its definiteness.
     #[must_use]
     pub fn variance_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
-        let (values, _) = self.functions(phase);
+        let (values, _) = self.functions(phase).ok()?;
         let (psi, n) = (&values[g], self.state.len());
         let row = |i: usize| &self.covariance[(first + i) * n + first..][..psi.len()];
         let weighted = psi.iter().enumerate().map(|(i, x)| x * dot(row(i), psi));
@@ -225,14 +235,13 @@ impl FullFilter {
     }
 }
 
-/// Solves `L Lᵀ x = b` in place.
-fn solve(m: usize, lower: &[f64], b: &mut [f64]) {
-    for i in 0..m {
-        let sum = b[i] - dot(&lower[i * m..i * m + i], &b[..i]);
-        b[i] = sum / lower[i * m + i];
+fn length(what: &'static str, expected: usize, got: usize) -> Result<(), BipError> {
+    if expected == got {
+        return Ok(());
     }
-    for i in (0..m).rev() {
-        let sum: f64 = (i + 1..m).map(|j| lower[j * m + i] * b[j]).sum();
-        b[i] = (b[i] - sum) / lower[i * m + i];
-    }
+    Err(BipError::WrongLength {
+        what,
+        expected,
+        got,
+    })
 }
