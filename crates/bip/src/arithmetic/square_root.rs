@@ -9,7 +9,7 @@ use super::rows::Rows;
 use super::tile::{LANES, Tile, add_multiple, lane_sum, sum_of_squares, tile_dot, tiles};
 use pulp::{Arch, Simd, WithSimd};
 
-/// What folding rows into a belief says about them.
+/// What folding rows into a Gaussian says about them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fold {
     /// Squared Mahalanobis distance of the rows from their prediction.

@@ -11,7 +11,7 @@ const NEGLIGIBLE: f64 = 1e-7;
 
 /// What may have happened in a hypothesis since the last branching.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Turn {
+enum Event {
     None,
     Pause,
     Resume,
@@ -22,7 +22,7 @@ enum Turn {
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     from: usize,
-    turn: Turn,
+    event: Event,
     /// Component it has afterwards.
     component: usize,
     weight: f64,
@@ -59,8 +59,8 @@ impl Hypotheses {
             .max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
-    /// Lets each hypothesis take a turn within a `share` of a motion, and keeps the most probable,
-    /// `most` at the most.
+    /// Lets every event happen in each hypothesis within a `share` of a motion, and keeps the most
+    /// probable hypotheses, at most `most`.
     pub(super) fn branch(
         &mut self,
         share: f64,
@@ -80,10 +80,10 @@ impl Hypotheses {
         }
         for at in 0..self.candidates.len() {
             let candidate = self.candidates[at];
-            if candidate.turn == Turn::None {
+            if candidate.event == Event::None {
                 self.list[candidate.from].weight = candidate.weight;
             } else {
-                self.turn(candidate, components);
+                self.add(candidate, components);
             }
         }
         // From the last, so that what is swapped in has been looked at.
@@ -106,43 +106,43 @@ impl Hypotheses {
         let resume = at_least_one(1.0 / config.pause_length);
         self.candidates.clear();
         for (from, h) in self.list.iter().enumerate() {
-            let mut add = |turn, component, probability: f64| {
+            let mut list = |event, component, probability: f64| {
                 self.candidates.push(Candidate {
                     from,
-                    turn,
+                    event,
                     component,
                     weight: h.weight * probability,
                 });
             };
             match h.mode {
                 Mode::Moving => {
-                    add(Turn::None, h.component, 1.0 - pause - change);
-                    add(Turn::Pause, h.component, pause);
+                    list(Event::None, h.component, 1.0 - pause - change);
+                    list(Event::Pause, h.component, pause);
                     for (component, c) in components.iter().enumerate() {
-                        add(Turn::ChangeOfMind, component, change * c.probability);
+                        list(Event::ChangeOfMind, component, change * c.probability);
                     }
                 }
                 Mode::Resting => {
-                    add(Turn::None, h.component, 1.0 - resume);
-                    add(Turn::Resume, h.component, resume);
+                    list(Event::None, h.component, 1.0 - resume);
+                    list(Event::Resume, h.component, resume);
                 }
             }
         }
     }
 
-    /// Adds the hypothesis of a turn.
-    fn turn(&mut self, candidate: Candidate, components: &mut [ComponentFilter]) {
+    /// Adds the hypothesis that follows from an event.
+    fn add(&mut self, candidate: Candidate, components: &mut [ComponentFilter]) {
         let component = candidate.component;
-        let mode = match candidate.turn {
-            Turn::Pause => Mode::Resting,
-            Turn::None | Turn::Resume | Turn::ChangeOfMind => Mode::Moving,
+        let mode = match candidate.event {
+            Event::Pause => Mode::Resting,
+            Event::None | Event::Resume | Event::ChangeOfMind => Mode::Moving,
         };
         let mut posterior = match self.spare.pop() {
             Some(posterior) => posterior,
             None => components[component].blank.clone(),
         };
         let parent = &mut self.list[candidate.from];
-        if candidate.turn == Turn::ChangeOfMind {
+        if candidate.event == Event::ChangeOfMind {
             // The shape of the old component means nothing in the new one.
             let phase: PhaseEstimate = components[parent.component]
                 .with(&mut parent.posterior, |filter| filter.phase_estimate());
@@ -151,7 +151,7 @@ impl Hypotheses {
             posterior.begin_with_phase(&phase);
         } else {
             posterior.copy_from(&parent.posterior);
-            if candidate.turn == Turn::Resume {
+            if candidate.event == Event::Resume {
                 posterior.redraw_velocity(components[component].velocity);
             }
         }

@@ -92,7 +92,7 @@ impl Bank {
         })
     }
 
-    /// Mean and variance of some degrees of freedom after a time `dt` without further turns: a hand
+    /// Mean and variance of some degrees of freedom after a time `dt` without another event: a hand
     /// at rest goes on resting.
     ///
     /// # Errors
@@ -187,7 +187,7 @@ impl Bank {
         Ok(check::all_finite("variance", second)?)
     }
 
-    /// Probability that the motion is over after a time `dt` without further turns.
+    /// Probability that the motion is over after a time `dt` without another event.
     ///
     /// # Errors
     /// A `dt` that is negative or not finite.

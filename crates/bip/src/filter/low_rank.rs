@@ -116,7 +116,7 @@ impl Filter {
         self.posterior.root.covariance()
     }
 
-    /// Variance of the measurement noise of a degree of freedom; `None` if there is no such one.
+    /// Variance of the measurement noise of a degree of freedom; `None` if it does not exist.
     #[must_use]
     pub fn noise_variance(&self, dof: usize) -> Option<f64> {
         self.noise.sd.get(dof).map(|sd| sd * sd)

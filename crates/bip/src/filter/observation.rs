@@ -49,7 +49,7 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// Checks everything but the covariance; `seen` is scratch, one entry a degree of freedom.
+    /// Checks everything but the covariance; `seen` is scratch with one entry for each degree of freedom.
     pub(crate) fn validate(&self, seen: &mut [bool]) -> Result<(), BipError> {
         length("values", self.dofs.len(), self.values.len())?;
         check::all_finite("values", self.values)?;
