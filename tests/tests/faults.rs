@@ -137,7 +137,7 @@ fn without_a_fault_the_touch_is_made() {
 
 #[test]
 fn a_dropout_of_the_hand_is_bridged_then_held_then_over() {
-    let outcome = with_frames(|frame| Some(with_points(frame, |_| None)));
+    let outcome = with_frames(move |frame| Some(with_points(frame, |_| None)));
     // 0.1 s at constant velocity first.
     let bridged = outcome
         .during(0.0)
@@ -171,7 +171,7 @@ fn a_silent_tracker_makes_the_target_stale() {
 #[test]
 fn a_jump_of_22_m_per_s_is_lost_and_its_hand_is_not_followed() {
     let away = DVec3::new(0.0, 0.25, 0.0);
-    let outcome = with_frames(|frame| {
+    let outcome = with_frames(move |frame| {
         // To and fro faster than the filter trusts the hand again.
         let there = (frame.t_s / 0.15).floor() as i64 % 2 == 0;
         Some(with_points(frame, |p| {
@@ -188,7 +188,7 @@ fn a_jump_of_22_m_per_s_is_lost_and_its_hand_is_not_followed() {
 fn a_frozen_hand_is_lost_though_its_frames_go_on() {
     let (hand, touch) = hand();
     let last = hand.sample(touch.start_s);
-    let outcome = with_frames(|frame| {
+    let outcome = with_frames(move |frame| {
         Some(HandFrame {
             palm_m: Some(last.palm_m),
             tips_m: last.tips_m.map(Some),
@@ -209,7 +209,7 @@ fn a_frozen_hand_is_lost_though_its_frames_go_on() {
 #[test]
 fn nan_points_are_a_lost_hand() {
     let outcome =
-        with_frames(|frame| Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z)))));
+        with_frames(move |frame| Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z)))));
     outcome.lost(|why| matches!(why, LostReason::NoPoints));
     outcome.recovers();
 }
@@ -217,7 +217,7 @@ fn nan_points_are_a_lost_hand() {
 #[test]
 fn a_nan_gaze_leaves_the_hand_to_lead() {
     let nan = Some(DVec3::NAN);
-    let outcome = with_frames(|frame| {
+    let outcome = with_frames(move |frame| {
         Some(HandFrame {
             head_m: nan,
             gaze: nan,
@@ -239,7 +239,7 @@ fn a_nan_gaze_leaves_the_hand_to_lead() {
 
 #[test]
 fn a_nan_time_is_a_lost_hand_and_nothing_else() {
-    let outcome = with_frames(|frame| {
+    let outcome = with_frames(move |frame| {
         Some(HandFrame {
             t_s: f64::NAN,
             ..frame

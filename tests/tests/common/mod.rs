@@ -7,7 +7,7 @@ use hwall::contact::{
     ContactPrediction, DeterministicPredictor, Predictor, PredictorConfig, PredictorInput,
 };
 use hwall::hand::{HandFilterConfig, HandFrame, Tracking};
-use hwall::haptics::{Arm, ArmCommand, ArmState, Board, BoardTarget, PlaceTolerance, RenderStep};
+use hwall::haptics::{ArmCommand, ArmState, Board, BoardTarget, PlaceTolerance, RenderStep};
 use hwall::kinematics::{JointPositions, Pose, SrsArm};
 use hwall::scene::Scene;
 use hwall::{Event, Session, SessionConfig, SessionState, Surroundings, WorldPose, drive, maps_of};
