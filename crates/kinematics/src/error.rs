@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use crate::unreachable::Unreachable;
 use hwall_geometry::{ArgumentError, GeometryError};
 
 /// What can be wrong with a model, a pose or a request.
@@ -79,7 +80,7 @@ pub enum KinematicsError {
     },
     /// A solution was asked for where there is none.
     #[error("unreachable: {0}")]
-    Unreachable(#[from] crate::Unreachable),
+    Unreachable(#[from] Unreachable),
     /// A chain has no movable joint.
     #[error("the chain has no movable joint")]
     NoJoints,

@@ -1,10 +1,9 @@
-//! Between forces at the tool and torques at the joints.
+//! Forces at the tool from torques at the joints.
 
 use crate::error::KinematicsError;
-use crate::forward::Jacobian;
-use crate::joints::{JointPositions, JointTorques};
+use crate::jacobian::Jacobian;
+use crate::joints::JointTorques;
 use crate::linalg::{gram, roots};
-use crate::srs::SrsArm;
 use hwall_geometry::Wrench;
 use hwall_numeric::check::{all_finite, non_negative, positive};
 use hwall_numeric::dense::symmetric_eigen;
@@ -75,30 +74,5 @@ impl WrenchEstimate {
             condition,
             residual_n_m,
         })
-    }
-}
-
-impl SrsArm {
-    /// Joint torques that a wrench on the tool (base axes, about the tool origin) exerts,
-    /// `τ = Jᵀ f`.
-    #[must_use]
-    pub fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
-        self.jacobian(q).torques(wrench)
-    }
-
-    /// The wrench on the tool that explains external joint torques, see
-    /// [`WrenchEstimate::from_torques`].
-    ///
-    /// # Errors
-    /// NaN or infinity, a negative damping, or a moment length that is not positive.
-    pub fn wrench_from_torques(
-        &self,
-        q: &JointPositions,
-        torques: &JointTorques,
-        damping_m: f64,
-        moment_length_m: f64,
-    ) -> Result<WrenchEstimate, KinematicsError> {
-        all_finite("q", &q.0)?;
-        WrenchEstimate::from_torques(&self.jacobian(q), torques, damping_m, moment_length_m)
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, JointTorques, KinematicsError,
-    NearestConfig, NumericConfig, Pose, SrsArm, Unreachable, Wrench,
+    NearestConfig, NumericConfig, Pose, SrsArm, Unreachable,
 };
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -237,6 +237,7 @@ fn same_input_same_answer_without_allocation() {
 #[cfg(feature = "urdf")]
 mod from_urdf {
     use super::*;
+    use hwall_kinematics::Wrench;
     use hwall_kinematics::glam::DMat3;
     use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,13 +1,12 @@
 //! A serial chain with a tool as an arm: any arm of up to seven joints.
 
-use crate::arm::{ArmKinematics, ArmScratch, ArmSolution, MOST_JOINTS};
-use crate::chain::{Chain, JointKind};
+use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
+use crate::chain::{Chain, JointKind, NumericConfig};
 use crate::error::KinematicsError;
-use crate::forward::Jacobian;
-use crate::joints::{JointLimit, JointPositions};
-use crate::nearest::{BranchPolicy, NearestConfig};
-use crate::numeric::NumericConfig;
-use crate::verdict::Unreachable;
+use crate::jacobian::Jacobian;
+use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
+use crate::srs::{BranchPolicy, NearestConfig};
+use crate::unreachable::Unreachable;
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::sync::Arc;
@@ -140,7 +139,7 @@ impl ArmKinematics for ChainArm {
     }
 
     fn forward(&self, q: &JointPositions) -> Pose {
-        self.base_to_tool.tip_pose(&q.0, |_, _, _| {})
+        self.base_to_tool.forward_unchecked(&q.0)
     }
 
     fn jacobian(&self, q: &JointPositions) -> Jacobian {

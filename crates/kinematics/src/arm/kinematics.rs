@@ -1,18 +1,15 @@
 //! Any arm: what following a target and feeling a touch need of its kinematics.
 
+use crate::chain::NumericScratch;
 use crate::error::KinematicsError;
-use crate::forward::Jacobian;
-use crate::joints::{JointLimit, JointPositions, JointTorques};
-use crate::nearest::NearestConfig;
-use crate::numeric::NumericScratch;
-use crate::statics::WrenchEstimate;
+use crate::jacobian::Jacobian;
+use crate::joints::{JointLimit, JointPositions, JointTorques, MOST_JOINTS};
+use crate::srs::NearestConfig;
+use crate::wrench::WrenchEstimate;
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::fmt::Debug;
 use std::sync::Arc;
-
-/// Most joints of an arm: the length of [`JointPositions`].
-pub const MOST_JOINTS: usize = 7;
 
 /// The kinematics of an arm of at most seven joints, with its tool.
 ///
@@ -107,5 +104,5 @@ pub struct ArmSolution {
 /// Memory for [`ArmKinematics::nearest`], from [`ArmKinematics::scratch`]. Closed forms need none.
 #[derive(Debug, Clone, Default)]
 pub struct ArmScratch {
-    pub(crate) numeric: NumericScratch,
+    pub(super) numeric: NumericScratch,
 }

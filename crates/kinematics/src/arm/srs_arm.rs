@@ -1,11 +1,10 @@
 //! The S-R-S arm as an arm among others.
 
-use crate::arm::{ArmKinematics, ArmScratch, ArmSolution, MOST_JOINTS};
+use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
 use crate::error::KinematicsError;
-use crate::forward::Jacobian;
-use crate::joints::{JointLimit, JointPositions};
-use crate::nearest::NearestConfig;
-use crate::srs::SrsArm;
+use crate::jacobian::Jacobian;
+use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
+use crate::srs::{NearestConfig, SrsArm};
 use hwall_geometry::Pose;
 use std::sync::Arc;
 

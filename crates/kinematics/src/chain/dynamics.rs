@@ -5,9 +5,10 @@
 //! composite rigid bodies (ch. 6); written with plain three-vectors about the joint origins,
 //! where `h = m c` and the inertia about the origin make centres of mass disappear.
 
-use crate::chain::{Chain, GROUP, settings};
+use super::axis_frame::{GROUP, settings};
+use super::inertia::Inertial;
+use super::model::Chain;
 use crate::error::KinematicsError;
-use crate::inertia::Inertial;
 use glam::{DMat3, DVec3};
 use hwall_numeric::check::{all_finite, finite};
 

@@ -1,9 +1,10 @@
 //! Forward kinematics, Jacobian and drift acceleration of a [`Chain`].
 
-use crate::arm::MOST_JOINTS;
-use crate::chain::{AxisFrame, Chain, GROUP, settings};
+use super::axis_frame::{AxisFrame, GROUP, settings};
+use super::model::Chain;
 use crate::error::KinematicsError;
-use crate::forward::Jacobian;
+use crate::jacobian::Jacobian;
+use crate::joints::MOST_JOINTS;
 use glam::{DMat3, DVec3};
 use hwall_geometry::{Pose, Twist, Wrench};
 use hwall_numeric::check::all_finite;
@@ -54,7 +55,7 @@ impl ChainJacobian {
 #[derive(Debug, Clone, Default)]
 pub struct ChainScratch {
     /// Axis direction and a point on it, in the base frame.
-    pub(crate) axes: Vec<(DVec3, DVec3)>,
+    pub(super) axes: Vec<(DVec3, DVec3)>,
     columns: Vec<[f64; 6]>,
     links: Vec<Pose>,
 }
@@ -196,9 +197,14 @@ impl Chain {
 
     /// Axis directions and points in the base frame; returns the tip's pose. Inputs are checked by the caller.
     #[inline]
-    pub(crate) fn axes_into(&self, q: &[f64], axes: &mut Vec<(DVec3, DVec3)>) -> Pose {
+    pub(super) fn axes_into(&self, q: &[f64], axes: &mut Vec<(DVec3, DVec3)>) -> Pose {
         axes.clear();
         self.tip_pose(q, |_, r, p| axes.push((r.z_axis, p)))
+    }
+
+    /// Pose of the tip; inputs are not checked, NaN in gives NaN out.
+    pub(crate) fn forward_unchecked(&self, q: &[f64]) -> Pose {
+        self.tip_pose(q, |_, _, _| {})
     }
 
     /// The Jacobian of a chain of at most seven joints, zero beyond the last; inputs are not checked.
@@ -223,11 +229,7 @@ impl Chain {
 
     /// Walks the axis frames from base to tip.
     #[inline(always)]
-    pub(crate) fn tip_pose(
-        &self,
-        q: &[f64],
-        mut visit: impl FnMut(&AxisFrame, DMat3, DVec3),
-    ) -> Pose {
+    fn tip_pose(&self, q: &[f64], mut visit: impl FnMut(&AxisFrame, DMat3, DVec3)) -> Pose {
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
         for (frames, q) in self.frames.chunks(GROUP).zip(q.chunks(GROUP)) {
             for (frame, setting) in frames.iter().zip(settings(frames, q)) {
@@ -248,7 +250,7 @@ fn finite_pose(pose: Pose) -> Result<Pose, KinematicsError> {
 
 /// Jacobian column of one joint for a point at `tip_m`.
 #[inline]
-pub(crate) fn column(frame: &AxisFrame, &(z, p): &(DVec3, DVec3), tip_m: DVec3) -> [f64; 6] {
+pub(super) fn column(frame: &AxisFrame, &(z, p): &(DVec3, DVec3), tip_m: DVec3) -> [f64; 6] {
     if frame.prismatic {
         [z.x, z.y, z.z, 0.0, 0.0, 0.0]
     } else {

@@ -6,9 +6,11 @@
 //! solution and still orderly near a singular one. Each step solves a 6 × 6 system whatever
 //! the number of joints; limits are kept by an active set inside the step.
 
-use crate::chain_motion::column;
-use crate::{Chain, KinematicsError, Pose, rotation_vector};
+use super::model::Chain;
+use super::motion::column;
+use crate::error::KinematicsError;
 use glam::DVec3;
+use hwall_geometry::{Pose, rotation_vector};
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::positive;
 

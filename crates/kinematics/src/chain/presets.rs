@@ -5,8 +5,12 @@
 //! velocity and torque limits: KUKA data sheets (the description gives 200 N m for every
 //! joint). Older descriptions of the same arms carry wrong limits and invented masses.
 
-use crate::{Chain, ChainJoint, Inertial, JointLimit, Pose};
+use super::inertia::Inertial;
+use super::joint::ChainJoint;
+use super::model::Chain;
+use crate::joints::JointLimit;
 use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
 
 /// Distance from the last link's frame to the flange along its z axis, m.
 const FLANGE_M: f64 = 0.035;

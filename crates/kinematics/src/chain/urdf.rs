@@ -3,8 +3,13 @@
 //! Only joints, limits and inertials are read. Transmissions, safety controllers, friction and
 //! damping are not part of a [`Chain`].
 
-use crate::{Chain, ChainJoint, Inertial, JointKind, JointLimit, KinematicsError, Pose};
+use super::inertia::Inertial;
+use super::joint::{ChainJoint, JointKind};
+use super::model::Chain;
+use crate::error::KinematicsError;
+use crate::joints::JointLimit;
 use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

@@ -1,9 +1,11 @@
 //! The exact sets of feasible arm angles, one a branch.
 
-use crate::circle::{Direction, ElbowCircle};
-use crate::inverse::BaseSolution;
-use crate::window::CROSS_TOLERANCE;
-use crate::{Branch, JointPositions, Pose, SrsArm, Unreachable};
+use crate::joints::JointPositions;
+use crate::srs::branch::Branch;
+use crate::srs::circle::{BaseSolution, CROSS_TOLERANCE, Direction, ElbowCircle};
+use crate::srs::model::SrsArm;
+use crate::unreachable::Unreachable;
+use hwall_geometry::Pose;
 use std::f64::consts::{PI, TAU};
 
 /// Limits meet at most 32 arm angles (8 ends of turning joints, 8 of tilting ones, two roots
@@ -38,7 +40,7 @@ impl ArmAngleArc {
 /// All arm angles that hold a pose within the limits.
 #[derive(Debug, Clone)]
 pub struct FeasibleArmAngles {
-    pub(crate) circle: ElbowCircle,
+    pub(super) circle: ElbowCircle,
     /// Angles at which some limit is met, rising, rad.
     breaks: [f64; CAPACITY],
     len: usize,
@@ -63,7 +65,7 @@ impl SrsArm {
 }
 
 impl FeasibleArmAngles {
-    pub(crate) fn new(arm: &SrsArm, circle: ElbowCircle) -> Self {
+    pub(super) fn new(arm: &SrsArm, circle: ElbowCircle) -> Self {
         let mut breaks = [0.0; CAPACITY];
         let mut len = 0;
         let mut add = |psi: Direction| {
@@ -73,8 +75,8 @@ impl FeasibleArmAngles {
         for psi in circle.extremes() {
             add(psi);
         }
-        circle.limit_roots(arm, CROSS_TOLERANCE, &mut add);
-        circle.coupled_roots(arm, &mut add);
+        circle.limit_roots(&arm.windows, CROSS_TOLERANCE, &mut add);
+        circle.coupled_roots(arm.limits(), &mut add);
         breaks[..len].sort_unstable_by(f64::total_cmp);
         let mut at = [0; CAPACITY];
         let mut after = [0; CAPACITY];
@@ -84,9 +86,16 @@ impl FeasibleArmAngles {
             } else {
                 breaks[0] + TAU
             };
-            at[i] = circle.feasible_branches(arm, Direction::from_angle(breaks[i]));
-            after[i] =
-                circle.feasible_branches(arm, Direction::from_angle(0.5 * (breaks[i] + next)));
+            at[i] = circle.feasible_branches(
+                &arm.windows,
+                arm.limits(),
+                Direction::from_angle(breaks[i]),
+            );
+            after[i] = circle.feasible_branches(
+                &arm.windows,
+                arm.limits(),
+                Direction::from_angle(0.5 * (breaks[i] + next)),
+            );
         }
         // The sets are closed: an end belongs to the arc it ends.
         for i in 0..len {
@@ -160,7 +169,10 @@ impl FeasibleArmAngles {
         arm_angle_rad: f64,
         reference: &JointPositions,
     ) -> Option<JointPositions> {
-        BaseSolution::new(&self.circle, Direction::from_angle(arm_angle_rad))
-            .on_branch(arm, branch, reference)
+        BaseSolution::new(&self.circle, Direction::from_angle(arm_angle_rad)).on_branch(
+            arm.limits(),
+            branch,
+            reference,
+        )
     }
 }

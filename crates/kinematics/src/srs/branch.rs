@@ -28,11 +28,11 @@ impl Branch {
     };
 
     // Which branches a joint's direction serves as it stands, and which turned by half a turn.
-    pub(crate) const SHOULDER: [u8; 2] = [0x55, 0xAA];
-    pub(crate) const SHOULDER_ELBOW: [u8; 2] = [0x99, 0x66];
-    pub(crate) const ELBOW_WRIST: [u8; 2] = [0xC3, 0x3C];
-    pub(crate) const WRIST: [u8; 2] = [0x0F, 0xF0];
-    pub(crate) const ELBOW: [u8; 2] = [0x33, 0xCC];
+    pub(super) const SHOULDER: [u8; 2] = [0x55, 0xAA];
+    pub(super) const SHOULDER_ELBOW: [u8; 2] = [0x99, 0x66];
+    pub(super) const ELBOW_WRIST: [u8; 2] = [0xC3, 0x3C];
+    pub(super) const WRIST: [u8; 2] = [0x0F, 0xF0];
+    pub(super) const ELBOW: [u8; 2] = [0x33, 0xCC];
 
     /// Branch of a configuration; a joint at exactly zero counts as the non-negative shoulder or
     /// wrist and the non-positive elbow.
@@ -62,12 +62,12 @@ impl Branch {
     }
 
     /// This branch alone, as a bit mask.
-    pub(crate) const fn bit(self) -> u8 {
+    pub(super) const fn bit(self) -> u8 {
         1 << self.index()
     }
 
     /// The branches in a bit mask.
-    pub(crate) fn in_mask(mask: u8) -> impl Iterator<Item = Self> {
+    pub(super) fn in_mask(mask: u8) -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(move |b| mask & b.bit() != 0)
     }
 }

@@ -1,84 +1,14 @@
-//! The model of an S-R-S arm: lengths, limits, tool.
+//! The model of an S-R-S arm.
 
-use crate::pinched::Pinched;
-use crate::window::{Distances, Windows};
-use crate::{JointLimit, KinematicsError, Pose};
+use crate::error::KinematicsError;
+use crate::joints::JointLimit;
+use crate::srs::branch::Branch;
+use crate::srs::circle::{Distances, ElbowCircle, Pinched, Triangle, Windows};
+use crate::srs::parameters::{SrsGeometry, SrsParameters};
+use glam::DVec3;
+use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::f64::consts::PI;
-
-/// Link lengths of an arm with spherical shoulder, revolute elbow and spherical wrist, metres.
-///
-/// The axes at `q = 0`, arm straight up, are `z y z -y z y z`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SrsGeometry {
-    /// Base to shoulder along the base axis; may be zero or negative.
-    pub d_bs_m: f64,
-    /// Shoulder to elbow; positive.
-    pub d_se_m: f64,
-    /// Elbow to wrist; positive.
-    pub d_ew_m: f64,
-    /// Wrist to flange along the last axis; may be zero or negative.
-    pub d_wf_m: f64,
-}
-
-/// Everything that [`SrsArm::new`] needs, in plain fields.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SrsParameters {
-    /// Link lengths.
-    pub geometry: SrsGeometry,
-    /// Closed joint limits, rad. Joints 2, 4 and 6 must stay strictly within half a turn;
-    /// a range of a full turn or more on the others means "no limit".
-    pub limits: [JointLimit; 7],
-    /// Largest joint speeds, rad/s.
-    pub max_velocity_rad_per_s: [f64; 7],
-    /// Largest joint torques, N m.
-    pub max_torque_n_m: [f64; 7],
-    /// The tool frame, fixed in the flange.
-    pub flange_from_tool: Pose,
-}
-
-impl SrsParameters {
-    /// KUKA LBR iiwa 7 R800 with the plain flange and no tool (manufacturer's data sheet).
-    #[must_use]
-    pub fn iiwa7() -> Self {
-        Self {
-            geometry: SrsGeometry {
-                d_bs_m: 0.340,
-                d_se_m: 0.400,
-                d_ew_m: 0.400,
-                d_wf_m: 0.126,
-            },
-            limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
-            max_velocity_rad_per_s: [98.0_f64, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0]
-                .map(f64::to_radians),
-            max_torque_n_m: [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0],
-            flange_from_tool: Pose::IDENTITY,
-        }
-    }
-
-    /// KUKA LBR iiwa 14 R820 with the plain flange and no tool (manufacturer's data sheet).
-    #[must_use]
-    pub fn iiwa14() -> Self {
-        Self {
-            geometry: SrsGeometry {
-                d_bs_m: 0.360,
-                d_se_m: 0.420,
-                d_ew_m: 0.400,
-                d_wf_m: 0.126,
-            },
-            limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
-            max_velocity_rad_per_s: [85.0_f64, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0]
-                .map(f64::to_radians),
-            max_torque_n_m: [320.0, 320.0, 176.0, 176.0, 110.0, 40.0, 40.0],
-            flange_from_tool: Pose::IDENTITY,
-        }
-    }
-}
-
-/// Half ranges of both iiwa arms, degrees (manufacturer's data sheet).
-const IIWA_LIMITS_DEG: [f64; 7] = [170.0, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0];
 
 /// An immutable seven-joint arm with closed-form kinematics.
 ///
@@ -95,10 +25,10 @@ pub struct SrsArm {
     parameters: SrsParameters,
     /// `tool_from_flange`, or `None` where the tool is the flange itself.
     tool_from_flange: Option<Pose>,
-    pub(crate) distances: Distances,
-    pub(crate) windows: Windows,
+    pub(super) distances: Distances,
+    pub(super) windows: Windows,
     /// The joint with the least room, if it has hardly any.
-    pub(crate) pinched: Option<Pinched>,
+    pub(super) pinched: Option<Pinched>,
 }
 
 impl SrsArm {
@@ -217,15 +147,43 @@ impl SrsArm {
     }
 
     /// The flange pose that puts the tool at `base_from_tool`.
-    pub(crate) fn flange_pose(&self, base_from_tool: &Pose) -> Pose {
+    pub(super) fn flange_pose(&self, base_from_tool: &Pose) -> Pose {
         match self.tool_from_flange {
             None => *base_from_tool,
             Some(tool_from_flange) => *base_from_tool * tool_from_flange,
         }
     }
 
+    /// Wrist centre from the shoulder, base axes, metres.
+    #[inline(always)]
+    pub(super) fn wrist_from_shoulder(&self, flange_pose: &Pose) -> DVec3 {
+        let g = self.geometry();
+        let tip = flange_pose.position_m() - flange_pose.rotation().z_axis * g.d_wf_m;
+        DVec3::new(tip.x, tip.y, tip.z - g.d_bs_m)
+    }
+
+    /// The elbow's circle, or why there is none.
+    #[inline(always)]
+    pub(super) fn elbow_circle(&self, flange_pose: &Pose) -> Result<ElbowCircle, f64> {
+        let w = self.wrist_from_shoulder(flange_pose);
+        let length = w.length();
+        let (negative, positive) = self.distances.allow(length);
+        let mask = if negative { Branch::ELBOW[0] } else { 0 }
+            | if positive { Branch::ELBOW[1] } else { 0 };
+        // A wrist on the shoulder needs limits of half a turn, which the model excludes.
+        if mask == 0 || length <= self.distances.tolerance {
+            return Err(length);
+        }
+        let (a, b) = (self.distances.upper, self.distances.fore);
+        let triangle = match self.distances.limit_at(length, (negative, positive)) {
+            None => Triangle::from_sides(a, b, length),
+            Some(limit) => Triangle::on_limit(a, b, length, limit),
+        };
+        Ok(ElbowCircle::new(w, triangle, mask, &flange_pose.rotation()))
+    }
+
     /// Does the tool differ from the flange?
-    pub(crate) const fn has_tool(&self) -> bool {
+    pub(super) const fn has_tool(&self) -> bool {
         self.tool_from_flange.is_some()
     }
 }

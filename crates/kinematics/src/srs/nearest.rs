@@ -1,9 +1,13 @@
 //! The solution nearest to a reference configuration: servoing without jumps.
 
-use crate::arm_angles::{ArmAngleArc, FeasibleArmAngles};
-use crate::circle::{Direction, ElbowCircle};
-use crate::inverse::BaseSolution;
-use crate::{Branch, JointPositions, KinematicsError, Pose, SrsArm, Unreachable};
+use crate::error::KinematicsError;
+use crate::joints::JointPositions;
+use crate::srs::arm_angles::{ArmAngleArc, FeasibleArmAngles};
+use crate::srs::branch::Branch;
+use crate::srs::circle::{BaseSolution, Direction, ElbowCircle};
+use crate::srs::model::SrsArm;
+use crate::unreachable::Unreachable;
+use hwall_geometry::Pose;
 use hwall_numeric::check::{all_finite, positive};
 
 /// Which branches the nearest solution may use.
@@ -174,7 +178,10 @@ impl Problem<'_> {
     /// From the reference's own arm angle, while everything stays small.
     fn local(&self, psi_reference: f64, near: u8) -> Option<NearestSolution> {
         let here = Direction::from_angle(psi_reference);
-        let mask = self.circle.feasible_branches(self.arm, here) & near;
+        let mask = self
+            .circle
+            .feasible_branches(&self.arm.windows, self.arm.limits(), here)
+            & near;
         let start =
             self.best(Branch::in_mask(mask).filter_map(|b| self.evaluate(psi_reference, b)))?;
         let found = self.refine(start, f64::NEG_INFINITY, f64::INFINITY);
@@ -231,7 +238,7 @@ impl Problem<'_> {
 
     fn evaluate(&self, psi: f64, branch: Branch) -> Option<Candidate> {
         let q = BaseSolution::new(self.circle, Direction::from_angle(psi)).on_branch(
-            self.arm,
+            self.arm.limits(),
             branch,
             self.reference,
         )?;

@@ -1,7 +1,9 @@
 //! What the seventh joint leaves free, and how well the arm can move.
 
+use crate::joints::{JointPositions, JointVelocities};
 use crate::linalg::{gram, null_vector, roots};
-use crate::{JointPositions, JointVelocities, SrsArm};
+use crate::srs::forward::Frames;
+use crate::srs::model::SrsArm;
 use hwall_numeric::dense::symmetric_eigen;
 
 /// How well a configuration can move the tool.
@@ -36,7 +38,7 @@ impl SrsArm {
         let mut motion = JointVelocities(null_vector(self.jacobian(q).to_rows()));
         // Rising: the elbow's velocity has a positive part along (u × elbow).
         let [shoulder, elbow, wrist, _] = self.skeleton_m(q);
-        let frames = crate::forward::Frames::new(q);
+        let frames = Frames::new(q);
         let arm = elbow - shoulder;
         let velocity = (glam::DVec3::Z * motion[0] + frames.y1 * motion[1]).cross(arm);
         if (wrist - shoulder).cross(arm).dot(velocity) < 0.0 {

@@ -7,178 +7,27 @@
 //! `R03 = F Ry(-β)`, `R04 = F Ry(η)`, `R47 = R04ᵀ R`. Every entry is `A sin ψ + B cos ψ + C`.
 //! [Shimizu 2008], [Faria 2018]; here ψ = 0 holds the elbow highest, for either sign of joint 4.
 
-use crate::inverse::BaseSolution;
-use crate::window::{CROSS_TOLERANCE, Shape, Windows};
-use crate::{Branch, JointPositions, Pose, SrsArm};
+use super::sinusoid::{Direction, Sinusoid};
+use super::triangle::Triangle;
+use super::window::{CROSS_TOLERANCE, Windows};
+use crate::srs::branch::Branch;
 use glam::{DMat3, DVec3};
-
-/// A linear sinusoid `s sin ψ + c cos ψ + k`.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sinusoid {
-    pub(crate) s: f64,
-    pub(crate) c: f64,
-    pub(crate) k: f64,
-}
-
-impl Sinusoid {
-    #[inline(always)]
-    pub(crate) fn at(&self, psi: Direction) -> f64 {
-        self.s * psi.sin + self.c * psi.cos + self.k
-    }
-
-    /// Slope with respect to ψ.
-    #[inline(always)]
-    pub(crate) fn slope(&self, psi: Direction) -> f64 {
-        self.s * psi.cos - self.c * psi.sin
-    }
-
-    /// `a x + b y`.
-    #[inline(always)]
-    pub(crate) fn combine(a: f64, x: &Self, b: f64, y: &Self) -> Self {
-        Self {
-            s: a * x.s + b * y.s,
-            c: a * x.c + b * y.c,
-            k: a * x.k + b * y.k,
-        }
-    }
-
-    /// Passes both roots to `visit`; a tangency within `tolerance` counts as one root.
-    #[inline(always)]
-    pub(crate) fn roots(&self, tolerance: f64, mut visit: impl FnMut(Direction)) {
-        let r2 = self.s * self.s + self.c * self.c;
-        if r2 <= tolerance * tolerance {
-            return; // constant: whether it holds shows at any other angle
-        }
-        let gap = r2 - self.k * self.k;
-        let inv = 1.0 / r2;
-        if gap > 0.0 {
-            let along = -self.k * inv;
-            let across = gap.sqrt() * inv;
-            visit(Direction {
-                sin: self.s * along + self.c * across,
-                cos: self.c * along - self.s * across,
-            });
-            visit(Direction {
-                sin: self.s * along - self.c * across,
-                cos: self.c * along + self.s * across,
-            });
-        } else if self.k.abs() - r2.sqrt() <= tolerance {
-            let scale = -self.k.signum() * inv.sqrt();
-            visit(Direction {
-                sin: self.s * scale,
-                cos: self.c * scale,
-            });
-        }
-    }
-}
-
-/// An arm angle as `sin, cos`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Direction {
-    pub(crate) sin: f64,
-    pub(crate) cos: f64,
-}
-
-impl Direction {
-    pub(crate) const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
-    pub(crate) const HALF_TURN: Self = Self {
-        sin: 0.0,
-        cos: -1.0,
-    };
-
-    pub(crate) fn from_angle(psi_rad: f64) -> Self {
-        let (sin, cos) = psi_rad.sin_cos();
-        Self { sin, cos }
-    }
-
-    pub(crate) fn angle(self) -> f64 {
-        self.sin.atan2(self.cos)
-    }
-
-    pub(crate) fn turned(self, by_rad: f64) -> Self {
-        let (sin, cos) = by_rad.sin_cos();
-        Self {
-            sin: self.sin * cos + self.cos * sin,
-            cos: self.cos * cos - self.sin * sin,
-        }
-    }
-}
-
-/// Shoulder, elbow and wrist as a triangle.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Triangle {
-    /// `|w|`, m.
-    pub(crate) length: f64,
-    /// `cos |q4|, sin |q4|`.
-    pub(crate) elbow: [f64; 2],
-    /// `cos, sin` of the angle at the shoulder and at the wrist.
-    pub(crate) beta: [f64; 2],
-    pub(crate) eta: [f64; 2],
-}
-
-impl Triangle {
-    /// Half-angle form: no `acos`, so a straight elbow keeps all the digits the length has.
-    #[inline(always)]
-    pub(crate) fn from_sides(a: f64, b: f64, length: f64) -> Self {
-        let inv = 0.5 / (a * b);
-        // Lengths beyond full stretch (by rounding; the caller has checked) count as straight.
-        let opening = ((a + b - length) * (a + b + length)).max(0.0);
-        let closing = ((length - a + b) * (length + a - b)).max(0.0);
-        let (sin, cos) = (
-            (opening * closing).sqrt() * inv,
-            0.5 * (closing - opening) * inv,
-        );
-        Self::from_elbow(a, b, length, [cos, sin])
-    }
-
-    /// With joint 4 on a limit, whose length differs from the true one by rounding only.
-    #[cold]
-    pub(crate) fn on_limit(a: f64, b: f64, length: f64, limit: (f64, [f64; 2])) -> Self {
-        Self {
-            length,
-            ..Self::from_elbow(a, b, limit.0, limit.1)
-        }
-    }
-
-    #[inline(always)]
-    fn from_elbow(a: f64, b: f64, length: f64, elbow: [f64; 2]) -> Self {
-        let [cos, sin] = elbow;
-        let inv = 1.0 / length;
-        Self {
-            length,
-            elbow,
-            beta: [(a + b * cos) * inv, b * sin * inv],
-            eta: [(b + a * cos) * inv, a * sin * inv],
-        }
-    }
-
-    /// From a known elbow: its angle at the shoulder and at the wrist, rad.
-    pub(crate) fn from_angles(length: f64, beta: f64, eta: f64) -> Self {
-        let elbow = beta + eta;
-        Self {
-            length,
-            elbow: [elbow.cos(), elbow.sin()],
-            beta: [beta.cos(), beta.sin()],
-            eta: [eta.cos(), eta.sin()],
-        }
-    }
-}
 
 /// Direction sinusoids `(x, y) = ρ (cos q, sin q)` of the four turning joints (1, 3, 5, 7) and
 /// the cosines of the two tilting ones (2, 6).
 ///
 /// Everything is for the branch `q2 ≥ 0, q4 ≤ 0, q6 ≥ 0`; the others turn joints by half a turn.
 #[derive(Debug, Clone)]
-pub(crate) struct ElbowCircle {
-    pub(crate) triangle: Triangle,
-    pub(crate) turning: [[Sinusoid; 2]; 4],
-    pub(crate) tilting: [Sinusoid; 2],
+pub(in crate::srs) struct ElbowCircle {
+    pub(in crate::srs) triangle: Triangle,
+    pub(in crate::srs) turning: [[Sinusoid; 2]; 4],
+    pub(in crate::srs) tilting: [Sinusoid; 2],
     /// ψ at which `q6` is smallest.
-    pub(crate) straightest_wrist: Direction,
+    pub(in crate::srs) straightest_wrist: Direction,
     /// Bit mask of the branches whose elbow sign reaches this length.
-    pub(crate) elbow_mask: u8,
+    pub(in crate::srs) elbow_mask: u8,
     /// `Rz(φ) Ry(θ)`, the frame at ψ = 0.
-    pub(crate) frame: DMat3,
+    pub(in crate::srs) frame: DMat3,
     /// Flange orientation in `frame`.
     flange: DMat3,
 }
@@ -186,20 +35,20 @@ pub(crate) struct ElbowCircle {
 /// By how much the direction tests of the shoulder (joints 1 to 3) and of the wrist (5 to 7) are
 /// relaxed: the length by which a unit vector may move.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Slack {
-    pub(crate) shoulder: f64,
-    pub(crate) wrist: f64,
+pub(in crate::srs) struct Slack {
+    pub(in crate::srs) shoulder: f64,
+    pub(in crate::srs) wrist: f64,
 }
 
 impl Slack {
-    pub(crate) const fn both(slack: f64) -> Self {
+    pub(in crate::srs) const fn both(slack: f64) -> Self {
         Self {
             shoulder: slack,
             wrist: slack,
         }
     }
 
-    pub(crate) const fn narrowing(self) -> Self {
+    pub(in crate::srs) const fn narrowing(self) -> Self {
         Self {
             shoulder: -self.shoulder,
             wrist: -self.wrist,
@@ -209,13 +58,13 @@ impl Slack {
 
 /// What one arm angle satisfies, as masks over the branches.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Verdicts {
-    pub(crate) shoulder: u8,
-    pub(crate) wrist: u8,
+pub(in crate::srs) struct Verdicts {
+    pub(in crate::srs) shoulder: u8,
+    pub(in crate::srs) wrist: u8,
     /// Is `q2` or `q6` so small that the pair of joints beside it must be looked at together?
-    pub(crate) near_singular: bool,
+    pub(in crate::srs) near_singular: bool,
     /// Is it so small that only the pair's sum means anything?
-    singular: bool,
+    pub(super) singular: bool,
 }
 
 /// Below this `sin q2` or `sin q6` a solution is constructed before it is believed: there the
@@ -223,20 +72,9 @@ pub(crate) struct Verdicts {
 const NEAR_SINGULAR: f64 = 0.1;
 const SINGULAR: f64 = 1e-4;
 
-/// Below this `sin q4` and `sin q2` (or `sin q6`) the arm angle moves one sum only.
-const COUPLED: f64 = 1e-7;
-
-/// Wrist centre from the shoulder, base axes, metres.
-#[inline(always)]
-pub(crate) fn wrist_from_shoulder(arm: &SrsArm, flange_pose: &Pose) -> DVec3 {
-    let g = arm.geometry();
-    let tip = flange_pose.position_m() - flange_pose.rotation().z_axis * g.d_wf_m;
-    DVec3::new(tip.x, tip.y, tip.z - g.d_bs_m)
-}
-
 /// `Rz(φ) Ry(θ)` that carries z onto the direction of `w`; φ = 0 on the base axis.
 #[inline(always)]
-pub(crate) fn reference_frame(w: DVec3, length: f64) -> DMat3 {
+pub(in crate::srs) fn reference_frame(w: DVec3, length: f64) -> DMat3 {
     let u = w / length;
     let sin_theta = (u.x * u.x + u.y * u.y).sqrt();
     let (cos_phi, sin_phi) = if sin_theta > 0.0 {
@@ -253,7 +91,12 @@ pub(crate) fn reference_frame(w: DVec3, length: f64) -> DMat3 {
 
 impl ElbowCircle {
     #[inline(always)]
-    pub(crate) fn new(w: DVec3, triangle: Triangle, elbow_mask: u8, rotation: &DMat3) -> Self {
+    pub(in crate::srs) fn new(
+        w: DVec3,
+        triangle: Triangle,
+        elbow_mask: u8,
+        rotation: &DMat3,
+    ) -> Self {
         let frame = reference_frame(w, triangle.length);
         let (v, y, u) = (frame.x_axis, frame.y_axis, frame.z_axis);
         let [cos_b, sin_b] = triangle.beta;
@@ -347,13 +190,13 @@ impl ElbowCircle {
 
     /// Which branches satisfy the shoulder's limits and which the wrist's, at one arm angle.
     #[inline(always)]
-    pub(crate) fn verdicts(&self, arm: &SrsArm, psi: Direction) -> Verdicts {
-        self.verdicts_within(&arm.windows, psi, Slack::both(CROSS_TOLERANCE))
+    pub(in crate::srs) fn verdicts(&self, windows: &Windows, psi: Direction) -> Verdicts {
+        self.verdicts_within(windows, psi, Slack::both(CROSS_TOLERANCE))
     }
 
     /// With every limit widened by a slack (narrowed where it is negative).
     #[inline(always)]
-    pub(crate) fn verdicts_within(
+    pub(in crate::srs) fn verdicts_within(
         &self,
         windows: &Windows,
         psi: Direction,
@@ -388,7 +231,7 @@ impl ElbowCircle {
 
     /// The extremes of q2 and q6. They are the only arm angles at which a singularity can lie,
     /// and where most poses are reachable if they are reachable at all.
-    pub(crate) fn extremes(&self) -> [Direction; 4] {
+    pub(in crate::srs) fn extremes(&self) -> [Direction; 4] {
         let near = self.straightest_wrist;
         let opposite = Direction {
             sin: -near.sin,
@@ -397,163 +240,8 @@ impl ElbowCircle {
         [near, Direction::ZERO, Direction::HALF_TURN, opposite]
     }
 
-    /// Which branches hold all limits at one arm angle, singular places looked at closely.
-    pub(crate) fn feasible_branches(&self, arm: &SrsArm, psi: Direction) -> u8 {
-        let v = self.verdicts(arm, psi);
-        let mask = v.shoulder & v.wrist;
-        if mask != 0 && v.near_singular {
-            self.confirmed(arm, psi, mask)
-        } else {
-            mask
-        }
-    }
-
-    /// Near a singularity two joints share a sum, which their separate limits do not see: keep
-    /// the branches that really have a configuration.
-    ///
-    /// Off the singularity itself a branch that holds without slack needs no construction.
-    pub(crate) fn confirmed(&self, arm: &SrsArm, psi: Direction, mask: u8) -> u8 {
-        let strict = self.verdicts_within(&arm.windows, psi, Slack::both(0.0));
-        let certain = if strict.singular {
-            0
-        } else {
-            mask & strict.shoulder & strict.wrist
-        };
-        match mask & !certain {
-            0 => certain,
-            doubtful => certain | self.constructed(arm, psi, doubtful),
-        }
-    }
-
-    #[cold]
-    fn constructed(&self, arm: &SrsArm, psi: Direction, mask: u8) -> u8 {
-        let base = BaseSolution::new(self, psi);
-        let zero = JointPositions::default();
-        Branch::in_mask(mask)
-            .filter(|branch| base.on_branch(arm, *branch, &zero).is_some())
-            .fold(0, |mask, branch| mask | branch.bit())
-    }
-
-    /// With a straight elbow and a singular shoulder (or wrist) at once, the arm angle only moves
-    /// the sum `q1 + q3` (or `q5 + q7`): the angles at which that sum meets the sum of the limits.
-    #[cold]
-    pub(crate) fn coupled_roots(&self, arm: &SrsArm, mut visit: impl FnMut(Direction)) {
-        if self.triangle.elbow[1] > COUPLED {
-            return;
-        }
-        let limits = arm.limits();
-        let (shoulder, wrist) = self.rotations(Direction::ZERO);
-        // R03 = R03_0 Rz(ψ), R47 = Rz(-ψ) R47_0.
-        for (r, slope, first, third) in [(shoulder, 1.0, 0, 2), (wrist, -1.0, 4, 6)] {
-            if r.z_axis.x.hypot(r.z_axis.y) > COUPLED {
-                continue;
-            }
-            let at_zero = (r.x_axis.y - r.y_axis.x).atan2(r.x_axis.x + r.y_axis.y);
-            let (lo, hi) = (limits[first], limits[third]);
-            for end in [lo.min_rad + hi.min_rad, lo.max_rad + hi.max_rad] {
-                if end.is_finite() {
-                    let psi = Direction::from_angle(slope * (end - at_zero));
-                    visit(psi);
-                    visit(Direction {
-                        sin: -psi.sin,
-                        cos: -psi.cos,
-                    });
-                }
-            }
-        }
-    }
-
-    /// Every arm angle at which some joint meets a limit: the only places where a feasible set
-    /// can begin or end.
-    #[inline(always)]
-    pub(crate) fn limit_roots(
-        &self,
-        arm: &SrsArm,
-        tolerance: f64,
-        mut visit: impl FnMut(Direction),
-    ) {
-        for ([x, y], window) in self.turning.iter().zip(&arm.windows.turning) {
-            if window.shape != Shape::Free {
-                for end in [window.min, window.max] {
-                    Sinusoid::combine(end[0], y, -end[1], x).roots(tolerance, &mut visit);
-                }
-            }
-        }
-        for (cosine, cone) in self.tilting.iter().zip(&arm.windows.tilting) {
-            let mut seen = [f64::NAN; 4];
-            for (slot, end) in cone
-                .sides
-                .iter()
-                .flatten()
-                .flat_map(|c| [c.inner[0], c.outer[0]])
-                .enumerate()
-            {
-                // Symmetric limits share their ends; `|q| >= 0` is no limit.
-                if end < 1.0 && !seen.contains(&end) {
-                    seen[slot] = end;
-                    Sinusoid {
-                        k: cosine.k - end,
-                        ..*cosine
-                    }
-                    .roots(tolerance, &mut visit);
-                }
-            }
-        }
-    }
-
-    /// Goes through the arm angles at which a limit moved by a slack is met, until one has branches.
-    ///
-    /// Both the tests for a joint as it stands and those for its half turn move, in opposite ways.
-    #[inline]
-    pub(crate) fn first_root(
-        &self,
-        arm: &SrsArm,
-        slack: Slack,
-        mut holds: impl FnMut(Direction) -> u8,
-    ) -> u8 {
-        let mut held = 0;
-        let slacks = [slack.shoulder, slack.shoulder, slack.wrist, slack.wrist];
-        for (([x, y], window), slack) in self.turning.iter().zip(&arm.windows.turning).zip(slacks) {
-            for end in window.slack_ends() {
-                let limit = Sinusoid::combine(end[0], y, -end[1], x);
-                for k in [limit.k + slack, limit.k - slack] {
-                    Sinusoid { k, ..limit }.roots(0.0, |psi| {
-                        if held == 0 {
-                            held = holds(psi);
-                        }
-                    });
-                    if held != 0 {
-                        return held;
-                    }
-                }
-            }
-        }
-        for ((cosine, cone), slack) in self
-            .tilting
-            .iter()
-            .zip(&arm.windows.tilting)
-            .zip([slack.shoulder, slack.wrist])
-        {
-            for end in cone.slack_ends(slack) {
-                Sinusoid {
-                    k: cosine.k - end,
-                    ..*cosine
-                }
-                .roots(0.0, |psi| {
-                    if held == 0 {
-                        held = holds(psi);
-                    }
-                });
-                if held != 0 {
-                    return held;
-                }
-            }
-        }
-        held
-    }
-
     /// `dq/dψ` at a held pose; infinite where a branch meets its singularity.
-    pub(crate) fn joint_slopes(&self, psi: Direction, branch: Branch) -> [f64; 7] {
+    pub(in crate::srs) fn joint_slopes(&self, psi: Direction, branch: Branch) -> [f64; 7] {
         // (x, y) = ρ (cos q, sin q) gives q' = (x y' - y x') / ρ², the same for every half turn.
         let turning = self.turning.each_ref().map(|[x, y]| {
             let (xv, yv) = (x.at(psi), y.at(psi));
@@ -579,7 +267,7 @@ impl ElbowCircle {
     }
 
     /// `R03` and `R47` at an arm angle, for the branch with `q4 ≤ 0`.
-    pub(crate) fn rotations(&self, psi: Direction) -> (DMat3, DMat3) {
+    pub(in crate::srs) fn rotations(&self, psi: Direction) -> (DMat3, DMat3) {
         let (v, y, u) = (self.frame.x_axis, self.frame.y_axis, self.frame.z_axis);
         let (v, y) = (v * psi.cos + y * psi.sin, y * psi.cos - v * psi.sin);
         let [cos_b, sin_b] = self.triangle.beta;

@@ -1,20 +1,22 @@
 //! A joint whose limits leave it hardly any room, down to none.
 
-use crate::circle::{Direction, ElbowCircle, Sinusoid};
-use crate::window::{SignedCone, Window, Windows, magnitude_ranges};
-use crate::{Branch, JointLimit};
+use super::elbow_circle::ElbowCircle;
+use super::sinusoid::{Direction, Sinusoid};
+use super::window::{SignedCone, Window, Windows, magnitude_ranges};
+use crate::joints::JointLimit;
+use crate::srs::branch::Branch;
 
 /// Narrower limits are treated as pinched, rad.
 const PINCHED_RAD: f64 = 0.3;
 
 /// The joint (not the elbow) with the narrowest limits, and the limits of the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pinched {
+pub(in crate::srs) struct Pinched {
     place: Place,
     /// `cos, sin` of the middle of its limits (of their absolute values for joints 2 and 6).
     middle: [f64; 2],
     /// All limits but its own.
-    pub(crate) others: Windows,
+    pub(in crate::srs) others: Windows,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +28,7 @@ enum Place {
 }
 
 impl Pinched {
-    pub(crate) fn of(limits: &[JointLimit; 7]) -> Option<Self> {
+    pub(in crate::srs) fn of(limits: &[JointLimit; 7]) -> Option<Self> {
         let width = |joint: usize| limits[joint].max_rad - limits[joint].min_rad;
         let joint = [0, 1, 2, 4, 5, 6]
             .into_iter()
@@ -62,12 +64,12 @@ impl Pinched {
         })
     }
 
-    pub(crate) const fn in_shoulder(&self) -> bool {
+    pub(in crate::srs) const fn in_shoulder(&self) -> bool {
         matches!(self.place, Place::Turning(0 | 1) | Place::Tilting(0, _))
     }
 
     /// Zero where the joint, as it stands or turned by half a turn, is in the middle of its limits.
-    pub(crate) fn middle_of(&self, circle: &ElbowCircle) -> Sinusoid {
+    pub(in crate::srs) fn middle_of(&self, circle: &ElbowCircle) -> Sinusoid {
         let [cos, sin] = self.middle;
         match self.place {
             Place::Turning(i) => {
@@ -82,7 +84,7 @@ impl Pinched {
     }
 
     /// Branches for which it is the middle itself and not its opposite, by more than a slack.
-    pub(crate) fn sides(&self, circle: &ElbowCircle, psi: Direction, slack: f64) -> u8 {
+    pub(in crate::srs) fn sides(&self, circle: &ElbowCircle, psi: Direction, slack: f64) -> u8 {
         match self.place {
             Place::Turning(i) => {
                 let masks = [

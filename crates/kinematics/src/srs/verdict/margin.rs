@@ -1,6 +1,8 @@
 //! How far every limit could shrink before a pose is lost.
 
-use crate::{JointLimit, Pose, SrsArm};
+use crate::joints::JointLimit;
+use crate::srs::model::SrsArm;
+use hwall_geometry::Pose;
 use std::f64::consts::PI;
 
 /// Limits are widened by at most this, rad, to tell a pose that is nearly reachable from one that is not.

@@ -1,9 +1,12 @@
 //! The exact reachability verdict: a witness, or the reason why there is none.
 
-use crate::circle::{Direction, ElbowCircle, Triangle, wrist_from_shoulder};
-use crate::inverse::BaseSolution;
-use crate::window::CROSS_TOLERANCE;
-use crate::{Branch, JointPositions, Pose, SrsArm};
+use crate::joints::JointPositions;
+use crate::srs::branch::Branch;
+use crate::srs::circle::{BaseSolution, CROSS_TOLERANCE, Direction, ElbowCircle, Triangle};
+use crate::srs::model::SrsArm;
+use crate::unreachable::Unreachable;
+use glam::DVec3;
+use hwall_geometry::Pose;
 
 /// Whether a pose can be held, with proof either way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,70 +45,9 @@ pub struct Witness {
     pub arm_angle_rad: f64,
 }
 
-/// Why a pose cannot be held.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Unreachable {
-    /// The wrist centre (the tool point of a chain) lies beyond the stretched arm.
-    #[error("too far by {gap_m} m")]
-    TooFar {
-        /// Missing length, m.
-        gap_m: f64,
-    },
-    /// The wrist centre lies nearer to the shoulder than upper arm and forearm can fold.
-    #[error("too near by {gap_m} m")]
-    TooNear {
-        /// Missing distance, m.
-        gap_m: f64,
-    },
-    /// The arm is long enough, but joint 4 would have to pass its limit.
-    #[error("elbow limit, {gap_m} m missing")]
-    ElbowLimit {
-        /// By how much the shoulder-wrist distance misses what the elbow allows, m.
-        gap_m: f64,
-    },
-    /// At no arm angle do joints 1 to 3 stay within their limits.
-    #[error("shoulder limit at every arm angle")]
-    ShoulderLimit,
-    /// At no arm angle do joints 5 to 7 stay within their limits.
-    #[error("wrist limit at every arm angle")]
-    WristLimit,
-    /// The shoulder's limits and the wrist's can each be met, but never at the same arm angle.
-    #[error("shoulder and wrist limits need different arm angles")]
-    ArmAngleConflict,
-    /// Only branches that the request excludes hold the pose.
-    #[error("reachable on another branch only")]
-    OtherBranch,
-    /// A numeric search ended without a configuration: no proof that there is none.
-    #[error("no configuration found, {residual_m} m and {residual_rad} rad left")]
-    NotFound {
-        /// Position error of the best attempt, m.
-        residual_m: f64,
-        /// Orientation error of the best attempt, rad.
-        residual_rad: f64,
-    },
-}
-
-impl Unreachable {
-    /// A short name for tables and files.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::TooFar { .. } => "too_far",
-            Self::TooNear { .. } => "too_near",
-            Self::ElbowLimit { .. } => "elbow_limit",
-            Self::ShoulderLimit => "shoulder_limit",
-            Self::WristLimit => "wrist_limit",
-            Self::ArmAngleConflict => "arm_angle_conflict",
-            Self::OtherBranch => "other_branch",
-            Self::NotFound { .. } => "not_found",
-        }
-    }
-}
-
 /// Where the search found a feasible place.
-pub(crate) struct Place {
-    pub(crate) circle: ElbowCircle,
+pub(in crate::srs) struct Place {
+    pub(in crate::srs) circle: ElbowCircle,
     psi: Direction,
     mask: u8,
 }
@@ -131,7 +73,7 @@ impl SrsArm {
             Ok(place) => {
                 let base = BaseSolution::new(&place.circle, place.psi);
                 let found = Branch::in_mask(place.mask).find_map(|branch| {
-                    let q = base.on_branch(self, branch, &JointPositions::default())?;
+                    let q = base.on_branch(self.limits(), branch, &JointPositions::default())?;
                     Some(Witness {
                         q,
                         branch,
@@ -155,7 +97,7 @@ impl SrsArm {
     }
 
     #[inline]
-    pub(crate) fn find_place(&self, flange_pose: &Pose) -> Result<Place, Unreachable> {
+    pub(in crate::srs) fn find_place(&self, flange_pose: &Pose) -> Result<Place, Unreachable> {
         let circle = self
             .elbow_circle(flange_pose)
             .map_err(|length| self.length_reason(length))?;
@@ -183,10 +125,10 @@ impl SrsArm {
     #[cold]
     fn singular_place(&self, flange_pose: &Pose, elbow_mask: u8) -> Option<Place> {
         let (a, b) = (self.distances.upper, self.distances.fore);
-        let w = wrist_from_shoulder(self, flange_pose);
+        let w = self.wrist_from_shoulder(flange_pose);
         let length = w.length();
         let n = flange_pose.rotation().z_axis;
-        let on_base_axis = glam::DVec3::Z * a;
+        let on_base_axis = DVec3::Z * a;
         let on_tool_axis = w - n * b;
         [
             (on_base_axis, (w - on_base_axis).length() - b),
@@ -211,7 +153,7 @@ impl SrsArm {
         })
     }
 
-    pub(crate) fn length_reason(&self, length: f64) -> Unreachable {
+    pub(in crate::srs) fn length_reason(&self, length: f64) -> Unreachable {
         let d = &self.distances;
         let gap = |side: [f64; 2]| (side[0] - length).max(length - side[1]);
         let elbow_gap_m = d.sides.map(gap).into_iter().fold(f64::INFINITY, f64::min);
@@ -261,14 +203,14 @@ impl Search<'_> {
                 found = self.test(psi);
             }
         };
-        circle.limit_roots(arm, CROSS_TOLERANCE, &mut visit);
-        circle.coupled_roots(arm, &mut visit);
+        circle.limit_roots(&arm.windows, CROSS_TOLERANCE, &mut visit);
+        circle.coupled_roots(arm.limits(), &mut visit);
         found
     }
 
     #[inline(always)]
     fn test(&mut self, psi: Direction) -> Option<(Direction, u8)> {
-        let v = self.circle.verdicts(self.arm, psi);
+        let v = self.circle.verdicts(&self.arm.windows, psi);
         self.shoulder |= v.shoulder;
         self.wrist |= v.wrist;
         let mask = v.shoulder & v.wrist;
@@ -276,7 +218,8 @@ impl Search<'_> {
             return None;
         }
         let mask = if v.near_singular {
-            self.circle.confirmed(self.arm, psi, mask)
+            self.circle
+                .confirmed(&self.arm.windows, self.arm.limits(), psi, mask)
         } else {
             mask
         };
