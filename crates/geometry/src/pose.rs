@@ -1,6 +1,6 @@
 //! The one checked rigid transform.
 
-use crate::GeometryError;
+use crate::error::GeometryError;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use hwall_numeric::check::{all_finite, finite};
 

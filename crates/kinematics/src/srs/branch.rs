@@ -1,5 +1,7 @@
 //! The eight branches of the closed form.
 
+use crate::joints::JointPositions;
+
 /// The signs of joints 2, 4 and 6: for one arm angle each choice gives one configuration.
 ///
 /// The order of [`Branch::ALL`] is the order of every array of eight in this crate.
@@ -37,7 +39,7 @@ impl Branch {
     /// Branch of a configuration; a joint at exactly zero counts as the non-negative shoulder or
     /// wrist and the non-positive elbow.
     #[must_use]
-    pub fn of(q: &crate::JointPositions) -> Self {
+    pub fn of(q: &JointPositions) -> Self {
         Self {
             shoulder_negative: q[1] < 0.0,
             elbow_positive: q[3] > 0.0,
