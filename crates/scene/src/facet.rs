@@ -1,7 +1,7 @@
-//! Planar vertical pieces of surfaces.
+//! Planar vertical pieces of surfaces: facets.
 
-use crate::SurfaceId;
-use crate::triangle::{self, Triangle};
+use crate::part::triangle::{self, Triangle};
+use crate::surface::SurfaceId;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -12,25 +12,27 @@ pub const VERTICAL_TOLERANCE_RAD: f64 = 0.0175;
 
 /// A planar vertical piece of a touchable surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct Facet {
     /// The surface it belongs to.
     pub surface: SurfaceId,
     /// The centre of area, m, or the middle of the face next to it where the centre is a hole.
     pub point_m: DVec3,
     /// Unit normal, outward by the winding of the file.
     pub normal: DVec3,
-    /// Area of the faces, m²; less than that of the outline where the patch has holes or bays.
+    /// Area of the faces, m²; less than that of the outline where the facet has holes or bays.
     pub area_m2: f64,
     /// Convex outline in the plane, m, counter-clockwise seen from outside.
     pub outline_m: Vec<DVec3>,
     /// Horizontal extent, m.
     pub width_m: f64,
-    /// Lowest and highest point along the z axis, m.
-    pub height_range_m: (f64, f64),
+    /// Lowest point along the z axis, m.
+    pub lowest_m: f64,
+    /// Highest point along the z axis, m.
+    pub highest_m: f64,
 }
 
-/// Vertical patches of one surface.
-pub(crate) fn vertical(surface: SurfaceId, triangles: &[Triangle]) -> Vec<Patch> {
+/// Vertical facets of one surface.
+pub(crate) fn vertical(surface: SurfaceId, triangles: &[Triangle]) -> Vec<Facet> {
     let upright: Vec<usize> = (0..triangles.len())
         .filter(|&i| triangle::normal(&triangles[i]).z.abs() <= VERTICAL_TOLERANCE_RAD.sin())
         .collect();
@@ -40,13 +42,13 @@ pub(crate) fn vertical(surface: SurfaceId, triangles: &[Triangle]) -> Vec<Patch>
             by_corner.entry(bits(corner)).or_default().push(i);
         }
     }
-    // The largest face of a patch has the best normal, so patches grow from the largest.
+    // The largest face of a facet has the best normal, so facets grow from the largest.
     let mut seeds = upright;
     seeds.sort_by(|&a, &b| {
         triangle::area_m2(&triangles[b]).total_cmp(&triangle::area_m2(&triangles[a]))
     });
     let mut taken = vec![false; triangles.len()];
-    let mut patches = Vec::new();
+    let mut facets = Vec::new();
     for seed in seeds {
         if taken[seed] {
             continue;
@@ -65,9 +67,9 @@ pub(crate) fn vertical(surface: SurfaceId, triangles: &[Triangle]) -> Vec<Patch>
             }
         }
         let faces: Vec<Triangle> = members.iter().map(|&i| triangles[i]).collect();
-        patches.push(patch(surface, plane.normal, &faces));
+        facets.push(facet(surface, plane.normal, &faces));
     }
-    patches
+    facets
 }
 
 fn bits(p: DVec3) -> [u64; 3] {
@@ -102,7 +104,7 @@ impl Plane {
     }
 }
 
-fn patch(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Patch {
+fn facet(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Facet {
     let area_m2: f64 = faces.iter().map(triangle::area_m2).sum();
     let moment = |t: &Triangle| (t[0] + t[1] + t[2]) / 3.0 * triangle::area_m2(t);
     let centroid = faces.iter().map(moment).sum::<DVec3>() / area_m2;
@@ -124,9 +126,9 @@ fn patch(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Patch {
     let flat = |p: DVec3| ((p - centroid).dot(right), (p - centroid).dot(up));
     let corners = || faces.iter().flatten().copied();
     let outline = convex_hull(corners().map(flat).collect());
-    let (low, high) = extent(corners().map(|p| p.z));
+    let (lowest_m, highest_m) = extent(corners().map(|p| p.z));
     let (left_m, right_m) = extent(outline.iter().map(|p| p.0));
-    Patch {
+    Facet {
         surface,
         point_m,
         normal,
@@ -136,7 +138,8 @@ fn patch(surface: SurfaceId, normal: DVec3, faces: &[Triangle]) -> Patch {
             .map(|(x, y)| centroid + right * x + up * y)
             .collect(),
         width_m: right_m - left_m,
-        height_range_m: (low, high),
+        lowest_m,
+        highest_m,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::touches::{self, Touch};
 use anyhow::{anyhow, bail};
 use hwall_contact::{HandFilterConfig, Recording, RigidMap};
 use hwall_kinematics::SrsArm;
-use hwall_scene::{LoadReport, Scene};
+use hwall_scene::{LoadReport, Pose, Scene};
 use hwall_sim::{Person, PersonConfig};
 use std::path::Path;
 
@@ -166,7 +166,7 @@ pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
 }
 
 fn in_base(scene: &Scene, base: Stand) -> anyhow::Result<Scene> {
-    Ok(scene.placed(base.outer_from_here().inverse())?)
+    Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
 }
 
 /// The error with the file's name in front, unless it says it already.

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use hwall_contact::{Reach as HandReach, Recording};
 use hwall_haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall_kinematics::{SrsArm, Unreachable, Verdict};
-use hwall_scene::{Patch, Scene, SurfaceId};
+use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_sim::{TouchPlan, TouchTruth};
 use hwall_testkit::Sampler;
 
@@ -71,7 +71,7 @@ pub fn plan(
     seed: u64,
 ) -> anyhow::Result<Vec<TouchPlan>> {
     let mut sampler = Sampler::new(seed);
-    let patches: Vec<Patch> = scene.vertical_patches();
+    let patches: Vec<Facet> = scene.vertical_facets();
     if patches.is_empty() {
         bail!("the scene has no vertical surface that can be touched");
     }
@@ -301,7 +301,7 @@ fn reason(arm: &SrsArm, point_m: DVec3, normal: DVec3) -> anyhow::Result<Option<
 }
 
 /// A random point of a patch, a hand's breadth from its outline.
-fn inside(patch: &Patch, sampler: &mut Sampler) -> Option<DVec3> {
+fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     const EDGE_M: f64 = 0.08;
     let low = patch.outline_m.iter().copied().reduce(DVec3::min)?;
     let high = patch.outline_m.iter().copied().reduce(DVec3::max)?;

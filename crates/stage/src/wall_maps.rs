@@ -41,8 +41,8 @@ impl WallMaps {
         let g = arm.geometry();
         let reach_m = g.d_se_m + g.d_ew_m + g.d_wf_m + arm.flange_from_tool().position_m().length();
         let mut walls = Vec::new();
-        for patch in scene.vertical_patches() {
-            let (low, high) = patch.height_range_m;
+        for patch in scene.vertical_facets() {
+            let (low, high) = (patch.lowest_m, patch.highest_m);
             let low = low.max(g.d_bs_m - reach_m);
             let high = high.min(g.d_bs_m + reach_m);
             let distance = patch.normal.dot(patch.point_m).abs();

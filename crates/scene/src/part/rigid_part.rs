@@ -4,9 +4,8 @@
 //! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
 //! of the part.
 
-use crate::BuildQuality;
-use crate::tree::{BoxRay, PADDING, Tree};
-use crate::triangle::{self, Triangle, WatertightRay};
+use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
+use super::triangle::{self, Triangle, WatertightRay};
 use glam::DVec3;
 
 /// Slack of single-precision distances to boxes, in units of the part.

@@ -18,7 +18,7 @@ use std::ops::Range;
 /// epsilon (4) and of the box test itself (3 epsilon of a distance below 2) add up to less than
 /// 13 epsilon. For a point within [`NEAR`], its rounding (2 epsilon) and that of its distance to
 /// a box (2 epsilon of a distance below 6) add up to less than 15.
-pub(crate) const PADDING: f32 = 16.0 * f32::EPSILON;
+pub(super) const PADDING: f32 = 16.0 * f32::EPSILON;
 
 /// Coordinates of points up to which distances to boxes are computed in single precision.
 const NEAR: f64 = 2.0;
@@ -82,7 +82,7 @@ impl Node {
 }
 
 #[derive(Clone)]
-pub(crate) struct Tree {
+pub(super) struct Tree {
     nodes: Vec<Node>,
     /// For each child of each node the surfaces below it, as bits that several may share.
     surfaces: Vec<[u64; 4]>,
@@ -93,7 +93,7 @@ pub(crate) struct Tree {
 impl Tree {
     /// Triangles in units of the part, with the bits of their surfaces; at least one. Returns
     /// the order in which the leaves hold them.
-    pub(crate) fn build(
+    pub(super) fn build(
         triangles: &[[Vec3; 3]],
         bits: &[u64],
         quality: BuildQuality,
@@ -156,13 +156,13 @@ impl Tree {
     }
 
     /// Bytes on the heap.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.surfaces)
     }
 
     /// Calls `leaf` with the triangles of the leaves that a ray meets at a distance up to `max`,
     /// nearest first as far as boxes tell; it returns what `max` shall be from there on.
-    pub(crate) fn visit_along(
+    pub(super) fn visit_along(
         &self,
         ray: &BoxRay,
         max: f32,
@@ -175,7 +175,7 @@ impl Tree {
     /// Calls `leaf` for the leaves that may hold one of the `wanted` surfaces within a distance
     /// of `p`, nearest first as far as boxes tell. `within_squared`: square of that distance;
     /// `leaf` returns what it shall be from there on.
-    pub(crate) fn visit_near(
+    pub(super) fn visit_near(
         &self,
         p: DVec3,
         wanted: u64,
@@ -321,7 +321,7 @@ fn descending([a, b, c, d]: [u64; 4]) -> [u64; 4] {
 
 /// A ray prepared for boxes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BoxRay {
+pub(super) struct BoxRay {
     origin: [Vec4; 3],
     inverse: [Vec4; 3],
     /// By axis: which plane the ray meets first, 0 for the lower.
@@ -330,7 +330,7 @@ pub(crate) struct BoxRay {
 
 impl BoxRay {
     /// `inverse`: of each component of the direction.
-    pub(crate) fn new(origin: DVec3, inverse: DVec3) -> Self {
+    pub(super) fn new(origin: DVec3, inverse: DVec3) -> Self {
         // The inverse of epsilon at most, so that no product of zero and infinity arises.
         let limit = f64::from(1.0 / f32::EPSILON);
         let inverse = inverse.clamp(DVec3::splat(-limit), DVec3::splat(limit));

@@ -2,6 +2,15 @@
 
 use glam::DVec3;
 
+/// Largest coordinate of a vertex, m. Beyond it squares of areas near the limits of numbers,
+/// and no room is larger than the Earth-Moon distance.
+pub const COORDINATE_LIMIT_M: f64 = 1e9;
+
+/// Within [`COORDINATE_LIMIT_M`]; NaN is not.
+pub(crate) fn is_usable(coordinate: f64) -> bool {
+    coordinate.abs() <= COORDINATE_LIMIT_M
+}
+
 /// Corners in metres, counter-clockwise seen from outside.
 pub(crate) type Triangle = [DVec3; 3];
 

@@ -1,14 +1,10 @@
 //! Triangles on their way into a scene: checks and repairs.
 
-use crate::surface::validated;
-use crate::triangle::{self, Triangle};
-use crate::{SceneError, Surface};
+use crate::error::SceneError;
+use crate::part::triangle::{self, Triangle, is_usable};
+use crate::surface::{Surface, validated};
 use glam::DVec3;
 use std::collections::HashSet;
-
-/// Largest coordinate of a vertex, m. Beyond it squares of areas near the limits of numbers,
-/// and no room is larger than the Earth-Moon distance.
-pub const COORDINATE_LIMIT_M: f64 = 1e9;
 
 /// A surface and its triangles, corners in metres, counter-clockwise from outside.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -105,10 +101,6 @@ pub(crate) fn repaired(
     } else {
         Ok(kept)
     }
-}
-
-pub(crate) fn is_usable(coordinate: f64) -> bool {
-    coordinate.abs() <= COORDINATE_LIMIT_M
 }
 
 fn coordinates(triangles: &[Triangle]) -> impl Iterator<Item = f64> + '_ {

@@ -4,8 +4,10 @@
 //! colour of two components and names no line in its errors. So every line is looked at
 //! first, and only geometry, groups and materials are passed on.
 
-use crate::mesh::is_usable;
-use crate::{LoadReport, SceneError, Surface, SurfaceMesh};
+use super::mesh::{LoadReport, SurfaceMesh};
+use crate::error::SceneError;
+use crate::part::triangle::is_usable;
+use crate::surface::Surface;
 use glam::DVec3;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -38,6 +40,7 @@ impl Default for LoadLimits {
 pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
+        kind: e.kind(),
         message: e.to_string(),
     };
     let file = std::fs::File::open(path).map_err(io)?;

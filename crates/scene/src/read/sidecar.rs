@@ -1,6 +1,8 @@
 //! The TOML beside an OBJ: what its surfaces are.
 
-use crate::{SceneError, SurfaceKind, SurfaceMesh};
+use super::mesh::SurfaceMesh;
+use crate::error::SceneError;
+use crate::surface::SurfaceKind;
 use glam::DVec3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
