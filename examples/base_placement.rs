@@ -81,7 +81,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         near: near.transpose().context("--near")?,
     };
     let targets = targets(&scene, &wanted)?;
-    let reach = DVec3::splat(arm.shoulder_wrist_range_m()[1] + 0.2);
+    let reach = DVec3::splat(arm.shoulder_wrist_range().longest_m + 0.2);
     let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
     let min = corner(DVec3::min).context("no targets")? - reach;
     let max = corner(DVec3::max).context("no targets")? + reach;

@@ -22,6 +22,15 @@ pub struct Pose {
     position_m: DVec3,
 }
 
+/// How far two poses are apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseDistance {
+    /// Distance of the origins, m.
+    pub position_m: f64,
+    /// Angle of the turn from one to the other, rad, in `[0, π]`.
+    pub angle_rad: f64,
+}
+
 impl Pose {
     /// No rotation, no translation.
     pub const IDENTITY: Self = Self {
@@ -196,16 +205,16 @@ impl Pose {
         }
     }
 
-    /// Distance in metres and angle in radians to another pose of the same outer frame.
+    /// How far another pose of the same outer frame is.
     ///
     /// The angle comes from the rotation vector, so it is exact to 1e-16 also near zero.
     #[must_use]
-    pub fn distance(&self, other: &Self) -> (f64, f64) {
-        let error = self.rotation.transpose() * other.rotation;
-        (
-            self.position_m.distance(other.position_m),
-            rotation_vector(error).length(),
-        )
+    pub fn distance(&self, other: &Self) -> PoseDistance {
+        let turn = self.rotation.transpose() * other.rotation;
+        PoseDistance {
+            position_m: self.position_m.distance(other.position_m),
+            angle_rad: rotation_vector(turn).length(),
+        }
     }
 }
 

@@ -37,11 +37,11 @@ fn composition_inverse_and_points_agree() {
             a.inverse_transform_vector(p),
             tol
         );
-        let (distance_m, angle_rad) = (a * a.inverse()).distance(&Pose::IDENTITY);
-        assert!(distance_m < 1e-14 && angle_rad < 1e-14);
+        let back = (a * a.inverse()).distance(&Pose::IDENTITY);
+        assert!(back.position_m < 1e-14 && back.angle_rad < 1e-14);
         assert_eq!(Pose::from_affine(&a.to_affine()).unwrap(), a);
         let there = Pose::from_quat(a.to_quat() * 3.0, a.position_m()).unwrap();
-        assert!(there.distance(&a).1 < 1e-14);
+        assert!(there.distance(&a).angle_rad < 1e-14);
         let affine = a.to_affine() * b.to_affine();
         assert_close!(
             (a * b).to_affine().transform_point3(p),
@@ -102,7 +102,7 @@ fn small_noise_is_repaired_and_more_is_refused() {
         let repaired = Pose::new(noise(1e-6, &mut sampler), DVec3::ZERO).unwrap();
         assert!(deviation(repaired.rotation()) < 1e-15);
         let there = Pose::new(rotation, DVec3::ZERO).unwrap();
-        assert!(repaired.distance(&there).1 < 4e-6);
+        assert!(repaired.distance(&there).angle_rad < 4e-6);
         // As single precision leaves a quaternion.
         let single = rotation.as_mat3();
         assert!(Pose::new(single.as_dmat3(), DVec3::ZERO).is_ok());

@@ -2,6 +2,7 @@
 
 use crate::unreachable::Unreachable;
 use hwall_geometry::{ArgumentError, GeometryError};
+use std::io::ErrorKind;
 
 /// What can be wrong with a model, a pose or a request.
 ///
@@ -186,6 +187,8 @@ pub enum KinematicsError {
     Io {
         /// The file.
         path: String,
+        /// What kind of failure it was.
+        kind: ErrorKind,
         /// What the system said.
         message: String,
     },

@@ -17,8 +17,8 @@ pub use arm::{ArmKinematics, ArmScratch, ArmSolution, ChainArm};
 // The closed form of S-R-S arms.
 pub use srs::{
     ArmAngleArc, Branch, BranchPolicy, BranchSet, Dexterity, FeasibleArmAngles, NearestConfig,
-    NearestSolution, PoseRegion, RegionVerdict, SrsArm, SrsGeometry, SrsParameters, Verdict,
-    Witness,
+    NearestLimit, NearestSolution, PoseRegion, RegionVerdict, ShoulderWristRange, SrsArm,
+    SrsGeometry, SrsParameters, Verdict, Witness,
 };
 
 // Serial chains.
@@ -38,6 +38,6 @@ pub use wrench::WrenchEstimate;
 
 // Poses.
 pub use hwall_geometry::{
-    self as geometry, ArgumentError, GeometryError, Pose, ROTATION_TOLERANCE, Twist, Wrench, glam,
-    rotation_vector,
+    self as geometry, ArgumentError, GeometryError, Pose, PoseDistance, ROTATION_TOLERANCE, Twist,
+    Wrench, glam, rotation_vector,
 };

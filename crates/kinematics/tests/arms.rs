@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, JointTorques, KinematicsError,
-    NearestConfig, NumericConfig, Pose, SrsArm, Unreachable,
+    NearestConfig, NumericConfig, Pose, PoseDistance, SrsArm, Unreachable,
 };
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -22,7 +22,10 @@ fn random_q(arm: &dyn ArmKinematics, sampler: &mut Sampler) -> JointPositions {
 }
 
 fn error(arm: &dyn ArmKinematics, q: &JointPositions, pose: &Pose) -> f64 {
-    let (position_m, angle_rad) = arm.forward(q).distance(pose);
+    let PoseDistance {
+        position_m,
+        angle_rad,
+    } = arm.forward(q).distance(pose);
     position_m.max(angle_rad)
 }
 
@@ -112,7 +115,10 @@ fn a_chain_agrees_with_the_closed_form() {
     let mut sampler = Sampler::new(4);
     for _ in 0..200 {
         let q = random_q(&*arm, &mut sampler);
-        let (position_m, angle_rad) = arm.forward(&q).distance(&exact.forward(&q));
+        let PoseDistance {
+            position_m,
+            angle_rad,
+        } = arm.forward(&q).distance(&exact.forward(&q));
         assert!(position_m < 1e-14 && angle_rad < 1e-14);
         let (a, b) = (arm.jacobian(&q), exact.jacobian(&q));
         for i in 0..7 {

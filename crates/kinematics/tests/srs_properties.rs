@@ -3,7 +3,8 @@
 use glam::DVec3;
 use hwall_kinematics::{
     ArgumentError, Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
-    KinematicsError, NearestConfig, Pose, SrsArm, Unreachable, Verdict, Wrench, rotation_vector,
+    KinematicsError, NearestConfig, Pose, PoseDistance, SrsArm, Unreachable, Verdict, Wrench,
+    rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::{PI, TAU};
@@ -132,7 +133,10 @@ fn eight_branches_hold_the_pose_at_the_asked_arm_angle() {
                 let Some(solution) = solution else { continue };
                 seen[branch.index()] += 1;
                 assert_eq!(Branch::of(&solution), branch);
-                let (position, angle) = arm.forward(&solution).distance(&pose);
+                let PoseDistance {
+                    position_m: position,
+                    angle_rad: angle,
+                } = arm.forward(&solution).distance(&pose);
                 errors.push(position.max(angle));
                 assert!(position < 1e-12 && angle < 1e-12);
                 let turned = (arm.arm_angle(&solution) - psi + PI).rem_euclid(TAU) - PI;
@@ -215,7 +219,7 @@ fn arc_ends_are_limits() {
                     let q = angles
                         .configuration(&arm, branch, end, &JointPositions::default())
                         .expect("closed: the end belongs to the arc");
-                    let (distance, _) = arm.limit_distance_rad(&q);
+                    let distance = arm.nearest_limit(&q).distance_rad;
                     assert!((-1e-15..1e-9).contains(&distance), "{distance}");
                 }
             }
@@ -262,7 +266,10 @@ fn nearest_is_no_worse_than_any_sample() {
         let found = arm
             .nearest_solution(&pose, &reference, &any)
             .expect("reachable");
-        let (position, angle) = arm.forward(&found.q).distance(&pose);
+        let PoseDistance {
+            position_m: position,
+            angle_rad: angle,
+        } = arm.forward(&found.q).distance(&pose);
         assert!(position < 1e-12 && angle < 1e-12);
         let sampled = (0..2_000)
             .flat_map(|i| arm.solutions(&pose, TAU * f64::from(i) / 2_000.0))
@@ -297,7 +304,10 @@ fn servoing_follows_without_jumps() {
             let found = arm
                 .nearest_solution(&pose, &q, &NearestConfig::default())
                 .expect("reachable");
-            let (position, angle) = arm.forward(&found.q).distance(&pose);
+            let PoseDistance {
+                position_m: position,
+                angle_rad: angle,
+            } = arm.forward(&found.q).distance(&pose);
             assert!(position < 1e-12 && angle < 1e-12);
             moves.push(found.largest_move_rad);
             q = found.q;
@@ -368,7 +378,7 @@ fn self_motion_leaves_the_tool_at_rest() {
         if wrist.truncate().length() > 0.1 && q[3].abs() > 0.1 {
             assert!(turned > 0.0, "{turned} at {q:?}");
         }
-        assert!(arm.forward(&moved).distance(&pose).0 < 1e-10);
+        assert!(arm.forward(&moved).distance(&pose).position_m < 1e-10);
         let velocity = JointVelocities(sampler.array_within([(-1.0, 1.0); 7]));
         let part = arm.null_space_part(&q, &velocity);
         assert_close!(jacobian.twist(&part).to_array(), [0.0; 6], Tol::abs(1e-12));

@@ -367,7 +367,7 @@ pub(crate) fn extent(
     clip: Option<Interval>,
 ) -> Result<Option<[Interval; 2]>, ReachabilityError> {
     let arm = &solver.wide;
-    let [_, longest] = arm.shoulder_wrist_range_m();
+    let longest = arm.shoulder_wrist_range().longest_m;
     // A hair further than it is, so that the rounding of the ends is covered.
     let longest = longest * (1.0 + 1e-13);
     let mut extent: Option<[Interval; 2]> = None;

@@ -77,7 +77,7 @@ pub(crate) fn prove(
     [s, z]: [Interval; 2],
     beyond_m: f64,
 ) -> Result<RegionProof, ReachabilityError> {
-    let [_, longest] = solver.wide.shoulder_wrist_range_m();
+    let longest = solver.wide.shoulder_wrist_range().longest_m;
     let freedoms = solver.freedoms.iter();
     let poses = freedoms.map(|free| plane.board_pose(WallPoint::new(0.0, 0.0), free.roll));
     let mut prover = Prover {

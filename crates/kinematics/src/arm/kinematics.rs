@@ -29,8 +29,8 @@ use std::sync::Arc;
 ///     let mut scratch = arm.scratch();
 ///     let ahead = arm.forward(&q).at(hwall_kinematics::glam::DVec3::new(0.6, 0.0, 0.5));
 ///     let next = arm.nearest(&ahead, &q, &NearestConfig::default(), &mut scratch)?;
-///     let (error_m, error_rad) = arm.forward(&next.q).distance(&ahead);
-///     assert!(error_m < 1e-8 && error_rad < 1e-8);
+///     let error = arm.forward(&next.q).distance(&ahead);
+///     assert!(error.position_m < 1e-8 && error.angle_rad < 1e-8);
 /// }
 /// # Ok::<(), hwall_kinematics::KinematicsError>(())
 /// ```

@@ -19,6 +19,22 @@ pub(super) struct AxisFrame {
     pub(super) axis_from_link: Pose,
 }
 
+/// Where a joint's axis is, in the base frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axis {
+    /// Unit vector.
+    pub(super) direction: DVec3,
+    /// A point of the axis, m.
+    pub(super) origin_m: DVec3,
+}
+
+impl Axis {
+    pub(super) const ZERO: Self = Self {
+        direction: DVec3::ZERO,
+        origin_m: DVec3::ZERO,
+    };
+}
+
 /// Position of a joint as the frames use it: `(sin q, cos q)`, or `(q, 0)` for a slide.
 pub(super) type Setting = (f64, f64);
 
@@ -42,6 +58,18 @@ pub(super) fn settings(frames: &[AxisFrame], q: &[f64]) -> [Setting; GROUP] {
 }
 
 impl AxisFrame {
+    /// Jacobian column of the joint for a point at `tip_m`.
+    #[inline]
+    pub(super) fn column(&self, axis: &Axis, tip_m: DVec3) -> [f64; 6] {
+        let z = axis.direction;
+        if self.prismatic {
+            [z.x, z.y, z.z, 0.0, 0.0, 0.0]
+        } else {
+            let v = z.cross(tip_m - axis.origin_m);
+            [v.x, v.y, v.z, z.x, z.y, z.z]
+        }
+    }
+
     /// Pose of this frame in the previous one.
     #[cfg(feature = "dynamics")]
     #[inline(always)]

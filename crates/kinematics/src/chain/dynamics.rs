@@ -5,7 +5,8 @@
 //! composite rigid bodies (ch. 6); written with plain three-vectors about the joint origins,
 //! where `h = m c` and the inertia about the origin make centres of mass disappear.
 
-use super::axis_frame::{GROUP, settings};
+use super::axis_frame::{Axis, GROUP, settings};
+use super::body::{Body, Screw};
 use super::inertia::Inertial;
 use super::model::Chain;
 use crate::error::KinematicsError;
@@ -14,64 +15,6 @@ use hwall_numeric::check::{all_finite, finite};
 
 /// Standard gravity of the crate, base axes with z up, m/s².
 pub const GRAVITY_M_PER_S2: DVec3 = DVec3::new(0.0, 0.0, -9.81);
-
-/// Mass, first moment and inertia about the origin of a joint's axis frame, in its axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Body {
-    mass: f64,
-    moment: DVec3,
-    inertia: DMat3,
-}
-
-impl Body {
-    const EMPTY: Self = Self {
-        mass: 0.0,
-        moment: DVec3::ZERO,
-        inertia: DMat3::ZERO,
-    };
-
-    fn add(&mut self, part: &Inertial) {
-        let (m, c) = (part.mass_kg, part.com_m);
-        self.mass += m;
-        self.moment += m * c;
-        self.inertia += part.inertia_kg_m2 + shifted(c, m * c);
-    }
-
-    /// Turned into outer axes.
-    #[inline(always)]
-    fn rotated(&self, r: DMat3) -> Self {
-        Self {
-            mass: self.mass,
-            moment: r * self.moment,
-            inertia: r * self.inertia * r.transpose(),
-        }
-    }
-
-    /// About a point that lies at `-shift` from the present one.
-    #[inline(always)]
-    fn about(&self, shift: DVec3) -> Self {
-        let weight = self.mass * shift;
-        Self {
-            mass: self.mass,
-            moment: self.moment + weight,
-            inertia: self.inertia + shifted(shift, 2.0 * self.moment + weight),
-        }
-    }
-}
-
-/// What a shift `s` adds to an inertia: `(s·g) 1 − ½ (s gᵀ + g sᵀ)` with `g = 2 h + m s` (Steiner).
-#[inline(always)]
-fn shifted(s: DVec3, g: DVec3) -> DMat3 {
-    let (x, y, z) = (s.x * g.x, s.y * g.y, s.z * g.z);
-    let xy = -0.5 * (s.x * g.y + s.y * g.x);
-    let yz = -0.5 * (s.y * g.z + s.z * g.y);
-    let zx = -0.5 * (s.z * g.x + s.x * g.z);
-    DMat3::from_cols(
-        DVec3::new(y + z, xy, zx),
-        DVec3::new(xy, z + x, yz),
-        DVec3::new(zx, yz, x + y),
-    )
-}
 
 /// Dynamics of a chain: an immutable model, cheap to call at 1 kHz.
 ///
@@ -109,8 +52,8 @@ pub struct DynamicsScratch {
     forces: Vec<DVec3>,
     moments: Vec<DVec3>,
     bodies: Vec<Body>,
-    /// Angular and linear velocity that a unit joint velocity gives, base axes.
-    screws: Vec<(DVec3, DVec3)>,
+    axes: Vec<Axis>,
+    screws: Vec<Screw>,
     matrix: Vec<f64>,
     vector: Vec<f64>,
 }
@@ -185,7 +128,8 @@ impl ChainDynamics {
             forces: vec![DVec3::ZERO; n],
             moments: vec![DVec3::ZERO; n],
             bodies: vec![Body::EMPTY; n],
-            screws: vec![(DVec3::ZERO, DVec3::ZERO); n],
+            axes: vec![Axis::ZERO; n],
+            screws: vec![Screw::ZERO; n],
             matrix: vec![0.0; n * n],
             vector: vec![0.0; n],
         }
@@ -483,18 +427,30 @@ impl ChainDynamics {
         for i in 0..n {
             p += r * s.translations[i];
             r *= s.rotations[i];
-            s.screws[i] = (r.z_axis, p);
+            s.axes[i] = Axis {
+                direction: r.z_axis,
+                origin_m: p,
+            };
             s.bodies[i] = self.bodies[i].rotated(r);
         }
         let center = p;
         for i in 0..n {
-            let (z, origin) = s.screws[i];
-            let arm = origin - center;
+            let Axis {
+                direction: z,
+                origin_m,
+            } = s.axes[i];
+            let arm = origin_m - center;
             s.bodies[i] = s.bodies[i].about(arm);
             s.screws[i] = if self.chain.frames[i].prismatic {
-                (DVec3::ZERO, z)
+                Screw {
+                    angular: DVec3::ZERO,
+                    linear: z,
+                }
             } else {
-                (z, arm.cross(z))
+                Screw {
+                    angular: z,
+                    linear: arm.cross(z),
+                }
             };
         }
         let mut composite = Body::EMPTY;
@@ -503,11 +459,14 @@ impl ChainDynamics {
             composite.moment += s.bodies[i].moment;
             composite.inertia += s.bodies[i].inertia;
             // Force and moment that a unit acceleration of joint i alone takes.
-            let (w, v) = s.screws[i];
+            let Screw {
+                angular: w,
+                linear: v,
+            } = s.screws[i];
             let force = composite.mass * v + w.cross(composite.moment);
             let moment = composite.inertia * w + composite.moment.cross(v);
-            for (j, (w, v)) in s.screws[..=i].iter().enumerate() {
-                let entry = w.dot(moment) + v.dot(force);
+            for (j, screw) in s.screws[..=i].iter().enumerate() {
+                let entry = screw.angular.dot(moment) + screw.linear.dot(force);
                 out[i * n + j] = entry;
                 out[j * n + i] = entry;
             }

@@ -2,6 +2,8 @@
 
 mod axis_frame;
 #[cfg(feature = "dynamics")]
+mod body;
+#[cfg(feature = "dynamics")]
 mod dynamics;
 mod inertia;
 mod joint;

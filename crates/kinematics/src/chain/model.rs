@@ -20,8 +20,8 @@ use hwall_numeric::check::all_finite;
 /// let start = [0.0, 0.6, 0.0, 1.2, 0.0, -0.4, 0.0];
 /// let target = arm.forward(&[0.3, 0.8, -0.2, 1.0, 0.1, -0.6, 0.2])?;
 /// let solution = arm.inverse_numeric(&target, &start, &NumericConfig::default())?;
-/// let (error_m, error_rad) = arm.forward(&solution.q_rad)?.distance(&target);
-/// assert!(error_m < 1e-9 && error_rad < 1e-9);
+/// let error = arm.forward(&solution.q_rad)?.distance(&target);
+/// assert!(error.position_m < 1e-9 && error.angle_rad < 1e-9);
 /// # Ok::<(), hwall_kinematics::KinematicsError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -34,8 +34,7 @@ pub struct Chain {
     pub(super) frames: Vec<AxisFrame>,
     /// Last axis frame from tip.
     pub(super) last_from_tip: Pose,
-    /// Place that no joint but a first prismatic one moves, and the farthest the tip gets from it.
-    pub(super) reach: (DVec3, f64),
+    pub(super) extent: Extent,
 }
 
 impl Chain {
@@ -62,14 +61,14 @@ impl Chain {
         let frames = axis_frames(&joints);
         let last = frames.last().ok_or(KinematicsError::NoJoints)?;
         let last_from_tip = last.axis_from_link * link_from_tip;
-        let reach = reach(&joints, &frames, last_from_tip.position_m());
+        let extent = Extent::new(&joints, &frames, last_from_tip.position_m());
         Ok(Self {
             joints,
             link_from_tip,
             left_out: Vec::new(),
             frames,
             last_from_tip,
-            reach,
+            extent,
         })
     }
 
@@ -77,11 +76,11 @@ impl Chain {
     #[must_use]
     pub fn with_tip(&self, link_from_tip: Pose) -> Self {
         let last_from_tip = self.frames[self.frames.len() - 1].axis_from_link * link_from_tip;
-        let reach = reach(&self.joints, &self.frames, last_from_tip.position_m());
+        let extent = Extent::new(&self.joints, &self.frames, last_from_tip.position_m());
         Self {
             link_from_tip,
             last_from_tip,
-            reach,
+            extent,
             ..self.clone()
         }
     }
@@ -149,19 +148,29 @@ impl Chain {
     }
 }
 
-/// A fixed centre in base axes and the largest distance of the tip from it.
-fn reach(joints: &[ChainJoint], frames: &[AxisFrame], last_from_tip_m: DVec3) -> (DVec3, f64) {
-    // The first axis frame turns about its own origin; what it slides is counted below.
-    let links: f64 = frames.iter().skip(1).map(|f| f.translation.length()).sum();
-    let slides: f64 = joints
-        .iter()
-        .filter(|j| j.kind == JointKind::Prismatic)
-        .map(|j| j.limit.min_rad.abs().max(j.limit.max_rad.abs()))
-        .sum();
-    (
-        frames[0].translation,
-        links + slides + last_from_tip_m.length(),
-    )
+/// A ball that holds every place of the tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Extent {
+    /// A place that no joint but a first prismatic one moves, base axes, m.
+    pub(super) center_m: DVec3,
+    /// The farthest that the tip gets from it, m.
+    pub(super) radius_m: f64,
+}
+
+impl Extent {
+    fn new(joints: &[ChainJoint], frames: &[AxisFrame], last_from_tip_m: DVec3) -> Self {
+        // The first axis frame turns about its own origin; what it slides is counted below.
+        let links: f64 = frames.iter().skip(1).map(|f| f.translation.length()).sum();
+        let slides: f64 = joints
+            .iter()
+            .filter(|j| j.kind == JointKind::Prismatic)
+            .map(|j| j.limit.min_rad.abs().max(j.limit.max_rad.abs()))
+            .sum();
+        Self {
+            center_m: frames[0].translation,
+            radius_m: links + slides + last_from_tip_m.length(),
+        }
+    }
 }
 
 /// Unchecked twin for serde: a chain read from a file passes through [`Chain::new`].

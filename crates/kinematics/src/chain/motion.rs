@@ -1,6 +1,6 @@
 //! Forward kinematics, Jacobian and drift acceleration of a [`Chain`].
 
-use super::axis_frame::{AxisFrame, GROUP, settings};
+use super::axis_frame::{Axis, AxisFrame, GROUP, settings};
 use super::model::Chain;
 use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
@@ -54,8 +54,7 @@ impl ChainJacobian {
 /// Memory for the `_into` forms: allocated once by [`Chain::scratch`], reused in every cycle.
 #[derive(Debug, Clone, Default)]
 pub struct ChainScratch {
-    /// Axis direction and a point on it, in the base frame.
-    pub(super) axes: Vec<(DVec3, DVec3)>,
+    axes: Vec<Axis>,
     columns: Vec<[f64; 6]>,
     links: Vec<Pose>,
 }
@@ -154,7 +153,7 @@ impl Chain {
             self.frames
                 .iter()
                 .zip(&scratch.axes)
-                .map(|(f, axis)| column(f, axis, tip.position_m())),
+                .map(|(frame, axis)| frame.column(axis, tip.position_m())),
         );
         Ok(tip)
     }
@@ -197,9 +196,14 @@ impl Chain {
 
     /// Axis directions and points in the base frame; returns the tip's pose. Inputs are checked by the caller.
     #[inline]
-    pub(super) fn axes_into(&self, q: &[f64], axes: &mut Vec<(DVec3, DVec3)>) -> Pose {
+    pub(super) fn axes_into(&self, q: &[f64], axes: &mut Vec<Axis>) -> Pose {
         axes.clear();
-        self.tip_pose(q, |_, r, p| axes.push((r.z_axis, p)))
+        self.tip_pose(q, |_, r, p| {
+            axes.push(Axis {
+                direction: r.z_axis,
+                origin_m: p,
+            })
+        })
     }
 
     /// Pose of the tip; inputs are not checked, NaN in gives NaN out.
@@ -209,10 +213,13 @@ impl Chain {
 
     /// The Jacobian of a chain of at most seven joints, zero beyond the last; inputs are not checked.
     pub(crate) fn jacobian_of_seven(&self, q: &[f64; MOST_JOINTS]) -> Jacobian {
-        let mut axes = [(DVec3::ZERO, DVec3::ZERO); MOST_JOINTS];
+        let mut axes = [Axis::ZERO; MOST_JOINTS];
         let mut joint = 0;
         let tip = self.tip_pose(q, |_, r, p| {
-            axes[joint] = (r.z_axis, p);
+            axes[joint] = Axis {
+                direction: r.z_axis,
+                origin_m: p,
+            };
             joint += 1;
         });
         let mut jacobian = Jacobian {
@@ -220,7 +227,7 @@ impl Chain {
             angular: [DVec3::ZERO; MOST_JOINTS],
         };
         for (i, (frame, axis)) in self.frames.iter().zip(&axes).enumerate() {
-            let [vx, vy, vz, wx, wy, wz] = column(frame, axis, tip.position_m());
+            let [vx, vy, vz, wx, wy, wz] = frame.column(axis, tip.position_m());
             jacobian.linear[i] = DVec3::new(vx, vy, vz);
             jacobian.angular[i] = DVec3::new(wx, wy, wz);
         }
@@ -246,15 +253,4 @@ impl Chain {
 fn finite_pose(pose: Pose) -> Result<Pose, KinematicsError> {
     all_finite("tip position", &pose.position_m().to_array())?;
     Ok(pose)
-}
-
-/// Jacobian column of one joint for a point at `tip_m`.
-#[inline]
-pub(super) fn column(frame: &AxisFrame, &(z, p): &(DVec3, DVec3), tip_m: DVec3) -> [f64; 6] {
-    if frame.prismatic {
-        [z.x, z.y, z.z, 0.0, 0.0, 0.0]
-    } else {
-        let v = z.cross(tip_m - p);
-        [v.x, v.y, v.z, z.x, z.y, z.z]
-    }
 }

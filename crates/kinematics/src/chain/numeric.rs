@@ -6,8 +6,8 @@
 //! solution and still orderly near a singular one. Each step solves a 6 × 6 system whatever
 //! the number of joints; limits are kept by an active set inside the step.
 
+use super::axis_frame::Axis;
 use super::model::Chain;
-use super::motion::column;
 use crate::error::KinematicsError;
 use glam::DVec3;
 use hwall_geometry::{Pose, rotation_vector};
@@ -102,8 +102,8 @@ pub struct NumericScratch {
     trial: Vec<f64>,
     fixed: Vec<bool>,
     columns: Vec<[f64; 6]>,
-    axes: Vec<(DVec3, DVec3)>,
-    trial_axes: Vec<(DVec3, DVec3)>,
+    axes: Vec<Axis>,
+    trial_axes: Vec<Axis>,
 }
 
 impl NumericScratch {
@@ -199,7 +199,7 @@ impl Chain {
         scratch.trial.resize(n, 0.0);
         scratch.fixed.resize(n, false);
 
-        let reach_m = self.reach.1;
+        let reach_m = self.extent.radius_m;
         let out_of_reach = self.gap_m(target) > config.tolerance_m;
         // A rotation counts as much as the shift it causes at a quarter of the arm's length.
         let arm_m = if reach_m.is_finite() && reach_m > 0.0 {
@@ -258,8 +258,7 @@ impl Chain {
 
     /// How far the target lies beyond the outstretched chain, m; negative within.
     pub(crate) fn gap_m(&self, target: &Pose) -> f64 {
-        let (center, reach_m) = self.reach;
-        target.position_m().distance(center) - reach_m
+        target.position_m().distance(self.extent.center_m) - self.extent.radius_m
     }
 
     /// Memory for [`Chain::inverse_numeric_into`] that is large enough from the first call on.
@@ -347,7 +346,7 @@ impl Descent<'_> {
         let arm = self.arm_m;
         s.columns
             .extend(self.chain.frames.iter().zip(&s.axes).map(|(frame, axis)| {
-                let c = column(frame, axis, tip.position_m());
+                let c = frame.column(axis, tip.position_m());
                 [c[0], c[1], c[2], arm * c[3], arm * c[4], arm * c[5]]
             }));
     }

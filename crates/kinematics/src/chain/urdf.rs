@@ -56,6 +56,7 @@ impl Chain {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path).map_err(|error| KinematicsError::Io {
             path: path.display().to_string(),
+            kind: error.kind(),
             message: error.to_string(),
         })?;
         Self::from_urdf_str(&text, base, tip)

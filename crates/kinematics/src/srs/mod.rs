@@ -17,5 +17,5 @@ pub use branch::{Branch, BranchSet};
 pub use model::SrsArm;
 pub use nearest::{BranchPolicy, NearestConfig, NearestSolution};
 pub use parameters::{SrsGeometry, SrsParameters};
-pub use redundancy::Dexterity;
-pub use verdict::{PoseRegion, RegionVerdict, Verdict, Witness};
+pub use redundancy::{Dexterity, NearestLimit};
+pub use verdict::{PoseRegion, RegionVerdict, ShoulderWristRange, Verdict, Witness};

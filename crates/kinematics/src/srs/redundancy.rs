@@ -17,6 +17,15 @@ pub struct Dexterity {
     pub singular_values_m: [f64; 6],
 }
 
+/// How near a configuration is to the joint limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestLimit {
+    /// The joint that is nearest to one of its limits, from 0.
+    pub joint: usize,
+    /// Its distance to that limit, rad; negative outside.
+    pub distance_rad: f64,
+}
+
 impl Dexterity {
     /// Smallest over largest singular value: 0 at a singularity, 1 for an arm that moves alike
     /// in all directions.
@@ -74,10 +83,9 @@ impl SrsArm {
         }
     }
 
-    /// Distance of the joint that is nearest to one of its limits, rad, and that joint (from 0);
-    /// negative outside.
+    /// The joint that is nearest to one of its limits.
     #[must_use]
-    pub fn limit_distance_rad(&self, q: &JointPositions) -> (f64, usize) {
+    pub fn nearest_limit(&self, q: &JointPositions) -> NearestLimit {
         let distances = self
             .limits()
             .iter()
@@ -85,8 +93,11 @@ impl SrsArm {
             .map(|(limit, q)| limit.distance_rad(q));
         distances
             .enumerate()
-            .map(|(joint, d)| (d, joint))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(joint, distance_rad)| NearestLimit {
+                joint,
+                distance_rad,
+            })
+            .min_by(|a, b| a.distance_rad.total_cmp(&b.distance_rad))
             .expect("seven joints")
     }
 }

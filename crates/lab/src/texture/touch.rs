@@ -208,7 +208,9 @@ pub fn touch(
         outcome.drift_m = outcome
             .drift_m
             .max(moved.dot(touch.normal.normalize()).abs());
-        outcome.turned_rad = outcome.turned_rad.max(servo.pose().distance(&rest).1);
+        outcome.turned_rad = outcome
+            .turned_rad
+            .max(servo.pose().distance(&rest).angle_rad);
         t_s = servo.t_s();
     }
     Ok(Some(outcome))

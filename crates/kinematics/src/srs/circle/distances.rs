@@ -1,5 +1,6 @@
 //! Joint 4's limit, seen as shoulder-wrist distances.
 
+use super::triangle::ElbowEnd;
 use super::window::magnitude_ranges;
 use crate::joints::JointLimit;
 use crate::srs::parameters::SrsGeometry;
@@ -61,23 +62,22 @@ impl Distances {
         (self.upper - self.fore).abs()
     }
 
-    /// The length and `cos, sin` of `|q4|` of the limit that a length sits on or, by rounding,
-    /// beyond; `None` strictly within the limits.
+    /// The limit that a length sits on or, by rounding, beyond; `None` strictly within the limits.
     ///
     /// Taking the limit itself instead of what the length gives back matters near a straight
     /// elbow, where a rounding of the length turns the joint by much more.
     #[inline(always)]
-    pub(in crate::srs) fn limit_at(
-        &self,
-        length: f64,
-        allowed: (bool, bool),
-    ) -> Option<(f64, [f64; 2])> {
+    pub(in crate::srs) fn limit_at(&self, length: f64, allowed: (bool, bool)) -> Option<ElbowEnd> {
+        let end = |side: usize, end: usize| ElbowEnd {
+            length: self.sides[side][end],
+            elbow: self.ends[side][end],
+        };
         let at = |side: usize| {
             let [shortest, longest] = self.sides[side];
             if length <= shortest {
-                Some((shortest, self.ends[side][0]))
+                Some(end(side, 0))
             } else if length >= longest {
-                Some((longest, self.ends[side][1]))
+                Some(end(side, 1))
             } else {
                 None
             }

@@ -12,6 +12,15 @@ pub(in crate::srs) struct Triangle {
     pub(in crate::srs) eta: [f64; 2],
 }
 
+/// One end of joint 4's limit.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::srs) struct ElbowEnd {
+    /// Distance from shoulder to wrist there, m.
+    pub(super) length: f64,
+    /// `cos |q4|, sin |q4|`.
+    pub(super) elbow: [f64; 2],
+}
+
 impl Triangle {
     /// Half-angle form: no `acos`, so a straight elbow keeps all the digits the length has.
     #[inline(always)]
@@ -29,10 +38,10 @@ impl Triangle {
 
     /// With joint 4 on a limit, whose length differs from the true one by rounding only.
     #[cold]
-    pub(in crate::srs) fn on_limit(a: f64, b: f64, length: f64, limit: (f64, [f64; 2])) -> Self {
+    pub(in crate::srs) fn on_limit(a: f64, b: f64, length: f64, limit: ElbowEnd) -> Self {
         Self {
             length,
-            ..Self::from_elbow(a, b, limit.0, limit.1)
+            ..Self::from_elbow(a, b, limit.length, limit.elbow)
         }
     }
 

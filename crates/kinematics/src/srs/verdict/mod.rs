@@ -7,5 +7,5 @@ mod region_bounds;
 mod search;
 
 pub use pose_region::PoseRegion;
-pub use region::RegionVerdict;
+pub use region::{RegionVerdict, ShoulderWristRange};
 pub use search::{Verdict, Witness};

@@ -39,6 +39,15 @@ pub enum RegionVerdict {
     Undecided,
 }
 
+/// Distances from the shoulder to the wrist centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShoulderWristRange {
+    /// The shortest, m.
+    pub shortest_m: f64,
+    /// The longest, m.
+    pub longest_m: f64,
+}
+
 impl SrsArm {
     /// Is a whole region of poses reachable, or none of it?
     ///
@@ -136,12 +145,15 @@ impl SrsArm {
         self.wrist_from_shoulder(&self.flange_pose(base_from_tool))
     }
 
-    /// Shortest and longest distance from the shoulder to the wrist centre that the elbow's limits
-    /// allow, m. All distances between are allowed.
+    /// The distances from the shoulder to the wrist centre that the elbow's limits allow; all between
+    /// shortest and longest are.
     #[must_use]
-    pub fn shoulder_wrist_range_m(&self) -> [f64; 2] {
+    pub fn shoulder_wrist_range(&self) -> ShoulderWristRange {
         let [a, b] = self.distances.sides;
-        [a[0].min(b[0]), a[1].max(b[1])]
+        ShoulderWristRange {
+            shortest_m: a[0].min(b[0]),
+            longest_m: a[1].max(b[1]),
+        }
     }
 }
 
