@@ -5,7 +5,7 @@ use crate::contact::{ContactConfig, ContactDetector, ContactState};
 use crate::error::{non_negative, positive};
 use crate::follower::{Follower, FollowerConfig};
 use crate::{ArmCommand, ArmState, HapticsError, Slide};
-use hwall_kinematics::{JointPositions, SrsArm, Unreachable};
+use hwall_kinematics::{JointPositions, SrsArm, Unreachable, WrenchConfig};
 
 /// Settings of [`Renderer`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -385,7 +385,14 @@ impl Renderer {
         let outward = self.arm().forward(&state.q).rotation().z_axis;
         let force_n = self
             .arm()
-            .wrench_from_torques(&state.q, &torque, damping_m, moment_length_m)
+            .wrench_from_torques(
+                &state.q,
+                &torque,
+                &WrenchConfig {
+                    damping_m,
+                    moment_length_m,
+                },
+            )
             .map_or(f64::NAN, |estimate| {
                 -estimate.wrench.normal_force_n(outward)
             });

@@ -34,7 +34,7 @@ pub use error::KinematicsError;
 pub use jacobian::Jacobian;
 pub use joints::{JointLimit, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
 pub use unreachable::Unreachable;
-pub use wrench::WrenchEstimate;
+pub use wrench::{WrenchConfig, WrenchEstimate};
 
 // Poses.
 pub use hwall_geometry::{

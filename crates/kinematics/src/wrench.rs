@@ -13,30 +13,49 @@ use hwall_numeric::dense::symmetric_eigen;
 pub struct WrenchEstimate {
     /// Wrench on the tool, about the tool origin, base axes.
     pub wrench: Wrench,
-    /// Largest over smallest singular value of the Jacobian, rotations counted by
-    /// the moment length asked for. Torque noise grows by up to this in the wrench.
+    /// Largest over smallest singular value of the Jacobian, rotations counted by the moment length. Torque noise grows by up to this in the wrench.
     pub condition: f64,
     /// Norm of the torque that no wrench explains, N m: sensor noise, or a touch elsewhere on
     /// the arm.
     pub residual_n_m: f64,
 }
 
+/// How a wrench is estimated from joint torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchConfig {
+    /// Singular values of the Jacobian below this are held back instead of amplified, m; default
+    /// 0.005. More makes the estimate near a singular pose quieter and smaller; with 0 it is the plain
+    /// least squares one, and directions that the arm cannot feel at all (singular values below
+    /// 1e-9) are left at zero.
+    pub damping_m: f64,
+    /// Length that moments are counted in, m; default 0.1, half of a board of 0.2 m.
+    pub moment_length_m: f64,
+}
+
+impl Default for WrenchConfig {
+    fn default() -> Self {
+        Self {
+            damping_m: 0.005,
+            moment_length_m: 0.1,
+        }
+    }
+}
+
 impl WrenchEstimate {
     /// The wrench on the tool that explains external joint torques, by damped least squares:
-    /// `min |Jᵀ f - τ|² + λ² |f|²`, moments counted in units of `moment_length_m`.
-    ///
-    /// `damping_m` is λ: singular values of the Jacobian below it are held back instead of
-    /// amplified. With 0 the estimate is the plain least squares one, and directions that the
-    /// arm cannot feel at all (singular values below 1e-9) are left at zero.
+    /// `min |Jᵀ f - τ|² + λ² |f|²` with the damping λ, moments counted in units of the moment length.
     ///
     /// # Errors
     /// NaN or infinity, a negative damping, or a moment length that is not positive.
     pub fn from_torques(
         jacobian: &Jacobian,
         torques: &JointTorques,
-        damping_m: f64,
-        moment_length_m: f64,
+        config: &WrenchConfig,
     ) -> Result<Self, KinematicsError> {
+        let WrenchConfig {
+            damping_m,
+            moment_length_m,
+        } = *config;
         all_finite("torques", &torques.0)?;
         non_negative("damping_m", damping_m)?;
         positive("moment_length_m", moment_length_m)?;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, JointTorques, KinematicsError,
-    NearestConfig, NumericConfig, Pose, PoseDistance, SrsArm, Unreachable,
+    NearestConfig, NumericConfig, Pose, PoseDistance, SrsArm, Unreachable, WrenchConfig,
 };
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -72,6 +72,13 @@ fn follows(arm: &dyn ArmKinematics, start: JointPositions) {
     }
 }
 
+fn damped(damping_m: f64) -> WrenchConfig {
+    WrenchConfig {
+        damping_m,
+        moment_length_m: 0.1,
+    }
+}
+
 #[test]
 fn the_closed_form_is_the_direct_call() {
     let direct = SrsArm::iiwa7().with_tool(board());
@@ -91,9 +98,10 @@ fn the_closed_form_is_the_direct_call() {
         assert_eq!(found.branch_changed, there.branch_changed);
         let torques = JointTorques(q.0);
         assert_eq!(
-            arm.wrench_from_torques(&q, &torques, 0.005, 0.1).unwrap(),
+            arm.wrench_from_torques(&q, &torques, &WrenchConfig::default())
+                .unwrap(),
             direct
-                .wrench_from_torques(&q, &torques, 0.005, 0.1)
+                .wrench_from_torques(&q, &torques, &WrenchConfig::default())
                 .unwrap()
         );
     }
@@ -152,7 +160,7 @@ fn bad_input_is_an_error() {
     assert!(arm.nearest(&pose, &home, &bad, &mut scratch).is_err());
     assert!(arm.forward(&nan).position_m().is_nan());
     assert!(
-        arm.wrench_from_torques(&nan, &JointTorques::default(), 0.005, 0.1)
+        arm.wrench_from_torques(&nan, &JointTorques::default(), &WrenchConfig::default())
             .is_err()
     );
     let loose = NumericConfig {
@@ -231,7 +239,7 @@ fn same_input_same_answer_without_allocation() {
             assert!(first == again);
             if let Ok(found) = first {
                 assert!(
-                    arm.wrench_from_torques(&found.q, &torques, 0.005, 0.1)
+                    arm.wrench_from_torques(&found.q, &torques, &WrenchConfig::default())
                         .is_ok()
                 );
             }
@@ -342,7 +350,7 @@ mod from_urdf {
         };
         let torques = arm.jacobian(&q).torques(&wrench);
         assert_eq!(torques[6], 0.0);
-        let felt = arm.wrench_from_torques(&q, &torques, 0.0, 0.1).unwrap();
+        let felt = arm.wrench_from_torques(&q, &torques, &damped(0.0)).unwrap();
         assert_close!(felt.wrench.force_n, wrench.force_n, Tol::abs(1e-9));
         assert_close!(felt.wrench.moment_n_m, wrench.moment_n_m, Tol::abs(1e-9));
         assert!(felt.residual_n_m < 1e-9 && felt.condition.is_finite());

@@ -4,7 +4,7 @@ use glam::DVec3;
 use hwall_kinematics::{
     ArgumentError, Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
     KinematicsError, NearestConfig, Pose, PoseDistance, SrsArm, Unreachable, Verdict, Wrench,
-    rotation_vector,
+    WrenchConfig, rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::{PI, TAU};
@@ -28,6 +28,13 @@ fn random_pose(sampler: &mut Sampler) -> Pose {
     let wrist = DVec3::new(0.0, 0.0, 0.34) + sampler.unit_vector() * sampler.uniform(0.38, 0.81);
     let rotation = sampler.rotation();
     Pose::new(rotation, wrist + rotation.z_axis * 0.126).expect("a pose")
+}
+
+fn damped(damping_m: f64) -> WrenchConfig {
+    WrenchConfig {
+        damping_m,
+        moment_length_m: 0.1,
+    }
 }
 
 #[test]
@@ -74,7 +81,7 @@ fn torques_do_the_work_of_the_wrench() {
         let joint_power: f64 = torques.0.iter().zip(qd.0).map(|(t, v)| t * v).sum();
         assert_close!(joint_power, power, Tol::abs(1e-12));
         let estimate = arm
-            .wrench_from_torques(&q, &torques, 0.0, 0.1)
+            .wrench_from_torques(&q, &torques, &damped(0.0))
             .expect("finite");
         if estimate.condition < 1e4 {
             assert_close!(
@@ -93,14 +100,14 @@ fn damping_holds_the_estimate_back_at_a_singularity() {
     let straight = JointPositions([0.0; 7]);
     let noise = JointTorques([0.1; 7]);
     let estimate = arm
-        .wrench_from_torques(&straight, &noise, 0.05, 0.1)
+        .wrench_from_torques(&straight, &noise, &damped(0.05))
         .expect("finite");
     assert!(estimate.condition > 1e7);
     assert!(estimate.wrench.force_n.length() < 0.1 * 7.0_f64.sqrt() / (2.0 * 0.05) * 1.0001);
     assert!(estimate.wrench.to_array().iter().all(|x| x.is_finite()));
     for bad in [-1.0, f64::NAN] {
         let error = arm
-            .wrench_from_torques(&straight, &noise, bad, 0.1)
+            .wrench_from_torques(&straight, &noise, &damped(bad))
             .expect_err("bad damping");
         assert!(matches!(
             error,

@@ -125,7 +125,7 @@ fn main() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/scene");
     for name in ["small_house_collision.obj", "small_house_visual.obj"] {
         let started = std::time::Instant::now();
-        match Scene::from_obj_file(&folder.join(name), None) {
+        match Scene::from_obj_file(folder.join(name), None) {
             Ok((scene, _)) => {
                 println!(
                     "{name}: {} triangles, loaded in {:.2} s",

@@ -13,6 +13,7 @@ pub struct SurfaceId(pub usize);
 ///
 /// Points and directions are in the frame of the scene that holds the surface, as placed.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub enum SurfaceKind {
     /// Fixed and touchable.
     #[default]

@@ -5,7 +5,7 @@ use crate::error::KinematicsError;
 use crate::jacobian::Jacobian;
 use crate::joints::{JointLimit, JointPositions, JointTorques, MOST_JOINTS};
 use crate::srs::NearestConfig;
-use crate::wrench::WrenchEstimate;
+use crate::wrench::{WrenchConfig, WrenchEstimate};
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::fmt::Debug;
@@ -82,11 +82,10 @@ pub trait ArmKinematics: Debug + Send + Sync {
         &self,
         q: &JointPositions,
         torques: &JointTorques,
-        damping_m: f64,
-        moment_length_m: f64,
+        config: &WrenchConfig,
     ) -> Result<WrenchEstimate, KinematicsError> {
         all_finite("q", &q.0)?;
-        WrenchEstimate::from_torques(&self.jacobian(q), torques, damping_m, moment_length_m)
+        WrenchEstimate::from_torques(&self.jacobian(q), torques, config)
     }
 }
 

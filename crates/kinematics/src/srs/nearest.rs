@@ -12,6 +12,7 @@ use hwall_numeric::check::{all_finite, positive};
 
 /// Which branches the nearest solution may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum BranchPolicy {
     /// Those that join the reference's branch without a jump; if none reaches, any.
     #[default]
@@ -31,7 +32,7 @@ pub struct NearestConfig {
     /// Weight of each joint's squared difference; default 1. Raise the weight of slow joints.
     pub weights: [f64; 7],
     /// A joint 2, 4 or 6 within this of zero in the reference may change its sign without the
-    /// branch counting as left, rad; default 0.2. A hand's width of servoing needs no more. A chain,
+    /// branch counting as left, rad; default 0.2. Enough for servoing over a hand's width. A chain,
     /// which has no named branches, does not read it.
     pub sign_change_rad: f64,
 }

@@ -3,7 +3,7 @@
 use crate::error::KinematicsError;
 use crate::joints::{JointPositions, JointTorques};
 use crate::srs::model::SrsArm;
-use crate::wrench::WrenchEstimate;
+use crate::wrench::{WrenchConfig, WrenchEstimate};
 use hwall_geometry::Wrench;
 use hwall_numeric::check::all_finite;
 
@@ -24,10 +24,9 @@ impl SrsArm {
         &self,
         q: &JointPositions,
         torques: &JointTorques,
-        damping_m: f64,
-        moment_length_m: f64,
+        config: &WrenchConfig,
     ) -> Result<WrenchEstimate, KinematicsError> {
         all_finite("q", &q.0)?;
-        WrenchEstimate::from_torques(&self.jacobian(q), torques, damping_m, moment_length_m)
+        WrenchEstimate::from_torques(&self.jacobian(q), torques, config)
     }
 }
