@@ -14,7 +14,7 @@ pub enum KinematicsError {
     /// An argument is NaN or infinite, or a setting outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A pose or an axis is none.
+    /// Numbers that are not a pose.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
     /// A joint array has the wrong length.

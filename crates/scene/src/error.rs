@@ -34,7 +34,7 @@ pub enum SceneError {
         /// The limit.
         limit: u64,
     },
-    /// The file is not UTF-8 text, so it is no OBJ.
+    /// The file is not UTF-8 text, so it cannot be an OBJ.
     #[error("not a text file: byte {offset} is not UTF-8")]
     NotText {
         /// First byte that is not text.

@@ -15,7 +15,7 @@ pub const VERTICAL_TOLERANCE_RAD: f64 = 0.0175;
 pub struct Facet {
     /// The surface it belongs to.
     pub surface: SurfaceId,
-    /// The centre of area, m, or the middle of the face next to it where the centre is a hole.
+    /// The centre of area, m, or the middle of the nearest face where the centre lies in a hole.
     pub point_m: DVec3,
     /// Unit normal, outward by the winding of the file.
     pub normal: DVec3,
@@ -92,8 +92,8 @@ impl Plane {
         }
     }
 
-    /// Same direction, and no corner further off the plane than the tolerance of a file
-    /// with four decimals (relative to the seed, so that small scenes have corners too).
+    /// Same direction, and no corner further off the plane than files with four decimals need
+    /// (relative to the seed, so that it works in small scenes too).
     fn holds(&self, other: &Triangle) -> bool {
         let off = other
             .iter()

@@ -125,7 +125,7 @@ impl Scene {
     /// [`closest_point`](Self::closest_point) among the surfaces that a hand may touch.
     ///
     /// # Errors
-    /// As there.
+    /// As [`closest_point`](Self::closest_point).
     pub fn closest_touchable(
         &self,
         point_m: DVec3,

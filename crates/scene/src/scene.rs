@@ -95,10 +95,10 @@ impl Scene {
         Self::from_obj_file_within(obj, sidecar, &LoadLimits::default())
     }
 
-    /// [`from_obj_file`](Self::from_obj_file) with limits of the caller's choice.
+    /// [`from_obj_file`](Self::from_obj_file) with other limits.
     ///
     /// # Errors
-    /// As there.
+    /// As [`from_obj_file`](Self::from_obj_file).
     pub fn from_obj_file_within(
         obj: impl AsRef<Path>,
         sidecar: Option<&Path>,
@@ -158,7 +158,7 @@ impl Scene {
             let (what, limit) = ("triangles", MAX_TRIANGLES);
             return Err(SceneError::TooLarge { what, got, limit });
         }
-        // Everything that stands still is one part, whatever moves is a part of its own.
+        // All fixed surfaces form one part, each movable surface a part of its own.
         let (mut still, mut groups) = (None, Vec::<Vec<Face>>::new());
         let mut part_of = Vec::with_capacity(meshes.len());
         for (id, mesh) in meshes.iter().enumerate() {

@@ -46,7 +46,7 @@ pub enum SurfaceKind {
         /// Resistance to sliding, N s/m, if the sidecar says so.
         damping_n_s_per_m: Option<f64>,
     },
-    /// Fixed; seen and blocking rays, but never offered to a hand (floor, pedestal).
+    /// Fixed; rays hit it, but it is never offered to a hand (floor, pedestal).
     Untouchable,
 }
 
@@ -59,7 +59,7 @@ pub struct Surface {
     pub kind: SurfaceKind,
     /// Roughness level, not negative, on whatever scale the sidecar uses.
     pub roughness: Option<f64>,
-    /// Stiffness a hand should feel when it presses the surface, N/m.
+    /// Stiffness that a hand should feel when it presses the surface, N/m.
     pub contact_stiffness_n_per_m: Option<f64>,
     /// Name of its first material, whether or not a library defines it.
     pub material: Option<String>,

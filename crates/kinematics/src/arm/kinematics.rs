@@ -1,4 +1,4 @@
-//! Any arm: what following a target and feeling a touch need of its kinematics.
+//! The kinematics that a controller needs, whatever the arm.
 
 use crate::chain::NumericScratch;
 use crate::error::KinematicsError;

@@ -1,4 +1,4 @@
-//! The S-R-S arm as an arm among others.
+//! The S-R-S arm behind the common interface.
 
 use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
 use crate::error::KinematicsError;

@@ -1,4 +1,4 @@
-//! Joint frames turned so that a joint costs little.
+//! Joint frames turned so that each joint costs few operations.
 
 use super::joint::{ChainJoint, JointKind};
 use crate::trig::sin_cos;

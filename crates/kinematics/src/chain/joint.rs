@@ -19,7 +19,7 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// One joint of a [`Chain`] with the link that it moves.
+/// One joint of a [`Chain`](crate::Chain) with the link that it moves.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ChainJoint {

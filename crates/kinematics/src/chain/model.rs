@@ -135,7 +135,7 @@ impl Chain {
         Ok(())
     }
 
-    /// One finite value a joint.
+    /// One finite value per joint.
     pub(super) fn check(&self, what: &'static str, values: &[f64]) -> Result<(), KinematicsError> {
         if values.len() != self.joints.len() {
             return Err(KinematicsError::WrongJointCount {

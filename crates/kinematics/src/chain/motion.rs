@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use hwall_geometry::{Pose, Twist, Wrench};
 use hwall_numeric::check::all_finite;
 
-/// Geometric Jacobian of the tip: one column a joint, `[vx vy vz ωx ωy ωz]` in base axes at the tip.
+/// Geometric Jacobian of the tip: one column per joint, `[vx vy vz ωx ωy ωz]` in base axes at the tip.
 ///
 /// m/rad and rad/rad (m/m and 0 for a prismatic joint).
 #[derive(Debug, Clone, PartialEq)]
@@ -88,7 +88,7 @@ impl Chain {
     /// Pose of the tip in the base frame. Does not allocate.
     ///
     /// `q`: joint positions, rad or m. Limits are not enforced here, see [`Chain::check_limits`].
-    /// Error: below 1e-14 m and 1e-14 rad a metre of arm (tests/chain.rs).
+    /// Error: below 1e-14 m and 1e-14 rad per metre of arm (tests/chain.rs).
     ///
     /// # Errors
     /// A wrong number of values, NaN or infinity, also in the result (endless slides).

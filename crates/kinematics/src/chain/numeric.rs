@@ -3,7 +3,7 @@
 //! Levenberg-Marquardt on the pose error with the damping of Sugihara (2011), "Solvability-
 //! unconcerned inverse kinematics by the Levenberg-Marquardt method", IEEE Trans. Robotics
 //! 27(5): `λ` proportional to the squared error, so convergence is quadratic near a regular
-//! solution and still orderly near a singular one. Each step solves a 6 × 6 system whatever
+//! solution and still stable near a singular one. Each step solves a 6 × 6 system whatever
 //! the number of joints; limits are kept by an active set inside the step.
 
 use super::axis_frame::Axis;
@@ -181,7 +181,7 @@ impl Chain {
         self.search_numeric(target, q_start, config, scratch, |_, _| true)
     }
 
-    /// Offers every solution, that of the descent from `q_start` first, to `enough` until it says so;
+    /// Passes each solution to `enough`, that of the descent from `q_start` first, until it returns true;
     /// returns the report of the last one.
     pub(crate) fn search_numeric(
         &self,

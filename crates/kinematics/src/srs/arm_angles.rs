@@ -1,4 +1,4 @@
-//! The exact sets of feasible arm angles, one a branch.
+//! The exact sets of feasible arm angles, one per branch.
 
 use crate::joints::JointPositions;
 use crate::srs::branch::Branch;

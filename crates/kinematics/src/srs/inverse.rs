@@ -9,7 +9,7 @@ use hwall_geometry::Pose;
 use std::f64::consts::PI;
 
 impl SrsArm {
-    /// The configurations that put the tool at `base_from_tool` with the given arm angle, one a
+    /// The configurations that put the tool at `base_from_tool` with the given arm angle, one per
     /// branch, in the order of [`Branch::ALL`]; `None` where a limit forbids it or the pose is
     /// too far or too near.
     ///

@@ -19,7 +19,7 @@ pub struct SrsGeometry {
     pub d_wf_m: f64,
 }
 
-/// Everything that [`SrsArm::new`] needs, in plain fields.
+/// Everything that [`SrsArm::new`](crate::SrsArm::new) needs, in plain fields.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SrsParameters {

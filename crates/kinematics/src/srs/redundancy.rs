@@ -27,8 +27,8 @@ pub struct NearestLimit {
 }
 
 impl Dexterity {
-    /// Smallest over largest singular value: 0 at a singularity, 1 for an arm that moves alike
-    /// in all directions.
+    /// Smallest over largest singular value: 0 at a singularity, 1 for an arm that moves
+    /// equally well in all directions.
     #[must_use]
     pub fn isotropy(&self) -> f64 {
         self.singular_values_m[5] / self.singular_values_m[0]

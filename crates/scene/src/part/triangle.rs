@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// Largest coordinate of a vertex, m. Beyond it squares of areas near the limits of numbers,
-/// and no room is larger than the Earth-Moon distance.
+/// Largest coordinate of a vertex, m. Beyond it, products of areas lose their
+/// precision or overflow; no room is larger than the distance to the moon.
 pub const COORDINATE_LIMIT_M: f64 = 1e9;
 
 /// Within [`COORDINATE_LIMIT_M`]; NaN is not.

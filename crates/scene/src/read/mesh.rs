@@ -20,9 +20,9 @@ pub struct SurfaceMesh {
 pub struct LoadReport {
     /// Faces without area, left out.
     pub degenerate_faces: usize,
-    /// Faces with the corners of an earlier one (in any order, of whatever surface that moves with it), left out.
+    /// Faces with the corners of an earlier one (in any order, on any surface that moves with it), left out.
     pub duplicate_faces: usize,
-    /// Polygons that are not convex; cut as a fan all the same, so parts may overlap.
+    /// Polygons that are not convex; cut as a fan anyway, so pieces may overlap.
     pub concave_polygons: usize,
     /// Points, lines and faces of fewer than three corners, left out.
     pub points_and_lines: usize,
@@ -37,7 +37,7 @@ pub struct LoadReport {
 }
 
 impl LoadReport {
-    /// Was everything taken as it stood?
+    /// Was nothing left out and nothing mended?
     #[must_use]
     pub fn is_clean(&self) -> bool {
         *self == Self::default()

@@ -1,4 +1,4 @@
-//! Wavefront OBJ, read by `tobj` after a check that it does not make.
+//! Wavefront OBJ, read by `tobj` after checks that `tobj` does not make.
 //!
 //! `tobj` takes NaN for a number, gives an empty mesh for binary junk, panics on a material
 //! colour of two components and names no line in its errors. So every line is looked at
@@ -15,10 +15,10 @@ use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::Path;
 
-/// Name of faces that stand in no group, as `tobj` calls them.
+/// Name of the surface of faces outside all groups, as `tobj` calls it.
 pub const UNNAMED: &str = "unnamed_object";
 
-/// What a file may cost. The defaults need at most about two gigabytes.
+/// Limits of what is read. The defaults need at most about two gigabytes of memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LoadLimits {
     /// Bytes of the OBJ, of its sidecar and of each material library; default 256 MiB.
@@ -36,7 +36,7 @@ impl Default for LoadLimits {
     }
 }
 
-/// Reads a text file, never more than the limit of it.
+/// Reads a text file, at most the limit of bytes.
 pub(crate) fn read_text(path: &Path, limits: &LoadLimits) -> Result<String, SceneError> {
     let io = |e: std::io::Error| SceneError::Io {
         path: path.display().to_string(),
@@ -122,7 +122,7 @@ pub(crate) fn parse(
             message: e.to_string(),
         })?;
     report.missing_material_libraries = libraries.into_inner();
-    // Missing libraries are in the report already; the scene does without colours.
+    // Missing libraries are in the report already; a scene needs no colours.
     let materials = materials.unwrap_or_default();
     report.missing_materials = materials_used
         .iter()
@@ -138,7 +138,7 @@ pub(crate) fn parse(
     Ok((meshes, report))
 }
 
-/// One surface a group name, however often the group or its material changes in between.
+/// One surface per group name, however often the group or its material changes in between.
 fn surfaces(models: &[tobj::Model], materials: &[tobj::Material]) -> Vec<SurfaceMesh> {
     let mut meshes: Vec<SurfaceMesh> = Vec::new();
     let mut by_name = HashMap::new();
@@ -195,7 +195,7 @@ fn name_after(line: &str) -> Option<&str> {
     Some(name.trim())
 }
 
-/// Looks at one line after the other and writes those that matter, without what the scene
+/// Checks line by line and passes on those that matter, without what the scene
 /// does not use (normals, texture coordinates, vertex colours).
 #[derive(Default)]
 struct Check {
@@ -242,7 +242,7 @@ impl Check {
                 None => self.report.ignored_lines += 1,
             },
             "l" | "p" => self.report.points_and_lines += 1,
-            // Not needed: normals follow from the winding, smoothing is for the eye.
+            // Not needed: normals follow from the winding, smoothing only changes the shading.
             "vn" | "vt" | "s" => {}
             _ if keyword.starts_with('#') => {}
             _ => self.report.ignored_lines += 1,

@@ -1,4 +1,4 @@
-//! The TOML beside an OBJ: what its surfaces are.
+//! The TOML file beside an OBJ, which says what its surfaces are.
 
 use super::mesh::SurfaceMesh;
 use crate::error::SceneError;
