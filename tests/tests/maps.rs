@@ -30,7 +30,7 @@ fn the_maps_of_a_room_say_what_the_board_can_do() {
     let map = maps.map().unwrap();
     let (walls, lines) = (map.walls().len(), map.report().lines);
     assert!(walls >= 6 && lines > 200, "{walls} {lines}");
-    let patches = scene.vertical_patches();
+    let patches = scene.vertical_facets();
     let mut sampler = Sampler::new(4);
     let (mut reachable, mut nearest) = (0, 0);
     for _ in 0..3_000 {

@@ -2,14 +2,14 @@
 
 use hwall_numeric::ArgumentError;
 
-/// What is no pose.
+/// Why numbers are not a pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeometryError {
     /// An argument is NaN or infinite.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A matrix or quaternion is no rotation.
+    /// A matrix or quaternion is not a rotation.
     #[error("not a rotation: {deviation} away from one")]
     NotARotation {
         /// Largest entry of `RᵀR - 1`; 2 for a mirror.

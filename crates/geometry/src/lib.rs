@@ -7,5 +7,5 @@ mod six_vectors;
 pub use error::GeometryError;
 pub use glam;
 pub use hwall_numeric::ArgumentError;
-pub use pose::{Pose, ROTATION_TOLERANCE, direction, rotation_vector};
+pub use pose::{Pose, PoseDistance, ROTATION_TOLERANCE, direction, rotation_vector};
 pub use six_vectors::{Twist, Wrench};

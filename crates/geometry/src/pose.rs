@@ -1,6 +1,6 @@
 //! The one checked rigid transform.
 
-use crate::GeometryError;
+use crate::error::GeometryError;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use hwall_numeric::check::{all_finite, finite};
 
@@ -22,6 +22,15 @@ pub struct Pose {
     position_m: DVec3,
 }
 
+/// How far two poses are apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseDistance {
+    /// Distance of the origins, m.
+    pub position_m: f64,
+    /// Angle of the turn from one to the other, rad, in `[0, π]`.
+    pub angle_rad: f64,
+}
+
 impl Pose {
     /// No rotation, no translation.
     pub const IDENTITY: Self = Self {
@@ -39,7 +48,7 @@ impl Pose {
     /// From a rotation matrix (columns are the axes of the inner frame) and an origin in metres.
     ///
     /// # Errors
-    /// NaN or infinity, or a matrix further than [`ROTATION_TOLERANCE`] from a rotation. One
+    /// NaN or infinity, or a matrix further than [`ROTATION_TOLERANCE`] from a rotation; a matrix
     /// that is nearer is moved to the nearest rotation.
     pub fn new(rotation: DMat3, position_m: DVec3) -> Result<Self, GeometryError> {
         all_finite("rotation", &rotation.to_cols_array())?;
@@ -118,6 +127,7 @@ impl Pose {
 
     /// From parts that are finite and orthonormal by construction; the only way around the checks of
     /// [`Pose::new`], for inner loops whose rotations are products of rotations.
+    #[inline]
     #[must_use]
     pub const fn from_parts_unchecked(rotation: DMat3, position_m: DVec3) -> Self {
         Self {
@@ -126,7 +136,8 @@ impl Pose {
         }
     }
 
-    /// The same orientation at another origin, metres; finite if that is.
+    /// The same orientation at another origin, metres, which must be finite.
+    #[inline]
     #[must_use]
     pub const fn at(&self, position_m: DVec3) -> Self {
         Self {
@@ -136,12 +147,14 @@ impl Pose {
     }
 
     /// Rotation matrix; its columns are the axes of the inner frame.
+    #[inline]
     #[must_use]
     pub const fn rotation(&self) -> DMat3 {
         self.rotation
     }
 
     /// Origin of the inner frame, metres.
+    #[inline]
     #[must_use]
     pub const fn position_m(&self) -> DVec3 {
         self.position_m
@@ -154,6 +167,7 @@ impl Pose {
     }
 
     /// `b_from_a` of an `a_from_b`.
+    #[inline]
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
@@ -164,24 +178,28 @@ impl Pose {
     }
 
     /// A point given in the inner frame, metres, in the outer frame.
+    #[inline]
     #[must_use]
     pub fn transform_point(&self, point_m: DVec3) -> DVec3 {
         self.rotation * point_m + self.position_m
     }
 
     /// A direction or free vector given in the inner frame, in the outer frame.
+    #[inline]
     #[must_use]
     pub fn transform_vector(&self, vector: DVec3) -> DVec3 {
         self.rotation * vector
     }
 
     /// A point given in the outer frame, metres, in the inner frame.
+    #[inline]
     #[must_use]
     pub fn inverse_transform_point(&self, point_m: DVec3) -> DVec3 {
         self.rotation.transpose() * (point_m - self.position_m)
     }
 
     /// A direction or free vector given in the outer frame, in the inner frame.
+    #[inline]
     #[must_use]
     pub fn inverse_transform_vector(&self, vector: DVec3) -> DVec3 {
         self.rotation.transpose() * vector
@@ -196,21 +214,23 @@ impl Pose {
         }
     }
 
-    /// Distance in metres and angle in radians to another pose of the same outer frame.
+    /// How far another pose of the same outer frame is.
     ///
     /// The angle comes from the rotation vector, so it is exact to 1e-16 also near zero.
+    #[inline]
     #[must_use]
-    pub fn distance(&self, other: &Self) -> (f64, f64) {
-        let error = self.rotation.transpose() * other.rotation;
-        (
-            self.position_m.distance(other.position_m),
-            rotation_vector(error).length(),
-        )
+    pub fn distance(&self, other: &Self) -> PoseDistance {
+        let turn = self.rotation.transpose() * other.rotation;
+        PoseDistance {
+            position_m: self.position_m.distance(other.position_m),
+            angle_rad: rotation_vector(turn).length(),
+        }
     }
 }
 
 impl std::ops::Mul for Pose {
     type Output = Self;
+    #[inline]
     fn mul(self, inner: Self) -> Self {
         Self {
             rotation: self.rotation * inner.rotation,
@@ -219,7 +239,7 @@ impl std::ops::Mul for Pose {
     }
 }
 
-/// Unchecked twin for serde, so that a file cannot bring in a pose that is no pose.
+/// Unchecked twin for serde, so that what a file holds is checked too.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 struct RawPose {
@@ -248,6 +268,7 @@ impl From<Pose> for RawPose {
 /// The rotation vector (axis times angle, rad) of a rotation matrix; angle in `[0, π]`.
 ///
 /// Through the quaternion, so neither the identity nor a half turn loses digits.
+#[inline]
 #[must_use]
 pub fn rotation_vector(rotation: DMat3) -> DVec3 {
     let q = DQuat::from_mat3(&rotation);
@@ -278,7 +299,7 @@ fn orthonormalized(rotation: DMat3, deviation: f64) -> DMat3 {
 /// The unit vector along a finite vector that has a direction.
 ///
 /// # Errors
-/// NaN, infinity, or a vector without a component of 1e-12.
+/// NaN, infinity, or a vector whose components are all below 1e-12.
 pub fn direction(what: &'static str, vector: DVec3) -> Result<DVec3, GeometryError> {
     all_finite(what, &vector.to_array())?;
     // Scaled first, so that neither tiny nor huge components are lost when squared.

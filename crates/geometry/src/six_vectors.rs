@@ -24,12 +24,14 @@ pub struct Wrench {
 
 impl Twist {
     /// `[vx vy vz ωx ωy ωz]`.
+    #[inline]
     #[must_use]
     pub fn to_array(self) -> [f64; 6] {
         join(self.linear_m_per_s, self.angular_rad_per_s)
     }
 
     /// From `[vx vy vz ωx ωy ωz]`.
+    #[inline]
     #[must_use]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (linear_m_per_s, angular_rad_per_s) = split(v);
@@ -42,12 +44,14 @@ impl Twist {
 
 impl Wrench {
     /// `[fx fy fz mx my mz]`.
+    #[inline]
     #[must_use]
     pub fn to_array(self) -> [f64; 6] {
         join(self.force_n, self.moment_n_m)
     }
 
     /// From `[fx fy fz mx my mz]`.
+    #[inline]
     #[must_use]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (force_n, moment_n_m) = split(v);
@@ -58,6 +62,7 @@ impl Wrench {
     }
 
     /// Part of the force along a unit normal, N; positive along the normal.
+    #[inline]
     #[must_use]
     pub fn normal_force_n(&self, normal: DVec3) -> f64 {
         self.force_n.dot(normal)

@@ -12,12 +12,12 @@ use hwall_scene::Scene;
 /// As for [`WallMaps::build`].
 pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
     let facets: Vec<WallFacet> = scene
-        .vertical_patches()
+        .vertical_facets()
         .into_iter()
         .map(|facet| WallFacet {
             point_m: facet.point_m,
             normal: facet.normal,
-            heights: Interval::new(facet.height_range_m.0, facet.height_range_m.1),
+            heights: Interval::new(facet.lowest_m, facet.highest_m),
             outline_m: facet.outline_m,
         })
         .collect();

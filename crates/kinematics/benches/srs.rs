@@ -47,8 +47,8 @@ fn main() {
     );
     let errors = ErrorStats::from_errors(reachable.iter().map(|pose| {
         let witness = *arm.verdict(pose).witness().expect("reachable");
-        let (position, angle) = arm.forward(&witness.q).distance(pose);
-        position.max(angle)
+        let error = arm.forward(&witness.q).distance(pose);
+        error.position_m.max(error.angle_rad)
     }));
     row(
         "verdict with witness",

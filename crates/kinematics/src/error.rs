@@ -1,6 +1,8 @@
 //! The one error type of the crate.
 
+use crate::unreachable::Unreachable;
 use hwall_geometry::{ArgumentError, GeometryError};
+use std::io::ErrorKind;
 
 /// What can be wrong with a model, a pose or a request.
 ///
@@ -12,7 +14,7 @@ pub enum KinematicsError {
     /// An argument is NaN or infinite, or a setting outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A pose or an axis is none.
+    /// Numbers that are not a pose.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
     /// A joint array has the wrong length.
@@ -79,7 +81,7 @@ pub enum KinematicsError {
     },
     /// A solution was asked for where there is none.
     #[error("unreachable: {0}")]
-    Unreachable(#[from] crate::Unreachable),
+    Unreachable(#[from] Unreachable),
     /// A chain has no movable joint.
     #[error("the chain has no movable joint")]
     NoJoints,
@@ -185,6 +187,8 @@ pub enum KinematicsError {
     Io {
         /// The file.
         path: String,
+        /// What kind of failure it was.
+        kind: ErrorKind,
         /// What the system said.
         message: String,
     },

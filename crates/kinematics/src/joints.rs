@@ -5,6 +5,9 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::all_finite;
 use std::f64::consts::{PI, TAU};
 
+/// Most joints of an arm: the length of every joint array.
+pub const MOST_JOINTS: usize = 7;
+
 macro_rules! joint_array {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*

@@ -1,57 +1,43 @@
 #![doc = include_str!("../README.md")]
 
-mod arm;
-mod arm_angles;
-mod branch;
-mod chain;
-mod chain_arm;
-mod chain_motion;
-mod chain_presets;
-mod circle;
-#[cfg(feature = "dynamics")]
-mod dynamics;
+pub mod arm;
+pub mod chain;
 mod error;
-mod forward;
-mod inertia;
-mod inverse;
+mod jacobian;
 mod joints;
 mod linalg;
-mod margin;
-mod nearest;
-mod numeric;
-mod pinched;
-
-mod redundancy;
-mod region;
-mod srs;
-mod srs_arm;
-mod statics;
+pub mod srs;
 mod trig;
-#[cfg(feature = "urdf")]
-mod urdf;
-mod verdict;
-mod window;
+mod unreachable;
+mod wrench;
 
-pub use arm::{ArmKinematics, ArmScratch, ArmSolution, MOST_JOINTS};
-pub use arm_angles::{ArmAngleArc, FeasibleArmAngles};
-pub use branch::{Branch, BranchSet};
-pub use chain::{Chain, ChainJoint, JointKind};
-pub use chain_arm::ChainArm;
-pub use chain_motion::{ChainJacobian, ChainScratch};
-#[cfg(feature = "dynamics")]
-pub use dynamics::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
-pub use error::KinematicsError;
-pub use forward::Jacobian;
-pub use hwall_geometry::{
-    self as geometry, ArgumentError, GeometryError, Pose, ROTATION_TOLERANCE, Twist, Wrench, glam,
-    rotation_vector,
+// Any arm.
+pub use arm::{ArmKinematics, ArmScratch, ArmSolution, ChainArm};
+
+// The closed form of S-R-S arms.
+pub use srs::{
+    ArmAngleArc, Branch, BranchPolicy, BranchSet, Dexterity, FeasibleArmAngles, NearestConfig,
+    NearestLimit, NearestSolution, PoseRegion, RegionVerdict, ShoulderWristRange, SrsArm,
+    SrsGeometry, SrsParameters, Verdict, Witness,
 };
-pub use inertia::Inertial;
-pub use joints::{JointLimit, JointPositions, JointTorques, JointVelocities};
-pub use nearest::{BranchPolicy, NearestConfig, NearestSolution};
-pub use numeric::{NumericConfig, NumericReport, NumericScratch, NumericSolution};
-pub use redundancy::Dexterity;
-pub use region::{PoseRegion, RegionVerdict};
-pub use srs::{SrsArm, SrsGeometry, SrsParameters};
-pub use statics::WrenchEstimate;
-pub use verdict::{Unreachable, Verdict, Witness};
+
+// Serial chains.
+pub use chain::{
+    Chain, ChainJacobian, ChainJoint, ChainScratch, Inertial, JointKind, NumericConfig,
+    NumericReport, NumericScratch, NumericSolution,
+};
+#[cfg(feature = "dynamics")]
+pub use chain::{ChainDynamics, DynamicsScratch, GRAVITY_M_PER_S2};
+
+// Joints, forces, reasons.
+pub use error::KinematicsError;
+pub use jacobian::Jacobian;
+pub use joints::{JointLimit, JointPositions, JointTorques, JointVelocities, MOST_JOINTS};
+pub use unreachable::Unreachable;
+pub use wrench::{WrenchConfig, WrenchEstimate};
+
+// Poses.
+pub use hwall_geometry::{
+    self as geometry, ArgumentError, GeometryError, Pose, PoseDistance, ROTATION_TOLERANCE, Twist,
+    Wrench, glam, rotation_vector,
+};

@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_at_zero_and_honest_beyond_the_range() {
+    fn exact_at_zero_and_as_the_platform_beyond_the_range() {
         assert_eq!(sin_cos(&[0.0; 7])[0], (0.0, 1.0));
         assert_eq!(sin_cos(&[1e9; 7])[3], 1e9_f64.sin_cos());
         assert!(sin_cos(&[f64::NAN; 7])[0].0.is_nan());

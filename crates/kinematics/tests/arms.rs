@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, JointTorques, KinematicsError,
-    NearestConfig, NumericConfig, Pose, SrsArm, Unreachable, Wrench,
+    NearestConfig, NumericConfig, Pose, PoseDistance, SrsArm, Unreachable, WrenchConfig,
 };
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -22,7 +22,10 @@ fn random_q(arm: &dyn ArmKinematics, sampler: &mut Sampler) -> JointPositions {
 }
 
 fn error(arm: &dyn ArmKinematics, q: &JointPositions, pose: &Pose) -> f64 {
-    let (position_m, angle_rad) = arm.forward(q).distance(pose);
+    let PoseDistance {
+        position_m,
+        angle_rad,
+    } = arm.forward(q).distance(pose);
     position_m.max(angle_rad)
 }
 
@@ -69,6 +72,13 @@ fn follows(arm: &dyn ArmKinematics, start: JointPositions) {
     }
 }
 
+fn damped(damping_m: f64) -> WrenchConfig {
+    WrenchConfig {
+        damping_m,
+        moment_length_m: 0.1,
+    }
+}
+
 #[test]
 fn the_closed_form_is_the_direct_call() {
     let direct = SrsArm::iiwa7().with_tool(board());
@@ -88,9 +98,10 @@ fn the_closed_form_is_the_direct_call() {
         assert_eq!(found.branch_changed, there.branch_changed);
         let torques = JointTorques(q.0);
         assert_eq!(
-            arm.wrench_from_torques(&q, &torques, 0.005, 0.1).unwrap(),
+            arm.wrench_from_torques(&q, &torques, &WrenchConfig::default())
+                .unwrap(),
             direct
-                .wrench_from_torques(&q, &torques, 0.005, 0.1)
+                .wrench_from_torques(&q, &torques, &WrenchConfig::default())
                 .unwrap()
         );
     }
@@ -112,7 +123,10 @@ fn a_chain_agrees_with_the_closed_form() {
     let mut sampler = Sampler::new(4);
     for _ in 0..200 {
         let q = random_q(&*arm, &mut sampler);
-        let (position_m, angle_rad) = arm.forward(&q).distance(&exact.forward(&q));
+        let PoseDistance {
+            position_m,
+            angle_rad,
+        } = arm.forward(&q).distance(&exact.forward(&q));
         assert!(position_m < 1e-14 && angle_rad < 1e-14);
         let (a, b) = (arm.jacobian(&q), exact.jacobian(&q));
         for i in 0..7 {
@@ -146,7 +160,7 @@ fn bad_input_is_an_error() {
     assert!(arm.nearest(&pose, &home, &bad, &mut scratch).is_err());
     assert!(arm.forward(&nan).position_m().is_nan());
     assert!(
-        arm.wrench_from_torques(&nan, &JointTorques::default(), 0.005, 0.1)
+        arm.wrench_from_torques(&nan, &JointTorques::default(), &WrenchConfig::default())
             .is_err()
     );
     let loose = NumericConfig {
@@ -225,7 +239,7 @@ fn same_input_same_answer_without_allocation() {
             assert!(first == again);
             if let Ok(found) = first {
                 assert!(
-                    arm.wrench_from_torques(&found.q, &torques, 0.005, 0.1)
+                    arm.wrench_from_torques(&found.q, &torques, &WrenchConfig::default())
                         .is_ok()
                 );
             }
@@ -237,6 +251,7 @@ fn same_input_same_answer_without_allocation() {
 #[cfg(feature = "urdf")]
 mod from_urdf {
     use super::*;
+    use hwall_kinematics::Wrench;
     use hwall_kinematics::glam::DMat3;
     use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -335,7 +350,7 @@ mod from_urdf {
         };
         let torques = arm.jacobian(&q).torques(&wrench);
         assert_eq!(torques[6], 0.0);
-        let felt = arm.wrench_from_torques(&q, &torques, 0.0, 0.1).unwrap();
+        let felt = arm.wrench_from_torques(&q, &torques, &damped(0.0)).unwrap();
         assert_close!(felt.wrench.force_n, wrench.force_n, Tol::abs(1e-9));
         assert_close!(felt.wrench.moment_n_m, wrench.moment_n_m, Tol::abs(1e-9));
         assert!(felt.residual_n_m < 1e-9 && felt.condition.is_finite());

@@ -16,7 +16,8 @@ fn check(chain: &Chain, target: &Pose, config: &NumericConfig, solution: &Numeri
     chain
         .check_limits(&solution.q_rad)
         .expect("inside the limits");
-    let (residual_m, residual_rad) = chain.forward(&solution.q_rad).unwrap().distance(target);
+    let error = chain.forward(&solution.q_rad).unwrap().distance(target);
+    let (residual_m, residual_rad) = (error.position_m, error.angle_rad);
     assert!(
         residual_m <= config.tolerance_m * 1.01 + 1e-15,
         "{residual_m:e}"

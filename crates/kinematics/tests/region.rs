@@ -34,7 +34,7 @@ fn drawn(region: &PoseRegion, sampler: &mut Sampler) -> Pose {
 }
 
 fn random_region(arm: &SrsArm, sampler: &mut Sampler) -> PoseRegion {
-    let reach = arm.shoulder_wrist_range_m()[1];
+    let reach = arm.shoulder_wrist_range().longest_m;
     let center = if sampler.bool() {
         let ranges = arm
             .limits()

@@ -6,7 +6,7 @@
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{
     ArgumentError, Branch, JointLimit, JointPositions, KinematicsError, NearestConfig, Pose,
-    SrsArm, SrsGeometry, SrsParameters, Unreachable, Verdict,
+    PoseDistance, SrsArm, SrsGeometry, SrsParameters, Unreachable, Verdict,
 };
 use hwall_testkit::Sampler;
 use std::f64::consts::PI;
@@ -22,7 +22,10 @@ fn assert_holds(arm: &SrsArm, pose: &Pose, tolerance: f64, what: &str) {
                     "{what}: joint {joint} at {q} outside {limit:?}"
                 );
             }
-            let (position, angle) = arm.forward(&witness.q).distance(pose);
+            let PoseDistance {
+                position_m: position,
+                angle_rad: angle,
+            } = arm.forward(&witness.q).distance(pose);
             assert!(
                 position <= tolerance && angle <= tolerance,
                 "{what}: {position} m, {angle} rad"
@@ -238,7 +241,10 @@ fn solutions_at_a_single_arm_angle_are_found() {
                 let q = angles
                     .configuration(&tight, branch, middle, &q)
                     .expect("the arc holds it");
-                let (position, angle) = tight.forward(&q).distance(&pose);
+                let PoseDistance {
+                    position_m: position,
+                    angle_rad: angle,
+                } = tight.forward(&q).distance(&pose);
                 assert!(position < 1e-12 && angle < 1e-12);
             }
         }

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use hwall_kinematics::{
     ArgumentError, Branch, BranchPolicy, JointLimit, JointPositions, JointTorques, JointVelocities,
-    KinematicsError, NearestConfig, Pose, SrsArm, Unreachable, Verdict, Wrench, rotation_vector,
+    KinematicsError, NearestConfig, Pose, PoseDistance, SrsArm, Unreachable, Verdict, Wrench,
+    WrenchConfig, rotation_vector,
 };
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close, central_difference};
 use std::f64::consts::{PI, TAU};
@@ -27,6 +28,13 @@ fn random_pose(sampler: &mut Sampler) -> Pose {
     let wrist = DVec3::new(0.0, 0.0, 0.34) + sampler.unit_vector() * sampler.uniform(0.38, 0.81);
     let rotation = sampler.rotation();
     Pose::new(rotation, wrist + rotation.z_axis * 0.126).expect("a pose")
+}
+
+fn damped(damping_m: f64) -> WrenchConfig {
+    WrenchConfig {
+        damping_m,
+        moment_length_m: 0.1,
+    }
 }
 
 #[test]
@@ -73,7 +81,7 @@ fn torques_do_the_work_of_the_wrench() {
         let joint_power: f64 = torques.0.iter().zip(qd.0).map(|(t, v)| t * v).sum();
         assert_close!(joint_power, power, Tol::abs(1e-12));
         let estimate = arm
-            .wrench_from_torques(&q, &torques, 0.0, 0.1)
+            .wrench_from_torques(&q, &torques, &damped(0.0))
             .expect("finite");
         if estimate.condition < 1e4 {
             assert_close!(
@@ -92,14 +100,14 @@ fn damping_holds_the_estimate_back_at_a_singularity() {
     let straight = JointPositions([0.0; 7]);
     let noise = JointTorques([0.1; 7]);
     let estimate = arm
-        .wrench_from_torques(&straight, &noise, 0.05, 0.1)
+        .wrench_from_torques(&straight, &noise, &damped(0.05))
         .expect("finite");
     assert!(estimate.condition > 1e7);
     assert!(estimate.wrench.force_n.length() < 0.1 * 7.0_f64.sqrt() / (2.0 * 0.05) * 1.0001);
     assert!(estimate.wrench.to_array().iter().all(|x| x.is_finite()));
     for bad in [-1.0, f64::NAN] {
         let error = arm
-            .wrench_from_torques(&straight, &noise, bad, 0.1)
+            .wrench_from_torques(&straight, &noise, &damped(bad))
             .expect_err("bad damping");
         assert!(matches!(
             error,
@@ -132,7 +140,10 @@ fn eight_branches_hold_the_pose_at_the_asked_arm_angle() {
                 let Some(solution) = solution else { continue };
                 seen[branch.index()] += 1;
                 assert_eq!(Branch::of(&solution), branch);
-                let (position, angle) = arm.forward(&solution).distance(&pose);
+                let PoseDistance {
+                    position_m: position,
+                    angle_rad: angle,
+                } = arm.forward(&solution).distance(&pose);
                 errors.push(position.max(angle));
                 assert!(position < 1e-12 && angle < 1e-12);
                 let turned = (arm.arm_angle(&solution) - psi + PI).rem_euclid(TAU) - PI;
@@ -215,7 +226,7 @@ fn arc_ends_are_limits() {
                     let q = angles
                         .configuration(&arm, branch, end, &JointPositions::default())
                         .expect("closed: the end belongs to the arc");
-                    let (distance, _) = arm.limit_distance_rad(&q);
+                    let distance = arm.nearest_limit(&q).distance_rad;
                     assert!((-1e-15..1e-9).contains(&distance), "{distance}");
                 }
             }
@@ -262,7 +273,10 @@ fn nearest_is_no_worse_than_any_sample() {
         let found = arm
             .nearest_solution(&pose, &reference, &any)
             .expect("reachable");
-        let (position, angle) = arm.forward(&found.q).distance(&pose);
+        let PoseDistance {
+            position_m: position,
+            angle_rad: angle,
+        } = arm.forward(&found.q).distance(&pose);
         assert!(position < 1e-12 && angle < 1e-12);
         let sampled = (0..2_000)
             .flat_map(|i| arm.solutions(&pose, TAU * f64::from(i) / 2_000.0))
@@ -297,7 +311,10 @@ fn servoing_follows_without_jumps() {
             let found = arm
                 .nearest_solution(&pose, &q, &NearestConfig::default())
                 .expect("reachable");
-            let (position, angle) = arm.forward(&found.q).distance(&pose);
+            let PoseDistance {
+                position_m: position,
+                angle_rad: angle,
+            } = arm.forward(&found.q).distance(&pose);
             assert!(position < 1e-12 && angle < 1e-12);
             moves.push(found.largest_move_rad);
             q = found.q;
@@ -368,7 +385,7 @@ fn self_motion_leaves_the_tool_at_rest() {
         if wrist.truncate().length() > 0.1 && q[3].abs() > 0.1 {
             assert!(turned > 0.0, "{turned} at {q:?}");
         }
-        assert!(arm.forward(&moved).distance(&pose).0 < 1e-10);
+        assert!(arm.forward(&moved).distance(&pose).position_m < 1e-10);
         let velocity = JointVelocities(sampler.array_within([(-1.0, 1.0); 7]));
         let part = arm.null_space_part(&q, &velocity);
         assert_close!(jacobian.twist(&part).to_array(), [0.0; 6], Tol::abs(1e-12));

@@ -1,7 +1,7 @@
 //! The S-R-S arm against numbers of independent tools (tests/data/README.md).
 
 use glam::{DMat3, DVec3};
-use hwall_kinematics::{JointPositions, Pose, SrsArm, Unreachable, Verdict};
+use hwall_kinematics::{JointPositions, Pose, PoseDistance, SrsArm, Unreachable, Verdict};
 use hwall_testkit::{Tol, assert_close};
 use serde_json::Value;
 use std::path::Path;
@@ -28,14 +28,9 @@ fn load(name: &str) -> Value {
 
 /// The complete set lies beside the workspace on some machines only.
 fn load_complete(name: &str) -> Option<Value> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/reference/kinematics")
-        .join(name);
-    let text = std::fs::read_to_string(&path).ok();
-    if text.is_none() {
-        println!("skipped: no complete {name}");
-    }
-    text.map(|t| serde_json::from_str(&t).expect("JSON"))
+    let path = hwall_testkit::shared(&format!("reference/kinematics/{name}"))?;
+    let text = std::fs::read_to_string(path).expect("reference file");
+    Some(serde_json::from_str(&text).expect("JSON"))
 }
 
 fn check_forward(data: &Value) -> usize {
@@ -90,7 +85,10 @@ fn check_reach(data: &Value) -> usize {
             for (q, limit) in witness.q.0.iter().zip(arm.limits()) {
                 assert!(limit.contains(*q), "pose {i}: {q}");
             }
-            let (position, angle) = arm.forward(&witness.q).distance(&pose);
+            let PoseDistance {
+                position_m: position,
+                angle_rad: angle,
+            } = arm.forward(&witness.q).distance(&pose);
             assert!(
                 position < 1e-12 && angle < 1e-12,
                 "pose {i}: {position} m, {angle} rad"

@@ -76,7 +76,8 @@ fn from_a_file_and_from_no_file() {
     );
     let missing = Chain::from_urdf_file("no/such/file.urdf", None, None);
     assert!(
-        matches!(missing, Err(KinematicsError::Io { path, .. }) if path == "no/such/file.urdf")
+        matches!(missing, Err(KinematicsError::Io { path, kind, .. })
+            if path == "no/such/file.urdf" && kind == std::io::ErrorKind::NotFound)
     );
 }
 

@@ -56,6 +56,7 @@ impl std::error::Error for ArgumentError {}
 ///
 /// # Errors
 /// NaN or infinity.
+#[inline]
 pub fn finite(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
     if value.is_finite() {
         return Ok(value);
@@ -71,6 +72,7 @@ pub fn finite(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
 ///
 /// # Errors
 /// The first that is NaN or infinite, with its place.
+#[inline]
 pub fn all_finite(what: &'static str, values: &[f64]) -> Result<(), ArgumentError> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
@@ -86,6 +88,7 @@ pub fn all_finite(what: &'static str, values: &[f64]) -> Result<(), ArgumentErro
 ///
 /// # Errors
 /// Anything else.
+#[inline]
 pub fn positive(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
     that(value > 0.0 && value.is_finite(), what, value, "positive")
 }
@@ -94,6 +97,7 @@ pub fn positive(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
 ///
 /// # Errors
 /// Anything else.
+#[inline]
 pub fn non_negative(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
     that(value >= 0.0 && value.is_finite(), what, value, "at least 0")
 }
@@ -102,6 +106,7 @@ pub fn non_negative(what: &'static str, value: f64) -> Result<f64, ArgumentError
 ///
 /// # Errors
 /// A condition that does not hold, or NaN.
+#[inline]
 pub fn that(
     holds: bool,
     what: &'static str,

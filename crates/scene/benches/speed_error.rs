@@ -1,7 +1,7 @@
 //! Speed of the queries: `cargo bench -p hwall-scene`. Their error is tested against brute force.
 
 use glam::DVec3;
-use hwall_scene::{Scene, Surface, SurfaceId, SurfaceMesh};
+use hwall_scene::{Bounds, Scene, Surface, SurfaceId, SurfaceMesh};
 use hwall_testkit::{Machine, Sampler, time_batches, time_each};
 use std::path::Path;
 
@@ -52,7 +52,10 @@ fn bumpy_sphere(n: usize) -> Scene {
 /// Rays between random points of the box (incoherent), or a camera that sweeps it (coherent).
 fn rays(scene: &Scene, coherent: bool) -> Vec<(DVec3, DVec3)> {
     let mut sampler = Sampler::new(2);
-    let (min, max) = scene.bounds();
+    let Bounds {
+        min_m: min,
+        max_m: max,
+    } = scene.bounds();
     let side = (RAYS as f64).sqrt().ceil() as usize;
     (0..RAYS)
         .map(|i| {
@@ -122,7 +125,7 @@ fn main() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/scene");
     for name in ["small_house_collision.obj", "small_house_visual.obj"] {
         let started = std::time::Instant::now();
-        match Scene::from_obj_file(&folder.join(name), None) {
+        match Scene::from_obj_file(folder.join(name), None) {
             Ok((scene, _)) => {
                 println!(
                     "{name}: {} triangles, loaded in {:.2} s",

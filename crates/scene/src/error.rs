@@ -1,6 +1,9 @@
 //! The one error type of the crate.
 
 use glam::DVec3;
+use hwall_geometry::ArgumentError;
+use hwall_numeric::check::all_finite;
+use std::io::ErrorKind;
 
 /// What can be wrong with a scene file, its sidecar or a query.
 ///
@@ -8,11 +11,16 @@ use glam::DVec3;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
+    /// A number of a query is NaN, infinite or out of range.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
     /// A file cannot be read.
     #[error("{path}: {message}")]
     Io {
         /// The file.
         path: String,
+        /// What kind of failure it was.
+        kind: ErrorKind,
         /// What the system said.
         message: String,
     },
@@ -26,7 +34,7 @@ pub enum SceneError {
         /// The limit.
         limit: u64,
     },
-    /// The file is not UTF-8 text, so it is no OBJ.
+    /// The file is not UTF-8 text, so it cannot be an OBJ.
     #[error("not a text file: byte {offset} is not UTF-8")]
     NotText {
         /// First byte that is not text.
@@ -117,20 +125,6 @@ pub enum SceneError {
         /// The name.
         name: String,
     },
-    /// A placement that is no rigid motion.
-    #[error("not a rigid motion: {deviation} away from orthonormal and right-handed")]
-    NotRigid {
-        /// Largest entry of `|RᵀR − 1|`, or 2 for a mirrored frame.
-        deviation: f64,
-    },
-    /// A number of a query or placement is NaN or infinite.
-    #[error("{what} is {value}, not a finite number")]
-    NonFinite {
-        /// The argument.
-        what: &'static str,
-        /// NaN or an infinity.
-        value: f64,
-    },
     /// A ray without direction.
     #[error("the ray has no direction")]
     ZeroDirection,
@@ -163,9 +157,7 @@ pub enum SceneError {
 }
 
 /// Rejects NaN and infinity in a vector, naming the argument.
-pub(crate) fn finite(what: &'static str, v: DVec3) -> Result<DVec3, SceneError> {
-    match v.to_array().into_iter().find(|x| !x.is_finite()) {
-        None => Ok(v),
-        Some(value) => Err(SceneError::NonFinite { what, value }),
-    }
+pub(crate) fn finite(what: &'static str, v: DVec3) -> Result<DVec3, ArgumentError> {
+    all_finite(what, &v.to_array())?;
+    Ok(v)
 }

@@ -1,22 +1,25 @@
 #![doc = include_str!("../README.md")]
 
 mod error;
-mod mesh;
-mod obj;
+mod facet;
 mod part;
-mod patch;
-mod rigid;
+mod queries;
+mod read;
 mod scene;
-mod sidecar;
 mod surface;
-mod tree;
-mod triangle;
 
+// The scene and what it is made of.
+pub use scene::{Bounds, Scene};
+pub use surface::{OpeningRange, Surface, SurfaceId, SurfaceKind};
+
+// Questions and answers.
+pub use facet::{Facet, VERTICAL_TOLERANCE_RAD};
+pub use part::BuildQuality;
+pub use queries::{Closest, Hit};
+
+// Reading.
 pub use error::SceneError;
-pub use mesh::{COORDINATE_LIMIT_M, LoadReport, SurfaceMesh};
-pub use obj::{LoadLimits, UNNAMED};
-pub use patch::{Patch, VERTICAL_TOLERANCE_RAD};
-pub use rigid::RIGID_TOLERANCE;
-pub use scene::{Closest, Hit, Scene};
-pub use surface::{Surface, SurfaceId, SurfaceKind};
-pub use tree::BuildQuality;
+pub use part::triangle::COORDINATE_LIMIT_M;
+pub use read::{LoadLimits, LoadReport, SurfaceMesh, UNNAMED};
+
+pub use hwall_geometry::{self as geometry, ArgumentError, Pose, glam};

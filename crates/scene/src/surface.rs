@@ -1,9 +1,9 @@
 //! What a scene is made of: named surfaces and how they may move.
 
-use crate::SceneError;
-use crate::error::finite;
-use crate::rigid::Rigid;
-use glam::DVec3;
+use crate::error::{SceneError, finite};
+use crate::part::triangle::COORDINATE_LIMIT_M;
+use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
 
 /// Index into [`Scene::surfaces`](crate::Scene::surfaces); valid for that scene and its re-placed copies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -13,6 +13,7 @@ pub struct SurfaceId(pub usize);
 ///
 /// Points and directions are in the frame of the scene that holds the surface, as placed.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub enum SurfaceKind {
     /// Fixed and touchable.
     #[default]
@@ -45,7 +46,7 @@ pub enum SurfaceKind {
         /// Resistance to sliding, N s/m, if the sidecar says so.
         damping_n_s_per_m: Option<f64>,
     },
-    /// Fixed; seen and blocking rays, but never offered to a hand (floor, pedestal).
+    /// Fixed; rays hit it, but it is never offered to a hand (floor, pedestal).
     Untouchable,
 }
 
@@ -58,12 +59,21 @@ pub struct Surface {
     pub kind: SurfaceKind,
     /// Roughness level, not negative, on whatever scale the sidecar uses.
     pub roughness: Option<f64>,
-    /// Stiffness a hand should feel when it presses the surface, N/m.
+    /// Stiffness that a hand should feel when it presses the surface, N/m.
     pub contact_stiffness_n_per_m: Option<f64>,
     /// Name of its first material, whether or not a library defines it.
     pub material: Option<String>,
     /// Diffuse colour of the first of its materials that has one, red green blue in 0..1.
     pub color_rgb: Option<[f64; 3]>,
+}
+
+/// How far a door (rad) or panel (m) opens; zero lies within.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpeningRange {
+    /// Smallest opening, not positive.
+    pub min: f64,
+    /// Largest opening, not negative.
+    pub max: f64,
 }
 
 impl Surface {
@@ -86,33 +96,42 @@ impl SurfaceKind {
         }
     }
 
-    /// Range of the opening, rad or m; `None` for what does not move.
+    /// Range of the opening; `None` for what does not move.
     #[must_use]
-    pub const fn range(&self) -> Option<(f64, f64)> {
+    pub const fn range(&self) -> Option<OpeningRange> {
         match *self {
             Self::RevolvingDoor {
                 min_rad, max_rad, ..
-            } => Some((min_rad, max_rad)),
-            Self::SlidingPanel { min_m, max_m, .. } => Some((min_m, max_m)),
+            } => Some(OpeningRange {
+                min: min_rad,
+                max: max_rad,
+            }),
+            Self::SlidingPanel { min_m, max_m, .. } => Some(OpeningRange {
+                min: min_m,
+                max: max_m,
+            }),
             Self::Static | Self::Untouchable => None,
         }
     }
 
     /// The rigid motion that an opening is: where the surface goes, in the frame of the kind.
-    pub(crate) fn motion(&self, opening: f64) -> Rigid {
+    pub(crate) fn motion(&self, opening: f64) -> Pose {
         match *self {
             Self::RevolvingDoor {
                 hinge_point_m,
                 hinge_axis,
                 ..
-            } => Rigid::rotation_about(hinge_point_m, hinge_axis, opening),
-            Self::SlidingPanel { direction, .. } => Rigid::translation(direction * opening),
-            Self::Static | Self::Untouchable => Rigid::IDENTITY,
+            } => {
+                let rotation = DMat3::from_axis_angle(hinge_axis, opening);
+                Pose::from_parts_unchecked(rotation, hinge_point_m - rotation * hinge_point_m)
+            }
+            Self::SlidingPanel { direction, .. } => Pose::IDENTITY.at(direction * opening),
+            Self::Static | Self::Untouchable => Pose::IDENTITY,
         }
     }
 
     /// The same kind seen from another frame.
-    pub(crate) fn transformed(&self, outer_from_inner: &Rigid) -> Self {
+    pub(crate) fn transformed(&self, outer_from_inner: &Pose) -> Self {
         let mut kind = self.clone();
         match &mut kind {
             Self::RevolvingDoor {
@@ -120,11 +139,11 @@ impl SurfaceKind {
                 hinge_axis,
                 ..
             } => {
-                *hinge_point_m = outer_from_inner.point(*hinge_point_m);
-                *hinge_axis = outer_from_inner.vector(*hinge_axis);
+                *hinge_point_m = outer_from_inner.transform_point(*hinge_point_m);
+                *hinge_axis = outer_from_inner.transform_vector(*hinge_axis);
             }
             Self::SlidingPanel { direction, .. } => {
-                *direction = outer_from_inner.vector(*direction)
+                *direction = outer_from_inner.transform_vector(*direction)
             }
             Self::Static | Self::Untouchable => {}
         }
@@ -204,7 +223,7 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
             damping_n_s_per_m,
         } => {
             *direction = unit("direction", *direction)?;
-            let limit = crate::COORDINATE_LIMIT_M;
+            let limit = COORDINATE_LIMIT_M;
             range(
                 "opening range",
                 *min_m,

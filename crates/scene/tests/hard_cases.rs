@@ -4,7 +4,9 @@ mod common;
 
 use common::{Triangle, brute_distance, brute_ray, bumpy, moeller_trumbore, soup, triangles};
 use glam::DVec3;
-use hwall_scene::{BuildQuality, Scene, SceneError, Surface, SurfaceId, SurfaceKind, SurfaceMesh};
+use hwall_scene::{
+    ArgumentError, BuildQuality, Scene, SceneError, Surface, SurfaceId, SurfaceKind, SurfaceMesh,
+};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
 const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
@@ -123,10 +125,10 @@ fn closest_points_of_a_far_hand() {
     assert!(
         matches!(
             too_far,
-            Err(SceneError::NonFinite {
+            Err(SceneError::Argument(ArgumentError::OutOfRange {
                 what: "distance",
                 ..
-            })
+            }))
         ),
         "{too_far:?}"
     );
@@ -134,10 +136,10 @@ fn closest_points_of_a_far_hand() {
     assert!(
         matches!(
             too_far,
-            Err(SceneError::NonFinite {
+            Err(SceneError::Argument(ArgumentError::OutOfRange {
                 what: "distance",
                 ..
-            })
+            }))
         ),
         "{too_far:?}"
     );

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use hwall_scene::{LoadLimits, LoadReport, Scene, SceneError, Surface, SurfaceKind, SurfaceMesh};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 const TRIANGLE: &str = "o wall\nv 1 0 0\nv 1 1 0\nv 1 0 1\nf 1 2 3\n";
@@ -119,12 +120,13 @@ fn what_holds_no_scene_is_an_error() {
         Scene::from_obj_file(&binary.0, None).unwrap_err(),
         SceneError::NotText { offset: 4 }
     );
-    let missing = Scene::from_obj_file(Path::new("no/such/file.obj"), None).unwrap_err();
+    let missing = Scene::from_obj_file("no/such/file.obj", None).unwrap_err();
     assert!(
-        matches!(&missing, SceneError::Io { path, .. } if path == "no/such/file.obj"),
+        matches!(&missing, SceneError::Io { path, kind, .. }
+            if path == "no/such/file.obj" && *kind == ErrorKind::NotFound),
         "{missing}"
     );
-    let folder = Scene::from_obj_file(Path::new(env!("CARGO_MANIFEST_DIR")), None).unwrap_err();
+    let folder = Scene::from_obj_file(env!("CARGO_MANIFEST_DIR"), None).unwrap_err();
     assert!(matches!(folder, SceneError::Io { .. }), "{folder}");
     assert_eq!(
         Scene::from_meshes(Vec::new()).unwrap_err(),

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{Triangle, brute_distance, brute_ray, bumpy, room, soup, triangles};
-use glam::{DAffine3, DQuat, DVec3};
-use hwall_scene::Scene;
+use glam::{DQuat, DVec3};
+use hwall_scene::{Pose, Scene};
 use hwall_testkit::{ErrorStats, Sampler, Tol, assert_close};
 
 const FAR: DVec3 = DVec3::new(10_000.0, -7_000.0, 3_000.0);
@@ -172,8 +172,8 @@ fn placing_moves_everything_and_changes_nothing_else() {
     let door = scene.find("door").unwrap();
     scene.set_opening(door, 0.5).unwrap();
     let mut sampler = Sampler::new(10);
-    let affine = DAffine3::from_mat3_translation(sampler.rotation(), DVec3::new(3.0, -2.0, 1.0));
-    let mut placed = scene.placed(affine).unwrap();
+    let pose = Pose::new(sampler.rotation(), DVec3::new(3.0, -2.0, 1.0)).unwrap();
+    let mut placed = scene.placed(&pose);
     for opening in [0.5, -1.0] {
         scene.set_opening(door, opening).unwrap();
         placed.set_opening(door, opening).unwrap();
@@ -182,27 +182,27 @@ fn placing_moves_everything_and_changes_nothing_else() {
             let here = scene.ray_cast(origin, direction).unwrap();
             let there = placed
                 .ray_cast(
-                    affine.transform_point3(origin),
-                    affine.transform_vector3(direction),
+                    pose.transform_point(origin),
+                    pose.transform_vector(direction),
                 )
                 .unwrap();
             assert_eq!(here.is_some(), there.is_some());
             if let (Some(here), Some(there)) = (here, there) {
                 assert_eq!((here.surface, here.outside), (there.surface, there.outside));
                 assert_close!(
-                    affine.transform_point3(here.point_m),
+                    pose.transform_point(here.point_m),
                     there.point_m,
                     Tol::abs(1e-12)
                 );
                 assert_close!(
-                    affine.transform_vector3(here.normal),
+                    pose.transform_vector(here.normal),
                     there.normal,
                     Tol::abs(1e-12)
                 );
             }
         }
     }
-    let back = placed.placed(affine.inverse()).unwrap();
+    let back = placed.placed(&pose.inverse());
     let original: Vec<_> = triangles(&scene);
     for ((_, a), (_, b)) in triangles(&back).iter().zip(&original) {
         for (a, b) in a.iter().zip(b) {

@@ -176,7 +176,7 @@ pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
 }
 
 fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
-    Ok(scene.placed(base.outer_from_here().inverse())?)
+    Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
 }
 
 /// The error with the file's name in front, unless it says it already.

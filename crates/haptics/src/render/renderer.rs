@@ -6,7 +6,7 @@ use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
 use crate::motion::{Follower, FollowerConfig, Slide};
-use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable};
+use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
 
@@ -342,7 +342,14 @@ impl Renderer {
         let outward = self.arm().forward(&state.q).rotation().z_axis;
         let force_n = self
             .arm()
-            .wrench_from_torques(&state.q, &torque, damping_m, moment_length_m)
+            .wrench_from_torques(
+                &state.q,
+                &torque,
+                &WrenchConfig {
+                    damping_m,
+                    moment_length_m,
+                },
+            )
             .map_or(f64::NAN, |estimate| {
                 -estimate.wrench.normal_force_n(outward)
             });

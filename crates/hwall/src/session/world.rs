@@ -38,11 +38,11 @@ impl World {
         }
         let before = self.base_from_world();
         self.newest = Some(*pose);
-        let (far_m, far_rad) = self
+        let moved = self
             .counted
             .unwrap_or(Pose::IDENTITY)
             .distance(&pose.base_from_world);
-        if far_m > MOVED_M || far_rad > MOVED_RAD {
+        if moved.position_m > MOVED_M || moved.angle_rad > MOVED_RAD {
             self.counted = Some(pose.base_from_world);
             self.moves += 1;
         }

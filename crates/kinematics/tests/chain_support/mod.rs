@@ -30,12 +30,10 @@ impl Reference {
 pub(crate) fn references() -> Vec<Reference> {
     let crate_dir = Path::new(env!("CARGO_MANIFEST_DIR"));
     let excerpt = read(&crate_dir.join("tests/data/kinematics_dynamics.json"), 20);
-    let complete = crate_dir.join("../../../shared/reference/kinematics/kinematics_dynamics.json");
-    if complete.exists() {
-        return read(&complete, 200);
+    match hwall_testkit::shared("reference/kinematics/kinematics_dynamics.json") {
+        Some(complete) => read(&complete, 200),
+        None => excerpt,
     }
-    println!("skipped: the complete reference set is not beside the workspace, using the excerpt");
-    excerpt
 }
 
 fn read(path: &Path, random: usize) -> Vec<Reference> {

@@ -4,7 +4,7 @@ use anyhow::{Context, ensure};
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_reachability::{Interval, PlacementConfig, PlacementScores, Roll, Steps, Target};
-use hwall_scene::{Patch, Scene, SurfaceId};
+use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
 use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
@@ -37,13 +37,13 @@ pub fn targets(scene: &Scene, wanted: &TargetChoice) -> anyhow::Result<Vec<Targe
         );
     }
     let mut targets = Vec::new();
-    for patch in scene.vertical_patches() {
+    for patch in scene.vertical_facets() {
         let name = &scene.surface(patch.surface).name;
         if !wanted.surfaces.is_empty() && !wanted.surfaces.contains(name) {
             continue;
         }
-        let low = patch.height_range_m.0.max(wanted.heights.lo_m);
-        let high = patch.height_range_m.1.min(wanted.heights.hi_m);
+        let low = patch.lowest_m.max(wanted.heights.lo_m);
+        let high = patch.highest_m.min(wanted.heights.hi_m);
         if low > high {
             continue;
         }
@@ -95,7 +95,7 @@ pub fn config(
     targets: &[Target],
     search: &Search,
 ) -> anyhow::Result<PlacementConfig> {
-    let far = DVec3::splat(arm.shoulder_wrist_range_m()[1] + 0.2);
+    let far = DVec3::splat(arm.shoulder_wrist_range().longest_m + 0.2);
     let corner = |pick: fn(DVec3, DVec3) -> DVec3| targets.iter().map(|t| t.point_m).reduce(pick);
     let min = corner(DVec3::min).context("no targets")? - far;
     let max = corner(DVec3::max).context("no targets")? + far;
@@ -113,7 +113,7 @@ pub fn config(
 }
 
 /// Halfway along the wall: the centre of area of a patch need not be that.
-fn middle(patch: &Patch) -> DVec3 {
+fn middle(patch: &Facet) -> DVec3 {
     let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
     let places = patch
         .outline_m
@@ -126,7 +126,7 @@ fn middle(patch: &Patch) -> DVec3 {
 }
 
 /// Is a point of the patch's plane within its outline?
-fn on(patch: &Patch, point_m: DVec3) -> bool {
+fn on(patch: &Facet, point_m: DVec3) -> bool {
     let n = patch.outline_m.len();
     (0..n).all(|i| {
         let (a, b) = (patch.outline_m[i], patch.outline_m[(i + 1) % n]);

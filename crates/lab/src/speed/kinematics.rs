@@ -34,8 +34,8 @@ fn forbidden(arm: &SrsArm, sampler: &mut Sampler, n: usize) -> Vec<Pose> {
 
 /// The larger of the position error (m) and the orientation error (rad).
 fn pose_error(a: &Pose, b: &Pose) -> f64 {
-    let (position, angle) = a.distance(b);
-    position.max(angle)
+    let apart = a.distance(b);
+    apart.position_m.max(apart.angle_rad)
 }
 
 /// Forward kinematics and Jacobian, S-R-S against a general chain.

@@ -226,7 +226,10 @@ fn distance_m(p: DVec3, t: &[DVec3; 3]) -> f64 {
 
 /// From random points of the box of a scene to others.
 fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
-    let (min, max) = scene.bounds();
+    let hwall_scene::Bounds {
+        min_m: min,
+        max_m: max,
+    } = scene.bounds();
     let ray = |_| {
         let from = sampler.point_in_box(min, max);
         (from, sampler.point_in_box(min, max) - from)
@@ -236,7 +239,10 @@ fn incoherent(scene: &Scene, sampler: &mut Sampler, n: usize) -> Vec<Ray> {
 
 /// A square picture with an opening of 90 degrees, row by row, from within the scene.
 fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
-    let (min, max) = scene.bounds();
+    let hwall_scene::Bounds {
+        min_m: min,
+        max_m: max,
+    } = scene.bounds();
     let eye = min + (max - min) * DVec3::new(0.5, 0.5, 0.6);
     let side = (n as f64).sqrt().ceil() as usize;
     let at = |i: usize| 2.0 * i as f64 / side as f64 - 1.0;
@@ -249,7 +255,10 @@ fn coherent(scene: &Scene, n: usize) -> Vec<Ray> {
 fn room_of_balls(seed: u64, rings: usize) -> anyhow::Result<Scene> {
     let (room, _) =
         Scene::from_obj_str(include_str!("../../../../examples/assets/room.obj"), None)?;
-    let (min, max) = room.bounds();
+    let hwall_scene::Bounds {
+        min_m: min,
+        max_m: max,
+    } = room.bounds();
     let mut meshes = Vec::new();
     for (id, surface) in room.surfaces().iter().enumerate() {
         meshes.push(SurfaceMesh {

@@ -209,7 +209,9 @@ pub fn run(
         outcome.drift_m = outcome
             .drift_m
             .max(moved.dot(trial.normal.normalize()).abs());
-        outcome.turned_rad = outcome.turned_rad.max(servo.pose().distance(&rest).1);
+        outcome.turned_rad = outcome
+            .turned_rad
+            .max(servo.pose().distance(&rest).angle_rad);
         t_s = servo.t_s();
     }
     Ok(Some(outcome))

@@ -157,7 +157,8 @@ impl<'a> LineSearch<'a> {
     /// limits: nothing is reachable elsewhere.
     fn domain(&self, hair: f64) -> Vec<Interval> {
         let arm = &self.family.wide;
-        let [shortest, longest] = arm.shoulder_wrist_range_m();
+        let range = arm.shoulder_wrist_range();
+        let (shortest, longest) = (range.shortest_m, range.longest_m);
         let hair = hair * longest.abs();
         let mut stretches = Vec::new();
         for (pose, freedom) in self.poses.iter().zip(&self.family.freedoms) {

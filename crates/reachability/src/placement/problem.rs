@@ -101,7 +101,8 @@ impl<'a> PlacementProblem<'a> {
                 .iter()
                 .any(|f| f.half_roll > 0.0),
             range_m2: {
-                let [shortest, longest] = any_heading.arm().shoulder_wrist_range_m();
+                let range = any_heading.arm().shoulder_wrist_range();
+                let (shortest, longest) = (range.shortest_m, range.longest_m);
                 let (lo, hi) = (shortest * (1.0 - HAIR), longest * (1.0 + HAIR));
                 [lo * lo, hi * hi]
             },

@@ -22,7 +22,7 @@ pub(super) fn extent(
 ) -> Result<Option<Extent>, ReachabilityError> {
     let family = solver.family();
     let arm = &family.wide;
-    let [_, longest] = arm.shoulder_wrist_range_m();
+    let longest = arm.shoulder_wrist_range().longest_m;
     // A little more than it is, so that the rounding of the ends is covered.
     let longest = longest * (1.0 + 1e-13);
     let mut extent: Option<Extent> = None;

@@ -56,7 +56,7 @@ pub(super) fn prove(
         edges,
         extent,
     } = *region;
-    let [_, longest] = solver.family().wide.shoulder_wrist_range_m();
+    let longest = solver.family().wide.shoulder_wrist_range().longest_m;
     let freedoms = solver.family().freedoms.iter();
     let poses = freedoms.map(|free| plane.board_pose(WallPoint::new(0.0, 0.0), free.roll));
     let mut prover = Prover {

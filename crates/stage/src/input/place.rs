@@ -7,7 +7,7 @@ use crate::input::floor_pose::FloorPose;
 use anyhow::bail;
 use glam::{DMat3, DVec3, dvec3};
 use hwall_hand::{HandPoint, Reach, ReachEnd, Recording, SegmentConfig, reaches};
-use hwall_scene::{Patch, Scene};
+use hwall_scene::{Facet, Scene};
 
 /// The arm stands this far behind the wall and its base this far below the touched points, m:
 /// well inside the reach of both iiwa arms.
@@ -166,11 +166,14 @@ pub fn before_a_wall(
         .fold(f64::INFINITY, f64::min);
     // A contact point in the recording, and the reaches' paths, that a wall must leave free.
     let touched_m = middle + toward * (shortest - 0.002);
-    let (min, max) = scene.bounds();
+    let hwall_scene::Bounds {
+        min_m: min,
+        max_m: max,
+    } = scene.bounds();
     let near_m = base.map_or(0.5 * (min + max), |b| b.origin_m);
-    let mut candidates: Vec<(f64, DVec3, Patch)> = Vec::new();
-    for patch in scene.vertical_patches() {
-        let (low, high) = patch.height_range_m;
+    let mut candidates: Vec<(f64, DVec3, Facet)> = Vec::new();
+    for patch in scene.vertical_facets() {
+        let (low, high) = (patch.lowest_m, patch.highest_m);
         if patch.width_m < WALL_M || high - low < WALL_M {
             continue;
         }
@@ -230,7 +233,7 @@ pub fn before_a_wall(
 }
 
 /// Is there wall all around the point, and no door or window?
-fn solid(scene: &Scene, patch: &Patch, point: DVec3, along: DVec3) -> anyhow::Result<bool> {
+fn solid(scene: &Scene, patch: &Facet, point: DVec3, along: DVec3) -> anyhow::Result<bool> {
     for (x, z) in [
         (0.0, 0.0),
         (-0.2, -0.2),

@@ -4,7 +4,7 @@ use crate::input::arms::BoardArm;
 use anyhow::bail;
 use glam::{DAffine3, DVec3};
 use hwall_hand::{Reach, Recording};
-use hwall_scene::{Patch, Scene, SurfaceId};
+use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_sim::{TouchPlan, TouchTruth};
 use hwall_testkit::Sampler;
 
@@ -51,7 +51,7 @@ pub fn plan(
 ) -> anyhow::Result<Vec<TouchPlan>> {
     let Standing { head_m, hand_m } = *places;
     let mut sampler = Sampler::new(seed);
-    let patches: Vec<Patch> = scene.vertical_patches();
+    let patches: Vec<Facet> = scene.vertical_facets();
     if patches.is_empty() {
         bail!("the scene has no vertical surface that can be touched");
     }
@@ -170,7 +170,7 @@ fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<
 }
 
 /// A random point of a patch, a hand's breadth from its outline.
-fn inside(patch: &Patch, sampler: &mut Sampler) -> Option<DVec3> {
+fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     const EDGE_M: f64 = 0.08;
     let low = patch.outline_m.iter().copied().reduce(DVec3::min)?;
     let high = patch.outline_m.iter().copied().reduce(DVec3::max)?;

@@ -1,0 +1,129 @@
+//! Poses compose, invert and measure distances; small noise is repaired.
+
+use glam::{DMat3, DQuat, DVec3};
+use hwall_geometry::{GeometryError, Pose, ROTATION_TOLERANCE, Twist, Wrench, rotation_vector};
+use hwall_testkit::{Sampler, Tol, assert_close};
+use std::f64::consts::PI;
+
+fn random_pose(sampler: &mut Sampler) -> Pose {
+    Pose::new(sampler.rotation(), sampler.unit_vector() * 2.0).unwrap()
+}
+
+/// Largest entry of `RᵀR - 1`.
+fn deviation(rotation: DMat3) -> f64 {
+    let gram = rotation.transpose() * rotation - DMat3::IDENTITY;
+    gram.to_cols_array().iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[test]
+fn composition_inverse_and_points_agree() {
+    let mut sampler = Sampler::new(1);
+    for _ in 0..200 {
+        let (a, b) = (random_pose(&mut sampler), random_pose(&mut sampler));
+        let p = sampler.unit_vector();
+        let tol = Tol::abs(1e-14);
+        assert_close!(
+            (a * b).transform_point(p),
+            a.transform_point(b.transform_point(p)),
+            tol
+        );
+        assert_close!(
+            a.inverse().transform_point(p),
+            a.inverse_transform_point(p),
+            tol
+        );
+        assert_close!(
+            a.inverse().transform_vector(p),
+            a.inverse_transform_vector(p),
+            tol
+        );
+        let back = (a * a.inverse()).distance(&Pose::IDENTITY);
+        assert!(back.position_m < 1e-14 && back.angle_rad < 1e-14);
+        assert_eq!(Pose::from_affine(&a.to_affine()).unwrap(), a);
+        let there = Pose::from_quat(a.to_quat() * 3.0, a.position_m()).unwrap();
+        assert!(there.distance(&a).angle_rad < 1e-14);
+        let affine = a.to_affine() * b.to_affine();
+        assert_close!(
+            (a * b).to_affine().transform_point3(p),
+            affine.transform_point3(p),
+            tol
+        );
+    }
+    assert_eq!(Pose::IDENTITY.transform_point(DVec3::ONE), DVec3::ONE);
+}
+
+#[test]
+fn a_turn_about_a_line_keeps_the_line() {
+    let (point, axis) = (DVec3::new(1.0, -2.0, 0.5), DVec3::new(0.0, 3.0, 4.0));
+    let turned = Pose::from_rotation_about(point, axis, 1.2).unwrap();
+    assert_close!(
+        turned.transform_point(point + axis),
+        point + axis,
+        Tol::abs(1e-14)
+    );
+    assert_close!(
+        rotation_vector(turned.rotation()),
+        axis * (1.2 / 5.0),
+        Tol::abs(1e-14)
+    );
+    let yaw = Pose::from_yaw(0.7, DVec3::X).unwrap();
+    let about = Pose::from_rotation_about(DVec3::ZERO, DVec3::Z, 0.7).unwrap();
+    assert_close!(yaw.rotation(), about.rotation(), Tol::abs(1e-15));
+    // Headset axes: right is -y, up is z, backwards is -x.
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|v| Pose::Z_UP_FROM_Y_UP.transform_vector(v));
+    assert_eq!(axes, [DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X]);
+}
+
+#[test]
+fn rotation_vectors_from_nothing_to_half_a_turn() {
+    let mut sampler = Sampler::new(2);
+    for angle in [0.0, 1e-200, 1e-12, 1e-8, 0.3, 3.0, PI - 1e-9, PI] {
+        let axis = sampler.unit_vector();
+        let vector = rotation_vector(DMat3::from_axis_angle(axis, angle));
+        assert!((vector.length() - angle).abs() < 1e-14, "{angle}: {vector}");
+        if angle < 3.1 {
+            assert_close!(vector, axis * angle, Tol::abs(1e-14));
+        }
+    }
+}
+
+#[test]
+fn small_noise_is_repaired_and_more_is_refused() {
+    let mut sampler = Sampler::new(3);
+    for _ in 0..100 {
+        let rotation = sampler.rotation();
+        let noise = |size: f64, sampler: &mut Sampler| {
+            let mut noisy = rotation.to_cols_array();
+            for x in &mut noisy {
+                *x += size * sampler.uniform(-1.0, 1.0);
+            }
+            DMat3::from_cols_array(&noisy)
+        };
+        let repaired = Pose::new(noise(1e-6, &mut sampler), DVec3::ZERO).unwrap();
+        assert!(deviation(repaired.rotation()) < 1e-15);
+        let there = Pose::new(rotation, DVec3::ZERO).unwrap();
+        assert!(repaired.distance(&there).angle_rad < 4e-6);
+        // As single precision leaves a quaternion.
+        let single = rotation.as_mat3();
+        assert!(Pose::new(single.as_dmat3(), DVec3::ZERO).is_ok());
+    }
+    let stretched = |by: f64| Pose::new(DMat3::IDENTITY * (1.0 + by), DVec3::ZERO);
+    assert!(stretched(0.4 * ROTATION_TOLERANCE).is_ok());
+    assert!(matches!(
+        stretched(ROTATION_TOLERANCE),
+        Err(GeometryError::NotARotation { .. })
+    ));
+    // An exact rotation stays as it is, to the last bit.
+    let exact = DMat3::from_quat(DQuat::from_rotation_y(0.4));
+    assert_eq!(Pose::new(exact, DVec3::ZERO).unwrap().rotation(), exact);
+}
+
+#[test]
+fn six_vectors_run_linear_then_angular() {
+    let numbers = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    assert_eq!(Twist::from_array(numbers).to_array(), numbers);
+    let wrench = Wrench::from_array(numbers);
+    assert_eq!(wrench.to_array(), numbers);
+    assert_eq!(wrench.force_n, DVec3::new(1.0, 2.0, 3.0));
+    assert_eq!(wrench.normal_force_n(DVec3::NEG_Z), -3.0);
+}

@@ -1,0 +1,228 @@
+//! A serial chain with a tool as an arm: any arm of up to seven joints.
+
+use super::kinematics::{ArmKinematics, ArmScratch, ArmSolution};
+use crate::chain::{Chain, JointKind, NumericConfig};
+use crate::error::KinematicsError;
+use crate::jacobian::Jacobian;
+use crate::joints::{JointLimit, JointPositions, MOST_JOINTS};
+use crate::srs::{BranchPolicy, NearestConfig};
+use crate::unreachable::Unreachable;
+use hwall_geometry::Pose;
+use hwall_numeric::check::all_finite;
+use std::sync::Arc;
+
+/// Solutions from restarts among which the nearest is taken.
+const CANDIDATES: usize = 4;
+
+/// Restarts by default: enough that `tests/arms.rs` misses none of 500 poses of each arm.
+const RESTARTS: usize = 40;
+
+/// An arm of at most seven joints that is a [`Chain`], solved numerically.
+///
+/// The tip of the chain is the flange. A prismatic joint counts in metres where others count in radians.
+///
+/// [`ArmKinematics::nearest`] first descends from the reference; that solution is near the
+/// reference, not proven to be the nearest, and `branch_changed` is false for it: a chain has no named
+/// branches, and a short descent stays on its own. Where the descent fails, the other attempts start
+/// from configurations drawn with a fixed seed, and the nearest of the first four solutions wins
+/// ([`BranchPolicy::Any`]: of all attempts). [`BranchPolicy::Keep`] makes the first descent only. Same input, same answer.
+///
+/// Error of a solution: 1e-9 m and rad by default. A failure proves nothing, except
+/// [`Unreachable::TooFar`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainArm {
+    base_to_flange: Chain,
+    base_to_tool: Chain,
+    limits: [JointLimit; MOST_JOINTS],
+    max_velocity_rad_per_s: [f64; MOST_JOINTS],
+    search: NumericConfig,
+}
+
+impl ChainArm {
+    /// From a chain whose tip is the flange, without a tool.
+    ///
+    /// # Errors
+    /// More than seven joints, or a joint without a largest velocity.
+    pub fn new(chain: Chain) -> Result<Self, KinematicsError> {
+        let got = chain.joint_count();
+        if got > MOST_JOINTS {
+            return Err(KinematicsError::TooManyJoints {
+                got,
+                most: MOST_JOINTS,
+            });
+        }
+        let still = JointLimit {
+            min_rad: 0.0,
+            max_rad: 0.0,
+        };
+        let mut limits = [still; MOST_JOINTS];
+        let mut max_velocity_rad_per_s = [1.0; MOST_JOINTS];
+        for (i, joint) in chain.joints().iter().enumerate() {
+            limits[i] = joint.limit;
+            max_velocity_rad_per_s[i] =
+                joint
+                    .max_velocity
+                    .ok_or_else(|| KinematicsError::NoVelocityLimit {
+                        joint: joint.name.clone(),
+                    })?;
+        }
+        Ok(Self {
+            base_to_tool: chain.clone(),
+            base_to_flange: chain,
+            limits,
+            max_velocity_rad_per_s,
+            search: NumericConfig {
+                max_restarts: RESTARTS,
+                ..NumericConfig::default()
+            },
+        })
+    }
+
+    /// The same arm with another tool, given in the flange.
+    #[must_use]
+    pub fn with_tool(&self, flange_from_tool: Pose) -> Self {
+        let link_from_flange = self.base_to_flange.link_from_tip();
+        Self {
+            base_to_tool: self
+                .base_to_flange
+                .with_tip(link_from_flange * flange_from_tool),
+            ..self.clone()
+        }
+    }
+
+    /// The same arm with another effort and accuracy of the search: fewer restarts bound the time of a
+    /// pose that cannot be held, about 10 µs each.
+    ///
+    /// # Errors
+    /// A tolerance that is not positive.
+    pub fn with_search(&self, search: NumericConfig) -> Result<Self, KinematicsError> {
+        search.validate()?;
+        Ok(Self {
+            search,
+            ..self.clone()
+        })
+    }
+
+    /// The chain from base to flange.
+    #[must_use]
+    pub const fn chain(&self) -> &Chain {
+        &self.base_to_flange
+    }
+
+    /// Each revolute joint turned by full turns to the place within its limit nearest to the reference.
+    fn unwound(&self, q: &[f64], reference: &JointPositions) -> JointPositions {
+        let mut near = JointPositions::default();
+        let joints = self.base_to_flange.joints().iter().zip(&self.limits);
+        for (i, ((joint, limit), &q)) in joints.zip(q).enumerate() {
+            near[i] = match joint.kind {
+                JointKind::Revolute => limit
+                    .nearest_turn(q, reference[i])
+                    .clamp(limit.min_rad, limit.max_rad),
+                JointKind::Prismatic => q,
+            };
+        }
+        near
+    }
+}
+
+impl ArmKinematics for ChainArm {
+    fn joint_count(&self) -> usize {
+        self.base_to_flange.joint_count()
+    }
+
+    fn limits(&self) -> &[JointLimit; MOST_JOINTS] {
+        &self.limits
+    }
+
+    fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS] {
+        &self.max_velocity_rad_per_s
+    }
+
+    fn forward(&self, q: &JointPositions) -> Pose {
+        self.base_to_tool.forward_unchecked(&q.0)
+    }
+
+    fn jacobian(&self, q: &JointPositions) -> Jacobian {
+        self.base_to_tool.jacobian_of_seven(&q.0)
+    }
+
+    fn nearest(
+        &self,
+        base_from_tool: &Pose,
+        reference: &JointPositions,
+        config: &NearestConfig,
+        scratch: &mut ArmScratch,
+    ) -> Result<ArmSolution, KinematicsError> {
+        all_finite("reference", &reference.0)?;
+        config.validate()?;
+        let n = self.joint_count();
+        let start: [f64; MOST_JOINTS] = std::array::from_fn(|i| {
+            reference[i].clamp(self.limits[i].min_rad, self.limits[i].max_rad)
+        });
+        let mut search = self.search;
+        if config.policy == BranchPolicy::Keep {
+            search.max_restarts = 0;
+        }
+        let mut best: Option<ArmSolution> = None;
+        let (mut least_cost, mut found) = (f64::INFINITY, 0);
+        let searched = self.base_to_tool.search_numeric(
+            base_from_tool,
+            &start[..n],
+            &search,
+            &mut scratch.numeric,
+            |q, report| {
+                let q = self.unwound(q, reference);
+                let cost = config.cost(&q, reference);
+                if cost < least_cost {
+                    least_cost = cost;
+                    best = Some(ArmSolution {
+                        q,
+                        branch_changed: report.restarts > 0,
+                        largest_move_rad: q.max_abs_difference(reference),
+                    });
+                }
+                found += 1;
+                config.policy != BranchPolicy::Any && (report.restarts == 0 || found >= CANDIDATES)
+            },
+        );
+        match (best, searched) {
+            (Some(solution), _) => Ok(solution),
+            (
+                None,
+                Err(KinematicsError::NotConverged {
+                    residual_m,
+                    residual_rad,
+                    ..
+                }),
+            ) => {
+                let gap_m = self.base_to_tool.gap_m(base_from_tool);
+                Err(if gap_m > self.search.tolerance_m {
+                    Unreachable::TooFar { gap_m }
+                } else {
+                    Unreachable::NotFound {
+                        residual_m,
+                        residual_rad,
+                    }
+                }
+                .into())
+            }
+            (None, Err(other)) => Err(other),
+            // Only a solution whose cost overflows gets here.
+            (None, Ok(report)) => Err(Unreachable::NotFound {
+                residual_m: report.residual_m,
+                residual_rad: report.residual_rad,
+            }
+            .into()),
+        }
+    }
+
+    fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics> {
+        Arc::new(self.with_tool(flange_from_tool))
+    }
+
+    fn scratch(&self) -> ArmScratch {
+        ArmScratch {
+            numeric: self.base_to_tool.numeric_scratch(),
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The kinematics that a controller needs, whatever the arm.
+
+use crate::chain::NumericScratch;
+use crate::error::KinematicsError;
+use crate::jacobian::Jacobian;
+use crate::joints::{JointLimit, JointPositions, JointTorques, MOST_JOINTS};
+use crate::srs::NearestConfig;
+use crate::wrench::{WrenchConfig, WrenchEstimate};
+use hwall_geometry::{Pose, Wrench};
+use hwall_numeric::check::all_finite;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+/// The kinematics of an arm of at most seven joints, with its tool.
+///
+/// [`SrsArm`](crate::SrsArm) answers in closed form, [`ChainArm`](crate::ChainArm) (any serial arm, for
+/// example from URDF) by numeric search; an arm of your own may bring its own closed form. An arm of
+/// fewer joints leaves the last entries of every joint array at zero.
+///
+/// Nothing here changes the arm, and no call but [`carrying`](Self::carrying) and
+/// [`scratch`](Self::scratch) allocates, so all others may be used in a control step.
+///
+/// ```
+/// use hwall_kinematics::{ArmKinematics, Chain, ChainArm, JointPositions, NearestConfig, SrsArm};
+///
+/// let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+/// let arms: [&dyn ArmKinematics; 2] = [&SrsArm::iiwa7(), &ChainArm::new(Chain::iiwa7())?];
+/// for arm in arms {
+///     let mut scratch = arm.scratch();
+///     let ahead = arm.forward(&q).at(hwall_kinematics::glam::DVec3::new(0.6, 0.0, 0.5));
+///     let next = arm.nearest(&ahead, &q, &NearestConfig::default(), &mut scratch)?;
+///     let error = arm.forward(&next.q).distance(&ahead);
+///     assert!(error.position_m < 1e-8 && error.angle_rad < 1e-8);
+/// }
+/// # Ok::<(), hwall_kinematics::KinematicsError>(())
+/// ```
+pub trait ArmKinematics: Debug + Send + Sync {
+    /// Number of joints, 1 to [`MOST_JOINTS`].
+    fn joint_count(&self) -> usize;
+
+    /// Closed joint limits, rad; `[0, 0]` beyond the last joint.
+    fn limits(&self) -> &[JointLimit; MOST_JOINTS];
+
+    /// Largest joint speeds, rad/s; 1 beyond the last joint, so that dividing by them is harmless.
+    fn max_velocity_rad_per_s(&self) -> &[f64; MOST_JOINTS];
+
+    /// Pose of the tool, `base_from_tool`. Limits are not applied; NaN in gives NaN out.
+    fn forward(&self, q: &JointPositions) -> Pose;
+
+    /// Geometric Jacobian of the tool point in base axes; zero columns beyond the last joint.
+    fn jacobian(&self, q: &JointPositions) -> Jacobian;
+
+    /// A configuration within the limits that holds the pose, near the reference.
+    ///
+    /// `reference` may lie outside the limits (a sensor's reading at a limit does).
+    ///
+    /// # Errors
+    /// [`KinematicsError::Unreachable`] with the reason; a reference that is NaN or infinite; weights
+    /// that are not positive.
+    fn nearest(
+        &self,
+        base_from_tool: &Pose,
+        reference: &JointPositions,
+        config: &NearestConfig,
+        scratch: &mut ArmScratch,
+    ) -> Result<ArmSolution, KinematicsError>;
+
+    /// The same arm with another tool in its flange.
+    fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics>;
+
+    /// Memory for [`nearest`](Self::nearest), large enough that no call allocates.
+    fn scratch(&self) -> ArmScratch {
+        ArmScratch::default()
+    }
+
+    /// The wrench on the tool that explains external joint torques, see
+    /// [`WrenchEstimate::from_torques`].
+    ///
+    /// # Errors
+    /// NaN or infinity, a negative damping, or a moment length that is not positive.
+    fn wrench_from_torques(
+        &self,
+        q: &JointPositions,
+        torques: &JointTorques,
+        config: &WrenchConfig,
+    ) -> Result<WrenchEstimate, KinematicsError> {
+        all_finite("q", &q.0)?;
+        WrenchEstimate::from_torques(&self.jacobian(q), torques, config)
+    }
+
+    /// The joint torques that a wrench on the tool asks for, N m: `τ = Jᵀ F`, base axes, about the tool origin.
+    fn torques_from_wrench(&self, q: &JointPositions, wrench: &Wrench) -> JointTorques {
+        self.jacobian(q).torques(wrench)
+    }
+}
+
+/// A configuration that holds a pose, with what it costs to get there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmSolution {
+    /// Joint positions within all limits, rad.
+    pub q: JointPositions,
+    /// Does reaching it leave the branches that join the reference's?
+    pub branch_changed: bool,
+    /// Largest joint difference to the reference, rad.
+    pub largest_move_rad: f64,
+}
+
+/// Memory for [`ArmKinematics::nearest`], from [`ArmKinematics::scratch`]. Closed forms need none.
+#[derive(Debug, Clone, Default)]
+pub struct ArmScratch {
+    pub(super) numeric: NumericScratch,
+}

@@ -1,0 +1,346 @@
+//! Serial chains from URDF.
+//!
+//! Only joints, limits and inertials are read. Transmissions, safety controllers, friction and
+//! damping are not part of a [`Chain`].
+
+use super::inertia::Inertial;
+use super::joint::{ChainJoint, JointKind};
+use super::model::Chain;
+use crate::error::KinematicsError;
+use crate::joints::JointLimit;
+use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
+use hwall_numeric::check::all_finite;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use urdf_rs::{Joint, JointType, Link, Robot};
+
+impl Chain {
+    /// From URDF text, from link `base` to link `tip`, which must descend from it.
+    ///
+    /// Without `base`, the root of the tree (above the tip, if that is named); without `tip`, the
+    /// only leaf below the base. Fixed joints are merged into their neighbours. Links that hang
+    /// on the chain through fixed joints only add their mass; those behind further movable
+    /// joints are left out and listed in [`Chain::links_left_out`].
+    ///
+    /// As URDF says: rpy is roll about x, then pitch about y, then yaw about z, all in fixed
+    /// axes; a missing axis is x; missing `lower` and `upper` of a limit are 0. A velocity or
+    /// effort of 0 counts as not given.
+    ///
+    /// # Errors
+    /// Malformed text, a link without definition, defined twice or with two parents, a loop, no
+    /// way from base to tip, several ends and no name, a planar, floating, spherical or mimic
+    /// joint on the way, a revolute or prismatic joint without limits, and whatever
+    /// [`Chain::new`] rejects.
+    pub fn from_urdf_str(
+        text: &str,
+        base: Option<&str>,
+        tip: Option<&str>,
+    ) -> Result<Self, KinematicsError> {
+        let robot =
+            urdf_rs::read_from_string(text).map_err(|error| KinematicsError::UrdfMalformed {
+                message: error.to_string(),
+            })?;
+        Tree::new(&robot)?.chain(base, tip)
+    }
+
+    /// As [`Chain::from_urdf_str`], from a file.
+    ///
+    /// # Errors
+    /// [`KinematicsError::Io`] when the file cannot be read, else as [`Chain::from_urdf_str`].
+    pub fn from_urdf_file(
+        path: impl AsRef<Path>,
+        base: Option<&str>,
+        tip: Option<&str>,
+    ) -> Result<Self, KinematicsError> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|error| KinematicsError::Io {
+            path: path.display().to_string(),
+            kind: error.kind(),
+            message: error.to_string(),
+        })?;
+        Self::from_urdf_str(&text, base, tip)
+    }
+}
+
+/// A checked tree of links.
+struct Tree<'a> {
+    links: HashMap<&'a str, &'a Link>,
+    /// In the order of the text, so that answers do not depend on hashing.
+    names: Vec<&'a str>,
+    parent: HashMap<&'a str, &'a Joint>,
+    children: HashMap<&'a str, Vec<&'a Joint>>,
+}
+
+impl<'a> Tree<'a> {
+    fn new(robot: &'a Robot) -> Result<Self, KinematicsError> {
+        let mut tree = Self {
+            links: HashMap::new(),
+            names: robot.links.iter().map(|link| link.name.as_str()).collect(),
+            parent: HashMap::new(),
+            children: HashMap::new(),
+        };
+        for link in &robot.links {
+            if tree.links.insert(&link.name, link).is_some() {
+                return Err(KinematicsError::UrdfDuplicateLink {
+                    link: link.name.clone(),
+                });
+            }
+        }
+        for joint in &robot.joints {
+            let (parent, child) = (joint.parent.link.as_str(), joint.child.link.as_str());
+            tree.known(parent)?;
+            tree.known(child)?;
+            if tree.parent.insert(child, joint).is_some() {
+                return Err(KinematicsError::UrdfDuplicateLink {
+                    link: child.to_owned(),
+                });
+            }
+            tree.children.entry(parent).or_default().push(joint);
+        }
+        tree.check_loops()?;
+        Ok(tree)
+    }
+
+    fn known(&self, link: &str) -> Result<(), KinematicsError> {
+        if self.links.contains_key(link) {
+            Ok(())
+        } else {
+            Err(KinematicsError::UrdfUnknownLink {
+                link: link.to_owned(),
+            })
+        }
+    }
+
+    /// Every link has at most one parent, so whatever is not below a root lies on or below a loop.
+    fn check_loops(&self) -> Result<(), KinematicsError> {
+        let mut seen: HashSet<&str> = HashSet::new();
+        let mut open: Vec<&str> = self.roots().collect();
+        while let Some(link) = open.pop() {
+            seen.insert(link);
+            open.extend(self.below(link).map(|joint| joint.child.link.as_str()));
+        }
+        match self.names.iter().find(|name| !seen.contains(**name)) {
+            None => Ok(()),
+            Some(link) => Err(KinematicsError::UrdfLoop {
+                link: (*link).to_owned(),
+            }),
+        }
+    }
+
+    fn roots(&self) -> impl Iterator<Item = &'a str> {
+        self.names
+            .iter()
+            .copied()
+            .filter(|name| !self.parent.contains_key(name))
+    }
+
+    fn below(&self, link: &str) -> impl Iterator<Item = &'a Joint> {
+        self.children.get(link).into_iter().flatten().copied()
+    }
+
+    fn root_above(&self, link: &'a str) -> &'a str {
+        let mut at = link;
+        while let Some(joint) = self.parent.get(at) {
+            at = &joint.parent.link;
+        }
+        at
+    }
+
+    fn leaves_below(&self, link: &'a str) -> Vec<&'a str> {
+        let (mut leaves, mut open) = (Vec::new(), vec![link]);
+        while let Some(at) = open.pop() {
+            let before = open.len();
+            open.extend(self.below(at).map(|joint| joint.child.link.as_str()));
+            if open.len() == before {
+                leaves.push(at);
+            }
+        }
+        leaves
+    }
+
+    fn ends(
+        &self,
+        base: Option<&'a str>,
+        tip: Option<&'a str>,
+    ) -> Result<(&'a str, &'a str), KinematicsError> {
+        for named in [base, tip].into_iter().flatten() {
+            self.known(named)?;
+        }
+        let base = match (base, tip) {
+            (Some(base), _) => base,
+            (None, Some(tip)) => self.root_above(tip),
+            (None, None) => only(&self.roots().collect::<Vec<_>>())?,
+        };
+        let tip = match tip {
+            Some(tip) => tip,
+            None => only(&self.leaves_below(base))?,
+        };
+        Ok((base, tip))
+    }
+
+    fn chain(&self, base: Option<&str>, tip: Option<&str>) -> Result<Chain, KinematicsError> {
+        let (base, tip) = self.ends(base, tip)?;
+        let mut path: Vec<&Joint> = Vec::new();
+        let mut at = tip;
+        while at != base {
+            let joint = self
+                .parent
+                .get(at)
+                .ok_or_else(|| KinematicsError::UrdfDisconnected {
+                    base: base.to_owned(),
+                    tip: tip.to_owned(),
+                })?;
+            path.push(joint);
+            at = &joint.parent.link;
+        }
+        path.reverse();
+
+        let mut joints: Vec<ChainJoint> = Vec::new();
+        let mut left_out = Vec::new();
+        // From the last movable joint's link, or the base, to the current link.
+        let mut last_from_link = Pose::IDENTITY;
+        for (index, joint) in path.iter().enumerate() {
+            let last_from_child = last_from_link * pose(&joint.origin)?;
+            let fixed = joint.joint_type == JointType::Fixed;
+            if fixed {
+                last_from_link = last_from_child;
+            } else {
+                joints.push(chain_joint(joint, last_from_child)?);
+                last_from_link = Pose::IDENTITY;
+            }
+            if let Some(carrier) = joints.last_mut() {
+                let next = path.get(index + 1).map(|joint| joint.child.link.as_str());
+                let link = self.links[joint.child.link.as_str()];
+                self.collect(
+                    link,
+                    last_from_link,
+                    next,
+                    &mut carrier.inertials,
+                    &mut left_out,
+                )?;
+            }
+        }
+        Ok(Chain::new(joints, last_from_link)?.with_links_left_out(left_out))
+    }
+
+    /// Adds the mass of a link and of everything fixed to it, apart from the next link of the chain.
+    fn collect(
+        &self,
+        link: &'a Link,
+        carrier_from_link: Pose,
+        next: Option<&str>,
+        inertials: &mut Vec<Inertial>,
+        left_out: &mut Vec<String>,
+    ) -> Result<(), KinematicsError> {
+        let mut open = vec![(link, carrier_from_link, true)];
+        while let Some((link, carrier_from_link, rigid)) = open.pop() {
+            if has_inertial(link) {
+                if rigid {
+                    inertials.push(inertial(link)?.transformed(&carrier_from_link));
+                } else {
+                    left_out.push(link.name.clone());
+                }
+            }
+            for joint in self
+                .below(&link.name)
+                .filter(|joint| Some(joint.child.link.as_str()) != next)
+            {
+                let carrier_from_child = carrier_from_link * pose(&joint.origin)?;
+                let rigid = rigid && joint.joint_type == JointType::Fixed;
+                open.push((
+                    self.links[joint.child.link.as_str()],
+                    carrier_from_child,
+                    rigid,
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn only<'a>(candidates: &[&'a str]) -> Result<&'a str, KinematicsError> {
+    match candidates {
+        [one] => Ok(one),
+        _ => Err(KinematicsError::UrdfAmbiguous {
+            count: candidates.len(),
+        }),
+    }
+}
+
+fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, KinematicsError> {
+    let unsupported = |kind: &str| KinematicsError::UrdfJointKind {
+        joint: joint.name.clone(),
+        kind: kind.to_owned(),
+    };
+    if joint.mimic.is_some() {
+        return Err(unsupported("mimic"));
+    }
+    let kind = match joint.joint_type {
+        JointType::Revolute | JointType::Continuous => JointKind::Revolute,
+        JointType::Prismatic => JointKind::Prismatic,
+        JointType::Floating => return Err(unsupported("floating")),
+        JointType::Planar => return Err(unsupported("planar")),
+        JointType::Spherical => return Err(unsupported("spherical")),
+        JointType::Fixed => return Err(unsupported("fixed")),
+    };
+    let limit = if joint.joint_type == JointType::Continuous {
+        JointLimit::FREE
+    } else if joint.limit == urdf_rs::JointLimit::default() {
+        // The parser fills an absent tag with zeros, which would lock the joint.
+        return Err(KinematicsError::UrdfNoLimits {
+            joint: joint.name.clone(),
+        });
+    } else {
+        JointLimit {
+            min_rad: joint.limit.lower,
+            max_rad: joint.limit.upper,
+        }
+    };
+    let given = |value: f64| {
+        if value == 0.0 || value == f64::INFINITY {
+            None
+        } else {
+            Some(value)
+        }
+    };
+    Ok(ChainJoint {
+        name: joint.name.clone(),
+        kind,
+        previous_from_link,
+        axis: DVec3::from_array(joint.axis.xyz.0),
+        limit,
+        max_velocity: given(joint.limit.velocity),
+        max_effort: given(joint.limit.effort),
+        inertials: Vec::new(),
+    })
+}
+
+/// `Rz(yaw) Ry(pitch) Rx(roll)` and the origin.
+fn pose(origin: &urdf_rs::Pose) -> Result<Pose, KinematicsError> {
+    let [roll, pitch, yaw] = origin.rpy.0;
+    all_finite("rpy", &origin.rpy.0)?;
+    let rotation =
+        DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
+    Ok(Pose::new(rotation, DVec3::from_array(origin.xyz.0))?)
+}
+
+/// The parser fills an absent inertial with zeros; zero mass with some inertia is an error to report later.
+fn has_inertial(link: &Link) -> bool {
+    let i = &link.inertial.inertia;
+    link.inertial.mass.value != 0.0
+        || [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz]
+            .iter()
+            .any(|x| *x != 0.0)
+}
+
+fn inertial(link: &Link) -> Result<Inertial, KinematicsError> {
+    let i = &link.inertial.inertia;
+    let in_body_axes = Inertial::from_six(
+        link.name.clone(),
+        link.inertial.mass.value,
+        DVec3::ZERO,
+        [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz],
+    );
+    Ok(in_body_axes.transformed(&pose(&link.inertial.origin)?))
+}

@@ -1,0 +1,132 @@
+//! The arm angles at which limits are met.
+
+use super::elbow_circle::{ElbowCircle, Slack};
+use super::sinusoid::{Direction, Sinusoid};
+use super::window::{Shape, Windows};
+use crate::joints::JointLimit;
+
+/// Below this `sin q4` and `sin q2` (or `sin q6`) the arm angle moves one sum only.
+const COUPLED: f64 = 1e-7;
+
+impl ElbowCircle {
+    /// With a straight elbow and a singular shoulder (or wrist) at once, the arm angle only moves
+    /// the sum `q1 + q3` (or `q5 + q7`): the angles at which that sum meets the sum of the limits.
+    #[cold]
+    pub(in crate::srs) fn coupled_roots(
+        &self,
+        limits: &[JointLimit; 7],
+        mut visit: impl FnMut(Direction),
+    ) {
+        if self.triangle.elbow[1] > COUPLED {
+            return;
+        }
+        let (shoulder, wrist) = self.rotations(Direction::ZERO);
+        // R03 = R03_0 Rz(ψ), R47 = Rz(-ψ) R47_0.
+        for (r, slope, first, third) in [(shoulder, 1.0, 0, 2), (wrist, -1.0, 4, 6)] {
+            if r.z_axis.x.hypot(r.z_axis.y) > COUPLED {
+                continue;
+            }
+            let at_zero = (r.x_axis.y - r.y_axis.x).atan2(r.x_axis.x + r.y_axis.y);
+            let (lo, hi) = (limits[first], limits[third]);
+            for end in [lo.min_rad + hi.min_rad, lo.max_rad + hi.max_rad] {
+                if end.is_finite() {
+                    let psi = Direction::from_angle(slope * (end - at_zero));
+                    visit(psi);
+                    visit(Direction {
+                        sin: -psi.sin,
+                        cos: -psi.cos,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Every arm angle at which some joint meets a limit: the only places where a feasible set
+    /// can begin or end.
+    #[inline(always)]
+    pub(in crate::srs) fn limit_roots(
+        &self,
+        windows: &Windows,
+        tolerance: f64,
+        mut visit: impl FnMut(Direction),
+    ) {
+        for ([x, y], window) in self.turning.iter().zip(&windows.turning) {
+            if window.shape != Shape::Free {
+                for end in [window.min, window.max] {
+                    Sinusoid::combine(end[0], y, -end[1], x).roots(tolerance, &mut visit);
+                }
+            }
+        }
+        for (cosine, cone) in self.tilting.iter().zip(&windows.tilting) {
+            let mut seen = [f64::NAN; 4];
+            for (slot, end) in cone
+                .sides
+                .iter()
+                .flatten()
+                .flat_map(|c| [c.inner[0], c.outer[0]])
+                .enumerate()
+            {
+                // Symmetric limits share their ends; `|q| >= 0` is no limit.
+                if end < 1.0 && !seen.contains(&end) {
+                    seen[slot] = end;
+                    Sinusoid {
+                        k: cosine.k - end,
+                        ..*cosine
+                    }
+                    .roots(tolerance, &mut visit);
+                }
+            }
+        }
+    }
+
+    /// Goes through the arm angles at which a limit moved by a slack is met, until one has branches.
+    ///
+    /// Both the tests for a joint as it stands and those for its half turn move, in opposite ways.
+    #[inline]
+    pub(in crate::srs) fn first_root(
+        &self,
+        windows: &Windows,
+        slack: Slack,
+        mut holds: impl FnMut(Direction) -> u8,
+    ) -> u8 {
+        let mut held = 0;
+        let slacks = [slack.shoulder, slack.shoulder, slack.wrist, slack.wrist];
+        for (([x, y], window), slack) in self.turning.iter().zip(&windows.turning).zip(slacks) {
+            for end in window.slack_ends() {
+                let limit = Sinusoid::combine(end[0], y, -end[1], x);
+                for k in [limit.k + slack, limit.k - slack] {
+                    Sinusoid { k, ..limit }.roots(0.0, |psi| {
+                        if held == 0 {
+                            held = holds(psi);
+                        }
+                    });
+                    if held != 0 {
+                        return held;
+                    }
+                }
+            }
+        }
+        for ((cosine, cone), slack) in self
+            .tilting
+            .iter()
+            .zip(&windows.tilting)
+            .zip([slack.shoulder, slack.wrist])
+        {
+            for end in cone.slack_ends(slack) {
+                Sinusoid {
+                    k: cosine.k - end,
+                    ..*cosine
+                }
+                .roots(0.0, |psi| {
+                    if held == 0 {
+                        held = holds(psi);
+                    }
+                });
+                if held != 0 {
+                    return held;
+                }
+            }
+        }
+        held
+    }
+}

@@ -1,0 +1,93 @@
+//! Sinusoids of the arm angle and their roots.
+
+/// A linear sinusoid `s sin ψ + c cos ψ + k`.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::srs) struct Sinusoid {
+    pub(in crate::srs) s: f64,
+    pub(in crate::srs) c: f64,
+    pub(in crate::srs) k: f64,
+}
+
+impl Sinusoid {
+    #[inline(always)]
+    pub(in crate::srs) fn at(&self, psi: Direction) -> f64 {
+        self.s * psi.sin + self.c * psi.cos + self.k
+    }
+
+    /// Slope with respect to ψ.
+    #[inline(always)]
+    pub(in crate::srs) fn slope(&self, psi: Direction) -> f64 {
+        self.s * psi.cos - self.c * psi.sin
+    }
+
+    /// `a x + b y`.
+    #[inline(always)]
+    pub(in crate::srs) fn combine(a: f64, x: &Self, b: f64, y: &Self) -> Self {
+        Self {
+            s: a * x.s + b * y.s,
+            c: a * x.c + b * y.c,
+            k: a * x.k + b * y.k,
+        }
+    }
+
+    /// Passes both roots to `visit`; a tangency within `tolerance` counts as one root.
+    #[inline(always)]
+    pub(in crate::srs) fn roots(&self, tolerance: f64, mut visit: impl FnMut(Direction)) {
+        let r2 = self.s * self.s + self.c * self.c;
+        if r2 <= tolerance * tolerance {
+            return; // constant: whether it holds shows at any other angle
+        }
+        let gap = r2 - self.k * self.k;
+        let inv = 1.0 / r2;
+        if gap > 0.0 {
+            let along = -self.k * inv;
+            let across = gap.sqrt() * inv;
+            visit(Direction {
+                sin: self.s * along + self.c * across,
+                cos: self.c * along - self.s * across,
+            });
+            visit(Direction {
+                sin: self.s * along - self.c * across,
+                cos: self.c * along + self.s * across,
+            });
+        } else if self.k.abs() - r2.sqrt() <= tolerance {
+            let scale = -self.k.signum() * inv.sqrt();
+            visit(Direction {
+                sin: self.s * scale,
+                cos: self.c * scale,
+            });
+        }
+    }
+}
+
+/// An arm angle as `sin, cos`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::srs) struct Direction {
+    pub(in crate::srs) sin: f64,
+    pub(in crate::srs) cos: f64,
+}
+
+impl Direction {
+    pub(in crate::srs) const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
+    pub(in crate::srs) const HALF_TURN: Self = Self {
+        sin: 0.0,
+        cos: -1.0,
+    };
+
+    pub(in crate::srs) fn from_angle(psi_rad: f64) -> Self {
+        let (sin, cos) = psi_rad.sin_cos();
+        Self { sin, cos }
+    }
+
+    pub(in crate::srs) fn angle(self) -> f64 {
+        self.sin.atan2(self.cos)
+    }
+
+    pub(in crate::srs) fn turned(self, by_rad: f64) -> Self {
+        let (sin, cos) = by_rad.sin_cos();
+        Self {
+            sin: self.sin * cos + self.cos * sin,
+            cos: self.cos * cos - self.sin * sin,
+        }
+    }
+}

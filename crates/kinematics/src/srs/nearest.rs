@@ -1,0 +1,300 @@
+//! The solution nearest to a reference configuration: servoing without jumps.
+
+use crate::error::KinematicsError;
+use crate::joints::JointPositions;
+use crate::srs::arm_angles::{ArmAngleArc, FeasibleArmAngles};
+use crate::srs::branch::Branch;
+use crate::srs::circle::{BaseSolution, Direction, ElbowCircle};
+use crate::srs::model::SrsArm;
+use crate::unreachable::Unreachable;
+use hwall_geometry::Pose;
+use hwall_numeric::check::{all_finite, positive};
+
+/// Which branches the nearest solution may use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum BranchPolicy {
+    /// Those that join the reference's branch without a jump; if none reaches, any.
+    #[default]
+    Prefer,
+    /// Those that join the reference's branch without a jump, or
+    /// [`Unreachable::OtherBranch`].
+    Keep,
+    /// All eight, the nearest wins.
+    Any,
+}
+
+/// Settings of [`SrsArm::nearest_solution`] and [`ArmKinematics::nearest`](crate::ArmKinematics::nearest).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestConfig {
+    /// Default [`BranchPolicy::Prefer`].
+    pub policy: BranchPolicy,
+    /// Weight of each joint's squared difference; default 1. Raise the weight of slow joints.
+    pub weights: [f64; 7],
+    /// A joint 2, 4 or 6 within this of zero in the reference may change its sign without the
+    /// branch counting as left, rad; default 0.2. Enough for servoing over a hand's width. A chain,
+    /// which has no named branches, does not read it.
+    pub sign_change_rad: f64,
+}
+
+impl NearestConfig {
+    pub(crate) fn validate(&self) -> Result<(), KinematicsError> {
+        for weight in self.weights {
+            positive("weight", weight)?;
+        }
+        Ok(())
+    }
+
+    /// Weighted squares of the joint differences.
+    pub(crate) fn cost(&self, q: &JointPositions, reference: &JointPositions) -> f64 {
+        (0..7)
+            .map(|i| self.weights[i] * (q[i] - reference[i]).powi(2))
+            .sum()
+    }
+}
+
+impl Default for NearestConfig {
+    fn default() -> Self {
+        Self {
+            policy: BranchPolicy::Prefer,
+            weights: [1.0; 7],
+            sign_change_rad: 0.2,
+        }
+    }
+}
+
+/// A solution with what it costs to get there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestSolution {
+    /// Joint angles within all limits, rad.
+    pub q: JointPositions,
+    /// Its branch.
+    pub branch: Branch,
+    /// Its arm angle, rad.
+    pub arm_angle_rad: f64,
+    /// Does reaching it leave the branches that join the reference's?
+    pub branch_changed: bool,
+    /// Largest joint difference to the reference, rad.
+    pub largest_move_rad: f64,
+}
+
+/// A move below this is believed to be the nearest without looking at the other arcs, rad.
+const LOCAL_RAD: f64 = 0.1;
+
+/// Spacing of the starting points on an arc, rad.
+const START_SPACING_RAD: f64 = 0.25;
+
+/// The refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18
+/// of its minimum, and the pose is exact at every step anyway.
+const STEP_TOLERANCE_RAD: f64 = 1e-9;
+
+impl SrsArm {
+    /// The configuration that holds the pose and is nearest to `reference` (weighted squares of
+    /// the joint differences), with branch continuity.
+    ///
+    /// The arm angle is found by Gauss-Newton with the exact derivative, started at the
+    /// reference's own arm angle; unless that ends within 0.1 rad of the reference on its own
+    /// branch, every feasible arc is searched from starting points 0.25 rad apart (a
+    /// valley narrower than that, beside a singularity, can be missed). The pose is exact (1e-12)
+    /// whatever the search does.
+    ///
+    /// The reference may lie outside the limits (a sensor's reading at a limit does).
+    ///
+    /// # Errors
+    /// [`KinematicsError::Unreachable`] with the reason why no allowed branch holds the pose; a
+    /// reference that is NaN or infinite; weights that are not positive.
+    pub fn nearest_solution(
+        &self,
+        base_from_tool: &Pose,
+        reference: &JointPositions,
+        config: &NearestConfig,
+    ) -> Result<NearestSolution, KinematicsError> {
+        all_finite("reference", &reference.0)?;
+        config.validate()?;
+        let near = joined_branches(reference, config.sign_change_rad);
+        let psi_reference = self.arm_angle(reference);
+        let flange_pose = self.flange_pose(base_from_tool);
+        if let Ok(circle) = self.elbow_circle(&flange_pose) {
+            let problem = Problem {
+                arm: self,
+                circle: &circle,
+                reference,
+                config,
+            };
+            if let Some(found) = problem.local(psi_reference, near) {
+                return Ok(found);
+            }
+        }
+        let angles = FeasibleArmAngles::new(self, self.find_place(&flange_pose)?.circle);
+        let problem = Problem {
+            arm: self,
+            circle: &angles.circle,
+            reference,
+            config,
+        };
+        let on_branch = problem.global(&angles, psi_reference, near, near);
+        let anywhere = || problem.global(&angles, psi_reference, 0xFF, near);
+        let found = match config.policy {
+            BranchPolicy::Keep => on_branch.ok_or(Unreachable::OtherBranch),
+            BranchPolicy::Prefer => on_branch
+                .or_else(anywhere)
+                .ok_or(Unreachable::ArmAngleConflict),
+            BranchPolicy::Any => anywhere().ok_or(Unreachable::ArmAngleConflict),
+        };
+        Ok(found?)
+    }
+}
+
+/// The branches whose signs agree with the reference wherever it is clearly away from zero.
+fn joined_branches(reference: &JointPositions, sign_change_rad: f64) -> u8 {
+    let own = Branch::of(reference);
+    let agrees =
+        |joint: usize, a: bool, b: bool| a == b || reference[joint].abs() <= sign_change_rad;
+    Branch::ALL
+        .into_iter()
+        .filter(|b| {
+            agrees(1, b.shoulder_negative, own.shoulder_negative)
+                && agrees(3, b.elbow_positive, own.elbow_positive)
+                && agrees(5, b.wrist_negative, own.wrist_negative)
+        })
+        .fold(0, |mask, b| mask | b.bit())
+}
+
+struct Problem<'a> {
+    arm: &'a SrsArm,
+    circle: &'a ElbowCircle,
+    reference: &'a JointPositions,
+    config: &'a NearestConfig,
+}
+
+#[derive(Clone, Copy)]
+struct Candidate {
+    q: JointPositions,
+    branch: Branch,
+    psi: f64,
+    cost: f64,
+}
+
+impl Problem<'_> {
+    /// From the reference's own arm angle, while everything stays small.
+    fn local(&self, psi_reference: f64, near: u8) -> Option<NearestSolution> {
+        let here = Direction::from_angle(psi_reference);
+        let mask = self
+            .circle
+            .feasible_branches(&self.arm.windows, self.arm.limits(), here)
+            & near;
+        let start =
+            self.best(Branch::in_mask(mask).filter_map(|b| self.evaluate(psi_reference, b)))?;
+        let found = self.refine(start, f64::NEG_INFINITY, f64::INFINITY);
+        let largest = found.q.max_abs_difference(self.reference);
+        (largest <= LOCAL_RAD).then(|| self.solution(found, near))
+    }
+
+    fn global(
+        &self,
+        angles: &FeasibleArmAngles,
+        psi_reference: f64,
+        allowed: u8,
+        near: u8,
+    ) -> Option<NearestSolution> {
+        let arcs = Branch::in_mask(allowed)
+            .flat_map(|branch| angles.arcs(branch).map(move |arc| (branch, arc)));
+        let found =
+            self.best(arcs.filter_map(|(branch, arc)| self.on_arc(branch, arc, psi_reference)))?;
+        Some(self.solution(found, near))
+    }
+
+    /// The best of an arc: every starting point that beats its neighbours is refined.
+    fn on_arc(&self, branch: Branch, arc: ArmAngleArc, psi_reference: f64) -> Option<Candidate> {
+        let count = (arc.width_rad() / START_SPACING_RAD).ceil();
+        let spaced = |i: usize| arc.start_rad + arc.width_rad() * (i as f64 / count.max(1.0));
+        let mut best = self
+            .evaluate(arc.nearest_rad(psi_reference), branch)
+            .map(|start| self.refined(start, arc));
+        let (mut before, mut here) = (f64::INFINITY, self.evaluate(spaced(0), branch));
+        for i in 0..=count as usize {
+            let next = if i < count as usize {
+                self.evaluate(spaced(i + 1), branch)
+            } else {
+                None
+            };
+            if let Some(start) = here {
+                if start.cost <= before && next.is_none_or(|n| start.cost <= n.cost) {
+                    best = self.best([Some(self.refined(start, arc)), best].into_iter().flatten());
+                }
+                before = start.cost;
+            }
+            here = next;
+        }
+        best
+    }
+
+    fn refined(&self, start: Candidate, arc: ArmAngleArc) -> Candidate {
+        self.refine(start, arc.start_rad, arc.end_rad)
+    }
+
+    fn best(&self, candidates: impl Iterator<Item = Candidate>) -> Option<Candidate> {
+        candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    fn evaluate(&self, psi: f64, branch: Branch) -> Option<Candidate> {
+        let q = BaseSolution::new(self.circle, Direction::from_angle(psi)).on_branch(
+            self.arm.limits(),
+            branch,
+            self.reference,
+        )?;
+        let cost = self.config.cost(&q, self.reference);
+        Some(Candidate {
+            q,
+            branch,
+            psi,
+            cost,
+        })
+    }
+
+    /// Gauss-Newton on the arm angle within an arc, each step halved until it helps.
+    fn refine(&self, start: Candidate, first: f64, last: f64) -> Candidate {
+        let mut best = start;
+        for _ in 0..20 {
+            let slope = self
+                .circle
+                .joint_slopes(Direction::from_angle(best.psi), best.branch);
+            let (mut gradient, mut curvature) = (0.0, 0.0);
+            for (i, slope) in slope.into_iter().enumerate() {
+                let weighted = self.config.weights[i] * slope;
+                gradient += weighted * (best.q[i] - self.reference[i]);
+                curvature += weighted * slope;
+            }
+            // Infinite on a singularity: stay there.
+            let mut step = -gradient / curvature;
+            if !step.is_finite() {
+                return best;
+            }
+            let improved = loop {
+                let psi = (best.psi + step).clamp(first, last);
+                if (psi - best.psi).abs() <= STEP_TOLERANCE_RAD {
+                    break None;
+                }
+                match self.evaluate(psi, best.branch) {
+                    Some(next) if next.cost < best.cost => break Some(next),
+                    _ => step *= 0.5,
+                }
+            };
+            match improved {
+                Some(next) => best = next,
+                None => return best,
+            }
+        }
+        best
+    }
+
+    fn solution(&self, found: Candidate, near: u8) -> NearestSolution {
+        NearestSolution {
+            q: found.q,
+            branch: found.branch,
+            arm_angle_rad: Direction::from_angle(found.psi).angle(),
+            branch_changed: near & found.branch.bit() == 0,
+            largest_move_rad: found.q.max_abs_difference(self.reference),
+        }
+    }
+}

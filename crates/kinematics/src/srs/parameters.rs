@@ -1,0 +1,78 @@
+//! What an S-R-S arm is made of: lengths, limits, tool.
+
+use crate::joints::JointLimit;
+use hwall_geometry::Pose;
+
+/// Link lengths of an arm with spherical shoulder, revolute elbow and spherical wrist, metres.
+///
+/// The axes at `q = 0`, arm straight up, are `z y z -y z y z`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SrsGeometry {
+    /// Base to shoulder along the base axis; may be zero or negative.
+    pub d_bs_m: f64,
+    /// Shoulder to elbow; positive.
+    pub d_se_m: f64,
+    /// Elbow to wrist; positive.
+    pub d_ew_m: f64,
+    /// Wrist to flange along the last axis; may be zero or negative.
+    pub d_wf_m: f64,
+}
+
+/// Everything that [`SrsArm::new`](crate::SrsArm::new) needs, in plain fields.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SrsParameters {
+    /// Link lengths.
+    pub geometry: SrsGeometry,
+    /// Closed joint limits, rad. Joints 2, 4 and 6 must stay strictly within half a turn;
+    /// a range of a full turn or more on the others means "no limit".
+    pub limits: [JointLimit; 7],
+    /// Largest joint speeds, rad/s.
+    pub max_velocity_rad_per_s: [f64; 7],
+    /// Largest joint torques, N m.
+    pub max_torque_n_m: [f64; 7],
+    /// The tool frame, fixed in the flange.
+    pub flange_from_tool: Pose,
+}
+
+impl SrsParameters {
+    /// KUKA LBR iiwa 7 R800 with the plain flange and no tool (manufacturer's data sheet).
+    #[must_use]
+    pub fn iiwa7() -> Self {
+        Self {
+            geometry: SrsGeometry {
+                d_bs_m: 0.340,
+                d_se_m: 0.400,
+                d_ew_m: 0.400,
+                d_wf_m: 0.126,
+            },
+            limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
+            max_velocity_rad_per_s: [98.0_f64, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0]
+                .map(f64::to_radians),
+            max_torque_n_m: [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0],
+            flange_from_tool: Pose::IDENTITY,
+        }
+    }
+
+    /// KUKA LBR iiwa 14 R820 with the plain flange and no tool (manufacturer's data sheet).
+    #[must_use]
+    pub fn iiwa14() -> Self {
+        Self {
+            geometry: SrsGeometry {
+                d_bs_m: 0.360,
+                d_se_m: 0.420,
+                d_ew_m: 0.400,
+                d_wf_m: 0.126,
+            },
+            limits: IIWA_LIMITS_DEG.map(JointLimit::symmetric_deg),
+            max_velocity_rad_per_s: [85.0_f64, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0]
+                .map(f64::to_radians),
+            max_torque_n_m: [320.0, 320.0, 176.0, 176.0, 110.0, 40.0, 40.0],
+            flange_from_tool: Pose::IDENTITY,
+        }
+    }
+}
+
+/// Half ranges of both iiwa arms, degrees (manufacturer's data sheet).
+const IIWA_LIMITS_DEG: [f64; 7] = [170.0, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0];

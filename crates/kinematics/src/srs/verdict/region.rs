@@ -1,0 +1,315 @@
+//! Verdicts that hold for a whole set of poses at once, with proof.
+//!
+//! Let a configuration hold the central pose with the elbow at some arm angle. Anywhere else in
+//! the region the wrist centre has another direction `u` and another distance `L` from the
+//! shoulder. Carry the arm along: turn it by the smallest rotation that takes the old `u` to the
+//! new one, then turn the upper arm within the triangle's plane to the new angle β, the forearm to
+//! the new angle η. With `R03 = F Ry(-β)` and `R04 = F Ry(η)` this gives
+//! `R03' = Q R03 Ry(β - β')` and `R47' = Ry(η' - η)ᵀ R04ᵀ Qᵀ P R`, where P is the turn of the tool.
+//! A rotation by an angle moves a unit vector by at most the chord of that angle, so
+//!
+//! - every row and column of `R03` moves by at most `|u' - u| + chord(β' - β)`,
+//! - every row and column of `R47` by at most `|u' - u| + chord(η' - η) + chord(P)`.
+//!
+//! The limits are tested as cross products of such vectors with fixed unit vectors (`window.rs`),
+//! which change by no more. Hence: if some arm angle passes all tests *narrowed* by these bounds
+//! the whole region is reachable; if none passes them *widened* by the bounds (carrying the arm is
+//! a bijection of the arm angles), no pose of the region is. The bounds need no factor of safety;
+//! `ROUNDING` covers the arithmetic. β and η are functions of L alone, monotone but for
+//! one turning point, so their extremes over the region's distances are exact, also at full stretch
+//! where their slope is infinite.
+
+use super::pose_region::PoseRegion;
+use super::region_bounds::{LARGEST_SLACK, Triangles, Wrists};
+use crate::srs::branch::BranchSet;
+use crate::srs::circle::{CROSS_TOLERANCE, Direction, ElbowCircle, Slack};
+use crate::srs::model::SrsArm;
+use crate::unreachable::Unreachable;
+use glam::DVec3;
+use hwall_geometry::Pose;
+
+/// What is proven of a region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RegionVerdict {
+    /// Every pose can be held on each of these branches (and perhaps on others).
+    Reachable(BranchSet),
+    /// No pose can be held, for this reason; gaps are those of the pose that lacks least.
+    Unreachable(Unreachable),
+    /// Neither was proven: a smaller region may tell.
+    Undecided,
+}
+
+/// Distances from the shoulder to the wrist centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShoulderWristRange {
+    /// The shortest, m.
+    pub shortest_m: f64,
+    /// The longest, m.
+    pub longest_m: f64,
+}
+
+impl SrsArm {
+    /// Is a whole region of poses reachable, or none of it?
+    ///
+    /// Either answer is a proof, of the same closed limits and with the same tolerance of 1e-13 as
+    /// [`SrsArm::verdict`]; the module `region` in the sources has the derivation. Poses that only
+    /// a singular shoulder or wrist can hold (a board at full stretch, square to the arm) are
+    /// never proven reachable. A region with NaN, infinite or negative extents is `Undecided`.
+    #[must_use]
+    pub fn region_verdict(&self, region: &PoseRegion) -> RegionVerdict {
+        self.region_verdict_between(self, region)
+    }
+
+    /// The same for a family of arms: `self` has the narrowest limits, `widest` the widest, all
+    /// else alike.
+    ///
+    /// `Reachable` then holds for every arm of the family, and so does `Unreachable`. One use:
+    /// a wall turned about the base axis only turns joint 1, so limits of joint 1 moved by the
+    /// headings' range answer for all headings at once.
+    #[must_use]
+    pub fn region_verdict_between(&self, widest: &Self, region: &PoseRegion) -> RegionVerdict {
+        let cell = match Cell::prepare(self, widest, region) {
+            Ok(cell) => cell,
+            Err(verdict) => return verdict,
+        };
+        // One look at the extremes serves both questions; they answer most of them.
+        let Cell {
+            circle,
+            slack,
+            certain,
+        } = &cell;
+        let extremes = circle.extremes();
+        let mut held = 0;
+        for psi in extremes {
+            let inside = circle.verdicts_within(&self.windows, psi, slack.narrowing());
+            held |= inside.shoulder & inside.wrist & certain;
+        }
+        if held != 0 {
+            return RegionVerdict::Reachable(BranchSet::from_bits(held));
+        }
+        let (mut shoulder, mut wrist, mut may_hold) = (0, 0, false);
+        for psi in extremes {
+            let outside = circle.verdicts_within(&widest.windows, psi, *slack);
+            shoulder |= outside.shoulder;
+            wrist |= outside.wrist;
+            may_hold |= outside.shoulder & outside.wrist != 0;
+        }
+        if !may_hold {
+            let verdict = unreachable(circle, widest, *slack, shoulder, wrist);
+            if let Some(reason) = verdict {
+                return RegionVerdict::Unreachable(reason);
+            }
+        }
+        if *certain != 0 {
+            held = cell.first_held(self, *certain);
+            if held == 0 {
+                held = cell.held_on_the_way(self, *certain);
+            }
+        }
+        if held == 0 {
+            RegionVerdict::Undecided
+        } else {
+            RegionVerdict::Reachable(BranchSet::from_bits(held))
+        }
+    }
+
+    /// All branches that provably hold every pose of a region, each at one arm angle.
+    ///
+    /// Where [`SrsArm::region_verdict`] stops at the first ones it meets, this looks at every limit.
+    #[must_use]
+    pub fn branches_throughout(&self, region: &PoseRegion) -> BranchSet {
+        let Ok(cell) = Cell::prepare(self, self, region) else {
+            return BranchSet::EMPTY;
+        };
+        let mut held = 0;
+        for psi in cell.circle.extremes() {
+            let v = cell
+                .circle
+                .verdicts_within(&self.windows, psi, cell.slack.narrowing());
+            held |= v.shoulder & v.wrist & cell.certain;
+        }
+        while held != cell.certain {
+            let more = cell.first_held(self, cell.certain & !held);
+            if more == 0 {
+                break;
+            }
+            held |= more;
+        }
+        held |= cell.held_on_the_way(self, cell.certain);
+        BranchSet::from_bits(held)
+    }
+
+    /// Wrist centre of a tool pose, from the shoulder, base axes, m.
+    #[must_use]
+    pub fn wrist_from_shoulder_m(&self, base_from_tool: &Pose) -> DVec3 {
+        self.wrist_from_shoulder(&self.flange_pose(base_from_tool))
+    }
+
+    /// The distances from the shoulder to the wrist centre that the elbow's limits allow; all between
+    /// shortest and longest are.
+    #[must_use]
+    pub fn shoulder_wrist_range(&self) -> ShoulderWristRange {
+        let [a, b] = self.distances.sides;
+        ShoulderWristRange {
+            shortest_m: a[0].min(b[0]),
+            longest_m: a[1].max(b[1]),
+        }
+    }
+}
+
+/// How much a reason says is missing, m.
+fn missing(reason: &Unreachable) -> f64 {
+    match *reason {
+        Unreachable::TooFar { gap_m }
+        | Unreachable::TooNear { gap_m }
+        | Unreachable::ElbowLimit { gap_m } => gap_m,
+        _ => f64::INFINITY,
+    }
+}
+
+/// The reason why no arm angle passes with this slack, if none does; the extremes did not.
+fn unreachable(
+    circle: &ElbowCircle,
+    arm: &SrsArm,
+    slack: Slack,
+    mut shoulder: u8,
+    mut wrist: u8,
+) -> Option<Unreachable> {
+    if arm.windows.tilting[0].is_beyond_by(circle.tilting[0].at(Direction::ZERO), slack.shoulder) {
+        return Some(Unreachable::ShoulderLimit);
+    }
+    let straightest = circle.tilting[1].at(circle.straightest_wrist);
+    if arm.windows.tilting[1].is_beyond_by(straightest, slack.wrist) {
+        return Some(Unreachable::WristLimit);
+    }
+    let looser = Slack {
+        shoulder: slack.shoulder + 2.0 * CROSS_TOLERANCE,
+        wrist: slack.wrist + 2.0 * CROSS_TOLERANCE,
+    };
+    let held = circle.first_root(&arm.windows, slack, |psi| {
+        let v = circle.verdicts_within(&arm.windows, psi, looser);
+        shoulder |= v.shoulder;
+        wrist |= v.wrist;
+        v.shoulder & v.wrist
+    });
+    if held != 0 {
+        None
+    } else if shoulder == 0 {
+        Some(Unreachable::ShoulderLimit)
+    } else if wrist == 0 {
+        Some(Unreachable::WristLimit)
+    } else {
+        Some(Unreachable::ArmAngleConflict)
+    }
+}
+
+/// A region made ready for tests at arm angles.
+struct Cell {
+    circle: ElbowCircle,
+    slack: Slack,
+    /// Branches whose elbow reaches every distance of the region.
+    certain: u8,
+}
+
+impl Cell {
+    /// What the distances and the tilts alone decide is the error.
+    #[inline(always)]
+    fn prepare(
+        narrow: &SrsArm,
+        widest: &SrsArm,
+        region: &PoseRegion,
+    ) -> Result<Self, RegionVerdict> {
+        let Some(wrists) = Wrists::new(narrow, region) else {
+            return Err(RegionVerdict::Undecided);
+        };
+        let (narrow, wide) = (&narrow.distances, &widest.distances);
+        let possible = wrists.elbows(wide, |side| {
+            side[0] - wide.tolerance <= wrists.longest
+                && wrists.shortest <= side[1] + wide.tolerance
+        });
+        if possible == 0 {
+            let length = wrists.length.clamp(wrists.shortest, wrists.longest);
+            let least = [wrists.shortest, length, wrists.longest]
+                .map(|length| widest.length_reason(length))
+                .into_iter()
+                .min_by(|a, b| missing(a).total_cmp(&missing(b)));
+            return Err(least.map_or(RegionVerdict::Undecided, RegionVerdict::Unreachable));
+        }
+        // The triangle exists only for lengths the elbow allows; those are what must be covered.
+        let lo = wide.sides[0][0].min(wide.sides[1][0]).max(wrists.shortest);
+        let hi = wide.sides[0][1].max(wide.sides[1][1]).min(wrists.longest);
+        let triangles = Triangles::new(wide, lo.min(hi), lo.max(hi), wrists.length);
+        if let Some(reason) = wrists.tilted_too_far(widest, &triangles) {
+            return Err(RegionVerdict::Unreachable(reason));
+        }
+        let Some(slack) = wrists.slack(&triangles) else {
+            return Err(RegionVerdict::Undecided);
+        };
+        let certain = wrists.elbows(narrow, |side| {
+            side[0] - narrow.tolerance <= wrists.shortest
+                && wrists.longest <= side[1] + narrow.tolerance
+        });
+        let triangle = triangles.reference;
+        let wrist = wrists.wrist * (triangle.length / wrists.length);
+        let rotation = wrists.flange.rotation();
+        Ok(Self {
+            circle: ElbowCircle::new(wrist, triangle, possible, &rotation),
+            slack,
+            certain,
+        })
+    }
+
+    /// Some of the wanted branches for which an arm angle passes all tests narrowed by the slack.
+    fn first_held(&self, arm: &SrsArm, wanted: u8) -> u8 {
+        let slack = self.slack.narrowing();
+        // The roots are taken a little further inside, so that rounding cannot fail their own test.
+        let deeper = Slack {
+            shoulder: slack.shoulder - 2.0 * CROSS_TOLERANCE,
+            wrist: slack.wrist - 2.0 * CROSS_TOLERANCE,
+        };
+        self.circle.first_root(&arm.windows, deeper, |psi| {
+            let v = self.circle.verdicts_within(&arm.windows, psi, slack);
+            v.shoulder & v.wrist & wanted
+        })
+    }
+
+    /// Branches for which a joint with hardly any room is led through its middle.
+    ///
+    /// No single arm angle serves the whole region then. But if the joint is on one side of its
+    /// middle by more than the slack at one arm angle, on the other side at another, and all other
+    /// limits hold with the slack and the way between them to spare, then at every pose of the
+    /// region some arm angle between the two has the joint exactly in the middle (the intermediate
+    /// value theorem), with all others inside.
+    #[inline]
+    fn held_on_the_way(&self, arm: &SrsArm, wanted: u8) -> u8 {
+        let Some(pinched) = &arm.pinched else {
+            return 0;
+        };
+        let mut held = 0;
+        let slack = if pinched.in_shoulder() {
+            self.slack.shoulder
+        } else {
+            self.slack.wrist
+        };
+        let limit = pinched.middle_of(&self.circle);
+        limit.roots(0.0, |psi| {
+            let half = 2.0 * slack / limit.slope(psi).abs();
+            // Also where the slope is 0 or NaN.
+            if half.is_nan() || half > LARGEST_SLACK {
+                return;
+            }
+            let [before, after] = [-half, half].map(|turn| limit.at(psi.turned(turn)));
+            if before.abs() < slack || after.abs() < slack || before * after >= 0.0 {
+                return;
+            }
+            let others = Slack {
+                shoulder: -(self.slack.shoulder + half),
+                wrist: -(self.slack.wrist + half),
+            };
+            let v = self.circle.verdicts_within(&pinched.others, psi, others);
+            let sides = pinched.sides(&self.circle, psi, slack + half);
+            held |= v.shoulder & v.wrist & sides & wanted;
+        });
+        held
+    }
+}

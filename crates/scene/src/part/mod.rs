@@ -1,0 +1,9 @@
+//! Rigid parts: triangles, their hierarchy, and how queries search it.
+
+mod rigid_part;
+mod tree;
+pub(crate) mod triangle;
+
+pub(crate) use rigid_part::{Face, Part, PartHit, PartRay};
+pub use tree::BuildQuality;
+pub(crate) use tree::{ALL, MAX_TRIANGLES};

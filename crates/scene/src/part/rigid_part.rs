@@ -1,0 +1,300 @@
+//! One rigid part: its triangles, their hierarchy, rays and closest points in its own frame.
+//!
+//! The hierarchy is single precision. Coordinates for it are taken relative to the middle of
+//! the part and divided by a power of two, so they lie in [-1, 1] whatever the size and place
+//! of the part.
+
+use super::tree::{BoxRay, BuildQuality, PADDING, Tree};
+use super::triangle::{self, Triangle, WatertightRay};
+use glam::DVec3;
+
+/// Slack of single-precision distances to boxes, in units of the part.
+const DISTANCE_SLACK: f32 = 2.0 * PADDING;
+
+/// Two distances this close (relative) are a tie, as they are at a shared edge.
+const TIE: f64 = 1e-12;
+
+/// Surfaces of a part that have a bit of their own in the hierarchy; the others share the rest.
+const OWN_BITS: usize = 48;
+
+/// A ray in the frame of the part: finite, unit direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PartRay {
+    pub(crate) origin_m: DVec3,
+    pub(crate) direction: DVec3,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PartHit {
+    pub(crate) triangle: usize,
+    pub(crate) point_m: DVec3,
+    pub(crate) distance_m: f64,
+}
+
+/// Side by side, because a query needs both of the face it finds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Face {
+    pub(crate) corners_m: Triangle,
+    pub(crate) surface: u32,
+}
+
+#[derive(Clone)]
+pub(crate) struct Part {
+    /// In the frame of the part and in the order of the leaves.
+    faces: Vec<Face>,
+    /// By surface: its bit in the hierarchy, zero for surfaces of other parts.
+    bits: Vec<u64>,
+    tree: Tree,
+    unit_m: f64,
+    per_unit: f64,
+    half_extent_m: DVec3,
+}
+
+impl Part {
+    /// Faces must be finite, none degenerate, and at least one; the origin of the frame is the
+    /// middle of their box, which is returned in the frame they were given in.
+    pub(crate) fn build(mut faces: Vec<Face>, quality: BuildQuality) -> (Self, DVec3) {
+        let corners = faces.iter().flat_map(|f| f.corners_m);
+        let (min, max) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
+            (lo.min(p), hi.max(p))
+        });
+        let middle = 0.5 * (min + max);
+        for corner in faces.iter_mut().flat_map(|f| &mut f.corners_m) {
+            *corner -= middle;
+        }
+        let half_extent_m = (max - middle).max(middle - min);
+        // A power of two: scaling is exact.
+        let unit_m = half_extent_m.max_element().log2().ceil().exp2();
+        (
+            Self::in_frame(&faces, unit_m, half_extent_m, quality),
+            middle,
+        )
+    }
+
+    /// The same part with another hierarchy.
+    pub(crate) fn rebuilt(&self, quality: BuildQuality) -> Self {
+        Self::in_frame(&self.faces, self.unit_m, self.half_extent_m, quality)
+    }
+
+    fn in_frame(faces: &[Face], unit_m: f64, half_extent_m: DVec3, quality: BuildQuality) -> Self {
+        let bits = surface_bits(faces);
+        let rounded: Vec<_> = faces
+            .iter()
+            .map(|f| f.corners_m.map(|p| (p / unit_m).as_vec3()))
+            .collect();
+        let bits_of: Vec<u64> = faces.iter().map(|f| bits[f.surface as usize]).collect();
+        let (tree, order) = Tree::build(&rounded, &bits_of, quality);
+        Self {
+            faces: order.iter().map(|&i| faces[i as usize]).collect(),
+            bits,
+            tree,
+            unit_m,
+            per_unit: 1.0 / unit_m,
+            half_extent_m,
+        }
+    }
+
+    pub(crate) fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    pub(crate) fn surface(&self, triangle: usize) -> usize {
+        self.faces[triangle].surface as usize
+    }
+
+    /// What marks a surface in the hierarchy: other surfaces may have the same bit, a surface of
+    /// another part has none.
+    pub(crate) fn bit(&self, surface: usize) -> u64 {
+        self.bits.get(surface).copied().unwrap_or(0)
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.faces) + size_of_val(&*self.bits) + self.tree.bytes()
+    }
+
+    /// Nearest hit at a distance in `[0, max_m)`.
+    pub(crate) fn ray_cast(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+        self.hit::<false>(ray, max_m)
+    }
+
+    /// Is there a hit at a distance in `[0, max_m)`? Stops at the first.
+    pub(crate) fn any_hit(&self, ray: &PartRay, max_m: f64) -> bool {
+        self.hit::<true>(ray, max_m).is_some()
+    }
+
+    /// The nearest hit, or any.
+    fn hit<const ANY: bool>(&self, ray: &PartRay, max_m: f64) -> Option<PartHit> {
+        let clipped = self.clip(ray, max_m)?;
+        let boxes = BoxRay::new(clipped.start_m * self.per_unit, clipped.inverse);
+        let exact = WatertightRay::new(clipped.start_m, ray.direction, clipped.inverse);
+        let bound = |distance_m: f64| (distance_m * self.per_unit) as f32 + DISTANCE_SLACK;
+        let mut best_m = max_m - clipped.skipped_m;
+        let mut best = None;
+        self.tree
+            .visit_along(&boxes, bound(best_m), |triangles, mut max| {
+                for i in triangles {
+                    if let Some(distance_m) = exact.intersect(&self.faces[i].corners_m)
+                        && distance_m >= -clipped.skipped_m
+                        && distance_m < best_m
+                    {
+                        best_m = distance_m;
+                        best = Some(i);
+                        max = if ANY {
+                            f32::NEG_INFINITY
+                        } else {
+                            bound(best_m)
+                        };
+                    }
+                }
+                max
+            });
+        let triangle = best?;
+        let point_m = exact.point_on(&self.faces[triangle].corners_m);
+        Some(PartHit {
+            triangle,
+            point_m,
+            distance_m: clipped.skipped_m + best_m,
+        })
+    }
+
+    /// Moves the start of the ray to just before the box of the part, in f64, so that single
+    /// precision never sees a large number. `None` when the ray misses the box.
+    fn clip(&self, ray: &PartRay, max_m: f64) -> Option<Clipped> {
+        let slack_m = f64::from(DISTANCE_SLACK) * self.unit_m;
+        let half = self.half_extent_m + DVec3::splat(slack_m);
+        let inverse = ray.direction.recip();
+        let (mut enter, mut leave) = (0.0_f64, max_m);
+        let (to_low, to_high) = (-half - ray.origin_m, half - ray.origin_m);
+        for axis in 0..3 {
+            // Along the slab these are infinite, of one sign where the ray runs outside. NaN (on
+            // its very border) changes nothing.
+            let (a, b) = (to_low[axis] * inverse[axis], to_high[axis] * inverse[axis]);
+            let (first, last) = if a < b { (a, b) } else { (b, a) };
+            enter = if first > enter { first } else { enter };
+            leave = if last < leave { last } else { leave };
+        }
+        // Far away the slab bounds are rounded by more than the slack.
+        let rounding_m = 4.0 * f64::EPSILON * (ray.origin_m.abs().max_element() + enter);
+        if enter > leave + rounding_m || !enter.is_finite() {
+            return None;
+        }
+        let skipped_m = (enter - slack_m).max(0.0);
+        // Where the ray enters is on the box; what leads off it is rounding of a far origin.
+        let reach = half + DVec3::splat(slack_m);
+        let start_m = (ray.origin_m + ray.direction * skipped_m).clamp(-reach, reach);
+        Some(Clipped {
+            start_m,
+            inverse,
+            skipped_m,
+        })
+    }
+
+    /// Closest point to `p`, nearer than `max_m`, among the triangles of the surfaces that
+    /// `accept` names; `wanted` must hold their [`bit`](Self::bit)s.
+    ///
+    /// Of several triangles at one distance (a shared edge) the one that faces `p` most wins.
+    pub(crate) fn closest(
+        &self,
+        p: DVec3,
+        max_m: f64,
+        wanted: u64,
+        accept: impl Fn(usize) -> bool,
+    ) -> Option<PartHit> {
+        let mut best = Nearest::new(max_m);
+        let per_square_unit = self.per_unit * self.per_unit;
+        self.tree.visit_near(
+            p * self.per_unit,
+            wanted,
+            best.bound() * per_square_unit,
+            |triangles| {
+                for i in triangles {
+                    if accept(self.surface(i)) {
+                        best.offer(p, i, &self.faces[i].corners_m);
+                    }
+                }
+                best.bound() * per_square_unit
+            },
+        );
+        best.hit()
+    }
+}
+
+/// A bit for each surface that occurs: the largest have one of their own, the rest share.
+fn surface_bits(faces: &[Face]) -> Vec<u64> {
+    let count = faces.iter().map(|f| f.surface as usize + 1).max();
+    let count = count.unwrap_or(0);
+    let mut triangles = vec![0_u32; count];
+    for face in faces {
+        triangles[face.surface as usize] += 1;
+    }
+    let mut by_size: Vec<usize> = (0..count).filter(|&s| triangles[s] > 0).collect();
+    by_size.sort_by_key(|&s| std::cmp::Reverse(triangles[s]));
+    let mut bits = vec![0; count];
+    for (rank, surface) in by_size.into_iter().enumerate() {
+        let place = if rank < OWN_BITS {
+            rank
+        } else {
+            OWN_BITS + rank % (64 - OWN_BITS)
+        };
+        bits[surface] = 1 << place;
+    }
+    bits
+}
+
+/// A ray from where it enters the box of the part.
+struct Clipped {
+    start_m: DVec3,
+    /// Of each component of the direction.
+    inverse: DVec3,
+    skipped_m: f64,
+}
+
+/// The closest point so far.
+struct Nearest {
+    distance_squared: f64,
+    /// How squarely the triangle faces the point: decides ties.
+    facing: f64,
+    found: Option<(usize, DVec3)>,
+}
+
+impl Nearest {
+    fn new(max_m: f64) -> Self {
+        Self {
+            distance_squared: max_m * max_m,
+            facing: -1.0,
+            found: None,
+        }
+    }
+
+    /// Squared distance beyond which nothing matters any more.
+    fn bound(&self) -> f64 {
+        self.distance_squared * (1.0 + TIE)
+    }
+
+    fn offer(&mut self, p: DVec3, i: usize, triangle: &Triangle) {
+        let point = triangle::closest_point(p, triangle);
+        let distance_squared = p.distance_squared(point);
+        if distance_squared > self.bound() {
+            return;
+        }
+        let facing = (p - point).dot(triangle::normal(triangle)).abs();
+        let tie = self.found.is_some() && distance_squared >= self.distance_squared * (1.0 - TIE);
+        if !tie || facing > self.facing {
+            *self = Self {
+                distance_squared,
+                facing,
+                found: Some((i, point)),
+            };
+        }
+    }
+
+    fn hit(&self) -> Option<PartHit> {
+        let (triangle, point_m) = self.found?;
+        Some(PartHit {
+            triangle,
+            point_m,
+            distance_m: self.distance_squared.sqrt(),
+        })
+    }
+}

@@ -1,0 +1,192 @@
+//! One triangle: ray intersection without gaps at edges, closest point, normal.
+
+use glam::DVec3;
+
+/// Largest coordinate of a vertex, m. Beyond it, products of areas lose their
+/// precision or overflow; no room is larger than the distance to the moon.
+pub const COORDINATE_LIMIT_M: f64 = 1e9;
+
+/// Within [`COORDINATE_LIMIT_M`]; NaN is not.
+pub(crate) fn is_usable(coordinate: f64) -> bool {
+    coordinate.abs() <= COORDINATE_LIMIT_M
+}
+
+/// Corners in metres, counter-clockwise seen from outside.
+pub(crate) type Triangle = [DVec3; 3];
+
+/// Unit normal by the winding; zero for a triangle without area.
+pub(crate) fn normal([a, b, c]: &Triangle) -> DVec3 {
+    (*b - *a).cross(*c - *a).normalize_or_zero()
+}
+
+pub(crate) fn area_m2([a, b, c]: &Triangle) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
+}
+
+/// Is the area so small that the normal would be rounding noise?
+///
+/// Height over the longest side below 1e-12 of that side: ten bits above the rounding of
+/// coordinates that are about as large as the triangle.
+pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
+    let longest_squared = (*b - *a)
+        .length_squared()
+        .max((*c - *b).length_squared().max((*a - *c).length_squared()));
+    // Twice the area is side times height. NaN compares false, so it has no area either.
+    let twice_area = (*b - *a).cross(*c - *a).length();
+    let has_area = twice_area > 1e-12 * longest_squared;
+    !has_area
+}
+
+/// Closest point of the triangle, by the Voronoi region of `p` (Ericson 2005, section 5.1.5).
+pub(crate) fn closest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
+    let (ab, ac) = (b - a, c - a);
+    let ap = p - a;
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let sum = va + vb + vc;
+    a + ab * (vb / sum) + ac * (vc / sum)
+}
+
+/// A ray prepared for the watertight test of Woop, Benthin and Wald 2013 (JCGT 2:1), in f64.
+///
+/// Space is sheared so that the ray becomes the z axis; a triangle is hit when its three
+/// edge functions agree in sign there. Two triangles that share an edge compute the very
+/// same products for it, so the ray cannot pass between them, whatever the rounding.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WatertightRay {
+    /// Largest component of the direction last, the other two before it in cyclic order.
+    axes: [usize; 3],
+    /// In the order of `axes`, as is the shear.
+    origin: [f64; 3],
+    shear: [f64; 3],
+}
+
+impl WatertightRay {
+    /// `inverse`: of each component of the direction, which must be finite and not zero.
+    pub(crate) fn new(origin: DVec3, direction: DVec3, inverse: DVec3) -> Self {
+        let z = direction.abs().max_position();
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let [dx, dy, per_dz] = [direction[axes[0]], direction[axes[1]], inverse[z]];
+        Self {
+            axes,
+            origin: axes.map(|axis| origin[axis]),
+            shear: [dx * per_dz, dy * per_dz, per_dz],
+        }
+    }
+
+    /// The three edge functions (weights of the corners, not normalised) and the distances of
+    /// the corners along the ray, in lengths of the direction.
+    #[inline(always)]
+    fn edges(&self, corners: &Triangle) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z] = self.axes;
+        let [sx, sy, sz] = self.shear;
+        let [ox, oy, oz] = self.origin;
+        let sheared = |corner: &DVec3| {
+            let p: &[f64; 3] = corner.as_ref();
+            let depth = p[z] - oz;
+            (
+                (p[x] - ox) - sx * depth,
+                (p[y] - oy) - sy * depth,
+                sz * depth,
+            )
+        };
+        let [a, b, c] = corners;
+        let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(a), sheared(b), sheared(c));
+        let weights = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+        (weights, [az, bz, cz])
+    }
+
+    /// Distance to the triangle in lengths of the direction, negative behind the origin; both
+    /// sides count. `None` for a miss or a triangle seen edge-on.
+    #[inline(always)]
+    pub(crate) fn intersect(&self, corners: &Triangle) -> Option<f64> {
+        let ([u, v, w], [az, bz, cz]) = self.edges(corners);
+        let negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
+        let positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
+        let sum = u + v + w;
+        // Without short cuts: half of them would be mispredicted.
+        if (negative & positive) | (sum == 0.0) {
+            None
+        } else {
+            Some((u * az + v * bz + w * cz) / sum)
+        }
+    }
+
+    /// Where a ray that meets the triangle does so, as a point of the triangle.
+    pub(crate) fn point_on(&self, corners: &Triangle) -> DVec3 {
+        let ([u, v, w], _) = self.edges(corners);
+        (corners[0] * u + corners[1] * v + corners[2] * w) / (u + v + w)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: Triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
+
+    #[test]
+    fn closest_point_in_every_region() {
+        let third = DVec3::new(0.25, 0.25, 0.0);
+        for (p, expected) in [
+            (DVec3::new(-1.0, -2.0, 3.0), UNIT[0]),
+            (DVec3::new(3.0, -1.0, 1.0), UNIT[1]),
+            (DVec3::new(-1.0, 3.0, 1.0), UNIT[2]),
+            (DVec3::new(0.5, -1.0, 1.0), DVec3::new(0.5, 0.0, 0.0)),
+            (DVec3::new(-1.0, 0.5, 1.0), DVec3::new(0.0, 0.5, 0.0)),
+            (DVec3::new(1.0, 1.0, 1.0), DVec3::new(0.5, 0.5, 0.0)),
+            (third + DVec3::Z, third),
+        ] {
+            assert!(closest_point(p, &UNIT).distance(expected) < 1e-15, "{p}");
+        }
+    }
+
+    #[test]
+    fn corners_and_edges_are_hit_and_behind_is_negative() {
+        let ray = |origin: DVec3, direction: DVec3| {
+            WatertightRay::new(origin, direction, direction.recip())
+        };
+        let down = |x: f64, y: f64, z: f64| ray(DVec3::new(x, y, z), DVec3::NEG_Z);
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.5, 0.0)] {
+            assert_eq!(down(x, y, 2.0).intersect(&UNIT), Some(2.0), "({x}, {y})");
+        }
+        assert_eq!(down(0.25, 0.25, -3.0).intersect(&UNIT), Some(-3.0));
+        assert_eq!(down(0.6, 0.6, 2.0).intersect(&UNIT), None);
+        let edge_on = ray(DVec3::NEG_X, DVec3::X);
+        assert_eq!(edge_on.intersect(&UNIT), None);
+    }
+
+    #[test]
+    fn slivers_are_degenerate_at_every_size() {
+        for scale in [1e-6, 1.0, 1e6] {
+            assert!(!is_degenerate(&UNIT.map(|p| p * scale)));
+            let sliver = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 1e-14, 0.0)];
+            assert!(is_degenerate(&sliver.map(|p| p * scale)));
+        }
+        assert!(is_degenerate(&[DVec3::NAN; 3]));
+    }
+}

@@ -1,0 +1,266 @@
+//! Rays and closest points.
+
+use crate::error::{SceneError, finite};
+use crate::part::{ALL, PartHit, PartRay, triangle};
+use crate::scene::Scene;
+use crate::surface::{SurfaceId, SurfaceKind};
+use glam::DVec3;
+use hwall_geometry::ArgumentError;
+use hwall_numeric::check::that;
+
+/// Where a ray meets the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// The surface met.
+    pub surface: SurfaceId,
+    /// The point, m; a point of the triangle to rounding.
+    pub point_m: DVec3,
+    /// Unit normal of the triangle, on the side the ray came from.
+    pub normal: DVec3,
+    /// Was the side met the outside, by the winding of the file?
+    pub outside: bool,
+    /// Distance from the origin of the ray, m.
+    pub distance_m: f64,
+}
+
+/// The point of a surface closest to some point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closest {
+    /// The surface it lies on.
+    pub surface: SurfaceId,
+    /// The closest point, m.
+    pub point_m: DVec3,
+    /// Unit normal of the triangle, on the side of the query point (outward if that lies in its plane).
+    pub normal: DVec3,
+    /// Does the query point lie on the outside, by the winding of the file?
+    pub outside: bool,
+    /// Distance from the query point, m.
+    pub distance_m: f64,
+}
+
+impl Scene {
+    /// Nearest surface along a ray, untouchable ones included, both sides of every face.
+    ///
+    /// `direction` may have any length; a hit at the origin itself counts. No ray passes between
+    /// two triangles that share an edge. Everything but the search is f64: the point is good to
+    /// about 1e-15 of the scene's size and 1e-16 of the distance to the origin, divided by
+    /// the sine of the angle to the face where a ray grazes.
+    ///
+    /// # Errors
+    /// NaN, infinity, or a direction of zero length.
+    pub fn ray_cast(&self, origin_m: DVec3, direction: DVec3) -> Result<Option<Hit>, SceneError> {
+        let (origin_m, direction) = (finite("ray origin", origin_m)?, unit(direction)?);
+        let mut best: Option<(usize, PartHit)> = None;
+        for (part, ray) in self.part_rays(origin_m, direction) {
+            let max_m = best.map_or(f64::INFINITY, |(_, hit)| hit.distance_m);
+            if let Some(hit) = self.geometry.parts[part].ray_cast(&ray, max_m) {
+                best = Some((part, hit));
+            }
+        }
+        Ok(best.map(|(part, hit)| {
+            let (normal, outside) = self.facing(part, &hit, -direction);
+            Hit {
+                surface: SurfaceId(self.geometry.parts[part].surface(hit.triangle)),
+                point_m: self.world_from_part[part].transform_point(hit.point_m),
+                normal,
+                outside,
+                distance_m: hit.distance_m,
+            }
+        }))
+    }
+
+    /// Does a ray meet anything at a distance in `[0, max_distance_m)`? Stops at the first hit.
+    ///
+    /// # Errors
+    /// NaN, an infinite origin or direction, a direction of zero length. An infinite distance is fine.
+    pub fn any_hit(
+        &self,
+        origin_m: DVec3,
+        direction: DVec3,
+        max_distance_m: f64,
+    ) -> Result<bool, SceneError> {
+        let (origin_m, direction) = (finite("ray origin", origin_m)?, unit(direction)?);
+        let max_m = distance(max_distance_m)?;
+        Ok(self
+            .part_rays(origin_m, direction)
+            .any(|(part, ray)| self.geometry.parts[part].any_hit(&ray, max_m)))
+    }
+
+    /// Is the open line between two points free?
+    ///
+    /// A billionth of its length is left out at both ends, so that a point on a surface is
+    /// visible; a surface within that of an end does not block.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn visible(&self, from_m: DVec3, to_m: DVec3) -> Result<bool, SceneError> {
+        let line = finite("target", to_m)? - finite("viewpoint", from_m)?;
+        let length_m = line.length();
+        if length_m == 0.0 {
+            return Ok(true);
+        }
+        // Coordinates far from the origin are themselves rounded.
+        let margin_m = 1e-9 * length_m + 1e-14 * from_m.abs().max(to_m.abs()).max_element();
+        if length_m <= 2.0 * margin_m {
+            return Ok(true);
+        }
+        let start_m = from_m + line * (margin_m / length_m);
+        Ok(!self.any_hit(start_m, line, length_m - 2.0 * margin_m)?)
+    }
+
+    /// Closest point of any surface, untouchable ones included, nearer than `max_distance_m`.
+    ///
+    /// Exact to rounding. On an edge, the face that faces the query point most gives the normal.
+    ///
+    /// # Errors
+    /// NaN, an infinite point, a point more than 6e153 m away. An infinite limit is fine.
+    pub fn closest_point(
+        &self,
+        point_m: DVec3,
+        max_distance_m: f64,
+    ) -> Result<Option<Closest>, SceneError> {
+        self.closest(point_m, max_distance_m, |_| ALL, |_| true)
+    }
+
+    /// [`closest_point`](Self::closest_point) among the surfaces that a hand may touch.
+    ///
+    /// # Errors
+    /// As [`closest_point`](Self::closest_point).
+    pub fn closest_touchable(
+        &self,
+        point_m: DVec3,
+        max_distance_m: f64,
+    ) -> Result<Option<Closest>, SceneError> {
+        let geometry = &*self.geometry;
+        self.closest(
+            point_m,
+            max_distance_m,
+            |part| geometry.touchable_bits[part],
+            |id| geometry.kinds[id] != SurfaceKind::Untouchable,
+        )
+    }
+
+    /// Closest point of one surface, at any distance.
+    ///
+    /// # Errors
+    /// NaN, infinity, a point more than 6e153 m away, or an id of another scene.
+    pub fn project_on(&self, surface: SurfaceId, point_m: DVec3) -> Result<Closest, SceneError> {
+        self.check(surface)?;
+        let part = self.geometry.part_of[surface.0];
+        let local = self.world_from_part[part].inverse_transform_point(located(point_m)?);
+        let wanted = self.geometry.parts[part].bit(surface.0);
+        let hit =
+            self.geometry.parts[part].closest(local, f64::INFINITY, wanted, |id| id == surface.0);
+        // Every surface keeps at least one triangle and distances are finite.
+        hit.map(|hit| self.to_closest(part, &hit, point_m))
+            .ok_or(SceneError::NoFaces)
+    }
+
+    /// `wanted`: what to look for in a part, if anything.
+    fn closest(
+        &self,
+        point_m: DVec3,
+        max_distance_m: f64,
+        wanted: impl Fn(usize) -> u64,
+        accept: impl Fn(usize) -> bool + Copy,
+    ) -> Result<Option<Closest>, SceneError> {
+        located(point_m)?;
+        let max_m = distance(max_distance_m)?;
+        let mut best: Option<(usize, PartHit)> = None;
+        for (index, (part, pose)) in self
+            .geometry
+            .parts
+            .iter()
+            .zip(&self.world_from_part)
+            .enumerate()
+        {
+            let wanted = wanted(index);
+            if wanted == 0 {
+                continue;
+            }
+            let bound_m = best.map_or(max_m, |(_, hit)| hit.distance_m);
+            let hit = part.closest(
+                pose.inverse_transform_point(point_m),
+                bound_m,
+                wanted,
+                accept,
+            );
+            if let Some(hit) = hit.filter(|h| h.distance_m < bound_m) {
+                best = Some((index, hit));
+            }
+        }
+        Ok(best.map(|(part, hit)| self.to_closest(part, &hit, point_m)))
+    }
+
+    fn to_closest(&self, part: usize, hit: &PartHit, query_m: DVec3) -> Closest {
+        let point_m = self.world_from_part[part].transform_point(hit.point_m);
+        let (normal, outside) = self.facing(part, hit, query_m - point_m);
+        Closest {
+            surface: SurfaceId(self.geometry.parts[part].surface(hit.triangle)),
+            point_m,
+            normal,
+            outside,
+            distance_m: hit.distance_m,
+        }
+    }
+
+    /// The ray in the frame of each part.
+    fn part_rays(
+        &self,
+        origin_m: DVec3,
+        direction: DVec3,
+    ) -> impl Iterator<Item = (usize, PartRay)> + '_ {
+        self.world_from_part
+            .iter()
+            .enumerate()
+            .map(move |(part, pose)| {
+                let ray = PartRay {
+                    origin_m: pose.inverse_transform_point(origin_m),
+                    direction: pose.inverse_transform_vector(direction),
+                };
+                (part, ray)
+            })
+    }
+
+    /// Unit normal of a triangle on the side that `towards` points to, and whether that is the outside.
+    fn facing(&self, part: usize, hit: &PartHit, towards: DVec3) -> (DVec3, bool) {
+        let outward = triangle::normal(&self.geometry.parts[part].faces()[hit.triangle].corners_m);
+        let normal = self.world_from_part[part].transform_vector(outward);
+        let outside = normal.dot(towards) >= 0.0;
+        (if outside { normal } else { -normal }, outside)
+    }
+}
+
+/// Unit vector of a direction of any length.
+fn unit(direction: DVec3) -> Result<DVec3, SceneError> {
+    let largest = finite("ray direction", direction)?.abs().max_element();
+    if largest == 0.0 {
+        return Err(SceneError::ZeroDirection);
+    }
+    // Squares of 1e-200 vanish and those of 1e200 overflow; then the largest component becomes one first.
+    Ok(if (1e-100..1e100).contains(&largest) {
+        direction.normalize()
+    } else {
+        (direction / largest).normalize()
+    })
+}
+
+/// Rejects NaN, infinity and points so far away that the square of the distance overflows.
+fn located(point_m: DVec3) -> Result<DVec3, ArgumentError> {
+    let distance_m = finite("point", point_m)?.length();
+    let squares = 2.0 * distance_m <= f64::MAX.sqrt();
+    that(squares, "distance", distance_m, "at most 6e153 m")?;
+    Ok(point_m)
+}
+
+/// Rejects NaN; infinity is no limit, and nothing is nearer than a negative distance.
+fn distance(max_distance_m: f64) -> Result<f64, ArgumentError> {
+    if max_distance_m.is_nan() {
+        return Err(ArgumentError::NonFinite {
+            what: "maximum distance",
+            index: None,
+            value: max_distance_m,
+        });
+    }
+    Ok(max_distance_m.max(0.0))
+}

@@ -1,0 +1,116 @@
+//! Triangles on their way into a scene: checks and repairs.
+
+use crate::error::SceneError;
+use crate::part::triangle::{self, Triangle, is_usable};
+use crate::surface::{Surface, validated};
+use glam::DVec3;
+use std::collections::HashSet;
+
+/// A surface and its triangles, corners in metres, counter-clockwise from outside.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SurfaceMesh {
+    /// Name and properties.
+    pub surface: Surface,
+    /// Triangles; both sides can be touched and hit.
+    pub triangles_m: Vec<[DVec3; 3]>,
+}
+
+/// What was left out or patched up on the way from a file to a scene. All zero for a clean file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LoadReport {
+    /// Faces without area, left out.
+    pub degenerate_faces: usize,
+    /// Faces with the corners of an earlier one (in any order, on any surface that moves with it), left out.
+    pub duplicate_faces: usize,
+    /// Polygons that are not convex; cut as a fan anyway, so pieces may overlap.
+    pub concave_polygons: usize,
+    /// Points, lines and faces of fewer than three corners, left out.
+    pub points_and_lines: usize,
+    /// Lines whose keyword means nothing to this reader, left out.
+    pub ignored_lines: usize,
+    /// Surfaces that had no face left, left out.
+    pub empty_surfaces: Vec<String>,
+    /// Material libraries that are missing or malformed.
+    pub missing_material_libraries: Vec<String>,
+    /// Materials that are used but defined nowhere.
+    pub missing_materials: Vec<String>,
+}
+
+impl LoadReport {
+    /// Was nothing left out and nothing mended?
+    #[must_use]
+    pub fn is_clean(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Checks every number, drops faces that cannot be used and surfaces that have none left.
+pub(crate) fn repaired(
+    meshes: Vec<SurfaceMesh>,
+    report: &mut LoadReport,
+) -> Result<Vec<SurfaceMesh>, SceneError> {
+    let mut names = HashSet::new();
+    let mut seen = HashSet::new();
+    let mut kept = Vec::with_capacity(meshes.len());
+    for SurfaceMesh {
+        surface,
+        mut triangles_m,
+    } in meshes
+    {
+        if !names.insert(surface.name.clone()) {
+            return Err(SceneError::DuplicateSurface { name: surface.name });
+        }
+        let surface = validated(surface)?;
+        if let Some(value) = coordinates(&triangles_m).find(|x| !is_usable(*x)) {
+            let (what, wanted) = ("vertex coordinate", "finite and below 1e9 m");
+            return Err(SceneError::Parameter {
+                surface: surface.name,
+                what,
+                value,
+                wanted,
+            });
+        }
+        triangles_m.retain(|t| {
+            let degenerate = triangle::is_degenerate(t);
+            report.degenerate_faces += usize::from(degenerate);
+            !degenerate
+        });
+        // A door moves, so only faces that move together can coincide for good.
+        if surface.kind.range().is_some() {
+            seen.clear();
+        }
+        triangles_m.retain(|t| {
+            let new = seen.insert(key(t));
+            report.duplicate_faces += usize::from(!new);
+            new
+        });
+        if surface.kind.range().is_some() {
+            seen.clear();
+        }
+        if triangles_m.is_empty() {
+            report.empty_surfaces.push(surface.name);
+        } else {
+            kept.push(SurfaceMesh {
+                surface,
+                triangles_m,
+            });
+        }
+    }
+    if kept.is_empty() {
+        Err(SceneError::NoFaces)
+    } else {
+        Ok(kept)
+    }
+}
+
+fn coordinates(triangles: &[Triangle]) -> impl Iterator<Item = f64> + '_ {
+    triangles.iter().flatten().flat_map(|p| p.to_array())
+}
+
+/// The same for every order of the corners.
+fn key(triangle: &Triangle) -> [[u64; 3]; 3] {
+    // Adding zero turns -0 into 0.
+    let mut corners = triangle.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+    corners.sort_unstable();
+    corners
+}

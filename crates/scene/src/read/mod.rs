@@ -1,0 +1,11 @@
+//! From files and triangles to checked surfaces.
+
+mod mesh;
+mod obj;
+mod sidecar;
+
+pub(crate) use mesh::repaired;
+pub use mesh::{LoadReport, SurfaceMesh};
+pub use obj::{LoadLimits, UNNAMED};
+pub(crate) use obj::{parse, read_text};
+pub(crate) use sidecar::apply;
