@@ -106,10 +106,10 @@ fn the_direction_of_motion_is_not_counted_twice() {
     let room = Room::new(6).unwrap();
     let [learnt, judged] = streams(&room, &condition, &Cast::default()).unwrap();
     let taught = Taught::new(reaches(&learnt, condition.person.gaze_noise_rad).unwrap()).unwrap();
-    let regions = |bend: Option<f64>, calibration_sd_m: f64| {
+    let regions = |bend: Option<f64>, registration_sd_m: f64| {
         let config = FusedConfig {
             bend,
-            calibration_sd_m,
+            registration_sd_m,
             ..taught.config.clone()
         };
         let mut predictor = taught.fused(&config).unwrap().predictor;
@@ -119,7 +119,7 @@ fn the_direction_of_motion_is_not_counted_twice() {
     let default = FusedConfig::default();
     let with = regions(default.bend, 0.0);
     let without = regions(None, 0.0);
-    let doubted = regions(default.bend, default.calibration_sd_m);
+    let doubted = regions(default.bend, default.registration_sd_m);
     println!("with {with:?}, without {without:?}, 8 mm of registration {doubted:?}");
     for (with, without) in with.into_iter().zip(without) {
         assert!((with - without).abs() < 0.05, "{with} {without}");

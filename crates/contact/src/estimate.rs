@@ -80,13 +80,3 @@ impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
         (**self).step(frame)
     }
 }
-
-/// `x x'`.
-pub(crate) fn square(x: DVec3) -> DMat3 {
-    outer(x, x)
-}
-
-/// `a b'`.
-pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
-}

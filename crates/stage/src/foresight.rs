@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
-    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorConfig, PredictorInput,
+    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, DeterministicConfig, PredictorInput,
 };
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_kinematics::SrsArm;
@@ -150,8 +150,8 @@ impl Foresight {
         };
         let predictors = [
             fused.map(|fused| Box::new(fused) as Box<dyn Predictor>),
-            ray(PredictorConfig::ray_led())?,
-            ray(PredictorConfig::default())?,
+            ray(DeterministicConfig::ray_led())?,
+            ray(DeterministicConfig::default())?,
         ];
         let answers = Vec::with_capacity(16);
         let all = Self {

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 use hwall_contact::{
-    DeterministicPredictor, Predictor, PredictorConfig, PredictorInput, SteadyPoint,
+    DeterministicPredictor, Predictor, DeterministicConfig, PredictorInput, SteadyPoint,
 };
 use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, HandFrame, Tracking};
 use hwall_haptics::{
@@ -115,7 +115,7 @@ impl Loop {
             servo: ServoArm::new(renderer.arm().clone(), start, servo).unwrap(),
             renderer,
             filter: HandFilter::new(filter).unwrap(),
-            predictor: DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap(),
+            predictor: DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap(),
             gaze: GazeFilter::default(),
             steady: SteadyPoint::new(0.05).unwrap(),
             finger: HandContact::default(),

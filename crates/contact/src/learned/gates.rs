@@ -1,6 +1,6 @@
 //! Soft regions of how far a reach has come.
 
-use crate::reach_track::PROGRESS;
+use super::reach_track::PROGRESS;
 
 /// Width of a region, in mean squared distances of samples from their centres. Wider ones share more
 /// samples: fewer reaches are then enough.
@@ -12,18 +12,18 @@ const ROUNDS: usize = 50;
 
 /// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Gates {
+pub(super) struct Gates {
     /// One over the spread of every scalar over the samples learnt from.
-    pub(crate) scale: [f64; PROGRESS],
-    pub(crate) centres: Vec<[f64; PROGRESS]>,
+    pub(super) scale: [f64; PROGRESS],
+    pub(super) centres: Vec<[f64; PROGRESS]>,
     /// Twice the square of the width of a region, in scaled units.
-    pub(crate) width: f64,
+    pub(super) width: f64,
 }
 
 impl Gates {
     /// At most `count` regions over these samples: k-means from points far from each other, so the
     /// same samples always give the same regions.
-    pub(crate) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
+    pub(super) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
         let n = samples.len().max(1) as f64;
         let scale = std::array::from_fn(|k| {
             let mean = samples.iter().map(|s| s[k]).sum::<f64>() / n;
@@ -57,12 +57,12 @@ impl Gates {
         }
     }
 
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.centres.len()
     }
 
     /// The weights of the regions at a progress.
-    pub(crate) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
+    pub(super) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
         let at = times(progress, &self.scale);
         out.clear();
         out.extend(self.centres.iter().map(|c| squared(&at, c)));

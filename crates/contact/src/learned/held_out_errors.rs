@@ -1,15 +1,15 @@
 //! How far the sources of an estimate are off on reaches that they were not learnt from, and how they
 //! are put together for it.
 
-use crate::estimate::{outer, square};
-use crate::learned::Combination;
-use crate::learning::Sampled;
-use crate::local_ridge::Rows;
-use crate::reach_track::way_axes;
+use super::config::Combination;
+use super::local_ridge::Rows;
+use super::reach_track::way_axes;
+use super::samples::TrainingSample;
+use crate::outer_product::{outer, square};
 use glam::{DMat3, DVec3};
 
 /// Lowest standard deviation of a coordinate that is ever claimed, m: the noise of a good tracker.
-pub(crate) const SENSOR_M: f64 = 3e-4;
+pub(super) const SENSOR_M: f64 = 3e-4;
 /// Lowest standard deviation of a time, s.
 const CLOCK_S: f64 = 2e-3;
 /// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
@@ -26,7 +26,7 @@ const LOST: f64 = 3.0;
 
 /// In which axes errors are alike from reach to reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Axes {
+pub(super) enum Axes {
     /// Along the way from start to end and across it: people miss along their way.
     Way,
     /// Those of the samples: contacts that all lie on one wall are sure along its normal.
@@ -44,15 +44,15 @@ impl Axes {
 
 /// Held-out errors by region of progress, in the axes that describe them best.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct HeldOut {
-    pub(crate) axes: Axes,
-    pub(crate) regions: Vec<Errors>,
+pub(super) struct HeldOut {
+    pub(super) axes: Axes,
+    pub(super) regions: Vec<Errors>,
 }
 
 impl HeldOut {
     /// From what the sources said of every sample when its fold was held out.
-    pub(crate) fn of(
-        samples: &[Sampled],
+    pub(super) fn of(
+        samples: &[TrainingSample],
         rows: &Rows,
         held_out: &[f64],
         combination: Combination,
@@ -70,12 +70,12 @@ impl HeldOut {
     }
 
     /// The errors at a progress.
-    pub(crate) fn at(&self, gates: &[f64]) -> Errors {
+    pub(super) fn at(&self, gates: &[f64]) -> Errors {
         Errors::at(&self.regions, gates)
     }
 
     /// The combination in the frame of the samples: point, m, and covariance, m².
-    pub(crate) fn estimate(
+    pub(super) fn estimate(
         &self,
         errors: &Errors,
         combination: Combination,
@@ -92,17 +92,17 @@ impl HeldOut {
 
 /// Second moments of held-out errors in some axes, m² and s², in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Errors {
-    pub(crate) regression: DMat3,
-    pub(crate) primitive: DMat3,
+pub(super) struct Errors {
+    pub(super) regression: DMat3,
+    pub(super) primitive: DMat3,
     /// `E[regression primitive']`.
-    pub(crate) cross: DMat3,
+    pub(super) cross: DMat3,
     /// Share of the primitive in the combination.
-    pub(crate) gain: f64,
-    pub(crate) time: f64,
+    pub(super) gain: f64,
+    pub(super) time: f64,
     /// Factors on the covariance and on the deviation of the time.
-    pub(crate) spread: f64,
-    pub(crate) time_spread: f64,
+    pub(super) spread: f64,
+    pub(super) time_spread: f64,
 }
 
 impl Errors {
@@ -177,13 +177,13 @@ impl Errors {
     }
 
     /// Standard deviation of the time left, s.
-    pub(crate) fn time_sd_s(&self) -> f64 {
+    pub(super) fn time_sd_s(&self) -> f64 {
         (self.time.sqrt() * self.time_spread).max(CLOCK_S)
     }
 
     /// By region, and the mean log score of the held-out contacts under them.
     fn by_region(
-        samples: &[Sampled],
+        samples: &[TrainingSample],
         rows: &Rows,
         held_out: &[f64],
         combination: Combination,
@@ -228,7 +228,7 @@ impl Errors {
         (regions, score)
     }
 
-    fn of_region(misses: &[Miss], samples: &[Sampled], rows: &Rows, region: usize) -> Self {
+    fn of_region(misses: &[Miss], samples: &[TrainingSample], rows: &Rows, region: usize) -> Self {
         let weight = |row: usize| samples[row].weight * rows.gates(row)[region];
         let limit = |length: &dyn Fn(&Miss) -> f64| {
             let lengths = misses.iter().enumerate();
@@ -266,7 +266,7 @@ impl Errors {
 /// Mean log density of the misses, those far out counting no more than some far out.
 fn log_score(
     misses: &[Miss],
-    samples: &[Sampled],
+    samples: &[TrainingSample],
     rows: &Rows,
     regions: &[Errors],
     combination: Combination,
@@ -291,7 +291,7 @@ struct Miss {
 }
 
 impl Miss {
-    fn of(sample: &Sampled, said: &[f64], axes: Axes) -> Self {
+    fn of(sample: &TrainingSample, said: &[f64], axes: Axes) -> Self {
         let regression_m = sample.now_m + DVec3::from_slice(&said[..3]);
         let inverse = axes.of(sample.start_m, regression_m).transpose();
         Self {
@@ -312,7 +312,7 @@ fn trace(m: &DMat3) -> f64 {
 }
 
 /// The value that a share of the weight lies below; pairs of value and weight.
-pub(crate) fn weighted_quantile(share: f64, values: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub(super) fn weighted_quantile(share: f64, values: impl Iterator<Item = (f64, f64)>) -> f64 {
     let mut values: Vec<(f64, f64)> = values.collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = values.iter().map(|v| v.1).sum();

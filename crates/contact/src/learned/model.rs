@@ -1,99 +1,19 @@
 //! The learned estimator: a regression of the end beside an interaction primitive.
 
+use super::config::{Combination, LearnedConfig};
+use super::estimator::{LearnedEstimator, Learnt, Origin};
+use super::held_out_errors::{HeldOut, weighted_quantile};
+use super::reach_track::Inputs;
+use super::samples;
+use super::training::{self, OUTPUTS};
 use crate::error::ContactError;
-use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use crate::gates::Gates;
-use crate::held_out_errors::{HeldOut, weighted_quantile};
-use crate::learning::{self, OUTPUTS};
-use crate::local_ridge::LocalRidge;
-use crate::primitive::{Follower, Primitive};
 use crate::reach_set::{held_out_groups, touching_point};
-use crate::reach_track::{Inputs, MOST_LAGS, ReachTrack};
-use glam::DVec3;
-use hwall_bip::Basis;
-use hwall_hand::{HandFrame, HandPoint, LabelledReach};
-use hwall_numeric::ArgumentError;
-use hwall_numeric::check::that;
+use hwall_hand::{HandPoint, LabelledReach};
 use std::collections::BTreeSet;
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Longest time without any point of the hand that is bridged, s.
-const LONGEST_GAP_S: f64 = 0.1;
 /// Fewest reaches to learn from.
 const FEWEST: usize = 8;
-
-/// Who says where the reach ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Combination {
-    /// The regression alone.
-    Regression,
-    /// The interaction primitive; the regression where that has lost its way. Time and normal are the
-    /// regression's.
-    Primitive,
-    /// Both, weighted by the joint covariance of their errors on held-out reaches.
-    #[default]
-    Both,
-}
-
-/// How a [`LearnedModel`] is learnt.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LearnedConfig {
-    /// Who says where the reach ends. Default both.
-    pub combination: Combination,
-    /// Let the regression see the direction of gaze. Default `false`: a fusion with a scene weighs the
-    /// gaze by itself, and it is not there in every study.
-    pub gaze: bool,
-    /// Regions of progress, each with coefficients of its own. Default 16; 1 is plain ridge
-    /// regression.
-    pub regions: usize,
-    /// Samples of each reach to learn from. Default 30.
-    pub samples_per_reach: usize,
-    /// Steps back in time that the regression compares the hand with, the first 0.03 s long and each
-    /// next one twice as long; 8 at most. Default 4: a window of 0.24 s.
-    pub lags: usize,
-    /// Basis of the interaction primitive. Default 9 normalised Gaussians.
-    pub basis: Basis,
-    /// Most directions in which the primitive lets reaches differ: what a step costs grows with them.
-    /// Default 24.
-    pub rank: usize,
-    /// Most parts that the reaches are held out in; whole persons where there are three or more. Default 16.
-    pub folds: usize,
-}
-
-impl Default for LearnedConfig {
-    fn default() -> Self {
-        Self {
-            combination: Combination::Both,
-            gaze: false,
-            regions: 16,
-            samples_per_reach: 30,
-            lags: 4,
-            basis: Basis::normalized_gaussian(9),
-            rank: 24,
-            folds: 16,
-        }
-    }
-}
-
-impl LearnedConfig {
-    fn validate(&self) -> Result<(), ArgumentError> {
-        let within = |what, value: usize, range: RangeInclusive<usize>, wanted| {
-            that(range.contains(&value), what, value as f64, wanted)
-        };
-        within("regions", self.regions, 1..=usize::MAX, "at least 1")?;
-        within(
-            "samples_per_reach",
-            self.samples_per_reach,
-            1..=usize::MAX,
-            "at least 1",
-        )?;
-        within("lags", self.lags, 0..=MOST_LAGS, "at most 8")?;
-        within("rank", self.rank, 1..=usize::MAX, "at least 1")?;
-        within("folds", self.folds, 2..=usize::MAX, "at least 2")?;
-        Ok(())
-    }
-}
 
 /// What was learnt from labelled reaches: where a reach like them ends.
 ///
@@ -107,38 +27,7 @@ impl LearnedConfig {
 /// held-out reaches, which makes the factor a little optimistic.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
-    pub(crate) learnt: Arc<Learnt>,
-}
-
-#[derive(Debug)]
-pub(crate) struct Learnt {
-    pub(crate) origin: Origin,
-    pub(crate) inputs: Inputs,
-    pub(crate) gates: Gates,
-    pub(crate) ridge: LocalRidge,
-    pub(crate) primitive: Option<Primitive>,
-    pub(crate) errors: HeldOut,
-    pub(crate) combination: Combination,
-}
-
-/// What a model was learnt from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Origin {
-    pub(crate) reaches: usize,
-    pub(crate) people: usize,
-    pub(crate) median_duration_s: f64,
-}
-
-impl Origin {
-    fn of(reaches: &[LabelledReach]) -> Self {
-        let people: BTreeSet<_> = reaches.iter().filter_map(|r| r.person.as_ref()).collect();
-        let durations = reaches.iter().map(|r| (r.duration_s(), 1.0));
-        Self {
-            reaches: reaches.len(),
-            people: people.len(),
-            median_duration_s: weighted_quantile(0.5, durations),
-        }
-    }
+    pub(super) learnt: Arc<Learnt>,
 }
 
 impl LearnedModel {
@@ -158,10 +47,10 @@ impl LearnedModel {
         touching_point(reaches)?;
         let inputs = Inputs::of(reaches, config.gaze, config.lags);
         let folds = held_out_groups(reaches, config.folds, config.folds);
-        let mut samples = learning::samples(&inputs, reaches, &folds, config);
+        let mut samples = samples::of(&inputs, reaches, &folds, config);
         let primitive = match config.combination {
             Combination::Regression => None,
-            _ => Some(learning::primitive(
+            _ => Some(training::primitive(
                 &inputs,
                 reaches,
                 &folds,
@@ -169,13 +58,13 @@ impl LearnedModel {
                 config,
             )?),
         };
-        let gates = learning::gates(&samples, config.regions);
+        let gates = training::gates(&samples, config.regions);
         let normals = reaches.iter().all(|r| r.normal.is_some());
-        let (rows, fitted) = learning::regression(&inputs, &samples, &gates, normals)?;
+        let (rows, fitted) = training::regression(&inputs, &samples, &gates, normals)?;
         let errors = HeldOut::of(&samples, &rows, &fitted.held_out, config.combination);
         Ok(Self {
             learnt: Arc::new(Learnt {
-                origin: Origin::of(reaches),
+                origin: origin(reaches),
                 inputs,
                 gates,
                 ridge: fitted.ridge,
@@ -225,102 +114,16 @@ impl LearnedModel {
     /// An estimator that waits for a reach. Estimators share what was learnt.
     #[must_use]
     pub fn estimator(&self) -> LearnedEstimator {
-        let learnt = &self.learnt;
-        LearnedEstimator {
-            track: ReachTrack::new(&learnt.inputs),
-            follower: learnt.primitive.as_ref().map(Follower::new),
-            features: Vec::with_capacity(learnt.inputs.widths()[0]),
-            gates: Vec::with_capacity(learnt.gates.len()),
-            last: None,
-            learnt: Arc::clone(learnt),
-        }
+        LearnedEstimator::new(&self.learnt)
     }
 }
 
-/// Follows a reach with a [`LearnedModel`]. A step does not allocate after the first of a reach;
-/// [`begin`](ContactEstimator::begin) does.
-///
-/// A finger that is missing is bridged by another point of the hand; while none is seen at all the last
-/// answer stands for up to 0.1 s, its time to contact running down.
-#[derive(Debug, Clone)]
-pub struct LearnedEstimator {
-    learnt: Arc<Learnt>,
-    track: ReachTrack,
-    follower: Option<Follower>,
-    features: Vec<f64>,
-    gates: Vec<f64>,
-    last: Option<ContactEstimate>,
-}
-
-impl ContactEstimator for LearnedEstimator {
-    fn begin(&mut self) {
-        self.last = None;
-        self.track.begin();
-        if let Some(follower) = &mut self.follower {
-            follower.begin();
-        }
-    }
-
-    fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
-        if !self.track.push(frame) {
-            return self.unseen(frame.t_s);
-        }
-        self.last = self.seen();
-        self.last
-    }
-}
-
-impl LearnedEstimator {
-    /// The last answer, for a time at which nothing was seen.
-    fn unseen(&self, t_s: f64) -> Option<ContactEstimate> {
-        let last = self.last?;
-        let waited_s = t_s - last.t_s;
-        (waited_s > 0.0 && waited_s <= LONGEST_GAP_S).then(|| ContactEstimate {
-            t_s,
-            time_to_contact_s: last.time_to_contact_s.map(|time| TimeToContact {
-                mean_s: (time.mean_s - waited_s).max(0.0),
-                ..time
-            }),
-            ..last
-        })
-    }
-
-    /// The answer to the latest sample of the track.
-    fn seen(&mut self) -> Option<ContactEstimate> {
-        let (t_s, now_m) = self.track.now()?;
-        let (_, start_m) = self.track.start()?;
-        let primitive_m = self.follower.as_mut().and_then(|follower| {
-            follower.step(&self.learnt.inputs, &self.track).ok()?;
-            follower.end().ok()?
-        });
-        let learnt = &*self.learnt;
-        self.track.features_into(&learnt.inputs, &mut self.features);
-        learnt
-            .gates
-            .weights_into(&self.track.progress(), &mut self.gates);
-        let mut out = [0.0; OUTPUTS];
-        let out = &mut out[..learnt.ridge.outputs()];
-        learnt.ridge.predict(&mut self.features, &self.gates, out);
-        let regression_m = now_m + DVec3::from_slice(&out[..3]);
-        let errors = learnt.errors.at(&self.gates);
-        let (point_m, covariance_m2) = learnt.errors.estimate(
-            &errors,
-            learnt.combination,
-            start_m,
-            regression_m,
-            primitive_m,
-        );
-        let normal = (out.len() == OUTPUTS).then(|| DVec3::from_slice(&out[4..7]));
-        let estimate = ContactEstimate {
-            t_s,
-            point_m,
-            covariance_m2: Some(covariance_m2),
-            normal: normal.and_then(DVec3::try_normalize),
-            time_to_contact_s: Some(TimeToContact {
-                mean_s: out[3].max(0.0),
-                sd_s: Some(errors.time_sd_s()),
-            }),
-        };
-        estimate.is_finite().then_some(estimate)
+fn origin(reaches: &[LabelledReach]) -> Origin {
+    let people: BTreeSet<_> = reaches.iter().filter_map(|r| r.person.as_ref()).collect();
+    let durations = reaches.iter().map(|r| (r.duration_s(), 1.0));
+    Origin {
+        reaches: reaches.len(),
+        people: people.len(),
+        median_duration_s: weighted_quantile(0.5, durations),
     }
 }

@@ -1,14 +1,15 @@
 //! Files of learned models: versioned JSON that gives back the model bit by bit, or says what is wrong.
 
+use super::config::Combination;
+use super::estimator::{Learnt, Origin};
+use super::gates::Gates;
+use super::held_out_errors::{Axes, Errors, HeldOut};
+use super::local_ridge::LocalRidge;
+use super::model::LearnedModel;
+use super::primitive::Primitive;
+use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
+use super::training::OUTPUTS;
 use crate::error::ContactError;
-use crate::gates::Gates;
-use crate::held_out_errors::{Axes, Errors, HeldOut};
-use crate::learned::{Combination, LearnedModel};
-use crate::learned::{Learnt, Origin};
-use crate::learning::OUTPUTS;
-use crate::local_ridge::LocalRidge;
-use crate::primitive::Primitive;
-use crate::reach_track::{Inputs, MOST_LAGS, PROGRESS};
 use glam::{DMat3, DVec3};
 use hwall_hand::HandPoint;
 use hwall_numeric::check::{positive, that};

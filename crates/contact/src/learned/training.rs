@@ -1,18 +1,19 @@
-//! From labelled reaches to what a regression is fitted to.
+//! Primitive and regression, and what they predict of reaches that were held out.
 
+use super::config::LearnedConfig;
+use super::gates::Gates;
+use super::held_out_errors::{SENSOR_M, weighted_quantile};
+use super::local_ridge::{Fitted, LocalRidge, Rows};
+use super::primitive::{Primitive, PrimitiveRun, Training, demonstration};
+use super::reach_track::{Inputs, ReachTrack};
+use super::samples::{SampleTimes, TrainingSample};
 use crate::error::ContactError;
-use crate::gates::Gates;
-use crate::held_out_errors::{SENSOR_M, weighted_quantile};
-use crate::learned::LearnedConfig;
-use crate::local_ridge::{Fitted, LocalRidge, Rows};
-use crate::primitive::{Follower, Primitive, Training};
-use crate::reach_track::{Inputs, PROGRESS, ReachTrack};
 use glam::DVec3;
 use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
 
 /// Way left, time left, normal.
-pub(crate) const OUTPUTS: usize = 7;
+pub(super) const OUTPUTS: usize = 7;
 /// Parts that primitives are held out in: a primitive changes little with a fifth of its reaches, and
 /// training it takes longer than training a regression.
 const PRIMITIVE_PARTS: usize = 5;
@@ -23,109 +24,16 @@ const PILOT_RIDGE: f64 = 3e-2;
 /// More points of the hand must better the primitive by this share: they cost time in every step.
 const WORTH: f64 = 0.05;
 
-/// One sample of a reach that is learnt from.
-#[derive(Debug, Clone)]
-pub(crate) struct Sampled {
-    fold: usize,
-    /// All samples of a reach together have the weight 1.
-    pub(crate) weight: f64,
-    progress: [f64; PROGRESS],
-    features: Vec<f64>,
-    pub(crate) start_m: DVec3,
-    pub(crate) now_m: DVec3,
-    pub(crate) end_m: DVec3,
-    pub(crate) left_s: f64,
-    normal: Option<DVec3>,
-    /// What a primitive said that had not learnt from this fold, m.
-    pub(crate) primitive_m: Option<DVec3>,
-}
-
-/// Samples at even times of all reaches, without a primitive.
-pub(crate) fn samples(
-    inputs: &Inputs,
-    reaches: &[LabelledReach],
-    folds: &[usize],
-    config: &LearnedConfig,
-) -> Vec<Sampled> {
-    let mut samples = Vec::new();
-    for (reach, fold) in reaches.iter().zip(folds) {
-        let first = samples.len();
-        let mut track = ReachTrack::new(inputs);
-        let mut due = Due::new(reach, config.samples_per_reach);
-        for (k, frame) in reach.frames.iter().enumerate() {
-            if !track.push(frame) || !due.at(k, frame.t_s) {
-                continue;
-            }
-            let (Some((t_s, now_m)), Some((_, start_m))) = (track.now(), track.start()) else {
-                continue;
-            };
-            let mut features = Vec::new();
-            track.features_into(inputs, &mut features);
-            samples.push(Sampled {
-                fold: *fold,
-                weight: 1.0,
-                progress: track.progress(),
-                features,
-                start_m,
-                now_m,
-                end_m: reach.contact_m,
-                left_s: reach.contact_s - t_s,
-                normal: reach.normal,
-                primitive_m: None,
-            });
-        }
-        let count = (samples.len() - first) as f64;
-        for s in &mut samples[first..] {
-            s.weight = 1.0 / count;
-        }
-    }
-    samples
-}
-
-/// Which frames of a reach are samples: the first, one whenever another share of the time is over,
-/// and the last.
-struct Due {
-    start_s: f64,
-    step_s: f64,
-    last: usize,
-    next: f64,
-}
-
-impl Due {
-    fn new(reach: &LabelledReach, count: usize) -> Self {
-        Self {
-            start_s: reach.frames.first().map_or(0.0, |f| f.t_s),
-            step_s: reach.duration_s() / count as f64,
-            last: reach.frames.len() - 1,
-            next: 0.0,
-        }
-    }
-
-    fn at(&mut self, frame: usize, t_s: f64) -> bool {
-        let due = t_s >= self.start_s + self.next * self.step_s || frame == self.last;
-        if due {
-            let over = (t_s - self.start_s) / self.step_s;
-            // A reach without duration is a single sample.
-            self.next = if over.is_finite() {
-                over.floor() + 1.0
-            } else {
-                f64::INFINITY
-            };
-        }
-        due
-    }
-}
-
 /// Lets primitives say where every sample ends, each trained without the fold it is asked about, and
 /// gives back the one trained on all.
 ///
 /// Of the touching point alone and all points of the hand, the cheaper one is taken unless the other
 /// is clearly better on what was held out.
-pub(crate) fn primitive(
+pub(super) fn primitive(
     inputs: &Inputs,
     reaches: &[LabelledReach],
     folds: &[usize],
-    samples: &mut [Sampled],
+    samples: &mut [TrainingSample],
     config: &LearnedConfig,
 ) -> Result<Primitive, ContactError> {
     let mut best: Option<(f64, Training, Vec<Demonstration>)> = None;
@@ -134,22 +42,22 @@ pub(crate) fn primitive(
     for points in points {
         let demonstrations: Vec<Demonstration> = reaches
             .iter()
-            .map(|r| crate::primitive::demonstration(inputs, points, r))
+            .map(|r| demonstration(inputs, points, r))
             .collect::<Result<_, _>>()?;
         let training = Training::tuned(config, points, &demonstrations)?;
-        let said = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
-        // Where a primitive is lost it counts as if it said that the hand stays where it is.
+        let predicted = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
+        // Where a primitive is lost it counts as if it predicted that the hand stays where it is.
         let misses = samples
             .iter()
-            .zip(&said)
-            .map(|(s, said)| said.unwrap_or(s.now_m).distance(s.end_m));
+            .zip(&predicted)
+            .map(|(s, predicted)| predicted.unwrap_or(s.now_m).distance(s.end_m));
         let mean = robust_mean(misses.zip(samples.iter().map(|s| s.weight)));
         if best
             .as_ref()
             .is_none_or(|(least, ..)| mean < (1.0 - WORTH) * least)
         {
-            for (sample, said) in samples.iter_mut().zip(said) {
-                sample.primitive_m = said;
+            for (sample, predicted) in samples.iter_mut().zip(predicted) {
+                sample.primitive_m = predicted;
             }
             best = Some((mean, training, demonstrations));
         }
@@ -170,7 +78,7 @@ fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 }
 
 /// What primitives say at every sample of the folds that they were not trained with, m, unless they are
-/// lost; in the order of [`samples`].
+/// lost; in the order of the samples.
 fn held_out(
     inputs: &Inputs,
     reaches: &[LabelledReach],
@@ -179,7 +87,7 @@ fn held_out(
     training: &Training,
     config: &LearnedConfig,
 ) -> Result<Vec<Option<DVec3>>, ContactError> {
-    let mut said: Vec<Vec<Option<DVec3>>> = vec![Vec::new(); reaches.len()];
+    let mut predicted: Vec<Vec<Option<DVec3>>> = vec![Vec::new(); reaches.len()];
     // Whole folds make up a part, so what a primitive is asked about stays unknown to it.
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
@@ -189,36 +97,36 @@ fn held_out(
             .filter(|(_, f)| part_of(**f) != part)
             .map(|(pair, _)| pair);
         let primitive = training.primitive(others)?;
-        let mut follower = Follower::new(&primitive);
+        let mut run = PrimitiveRun::new(&primitive);
         let asked = reaches
             .iter()
             .enumerate()
             .filter(|(i, _)| part_of(folds[*i]) == part);
         for (i, reach) in asked {
             let mut track = ReachTrack::new(inputs);
-            let mut due = Due::new(reach, config.samples_per_reach);
-            follower.begin();
+            let mut due = SampleTimes::new(reach, config.samples_per_reach);
+            run.begin();
             for (k, frame) in reach.frames.iter().enumerate() {
                 if !track.push(frame) {
                     continue;
                 }
-                follower.step(inputs, &track)?;
-                if due.at(k, frame.t_s) {
-                    said[i].push(follower.end()?);
+                run.step(inputs, &track)?;
+                if due.is_due(k, frame.t_s) {
+                    predicted[i].push(run.end()?);
                 }
             }
         }
     }
-    Ok(said.concat())
+    Ok(predicted.concat())
 }
 
 /// The regression and what it says of samples whose fold is held out.
 ///
 /// The other points of the hand take part only if that is clearly better on what was held out: hands
 /// that are held in another way than any that were learnt from misled a regression by centimetres.
-pub(crate) fn regression(
+pub(super) fn regression(
     inputs: &Inputs,
-    samples: &[Sampled],
+    samples: &[TrainingSample],
     gates: &Gates,
     normals: bool,
 ) -> Result<(Rows, Fitted), ContactError> {
@@ -238,9 +146,9 @@ pub(crate) fn regression(
         let even = LocalRidge::fit(&rows, &groups, &[PILOT_RIDGE])?;
         weigh(&mut rows, &even.held_out);
         let fitted = LocalRidge::fit(&rows, &groups, &RIDGES)?;
-        let said = fitted.held_out.chunks_exact(rows.outputs);
-        let misses = samples.iter().zip(said).map(|(s, said)| {
-            let end_m = s.now_m + DVec3::from_slice(&said[..3]);
+        let predicted = fitted.held_out.chunks_exact(rows.outputs);
+        let misses = samples.iter().zip(predicted).map(|(s, predicted)| {
+            let end_m = s.now_m + DVec3::from_slice(&predicted[..3]);
             end_m.distance(s.end_m)
         });
         // The same weights for both, so that neither chooses what it is judged by.
@@ -259,12 +167,12 @@ pub(crate) fn regression(
 }
 
 /// Regions of progress over samples.
-pub(crate) fn gates(samples: &[Sampled], count: usize) -> Gates {
+pub(super) fn gates(samples: &[TrainingSample], count: usize) -> Gates {
     let progress: Vec<_> = samples.iter().map(|s| s.progress).collect();
     Gates::of(&progress, count)
 }
 
-fn rows(samples: &[Sampled], width: usize, gates: &Gates, normals: bool) -> Rows {
+fn rows(samples: &[TrainingSample], width: usize, gates: &Gates, normals: bool) -> Rows {
     let mut rows = Rows {
         width,
         regions: gates.len(),

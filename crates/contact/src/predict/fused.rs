@@ -1,15 +1,15 @@
 //! Prediction from all evidence: the hand's motion, the gaze, the surfaces and the time.
 
-use crate::deterministic::{DeterministicPredictor, PredictorConfig};
+use super::deterministic::{DeterministicConfig, DeterministicPredictor};
+use super::gaussian::Gaussian;
+use super::gaze_model::{GazeMemory, GazeModel};
+use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
+use super::resting::{RestWatch, SurfacePlace};
+use super::stream::StreamEstimator;
+use super::surface_shares::{Face, SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;
-use crate::estimate::square;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use crate::gaussian::Gaussian;
-use crate::gaze_evidence::{GazeMemory, GazeModel};
-use crate::predict::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-use crate::standing::{Standing, Touched, onto};
-use crate::stream::StreamEstimator;
-use crate::surface_share::{Face, SurfaceShares};
+use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandState, WatchConfig};
 use hwall_numeric::check::{non_negative, positive, that};
@@ -28,7 +28,7 @@ pub struct FusedConfig {
     /// covariance of everything said of a contact, and a hand at rest this near (by a few sds) to a surface
     /// is on it. Default 0.008; [`RigidFit`](hwall_hand::RigidFit) tells that of a place, 0 is for
     /// simulations. It shifts the hand, the gaze and the estimate alike, so it does not part them.
-    pub calibration_sd_m: f64,
+    pub registration_sd_m: f64,
     /// How far beside the line ahead of it a moving hand touches, as a share of the way left, sd in
     /// each of two directions; `None` leaves the direction of motion aside. Default 0.25: on
     /// simulated reaches it takes a third off the error of a regression at 90 % of the time. With the
@@ -52,7 +52,7 @@ pub struct FusedConfig {
     /// Default 0.005.
     pub min_probability: f64,
     /// What answers when no surface lies where the evidence points.
-    pub fallback: PredictorConfig,
+    pub fallback: DeterministicConfig,
 }
 
 impl Default for FusedConfig {
@@ -61,7 +61,7 @@ impl Default for FusedConfig {
             gaze: GazeModel::default(),
             watch: WatchConfig::default(),
             default_sd_m: 0.1,
-            calibration_sd_m: 0.008,
+            registration_sd_m: 0.008,
             bend: Some(0.25),
             rest_sd_m: 0.4,
             leaving_share: 0.1,
@@ -69,7 +69,7 @@ impl Default for FusedConfig {
             rays: 19,
             round_about_share: 0.1,
             min_probability: 0.005,
-            fallback: PredictorConfig::ray_led(),
+            fallback: DeterministicConfig::ray_led(),
         }
     }
 }
@@ -114,7 +114,7 @@ pub struct FusedPredictor<E> {
     config: FusedConfig,
     gaze: GazeMemory,
     shares: SurfaceShares,
-    standing: Standing,
+    rest: RestWatch,
     estimate: Option<ContactEstimate>,
     fallback: DeterministicPredictor,
     answers: Vec<ContactPrediction>,
@@ -128,7 +128,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     pub fn new(estimator: E, config: FusedConfig) -> Result<Self, ContactError> {
         config.gaze.validate()?;
         positive("default_sd_m", config.default_sd_m)?;
-        non_negative("calibration_sd_m", config.calibration_sd_m)?;
+        non_negative("registration_sd_m", config.registration_sd_m)?;
         positive("rest_sd_m", config.rest_sd_m)?;
         config.bend.map_or(Ok(0.0), |bend| positive("bend", bend))?;
         positive("max_distance_m", config.max_distance_m)?;
@@ -146,7 +146,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             fallback: DeterministicPredictor::new(config.fallback)?,
             config,
             gaze: GazeMemory::default(),
-            standing: Standing::default(),
+            rest: RestWatch::default(),
             estimate: None,
             answers: Vec::with_capacity(16),
         })
@@ -168,23 +168,23 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     pub fn reset(&mut self) {
         self.stream.reset();
         self.gaze.forget();
-        self.standing.forget();
+        self.rest.forget();
         self.estimate = None;
         self.answers.clear();
     }
 
-    /// What the motion alone says, and whether it says anything.
-    fn by_motion(&self, hand: &HandState) -> Option<(Gaussian, bool)> {
+    /// The contact point by the motion alone: about the estimate, or about a hand at rest.
+    fn by_motion(&self, hand: &HandState) -> Option<ByMotion> {
         let spread = |covariance: Option<DMat3>| {
             let sd = self.config.default_sd_m;
             covariance.unwrap_or(DMat3::from_diagonal(DVec3::splat(sd * sd)))
         };
-        let moving = self
+        let estimated = self
             .estimate
             .and_then(|e| Gaussian::new(e.point_m, spread(e.covariance_m2)));
-        match moving {
-            Some(gaussian) => Some((gaussian, true)),
-            None => Some((Gaussian::ball(hand.point_m, self.config.rest_sd_m)?, false)),
+        match estimated {
+            Some(gaussian) => Some(ByMotion::Estimated(gaussian)),
+            None => Gaussian::ball(hand.point_m, self.config.rest_sd_m).map(ByMotion::AtRest),
         }
     }
 
@@ -208,44 +208,44 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         by_motion.times(hand.point_m, across * (1.0 / (sd_m * sd_m)))
     }
 
-    /// The faces for every belief. Returns false when nothing is met.
+    /// The faces for every hypothesis. Returns false when nothing is met.
     fn divide(&mut self, scene: &Scene, hand: &HandState, origin_m: DVec3) -> bool {
         self.shares.clear();
-        let Some((gaussian, moving)) = self.by_motion(hand) else {
-            return false;
-        };
-        let gaussian = if moving {
-            self.straight_on(scene, hand, &gaussian).unwrap_or(gaussian)
-        } else {
-            gaussian
+        let (gaussian, moving) = match self.by_motion(hand) {
+            None => return false,
+            Some(ByMotion::AtRest(gaussian)) => (gaussian, false),
+            Some(ByMotion::Estimated(estimated)) => {
+                let narrowed = self.straight_on(scene, hand, &estimated);
+                (narrowed.unwrap_or(estimated), true)
+            }
         };
         // A resting hand has no direction yet: whatever the person sees is open to it.
         let (from_m, heading) = match (moving, self.gaze.ray()) {
             (false, Some(ray)) => (ray.origin_m, Some(ray.direction)),
             _ => (origin_m, hand.direction),
         };
-        let reach_m = self.config.max_distance_m + from_m.distance(hand.point_m);
-        let beliefs = self.config.gaze.weigh(&gaussian, &self.gaze, hand.t_s);
-        for belief in beliefs.into_iter().flatten() {
+        let from = Viewpoint {
+            origin_m: from_m,
+            heading,
+            max_distance_m: self.config.max_distance_m + from_m.distance(hand.point_m),
+        };
+        let hypotheses = self.config.gaze.weigh(&gaussian, &self.gaze, hand.t_s);
+        for hypothesis in hypotheses.into_iter().flatten() {
             // What its own line of sight meets can be meant although the straight way there is barred.
-            let seen = belief.sight.and_then(|ray| {
+            let seen = hypothesis.sight.and_then(|ray| {
                 let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
                 let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
-                (near && scene.surface(hit.surface).touchable()).then(|| facing(&hit, origin_m))
+                (near && scene.surface(hit.surface).touchable()).then(|| SeenFace {
+                    hit: facing(&hit, origin_m),
+                    share: self.config.round_about_share,
+                })
             });
-            let seen = seen
-                .as_ref()
-                .map(|hit| (hit, self.config.round_about_share));
-            let Some(registered) = belief.gaussian.widened(self.config.calibration_sd_m) else {
+            let Some(registered) = hypothesis.gaussian.widened(self.config.registration_sd_m)
+            else {
                 continue;
             };
-            self.shares.add(
-                scene,
-                (from_m, heading, reach_m),
-                &registered,
-                belief.weight,
-                seen,
-            );
+            self.shares
+                .add(scene, &from, &registered, hypothesis.weight, seen);
         }
         if self.shares.compare() {
             return true;
@@ -260,7 +260,13 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 
     /// Adds up the faces of each surface; a surface that the hand rests on stands by itself.
-    fn rank(&mut self, scene: &Scene, hand: &HandState, behind: bool, touched: Option<Touched>) {
+    fn rank(
+        &mut self,
+        scene: &Scene,
+        hand: &HandState,
+        behind: bool,
+        touched: Option<SurfacePlace>,
+    ) {
         let faces = self.shares.faces();
         let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| self.config.leaving_share);
@@ -289,12 +295,19 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let Some(best) = of(face.surface).max_by(|a, b| a.mass.total_cmp(&b.mass)) else {
                 continue;
             };
-            let (mean_m, covariance_m2) = moments(|| of(face.surface), best);
-            let (point_m, normal) = onto(scene, face.surface, mean_m, (best.met_m, best.normal))
-                .unwrap_or((best.met_m, best.normal));
-            let off_plane_m = self.config.calibration_sd_m.hypot(LEAST_SD_M);
-            let covariance_m2 =
-                covariance_m2 + square(point_m - mean_m) + square(best.normal * off_plane_m);
+            let moments = Moments::of(|| of(face.surface), best);
+            let met = SurfacePlace {
+                surface: face.surface,
+                point_m: best.met_m,
+                normal: best.normal,
+            };
+            let SurfacePlace {
+                point_m, normal, ..
+            } = met.below(scene, moments.mean_m).unwrap_or(met);
+            let off_plane_m = self.config.registration_sd_m.hypot(LEAST_SD_M);
+            let covariance_m2 = moments.covariance_m2
+                + square(point_m - moments.mean_m)
+                + square(best.normal * off_plane_m);
             let distance_m = (hand.point_m - point_m).dot(normal);
             let p = others * weight / total;
             probability += p;
@@ -315,7 +328,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             });
         }
         if let Some(touched) = touched {
-            let sd_m = self.config.calibration_sd_m.hypot(LEAST_SD_M);
+            let sd_m = self.config.registration_sd_m.hypot(LEAST_SD_M);
             self.answers.push(ContactPrediction {
                 surface: touched.surface,
                 point_m: touched.point_m,
@@ -357,6 +370,14 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 }
 
+/// The contact point by the motion of the hand alone.
+enum ByMotion {
+    /// About the estimate.
+    Estimated(Gaussian),
+    /// About a hand at rest, which may touch anywhere near.
+    AtRest(Gaussian),
+}
+
 /// The hand is there.
 const NOW: TimeToContact = TimeToContact {
     mean_s: 0.0,
@@ -384,52 +405,63 @@ fn facing(hit: &Hit, towards_m: DVec3) -> Hit {
     }
 }
 
-/// Mean and covariance of a contact by the faces of one surface, m and m². The mean is of the faces that
-/// agree with the best one: between two places that a person may mean, neither is touched. The
-/// covariance about it is of all faces: positive semidefinite, as every face's is.
-fn moments<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> (DVec3, DMat3) {
-    let agree = |f: &&Face| {
-        let sum = f.covariance_m2 + best.covariance_m2;
-        let variance_m2 = sum.x_axis.x + sum.y_axis.y + sum.z_axis.z;
-        f.mean_m.distance_squared(best.mean_m) <= AGREE * variance_m2
-    };
-    let agreed = || faces().filter(agree);
-    let mean_m =
-        agreed().map(|f| f.mean_m * f.mass).sum::<DVec3>() / agreed().map(|f| f.mass).sum::<f64>();
-    let weight: f64 = faces().map(|f| f.mass).sum();
-    let covariance_m2 = faces()
-        .map(|f| (f.covariance_m2 + square(f.mean_m - mean_m)) * (f.mass / weight))
-        .fold(DMat3::ZERO, |sum, c| sum + c);
-    (mean_m, covariance_m2)
+/// Mean and covariance of a contact by the faces of one surface.
+struct Moments {
+    /// Of the faces that agree with the best one, m: between two places that a person may mean, neither is
+    /// touched.
+    mean_m: DVec3,
+    /// About that mean, of all faces, m²: positive semidefinite, as that of every face is.
+    covariance_m2: DMat3,
+}
+
+impl Moments {
+    fn of<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> Self {
+        let agree = |f: &&Face| {
+            let sum = f.covariance_m2 + best.covariance_m2;
+            let variance_m2 = sum.x_axis.x + sum.y_axis.y + sum.z_axis.z;
+            f.mean_m.distance_squared(best.mean_m) <= AGREE * variance_m2
+        };
+        let agreed = || faces().filter(agree);
+        let mean_m = agreed().map(|f| f.mean_m * f.mass).sum::<DVec3>()
+            / agreed().map(|f| f.mass).sum::<f64>();
+        let weight: f64 = faces().map(|f| f.mass).sum();
+        let covariance_m2 = faces()
+            .map(|f| (f.covariance_m2 + square(f.mean_m - mean_m)) * (f.mass / weight))
+            .fold(DMat3::ZERO, |sum, c| sum + c);
+        Self {
+            mean_m,
+            covariance_m2,
+        }
+    }
 }
 
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         self.answers.clear();
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
-        self.estimate = self.stream.step(seen.frame, seen.hand).filter(finite);
+        self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
         self.gaze
-            .step(seen.frame.t_s, seen.gaze, self.config.gaze.saccade_rad());
+            .step(input.frame.t_s, input.gaze, self.config.gaze.saccade_rad());
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
-        let Some(hand) = seen.hand.filter(usable) else {
-            self.standing.forget();
+        let Some(hand) = input.hand.filter(usable) else {
+            self.rest.forget();
             return &self.answers;
         };
         let eye_m = self.gaze.ray().map(|ray| ray.origin_m);
-        let (origin_m, behind) = self.standing.free_side(scene, hand.point_m, eye_m);
-        let touched = self.standing.rest(
+        let side = self.rest.free_side(scene, hand.point_m, eye_m);
+        let touched = self.rest.rest(
             scene,
             hand,
-            (origin_m, behind),
-            self.config.calibration_sd_m,
+            &side,
+            self.config.registration_sd_m,
             &self.config.watch,
         );
-        let met = self.divide(scene, hand, origin_m);
+        let met = self.divide(scene, hand, side.from_m);
         if met || touched.is_some() {
-            self.rank(scene, hand, behind.is_some(), touched);
+            self.rank(scene, hand, side.behind.is_some(), touched);
         }
         if self.answers.is_empty() {
-            let fallback = self.fallback.predict(scene, seen);
+            let fallback = self.fallback.predict(scene, input);
             self.answers.extend_from_slice(fallback);
         }
         &self.answers

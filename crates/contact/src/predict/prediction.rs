@@ -5,7 +5,8 @@ use glam::{DMat3, DVec3};
 use hwall_hand::{GazeRay, HandFrame, HandState};
 use hwall_scene::{Scene, SurfaceId};
 
-/// What is known at one time: a sample and what the filters made of it; all in the frame of the scene.
+/// What a predictor is given at one time: a sample and what the filters made of it, all in the frame of the
+/// scene.
 #[derive(Debug, Clone, Copy)]
 pub struct PredictorInput<'a> {
     /// The sample as the tracker gave it.
@@ -62,11 +63,11 @@ pub enum PredictionSource {
 pub trait Predictor {
     /// The contact that comes next: answers by probability, the most probable first; empty when
     /// none is in sight. No number of an answer is NaN or infinite.
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction];
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
 }
 
 impl<P: Predictor + ?Sized> Predictor for Box<P> {
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
-        (**self).predict(scene, seen)
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        (**self).predict(scene, input)
     }
 }

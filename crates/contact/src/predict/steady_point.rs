@@ -1,7 +1,7 @@
 //! A prediction that does not fidget.
 
+use super::prediction::ContactPrediction;
 use crate::error::ContactError;
-use crate::predict::ContactPrediction;
 use glam::DVec3;
 use hwall_numeric::check::positive;
 
@@ -66,8 +66,8 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::prediction::PredictionSource;
     use super::*;
-    use crate::PredictionSource;
     use hwall_scene::SurfaceId;
 
     fn at(surface: usize, point_m: DVec3, normal: DVec3) -> ContactPrediction {

@@ -1,7 +1,7 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
-use crate::estimate::square;
-use crate::gaussian::{Gaussian, spiral};
+use super::gaussian::{Gaussian, spiral};
+use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
@@ -12,18 +12,36 @@ const SAME_PLANE_M: f64 = 1e-3;
 
 /// A plane of a surface, and what one Gaussian says about a contact there.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Face {
-    pub(crate) surface: SurfaceId,
-    pub(crate) normal: DVec3,
+pub(super) struct Face {
+    pub(super) surface: SurfaceId,
+    pub(super) normal: DVec3,
     /// A point of the face that was met, m.
-    pub(crate) met_m: DVec3,
+    pub(super) met_m: DVec3,
     /// Logarithm of the weight of a contact here; differences between faces count.
     log_mass: f64,
     /// The weight itself, that of the heaviest face 1; once [`SurfaceShares::compare`] was called.
-    pub(crate) mass: f64,
+    pub(super) mass: f64,
     /// Where on the face, m and m².
-    pub(crate) mean_m: DVec3,
-    pub(crate) covariance_m2: DMat3,
+    pub(super) mean_m: DVec3,
+    pub(super) covariance_m2: DMat3,
+}
+
+/// Where surfaces are looked for from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Viewpoint {
+    pub(super) origin_m: DVec3,
+    /// Where the hand goes, for a Gaussian about the hand itself.
+    pub(super) heading: Option<DVec3>,
+    /// Surfaces further away than this do not count, m.
+    pub(super) max_distance_m: f64,
+}
+
+/// A face that counts although no ray may meet it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SeenFace {
+    pub(super) hit: Hit,
+    /// The share of it that counts at least.
+    pub(super) share: f64,
 }
 
 /// Divides Gaussians among the faces that straight ways from a point meet first.
@@ -38,7 +56,7 @@ pub(crate) struct Face {
 /// and the share is Σ wᵢ over the rays that meet f first, by Σ wᵢ over all. So a wall without end
 /// gets its exact weight from however few rays, and an edge costs an error of about half a ray.
 #[derive(Debug, Clone)]
-pub(crate) struct SurfaceShares {
+pub(super) struct SurfaceShares {
     /// The first `few` are spread like all of them.
     nodes: Vec<Node>,
     few: usize,
@@ -91,7 +109,7 @@ const NEGLIGIBLE: f64 = 1e-5;
 const MAX_FACES: usize = 96;
 
 impl SurfaceShares {
-    pub(crate) fn new(rays: usize) -> Self {
+    pub(super) fn new(rays: usize) -> Self {
         let rays = rays.max(1);
         let all = spiral(rays);
         let stride = rays.div_ceil(FEW_RAYS);
@@ -109,17 +127,17 @@ impl SurfaceShares {
     }
 
     /// The faces found since the last [`clear`](Self::clear).
-    pub(crate) fn faces(&self) -> &[Face] {
+    pub(super) fn faces(&self) -> &[Face] {
         &self.faces
     }
 
-    pub(crate) fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.faces.clear();
     }
 
     /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns false
     /// when none is left.
-    pub(crate) fn compare(&mut self) -> bool {
+    pub(super) fn compare(&mut self) -> bool {
         let log_masses = self.faces.iter().map(|f| f.log_mass);
         let most = log_masses.fold(f64::NEG_INFINITY, f64::max);
         // Infinity less infinity is NaN, which is dropped.
@@ -130,35 +148,28 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of `gaussian` and are met first from `origin_m`, nearer
-    /// than `max_distance_m`. `heading`: where the hand goes, for a Gaussian about the hand
-    /// itself. `weight`: of the Gaussian, all adding up to 1. `seen` is a face that counts although no
-    /// ray may meet it, with the share given.
-    pub(crate) fn add(
+    /// Adds the faces that hold a part of `gaussian` and are met first from a viewpoint. `weight`: of the
+    /// Gaussian; all add up to 1.
+    pub(super) fn add(
         &mut self,
         scene: &Scene,
-        (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
+        from: &Viewpoint,
         gaussian: &Gaussian,
         weight: f64,
-        seen: Option<(&Hit, f64)>,
+        seen: Option<SeenFace>,
     ) {
         let first = self.faces.len();
-        self.cast(
-            scene,
-            (origin_m, heading, max_distance_m),
-            gaussian,
-            (first, weight >= LITTLE),
-        );
-        let seen_face = seen.and_then(|(hit, share)| Some((self.face_of(hit, first)?, share)));
+        self.cast(scene, from, gaussian, first, weight >= LITTLE);
+        let seen_index = seen.and_then(|seen| self.face_of(&seen.hit, first));
         for index in first..self.faces.len() {
-            let least =
-                seen_face.map_or(0.0, |(face, share)| if face == index { share } else { 0.0 });
-            self.weigh(index, origin_m, gaussian, weight.ln(), least);
+            let is_seen = seen_index == Some(index);
+            let least = seen.filter(|_| is_seen).map_or(0.0, |seen| seen.share);
+            self.weigh(index, from.origin_m, gaussian, weight.ln(), least);
         }
     }
 
     /// Adds the face closest to the mean alone, for when no ray meets any.
-    pub(crate) fn add_closest(
+    pub(super) fn add_closest(
         &mut self,
         scene: &Scene,
         origin_m: DVec3,
@@ -187,15 +198,21 @@ impl SurfaceShares {
         });
     }
 
-    /// Casts the rays, few unless it is to be looked at `closely` and those disagree; the faces met are
-    /// appended, each once.
+    /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. The faces
+    /// met are appended after `first`, each once.
     fn cast(
         &mut self,
         scene: &Scene,
-        (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
+        from: &Viewpoint,
         gaussian: &Gaussian,
-        (first, closely): (usize, bool),
+        first: usize,
+        closely: bool,
     ) {
+        let Viewpoint {
+            origin_m,
+            heading,
+            max_distance_m,
+        } = *from;
         self.rays.clear();
         let sd_m = gaussian.sd_m();
         let to_mean = gaussian.mean_m - origin_m;

@@ -4,7 +4,7 @@ use crate::contact::candidates::{self as contact_candidates, Role, Trained};
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
-    LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorConfig, PredictorInput,
+    LearnedConfig, LearnedModel, PredictionSource, Predictor, DeterministicConfig, PredictorInput,
     StreamEstimator,
 };
 use hwall_hand::{LabelledReach, WatchConfig};
@@ -42,7 +42,7 @@ impl Contender {
     /// # Errors
     /// Never for the default limits.
     pub fn ray_cast() -> anyhow::Result<Self> {
-        let ray = DeterministicPredictor::new(PredictorConfig::default())?;
+        let ray = DeterministicPredictor::new(DeterministicConfig::default())?;
         Ok(Self::of(RAY_CAST, ray))
     }
 
@@ -51,7 +51,7 @@ impl Contender {
     /// # Errors
     /// Never for these limits.
     pub fn ray_led() -> anyhow::Result<Self> {
-        let ray = DeterministicPredictor::new(PredictorConfig::ray_led())?;
+        let ray = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         Ok(Self::of(RAY_LED, ray))
     }
 

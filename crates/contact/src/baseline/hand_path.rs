@@ -1,15 +1,20 @@
 //! Where the touching point went in the course of a reach.
 
+use crate::error::ContactError;
+use crate::estimate::ContactEstimate;
+use crate::reach_set::{mean_offsets_m, touching_point};
+use crate::slope::slope;
 use glam::DVec3;
 use hwall_hand::reach::TouchingPoint;
-use hwall_hand::{HandFrame, HandPoint};
+use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_numeric::check::positive;
 
 /// Velocities are slopes of straight lines through this much of the past, s.
 const VELOCITY_WINDOW_S: f64 = 0.06;
 
 /// Where the touching point went since the reach began.
 #[derive(Debug, Clone)]
-pub(crate) struct TouchPath {
+pub(super) struct HandPath {
     touching: TouchingPoint,
     /// Time of the first sample of the reach, whatever was seen in it, s.
     start_s: Option<f64>,
@@ -17,9 +22,9 @@ pub(crate) struct TouchPath {
     points_m: Vec<DVec3>,
 }
 
-impl TouchPath {
+impl HandPath {
     /// `usual_m`: the usual offset of the touching point from every other point of the hand, m.
-    pub(crate) fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
+    pub(super) fn new(point: HandPoint, usual_m: [Option<DVec3>; 6]) -> Self {
         Self {
             touching: TouchingPoint::new(point, usual_m),
             start_s: None,
@@ -28,7 +33,7 @@ impl TouchPath {
         }
     }
 
-    pub(crate) fn begin(&mut self) {
+    pub(super) fn begin(&mut self) {
         self.touching.begin();
         self.start_s = None;
         self.times_s.clear();
@@ -37,7 +42,7 @@ impl TouchPath {
 
     /// Takes a sample; `false` where it brings nothing: no point of the hand, or a time that is not
     /// after the last one.
-    pub(crate) fn take(&mut self, frame: &HandFrame) -> bool {
+    pub(super) fn take(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
         if !t_s.is_finite() || self.times_s.last().is_some_and(|&last| t_s <= last) {
             return false;
@@ -55,42 +60,42 @@ impl TouchPath {
     }
 
     /// From another point of the hand to the touching point, m; `None` where both were never seen.
-    pub(crate) fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
+    pub(super) fn offset_m(&self, other: HandPoint) -> Option<DVec3> {
         self.touching.offset_m(other)
     }
 
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.times_s.len()
     }
 
-    pub(crate) fn times_s(&self) -> &[f64] {
+    pub(super) fn times_s(&self) -> &[f64] {
         &self.times_s
     }
 
-    pub(crate) fn points_m(&self) -> &[DVec3] {
+    pub(super) fn points_m(&self) -> &[DVec3] {
         &self.points_m
     }
 
     /// Time of the last sample taken, s. There is one wherever a prediction is made.
-    pub(crate) fn now_s(&self) -> f64 {
+    pub(super) fn now_s(&self) -> f64 {
         self.times_s[self.times_s.len() - 1]
     }
 
-    pub(crate) fn now_m(&self) -> DVec3 {
+    pub(super) fn now_m(&self) -> DVec3 {
         self.points_m[self.points_m.len() - 1]
     }
 
-    pub(crate) fn start_m(&self) -> DVec3 {
+    pub(super) fn start_m(&self) -> DVec3 {
         self.points_m[0]
     }
 
     /// Time since the first sample of the reach, s.
-    pub(crate) fn elapsed_s(&self) -> f64 {
+    pub(super) fn elapsed_s(&self) -> f64 {
         self.now_s() - self.start_s.unwrap_or(self.times_s[0])
     }
 
     /// Position at a time, on straight lines between samples; the first and the last one outside.
-    pub(crate) fn at_m(&self, t_s: f64) -> DVec3 {
+    pub(super) fn at_m(&self, t_s: f64) -> DVec3 {
         let next = self.times_s.partition_point(|t| *t < t_s);
         if next == 0 {
             return self.start_m();
@@ -104,7 +109,7 @@ impl TouchPath {
     }
 
     /// Slope of the straight line through the last samples, m/s; zero for a single one.
-    pub(crate) fn velocity_m_per_s(&self) -> DVec3 {
+    pub(super) fn velocity_m_per_s(&self) -> DVec3 {
         let since_s = self.now_s() - VELOCITY_WINDOW_S;
         let first = self
             .times_s
@@ -115,23 +120,57 @@ impl TouchPath {
     }
 }
 
-/// Slope of the straight line through places, m, at times, s; zero for a single one.
-pub(crate) fn slope(samples: impl Iterator<Item = (f64, DVec3)> + Clone) -> DVec3 {
-    let (mut count, mut t_sum, mut p_sum) = (0.0, 0.0, DVec3::ZERO);
-    let first_s = samples.clone().next().map_or(0.0, |s| s.0);
-    for (t, p) in samples.clone() {
-        (count, t_sum, p_sum) = (count + 1.0, t_sum + (t - first_s), p_sum + p);
+/// Follows the touching point and repeats the last estimate where a sample brings nothing.
+#[derive(Debug, Clone)]
+pub(super) struct PathTracker {
+    path: HandPath,
+    last: Option<ContactEstimate>,
+}
+
+impl PathTracker {
+    pub(super) fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+        let point = touching_point(reaches)?;
+        for reach in reaches {
+            positive("duration of a reach", reach.duration_s())?;
+        }
+        Ok(Self {
+            path: HandPath::new(point, mean_offsets_m(reaches, point)),
+            last: None,
+        })
     }
-    let (t_mean, p_mean) = (t_sum / count, p_sum / count);
-    let (mut cross, mut spread) = (DVec3::ZERO, 0.0);
-    for (t, p) in samples {
-        let dt = t - first_s - t_mean;
-        cross += dt * (p - p_mean);
-        spread += dt * dt;
+
+    pub(super) fn path(&self) -> &HandPath {
+        &self.path
     }
-    if spread > 0.0 {
-        cross / spread
-    } else {
-        DVec3::ZERO
+
+    pub(super) fn begin(&mut self) {
+        self.path.begin();
+        self.last = None;
+    }
+
+    pub(super) fn step(
+        &mut self,
+        frame: &HandFrame,
+        predict: impl FnOnce(&HandPath) -> ContactEstimate,
+    ) -> Option<ContactEstimate> {
+        if self.path.take(frame) {
+            let estimate = predict(&self.path);
+            // Products of absurd times and lengths may overflow: the hand then stays where it is.
+            self.last = Some(if estimate.is_finite() {
+                estimate
+            } else {
+                ContactEstimate::of_point(self.path.now_s(), self.path.now_m())
+            });
+        } else if let Some(last) = &mut self.last
+            && frame.t_s.is_finite()
+            && frame.t_s > last.t_s
+        {
+            let passed_s = frame.t_s - last.t_s;
+            last.t_s = frame.t_s;
+            if let Some(left) = &mut last.time_to_contact_s {
+                left.mean_s = (left.mean_s - passed_s).max(0.0);
+            }
+        }
+        self.last
     }
 }

@@ -1,7 +1,8 @@
 //! What a gaze says about the place that is going to be touched.
 
+use super::gaussian::{Gaussian, log_density_2d};
 use crate::error::ContactError;
-use crate::gaussian::{Gaussian, log_density_2d};
+use crate::outer_product::square;
 use glam::DMat3;
 use hwall_hand::{GazeRay, LabelledReach};
 use hwall_numeric::check::{positive, that};
@@ -98,7 +99,7 @@ impl GazeModel {
         Ok(model)
     }
 
-    pub(crate) fn validate(&self) -> Result<(), ContactError> {
+    pub(super) fn validate(&self) -> Result<(), ContactError> {
         positive("on_target_sd_rad", self.on_target_sd_rad)?;
         positive("elsewhere_sd_rad", self.elsewhere_sd_rad)?;
         positive("memory_s", self.memory_s)?;
@@ -112,19 +113,19 @@ impl GazeModel {
     }
 
     /// A leap of the line of sight beyond this is a new fixation, rad.
-    pub(crate) fn saccade_rad(&self) -> f64 {
+    pub(super) fn saccade_rad(&self) -> f64 {
         let [least, most] = SACCADE_RAD;
         (SACCADE_SDS * self.on_target_sd_rad).clamp(least, most)
     }
 
     /// What is believed of the contact point once the gaze is known: at most three Gaussians and
     /// their weights, which add up to 1, the one without the gaze first.
-    pub(crate) fn weigh(
+    pub(super) fn weigh(
         &self,
         by_motion: &Gaussian,
         memory: &GazeMemory,
         t_s: f64,
-    ) -> [Option<Belief>; 3] {
+    ) -> [Option<Hypothesis>; 3] {
         let (now, before) = memory.fixations(t_s, self.memory_s);
         let astray = by_motion.stretched(ASTRAY_STRETCH);
         let look = |ray| self.look_anyhow([Some(by_motion), astray.as_ref()], ray);
@@ -160,20 +161,20 @@ impl GazeModel {
         let most = log_weights.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let weights = log_weights.map(|w| (w - most).exp());
         let total: f64 = weights.iter().sum();
-        let belief = |weight: f64, gaussian: &Gaussian, sight: Option<GazeRay>| {
+        let hypothesis = |weight: f64, gaussian: &Gaussian, sight: Option<GazeRay>| {
             // What weighs next to nothing is not worth its rays.
-            (weight > NEGLIGIBLE).then(|| Belief {
+            (weight > NEGLIGIBLE).then(|| Hypothesis {
                 weight: weight / total,
                 gaussian: *gaussian,
                 sight,
             })
         };
         let by_sight = |weight: f64, look: Option<Look>| {
-            look.and_then(|look| belief(weight, &look.gaussian, Some(look.ray)))
+            look.and_then(|look| hypothesis(weight, &look.gaussian, Some(look.ray)))
         };
         let [unseen, on_now, on_previous] = weights;
         [
-            belief(unseen, by_motion, None),
+            hypothesis(unseen, by_motion, None),
             by_sight(on_now, now),
             by_sight(on_previous, previous),
         ]
@@ -210,7 +211,7 @@ impl GazeModel {
     /// The Gaussian along a line of sight, and how well it agrees with the hand.
     fn look(&self, by_hand: &Gaussian, ray: &GazeRay) -> Option<Look> {
         let (origin_m, sight) = (ray.origin_m, ray.direction);
-        let across = DMat3::IDENTITY - crate::estimate::square(sight);
+        let across = DMat3::IDENTITY - square(sight);
         // The spread across grows with the distance, which the product itself tells better.
         let mut gaussian = *by_hand;
         for _ in 0..2 {
@@ -245,7 +246,7 @@ impl GazeModel {
 const ASTRAY_SHARE: f64 = 0.1;
 const ASTRAY_STRETCH: f64 = 3.0;
 
-/// Share of the weight below which a belief is dropped.
+/// Share of the weight below which a hypothesis is dropped.
 const NEGLIGIBLE: f64 = 0.005;
 
 /// A place nearer to the eyes than this is not looked at in order to touch it, m.
@@ -253,11 +254,11 @@ const NEAREST_LOOK_M: f64 = 0.1;
 
 /// One hypothesis about the contact point.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Belief {
-    pub(crate) weight: f64,
-    pub(crate) gaussian: Gaussian,
+pub(super) struct Hypothesis {
+    pub(super) weight: f64,
+    pub(super) gaussian: Gaussian,
     /// The line of sight that it stems from.
-    pub(crate) sight: Option<GazeRay>,
+    pub(super) sight: Option<GazeRay>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -270,7 +271,7 @@ struct Look {
 
 /// The present fixation and the one before it.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct GazeMemory {
+pub(super) struct GazeMemory {
     now: Option<Fixation>,
     before: Option<Fixation>,
 }
@@ -291,7 +292,7 @@ const SHORTEST_S: f64 = 0.08;
 
 impl GazeMemory {
     /// Takes the next line of sight; `saccade_rad`: a leap beyond it is a new fixation.
-    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>, saccade_rad: f64) {
+    pub(super) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>, saccade_rad: f64) {
         let usable = ray.filter(|r| {
             r.origin_m.is_finite() && r.direction.is_finite() && r.direction.is_normalized()
         });
@@ -320,7 +321,7 @@ impl GazeMemory {
         }
     }
 
-    pub(crate) fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
 
@@ -343,7 +344,7 @@ impl GazeMemory {
     }
 
     /// The present line of sight.
-    pub(crate) fn ray(&self) -> Option<&GazeRay> {
+    pub(super) fn ray(&self) -> Option<&GazeRay> {
         self.now.as_ref().map(|f| &f.ray)
     }
 }
