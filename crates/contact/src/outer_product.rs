@@ -2,12 +2,12 @@
 
 use glam::{DMat3, DVec3};
 
-/// `x x'`.
+/// `x xᵀ`.
 pub(crate) fn square(x: DVec3) -> DMat3 {
     outer(x, x)
 }
 
-/// `a b'`.
+/// `a bᵀ`.
 pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

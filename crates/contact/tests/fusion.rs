@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Fused, Told, blurred, error, front, gaze_at, hand, room, scene, side, target};
+use common::{Fused, Scripted, blurred, error, front, gaze_at, hand, room, scene, side, target};
 use glam::{DMat3, DVec3};
 use hwall_contact::{
     ContactError, FusedConfig, FusedPredictor, GazeModel, PredictionSource, Predictor,
@@ -615,7 +615,7 @@ fn settings_outside_their_range_are_refused() {
     let bad = |change: &dyn Fn(&mut FusedConfig)| {
         let mut config = FusedConfig::default();
         change(&mut config);
-        FusedPredictor::new(Told::default(), config).is_err()
+        FusedPredictor::new(Scripted::default(), config).is_err()
     };
     assert!(bad(&|c| c.rays = 0));
     assert!(bad(&|c| c.registration_sd_m = f64::NAN));

@@ -146,7 +146,7 @@ fn failure_the_object_is_occluded() {
         Tol::abs(1e-12),
         "its edge is closest"
     );
-    // The motion alone would have told.
+    // The motion alone would have shown it.
     assert_eq!(
         Some(predict(&scene, &state, None).unwrap().surface),
         scene.find("wall")

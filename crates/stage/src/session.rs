@@ -371,7 +371,7 @@ impl Log {
             Some(PredictionSource::HandDirection) => 1,
             Some(PredictionSource::Nearest) => 2,
             Some(PredictionSource::Motion) => 3,
-            None => 4,
+            _ => 4,
         };
         self.sources[source] += 1;
         if let Some(prediction) = found {

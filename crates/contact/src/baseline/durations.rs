@@ -17,7 +17,7 @@ impl Durations {
         Self { sorted_s }
     }
 
-    /// Mean and deviation of what is left to those that last longer; nothing where none does.
+    /// Mean and standard deviation of what is left of those that last longer; 0 where none does.
     pub(super) fn left(&self, elapsed_s: f64) -> TimeToContact {
         let longer = &self.sorted_s[self.sorted_s.partition_point(|d| *d <= elapsed_s)..];
         let left = MeanAndSd::of(longer);

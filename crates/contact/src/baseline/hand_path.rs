@@ -40,7 +40,7 @@ impl HandPath {
         self.points_m.clear();
     }
 
-    /// Takes a sample; `false` where it brings nothing: no point of the hand, or a time that is not
+    /// Takes a sample; `false` if there is nothing new in it: no point of the hand, or a time that is not
     /// after the last one.
     pub(super) fn take(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
@@ -76,7 +76,7 @@ impl HandPath {
         &self.points_m
     }
 
-    /// Time of the last sample taken, s. There is one wherever a prediction is made.
+    /// Time of the last sample taken, s. There is one whenever a prediction is made.
     pub(super) fn now_s(&self) -> f64 {
         self.times_s[self.times_s.len() - 1]
     }
@@ -94,7 +94,7 @@ impl HandPath {
         self.now_s() - self.start_s.unwrap_or(self.times_s[0])
     }
 
-    /// Position at a time, on straight lines between samples; the first and the last one outside.
+    /// Position at a time, m, on straight lines between samples; before and after, the first and the last.
     pub(super) fn at_m(&self, t_s: f64) -> DVec3 {
         let next = self.times_s.partition_point(|t| *t < t_s);
         if next == 0 {
@@ -120,7 +120,7 @@ impl HandPath {
     }
 }
 
-/// Follows the touching point and repeats the last estimate where a sample brings nothing.
+/// Follows the touching point, and repeats the last estimate when a sample has nothing new.
 #[derive(Debug, Clone)]
 pub(super) struct PathTracker {
     path: HandPath,
@@ -155,7 +155,7 @@ impl PathTracker {
     ) -> Option<ContactEstimate> {
         if self.path.take(frame) {
             let estimate = predict(&self.path);
-            // Products of absurd times and lengths may overflow: the hand then stays where it is.
+            // Absurd times and lengths may overflow: the hand then stays where it is.
             self.last = Some(if estimate.is_finite() {
                 estimate
             } else {

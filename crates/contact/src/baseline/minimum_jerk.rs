@@ -1,4 +1,4 @@
-//! The minimum-jerk motion nearest to what was seen.
+//! The minimum-jerk motion closest to what was seen.
 
 use super::durations::{Durations, MeanAndSd};
 use super::hand_path::{HandPath, PathTracker};
@@ -9,10 +9,10 @@ use hwall_hand::{HandFrame, LabelledReach};
 
 /// Samples that a fit looks at: more change nothing but the time it takes.
 const MOST_SAMPLES: usize = 16;
-/// How far a real hand strays from a minimum-jerk motion, m: weighs what was seen against what is usual.
+/// How far a real hand strays from a minimum-jerk motion, m; weighs what was seen against what is usual.
 const STRAY_M: f64 = 2e-3;
-/// The start lies around the first sample with this deviation, as a share of the duration: who cuts by
-/// speed misses the first, slow part.
+/// Standard deviation of the start about the first sample, as a share of the duration: a cut by speed
+/// misses the first, slow part.
 const START_SD: f64 = 0.05;
 /// First grid, steps to either side.
 const GRID_DURATIONS: i32 = 5;
@@ -23,11 +23,11 @@ const SPACING: f64 = 0.5;
 const HALVINGS: usize = 10;
 
 /// Fits a minimum-jerk motion, `p(t) = a + b (10 τ³ - 15 τ⁴ + 6 τ⁵)` with `τ = (t - start) / duration`,
-/// to the way of the touching point so far, and adds what it has left to where the point is now.
+/// to the path of the touching point so far, and adds what it has left to where the point is now.
 ///
-/// Start and duration are searched on a grid that is halved ten times, `a` and `b` are the least squares
+/// Start and duration are searched on a grid that is halved ten times; `a` and `b` are the least squares
 /// solution for each. A motion that has hardly begun fits almost any duration, so durations and
-/// lengths weigh as often as they are in training, with a normal density.
+/// lengths are weighed by a normal density with their mean and spread in training.
 ///
 /// Source of the motion: [Flash 1985]. Exact on minimum-jerk motions of a trained duration and length.
 #[derive(Debug, Clone)]
@@ -51,7 +51,7 @@ struct Normal {
 }
 
 impl MinimumJerk {
-    /// Learns which point touches and how long reaches are and last.
+    /// Learns which point touches, and the lengths and durations of reaches.
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
@@ -90,7 +90,7 @@ impl ContactEstimator for MinimumJerk {
     }
 }
 
-/// A candidate: its cost, its way left, and when it ends after the first sample.
+/// A candidate: its cost, its way left, m, and when it ends, s after the first sample.
 #[derive(Clone, Copy)]
 struct Fit {
     /// Deviations of duration and start from the usual ones, in standard deviations.
@@ -193,7 +193,7 @@ impl PathMoments {
             spread += (s - mean_share).powi(2);
             squares += (*p - mean_m).length_squared();
         }
-        // Nothing has moved yet, by this candidate: it stays where it is.
+        // By this candidate nothing has moved yet: the hand stays where it is.
         let b = if spread > 1e-9 {
             cross / spread
         } else {

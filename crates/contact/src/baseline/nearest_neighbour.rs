@@ -1,4 +1,4 @@
-//! The demonstrations that went most like this reach goes.
+//! The demonstrations most like this reach so far.
 
 use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
@@ -7,7 +7,7 @@ use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandFrame, LabelledReach};
 
-/// As many demonstrations are averaged as the square root of their number, at least and at most.
+/// The square root of the number of demonstrations are averaged, but at least and at most so many.
 const NEIGHBOURS: (usize, usize) = (5, 20);
 /// Demonstrations are kept at even times, this far apart, s.
 const PERIOD_S: f64 = 0.01;
@@ -16,9 +16,9 @@ const MOST_SAMPLES: usize = 6000;
 /// Lowest standard deviation of an end, m: the noise of a tracker.
 const SENSOR_M: f64 = 1e-3;
 
-/// Template matching: the demonstrations (the square root of their number, 5 to 20) whose motion, as seen
-/// from their start, was most like this one at the same times since the start (integral of the squared distance). What was left to them, on
-/// average, is what is left now; their spread is the covariance.
+/// Template matching: takes the demonstrations (the square root of their number, 5 to 20) whose motion from
+/// their start was most like this one at the same times (least integral of the squared distance). The mean of
+/// what they had left is what is left now; their spread is the covariance.
 ///
 /// It compares all demonstrations at every sample: time grows with their number, about 10 µs for 1,600.
 #[derive(Debug, Clone)]
@@ -68,8 +68,8 @@ impl ContactEstimator for NearestNeighbour {
 /// What was learnt, apart from what is being followed.
 #[derive(Debug, Clone)]
 struct Demonstrations {
-    /// Displacements from the start, m: at the first time those of all demonstrations, at the next of
-    /// those that still move, the first ones, and so on.
+    /// Displacements from the start, m: at the first time those of all demonstrations, at each next time those
+    /// of the demonstrations that still move, which come first.
     displacements_m: Vec<DVec3>,
     /// Where each time begins in that list, and where the last one ends.
     times: Vec<usize>,
@@ -176,7 +176,7 @@ impl Demonstrations {
         let count = k as f64;
         let mean_m = chosen.iter().map(|&i| left_m(i)).sum::<DVec3>() / count;
         let mean_s = chosen.iter().map(|&i| left_s(i)).sum::<f64>() / count;
-        // Of a new one around the mean of the k.
+        // The spread of a new one about the mean of the k.
         let scale = (1.0 + 1.0 / count) / (count - 1.0).max(1.0);
         let mut covariance = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         let mut variance_s2 = 0.0;

@@ -21,9 +21,9 @@ const HORIZON_S: f64 = 0.2;
 const REGRESSIONS: f64 = 25.0;
 /// A regression needs this many reaches that last as long.
 const FEWEST: usize = 8;
-/// Reaches of nobody in particular are held out in this many groups.
+/// Reaches of fewer than three people are held out in this many groups.
 const GROUPS: usize = 10;
-/// Other points count if they are seen in this share of the training frames.
+/// Other points are used if they are seen in this share of the training frames.
 const SEEN_SHARE: f64 = 0.9;
 /// Candidates for the ridge, as shares of the number of samples; features have variance 1.
 const RIDGES: [f64; 7] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0];
@@ -34,14 +34,14 @@ const OUTPUTS: usize = 4;
 
 /// Ridge regression of the way and the time that are left, in a window of frames.
 ///
-/// Features: where the touching point started, how far it has come, how far it went in the last one to
-/// four frames (or as many as asked for; of the median length of the training frames, between samples on straight lines), where
-/// the other points of the hand are beside it, the time since the start. One regression for every
+/// Features: where the touching point started, its displacement since then and over each of the last frames
+/// of the window (frames of the median period in training, interpolated in straight lines), where
+/// the other points of the hand are relative to it, the time since the start. There is one regression for every
 /// twenty-fifth of the mean duration, learnt from all reaches that last as long.
 ///
-/// The ridge is the one with the least error on held-out people, one at a time, of three and more; else on
-/// held-out tenths of the reaches. The errors there are the covariance. Held-out errors are exact: normal
-/// equations less those of whom is held out. Source: [Allen 1974].
+/// The ridge is the one with the least error on held-out people, one at a time, where there are three or more;
+/// else on held-out tenths of the reaches. The errors there give the covariance. They are exact: a person is
+/// taken out of the normal equations. Source: [Allen 1974].
 #[derive(Debug, Clone)]
 pub struct RidgeWindow {
     tracker: PathTracker,
@@ -61,7 +61,7 @@ struct Layout {
 
 #[derive(Debug, Clone)]
 struct Regression {
-    /// Mean and deviation of each feature.
+    /// Mean and standard deviation of each feature.
     scales: Vec<(f64, f64)>,
     /// One row per feature, the constant last, and one column per output.
     weights: Matrix,
@@ -79,7 +79,7 @@ impl RidgeWindow {
         Self::train_with_window(reaches, FRAMES)
     }
 
-    /// The same with a window of so many frames, the present one included: 1 to 100.
+    /// The same with a window of `frames` frames, the present one included: 1 to 100.
     ///
     /// # Errors
     /// As there; another number of frames.
@@ -125,7 +125,7 @@ impl RidgeWindow {
                 });
             }
         }
-        // Where few reaches last as long, the last regression with enough goes on.
+        // Where few reaches last as long, the last regression with enough of them is used.
         let mut regressions: Vec<Regression> = Vec::new();
         let mut unfit = 0;
         for (place, examples) in samples.iter().enumerate() {
@@ -136,14 +136,14 @@ impl RidgeWindow {
             }
             match Regression::fit(examples) {
                 Some(regression) => regressions.push(regression),
-                // Slow trackers leave gaps between their frames.
+                // A slow tracker leaves some places without frames.
                 None => match regressions.last() {
                     Some(before) => regressions.push(before.clone()),
                     None => unfit += 1,
                 },
             }
         }
-        // Places before the first with a regression answer with that one.
+        // Places before the first regression use that one.
         if let Some(first) = regressions.first().cloned() {
             regressions.splice(0..0, std::iter::repeat_n(first, unfit));
         }
@@ -244,7 +244,7 @@ impl Regression {
                 let n = examples.len() as f64;
                 let mean = column().sum::<f64>() / n;
                 let squares: f64 = column().map(|x| (x - mean).powi(2)).sum();
-                // A feature that never changes says nothing: it stays zero.
+                // A feature that never changes stays zero.
                 (mean, (squares / n).sqrt().max(1e-6))
             })
             .collect();

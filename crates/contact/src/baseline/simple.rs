@@ -1,4 +1,4 @@
-//! What every estimator has to beat, and what the simple ones share: the way of the touching point.
+//! The hand stays, or goes on as it does.
 
 use super::durations::Durations;
 use super::hand_path::PathTracker;
@@ -8,7 +8,7 @@ use hwall_hand::{HandFrame, LabelledReach};
 
 /// The hand stays where it is: the touching point ends at its last position.
 ///
-/// The time left is that of the training reaches that lasted longer than this one so far.
+/// The time left is the mean of the training reaches that lasted longer than this one so far.
 #[derive(Debug, Clone)]
 pub struct Hold {
     tracker: PathTracker,
@@ -16,7 +16,7 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Learns which point touches, where it is beside the others, and how long reaches last.
+    /// Learns which point touches, its offset from the others, and how long reaches last.
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
@@ -42,7 +42,7 @@ impl ContactEstimator for Hold {
     }
 }
 
-/// The hand goes on as it goes now and stops when its time is over.
+/// The hand keeps its velocity and stops when its time is over.
 ///
 /// Velocity: the slope of the straight line through the last 0.06 s. Arrival: the mean duration of the
 /// training reaches that lasted longer than this one so far; trained on one reach, arrival is after
@@ -54,7 +54,7 @@ pub struct ConstantVelocity {
 }
 
 impl ConstantVelocity {
-    /// Learns which point touches, where it is beside the others, and how long reaches last.
+    /// Learns which point touches, its offset from the others, and how long reaches last.
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.

@@ -6,13 +6,14 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::that;
 use std::ops::RangeInclusive;
 
-/// Who says where the reach ends.
+/// Which source says where the reach ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Combination {
     /// The regression alone.
     Regression,
-    /// The interaction primitive; the regression where that has lost its way. Time and normal are the
-    /// regression's.
+    /// The interaction primitive, or the regression where the primitive has lost its way. Time and normal
+    /// are the regression's.
     Primitive,
     /// Both, weighted by the joint covariance of their errors on held-out reaches.
     #[default]
@@ -22,25 +23,25 @@ pub enum Combination {
 /// How a [`LearnedModel`] is learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedConfig {
-    /// Who says where the reach ends. Default both.
+    /// Which source says where the reach ends. Default: both.
     pub combination: Combination,
-    /// Let the regression see the direction of gaze. Default `false`: a fusion with a scene weighs the
-    /// gaze by itself, and it is not there in every study.
+    /// Whether the regression sees the direction of gaze. Default `false`: a fusion with a scene weighs the
+    /// gaze by itself, and not every study records it.
     pub gaze: bool,
-    /// Regions of progress, each with coefficients of its own. Default 16; 1 is plain ridge
+    /// Regions of progress, each with its own coefficients. Default 16; 1 is plain ridge
     /// regression.
     pub regions: usize,
-    /// Samples of each reach to learn from. Default 30.
+    /// Samples taken from each reach. Default 30.
     pub samples_per_reach: usize,
-    /// Steps back in time that the regression compares the hand with, the first 0.03 s long and each
-    /// next one twice as long; 8 at most. Default 4: a window of 0.24 s.
+    /// How many past positions of the hand the regression compares with the present one, the first 0.03 s
+    /// ago and each next one twice as long ago; 8 at most. Default 4: a window of 0.24 s.
     pub lags: usize,
     /// Basis of the interaction primitive. Default 9 normalised Gaussians.
     pub basis: Basis,
-    /// Most directions in which the primitive lets reaches differ: what a step costs grows with them.
+    /// Most directions in which the primitive lets reaches differ; the cost of a step grows with them.
     /// Default 24.
     pub rank: usize,
-    /// Most parts that the reaches are held out in; whole persons where there are three or more. Default 16.
+    /// Most parts in which reaches are held out; whole people where there are three or more. Default 16.
     pub folds: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Follows a reach with what was learnt.
+//! Estimates of a reach from what was learnt.
 
 use super::config::Combination;
 use super::gates::Gates;
@@ -38,8 +38,8 @@ pub(super) struct Origin {
 /// Follows a reach with a [`LearnedModel`](super::LearnedModel). A step does not allocate after the first of a reach;
 /// [`begin`](ContactEstimator::begin) does.
 ///
-/// A finger that is missing is bridged by another point of the hand; while none is seen at all the last
-/// answer stands for up to 0.1 s, its time to contact running down.
+/// While the touching point is missing, another point of the hand stands in; while none is seen at all, the
+/// last estimate is repeated for up to 0.1 s, with less and less time to contact.
 #[derive(Debug, Clone)]
 pub struct LearnedEstimator {
     learnt: Arc<Learnt>,
@@ -80,7 +80,7 @@ impl LearnedEstimator {
         }
     }
 
-    /// The last answer, for a time at which nothing was seen.
+    /// The last estimate, for a time at which nothing was seen.
     fn unseen(&self, t_s: f64) -> Option<ContactEstimate> {
         let last = self.last?;
         let waited_s = t_s - last.t_s;
@@ -94,7 +94,7 @@ impl LearnedEstimator {
         })
     }
 
-    /// The answer to the latest sample of the track.
+    /// The estimate of the latest sample of the track.
     fn seen(&mut self) -> Option<ContactEstimate> {
         let (t_s, now_m) = self.track.now()?;
         let (_, start_m) = self.track.start()?;

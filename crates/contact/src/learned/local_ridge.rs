@@ -8,19 +8,19 @@ use std::ops::Range;
 /// The constant beside the features, which have a size of about one.
 const CONSTANT: f64 = 1.0;
 
-/// What a regression is learnt from: one row a sample.
+/// What a regression is learnt from: one row per sample.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rows {
-    /// Features, `width` a row.
+    /// Features, `width` per row.
     pub(super) features: Vec<f64>,
     pub(super) width: usize,
-    /// Weights of the regions, `regions` a row.
+    /// Weights of the regions, `regions` per row.
     pub(super) gates: Vec<f64>,
     pub(super) regions: usize,
-    /// What is to be foretold, `outputs` a row.
+    /// What is to be predicted, `outputs` per row.
     pub(super) wanted: Vec<f64>,
     pub(super) outputs: usize,
-    /// How much each row counts.
+    /// The weight of each row.
     pub(super) weights: Vec<f64>,
     /// Which rows are held out together.
     pub(super) folds: Vec<usize>,
@@ -69,10 +69,10 @@ pub(super) struct LocalRidge {
     coefficients: Vec<Padded>,
 }
 
-/// Numbers for the outputs of a regression: eight at once are as quick as one.
+/// The outputs of a regression, padded: eight at once are as fast as one.
 type Padded = [f64; 8];
 
-/// A regression, and what it says of every row when the fold of that row is held out.
+/// A regression, and what it predicts for every row when the fold of that row is held out.
 pub(super) struct Fitted {
     pub(super) ridge: LocalRidge,
     /// As `Rows::wanted`.
@@ -84,11 +84,10 @@ impl LocalRidge {
     /// with the least squared error on folds that are held out. Ridges are shares of the mean squared
     /// length of a row.
     ///
-    /// A fold is left out by taking its part from the normal equations, so all folds cost little
-    /// more than the fit.
+    /// All folds cost little more than the fit: see [`PartedEquations`].
     ///
     /// # Errors
-    /// Normal equations that stay singular, which features that are not finite make.
+    /// Normal equations that stay singular, as features that are not finite make them.
     pub(super) fn fit(
         rows: &Rows,
         groups: &[Range<usize>],
@@ -102,12 +101,12 @@ impl LocalRidge {
             let local = ridge.fit_region(rows, &members, region, groups, ridges)?;
             let coefficients = local.coefficients.chunks_exact(rows.outputs);
             ridge.coefficients.extend(coefficients.map(padded));
-            let foretold = local.held_out.chunks_exact(rows.outputs);
-            for (row, foretold) in foretold.enumerate() {
+            let predicted = local.held_out.chunks_exact(rows.outputs);
+            for (row, predicted) in predicted.enumerate() {
                 let gate = rows.gates(row)[region];
                 let sum = &mut held_out[row * rows.outputs..][..rows.outputs];
                 sum.iter_mut()
-                    .zip(foretold)
+                    .zip(predicted)
                     .for_each(|(s, f)| *s += gate * f);
             }
         }
@@ -136,7 +135,7 @@ impl LocalRidge {
             coefficients: vec![0.0; size * rows.outputs],
             held_out: vec![0.0; rows.wanted.len()],
         };
-        let mut foretold = kept.held_out.clone();
+        let mut held_out = kept.held_out.clone();
         for &share in ridges {
             let fits = equations
                 .fits(|_| share * mean)
@@ -144,7 +143,7 @@ impl LocalRidge {
             for (fold, fewer) in local.iter().zip(&fits.without) {
                 let predicted = fold.features.times(fewer);
                 for (i, row) in fold.rows.iter().enumerate() {
-                    foretold[row * rows.outputs..][..rows.outputs]
+                    held_out[row * rows.outputs..][..rows.outputs]
                         .copy_from_slice(predicted.row(i));
                 }
             }
@@ -153,7 +152,7 @@ impl LocalRidge {
                 let squares: f64 = weighed
                     .map(|(row, weight)| {
                         let at = row * rows.outputs;
-                        let square = |k: usize| (foretold[at + k] - rows.wanted[at + k]).powi(2);
+                        let square = |k: usize| (held_out[at + k] - rows.wanted[at + k]).powi(2);
                         weight * group.clone().map(square).sum::<f64>()
                     })
                     .sum();
@@ -161,7 +160,7 @@ impl LocalRidge {
                     *best = squares;
                     for (from, to) in [
                         (fits.all.entries(), &mut kept.coefficients),
-                        (&foretold, &mut kept.held_out),
+                        (&held_out, &mut kept.held_out),
                     ] {
                         let pairs = from
                             .chunks_exact(rows.outputs)
@@ -194,7 +193,7 @@ impl LocalRidge {
         }
         let rms = (variance.iter().sum::<f64>() / rows.width as f64).sqrt();
         // Half way between the unit they share and their own spread: a feature that hardly changes
-        // is mostly noise, but the small ones are often the telling ones.
+        // is mostly noise, but small features often say most.
         let scale = |v: &f64| 1.0 / (v.sqrt().max(1e-3 * rms) * rms).sqrt().max(1e-9);
         Self {
             scale: variance.iter().map(scale).collect(),
@@ -226,12 +225,12 @@ impl LocalRidge {
             .chain(std::iter::once(CONSTANT))
     }
 
-    /// Numbers foretold for a sample.
+    /// How many numbers are predicted.
     pub(super) fn outputs(&self) -> usize {
         self.outputs
     }
 
-    /// What the features foretell, for weights of the regions. Leaves the features scaled.
+    /// Predicts from features and the weights of the regions. Leaves the features scaled.
     pub(super) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
         for ((x, c), s) in features.iter_mut().zip(&self.centre).zip(&self.scale) {
             *x = (*x - c) * s;

@@ -1,4 +1,4 @@
-//! The learned estimator: a regression of the end beside an interaction primitive.
+//! A learned model: a regression of the end beside an interaction primitive.
 
 use super::config::{Combination, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
@@ -17,12 +17,12 @@ const FEWEST: usize = 8;
 
 /// What was learnt from labelled reaches: where a reach like them ends.
 ///
-/// Two sources. A ridge regression of the way left, linear in the motion so far, with coefficients
+/// There are two sources: a ridge regression of the way left, linear in the motion so far, with coefficients
 /// that change with the progress of the reach; and a Bayesian interaction primitive of the touching
-/// point. Both look at the same samples, so their errors are correlated: the weights follow from the
-/// joint second moments of their errors on people (or, with fewer than three, reaches) that were held
-/// out, one weight a region of progress: the scalar case of [Bar-Shalom 1986]. The covariance of the
-/// answer is that of the combination, with a factor that makes 90 % regions hold 90 % of the held-out
+/// point. Both look at the same samples, so their errors are correlated. They are weighted, with one weight
+/// per region of progress, by the joint second moments of their errors on held-out people (or reaches, with
+/// fewer than three people): the scalar case of [Bar-Shalom 1986]. The covariance of an estimate is that of
+/// the combination, with a factor that makes 90 % regions hold 90 % of the held-out
 /// ends on average. Ridges, points of the hand and the noise of the primitive are chosen on the same
 /// held-out reaches, which makes the factor a little optimistic.
 #[derive(Debug, Clone)]
@@ -31,11 +31,11 @@ pub struct LearnedModel {
 }
 
 impl LearnedModel {
-    /// Learns from reaches of one frame, as many people as there are.
+    /// Learns from reaches that are all in one frame.
     ///
     /// # Errors
-    /// Fewer than eight reaches, a reach that nothing can be learnt from or with another touching point
-    /// than the first, no regions or samples.
+    /// Fewer than eight reaches, a reach that [`LabelledReach::validate`] refuses or that has another
+    /// touching point than the first, a setting out of range.
     pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
         config.validate()?;
         if reaches.len() < FEWEST {
@@ -75,43 +75,43 @@ impl LearnedModel {
         })
     }
 
-    /// Reaches it was learnt from.
+    /// Number of reaches it was learnt from.
     #[must_use]
     pub fn reaches(&self) -> usize {
         self.learnt.origin.reaches
     }
 
-    /// People among them, as far as they are named.
+    /// Number of people who made them, as far as they are named.
     #[must_use]
     pub fn people(&self) -> usize {
         self.learnt.origin.people
     }
 
-    /// Half of those reaches last no longer, s.
+    /// Median duration of those reaches, s.
     #[must_use]
     pub fn median_duration_s(&self) -> f64 {
         self.learnt.origin.median_duration_s
     }
 
-    /// The point of the hand whose contact is foreseen.
+    /// The point of the hand whose contact is predicted.
     #[must_use]
     pub fn touching_point(&self) -> HandPoint {
         self.learnt.inputs.point
     }
 
-    /// Whether normals of surfaces were learnt: where every reach had one.
+    /// Whether normals of surfaces were learnt, which takes one in every reach.
     #[must_use]
     pub fn has_normals(&self) -> bool {
         self.learnt.ridge.outputs() == OUTPUTS
     }
 
-    /// Who says where the reach ends.
+    /// Which source says where the reach ends.
     #[must_use]
     pub fn combination(&self) -> Combination {
         self.learnt.combination
     }
 
-    /// An estimator that waits for a reach. Estimators share what was learnt.
+    /// A new estimator. Estimators share what was learnt.
     #[must_use]
     pub fn estimator(&self) -> LearnedEstimator {
         LearnedEstimator::new(&self.learnt)

@@ -10,20 +10,20 @@ use hwall_bip::{
 };
 use hwall_hand::LabelledReach;
 
-/// Reaches that the noise is tuned on, spread evenly over all: more change little and take long.
+/// The noise is tuned on this many reaches, spread evenly over all: more change little and take long.
 const TUNED_ON: usize = 60;
-/// Of those, held out one at a time.
+/// Of those, so many are held out one at a time.
 const TUNING_FOLDS: usize = 12;
-/// Factors on the variance of the noise and times for which deviations last, in sampling periods, that
-/// are tried: coarser than the usual search, whose last percent is not worth twice the training time.
+/// Factors on the variance of the noise, and times for which deviations last in sampling periods, that
+/// are tried: coarser than the default search, whose last percent is not worth twice the training time.
 const NOISE_FACTORS: [f64; 6] = [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
 const CORRELATION_TIMES: [f64; 3] = [0.0, 10.0, 40.0];
 /// Demonstrations held out one at a time for the noise of the model.
 const HELD_OUT: usize = 16;
 /// Share of the motion seen when the tuning judges it.
 const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
-/// Squared Mahalanobis distance a number of recent samples at which a primitive has lost its way. It is
-/// about 1 on its way, hardly ever beyond 3, and 30 to 1000 when lost.
+/// Squared Mahalanobis distance per coordinate of recent samples beyond which a primitive has lost its way.
+/// It is about 1 normally, hardly ever above 3, and 30 to 1000 for a primitive that is lost.
 const LOST: f64 = 10.0;
 const POINT: [usize; 3] = [0, 1, 2];
 
@@ -32,7 +32,7 @@ const POINT: [usize; 3] = [0, 1, 2];
 pub(super) struct Primitive {
     pub(super) model: Model,
     filter: Filter,
-    /// Mean of the contact as labelled relative to the last place of the touching point, m.
+    /// Mean offset of the labelled contact from the last place of the touching point, m.
     pub(super) label_offset_m: DVec3,
 }
 
@@ -46,7 +46,7 @@ impl Primitive {
     }
 }
 
-/// The hand over a reach, as the filter sees it: the touching point, then the others, so many.
+/// The hand over a reach, as the filter sees it: `count` points, the touching one first.
 pub(super) fn demonstration(
     inputs: &Inputs,
     count: usize,
@@ -84,7 +84,7 @@ impl Training {
         }
     }
 
-    /// The noise that foresees held-out reaches best.
+    /// With the noise that predicts held-out reaches best.
     pub(super) fn tuned(
         config: &LearnedConfig,
         points: usize,
@@ -183,8 +183,8 @@ impl PrimitiveRun {
         Ok(())
     }
 
-    /// Where it ends, m; `None` when what was seen lately is far from what the primitive expected: it
-    /// has lost its way, and its end is as good as arbitrary.
+    /// Where the reach ends, m; `None` when the latest samples are far from what the primitive expected: it
+    /// has lost its way, and its end means nothing.
     pub(super) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
         if self.filter.health().recent_distance > LOST {
             return Ok(None);

@@ -5,11 +5,11 @@ use super::reach_track::{Inputs, PROGRESS, ReachTrack};
 use glam::DVec3;
 use hwall_hand::LabelledReach;
 
-/// One sample of a reach that is learnt from.
+/// One sample of a training reach.
 #[derive(Debug, Clone)]
 pub(super) struct TrainingSample {
     pub(super) fold: usize,
-    /// All samples of a reach together have the weight 1.
+    /// The weights of all samples of a reach add up to 1.
     pub(super) weight: f64,
     pub(super) progress: [f64; PROGRESS],
     pub(super) features: Vec<f64>,
@@ -18,11 +18,11 @@ pub(super) struct TrainingSample {
     pub(super) end_m: DVec3,
     pub(super) left_s: f64,
     pub(super) normal: Option<DVec3>,
-    /// What a primitive said that had not learnt from this fold, m.
+    /// The end by a primitive that has not learnt from this fold, m.
     pub(super) primitive_m: Option<DVec3>,
 }
 
-/// Samples at even times of all reaches, without a primitive.
+/// Samples of all reaches at even times, without a primitive.
 pub(super) fn of(
     inputs: &Inputs,
     reaches: &[LabelledReach],
@@ -64,7 +64,7 @@ pub(super) fn of(
     samples
 }
 
-/// Which frames of a reach are samples: the first, one whenever another share of the time is over,
+/// Which frames of a reach are samples: the first, one whenever another share of the time has passed,
 /// and the last.
 pub(super) struct SampleTimes {
     start_s: f64,

@@ -12,23 +12,23 @@ use glam::DVec3;
 use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
 
-/// Way left, time left, normal.
+/// Way left (3), time left (1), normal (3).
 pub(super) const OUTPUTS: usize = 7;
-/// Parts that primitives are held out in: a primitive changes little with a fifth of its reaches, and
-/// training it takes longer than training a regression.
+/// Reaches are held out from primitives in this many parts: a primitive changes little with a fifth of its
+/// reaches, and takes longer to train than a regression.
 const PRIMITIVE_PARTS: usize = 5;
 /// Candidates for the ridge, as shares of the mean squared length of a row.
 const RIDGES: [f64; 8] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0];
-/// The one with which the usual error of a region is found out.
+/// The ridge with which the usual error of each region is measured.
 const PILOT_RIDGE: f64 = 3e-2;
-/// More points of the hand must better the primitive by this share: they cost time in every step.
+/// More points of the hand must improve a source by this share: they cost time in every step.
 const WORTH: f64 = 0.05;
 
-/// Lets primitives say where every sample ends, each trained without the fold it is asked about, and
-/// gives back the one trained on all.
+/// Adds to every sample where its reach ends by a primitive that was trained without its fold, and
+/// returns the primitive trained on all reaches.
 ///
-/// Of the touching point alone and all points of the hand, the cheaper one is taken unless the other
-/// is clearly better on what was held out.
+/// It is one of the touching point alone, unless one of all points of the hand is clearly better on held-out
+/// reaches.
 pub(super) fn primitive(
     inputs: &Inputs,
     reaches: &[LabelledReach],
@@ -46,7 +46,7 @@ pub(super) fn primitive(
             .collect::<Result<_, _>>()?;
         let training = Training::tuned(config, points, &demonstrations)?;
         let predicted = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
-        // Where a primitive is lost it counts as if it predicted that the hand stays where it is.
+        // A primitive that has lost its way counts as predicting that the hand stays where it is.
         let misses = samples
             .iter()
             .zip(&predicted)
@@ -69,7 +69,7 @@ pub(super) fn primitive(
     training.primitive(reaches.iter().zip(&demonstrations))
 }
 
-/// Mean of what lies below four times the median, the rest counting as that.
+/// Mean with values clipped to four times the median; `values` are pairs of value and weight.
 fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     let values: Vec<(f64, f64)> = values.collect();
     let limit = 4.0 * weighted_quantile(0.5, values.iter().copied());
@@ -77,8 +77,8 @@ fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     values.iter().map(|(x, w)| x.min(limit) * w).sum::<f64>() / total
 }
 
-/// What primitives say at every sample of the folds that they were not trained with, m, unless they are
-/// lost; in the order of the samples.
+/// Where the reach of every sample ends by a primitive that was trained without its fold, m; `None` where
+/// that has lost its way. In the order of the samples.
 fn held_out(
     inputs: &Inputs,
     reaches: &[LabelledReach],
@@ -88,7 +88,7 @@ fn held_out(
     config: &LearnedConfig,
 ) -> Result<Vec<Option<DVec3>>, ContactError> {
     let mut predicted: Vec<Vec<Option<DVec3>>> = vec![Vec::new(); reaches.len()];
-    // Whole folds make up a part, so what a primitive is asked about stays unknown to it.
+    // A part is made of whole folds, so a primitive never knows what it is asked about.
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
     for part in 0..count {
@@ -120,10 +120,10 @@ fn held_out(
     Ok(predicted.concat())
 }
 
-/// The regression and what it says of samples whose fold is held out.
+/// The regression and what it predicts for samples whose fold is held out.
 ///
-/// The other points of the hand take part only if that is clearly better on what was held out: hands
-/// that are held in another way than any that were learnt from misled a regression by centimetres.
+/// The other points of the hand are used only if that is clearly better on held-out reaches: a hand held in
+/// a way that had never been seen misled a regression by centimetres.
 pub(super) fn regression(
     inputs: &Inputs,
     samples: &[TrainingSample],
@@ -151,7 +151,7 @@ pub(super) fn regression(
             let end_m = s.now_m + DVec3::from_slice(&predicted[..3]);
             end_m.distance(s.end_m)
         });
-        // The same weights for both, so that neither chooses what it is judged by.
+        // The same weights for both, so that neither chooses how it is judged.
         let weights = judged_by.get_or_insert_with(|| rows.weights.clone());
         let mean = robust_mean(misses.zip(weights.iter().map(|w| w.sqrt())));
         if best
@@ -195,8 +195,8 @@ fn rows(samples: &[TrainingSample], width: usize, gates: &Gates, normals: bool) 
     rows
 }
 
-/// Weights samples by one over the squared error that is usual in their region: otherwise the first,
-/// uncertain ones decide the shared coefficients and the last, nearly certain ones pay for it.
+/// Weights samples by one over the squared error that is usual in their region: otherwise the first and
+/// uncertain ones decide the shared coefficients, at the cost of the last, nearly certain ones.
 fn weigh(rows: &mut Rows, held_out: &[f64]) {
     let squares: Vec<f64> = (0..rows.len())
         .map(|row| {
@@ -213,7 +213,7 @@ fn weigh(rows: &mut Rows, held_out: &[f64]) {
     }
 }
 
-/// Means of a number of every row by region.
+/// Mean of the values of all rows, by region.
 fn by_region(rows: &Rows, values: &[f64]) -> Vec<f64> {
     (0..rows.regions)
         .map(|region| {

@@ -76,16 +76,16 @@ impl DeterministicConfig {
 /// every case, so a change of source within one surface does not make the board leap;
 /// [`DeterministicConfig::ray_led`] trades that for earlier points.
 ///
-/// Known failures, kept as tests: a gaze that meets an object before the meant one predicts the
-/// front object; near a corner the prediction changes wall as soon as the gaze does; a hand that
-/// approaches at a slant touches beside its projection, the less the nearer it is; without a
-/// gaze, a hand that has passed through a wall is taken for one that stands behind it.
+/// Known failures, kept as tests: if the gaze meets another object in front of the one that is meant, the
+/// other one is predicted; near a corner the prediction changes wall as soon as the gaze does; a hand that
+/// approaches at a slant touches beside its projection, the more so the further away it is; without a
+/// gaze, a hand that has passed through a wall seems to stand behind it.
 ///
-/// It names one surface, with probability 1 and no covariance: it does not know how sure it is.
+/// It names one surface, with probability 1 and no covariance: it does not know how certain it is.
 #[derive(Debug, Clone, Default)]
 pub struct DeterministicPredictor {
     config: DeterministicConfig,
-    answer: Option<ContactPrediction>,
+    prediction: Option<ContactPrediction>,
 }
 
 impl DeterministicPredictor {
@@ -106,7 +106,7 @@ impl DeterministicPredictor {
         }
         Ok(Self {
             config,
-            answer: None,
+            prediction: None,
         })
     }
 
@@ -137,7 +137,7 @@ impl DeterministicPredictor {
         let behind = gaze.and_then(|gaze| entry(scene, surface, gaze.origin_m, hand_m));
         let (point_m, normal, distance_m) = match behind {
             Some((face_m, normal)) => {
-                // Onto the face through which the hand went: a thick wall has a back, too.
+                // Onto the face through which the hand went: a thick wall also has a back.
                 let foot_m = hand_m - normal * (hand_m - face_m).dot(normal);
                 let point_m = scene.project_on(surface, foot_m).ok()?.point_m;
                 (point_m, normal, (hand_m - point_m).dot(normal).min(0.0))
@@ -165,7 +165,7 @@ impl DeterministicPredictor {
                 let led = scene
                     .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
                     .ok()?;
-                // The normal on the hand's side, whatever side the led point was met from.
+                // The normal on the hand's side, from whichever side the point was met.
                 let facing = if led.normal.dot(normal) < 0.0 {
                     -led.normal
                 } else {
@@ -204,7 +204,7 @@ impl DeterministicPredictor {
     }
 }
 
-/// The direction of motion counts for this long ahead, s; a hand further from contact still turns.
+/// The direction of motion counts this long before contact, s; earlier the hand still turns.
 const AHEAD_S: f64 = 0.4;
 
 /// A surface, and where the ray that found it meets it.
@@ -216,10 +216,10 @@ struct Aim {
 
 impl Predictor for DeterministicPredictor {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
-        self.answer = input
+        self.prediction = input
             .hand
             .and_then(|hand| self.contact(scene, hand, input.gaze));
-        self.answer.as_slice()
+        self.prediction.as_slice()
     }
 }
 

@@ -18,40 +18,40 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 /// Settings of a [`FusedPredictor`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FusedConfig {
-    /// How people look while they reach. Worth fitting to the eye tracker at hand.
+    /// How people look while they reach. It is worth fitting to the eye tracker in use.
     pub gaze: GazeModel,
     /// What begins and ends a reach.
     pub watch: WatchConfig,
-    /// Spread of an estimate that comes without a covariance, in each axis, m. Default 0.1.
+    /// Standard deviation of an estimate that comes without a covariance, in each axis, m. Default 0.1.
     pub default_sd_m: f64,
-    /// Error of the registration of the tracker to the scene, sd in each axis, m: it adds to the
-    /// covariance of everything said of a contact, and a hand at rest this near (by a few sds) to a surface
-    /// is on it. Default 0.008; [`RigidFit`](hwall_hand::RigidFit) tells that of a place, 0 is for
-    /// simulations. It shifts the hand, the gaze and the estimate alike, so it does not part them.
+    /// Standard deviation of the registration of the tracker to the scene in each axis, m. It adds to every
+    /// covariance, and a hand at rest within a few of it from a surface is on that surface. Default 0.008;
+    /// measure it with [`RigidFit`](hwall_hand::RigidFit), and take 0 for simulations. It shifts hand, gaze
+    /// and estimate alike, so it does not move them apart.
     pub registration_sd_m: f64,
-    /// How far beside the line ahead of it a moving hand touches, as a share of the way left, sd in
-    /// each of two directions; `None` leaves the direction of motion aside. Default 0.25: on
-    /// simulated reaches it takes a third off the error of a regression at 90 % of the time. With the
-    /// learned estimator, which knows the direction, 50 / 70 / 90 % regions hold 64 / 80 / 91 % of simulated
-    /// contacts with it and 64 / 78 / 92 % without (0 error of registration): it is not counted twice.
+    /// How far beside its direction of motion a hand touches, as a share of the way left: standard deviation
+    /// in each of two directions. `None` ignores the direction of motion. Default 0.25: on simulated
+    /// reaches it takes a third off the error of a regression at 90 % of the time. The learned estimator
+    /// knows the direction itself; its 50 / 70 / 90 % regions hold 64 / 80 / 91 % of simulated contacts with
+    /// this and 64 / 78 / 92 % without (no error of registration), so the direction is not counted twice.
     pub bend: Option<f64>,
-    /// Where a hand at rest may touch next: spread about the hand in each axis, m. Default 0.4.
+    /// Where a hand at rest may touch next: standard deviation about the hand in each axis, m. Default 0.4.
     pub rest_sd_m: f64,
-    /// Probability that a hand that rests on a surface is about to leave for another one, in [0, 1). It
-    /// is divided as for a hand at rest elsewhere; the rest is that of the surface it is on. Default 0.1.
+    /// Probability that a hand at rest on a surface is about to leave for another one, in [0, 1). It is
+    /// divided among the others as for a hand at rest elsewhere. Default 0.1.
     pub leaving_share: f64,
-    /// Surfaces further from the hand are not about to be touched, m. Default 1.5.
+    /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5.
     pub max_distance_m: f64,
-    /// Rays for each hypothesis, at most: seven do where it weighs little or is narrow and they meet one plane
-    /// alone. Default 19; more for scenes of many small surfaces.
+    /// Most rays for each hypothesis; only seven are cast for one that weighs little, or that is narrow and
+    /// meets one plane alone. Default 19; take more for scenes of many small surfaces.
     pub rays: usize,
-    /// Share of the places looked at that can be reached although the straight way of the hand to
-    /// them is barred, in [0, 1]. Default 0.1.
+    /// Share of the places looked at that can be reached although the straight way from the hand is
+    /// blocked, in [0, 1). Default 0.1.
     pub round_about_share: f64,
-    /// Answers below this probability are left out but for the best one, the rest adds up to 1 again.
-    /// Default 0.005.
+    /// Predictions below this probability are left out, except the best one; the rest add up to 1 again. In
+    /// [0, 1). Default 0.005.
     pub min_probability: f64,
-    /// What answers when no surface lies where the evidence points.
+    /// The predictor used when no surface lies where the evidence points.
     pub fallback: DeterministicConfig,
 }
 
@@ -76,38 +76,38 @@ impl Default for FusedConfig {
 
 /// Fuses an estimate of where the hand's motion ends with the gaze and the surfaces of the scene.
 ///
-/// In every sample, from what is known then:
-/// 1. The estimator says N(m, C) for the contact point, narrowed across the direction of motion by
-///    how much of the way to the next surface is left; a hand at rest may touch anywhere near.
-/// 2. The gaze makes it a mixture: of the Gaussian times a Gaussian about the present line of
-///    sight, the same about the fixation before, and the one without a look at the target, each
-///    weighed by how probable it makes both lines of sight ([`GazeModel`]). One estimate in ten is taken
-///    to be three times as far off as it says, so that a look far from it is not disbelieved.
-/// 3. Each part of the mixture divides among the surfaces: density in the plane of a face times
-///    the share of it that straight ways from the hand meet first, times the sine of the angle at which
-///    they meet it. Surfaces that cannot be touched bar the way.
-/// 4. Per surface the parts add up to a probability and a covariance; the point is the mean of those
+/// For every sample:
+/// 1. The estimator gives N(m, C) for the contact point. It is narrowed across the direction of motion
+///    in proportion to the way left to the next surface; a hand at rest may touch anywhere near.
+/// 2. The gaze makes it a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
+///    sight, the same about the fixation before, and the Gaussian alone, for a person who does not look at
+///    the target. Each is weighed by how probable it makes both lines of sight ([`GazeModel`]). One
+///    estimate in ten is assumed to be three times as far off as it states, so that a look far away from it
+///    still counts.
+/// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
+///    that straight ways from the hand meet first, times the sine of the angle at which they meet it.
+///    Surfaces that cannot be touched block the way.
+/// 4. For each surface the parts add up to a probability and a covariance; the point is the mean of those
 ///    that agree with the most probable one.
 ///
-/// Estimates of successive samples hold the same history, and a fixation has one error and not one
-/// a sample: so nothing is multiplied over time, and the answer to a sample follows from the
-/// estimate and the two fixations of that time. A change of mind is followed as fast as the
-/// estimator and the eyes follow it.
+/// Estimates of successive samples share their history, and a fixation has one error, not one per sample.
+/// So nothing is multiplied over time: a prediction follows from the estimate and the two fixations at that
+/// time. A change of mind is followed as fast as the estimator and the eyes follow it.
 ///
-/// Error of registration of the tracker to the scene widens every part of the mixture, and each answer's
-/// covariance across its surface: so covariances are positive definite. That of a surface mixes all parts that
-/// end there; of a hand at rest beside nothing it is as wide as what that hand may do.
+/// The error of registration of the tracker to the scene widens every part of the mixture and every covariance
+/// across its surface, so covariances are positive definite. The covariance of a surface mixes all parts that
+/// end there. For a hand at rest on nothing it is as wide as what that hand may do.
 ///
-/// A hand at rest on a surface touches it: this answer comes first, with the error of registration alone and
-/// time 0, and `leaving_share` is left to all other surfaces, until the hand is faster than the onset of a
-/// reach or further away than a few errors of registration.
+/// A hand at rest on a surface touches it: that surface comes first, with the error of registration as its
+/// covariance and time 0, and `leaving_share` goes to all other surfaces, until the hand is faster than the
+/// onset of a reach or further away than a few errors of registration.
 ///
-/// The estimator's normal is left aside: faces have exact ones, and the point and the direction of motion already
-/// tell which is meant; nobody has measured yet what it would add.
+/// The estimator's normal is not used: faces have exact ones, and the point and the direction of motion already
+/// tell which is meant.
 ///
-/// A hand that went through a surface is taken to touch the one it went through, from the side it
-/// came from. When no surface lies where the evidence points, a [`DeterministicPredictor`]
-/// answers. No allocation after the first samples apart from the estimator's own.
+/// A hand that has gone through a surface touches that surface, from the side it came from. When no surface
+/// lies where the evidence points, a [`DeterministicPredictor`] takes over. Nothing is allocated after the
+/// first samples, except by the estimator.
 #[derive(Debug, Clone)]
 pub struct FusedPredictor<E> {
     stream: StreamEstimator<E>,
@@ -117,7 +117,8 @@ pub struct FusedPredictor<E> {
     rest: RestWatch,
     estimate: Option<ContactEstimate>,
     fallback: DeterministicPredictor,
-    answers: Vec<ContactPrediction>,
+    /// Of the last sample, the most probable first.
+    ranked: Vec<ContactPrediction>,
 }
 
 impl<E: ContactEstimator> FusedPredictor<E> {
@@ -148,7 +149,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             gaze: GazeMemory::default(),
             rest: RestWatch::default(),
             estimate: None,
-            answers: Vec::with_capacity(16),
+            ranked: Vec::with_capacity(16),
         })
     }
 
@@ -170,7 +171,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.gaze.forget();
         self.rest.forget();
         self.estimate = None;
-        self.answers.clear();
+        self.ranked.clear();
     }
 
     /// The contact point by the motion alone: about the estimate, or about a hand at rest.
@@ -188,8 +189,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
     }
 
-    /// The estimate narrowed by the direction of motion: what is left of the way is nearly straight,
-    /// so the contact lies beside the line ahead by a share of the distance to the first surface on
+    /// The estimate narrowed by the direction of motion: the rest of the way is nearly straight, so
+    /// the contact lies beside the line ahead by a share of the distance to the first surface on
     /// it. The estimator knows the direction but cannot know that distance.
     fn straight_on(
         &self,
@@ -199,7 +200,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     ) -> Option<Gaussian> {
         let ahead = hand.direction?;
         let hit = scene.ray_cast(hand.point_m, ahead).ok()??;
-        // A surface that is only passed by does not end the way.
+        // A surface that the hand only passes does not end the way.
         let left_m = hit
             .distance_m
             .max((by_motion.mean_m - hand.point_m).dot(ahead));
@@ -208,7 +209,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         by_motion.times(hand.point_m, across * (1.0 / (sd_m * sd_m)))
     }
 
-    /// The faces for every hypothesis. Returns false when nothing is met.
+    /// Finds the faces of every hypothesis. Returns whether any is met.
     fn divide(&mut self, scene: &Scene, hand: &HandState, origin_m: DVec3) -> bool {
         self.shares.clear();
         let (gaussian, moving) = match self.by_motion(hand) {
@@ -219,7 +220,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 (narrowed.unwrap_or(estimated), true)
             }
         };
-        // A resting hand has no direction yet: whatever the person sees is open to it.
+        // A resting hand has no direction yet: it may go to whatever the person sees.
         let (from_m, heading) = match (moving, self.gaze.ray()) {
             (false, Some(ray)) => (ray.origin_m, Some(ray.direction)),
             _ => (origin_m, hand.direction),
@@ -231,7 +232,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         };
         let hypotheses = self.config.gaze.weigh(&gaussian, &self.gaze, hand.t_s);
         for hypothesis in hypotheses.into_iter().flatten() {
-            // What its own line of sight meets can be meant although the straight way there is barred.
+            // What the line of sight meets may be meant although the straight way there is blocked.
             let seen = hypothesis.sight.and_then(|ray| {
                 let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
                 let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
@@ -251,7 +252,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             return true;
         }
         if moving {
-            // The estimate lies beyond an edge of all there is.
+            // The estimate lies beyond the edges of all surfaces.
             let radius_m = 4.0 * gaussian.sd_m();
             self.shares
                 .add_closest(scene, origin_m, &gaussian, radius_m);
@@ -259,7 +260,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.shares.compare()
     }
 
-    /// Adds up the faces of each surface; a surface that the hand rests on stands by itself.
+    /// Adds up the faces of each surface; a surface that the hand rests on is added separately.
     fn rank(
         &mut self,
         scene: &Scene,
@@ -311,7 +312,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let distance_m = (hand.point_m - point_m).dot(normal);
             let p = others * weight / total;
             probability += p;
-            self.answers.push(ContactPrediction {
+            self.ranked.push(ContactPrediction {
                 surface: face.surface,
                 point_m,
                 covariance_m2: Some(covariance_m2),
@@ -329,7 +330,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         }
         if let Some(touched) = touched {
             let sd_m = self.config.registration_sd_m.hypot(LEAST_SD_M);
-            self.answers.push(ContactPrediction {
+            self.ranked.push(ContactPrediction {
                 surface: touched.surface,
                 point_m: touched.point_m,
                 covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
@@ -342,14 +343,14 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             });
             probability = 1.0;
         }
-        self.answers
+        self.ranked
             .iter_mut()
             .for_each(|a| a.probability /= probability);
-        self.answers
+        self.ranked
             .sort_unstable_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
-    /// The estimator's time, else the one at which a hand that clearly closes in gets there.
+    /// The estimator's time, else the time that a hand which clearly approaches takes.
     fn time_to(&self, hand: &HandState, point_m: DVec3, there: bool) -> Option<TimeToContact> {
         if there {
             return Some(NOW);
@@ -363,7 +364,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
             let way = point_m - hand.point_m;
             let closing = hand.velocity_m_per_s.dot(way.try_normalize()?);
             let mean_s = way.length() / closing;
-            // Slower, the hand rests; and no reach is that long.
+            // A slower hand rests, and no reach takes longer.
             let clearly = closing > self.config.watch.offset_m_per_s && mean_s <= LONGEST_S;
             clearly.then_some(TimeToContact { mean_s, sd_s: None })
         })
@@ -384,10 +385,10 @@ const NOW: TimeToContact = TimeToContact {
     sd_s: None,
 };
 
-/// Longest time that is told from the speed of the hand, s.
+/// Longest time that is predicted from the speed of the hand, s.
 const LONGEST_S: f64 = 2.0;
 
-/// Nothing is known better than this, sd in m: no covariance that comes out is singular.
+/// Least standard deviation of a prediction, m, so that no covariance is singular.
 const LEAST_SD_M: f64 = 1e-3;
 
 /// Faces agree on a place when it is no further apart than this many times their summed variance.
@@ -437,7 +438,7 @@ impl Moments {
 
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
-        self.answers.clear();
+        self.ranked.clear();
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
         self.gaze
@@ -445,7 +446,7 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let Some(hand) = input.hand.filter(usable) else {
             self.rest.forget();
-            return &self.answers;
+            return &self.ranked;
         };
         let eye_m = self.gaze.ray().map(|ray| ray.origin_m);
         let side = self.rest.free_side(scene, hand.point_m, eye_m);
@@ -460,10 +461,10 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         if met || touched.is_some() {
             self.rank(scene, hand, side.behind.is_some(), touched);
         }
-        if self.answers.is_empty() {
+        if self.ranked.is_empty() {
             let fallback = self.fallback.predict(scene, input);
-            self.answers.extend_from_slice(fallback);
+            self.ranked.extend_from_slice(fallback);
         }
-        &self.answers
+        &self.ranked
     }
 }

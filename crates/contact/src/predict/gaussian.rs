@@ -4,13 +4,13 @@ use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// Nothing is known better than this, m: added to every variance, so that inverses exist.
+/// Its square is added to every variance, so that inverses exist, m.
 const FLOOR_M: f64 = 1e-3;
 
-/// Standard deviations beyond this say nothing in a room, m.
+/// Larger standard deviations mean nothing in a room, m.
 const CEILING_M: f64 = 1e2;
 
-/// A normal distribution of a point, with its inverse at hand.
+/// A normal distribution of a point, with the inverse of its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gaussian {
     pub(super) mean_m: DVec3,
@@ -20,7 +20,7 @@ pub(super) struct Gaussian {
 }
 
 impl Gaussian {
-    /// `None` for a mean that is not finite or a matrix that is no covariance.
+    /// `None` for a mean that is not finite or a matrix that is not a covariance.
     pub(super) fn new(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
         let symmetric = (covariance_m2 + covariance_m2.transpose()) * 0.5;
         let floor_m2 = DMat3::from_diagonal(DVec3::splat(FLOOR_M * FLOOR_M));
@@ -83,12 +83,12 @@ impl Gaussian {
         }
     }
 
-    /// With standard deviations that many times as large; `None` where they say nothing any more.
+    /// With standard deviations `factor` times as large; `None` where they mean nothing any more.
     pub(super) fn stretched(&self, factor: f64) -> Option<Self> {
         Self::checked(self.mean_m, self.covariance_m2 * (factor * factor))
     }
 
-    /// With an independent error of `sd_m` in each axis on top.
+    /// With an independent error of `sd_m` in each axis added.
     pub(super) fn widened(&self, sd_m: f64) -> Option<Self> {
         let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));
         Self::checked(self.mean_m, self.covariance_m2 + variance)
@@ -102,7 +102,7 @@ impl Gaussian {
     }
 }
 
-/// A Gaussian on condition that the point lies in a plane.
+/// A Gaussian, given that the point lies in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct InPlane {
     /// Logarithm of the density of the plane's offset, per metre: how much of the Gaussian the
@@ -216,7 +216,7 @@ mod tests {
                 assert!(mean(&|p| p[axis]).abs() < 1e-12);
                 assert!((mean(&|p| p[axis] * p[axis]) - 1.0).abs() < 1e-12);
             }
-            // Enough for a proposal; the weights make up for it.
+            // Enough for proposals: the weights make up for the rest.
             assert!(mean(&|p| p[0] * p[1]).abs() < 0.4, "{count}");
         }
         assert_eq!(spiral(1), [[0.0, 0.0]]);

@@ -27,7 +27,7 @@ pub(super) struct FreeSide {
 pub(super) struct RestWatch {
     /// Last place of the hand on the free side of all surfaces, m.
     free_m: Option<DVec3>,
-    /// The way of the hand over its last decimetre before it came to rest on something, m.
+    /// Displacement of the hand over its last decimetre before it came to rest on something, m.
     approach_m: DVec3,
     last_s: Option<f64>,
     place: Option<SurfacePlace>,
@@ -39,19 +39,19 @@ const DEEPEST_M: f64 = 0.25;
 /// A hand nearer than this to a surface is on it and not through it, m: rounding.
 const ON_SURFACE_M: f64 = 1e-6;
 
-/// The direction of an approach is that of this much of the way, m.
+/// The direction of an approach is taken over this length, m.
 const APPROACH_M: f64 = 0.1;
 
 /// Half a finger, m: tracked points lie inside the hand.
 const HALF_FINGER_M: f64 = 0.008;
 
-/// Errors of registration within which a hand at rest beside a surface is on it, sds.
+/// A hand at rest within this many standard deviations of the registration from a surface is on it.
 const REGISTRATION_SDS: f64 = 2.0;
 
 /// Least cosine that counts for a face along the way: hands slide.
 const LEAST_COS: f64 = 0.05;
 
-/// Logarithm of how much more probable another surface must be before a resting hand is on that one.
+/// A resting hand changes to another surface only if that is more probable by this, as a logarithm.
 const KEPT: f64 = 2.0;
 
 impl RestWatch {
@@ -78,7 +78,7 @@ impl RestWatch {
             (None, None) => None,
         };
         match behind {
-            // Deeper than this the hand went round, or the tracker lost it on the way.
+            // A hand that is deeper went round, or the tracker lost it on the way.
             Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
                 self.free_m = Some(free_m);
                 FreeSide {
@@ -118,7 +118,7 @@ impl RestWatch {
             let way_m = self.approach_m + hand.velocity_m_per_s * step_s;
             self.approach_m = way_m.clamp_length_max(APPROACH_M);
         }
-        // Noise must not lift it off.
+        // Noise must not lift a resting hand off.
         let slow_m_per_s = match before {
             Some(_) => watch.onset_m_per_s,
             None => watch.offset_m_per_s,
