@@ -1,62 +1,37 @@
 #![doc = include_str!("../README.md")]
 
-mod bank;
-mod bank_posterior;
-mod basis;
-mod branching;
-pub mod compat;
-mod demonstration;
-mod dense;
-mod ensemble;
-mod ensemble_update;
-mod error;
-mod evaluation;
+// Parts of a model.
+pub mod basis;
+pub mod model;
 #[cfg(feature = "serde")]
-mod file;
-mod filter;
-mod fit;
-mod gate;
-mod health;
-mod held_out;
-mod members;
-mod mixture;
-mod model;
-mod motion_filter;
-mod observation;
-mod onset;
-mod orthonormal;
-mod past;
-mod posterior;
-mod projector;
-mod selection;
-mod spread;
-mod square_root;
-mod threads;
-mod trainer;
-mod training;
-mod transition;
-mod tuning;
+pub mod model_file;
 
-pub use bank::{Bank, BankConfig, Mode};
-pub use bank_posterior::HypothesisView;
+// From demonstrations to a model.
+pub mod train;
+
+// Filters.
+pub mod bank;
+pub mod ensemble;
+pub mod filter;
+
+// How good they are, and which parameters are best.
+pub mod judge;
+
+mod arithmetic;
+mod error;
+
+pub use bank::{Bank, BankConfig, Component, Covariance, Grouping, HypothesisView, Mixture, Mode};
 pub use basis::Basis;
-pub use demonstration::Demonstration;
 pub use ensemble::{EnsembleConfig, EnsembleFilter, EnsembleUpdate};
 pub use error::BipError;
-pub use evaluation::{EndPrediction, Evaluation, EvaluationConfig, follow, leave_one_out};
-pub use filter::{Filter, FilterConfig, NoiseSource};
-pub use gate::Gate;
-pub use health::Health;
-pub use mixture::{Covariance, Grouping, Mixture};
-pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
-pub use motion_filter::MotionFilter;
-pub use observation::{Observation, Update};
-pub use onset::Onset;
-pub use posterior::TimeToEnd;
-pub use selection::{
-    Criterion, Score, SelectionConfig, at_edge, default_candidates, score_bases, select_basis,
-    select_groups,
+pub use filter::{Filter, FilterConfig, Gate, Health, NoiseSource, Observation, TimeToEnd, Update};
+pub use hwall_numeric::ArgumentError;
+pub use judge::{
+    Criterion, EndPrediction, Evaluation, EvaluationConfig, MotionFilter, Score, SelectionConfig,
+    Trial, Tuned, TuningConfig, at_edge, default_candidates, follow, leave_one_out, score_bases,
+    select_basis, select_groups, tune,
 };
-pub use trainer::{DemonstrationId, Trainer};
-pub use training::{PhaseRate, Shrinkage, TrainingConfig};
-pub use tuning::{Trial, TuningConfig, tune};
+pub use model::{Group, Model, PhaseVelocity, Prior, Role, Tuning};
+pub use train::{
+    Demonstration, DemonstrationId, Onset, PhaseRate, Shrinkage, Trainer, TrainingConfig,
+};

@@ -1,8 +1,8 @@
 //! Hypotheses: pauses, changes of mind, late starts, and priors of several components.
 
 use hwall_bip::{
-    Bank, BankConfig, Basis, BipError, Covariance, Demonstration, Filter, FilterConfig, Group,
-    Grouping, Mixture, Mode, Model, Observation, TrainingConfig,
+    ArgumentError, Bank, BankConfig, Basis, BipError, Component, Covariance, Demonstration, Filter,
+    FilterConfig, Group, Grouping, Mixture, Mode, Model, Observation, TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
@@ -334,12 +334,16 @@ fn malformed_banks_are_typed_errors() {
     ] {
         assert!(matches!(
             Bank::new(&model, &config),
-            Err(BipError::Parameter { .. })
+            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
+    let of = |probability| Component {
+        model: &model,
+        probability,
+    };
     assert!(Bank::of_components(&[], &config()).is_err());
-    assert!(Bank::of_components(&[(&model, 0.0)], &config()).is_err());
-    assert!(Bank::of_components(&[(&model, f64::NAN)], &config()).is_err());
+    assert!(Bank::of_components(&[of(0.0)], &config()).is_err());
+    assert!(Bank::of_components(&[of(f64::NAN)], &config()).is_err());
 }
 
 /// Two people: one reaches high in a curve, the other low. Whoever it is must be recognised, and
@@ -410,7 +414,10 @@ fn groupings_at_their_limits() {
     assert!(many.members().iter().all(|m| m.len() >= 2));
     assert!((many.probabilities().iter().sum::<f64>() - 1.0).abs() < 1e-12);
     assert_eq!(many, train(&ends(1000)).unwrap());
-    assert!(matches!(train(&ends(0)), Err(BipError::Parameter { .. })));
+    assert!(matches!(
+        train(&ends(0)),
+        Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
+    ));
     assert!(matches!(
         train(&Grouping::Labels(vec![0; 5])),
         Err(BipError::WrongLength { .. })

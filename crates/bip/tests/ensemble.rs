@@ -5,8 +5,9 @@ mod common;
 
 use common::{HAND, csv, groups, reference, training_set};
 use hwall_bip::{
-    Basis, BipError, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter,
-    FilterConfig, Group, Model, NoiseSource, Observation, PhaseVelocity, Prior, TrainingConfig,
+    ArgumentError, Basis, BipError, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate,
+    Filter, FilterConfig, Group, Model, NoiseSource, Observation, PhaseVelocity, Prior,
+    TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
@@ -346,7 +347,9 @@ fn errors_leave_members_and_draws_as_they_were() {
         ];
         for (observation, name) in bad {
             let error = filter.observe(&observation).unwrap_err();
-            assert!(matches!(error, BipError::NonFinite { what, .. } if what == name));
+            assert!(
+                matches!(error, BipError::Argument(ArgumentError::NonFinite { what, .. }) if what == name)
+            );
         }
         let good = [0.1, 0.2];
         let observation = Observation::new(&[0, 1], &good);
@@ -391,10 +394,10 @@ fn two_members_are_enough_and_one_is_not() {
         };
         assert!(matches!(
             EnsembleFilter::new(&model, &config),
-            Err(BipError::Parameter {
+            Err(BipError::Argument(ArgumentError::OutOfRange {
                 what: "members",
                 ..
-            })
+            }))
         ));
     }
     for update in ALL {

@@ -1,8 +1,8 @@
 //! Scores, cross-validation and tuning.
 
 use hwall_bip::{
-    Basis, BipError, Demonstration, EndPrediction, EvaluationConfig, Filter, FilterConfig, Group,
-    TrainingConfig, TuningConfig, follow, leave_one_out, tune,
+    ArgumentError, Basis, BipError, Demonstration, EndPrediction, EvaluationConfig, Filter,
+    FilterConfig, Group, TrainingConfig, Tuned, TuningConfig, follow, leave_one_out, tune,
 };
 use hwall_testkit::Sampler;
 
@@ -107,7 +107,7 @@ fn intervals_and_log_score_are_those_of_a_normal_distribution() {
 fn held_out_motions_are_foreseen_and_intervals_hold() {
     let motions = motions(21, 24, 0.004);
     let training = training();
-    let (model, trials) = tune(&motions, &training, &TuningConfig::new(&training)).unwrap();
+    let Tuned { model, trials } = tune(&motions, &training, &TuningConfig::new(&training)).unwrap();
     let tuning = model.tuning().unwrap();
     assert!(trials.iter().any(|t| t.tuning == tuning));
     let best = trials.iter().map(|t| t.log_score).fold(f64::MIN, f64::max);
@@ -176,7 +176,7 @@ fn malformed_evaluations_are_typed_errors() {
         };
         assert!(matches!(
             leave_one_out(&motions, &training, &bad, make),
-            Err(BipError::Parameter { .. })
+            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
     let unknown = EvaluationConfig {
@@ -212,7 +212,7 @@ fn malformed_evaluations_are_typed_errors() {
     ] {
         assert!(matches!(
             tune(&motions, &training, &bad),
-            Err(BipError::Parameter { .. })
+            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
 }
@@ -248,7 +248,9 @@ fn constant_columns_do_not_spoil_the_tuning() {
         }
         let training = TrainingConfig::new(groups);
         let config = TuningConfig::new(&training);
-        let (model, _) = tune(&with_constants(constants), &training, &config).unwrap();
+        let model = tune(&with_constants(constants), &training, &config)
+            .unwrap()
+            .model;
         model.tuning().unwrap()
     };
     let (none, many) = (spread(0), spread(9));
@@ -293,8 +295,8 @@ fn onset_is_that_of_training() {
     let by_hand = leave_one_out(&cut, &training(), &config, make).unwrap();
     assert_eq!(by_config, by_hand);
     let tuning = TuningConfig::new(&with);
-    let (a, _) = tune(&rested, &with, &tuning).unwrap();
-    let (b, _) = tune(&cut, &training(), &tuning).unwrap();
+    let a = tune(&rested, &with, &tuning).unwrap().model;
+    let b = tune(&cut, &training(), &tuning).unwrap().model;
     assert_eq!(a.tuning(), b.tuning());
 }
 
@@ -314,7 +316,7 @@ fn nothing_to_score_is_an_error() {
         };
         assert!(matches!(
             tune(&motions, &training, &config),
-            Err(BipError::Parameter { .. })
+            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
 }

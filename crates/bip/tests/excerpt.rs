@@ -1,9 +1,9 @@
-//! Agreement with two independent filters on the excerpt in `tests/data`, offline.
+//! Agreement with an independent filter on the excerpt in `tests/data`, offline. The other filter in
+//! it is for `hwall-lab`, which has the published convention.
 
 mod common;
 
 use common::{HAND, floats, groups, json};
-use hwall_bip::compat::FullFilter;
 use hwall_bip::{
     Basis, Filter, FilterConfig, Model, NoiseSource, Observation, PhaseVelocity, Prior,
 };
@@ -82,30 +82,6 @@ fn low_rank_filter_agrees_with_the_exact_one() {
             }
             for (got, want) in variance[3..].iter().zip(&sd) {
                 close("deviation at the end", k, got.sqrt(), *want, PLACE);
-            }
-        }
-    }
-}
-
-#[test]
-fn full_filter_agrees_with_the_published_one() {
-    let (prior, tests) = excerpt();
-    for test in tests.as_array().unwrap() {
-        let want = &test["published"];
-        let mut filter = FullFilter::new(&prior, 1e-4, 1e-8).unwrap();
-        for (k, sample) in test["samples"].as_array().unwrap().iter().enumerate() {
-            let at = |key: &str| want[key][k].as_f64().unwrap();
-            filter.step(1.0, &HAND, &floats(sample)).unwrap();
-            close("phase", k, filter.phase(), at("phase"), 1e-8);
-            close(
-                "velocity",
-                k,
-                filter.phase_velocity(),
-                at("phase_vel"),
-                1e-8,
-            );
-            for (j, want) in floats(&want["q_final"][k]).into_iter().enumerate() {
-                close("arm", k, filter.mean_at(1.0, 18 + j).unwrap(), want, 1e-6);
             }
         }
     }

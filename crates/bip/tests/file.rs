@@ -1,9 +1,10 @@
 //! Model files: bit by bit there and back, and every damage an error.
 #![cfg(feature = "serde")]
 
+use hwall_bip::model_file::ModelFileError;
 use hwall_bip::{
-    Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation, Role,
-    Shrinkage, TrainingConfig, Tuning,
+    ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, Observation,
+    Role, Shrinkage, TrainingConfig, Tuning,
 };
 use hwall_testkit::Sampler;
 use serde_json::Value;
@@ -164,33 +165,48 @@ fn with(path: &[&str], value: Value) -> String {
 fn each_damage_has_its_error() {
     let text = small().to_json();
     let error = |text: &str| Model::from_json(text).unwrap_err();
-    assert!(matches!(error(""), BipError::FileTruncated { .. }));
-    assert!(matches!(error("model"), BipError::FileSyntax { .. }));
-    assert!(matches!(error("[]"), BipError::FileContents { .. }));
-    assert!(matches!(error("{}"), BipError::FileContents { .. }));
+    assert!(matches!(
+        error(""),
+        BipError::File(ModelFileError::Truncated { .. })
+    ));
+    assert!(matches!(
+        error("model"),
+        BipError::File(ModelFileError::Syntax { .. })
+    ));
+    assert!(matches!(
+        error("[]"),
+        BipError::File(ModelFileError::Contents { .. })
+    ));
+    assert!(matches!(
+        error("{}"),
+        BipError::File(ModelFileError::Contents { .. })
+    ));
     let twice = format!("{text}{text}");
-    assert!(matches!(error(&twice), BipError::FileSyntax { .. }));
+    assert!(matches!(
+        error(&twice),
+        BipError::File(ModelFileError::Syntax { .. })
+    ));
     assert_eq!(
         error(r#"{"format": "wall", "version": 1}"#),
-        BipError::FileFormat {
+        BipError::File(ModelFileError::Format {
             expected: "hwall-bip model",
             found: "wall".to_owned()
-        }
+        })
     );
     // A newer version may look different in every other way.
     assert_eq!(
         error(r#"{"format": "hwall-bip model", "version": 9, "weights": "elsewhere"}"#),
-        BipError::FileVersion {
+        BipError::File(ModelFileError::Version {
             newest: 1,
             found: 9
-        }
+        })
     );
     assert_eq!(
         error(&with(&["version"], 0.into())),
-        BipError::FileVersion {
+        BipError::File(ModelFileError::Version {
             newest: 1,
             found: 0
-        }
+        })
     );
     for (path, value) in [
         (&["rank"][..], 1.into()),
@@ -228,7 +244,7 @@ fn each_damage_has_its_error() {
     ] {
         let error = error(&with(path, value));
         assert!(
-            matches!(error, BipError::Parameter { .. }),
+            matches!(error, BipError::Argument(ArgumentError::OutOfRange { .. })),
             "{path:?}: {error}"
         );
     }
@@ -237,7 +253,7 @@ fn each_damage_has_its_error() {
         assert!(text_tuned.contains(from));
         let error = error(&text_tuned.replacen(from, to, 1));
         assert!(
-            matches!(error, BipError::Parameter { .. }),
+            matches!(error, BipError::Argument(ArgumentError::OutOfRange { .. })),
             "{from}: {error}"
         );
     }
@@ -263,7 +279,7 @@ fn each_damage_has_its_error() {
     ] {
         let error = error(&with(path, value));
         assert!(
-            matches!(error, BipError::FileDigest { .. }),
+            matches!(error, BipError::File(ModelFileError::Digest { .. })),
             "{path:?}: {error}"
         );
     }
@@ -278,7 +294,7 @@ fn each_damage_has_its_error() {
     ] {
         let error = error(&with(path, value));
         assert!(
-            matches!(error, BipError::FileContents { .. }),
+            matches!(error, BipError::File(ModelFileError::Contents { .. })),
             "{path:?}: {error}"
         );
     }
@@ -290,14 +306,20 @@ fn each_damage_has_its_error() {
         assert!(text.contains(from));
         let error = error(&text.replacen(from, to, 1));
         assert!(
-            matches!(error, BipError::FileContents { .. }),
+            matches!(error, BipError::File(ModelFileError::Contents { .. })),
             "{from}: {error}"
         );
     }
     let nan = text.replacen("\"rank\":2", "\"rank\":NaN", 1);
-    assert!(matches!(error(&nan), BipError::FileSyntax { .. }));
+    assert!(matches!(
+        error(&nan),
+        BipError::File(ModelFileError::Syntax { .. })
+    ));
     let endless = text.replacen("\"offset\":[", "\"offset\":[1e999,", 1);
-    assert!(matches!(error(&endless), BipError::FileSyntax { .. }));
+    assert!(matches!(
+        error(&endless),
+        BipError::File(ModelFileError::Syntax { .. })
+    ));
     let deep = "[".repeat(1_000_000);
     assert!(Model::from_json(&deep).is_err());
     let deep = format!("{{\"format\":\"hwall-bip model\",\"version\":1,\"x\":{deep}");
@@ -312,19 +334,18 @@ fn readers_and_writers_that_fail() {
             Err(std::io::ErrorKind::ConnectionReset.into())
         }
     }
-    let kind = std::io::ErrorKind::ConnectionReset;
-    assert_eq!(Model::read_json(Broken), Err(BipError::Io { kind }));
-    let kind = std::io::ErrorKind::InvalidData;
-    assert_eq!(
-        Model::read_json(&[0xff, 0xfe][..]),
-        Err(BipError::Io { kind })
-    );
+    let kind = |result: Result<(), BipError>| match result {
+        Err(BipError::File(ModelFileError::Io { kind, message })) if !message.is_empty() => kind,
+        other => panic!("{other:?}"),
+    };
+    let read = |result: Result<Model, BipError>| kind(result.map(drop));
+    let reset = read(Model::read_json(Broken));
+    assert_eq!(reset, std::io::ErrorKind::ConnectionReset);
+    let not_text = read(Model::read_json(&[0xff, 0xfe][..]));
+    assert_eq!(not_text, std::io::ErrorKind::InvalidData);
     let mut full = [0_u8; 10];
-    let kind = std::io::ErrorKind::WriteZero;
-    assert_eq!(
-        small().write_json(&mut full[..]),
-        Err(BipError::Io { kind })
-    );
+    let cut_off = kind(small().write_json(&mut full[..]));
+    assert_eq!(cut_off, std::io::ErrorKind::WriteZero);
 }
 
 /// Whatever happens to the bytes, a file gives the model that was written or an error.

@@ -1,9 +1,7 @@
 //! What must hold whatever the data are.
 
-use hwall_bip::compat::FullFilter;
 use hwall_bip::{
-    Basis, Demonstration, Filter, FilterConfig, Group, Model, NoiseSource, Observation,
-    TrainingConfig,
+    Basis, Demonstration, Filter, FilterConfig, Group, Model, Observation, TrainingConfig,
 };
 use hwall_testkit::{Sampler, central_difference};
 
@@ -142,51 +140,6 @@ fn training_recovers_planted_motions() {
                     .sum::<f64>()
                     / 6.0;
                 assert!((mean - truth).abs() < 1e-11, "{basis:?}: {mean} {truth}");
-            }
-        }
-    }
-}
-
-/// All observed, so that the published convention is the textbook one too.
-#[test]
-fn low_rank_equals_full_state() {
-    for (seed, basis) in [
-        (2, Basis::Polynomial { count: 4 }),
-        (3, Basis::Legendre { count: 6 }),
-        (4, Basis::normalized_gaussian(5)),
-        (5, Basis::gaussian(5)),
-    ] {
-        let demonstrations = motions(seed, 9, 4, 0.01);
-        let config = TrainingConfig {
-            centre: false,
-            ..TrainingConfig::new(vec![Group::observed("hand", 4, basis)])
-        };
-        let model = Model::train(&demonstrations, &config).unwrap();
-        let mut low = Filter::new(
-            &model,
-            &FilterConfig {
-                acceleration_variance: Some(1e-8),
-                noise: NoiseSource::Fit,
-                ..FilterConfig::default()
-            },
-        )
-        .unwrap();
-        let mut full = FullFilter::new(&model.to_prior(), 1e-4, 1e-8).unwrap();
-        let unseen = &motions(seed + 100, 1, 4, 0.01)[0];
-        for k in 0..unseen.len() {
-            let dt = [1.0, 0.4, 1.7][k % 3];
-            low.predict(dt).unwrap();
-            low.observe(&Observation::new(&[0, 1, 2, 3], unseen.sample(k)))
-                .unwrap();
-            full.step(dt, &[0, 1, 2, 3], unseen.sample(k)).unwrap();
-            assert!((low.phase() - full.phase()).abs() < 1e-8, "{basis:?} {k}");
-            let (mut mean, mut variance) = ([0.0; 4], [0.0; 4]);
-            low.moments_at(1.0, &[0, 1, 2, 3], &mut mean, &mut variance)
-                .unwrap();
-            for (d, mean) in mean.iter().enumerate() {
-                assert!((mean - full.mean_at(1.0, d).unwrap()).abs() < 1e-6);
-                let full_variance = full.variance_at(1.0, d).unwrap();
-                assert!((variance[d] / full_variance - 1.0).abs() < 1e-6);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use hwall_bip::{
     Basis, Demonstration, EnsembleConfig, EnsembleFilter, Filter, FilterConfig, Group, Model,
-    NoiseSource, Observation, PhaseVelocity, Prior, TrainingConfig, TuningConfig, tune,
+    NoiseSource, Observation, PhaseVelocity, Prior, TrainingConfig, Tuned, TuningConfig, tune,
 };
 use hwall_testkit::Sampler;
 
@@ -189,12 +189,15 @@ fn tuning_finds_deviations_that_last() {
     let basis = Basis::Legendre { count: 4 };
     let training = TrainingConfig::new(vec![Group::observed("hand", 1, basis)]);
     let config = TuningConfig::new(&training);
-    let (lasting, _) = tune(&demonstrations, &training, &config).unwrap();
+    let lasting = tune(&demonstrations, &training, &config).unwrap().model;
     let independent = TuningConfig {
         correlation_times: vec![0.0],
         ..config
     };
-    let (plain, trials) = tune(&demonstrations, &training, &independent).unwrap();
+    let Tuned {
+        model: plain,
+        trials,
+    } = tune(&demonstrations, &training, &independent).unwrap();
     let found = lasting.tuning().unwrap();
     assert!(found.correlation_time >= 0.05, "{found:?}");
     assert!(trials.iter().all(|t| t.tuning.correlation_time == 0.0));

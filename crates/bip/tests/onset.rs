@@ -1,6 +1,8 @@
 //! Rest before and after a motion, cut off.
 
-use hwall_bip::{Basis, BipError, Demonstration, Group, Model, Onset, TrainingConfig};
+use hwall_bip::{
+    ArgumentError, Basis, BipError, Demonstration, Group, Model, Onset, TrainingConfig,
+};
 use hwall_testkit::{ErrorStats, Sampler};
 
 const NOISE_M: f64 = 1.5e-3;
@@ -223,7 +225,7 @@ fn bad_requests() {
         for onset in [start, end] {
             assert!(matches!(
                 motion.trimmed(&onset),
-                Err(BipError::Parameter { .. })
+                Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
             ));
         }
     }

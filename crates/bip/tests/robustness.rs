@@ -1,8 +1,8 @@
 //! Outliers, iterated updates, and what the filter says about its own health.
 
 use hwall_bip::{
-    Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Group, Model, Observation,
-    TrainingConfig,
+    ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Gate, Group, Model,
+    Observation, TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
@@ -150,7 +150,7 @@ fn a_filter_that_refuses_everything_listens_again() {
     };
     assert!(matches!(
         Filter::new(&model, &config),
-        Err(BipError::Parameter { .. })
+        Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
     ));
 }
 

@@ -4,8 +4,8 @@ mod common;
 
 use common::{json, reference, training_set};
 use hwall_bip::{
-    Basis, BipError, Criterion, Demonstration, Group, Model, SelectionConfig, TrainingConfig,
-    at_edge, default_candidates, score_bases, select_basis, select_groups,
+    ArgumentError, Basis, BipError, Criterion, Demonstration, Group, Model, SelectionConfig,
+    TrainingConfig, at_edge, default_candidates, score_bases, select_basis, select_groups,
 };
 use hwall_testkit::Sampler;
 use serde_json::Value;
@@ -210,7 +210,7 @@ fn bad_requests_are_errors() {
     for dofs in [empty, backwards] {
         assert!(matches!(
             score_bases(&demonstrations, dofs, &line, &quick()),
-            Err(BipError::Parameter { .. })
+            Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
         ));
     }
     let nothing = [Basis::Legendre { count: 0 }];

@@ -1,7 +1,8 @@
 //! Adding and removing demonstrations, against training on the rest.
 
 use hwall_bip::{
-    Basis, BipError, Demonstration, Group, Model, Onset, Shrinkage, Trainer, TrainingConfig,
+    ArgumentError, Basis, BipError, Demonstration, Group, Model, Onset, Shrinkage, Trainer,
+    TrainingConfig,
 };
 use hwall_testkit::Sampler;
 
@@ -241,7 +242,13 @@ fn errors_name_what_is_wrong_and_change_nothing() {
             shrinkage,
             ..config.clone()
         });
-        assert!(matches!(result, Err(BipError::Parameter { .. })), "{bad}");
+        assert!(
+            matches!(
+                result,
+                Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
+            ),
+            "{bad}"
+        );
     }
     let result = Trainer::new(TrainingConfig {
         onset: Some(Onset::new([])),
@@ -250,7 +257,10 @@ fn errors_name_what_is_wrong_and_change_nothing() {
     assert!(matches!(result, Err(BipError::WrongLength { .. })));
     let huge = Basis::Legendre { count: usize::MAX };
     let result = Trainer::new(TrainingConfig::new(vec![Group::observed("hand", 3, huge)]));
-    assert!(matches!(result, Err(BipError::Parameter { .. })));
+    assert!(matches!(
+        result,
+        Err(BipError::Argument(ArgumentError::OutOfRange { .. }))
+    ));
 }
 
 #[test]

@@ -11,13 +11,7 @@ pub(crate) const DOFS: usize = 25;
 
 /// The reference folder beside the project, or `None` with a message.
 pub(crate) fn reference() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference/bip");
-    if path.is_dir() {
-        Some(path)
-    } else {
-        println!("skipped: no reference data beside the project");
-        None
-    }
+    hwall_testkit::shared("reference/bip")
 }
 
 pub(crate) fn json(path: &Path) -> Value {

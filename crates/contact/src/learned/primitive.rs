@@ -110,7 +110,7 @@ impl Training {
             correlation_times: CORRELATION_TIMES.to_vec(),
             ..TuningConfig::new(&training)
         };
-        let (model, _) = tune(&some, &training, &search)?;
+        let model = tune(&some, &training, &search)?.model;
         Ok(Self {
             tuning: model.tuning(),
             ..untuned

@@ -248,7 +248,7 @@ impl Setting {
                 ..config
             }
         };
-        Ok(tune(demonstrations, &training, &config)?.0)
+        Ok(tune(demonstrations, &training, &config)?.model)
     }
 }
 

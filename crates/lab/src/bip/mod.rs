@@ -3,6 +3,7 @@
 pub mod baselines;
 pub mod figures;
 pub mod held_out;
+pub mod published_filter;
 pub mod reaches;
 pub mod recording_figures;
 pub mod recordings;

@@ -1,9 +1,9 @@
 //! Runs one kind of filter over test motions, sample by sample, and keeps what it believed.
 
+use crate::bip::published_filter::FullFilter;
 use crate::bip::setup::{Mode, Setup, Trained};
 use crate::bip::trajectories::{Trajectory, TrajectorySet};
 use anyhow::Context;
-use hwall_bip::compat::FullFilter;
 use hwall_bip::{
     Bank, BankConfig, BipError, EnsembleConfig, EnsembleFilter, Filter, MotionFilter, Observation,
     Prior,

@@ -252,9 +252,9 @@ impl Setup {
             if let Mode::Ensemble(_) = self.mode {
                 tuning.correlation_times = vec![0.0];
             }
-            let (model, _) = tune(&demonstrations, &config, &tuning)
-                .context("--noise loo, on training motions left out")?;
-            model
+            tune(&demonstrations, &config, &tuning)
+                .context("--noise loo, on training motions left out")?
+                .model
         } else {
             if self.noise != Noise::HeldOut {
                 config.held_out = 0;

@@ -1,8 +1,8 @@
 //! Filters of motions: time of a step against the error of the predicted end.
 
+use crate::bip::published_filter::FullFilter;
 use crate::bip::reaches;
 use crate::speed::tables::{Figure, Section, summary};
-use hwall_bip::compat::FullFilter;
 use hwall_bip::{
     Bank, BankConfig, Basis, Demonstration, EnsembleConfig, EnsembleFilter, EnsembleUpdate, Filter,
     FilterConfig, Group, Model, MotionFilter, NoiseSource, Observation, TrainingConfig,
@@ -110,8 +110,8 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
         correlation_times: vec![0.0],
         ..TuningConfig::new(config)
     };
-    let (model, _) = tune(&train, &config, &independent(&config))?;
-    let (lasting, _) = tune(&train, &config, &TuningConfig::new(&config))?;
+    let model = tune(&train, &config, &independent(&config))?.model;
+    let lasting = tune(&train, &config, &TuningConfig::new(&config))?.model;
     let found = common(&tests, &Filter::new(&lasting, &plain)?)?;
     let time_s = lasting.tuning().map_or(0.0, |t| t.correlation_time);
     add(
@@ -122,7 +122,7 @@ pub fn filters(seed: u64) -> anyhow::Result<Section> {
     );
     for count in [4, 6, 8, 10, 12, 18] {
         let config = training(Basis::Legendre { count });
-        let (model, _) = tune(&train, &config, &independent(&config))?;
+        let model = tune(&train, &config, &independent(&config))?.model;
         let exact = common(&tests, &Filter::new(&model, &plain)?)?;
         add(
             "exact filter",

@@ -1,0 +1,101 @@
+//! Rows of evidence.
+
+use super::tile::{LANES, Tile, all_finite, lane_sum, tiles};
+
+/// Rows `A x = e` of evidence with unit noise, stored tile by tile: a tile column is contiguous.
+#[derive(Debug, Clone)]
+pub(crate) struct Rows {
+    capacity: usize,
+    pub(super) len: usize,
+    /// The tile of all rows for the first columns, then that for the next ...
+    pub(super) a: Vec<Tile>,
+    /// Right-hand sides.
+    pub(crate) e: Vec<f64>,
+}
+
+impl Rows {
+    pub(crate) fn new(n: usize, capacity: usize) -> Self {
+        Self {
+            capacity,
+            len: 0,
+            a: vec![[0.0; LANES]; tiles(n) * capacity],
+            e: vec![0.0; capacity],
+        }
+    }
+
+    /// Takes `len` rows, whose old contents stay until they are overwritten.
+    pub(crate) fn reset(&mut self, len: usize) {
+        debug_assert!(len <= self.capacity);
+        self.len = len;
+    }
+
+    /// Most rows that there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Makes a row zero.
+    pub(crate) fn clear(&mut self, row: usize) {
+        for column in self.a.chunks_exact_mut(self.capacity) {
+            column[row] = [0.0; LANES];
+        }
+    }
+
+    pub(crate) fn tile_mut(&mut self, row: usize, tile: usize) -> &mut Tile {
+        &mut self.a[tile * self.capacity + row]
+    }
+
+    /// Dot product of two rows of `width` tiles.
+    pub(crate) fn dot(&self, i: usize, j: usize, width: usize) -> f64 {
+        let mut sum: Tile = [0.0; LANES];
+        for column in self.a.chunks_exact(self.capacity).take(width) {
+            for ((s, a), b) in sum.iter_mut().zip(&column[i]).zip(&column[j]) {
+                *s += a * b;
+            }
+        }
+        lane_sum(&sum)
+    }
+
+    pub(crate) fn set(&mut self, row: usize, column: usize, value: f64) {
+        self.tile_mut(row, column / LANES)[column % LANES] = value;
+    }
+
+    /// Divides rows by a lower triangular matrix (row-major, `len × len`) from the left, which
+    /// gives evidence with covariance `L Lᵀ` unit noise.
+    pub(crate) fn whiten(&mut self, lower: &[f64]) {
+        let m = self.len;
+        for column in self.a.chunks_exact_mut(self.capacity) {
+            for i in 0..m {
+                for j in 0..i {
+                    let l = lower[i * m + j];
+                    let from = column[j];
+                    for (x, y) in column[i].iter_mut().zip(from) {
+                        *x -= l * y;
+                    }
+                }
+                for x in &mut column[i] {
+                    *x /= lower[i * m + i];
+                }
+            }
+        }
+        for i in 0..m {
+            for j in 0..i {
+                self.e[i] -= lower[i * m + j] * self.e[j];
+            }
+            self.e[i] /= lower[i * m + i];
+        }
+    }
+
+    /// Is every entry finite?
+    pub(crate) fn is_finite(&self) -> bool {
+        let mut sum: Tile = [0.0; LANES];
+        for column in self.a.chunks_exact(self.capacity.max(1)) {
+            for row in &column[..self.len] {
+                for (s, x) in sum.iter_mut().zip(row) {
+                    *s += 0.0 * x;
+                }
+            }
+        }
+        all_finite(&sum) && all_finite(&self.e[..self.len])
+    }
+}

@@ -1,0 +1,69 @@
+//! Vectors padded to whole tiles, which compilers turn into wide instructions.
+
+use pulp::Simd;
+
+/// Doubles handled together.
+pub(crate) const LANES: usize = 8;
+/// `LANES` neighbouring columns of one row.
+pub(crate) type Tile = [f64; LANES];
+
+/// Number of tiles that hold `n` columns.
+pub(crate) fn tiles(n: usize) -> usize {
+    n.div_ceil(LANES)
+}
+
+/// `to += factor · from`, fused where the machine does that in one instruction.
+#[inline(always)]
+pub(crate) fn add_multiple<S: Simd>(to: &mut Tile, factor: f64, from: &Tile) {
+    for l in 0..LANES {
+        to[l] = if S::IS_SCALAR {
+            to[l] + factor * from[l]
+        } else {
+            factor.mul_add(from[l], to[l])
+        };
+    }
+}
+
+/// In four chains: an addition waits for the one before it.
+#[inline(always)]
+pub(super) fn sum_of_squares(v: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let mut chunks = v.chunks_exact(4);
+    for chunk in &mut chunks {
+        for (s, x) in sums.iter_mut().zip(chunk) {
+            *s += x * x;
+        }
+    }
+    let rest: f64 = chunks.remainder().iter().map(|x| x * x).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+/// Sum of the lanes, by pairs.
+#[inline(always)]
+pub(crate) fn lane_sum(t: &Tile) -> f64 {
+    let mut t = *t;
+    let mut half = LANES / 2;
+    while half > 0 {
+        for l in 0..half {
+            t[l] += t[l + half];
+        }
+        half /= 2;
+    }
+    t[0]
+}
+
+/// Dot product of two padded vectors.
+pub(super) fn tile_dot(a: &[Tile], b: &[Tile]) -> f64 {
+    let mut sum: Tile = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+            *s += a * b;
+        }
+    }
+    lane_sum(&sum)
+}
+
+/// Are all values finite? 0 x is zero or NaN, so a sum tells without a branch for each value.
+pub(crate) fn all_finite(values: &[f64]) -> bool {
+    values.iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
+}

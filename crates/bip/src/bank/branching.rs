@@ -1,0 +1,217 @@
+//! How hypotheses branch, and how their number stays small.
+
+use super::component::ComponentFilter;
+use super::config::BankConfig;
+use super::hypothesis::{Hypothesis, Mode};
+use crate::error::BipError;
+use crate::filter::{PhaseEstimate, Posterior};
+
+/// Hypotheses lighter than this are dropped.
+const NEGLIGIBLE: f64 = 1e-7;
+
+/// What may have happened in a hypothesis since the last branching.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Event {
+    None,
+    Pause,
+    Resume,
+    ChangeOfMind,
+}
+
+/// A hypothesis that may be kept.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    from: usize,
+    event: Event,
+    /// Component it has afterwards.
+    component: usize,
+    weight: f64,
+}
+
+/// All hypotheses, with scratch that is allocated once.
+#[derive(Debug, Clone)]
+pub(super) struct Hypotheses {
+    pub list: Vec<Hypothesis>,
+    /// Posteriors of dropped hypotheses, for the next ones.
+    spare: Vec<Posterior>,
+    candidates: Vec<Candidate>,
+}
+
+impl Hypotheses {
+    pub(super) fn new(list: Vec<Hypothesis>, components: &[ComponentFilter], most: usize) -> Self {
+        let capacity = most.max(list.len());
+        let blanks = components.iter().map(|c| &c.blank);
+        let largest = blanks.max_by_key(|b| b.size());
+        let mut hypotheses = Self {
+            list,
+            spare: largest.map_or(Vec::new(), |b| vec![b.clone(); most]),
+            candidates: Vec::with_capacity((2 + components.len()).saturating_mul(capacity)),
+        };
+        hypotheses.list.reserve(2 * capacity);
+        // Each dropped hypothesis is kept for the next.
+        hypotheses.spare.reserve(2 * capacity);
+        hypotheses
+    }
+
+    pub(super) fn heaviest(&self) -> Option<&Hypothesis> {
+        self.list
+            .iter()
+            .max_by(|a, b| a.weight.total_cmp(&b.weight))
+    }
+
+    /// Lets every event happen in each hypothesis within a `share` of a motion, and keeps the most
+    /// probable hypotheses, at most `most`.
+    pub(super) fn branch(
+        &mut self,
+        share: f64,
+        most: usize,
+        config: &BankConfig,
+        components: &mut [ComponentFilter],
+    ) {
+        self.list_candidates(share, config, components);
+        self.candidates
+            .sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
+        let heaviest = self.candidates[0].weight;
+        self.candidates.truncate(most);
+        self.candidates.retain(|c| c.weight > NEGLIGIBLE * heaviest);
+        let parents = self.list.len();
+        for h in &mut self.list {
+            h.weight = 0.0;
+        }
+        for at in 0..self.candidates.len() {
+            let candidate = self.candidates[at];
+            if candidate.event == Event::None {
+                self.list[candidate.from].weight = candidate.weight;
+            } else {
+                self.add(candidate, components);
+            }
+        }
+        // From the last, so that what is swapped in has been looked at.
+        for at in (0..parents).rev() {
+            if self.list[at].weight == 0.0 {
+                self.discard(at);
+            }
+        }
+        self.merge(components);
+        let sum: f64 = self.list.iter().map(|h| h.weight).sum();
+        for h in &mut self.list {
+            h.weight /= sum;
+        }
+    }
+
+    fn list_candidates(&mut self, share: f64, config: &BankConfig, components: &[ComponentFilter]) {
+        let at_least_one = |rate: f64| 1.0 - (-rate * share).exp();
+        let pause = at_least_one(config.pauses);
+        let change = (1.0 - pause) * at_least_one(config.changes);
+        let resume = at_least_one(1.0 / config.pause_length);
+        self.candidates.clear();
+        for (from, h) in self.list.iter().enumerate() {
+            let mut list = |event, component, probability: f64| {
+                self.candidates.push(Candidate {
+                    from,
+                    event,
+                    component,
+                    weight: h.weight * probability,
+                });
+            };
+            match h.mode {
+                Mode::Moving => {
+                    list(Event::None, h.component, 1.0 - pause - change);
+                    list(Event::Pause, h.component, pause);
+                    for (component, c) in components.iter().enumerate() {
+                        list(Event::ChangeOfMind, component, change * c.probability);
+                    }
+                }
+                Mode::Resting => {
+                    list(Event::None, h.component, 1.0 - resume);
+                    list(Event::Resume, h.component, resume);
+                }
+            }
+        }
+    }
+
+    /// Adds the hypothesis that follows from an event.
+    fn add(&mut self, candidate: Candidate, components: &mut [ComponentFilter]) {
+        let component = candidate.component;
+        let mode = match candidate.event {
+            Event::Pause => Mode::Resting,
+            Event::None | Event::Resume | Event::ChangeOfMind => Mode::Moving,
+        };
+        let mut posterior = match self.spare.pop() {
+            Some(posterior) => posterior,
+            None => components[component].blank.clone(),
+        };
+        let parent = &mut self.list[candidate.from];
+        if candidate.event == Event::ChangeOfMind {
+            // The shape of the old component means nothing in the new one.
+            let phase: PhaseEstimate = components[parent.component]
+                .with(&mut parent.posterior, |filter| filter.phase_estimate());
+            posterior.copy_from(&components[component].blank);
+            posterior.copy_time_from(&parent.posterior);
+            posterior.begin_with_phase(&phase);
+        } else {
+            posterior.copy_from(&parent.posterior);
+            if candidate.event == Event::Resume {
+                posterior.redraw_velocity(components[component].velocity);
+            }
+        }
+        let hypothesis = Hypothesis::new(posterior, candidate.weight, mode, component);
+        self.list.push(hypothesis);
+    }
+
+    fn discard(&mut self, at: usize) {
+        let dropped = self.list.swap_remove(at);
+        self.spare.push(dropped.posterior);
+    }
+
+    /// Gives the weight of a hypothesis to a heavier one that says about the same.
+    fn merge(&mut self, components: &mut [ComponentFilter]) {
+        let list = &mut self.list;
+        list.sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight));
+        let mut lighter = 1;
+        while lighter < list.len() {
+            let same = (0..lighter).find(|&heavier| {
+                let (a, b) = (&list[heavier], &list[lighter]);
+                (a.mode, a.component) == (b.mode, b.component)
+                    && components[a.component]
+                        .filter
+                        .are_alike(&a.posterior, &b.posterior)
+            });
+            match same {
+                Some(heavier) => {
+                    list[heavier].weight += list[lighter].weight;
+                    self.spare.push(list.remove(lighter).posterior);
+                }
+                None => lighter += 1,
+            }
+        }
+    }
+
+    /// Turns scores into weights, drops what has become impossible and returns the logarithm of
+    /// the sum of the weights.
+    ///
+    /// # Errors
+    /// The failure, if there is one and everything has become impossible; the weights stay.
+    pub(super) fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
+        let scores = self.list.iter().map(|h| h.score);
+        let best = scores.fold(f64::NEG_INFINITY, f64::max);
+        if let (true, Some(error)) = (best == f64::NEG_INFINITY, failed) {
+            return Err(error);
+        }
+        let mut sum = 0.0;
+        for h in &mut self.list {
+            h.weight = (h.score - best).exp();
+            sum += h.weight;
+        }
+        let mut at = 0;
+        while at < self.list.len() {
+            if self.list[at].weight > 0.0 {
+                self.list[at].weight /= sum;
+                at += 1;
+            } else {
+                self.discard(at);
+            }
+        }
+        Ok(best + sum.ln())
+    }
+}

@@ -1,0 +1,285 @@
+//! The bank: hypotheses, weighted by how well they predict.
+
+use super::branching::Hypotheses;
+use super::component::{Component, ComponentFilter, total_probability};
+use super::config::BankConfig;
+use super::hypothesis::{Hypothesis, HypothesisView, Mode};
+use crate::error::BipError;
+use crate::filter::{Filter, FilterConfig, Health, Observation, Update};
+use crate::model::{Model, PhaseVelocity};
+use hwall_numeric::check;
+
+/// Where a motion that is under way may be, and how far from there.
+const UNDER_WAY: [f64; 3] = [0.25, 0.5, 0.75];
+const UNDER_WAY_VARIANCE: f64 = 0.01;
+
+/// Share of a motion in which two hypotheses for each component have room.
+const SETTLING: f64 = 0.1;
+
+/// An estimate as a mixture over components of the prior and over what the person is doing.
+///
+/// A jump Markov system: at every [`branching`](BankConfig::branching) a moving hypothesis may pause
+/// or change its mind and a resting one may go on with a velocity drawn anew, each as a new
+/// hypothesis; those that say about the same are merged, the lightest are dropped. An interacting multiple
+/// model would instead mix all histories of a mode into one Gaussian at every step. A change of
+/// mind, before and after which the ends lie far apart, does not survive that.
+///
+/// Steps do not allocate, unless a hypothesis passes to a component of larger rank for the first time.
+/// An error leaves the bank as it was, unless the arithmetic overflows in some of the
+/// hypotheses, which are then dropped.
+#[derive(Debug, Clone)]
+pub struct Bank {
+    pub(super) components: Vec<ComponentFilter>,
+    pub(super) hypotheses: Hypotheses,
+    pub(super) config: BankConfig,
+    /// Scratch for the moments of one hypothesis.
+    pub(super) moments: [Vec<f64>; 2],
+    /// Shares of a motion since the last branching, and since the start.
+    since_branching: f64,
+    elapsed: f64,
+    health: Health,
+}
+
+impl Bank {
+    /// Of one model.
+    ///
+    /// # Errors
+    /// As [`Filter::new`]; rates and times that are negative or not finite, no hypothesis.
+    pub fn new(model: &Model, config: &BankConfig) -> Result<Self, BipError> {
+        let component = Component {
+            model,
+            probability: 1.0,
+        };
+        Self::of_components(&[component], config)
+    }
+
+    /// Of several models with the same degrees of freedom, with their prior probabilities.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); no model, different degrees of freedom, probabilities that are
+    /// negative, not finite or all zero.
+    pub fn of_components(
+        components: &[Component<'_>],
+        config: &BankConfig,
+    ) -> Result<Self, BipError> {
+        config.validate()?;
+        let total = total_probability(components)?;
+        // With several components there are hypotheses enough to begin with.
+        let split = config.split_velocity && components.len() == 1;
+        let (mut filters, mut list) = (Vec::new(), Vec::new());
+        for (at, component) in components.iter().enumerate() {
+            let filter = ComponentFilter::new(component, total, &config.filter)?;
+            add_first_hypotheses(&mut list, at, component.model, &filter, config, split)?;
+            filters.push(filter);
+        }
+        let dofs = components[0].model.dofs();
+        Ok(Self {
+            hypotheses: Hypotheses::new(list, &filters, most(config, filters.len(), 0.0)),
+            components: filters,
+            config: config.clone(),
+            moments: [vec![0.0; dofs * dofs], vec![0.0; dofs * dofs]],
+            since_branching: 0.0,
+            elapsed: 0.0,
+            health: Health::NEW,
+        })
+    }
+
+    /// Lets `dt` pass.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite, or so long that something overflows.
+    pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
+        check::non_negative("dt", dt)?;
+        let speeds = self.components.iter().map(|c| c.velocity.mean.abs());
+        let mean = speeds.sum::<f64>() / self.components.len() as f64;
+        check::finite("dt", dt * mean)?;
+        for h in &self.hypotheses.list {
+            let moved = h.posterior.phase() + dt * h.posterior.phase_velocity();
+            let dynamics = self.components[h.component].filter.dynamics();
+            let noise = dynamics.acceleration_sd * dt;
+            check::all_finite("dt", &[moved, noise * noise, noise * dt])?;
+        }
+        self.since_branching += dt * mean;
+        self.elapsed += dt * mean;
+        if self.since_branching >= self.config.branching {
+            let most = most(&self.config, self.components.len(), self.elapsed);
+            let (share, components) = (self.since_branching, &mut self.components);
+            self.hypotheses
+                .branch(share, most, &self.config, components);
+            self.since_branching = 0.0;
+        }
+        let mut failed = None;
+        for h in &mut self.hypotheses.list {
+            h.score = h.weight.ln();
+            let dynamics = self.components[h.component].filter.dynamics();
+            match h.mode {
+                Mode::Resting => h.posterior.rest(dt),
+                Mode::Moving => {
+                    if let Err(error) = h.posterior.advance(dt, dynamics) {
+                        h.score = f64::NEG_INFINITY;
+                        failed = Some(error);
+                    }
+                }
+            }
+        }
+        self.hypotheses.adopt_scores(failed).map(|_| ())
+    }
+
+    /// Takes an observation of the present.
+    ///
+    /// # Errors
+    /// As [`Filter::observe`].
+    pub fn observe(&mut self, observation: &Observation<'_>) -> Result<Update, BipError> {
+        self.weigh(|filter| filter.observe(observation))
+    }
+
+    /// Takes evidence about another phase, such as an end point estimated elsewhere.
+    ///
+    /// # Errors
+    /// As [`Filter::observe_at`].
+    pub fn observe_at(
+        &mut self,
+        phase: f64,
+        observation: &Observation<'_>,
+    ) -> Result<Update, BipError> {
+        self.weigh(|filter| filter.observe_at(phase, observation))
+    }
+
+    /// Takes evidence about the phase itself.
+    ///
+    /// # Errors
+    /// As [`Filter::observe_phase`].
+    pub fn observe_phase(&mut self, phase: f64, variance: f64) -> Result<Update, BipError> {
+        self.weigh(|filter| filter.observe_phase(phase, variance))
+    }
+
+    /// What happened since the start; values accepted and refused are those of the hypothesis that
+    /// was the most probable one at the time.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        let heaviest = self.hypotheses.heaviest();
+        Health {
+            condition: heaviest.map_or(1.0, |h| h.posterior.condition()),
+            ..self.health
+        }
+    }
+
+    /// Hypotheses, in no order; probabilities add up to one.
+    pub fn hypotheses(&self) -> impl Iterator<Item = HypothesisView> + '_ {
+        self.hypotheses.list.iter().map(|h| HypothesisView {
+            probability: h.weight,
+            mode: h.mode,
+            component: h.component,
+            phase: h.posterior.phase(),
+            phase_velocity: h.posterior.phase_velocity(),
+        })
+    }
+
+    /// Updates every hypothesis, and its weight by the density that it gave to the evidence.
+    fn weigh(
+        &mut self,
+        mut update: impl FnMut(&mut Filter) -> Result<Update, BipError>,
+    ) -> Result<Update, BipError> {
+        let mut failed = None;
+        let mut best = (f64::NEG_INFINITY, Update::NOTHING);
+        for h in &mut self.hypotheses.list {
+            let component = &mut self.components[h.component];
+            match component.with(&mut h.posterior, &mut update) {
+                Ok(update) => {
+                    h.score = h.weight.ln() + update.log_likelihood;
+                    if h.score > best.0 {
+                        best = (h.score, update);
+                    }
+                }
+                // Of a hypothesis that has run away; the others go on.
+                Err(error @ BipError::Overflow { .. }) => {
+                    h.score = f64::NEG_INFINITY;
+                    failed = Some(error);
+                }
+                // Bad evidence is refused by the first hypothesis, before anything has changed.
+                Err(error) => return Err(error),
+            }
+        }
+        let log_likelihood = self.hypotheses.adopt_scores(failed)?;
+        let update = Update {
+            log_likelihood,
+            ..best.1
+        };
+        self.health.count(&update);
+        Ok(update)
+    }
+}
+
+/// Most hypotheses after a share of a motion.
+fn most(config: &BankConfig, components: usize, elapsed: f64) -> usize {
+    if elapsed < SETTLING {
+        config.hypotheses.max(2 * components)
+    } else {
+        config.hypotheses
+    }
+}
+
+/// What a component may be doing when the bank starts.
+fn add_first_hypotheses(
+    list: &mut Vec<Hypothesis>,
+    at: usize,
+    model: &Model,
+    component: &ComponentFilter,
+    config: &BankConfig,
+    split_velocity: bool,
+) -> Result<(), BipError> {
+    let prior = component.filter.posterior();
+    let mut add = |posterior, share: f64, mode| {
+        let weight = component.probability * share;
+        if weight > 0.0 {
+            list.push(Hypothesis::new(posterior, weight, mode, at));
+        }
+    };
+    for part in velocity_parts(component.velocity, split_velocity) {
+        let mut moving = prior.clone();
+        moving.redraw_velocity(part.velocity);
+        add(moving, part.share * config.begins(), Mode::Moving);
+    }
+    add(prior.clone(), config.not_begun, Mode::Resting);
+    for phase in UNDER_WAY {
+        let under_way = FilterConfig {
+            phase,
+            phase_variance: UNDER_WAY_VARIANCE,
+            ..config.filter.clone()
+        };
+        let filter = Filter::new(model, &under_way)?;
+        let share = config.under_way / UNDER_WAY.len() as f64;
+        add(filter.posterior().clone(), share, Mode::Moving);
+    }
+    Ok(())
+}
+
+/// A part of the prior of the phase velocity.
+struct VelocityPart {
+    share: f64,
+    velocity: PhaseVelocity,
+}
+
+/// Phase velocity of each hypothesis at the start. Three normal
+/// distributions one standard deviation apart, with half the variance each, have the mean and the
+/// variance of the one they replace; phase and position are much less linear in the velocity than
+/// one filter can follow.
+fn velocity_parts(velocity: PhaseVelocity, split: bool) -> Vec<VelocityPart> {
+    if !split {
+        return vec![VelocityPart {
+            share: 1.0,
+            velocity,
+        }];
+    }
+    let sd = velocity.variance.sqrt();
+    [(0.25, -1.0), (0.5, 0.0), (0.25, 1.0)]
+        .into_iter()
+        .map(|(share, away)| VelocityPart {
+            share,
+            velocity: PhaseVelocity {
+                mean: velocity.mean + away * sd,
+                variance: 0.5 * velocity.variance,
+            },
+        })
+        .collect()
+}

@@ -1,0 +1,58 @@
+//! One hypothesis about what a person is doing.
+
+use crate::filter::Posterior;
+
+/// What a hypothesis says the person is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// The motion goes on.
+    Moving,
+    /// The hand rests; the phase stands still.
+    Resting,
+}
+
+/// One hypothesis, for reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HypothesisView {
+    /// Probability.
+    pub probability: f64,
+    /// What the person is doing.
+    pub mode: Mode,
+    /// Component of the prior, from 0.
+    pub component: usize,
+    /// Mean of the phase.
+    pub phase: f64,
+    /// Mean of the phase velocity, 1/time; while resting, the one before.
+    pub phase_velocity: f64,
+}
+
+/// A posterior with its probability.
+#[derive(Debug, Clone)]
+pub(super) struct Hypothesis {
+    pub posterior: Posterior,
+    pub weight: f64,
+    /// Logarithm of the weight after the evidence of this step, before it is scaled.
+    pub score: f64,
+    pub mode: Mode,
+    pub component: usize,
+}
+
+impl Hypothesis {
+    pub(super) fn new(posterior: Posterior, weight: f64, mode: Mode, component: usize) -> Self {
+        Self {
+            posterior,
+            weight,
+            score: 0.0,
+            mode,
+            component,
+        }
+    }
+
+    /// Mean of the phase velocity, which is 0 at rest.
+    pub(super) fn velocity(&self) -> f64 {
+        match self.mode {
+            Mode::Moving => self.posterior.phase_velocity(),
+            Mode::Resting => 0.0,
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Parameters of a filter.
+
+use hwall_numeric::{ArgumentError, check};
+
+/// Which measurement noise a filter starts with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NoiseSource {
+    /// Residual of the fit: the published convention. Too small for a new person.
+    Fit,
+    /// Residual of held-out demonstrations.
+    HeldOut,
+    /// Held out where the model has it, else the fit.
+    Best,
+}
+
+/// When a value is an outlier.
+///
+/// Each value is judged by itself, against its own prediction and the variance of that, so that
+/// one lost finger does not cost the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// Largest distance of a value from its prediction, in standard deviations of the innovation.
+    /// Default 5: one good value in two million is refused.
+    pub deviations: f64,
+    /// After this many observations in a row of which more than half was refused, the next one is
+    /// accepted as a whole: then it is the estimate that is wrong. Default 5.
+    pub patience: usize,
+}
+
+impl Default for Gate {
+    fn default() -> Self {
+        Self {
+            deviations: 5.0,
+            patience: 5,
+        }
+    }
+}
+
+/// Parameters of a filter. Time has the unit of the demonstrations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilterConfig {
+    /// Phase at the start. Default 0.
+    pub phase: f64,
+    /// Variance of the phase at the start. Default 1e-4: one hundredth of the motion.
+    pub phase_variance: f64,
+    /// Variance of the random acceleration of the phase, 1/time⁴, constant within a step: a step
+    /// of length dt adds `[dt⁴/4, dt³/2; dt³/2, dt²]` times it. Default `None`: as the model was
+    /// [tuned](crate::judge::tune), else such that in one sampling period the phase velocity
+    /// changes by one hundredth of its mean.
+    pub acceleration_variance: Option<f64>,
+    /// Measurement noise. Default [`NoiseSource::Best`].
+    pub noise: NoiseSource,
+    /// Factor on the variance of that noise. A person deviates from the demonstrations in the same
+    /// direction for many samples; noise that is independent must be larger to make up for that.
+    /// Default `None`: as the model was [tuned](crate::judge::tune) (for held-out noise), else 1.
+    pub noise_factor: Option<f64>,
+    /// Refusal of outliers. Default `None`: every value is accepted.
+    pub gate: Option<Gate>,
+    /// Linearisations for each observation of the present. With more than one, the update is
+    /// repeated around its own result, which helps where one observation moves the phase far.
+    /// Default 1.
+    pub iterations: usize,
+    /// Time for which the motion goes on deviating from what the model can express: deviations
+    /// are a first-order Markov process with the variance of the noise, beside independent
+    /// noise with the variance of the fit. Default `None`: as the model was
+    /// [tuned](crate::judge::tune), else 0, independent from sample to sample. Observations with
+    /// their own noise count as independent.
+    pub correlation_time: Option<f64>,
+    /// Keep the mean of the phase within `[0, 1]`. Default `true`.
+    pub clip_phase: bool,
+}
+
+impl Default for FilterConfig {
+    fn default() -> Self {
+        Self {
+            phase: 0.0,
+            phase_variance: 1e-4,
+            acceleration_variance: None,
+            noise: NoiseSource::Best,
+            noise_factor: None,
+            gate: None,
+            iterations: 1,
+            correlation_time: None,
+            clip_phase: true,
+        }
+    }
+}
+
+impl FilterConfig {
+    /// Rejects a start, a gate and iterations outside their ranges.
+    pub(crate) fn validate(&self) -> Result<(), ArgumentError> {
+        check::finite("phase", self.phase)?;
+        check::positive("phase variance", self.phase_variance)?;
+        if let Some(gate) = self.gate {
+            check::positive("deviations of the gate", gate.deviations)?;
+        }
+        check::that(self.iterations > 0, "iterations", 0.0, "at least 1")?;
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! The exact low-rank extended Kalman filter: phase, phase velocity and the coefficients.
+
+use super::config::{FilterConfig, Gate};
+use super::health::Health;
+use super::noise::NoiseModel;
+use super::posterior::{PHASE_STATES, PhaseDynamics, Posterior};
+use super::projector::Projector;
+use crate::arithmetic::{LANES, Rows, SquareRoot, Tile, tiles};
+use crate::error::BipError;
+use crate::model::Model;
+
+/// Scratch of one update, allocated once.
+#[derive(Debug, Clone)]
+pub(super) struct Scratch {
+    pub rows: Rows,
+    pub root: SquareRoot,
+    pub column: Vec<f64>,
+    pub z: Vec<f64>,
+    pub padded: Vec<Tile>,
+    pub lower: Vec<f64>,
+    pub seen: Vec<bool>,
+    /// Places in an observation of the values that are accepted.
+    pub kept: Vec<usize>,
+    /// Where an iterated update is linearised.
+    pub point: Vec<Tile>,
+}
+
+/// An estimate of one motion in progress.
+///
+/// State: phase, phase velocity, coefficients `c`. Their posterior is kept as a square root
+/// of the information matrix, so it stays symmetric and positive definite by construction.
+/// [`predict`](Self::predict) moves the phase on, [`observe`](Self::observe) and its siblings take
+/// evidence; neither allocates. An error leaves the filter as it was.
+///
+/// Source: [Campbell 2017]; the restriction to the span of the demonstrations is exact because
+/// the weights have no process noise.
+#[derive(Debug, Clone)]
+pub struct Filter {
+    pub(super) projector: Projector,
+    pub(super) noise: NoiseModel,
+    pub(super) dynamics: PhaseDynamics,
+    pub(super) gate: Option<Gate>,
+    pub(super) iterations: usize,
+    pub(super) posterior: Posterior,
+    pub(super) health: Health,
+    pub(super) scratch: Scratch,
+}
+
+impl Filter {
+    /// The prior, before anything is observed.
+    ///
+    /// # Errors
+    /// Parameters outside their ranges; held-out noise that the model does not have.
+    pub fn new(model: &Model, config: &FilterConfig) -> Result<Self, BipError> {
+        config.validate()?;
+        let dynamics = PhaseDynamics::new(model, config)?;
+        let mut posterior = Posterior::new(model, config);
+        posterior.clip_phase(dynamics);
+        let (size, dofs) = (posterior.size(), model.dofs());
+        Ok(Self {
+            projector: Projector::new(model),
+            noise: NoiseModel::new(model, config)?,
+            dynamics,
+            gate: config.gate,
+            iterations: config.iterations,
+            health: Health::NEW,
+            scratch: Scratch {
+                // Two at least, for the phase and its velocity.
+                rows: Rows::new(size, dofs.max(2)),
+                root: posterior.root.clone(),
+                column: vec![0.0; dofs.max(2)],
+                z: vec![0.0; size],
+                padded: vec![[0.0; LANES]; tiles(size)],
+                lower: vec![0.0; dofs * dofs],
+                seen: vec![false; dofs],
+                kept: Vec::with_capacity(dofs),
+                point: posterior.mean.clone(),
+            },
+            posterior,
+        })
+    }
+
+    /// Lets `dt` pass: the phase moves on at its velocity, and both become less certain.
+    ///
+    /// Steps may have any length. Two steps of half the length add less uncertainty than one,
+    /// because each draws its own acceleration.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite, or so long that something overflows.
+    pub fn predict(&mut self, dt: f64) -> Result<(), BipError> {
+        self.posterior.advance(dt, self.dynamics)
+    }
+
+    /// Mean of the phase.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        self.posterior.phase()
+    }
+
+    /// Mean of the phase velocity, 1/time.
+    #[must_use]
+    pub fn phase_velocity(&self) -> f64 {
+        self.posterior.phase_velocity()
+    }
+
+    /// Means of the coefficients, one for each direction in which the demonstrations differ; before
+    /// any evidence they are independent standard normal variables.
+    pub fn coefficients(&self) -> impl Iterator<Item = f64> + '_ {
+        let state = self.posterior.mean.as_flattened();
+        state[PHASE_STATES..self.posterior.size()].iter().copied()
+    }
+
+    /// Covariance of phase, phase velocity and coefficients, row-major. Allocates.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<f64> {
+        self.posterior.root.covariance()
+    }
+
+    /// Variance of the measurement noise of a degree of freedom; `None` if it does not exist.
+    #[must_use]
+    pub fn noise_variance(&self, dof: usize) -> Option<f64> {
+        self.noise.sd.get(dof).map(|sd| sd * sd)
+    }
+
+    /// What happened since the start of the filter.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        Health {
+            condition: self.posterior.condition(),
+            ..self.health
+        }
+    }
+
+    /// Degrees of freedom.
+    pub(crate) fn dofs(&self) -> usize {
+        self.projector.dofs()
+    }
+
+    pub(crate) fn dynamics(&self) -> PhaseDynamics {
+        self.dynamics
+    }
+
+    pub(crate) fn posterior(&self) -> &Posterior {
+        &self.posterior
+    }
+
+    /// Puts another posterior of the same model into the filter and takes the present one out.
+    pub(crate) fn exchange(&mut self, posterior: &mut Posterior) {
+        std::mem::swap(&mut self.posterior, posterior);
+    }
+
+    /// Do two posteriors of this model say about the same?
+    pub(crate) fn are_alike(&mut self, a: &Posterior, b: &Posterior) -> bool {
+        a.is_like(b, &mut self.scratch.padded)
+    }
+}

@@ -1,0 +1,138 @@
+//! Evidence: which degrees of freedom were measured, with which values and which noise.
+
+use crate::error::{BipError, length};
+use hwall_numeric::check;
+use hwall_numeric::dense::cholesky_in_place;
+
+/// Values of some degrees of freedom. What is not listed is not observed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation<'a> {
+    pub(crate) dofs: &'a [usize],
+    pub(crate) values: &'a [f64],
+    pub(crate) noise: Noise<'a>,
+}
+
+/// Whose noise an observation has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Noise<'a> {
+    Model,
+    Variances(&'a [f64]),
+    Covariance(&'a [f64]),
+}
+
+impl<'a> Observation<'a> {
+    /// With the measurement noise of the filter.
+    #[must_use]
+    pub fn new(dofs: &'a [usize], values: &'a [f64]) -> Self {
+        Self {
+            dofs,
+            values,
+            noise: Noise::Model,
+        }
+    }
+
+    /// With a variance for each value instead, in the squared unit of the degree of freedom.
+    #[must_use]
+    pub fn with_variances(self, variances: &'a [f64]) -> Self {
+        Self {
+            noise: Noise::Variances(variances),
+            ..self
+        }
+    }
+
+    /// With a covariance of all values instead, row-major. Its lower triangle is read.
+    #[must_use]
+    pub fn with_covariance(self, covariance: &'a [f64]) -> Self {
+        Self {
+            noise: Noise::Covariance(covariance),
+            ..self
+        }
+    }
+
+    /// Checks everything but the covariance; `seen` is scratch with one entry for each degree of freedom.
+    pub(crate) fn validate(&self, seen: &mut [bool]) -> Result<(), BipError> {
+        length("values", self.dofs.len(), self.values.len())?;
+        check::all_finite("values", self.values)?;
+        seen.fill(false);
+        for &dof in self.dofs {
+            if dof >= seen.len() {
+                return Err(BipError::UnknownDof {
+                    dof,
+                    dofs: seen.len(),
+                });
+            }
+            if std::mem::replace(&mut seen[dof], true) {
+                return Err(BipError::DuplicateDof { dof });
+            }
+        }
+        match self.noise {
+            Noise::Model => Ok(()),
+            Noise::Variances(v) => {
+                length("variances", self.dofs.len(), v.len())?;
+                for v in v {
+                    check::positive("variance", *v)?;
+                }
+                Ok(())
+            }
+            Noise::Covariance(c) => {
+                length("covariance", self.dofs.len().pow(2), c.len())?;
+                Ok(check::all_finite("covariance", c)?)
+            }
+        }
+    }
+
+    /// Lower Cholesky factor of the noise into `lower` where it is a full covariance.
+    pub(crate) fn factor_noise(&self, lower: &mut [f64]) -> Result<(), BipError> {
+        if let Noise::Covariance(c) = self.noise {
+            let lower = &mut lower[..c.len()];
+            lower.copy_from_slice(c);
+            cholesky_in_place(self.dofs.len(), lower)
+                .map_err(BipError::indefinite("covariance"))?;
+        }
+        Ok(())
+    }
+
+    /// The same for some of the values, by their places.
+    pub(super) fn factor_noise_of(
+        &self,
+        kept: &[usize],
+        lower: &mut [f64],
+    ) -> Result<(), BipError> {
+        if let Noise::Covariance(c) = self.noise {
+            let m = kept.len();
+            let lower = &mut lower[..m * m];
+            for (i, row) in kept.iter().enumerate() {
+                for (j, column) in kept.iter().enumerate() {
+                    lower[i * m + j] = c[row * self.dofs.len() + column];
+                }
+            }
+            cholesky_in_place(m, lower).map_err(BipError::indefinite("covariance"))?;
+        }
+        Ok(())
+    }
+}
+
+/// What an observation says about the estimate before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Update {
+    /// Values accepted.
+    pub rows: usize,
+    /// Values refused as outliers.
+    pub gated: usize,
+    /// Squared Mahalanobis distance of the observation from its prediction; its mean is `rows`
+    /// where the model is right.
+    pub distance_squared: f64,
+    /// Natural logarithm of the density of the observation; a refused value counts as if it lay
+    /// at the gate.
+    pub log_likelihood: f64,
+}
+
+impl Update {
+    /// An observation of nothing.
+    pub(crate) const NOTHING: Self = Self {
+        rows: 0,
+        gated: 0,
+        distance_squared: 0.0,
+        log_likelihood: 0.0,
+    };
+}

@@ -1,0 +1,129 @@
+//! Rows of the measurement matrix: only what is observed, only in the span of the demonstrations.
+
+use super::posterior::PHASE_STATES;
+use crate::arithmetic::{LANES, Tile, add_multiple, lane_sum, tiles};
+use crate::model::{Model, WeightLayout};
+use hwall_numeric::dense::dot;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Prediction of one degree of freedom at one phase, and its derivative by phase.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Predicted {
+    pub value: f64,
+    pub slope: f64,
+}
+
+/// The model laid out for fast rows, with the scratch that evaluating a basis needs.
+#[derive(Debug, Clone)]
+pub(super) struct Projector {
+    width: usize,
+    layout: WeightLayout,
+    offset: Vec<f64>,
+    mean: Vec<f64>,
+    /// Factor in state columns. For each degree of freedom: tile after tile, in each the weights in order.
+    factor: Vec<Tile>,
+    values: Vec<Vec<f64>>,
+    slopes: Vec<Vec<f64>>,
+    raw: Vec<f64>,
+}
+
+impl Projector {
+    pub(super) fn new(model: &Model) -> Self {
+        let parts = model.parts();
+        let layout = parts.layout.clone();
+        let width = tiles(PHASE_STATES + model.rank());
+        let mut factor = vec![[0.0; LANES]; layout.weights() * width];
+        for d in 0..layout.dofs() {
+            let weights = layout.range(d);
+            for (b, w) in weights.clone().enumerate() {
+                for (c, u) in parts.factor.row(w).iter().enumerate() {
+                    let column = PHASE_STATES + c;
+                    let tile = weights.start * width + (column / LANES) * weights.len() + b;
+                    factor[tile][column % LANES] = *u;
+                }
+            }
+        }
+        let bases = layout.bases();
+        let empty: Vec<Vec<f64>> = bases.iter().map(|b| vec![0.0; b.size()]).collect();
+        let scratch = bases.iter().map(|b| b.scratch_len()).max();
+        Self {
+            width,
+            values: empty.clone(),
+            slopes: empty,
+            raw: vec![0.0; scratch.unwrap_or(0)],
+            layout,
+            offset: parts.offset.clone(),
+            mean: parts.mean.clone(),
+            factor,
+        }
+    }
+
+    pub(super) fn dofs(&self) -> usize {
+        self.layout.dofs()
+    }
+
+    /// Evaluates all bases; the rows are then those at this phase.
+    pub(super) fn set_phase(&mut self, phase: f64) {
+        for (group, basis) in self.layout.bases().iter().enumerate() {
+            basis.evaluate_into(
+                phase,
+                &mut self.raw,
+                &mut self.values[group],
+                &mut self.slopes[group],
+            );
+        }
+    }
+
+    /// Row of degree of freedom `d` on the coefficients, handed out tile by tile, and its
+    /// prediction for the padded `state` (whose first two entries do not matter).
+    pub(super) fn row(&self, d: usize, state: &[Tile], tile: impl FnMut(usize, Tile)) -> Predicted {
+        Arch::new().dispatch(Row {
+            projector: self,
+            d,
+            state,
+            tile,
+        })
+    }
+}
+
+/// The work of [`Projector::row`], also compiled for wide vectors.
+struct Row<'a, F> {
+    projector: &'a Projector,
+    d: usize,
+    state: &'a [Tile],
+    tile: F,
+}
+
+impl<F: FnMut(usize, Tile)> WithSimd for Row<'_, F> {
+    type Output = Predicted;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> Predicted {
+        let p = self.projector;
+        let (group, weights) = (p.layout.group(self.d), p.layout.range(self.d));
+        let (values, slopes) = (&p.values[group][..], &p.slopes[group][..]);
+        let size = values.len();
+        let mut value: Tile = [0.0; LANES];
+        let mut slope: Tile = [0.0; LANES];
+        let tiles = weights.start * p.width..weights.end * p.width;
+        let blocks = p.factor[tiles].chunks_exact(size);
+        for (t, (block, x)) in blocks.zip(self.state).enumerate() {
+            let mut h: Tile = [0.0; LANES];
+            let mut g: Tile = [0.0; LANES];
+            for ((u, v), s) in block.iter().zip(values).zip(slopes) {
+                add_multiple::<S>(&mut h, *v, u);
+                add_multiple::<S>(&mut g, *s, u);
+            }
+            for l in 0..LANES {
+                value[l] += h[l] * x[l];
+                slope[l] += g[l] * x[l];
+            }
+            (self.tile)(t, h);
+        }
+        let mean = &p.mean[weights];
+        Predicted {
+            value: p.offset[self.d] + dot(values, mean) + lane_sum(&value),
+            slope: dot(slopes, mean) + lane_sum(&slope),
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! How well a filter predicts the end of motions it was not trained on.
+
+use super::motion_filter::MotionFilter;
+use super::threads::map_indexed;
+use crate::error::{BipError, length};
+use crate::filter::Observation;
+use crate::model::{Model, Role};
+use crate::train::{Demonstration, TrainingConfig};
+use hwall_numeric::{ArgumentError, check};
+
+/// What is observed and what is judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvaluationConfig {
+    /// Shares of the samples after which the end is predicted, in `(0, 1]`, increasing.
+    pub fractions: Vec<f64>,
+    /// Degrees of freedom that the filter observes.
+    pub observed: Vec<usize>,
+    /// Degrees of freedom whose last value is predicted.
+    pub scored: Vec<usize>,
+}
+
+impl EvaluationConfig {
+    /// Ten fractions; observed is what is not [`Controlled`](Role::Controlled), scored is everything.
+    #[must_use]
+    pub fn new(training: &TrainingConfig) -> Self {
+        let roles: Vec<Role> = training
+            .groups
+            .iter()
+            .flat_map(|g| vec![g.role; g.dofs])
+            .collect();
+        Self {
+            fractions: (1..=10).map(|k| f64::from(k) / 10.0).collect(),
+            observed: (0..roles.len())
+                .filter(|d| roles[*d] != Role::Controlled)
+                .collect(),
+            scored: (0..roles.len()).collect(),
+        }
+    }
+
+    /// Rejects empty lists and fractions out of order.
+    pub(super) fn validate(&self) -> Result<(), ArgumentError> {
+        for (what, count) in [
+            ("fractions", self.fractions.len()),
+            ("scored degrees of freedom", self.scored.len()),
+        ] {
+            check::that(count > 0, what, count as f64, "at least 1")?;
+        }
+        let mut last = 0.0;
+        for &f in &self.fractions {
+            let wanted = "increasing, above 0 and at most 1";
+            last = check::that(f > last && f <= 1.0, "fraction observed", f, wanted)?;
+        }
+        Ok(())
+    }
+}
+
+/// A prediction of the end of one motion after a share of it was observed, beside the truth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndPrediction {
+    /// Number of the motion.
+    pub motion: usize,
+    /// Share of the samples observed.
+    pub fraction: f64,
+    /// Mean of every scored degree of freedom.
+    pub mean: Vec<f64>,
+    /// Standard deviation of a measurement there: of the shape and the residual together.
+    pub sd: Vec<f64>,
+    /// What was measured in the last sample.
+    pub actual: Vec<f64>,
+}
+
+impl EndPrediction {
+    /// Distance of the truth from the mean of a scored degree of freedom (its place in
+    /// [`EvaluationConfig::scored`]), in standard deviations.
+    #[must_use]
+    pub fn z(&self, at: usize) -> f64 {
+        (self.actual[at] - self.mean[at]) / self.sd[at]
+    }
+
+    /// Euclidean distance between mean and truth over some scored degrees of freedom.
+    #[must_use]
+    pub fn distance(&self, at: &[usize]) -> f64 {
+        at.iter()
+            .map(|&i| (self.actual[i] - self.mean[i]).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    /// Does the central interval of this probability contain the truth?
+    #[must_use]
+    pub fn covered(&self, at: usize, probability: f64) -> bool {
+        libm::erf(self.z(at).abs() / std::f64::consts::SQRT_2) <= probability
+    }
+
+    /// Logarithm of the density at the truth; larger is better.
+    #[must_use]
+    pub fn log_score(&self, at: usize) -> f64 {
+        -0.5 * (self.z(at).powi(2) + std::f64::consts::TAU.ln()) - self.sd[at].ln()
+    }
+
+    /// Continuous ranked probability score, in the unit of the degree of freedom; smaller is
+    /// better. For a prediction without uncertainty it is the absolute error.
+    ///
+    /// Source: [Gneiting 2007], section 4.2.
+    #[must_use]
+    pub fn crps(&self, at: usize) -> f64 {
+        let z = self.z(at);
+        let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+        let within = libm::erf(z / std::f64::consts::SQRT_2);
+        self.sd[at] * (z * within + 2.0 * density - 1.0 / std::f64::consts::PI.sqrt())
+    }
+}
+
+/// All predictions of an evaluation, and averages over them; for one fraction, keep those of
+/// [`at`](Self::at).
+///
+/// The averages take places `at` among the scored degrees of freedom; they panic where there is no
+/// such place, like an index.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Evaluation {
+    /// By motion, then by fraction.
+    pub predictions: Vec<EndPrediction>,
+}
+
+impl Evaluation {
+    /// Predictions after this share of the motion.
+    pub fn at(&self, fraction: f64) -> impl Iterator<Item = &EndPrediction> {
+        self.predictions
+            .iter()
+            .filter(move |p| (p.fraction - fraction).abs() < 1e-9)
+    }
+
+    /// Share of central intervals of this probability that contain the truth, over some scored
+    /// degrees of freedom and all fractions and motions; NaN where there is none.
+    #[must_use]
+    pub fn coverage(&self, at: &[usize], probability: f64) -> f64 {
+        self.average(at, |p, i| f64::from(u8::from(p.covered(i, probability))))
+    }
+
+    /// Mean log score over some scored degrees of freedom; NaN where there is none.
+    #[must_use]
+    pub fn log_score(&self, at: &[usize]) -> f64 {
+        self.average(at, EndPrediction::log_score)
+    }
+
+    /// Mean continuous ranked probability score; NaN where there is none.
+    #[must_use]
+    pub fn crps(&self, at: &[usize]) -> f64 {
+        self.average(at, EndPrediction::crps)
+    }
+
+    /// Factor on the standard deviations with which central intervals of this probability would
+    /// contain exactly that share of the truth; `None` where there is no prediction or no such
+    /// probability.
+    #[must_use]
+    pub fn spread(&self, at: &[usize], probability: f64) -> Option<f64> {
+        if !(probability > 0.0 && probability < 1.0) {
+            return None;
+        }
+        let mut distances: Vec<f64> = self
+            .predictions
+            .iter()
+            .flat_map(|p| at.iter().map(|&i| p.z(i).abs()))
+            .collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        let rank = (probability * distances.len() as f64).ceil() as usize;
+        let z = *distances.get(rank.max(1) - 1)?;
+        // The quantile of the normal distribution, by bisection of what `covered` uses.
+        let (mut low, mut high) = (0.0, 40.0);
+        for _ in 0..60 {
+            let middle: f64 = 0.5 * (low + high);
+            if libm::erf(middle / std::f64::consts::SQRT_2) < probability {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some(z / high)
+    }
+
+    fn average(&self, at: &[usize], value: impl Fn(&EndPrediction, usize) -> f64) -> f64 {
+        let sum: f64 = self
+            .predictions
+            .iter()
+            .flat_map(|p| at.iter().map(move |&i| (p, i)))
+            .map(|(p, i)| value(p, i))
+            .sum();
+        sum / (self.predictions.len() * at.len()) as f64
+    }
+}
+
+/// Lets a filter follow a motion and predict its end at every fraction.
+///
+/// The filter must be new. The time before the first sample is taken as the mean period.
+///
+/// # Errors
+/// Fractions out of order, unknown degrees of freedom, whatever the filter refuses.
+pub fn follow(
+    filter: &mut impl MotionFilter,
+    number: usize,
+    motion: &Demonstration,
+    config: &EvaluationConfig,
+) -> Result<Vec<EndPrediction>, BipError> {
+    config.validate()?;
+    if let Some(&dof) = config
+        .observed
+        .iter()
+        .chain(&config.scored)
+        .find(|d| **d >= motion.dofs())
+    {
+        let dofs = motion.dofs();
+        return Err(BipError::UnknownDof { dof, dofs });
+    }
+    let samples = motion.len();
+    let pick = |k: usize, dofs: &[usize]| -> Vec<f64> {
+        dofs.iter().map(|&d| motion.sample(k)[d]).collect()
+    };
+    let actual = pick(samples - 1, &config.scored);
+    let mut predictions = Vec::with_capacity(config.fractions.len());
+    for k in 0..samples {
+        let dt = match k {
+            0 => motion.duration() / (samples - 1) as f64,
+            _ => motion.times()[k] - motion.times()[k - 1],
+        };
+        filter.predict(dt)?;
+        filter.observe(&Observation::new(
+            &config.observed,
+            &pick(k, &config.observed),
+        ))?;
+        while let Some(&fraction) = config.fractions.get(predictions.len()) {
+            // Rounded up, with room for the rounding of the product.
+            let needed = ((fraction * samples as f64) - 1e-9).ceil().max(1.0) as usize;
+            if k + 1 < needed {
+                break;
+            }
+            predictions.push(predict_end(
+                filter,
+                number,
+                fraction,
+                &actual,
+                &config.scored,
+            )?);
+        }
+    }
+    Ok(predictions)
+}
+
+fn predict_end(
+    filter: &mut impl MotionFilter,
+    motion: usize,
+    fraction: f64,
+    actual: &[f64],
+    scored: &[usize],
+) -> Result<EndPrediction, BipError> {
+    let mut mean = vec![0.0; scored.len()];
+    let mut variance = vec![0.0; scored.len()];
+    filter.predict_at(1.0, scored, &mut mean, &mut variance)?;
+    let sd: Vec<f64> = variance.iter().map(|v| v.sqrt()).collect();
+    length("standard deviations", scored.len(), sd.len())?;
+    check::all_finite("standard deviations", &sd)?;
+    Ok(EndPrediction {
+        motion,
+        fraction,
+        mean,
+        sd,
+        actual: actual.to_vec(),
+    })
+}
+
+/// Leave-one-out cross-validation: every demonstration is followed by a filter that was trained on
+/// the others; with [`TrainingConfig::onset`], the rest before and after is cut off both. With the
+/// feature `parallel` it runs on all cores; the result does not depend on that.
+///
+/// # Errors
+/// Fewer than two demonstrations, whatever training or filtering refuses.
+pub fn leave_one_out<F: MotionFilter>(
+    demonstrations: &[Demonstration],
+    training: &TrainingConfig,
+    config: &EvaluationConfig,
+    filter: impl Fn(&Model) -> Result<F, BipError> + Sync,
+) -> Result<Evaluation, BipError> {
+    let n = demonstrations.len();
+    if n < 2 {
+        return Err(BipError::TooFewDemonstrations { needed: 2, got: n });
+    }
+    let (demonstrations, training) = training.trimmed(demonstrations)?;
+    let folds = map_indexed(n, |left_out| {
+        let model = Model::train(&without(&demonstrations, left_out), &training)?;
+        follow(
+            &mut filter(&model)?,
+            left_out,
+            &demonstrations[left_out],
+            config,
+        )
+    });
+    let mut evaluation = Evaluation::default();
+    for fold in folds {
+        evaluation.predictions.extend(fold?);
+    }
+    Ok(evaluation)
+}
+
+/// All demonstrations but one.
+pub(super) fn without(demonstrations: &[Demonstration], left_out: usize) -> Vec<Demonstration> {
+    let (before, after) = (&demonstrations[..left_out], &demonstrations[left_out + 1..]);
+    [before, after].concat()
+}

@@ -1,0 +1,105 @@
+//! What all filters of this crate have in common, so that they can be compared.
+
+use crate::bank::Bank;
+use crate::ensemble::EnsembleFilter;
+use crate::error::BipError;
+use crate::filter::{Filter, Observation};
+
+/// An estimate of one motion in progress that takes evidence and predicts.
+pub trait MotionFilter {
+    /// Lets `dt` pass.
+    ///
+    /// # Errors
+    /// A `dt` that is negative or not finite.
+    fn predict(&mut self, dt: f64) -> Result<(), BipError>;
+
+    /// Takes an observation of the present.
+    ///
+    /// # Errors
+    /// Bad evidence; the filter stays as it was.
+    fn observe(&mut self, observation: &Observation<'_>) -> Result<(), BipError>;
+
+    /// Mean and variance of some degrees of freedom at a phase.
+    ///
+    /// # Errors
+    /// A phase that is not finite, an unknown degree of freedom, other lengths.
+    fn moments_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError>;
+
+    /// Mean and variance of what will be measured at a phase.
+    ///
+    /// # Errors
+    /// As [`moments_at`](Self::moments_at).
+    fn predict_at(
+        &mut self,
+        phase: f64,
+        dofs: &[usize],
+        mean: &mut [f64],
+        variance: &mut [f64],
+    ) -> Result<(), BipError>;
+
+    /// Mean of the phase.
+    fn phase(&self) -> f64;
+
+    /// Mean of the phase velocity, 1/time.
+    fn phase_velocity(&self) -> f64;
+
+    /// Covariance of phase and phase velocity.
+    fn phase_covariance(&mut self) -> [[f64; 2]; 2];
+}
+
+/// Calls the methods with the same names that each filter has itself.
+macro_rules! motion_filter {
+    ($filter:ty) => {
+        impl MotionFilter for $filter {
+            fn predict(&mut self, dt: f64) -> Result<(), BipError> {
+                <$filter>::predict(self, dt)
+            }
+
+            fn observe(&mut self, observation: &Observation<'_>) -> Result<(), BipError> {
+                <$filter>::observe(self, observation).map(|_| ())
+            }
+
+            fn moments_at(
+                &mut self,
+                phase: f64,
+                dofs: &[usize],
+                mean: &mut [f64],
+                variance: &mut [f64],
+            ) -> Result<(), BipError> {
+                <$filter>::moments_at(self, phase, dofs, mean, variance)
+            }
+
+            fn predict_at(
+                &mut self,
+                phase: f64,
+                dofs: &[usize],
+                mean: &mut [f64],
+                variance: &mut [f64],
+            ) -> Result<(), BipError> {
+                <$filter>::predict_at(self, phase, dofs, mean, variance)
+            }
+
+            fn phase(&self) -> f64 {
+                <$filter>::phase(self)
+            }
+
+            fn phase_velocity(&self) -> f64 {
+                <$filter>::phase_velocity(self)
+            }
+
+            fn phase_covariance(&mut self) -> [[f64; 2]; 2] {
+                <$filter>::phase_covariance(self)
+            }
+        }
+    };
+}
+
+motion_filter!(Filter);
+motion_filter!(Bank);
+motion_filter!(EnsembleFilter);

@@ -1,0 +1,357 @@
+//! Model files: versioned JSON that gives back the model bit by bit, or says what is wrong.
+
+use super::group::{Group, Role};
+use super::layout::WeightLayout;
+use super::prior::PhaseVelocity;
+use super::trained::{Model, ModelParts};
+use super::tuning::Tuning;
+use crate::basis::{Basis, OrthonormalBasis};
+use crate::error::{BipError, length};
+use crate::model_file::{self, Digest, Format};
+use hwall_numeric::check;
+use hwall_numeric::dense::Matrix;
+use serde::{Deserialize, Serialize};
+use std::io::{Read, Write};
+
+/// What a file of this crate calls itself, and the version written.
+const FORMAT: Format = Format {
+    name: "hwall-bip model",
+    version: 1,
+};
+
+/// A whole file. Numbers are those of the filter, not of the named bases: the change of
+/// coordinates is stored too, because another machine may compute it with other signs.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    version: u64,
+    /// Digest of all that follows, hexadecimal.
+    digest: String,
+    demonstrations: usize,
+    sampling_period: f64,
+    phase_velocity_mean: f64,
+    phase_velocity_variance: f64,
+    shrinkage: f64,
+    tuning: Option<FileTuning>,
+    groups: Vec<FileGroup>,
+    offset: Vec<f64>,
+    noise_fit: Vec<f64>,
+    noise_held_out: Option<Vec<f64>>,
+    mean: Vec<f64>,
+    rank: usize,
+    factor: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(deny_unknown_fields)]
+struct FileTuning {
+    noise_factor: f64,
+    acceleration_variance: f64,
+    spread: f64,
+    correlation_time: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileGroup {
+    name: String,
+    role: FileRole,
+    dofs: usize,
+    basis: FileBasis,
+    /// Independent functions among those of the basis.
+    size: usize,
+    /// Condition number; `None` is infinite.
+    condition: Option<f64>,
+    transform: Vec<f64>,
+    inverse: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum FileRole {
+    Observed,
+    Controlled,
+    Either,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
+enum FileBasis {
+    Gaussian { count: usize, variance: f64 },
+    NormalizedGaussian { count: usize, variance: f64 },
+    Sigmoid { count: usize, width: f64 },
+    Polynomial { count: usize },
+    Legendre { count: usize },
+    Chebyshev { count: usize },
+}
+
+/// Writing and reading, with the feature `serde`.
+impl Model {
+    /// The model as a file: reading it gives an equal model, every number to the last bit.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Strings and finite numbers only: nothing that could fail.
+        serde_json::to_string(&File::of(self)).unwrap_or_default()
+    }
+
+    /// Writes [`to_json`](Self::to_json).
+    ///
+    /// # Errors
+    /// The writer fails.
+    pub fn write_json(&self, writer: impl Write) -> Result<(), BipError> {
+        Ok(model_file::write(writer, &self.to_json())?)
+    }
+
+    /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
+    ///
+    /// # Errors
+    /// Not JSON, another format, a newer version; a file that was cut off or edited: each number is
+    /// checked by itself, and all together against the digest.
+    pub fn from_json(text: &str) -> Result<Self, BipError> {
+        FORMAT.parse::<File>(text)?.into_model()
+    }
+
+    /// Reads a file to its end; see [`from_json`](Self::from_json).
+    ///
+    /// # Errors
+    /// As there; the reader fails, or the text is not UTF-8.
+    pub fn read_json(reader: impl Read) -> Result<Self, BipError> {
+        Self::from_json(&model_file::read(reader)?)
+    }
+}
+
+impl File {
+    fn of(model: &Model) -> Self {
+        let parts = model.parts();
+        let bases = parts.layout.bases();
+        let groups = parts
+            .layout
+            .groups()
+            .iter()
+            .zip(bases)
+            .map(|(group, basis)| FileGroup {
+                name: group.name.clone(),
+                role: group.role.into(),
+                dofs: group.dofs,
+                basis: group.basis.into(),
+                size: basis.size(),
+                condition: Some(basis.condition()).filter(|c| c.is_finite()),
+                transform: basis.transform().entries().to_vec(),
+                inverse: basis.inverse().entries().to_vec(),
+            })
+            .collect();
+        let mut file = Self {
+            format: FORMAT.name.to_owned(),
+            version: FORMAT.version,
+            digest: String::new(),
+            demonstrations: parts.demonstrations,
+            sampling_period: parts.sampling_period,
+            phase_velocity_mean: parts.phase_velocity.mean,
+            phase_velocity_variance: parts.phase_velocity.variance,
+            shrinkage: parts.shrinkage,
+            tuning: parts.tuning.map(FileTuning::from),
+            groups,
+            offset: parts.offset.clone(),
+            noise_fit: parts.noise_fit.clone(),
+            noise_held_out: parts.noise_held_out.clone(),
+            mean: parts.mean.clone(),
+            rank: parts.factor.columns(),
+            factor: parts.factor.entries().to_vec(),
+        };
+        file.digest = file.digest();
+        file
+    }
+
+    /// Lengths before anything is allocated by them; then every number; then the digest.
+    fn into_model(self) -> Result<Model, BipError> {
+        let dofs = self
+            .groups
+            .iter()
+            .try_fold(0_usize, |sum, g| sum.checked_add(g.dofs))
+            .unwrap_or(usize::MAX);
+        length("offset", dofs, self.offset.len())?;
+        length("noise_fit", dofs, self.noise_fit.len())?;
+        if let Some(noise) = &self.noise_held_out {
+            length("noise_held_out", dofs, noise.len())?;
+        }
+        let weights = self
+            .groups
+            .iter()
+            .try_fold(0_usize, |sum, g| {
+                sum.checked_add(g.dofs.checked_mul(g.size)?)
+            })
+            .unwrap_or(usize::MAX);
+        length("mean", weights, self.mean.len())?;
+        let entries = weights.saturating_mul(self.rank);
+        length("factor", entries, self.factor.len())?;
+        check::all_finite("offset", &self.offset)?;
+        check::all_finite("mean", &self.mean)?;
+        check::all_finite("factor", &self.factor)?;
+        let held_out = self.noise_held_out.iter().flatten();
+        for v in self.noise_fit.iter().chain(held_out) {
+            check::positive("measurement noise", *v)?;
+        }
+        let phase_velocity = PhaseVelocity {
+            mean: self.phase_velocity_mean,
+            variance: self.phase_velocity_variance,
+        };
+        phase_velocity.validate()?;
+        check::positive("sampling period", self.sampling_period)?;
+        let within = (0.0..=1.0).contains(&self.shrinkage);
+        check::that(within, "shrinkage", self.shrinkage, "between 0 and 1")?;
+        let tuning = self.tuning.map(Tuning::from);
+        tuning.as_ref().map_or(Ok(()), Tuning::validate)?;
+        let digest = self.digest();
+        let groups: Vec<Group> = self
+            .groups
+            .iter()
+            .map(|g| Group {
+                name: g.name.clone(),
+                dofs: g.dofs,
+                basis: g.basis.into(),
+                role: g.role.into(),
+            })
+            .collect();
+        let bases = self
+            .groups
+            .into_iter()
+            .map(|g| {
+                let condition = g.condition.unwrap_or(f64::INFINITY);
+                OrthonormalBasis::stored(g.basis.into(), g.size, condition, g.transform, g.inverse)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        model_file::check_digest(&self.digest, digest)?;
+        Ok(Model::from_parts(ModelParts {
+            layout: WeightLayout::from_bases(groups, bases)?,
+            offset: self.offset,
+            mean: self.mean,
+            factor: Matrix::from_rows(weights, self.rank, self.factor),
+            noise_fit: self.noise_fit,
+            noise_held_out: self.noise_held_out,
+            phase_velocity,
+            sampling_period: self.sampling_period,
+            demonstrations: self.demonstrations,
+            shrinkage: self.shrinkage,
+            tuning,
+        }))
+    }
+
+    fn digest(&self) -> String {
+        let mut d = Digest::new();
+        d.count(self.demonstrations);
+        d.numbers(&[
+            self.sampling_period,
+            self.phase_velocity_mean,
+            self.phase_velocity_variance,
+            self.shrinkage,
+        ]);
+        let tuning = self.tuning.map(|t| {
+            [
+                t.noise_factor,
+                t.acceleration_variance,
+                t.spread,
+                t.correlation_time,
+            ]
+        });
+        d.optional(tuning.as_ref().map(|t| &t[..]));
+        d.count(self.groups.len());
+        for g in &self.groups {
+            d.count(g.name.len());
+            d.bytes(g.name.as_bytes());
+            let (kind, count, parameter) = match g.basis {
+                FileBasis::Gaussian { count, variance } => (0, count, variance),
+                FileBasis::NormalizedGaussian { count, variance } => (1, count, variance),
+                FileBasis::Sigmoid { count, width } => (2, count, width),
+                FileBasis::Polynomial { count } => (3, count, 0.0),
+                FileBasis::Legendre { count } => (4, count, 0.0),
+                FileBasis::Chebyshev { count } => (5, count, 0.0),
+            };
+            for n in [g.role as usize, g.dofs, kind, count, g.size] {
+                d.count(n);
+            }
+            d.numbers(&[parameter, g.condition.unwrap_or(f64::INFINITY)]);
+            d.numbers(&g.transform);
+            d.numbers(&g.inverse);
+        }
+        d.numbers(&self.offset);
+        d.numbers(&self.noise_fit);
+        d.optional(self.noise_held_out.as_deref());
+        d.numbers(&self.mean);
+        d.count(self.rank);
+        d.numbers(&self.factor);
+        d.to_hex()
+    }
+}
+
+impl From<Tuning> for FileTuning {
+    fn from(t: Tuning) -> Self {
+        Self {
+            noise_factor: t.noise_factor,
+            acceleration_variance: t.acceleration_variance,
+            spread: t.spread,
+            correlation_time: t.correlation_time,
+        }
+    }
+}
+
+impl From<FileTuning> for Tuning {
+    fn from(t: FileTuning) -> Self {
+        Self {
+            noise_factor: t.noise_factor,
+            acceleration_variance: t.acceleration_variance,
+            spread: t.spread,
+            correlation_time: t.correlation_time,
+        }
+    }
+}
+
+impl From<Role> for FileRole {
+    fn from(role: Role) -> Self {
+        match role {
+            Role::Observed => Self::Observed,
+            Role::Controlled => Self::Controlled,
+            Role::Either => Self::Either,
+        }
+    }
+}
+
+impl From<FileRole> for Role {
+    fn from(role: FileRole) -> Self {
+        match role {
+            FileRole::Observed => Self::Observed,
+            FileRole::Controlled => Self::Controlled,
+            FileRole::Either => Self::Either,
+        }
+    }
+}
+
+impl From<Basis> for FileBasis {
+    fn from(basis: Basis) -> Self {
+        match basis {
+            Basis::Gaussian { count, variance } => Self::Gaussian { count, variance },
+            Basis::NormalizedGaussian { count, variance } => {
+                Self::NormalizedGaussian { count, variance }
+            }
+            Basis::Sigmoid { count, width } => Self::Sigmoid { count, width },
+            Basis::Polynomial { count } => Self::Polynomial { count },
+            Basis::Legendre { count } => Self::Legendre { count },
+            Basis::Chebyshev { count } => Self::Chebyshev { count },
+        }
+    }
+}
+
+impl From<FileBasis> for Basis {
+    fn from(basis: FileBasis) -> Self {
+        match basis {
+            FileBasis::Gaussian { count, variance } => Self::Gaussian { count, variance },
+            FileBasis::NormalizedGaussian { count, variance } => {
+                Self::NormalizedGaussian { count, variance }
+            }
+            FileBasis::Sigmoid { count, width } => Self::Sigmoid { count, width },
+            FileBasis::Polynomial { count } => Self::Polynomial { count },
+            FileBasis::Legendre { count } => Self::Legendre { count },
+            FileBasis::Chebyshev { count } => Self::Chebyshev { count },
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Degrees of freedom that belong together.
+
+use crate::basis::Basis;
+
+/// What the degrees of freedom of a group are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Measured while filtering, such as a hand.
+    Observed,
+    /// Inferred while filtering, such as the arm that answers the hand.
+    Controlled,
+    /// Measured in some frames, inferred in others.
+    Either,
+}
+
+/// Neighbouring degrees of freedom that share a basis and a role.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Name for reports.
+    pub name: String,
+    /// Number of degrees of freedom; those of the next group follow.
+    pub dofs: usize,
+    /// Basis of each of them.
+    pub basis: Basis,
+    /// What they are for.
+    pub role: Role,
+}
+
+impl Group {
+    /// A group that is measured while filtering.
+    #[must_use]
+    pub fn observed(name: &str, dofs: usize, basis: Basis) -> Self {
+        Self {
+            name: name.to_owned(),
+            dofs,
+            basis,
+            role: Role::Observed,
+        }
+    }
+
+    /// A group that is inferred while filtering.
+    #[must_use]
+    pub fn controlled(name: &str, dofs: usize, basis: Basis) -> Self {
+        Self {
+            role: Role::Controlled,
+            ..Self::observed(name, dofs, basis)
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Parameters of a filter that training cannot know.
+
+use hwall_numeric::{ArgumentError, check};
+
+/// Parameters of a filter that were chosen on held-out demonstrations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tuning {
+    /// Factor on the variance of the held-out noise.
+    pub noise_factor: f64,
+    /// Variance of the random acceleration of the phase, 1/time⁴.
+    pub acceleration_variance: f64,
+    /// Factor on the standard deviations of predictions: with it, 90 % intervals held 90 % of the
+    /// ends of held-out motions. Used by `predict_at`, not by moments.
+    pub spread: f64,
+    /// Time for which deviations last; 0: independent from sample to sample.
+    pub correlation_time: f64,
+}
+
+impl Tuning {
+    /// Rejects numbers outside their ranges.
+    pub(super) fn validate(&self) -> Result<(), ArgumentError> {
+        check::positive("noise factor", self.noise_factor)?;
+        check::non_negative("acceleration variance", self.acceleration_variance)?;
+        check::positive("spread", self.spread)?;
+        check::non_negative("correlation time", self.correlation_time)?;
+        Ok(())
+    }
+}

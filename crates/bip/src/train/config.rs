@@ -1,0 +1,127 @@
+//! How a model is made of demonstrations.
+
+use super::demonstration::Demonstration;
+use super::onset::Onset;
+use crate::error::BipError;
+use crate::model::Group;
+use hwall_numeric::check;
+use std::borrow::Cow;
+
+/// Demonstrations held out by default.
+pub(crate) const HELD_OUT: usize = 64;
+
+/// How the length of a demonstration becomes a phase velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PhaseRate {
+    /// `1 / duration`, variance with `demonstrations - 1`: consistent with the phase of the samples.
+    PerDuration,
+    /// `1 / (samples · mean period)`, variance with `demonstrations`: the published convention.
+    PerSample,
+}
+
+/// Prior covariance of the weights between what the demonstrations show and what they cannot.
+///
+/// `(1 - α) S + α T` with `S` the covariance of the demonstrations and `T` the part of it within
+/// each single degree of freedom. `S` allows only mixtures of the demonstrations; `T`
+/// lets each degree of freedom move by itself, as far as the demonstrations do. (Blocks of whole
+/// groups would not help: with fewer demonstrations than weights in a group, its block forbids new
+/// motions too.) With `α > 0` the rank grows from `demonstrations - 1` to the number of weights,
+/// and the time of an update with the square of the rank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Shrinkage {
+    /// `α = 0`: exact for the demonstrations, and small.
+    None,
+    /// `α` as given, in `[0, 1]`.
+    Fixed(f64),
+    /// The `α` of a fixed grid, 0 included, under which demonstrations that were held out have the
+    /// highest density at their own phases, each with the noise estimated for that `α`. With one or
+    /// two demonstrations it is 0.
+    LeaveOneOut,
+}
+
+/// How a model is made of demonstrations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainingConfig {
+    /// Groups of degrees of freedom, in the order of the columns.
+    pub groups: Vec<Group>,
+    /// Subtract the mean over all samples before the fit. It matters only for bases that cannot
+    /// express a constant (Gaussian, sigmoid). Scaling would change nothing, because
+    /// each degree of freedom is fitted by itself. Default `true`.
+    pub centre: bool,
+    /// Meaning of the phase velocity. Default [`PhaseRate::PerDuration`].
+    pub rate: PhaseRate,
+    /// Cut the rest before and after the motion from every demonstration. Default `None`: this has
+    /// been done already.
+    pub onset: Option<Onset>,
+    /// Prior covariance between demonstrated and possible motions. Default [`Shrinkage::None`].
+    pub shrinkage: Shrinkage,
+    /// Keep no more directions than this, the strongest ones relative to the spread of each degree
+    /// of freedom, after shrinkage. Default `None`: all, which is exact.
+    pub max_rank: Option<usize>,
+    /// Demonstrations to hold out, one at a time, for the measurement noise, spread evenly; 0 for
+    /// none. Default 64: with more, time grows and the estimate hardly changes.
+    pub held_out: usize,
+    /// Lowest standard deviation of the measurement noise as a share of the range of the degree of
+    /// freedom (of its size where it is constant). Default 1e-4; without it a perfect fit would claim
+    /// a perfect sensor.
+    pub noise_floor: f64,
+    /// Lowest standard deviation of the phase velocity as a share of its mean. Default 0.05; it
+    /// is the standard deviation where there is one demonstration, or several of the same length.
+    pub velocity_floor: f64,
+}
+
+impl TrainingConfig {
+    /// Defaults for these groups.
+    #[must_use]
+    pub fn new(groups: Vec<Group>) -> Self {
+        Self {
+            groups,
+            centre: true,
+            rate: PhaseRate::PerDuration,
+            onset: None,
+            shrinkage: Shrinkage::None,
+            max_rank: None,
+            held_out: HELD_OUT,
+            noise_floor: 1e-4,
+            velocity_floor: 0.05,
+        }
+    }
+
+    /// The conventions of the published implementation, for comparison with it.
+    #[must_use]
+    pub fn published(groups: Vec<Group>) -> Self {
+        Self {
+            centre: false,
+            rate: PhaseRate::PerSample,
+            ..Self::new(groups)
+        }
+    }
+
+    /// Rejects parameters outside their ranges; groups are checked where they are laid out.
+    pub(super) fn validate(&self) -> Result<(), BipError> {
+        check::non_negative("noise floor", self.noise_floor)?;
+        check::positive("velocity floor", self.velocity_floor)?;
+        if let Shrinkage::Fixed(alpha) = self.shrinkage {
+            let within = (0.0..=1.0).contains(&alpha);
+            check::that(within, "shrinkage", alpha, "between 0 and 1")?;
+        }
+        self.onset.as_ref().map_or(Ok(()), Onset::validate)
+    }
+
+    /// The demonstrations without their rest, and the configuration that takes them as they are.
+    pub(crate) fn trimmed<'a>(
+        &self,
+        demonstrations: &'a [Demonstration],
+    ) -> Result<(Cow<'a, [Demonstration]>, Self), BipError> {
+        let mut config = self.clone();
+        Ok(match config.onset.take() {
+            None => (Cow::Borrowed(demonstrations), config),
+            Some(onset) => {
+                let trimmed = demonstrations.iter().map(|d| d.trimmed(&onset));
+                (Cow::Owned(trimmed.collect::<Result<_, _>>()?), config)
+            }
+        })
+    }
+}

@@ -1,0 +1,252 @@
+//! Where a motion starts and ends within a recording.
+
+use super::demonstration::Demonstration;
+use crate::error::{BipError, length};
+use hwall_numeric::check;
+
+/// Exponent of the probability that noise passes for speed: at most `exp(-7)`, in fact about 1e-5.
+const CLEAR: f64 = 7.0;
+/// Fewer samples than this say nothing about noise.
+const FEWEST: usize = 10;
+/// Longest smoothing while nothing moves clearly, as a share of the recording.
+const LONGEST: f64 = 0.25;
+/// The same in samples on either side: keeps the time linear in the length of the recording.
+const LONGEST_HALF: usize = 500;
+/// Longest smoothing of a clear motion, as a share of the time above half of its peak speed:
+/// beyond, the window blurs the start more than the noise does.
+const LONGEST_OF_MOTION: f64 = 0.3;
+/// A motion is clear if noise stays below this share of its peak.
+const CLEAR_SHARE: f64 = 0.25;
+
+/// People wait before they move and rest afterwards. Only the motion between has a phase.
+///
+/// The speed at a sample is the slope of a straight line through the samples around it, of all named
+/// degrees of freedom together. The window is the shortest one over which the noise, estimated
+/// from second differences, stays below the thresholds: in a clean recording, a motion that starts in
+/// one step is found to the sample. Where no window is long enough, the thresholds are raised above
+/// the noise. With fewer than 10 samples no noise is assumed.
+///
+/// Error: reaches of 0.6 to 1.4 s with 1.5 mm of noise, 600 of them at 50, 90 and 150 Hz: first and
+/// last sample 6 to 10 ms (median) and at worst 45 ms from where the true speed passes the
+/// thresholds. That holds for independent noise. Tremor and smoothing trackers have correlated noise,
+/// which counts as motion: the cut may then come half a second early where the rest is longer
+/// than that; look at what [`Demonstration::trimmed`] leaves. A recording that was cut before loses
+/// some more samples to the noise at its ends.
+///
+/// A filter must see the same motion. Start it when the hand starts to move: with a speed smoothed
+/// in the same way, at [`start_share`](Self::start_share) of the [`peak_speed`](Self::peak_speed) that
+/// motions usually have. Any detection is late or early by some samples, so give the
+/// filter a larger [`phase_variance`](crate::filter::FilterConfig::phase_variance): the square of the
+/// share of the motion by which it may be wrong. After phase 1 the motion is over: stop predicting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Onset {
+    /// Degrees of freedom whose speed counts, all of the same unit: those of a palm, for example.
+    pub dofs: Vec<usize>,
+    /// The motion starts at this share of its peak speed. Default 0.05.
+    pub start_share: f64,
+    /// It ends at this share. Default 0.05.
+    pub end_share: f64,
+}
+
+/// Smoothed speed of every sample, with its noise subtracted.
+struct Speed {
+    values: Vec<f64>,
+    /// Speed that noise alone hardly ever has, at every sample: larger where the window is short.
+    clear: Vec<f64>,
+    /// The same for a full window.
+    clear_of_full: f64,
+    /// Largest speed that is clear.
+    peak: f64,
+}
+
+impl Speed {
+    /// Does a sample reach a share of the peak?
+    fn reaches(&self, k: usize, share: f64) -> bool {
+        self.values[k] >= (share * self.peak).max(self.clear[k])
+    }
+}
+
+/// Noise of a value, over all degrees of freedom together.
+struct Noise {
+    /// Sum of the variances.
+    sum: f64,
+    /// What noise hardly ever exceeds beyond `sum`, by the tail of a sum of squares of
+    /// normal variables: `2 √(x Σ v²) + 2 x max v`. Source: [Laurent 2000], lemma 1.
+    clear: f64,
+}
+
+impl Onset {
+    /// Defaults for these degrees of freedom.
+    #[must_use]
+    pub fn new(dofs: impl IntoIterator<Item = usize>) -> Self {
+        Self {
+            dofs: dofs.into_iter().collect(),
+            start_share: 0.05,
+            end_share: 0.05,
+        }
+    }
+
+    /// Largest smoothed speed of a demonstration, in the unit of the degrees of freedom per unit
+    /// of time.
+    ///
+    /// # Errors
+    /// As [`Demonstration::trimmed`].
+    pub fn peak_speed(&self, demonstration: &Demonstration) -> Result<f64, BipError> {
+        Ok(self.speed(demonstration)?.peak)
+    }
+
+    pub(super) fn validate(&self) -> Result<(), BipError> {
+        if self.dofs.is_empty() {
+            length("dofs of the onset", 1, 0)?;
+        }
+        for (what, share) in [
+            ("start share", self.start_share),
+            ("end share", self.end_share),
+        ] {
+            let within = share > 0.0 && share < 1.0;
+            check::that(within, what, share, "above 0 and below 1")?;
+        }
+        Ok(())
+    }
+
+    fn speed(&self, demonstration: &Demonstration) -> Result<Speed, BipError> {
+        self.validate()?;
+        for (i, &dof) in self.dofs.iter().enumerate() {
+            if dof >= demonstration.dofs() {
+                return Err(BipError::UnknownDof {
+                    dof,
+                    dofs: demonstration.dofs(),
+                });
+            }
+            if self.dofs[..i].contains(&dof) {
+                return Err(BipError::DuplicateDof { dof });
+            }
+        }
+        let n = demonstration.len();
+        let variances: Vec<f64> = self
+            .dofs
+            .iter()
+            .map(|d| noise_variance(demonstration, *d))
+            .collect();
+        let squares: f64 = variances.iter().map(|v| v * v).sum();
+        let largest = variances.iter().copied().fold(0.0, f64::max);
+        let noise = Noise {
+            sum: variances.iter().sum(),
+            clear: 2.0 * (CLEAR * squares).sqrt() + 2.0 * CLEAR * largest,
+        };
+        let share = self.start_share.min(self.end_share);
+        let longest = ((LONGEST * n as f64) as usize).clamp(1, LONGEST_HALF);
+        let mut half = 1;
+        loop {
+            let speed = smoothed(demonstration, &self.dofs, half, &noise);
+            let fast = speed
+                .values
+                .iter()
+                .filter(|v| **v > 0.5 * speed.peak)
+                .count();
+            let blurs = (2 * half + 1) as f64 > LONGEST_OF_MOTION * fast as f64;
+            let enough = speed.clear_of_full <= share * speed.peak
+                || speed.clear_of_full <= CLEAR_SHARE * speed.peak && blurs
+                || half >= longest;
+            if enough {
+                // Written so that an overflow, which is NaN, does not count as motion.
+                let moves = speed.peak > speed.clear_of_full && speed.peak.is_finite();
+                if !moves {
+                    return Err(BipError::NothingMoves {
+                        peak_speed: speed.peak,
+                        noise_speed: speed.clear_of_full,
+                    });
+                }
+                return Ok(speed);
+            }
+            half = (half + 1 + half / 4).min(longest);
+        }
+    }
+}
+
+impl Demonstration {
+    /// The motion alone, without the rest before and after it.
+    ///
+    /// From the first sample whose speed reaches the start share of the peak to the last one that
+    /// reaches the end share; pauses in between stay. Time stamps are kept.
+    ///
+    /// # Errors
+    /// Nothing moves; an unknown or repeated degree of freedom, shares outside their range.
+    pub fn trimmed(&self, onset: &Onset) -> Result<Self, BipError> {
+        let speed = &onset.speed(self)?;
+        // The peak itself reaches both thresholds.
+        let reach = |share: f64| (0..self.len()).filter(move |k| speed.reaches(*k, share));
+        let first = reach(onset.start_share).next().unwrap_or(0);
+        let last = reach(onset.end_share).next_back().unwrap_or(self.len() - 1);
+        // A demonstration has two samples at least.
+        let first = first.min(last).min(self.len() - 2);
+        let last = last.max(first + 1);
+        let times = self.times()[first..=last].to_vec();
+        let values = (first..=last).flat_map(|k| self.sample(k)).copied();
+        Self::from_timestamps(times, self.dofs(), values.collect())
+    }
+}
+
+/// Variance of the noise of one degree of freedom, from how far samples lie from the line between
+/// their neighbours: motion hardly bends within two periods, and where it does, the median ignores it.
+fn noise_variance(demonstration: &Demonstration, dof: usize) -> f64 {
+    let times = demonstration.times();
+    let mut squares: Vec<f64> = (1..demonstration.len().saturating_sub(1))
+        .map(|k| {
+            let x = [k - 1, k, k + 1].map(|k| demonstration.sample(k)[dof]);
+            let after = (times[k] - times[k - 1]) / (times[k + 1] - times[k - 1]);
+            let before = 1.0 - after;
+            let bend = x[1] - before * x[0] - after * x[2];
+            bend * bend / (1.0 + before * before + after * after)
+        })
+        .collect();
+    let size =
+        (0..demonstration.len()).fold(0.0, |m: f64, k| m.max(demonstration.sample(k)[dof].abs()));
+    let rounding = (f64::EPSILON * size).powi(2);
+    if demonstration.len() < FEWEST {
+        return rounding;
+    }
+    let middle = squares.len() / 2;
+    let (_, median, _) = squares.select_nth_unstable_by(middle, f64::total_cmp);
+    // The median of the square of a standard normal variable.
+    (*median / 0.454_936_423_119_572_8).max(rounding)
+}
+
+/// Slopes of lines through the samples up to `half` away; near the ends less far, so that rest there
+/// does not take speed from the motion.
+fn smoothed(demonstration: &Demonstration, dofs: &[usize], half: usize, noise: &Noise) -> Speed {
+    let n = demonstration.len();
+    let times = demonstration.times();
+    let (mut values, mut clear) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    for k in 0..n {
+        let half = half.min(k.max(1)).min((n - 1 - k).max(1)).min((n - 1) / 2);
+        let centre = k.clamp(half, n - 1 - half);
+        // With two samples there is no window: both have the slope between them.
+        let window = match half {
+            0 => 0..n,
+            _ => centre - half..centre + half + 1,
+        };
+        let count = window.len() as f64;
+        let middle = window.clone().map(|i| times[i]).sum::<f64>() / count;
+        let spread: f64 = window.clone().map(|i| (times[i] - middle).powi(2)).sum();
+        // Less the first value, so that a constant has no slope at all.
+        let start = demonstration.sample(window.start);
+        let slope = |dof: usize| {
+            let moment: f64 = window
+                .clone()
+                .map(|i| (times[i] - middle) * (demonstration.sample(i)[dof] - start[dof]))
+                .sum();
+            moment / spread
+        };
+        let square: f64 = dofs.iter().map(|d| slope(*d).powi(2)).sum();
+        clear.push((noise.clear / spread).sqrt());
+        values.push((square - noise.sum / spread).max(0.0).sqrt());
+    }
+    let peak = values.iter().zip(&clear).filter(|(v, c)| v > c);
+    Speed {
+        peak: peak.map(|(v, _)| *v).fold(0.0, f64::max),
+        clear_of_full: clear.iter().copied().fold(f64::INFINITY, f64::min),
+        values,
+        clear,
+    }
+}

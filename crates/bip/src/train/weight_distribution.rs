@@ -1,0 +1,237 @@
+//! Mean and covariance factor of the weights of several demonstrations.
+
+use super::fit::{Centred, NEGLIGIBLE};
+use crate::error::BipError;
+use crate::model::WeightLayout;
+use hwall_numeric::dense::{Matrix, Svd, dot};
+
+/// Below this, the demonstration left out was the only one with its direction.
+const ALONE: f64 = 1e-10;
+
+/// Mean and factor `F` with `F Fᵀ` the covariance (with `demonstrations - 1`) of the weights.
+#[derive(Debug, Clone)]
+pub(super) struct WeightDistribution {
+    pub mean: Vec<f64>,
+    /// Weights × rank.
+    pub factor: Matrix,
+    /// `V`, demonstrations × rank: the weights of demonstration `i` are the mean and
+    /// `√(demonstrations - 1) F vᵢ`, unless directions were dropped. Without rows where it is not known.
+    right: Matrix,
+}
+
+impl WeightDistribution {
+    /// Of the demonstrations of all fits.
+    pub(super) fn of(fits: &[&Centred<'_>], layout: &WeightLayout) -> Result<Self, BipError> {
+        let (n, weights) = (fits.len(), layout.weights());
+        let mean: Vec<f64> = (0..weights)
+            .map(|w| fits.iter().map(|f| f.weights[w] / n as f64).sum())
+            .collect();
+        if n == 1 {
+            return Ok(Self::certain(mean));
+        }
+        let share = 1.0 / ((n - 1) as f64).sqrt();
+        let mut away = Matrix::from_fn(weights, n, |w, i| (fits[i].weights[w] - mean[w]) * share);
+        drop_rounding(&mut away, fits, layout);
+        let (factor, right) = strongest(away, layout)?;
+        let mut distribution = Self {
+            mean,
+            factor,
+            right,
+        };
+        // The mean was subtracted: one more direction would be rounding.
+        distribution.truncate(n - 1);
+        Ok(distribution)
+    }
+
+    /// One mean for each group, all with the covariance around the means of their groups (with
+    /// `demonstrations - groups`). `labels` are 0 .. groups - 1, each of them taken.
+    pub(super) fn within_groups(
+        fits: &[&Centred<'_>],
+        labels: &[usize],
+        groups: usize,
+        layout: &WeightLayout,
+    ) -> Result<Vec<Self>, BipError> {
+        let (n, weights) = (fits.len(), layout.weights());
+        let mut means = vec![vec![0.0; weights]; groups];
+        let mut sizes = vec![0.0; groups];
+        for label in labels {
+            sizes[*label] += 1.0;
+        }
+        for (fit, &label) in fits.iter().zip(labels) {
+            for (mean, w) in means[label].iter_mut().zip(&fit.weights) {
+                *mean += w / sizes[label];
+            }
+        }
+        let mut factor = Matrix::zeros(weights, 0);
+        if n > groups {
+            let share = 1.0 / ((n - groups) as f64).sqrt();
+            let mut away = Matrix::from_fn(weights, n, |w, i| {
+                (fits[i].weights[w] - means[labels[i]][w]) * share
+            });
+            drop_rounding(&mut away, fits, layout);
+            (factor, _) = strongest(away, layout)?;
+        }
+        let distribution = |mean| {
+            let mut distribution = Self {
+                mean,
+                factor: factor.clone(),
+                right: Matrix::zeros(0, factor.columns()),
+            };
+            // Each mean that was subtracted takes a direction away.
+            distribution.truncate(n - groups);
+            distribution
+        };
+        Ok(means.into_iter().map(distribution).collect())
+    }
+
+    /// Of rank 0.
+    fn certain(mean: Vec<f64>) -> Self {
+        Self {
+            factor: Matrix::zeros(mean.len(), 0),
+            right: Matrix::zeros(0, 0),
+            mean,
+        }
+    }
+
+    pub(super) fn rank(&self) -> usize {
+        self.factor.columns()
+    }
+
+    /// Keeps the strongest directions only.
+    pub(super) fn truncate(&mut self, rank: usize) {
+        if rank < self.rank() {
+            let kept = |m: &Matrix| Matrix::from_fn(m.rows(), rank, |i, j| m[(i, j)]);
+            self.factor = kept(&self.factor);
+            self.right = kept(&self.right);
+        }
+    }
+
+    /// Mean and covariance of the others, from those of all `n` fits and without another
+    /// decomposition; not after directions were dropped.
+    ///
+    /// With `v` the row of `V`, the covariance of the others is
+    /// `(n-1)/(n-2) F (1 - n/(n-1) v vᵀ) Fᵀ`, and `1 - γ v vᵀ` is the square of `1 - β v vᵀ`.
+    pub(super) fn without(&self, left_out: usize, fit: &Centred<'_>, n: usize) -> Self {
+        let others = (n - 1) as f64;
+        let mean: Vec<f64> = self
+            .mean
+            .iter()
+            .zip(&fit.weights)
+            .map(|(mean, w)| mean - (w - mean) / others)
+            .collect();
+        if n == 2 || self.rank() == 0 {
+            return Self::certain(mean);
+        }
+        let v = self.right.row(left_out);
+        let square = dot(v, v);
+        let kept = 1.0 - n as f64 / others * square;
+        let root = if kept > ALONE { kept.sqrt() } else { 0.0 };
+        let beta = if square > 0.0 {
+            (1.0 - root) / square
+        } else {
+            0.0
+        };
+        let scale = (others / (others - 1.0)).sqrt();
+        let mut factor = self.factor.clone();
+        for w in 0..factor.rows() {
+            let row = factor.row_mut(w);
+            let along = beta * dot(row, v);
+            for (f, v) in row.iter_mut().zip(v) {
+                *f = scale * (*f - along * v);
+            }
+        }
+        Self {
+            mean,
+            right: Matrix::zeros(0, factor.columns()),
+            factor,
+        }
+    }
+
+    /// With the covariance `(1 - α) S + α T`, `T` the blocks of `S` that belong to single degrees
+    /// of freedom.
+    pub(super) fn shrunk(&self, alpha: f64, layout: &WeightLayout) -> Result<Self, BipError> {
+        if alpha == 0.0 || self.rank() == 0 {
+            return Ok(self.clone());
+        }
+        let blocks = (0..layout.dofs())
+            .map(|d| {
+                let range = layout.range(d);
+                let first = range.start;
+                Svd::thin(&Matrix::from_fn(range.len(), self.rank(), |i, j| {
+                    self.factor[(first + i, j)]
+                }))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let own: usize = blocks.iter().map(|svd| svd.singular.len()).sum();
+        let all = if alpha < 1.0 { self.rank() } else { 0 };
+        let mut wide = Matrix::zeros(self.mean.len(), all + own);
+        let mut column = all;
+        for (d, svd) in blocks.iter().enumerate() {
+            for (j, w) in layout.range(d).enumerate() {
+                let row = wide.row_mut(w);
+                for (to, from) in row[..all].iter_mut().zip(self.factor.row(w)) {
+                    *to = (1.0 - alpha).sqrt() * from;
+                }
+                for (c, s) in svd.singular.iter().enumerate() {
+                    row[column + c] = alpha.sqrt() * svd.left[(j, c)] * s;
+                }
+            }
+            column += svd.singular.len();
+        }
+        let (factor, _) = strongest(wide, layout)?;
+        Ok(Self {
+            mean: self.mean.clone(),
+            right: Matrix::zeros(0, factor.columns()),
+            factor,
+        })
+    }
+}
+
+/// Equal demonstrations differ by rounding, which is not a direction of motion: a degree of
+/// freedom that differs by no more is taken as equal.
+fn drop_rounding(away: &mut Matrix, fits: &[&Centred<'_>], layout: &WeightLayout) {
+    for d in 0..layout.dofs() {
+        let range = layout.range(d);
+        let weight = fits
+            .iter()
+            .flat_map(|f| &f.weights[range.clone()])
+            .fold(0.0, |m: f64, w| m.max(w.abs()));
+        let value = fits.iter().fold(0.0, |m: f64, f| {
+            let column = &f.fit.columns[d];
+            m.max(column.low.abs()).max(column.high.abs())
+        });
+        let block = rows_mut(away, range);
+        if dot(block, block).sqrt() <= (1e-13 * weight).max(1e-14 * value) {
+            block.fill(0.0);
+        }
+    }
+}
+
+/// Neighbouring rows.
+fn rows_mut(matrix: &mut Matrix, rows: std::ops::Range<usize>) -> &mut [f64] {
+    let columns = matrix.columns();
+    &mut matrix.entries_mut()[rows.start * columns..rows.end * columns]
+}
+
+/// Factors `(F, V)`, `F Vᵀ` the matrix, which has a row for each weight; strongest direction first.
+///
+/// Strong is meant relative to the spread of each degree of freedom: otherwise radians would
+/// vanish beside millimetres when small directions are dropped.
+fn strongest(mut matrix: Matrix, layout: &WeightLayout) -> Result<(Matrix, Matrix), BipError> {
+    let mut scale = vec![0.0; matrix.rows()];
+    for d in 0..layout.dofs() {
+        let block = rows_mut(&mut matrix, layout.range(d));
+        let spread = dot(block, block).sqrt();
+        if spread > 0.0 {
+            scale[layout.range(d)].fill(spread);
+            block.iter_mut().for_each(|x| *x /= spread);
+        }
+    }
+    let svd = Svd::thin(&matrix)?;
+    let rank = svd.rank(NEGLIGIBLE);
+    let factor = Matrix::from_fn(matrix.rows(), rank, |w, j| {
+        scale[w] * svd.left[(w, j)] * svd.singular[j]
+    });
+    let right = Matrix::from_fn(matrix.columns(), rank, |i, j| svd.right[(i, j)]);
+    Ok((factor, right))
+}

@@ -1,0 +1,247 @@
+//! The extended Kalman filter on all weights, as the published implementation computes it.
+//!
+//! For comparison only: it is slower by orders of magnitude and loses positive definiteness with
+//! ill-conditioned bases, as the original does.
+
+use hwall_bip::{Basis, BipError, Prior};
+use hwall_numeric::check;
+use hwall_numeric::dense::{cholesky_in_place, dot, solve_lower, solve_lower_transposed};
+
+/// Noise that the published convention adds to degrees of freedom that are not observed.
+const INACTIVE_NOISE: f64 = 1e4;
+
+/// The published filter: state `[phase, phase velocity, all weights]`, full covariance.
+///
+/// One innovation over *all* degrees of freedom, unobserved ones fed as 0 with 1e4 added to their
+/// noise, their columns of the gain then set to zero; `P ← (1 - K H) P`; the phase clipped to
+/// `[0, 1]` after prediction and after each call.
+#[derive(Debug, Clone)]
+pub struct FullFilter {
+    bases: Vec<Basis>,
+    /// Basis and first weight of each degree of freedom.
+    layout: Vec<(usize, usize)>,
+    offset: Vec<f64>,
+    noise: Vec<f64>,
+    process_variance: f64,
+    state: Vec<f64>,
+    covariance: Vec<f64>,
+}
+
+impl FullFilter {
+    /// From a prior, with the variance of the phase at its start and of its acceleration.
+    ///
+    /// # Errors
+    /// Lengths that do not fit, numbers that are not finite.
+    pub fn new(
+        prior: &Prior,
+        phase_variance: f64,
+        process_variance: f64,
+    ) -> Result<Self, BipError> {
+        check::all_finite("variances", &[phase_variance, process_variance])?;
+        let bases: Vec<Basis> = prior.groups.iter().map(|g| g.basis).collect();
+        let mut layout = Vec::new();
+        let mut n = 2;
+        for (g, group) in prior.groups.iter().enumerate() {
+            for _ in 0..group.dofs {
+                layout.push((g, n));
+                n += group.basis.count();
+            }
+        }
+        let entries = (n - 2).saturating_mul(prior.rank);
+        for (what, expected, got) in [
+            ("mean", n - 2, prior.mean.len()),
+            ("factor", entries, prior.factor.len()),
+            ("noise", layout.len(), prior.noise.len()),
+            ("offset", layout.len(), prior.offset.len()),
+        ] {
+            length(what, expected, got)?;
+        }
+        check::all_finite("offset", &prior.offset)?;
+        let mut state = vec![0.0, prior.phase_velocity.mean];
+        state.extend(&prior.mean);
+        let mut covariance = vec![0.0; n * n];
+        covariance[0] = phase_variance;
+        covariance[n + 1] = prior.phase_velocity.variance;
+        let row = |w: usize| &prior.factor[w * prior.rank..(w + 1) * prior.rank];
+        for i in 2..n {
+            for j in 2..n {
+                covariance[i * n + j] = dot(row(i - 2), row(j - 2));
+            }
+        }
+        check::all_finite("prior", &state)?;
+        check::all_finite("prior", &covariance)?;
+        Ok(Self {
+            bases,
+            layout,
+            offset: prior.offset.clone(),
+            noise: prior.noise.clone(),
+            process_variance,
+            state,
+            covariance,
+        })
+    }
+
+    /// One call: a prediction over `dt`, then an observation of these degrees of freedom.
+    ///
+    /// # Errors
+    /// An unknown degree of freedom, numbers that are not finite, an innovation covariance that
+    /// is no longer positive definite.
+    pub fn step(&mut self, dt: f64, dofs: &[usize], values: &[f64]) -> Result<(), BipError> {
+        length("values", dofs.len(), values.len())?;
+        check::all_finite("values", values)?;
+        check::finite("dt", dt)?;
+        let count = self.layout.len();
+        let mut y = vec![0.0; count];
+        let mut noise: Vec<f64> = self.noise.iter().map(|r| r + INACTIVE_NOISE).collect();
+        let mut active = vec![false; count];
+        for (&dof, value) in dofs.iter().zip(values) {
+            if dof >= count {
+                return Err(BipError::UnknownDof { dof, dofs: count });
+            }
+            y[dof] = *value;
+            noise[dof] = self.noise[dof];
+            active[dof] = true;
+        }
+        self.predict(dt);
+        self.update(&y, &noise, &active)?;
+        self.state[0] = self.state[0].clamp(0.0, 1.0);
+        Ok(())
+    }
+
+    fn predict(&mut self, dt: f64) {
+        let n = self.state.len();
+        let p = &mut self.covariance;
+        self.state[0] = (self.state[0] + dt * self.state[1]).clamp(0.0, 1.0);
+        for j in 0..n {
+            p[j] += dt * p[n + j];
+        }
+        for i in 0..n {
+            p[i * n] += dt * p[i * n + 1];
+        }
+        let q = self.process_variance;
+        p[0] += q * dt.powi(4) / 4.0;
+        p[1] += q * dt.powi(3) / 2.0;
+        p[n] += q * dt.powi(3) / 2.0;
+        p[n + 1] += q * dt * dt;
+    }
+
+    fn update(&mut self, y: &[f64], noise: &[f64], active: &[bool]) -> Result<(), BipError> {
+        let (n, m) = (self.state.len(), self.layout.len());
+        let (values, slopes) = self.functions(self.state[0])?;
+        let mut predicted = vec![0.0; m];
+        // Sparse rows of H: the slope at the phase, the basis at the weights.
+        let mut slope = vec![0.0; m];
+        for (d, &(g, first)) in self.layout.iter().enumerate() {
+            let weights = &self.state[first..first + values[g].len()];
+            predicted[d] = self.offset[d] + dot(&values[g], weights);
+            slope[d] = dot(&slopes[g], weights);
+        }
+        let mut hp = vec![0.0; m * n];
+        let mut pht = vec![0.0; n * m];
+        for (d, &(g, first)) in self.layout.iter().enumerate() {
+            for j in 0..n {
+                let mut row = slope[d] * self.covariance[j];
+                let mut column = slope[d] * self.covariance[j * n];
+                for (b, psi) in values[g].iter().enumerate() {
+                    row += psi * self.covariance[(first + b) * n + j];
+                    column += psi * self.covariance[j * n + first + b];
+                }
+                hp[d * n + j] = row;
+                pht[j * m + d] = column;
+            }
+        }
+        let mut s = vec![0.0; m * m];
+        for i in 0..m {
+            for (e, &(g, first)) in self.layout.iter().enumerate() {
+                s[i * m + e] =
+                    slope[e] * hp[i * n] + dot(&values[g], &hp[i * n + first..][..values[g].len()]);
+            }
+            s[i * m + i] += noise[i];
+        }
+        cholesky_in_place(m, &mut s).map_err(|e| BipError::NotPositiveDefinite {
+            what: "innovation covariance",
+            pivot: e.pivot,
+            value: e.value,
+        })?;
+        for j in 0..n {
+            let gain = &mut pht[j * m..(j + 1) * m];
+            solve_lower(&s, gain);
+            solve_lower_transposed(&s, gain);
+            for (k, active) in gain.iter_mut().zip(active) {
+                *k = if *active { *k } else { 0.0 };
+            }
+            self.state[j] += (0..m).map(|d| gain[d] * (y[d] - predicted[d])).sum::<f64>();
+            for (d, k) in gain.iter().enumerate().filter(|(d, _)| active[*d]) {
+                let row = &mut self.covariance[j * n..(j + 1) * n];
+                for (p, h) in row.iter_mut().zip(&hp[d * n..(d + 1) * n]) {
+                    *p -= k * h;
+                }
+            }
+        }
+        Ok(check::all_finite("state", &self.state)?)
+    }
+
+    /// Values and slopes of the functions of each group.
+    fn functions(&self, phase: f64) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), BipError> {
+        self.bases
+            .iter()
+            .map(|b| {
+                let (mut v, mut s) = (vec![0.0; b.count()], vec![0.0; b.count()]);
+                b.evaluate_into(phase, &mut v, &mut s)?;
+                Ok((v, s))
+            })
+            .collect()
+    }
+
+    /// Mean of the phase.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        self.state[0]
+    }
+
+    /// Mean of the phase velocity, 1/time.
+    #[must_use]
+    pub fn phase_velocity(&self) -> f64 {
+        self.state[1]
+    }
+
+    /// Covariance of phase and phase velocity, which need not be symmetric.
+    #[must_use]
+    pub fn phase_covariance(&self) -> [[f64; 2]; 2] {
+        let n = self.state.len();
+        let p = &self.covariance;
+        [[p[0], p[1]], [p[n], p[n + 1]]]
+    }
+
+    /// Mean trajectory of a degree of freedom at a phase; `None` if there is no such degree of
+    /// freedom or a function overflows there.
+    #[must_use]
+    pub fn mean_at(&self, phase: f64, dof: usize) -> Option<f64> {
+        let &(g, first) = self.layout.get(dof)?;
+        let (values, _) = self.functions(phase).ok()?;
+        Some(self.offset[dof] + dot(&values[g], &self.state[first..first + values[g].len()]))
+    }
+
+    /// Variance of a degree of freedom at a given phase, without measurement noise; `None` as for
+    /// [`mean_at`](Self::mean_at). Negative where rounding has cost the covariance its definiteness.
+    #[must_use]
+    pub fn variance_at(&self, phase: f64, dof: usize) -> Option<f64> {
+        let &(g, first) = self.layout.get(dof)?;
+        let (values, _) = self.functions(phase).ok()?;
+        let (psi, n) = (&values[g], self.state.len());
+        let row = |i: usize| &self.covariance[(first + i) * n + first..][..psi.len()];
+        let weighted = psi.iter().enumerate().map(|(i, x)| x * dot(row(i), psi));
+        Some(weighted.sum())
+    }
+}
+
+fn length(what: &'static str, expected: usize, got: usize) -> Result<(), BipError> {
+    if expected == got {
+        return Ok(());
+    }
+    Err(BipError::WrongLength {
+        what,
+        expected,
+        got,
+    })
+}
