@@ -208,8 +208,9 @@ fn a_frozen_hand_is_lost_though_its_frames_go_on() {
 
 #[test]
 fn nan_points_are_a_lost_hand() {
-    let outcome =
-        with_frames(move |frame| Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z)))));
+    let outcome = with_frames(move |frame| {
+        Some(with_points(frame, |p| Some(DVec3::new(p.x, f64::NAN, p.z))))
+    });
     outcome.lost(|why| matches!(why, LostReason::NoPoints));
     outcome.recovers();
 }

@@ -134,10 +134,10 @@ fn held(touches: &[TouchPredictions]) -> [f64; 3] {
 fn the_direction_of_motion_is_not_counted_twice() {
     let setting = Setting::usual();
     let training = SharedTraining::new(setting.reaches.clone()).unwrap();
-    let regions = |bend: Option<f64>, calibration_sd_m: f64| {
+    let regions = |bend: Option<f64>, registration_sd_m: f64| {
         let config = FusedConfig {
             bend,
-            calibration_sd_m,
+            registration_sd_m,
             ..training.config.clone()
         };
         held(&setting.predictions(training.fused(&config).unwrap()))
@@ -146,7 +146,7 @@ fn the_direction_of_motion_is_not_counted_twice() {
     let default = FusedConfig::default();
     let with = regions(default.bend, 0.0);
     let without = regions(None, 0.0);
-    let doubted = regions(default.bend, default.calibration_sd_m);
+    let doubted = regions(default.bend, default.registration_sd_m);
     println!("with {with:?}, without {without:?}, 8 mm of registration {doubted:?}");
     for (with, without) in with.into_iter().zip(without) {
         assert!((with - without).abs() < 0.05, "{with} {without}");

@@ -25,7 +25,7 @@ pub enum ContactError {
         /// The message of the operating system.
         message: String,
     },
-    /// Too few reaches to learn from.
+    /// There are too few reaches to learn from.
     #[error("{got} reaches, at least {needed} are needed")]
     TooFewReaches {
         /// How many there are.
@@ -33,16 +33,16 @@ pub enum ContactError {
         /// How many there must be.
         needed: usize,
     },
-    /// A regression whose normal equations are singular or hold numbers that are not finite.
+    /// The normal equations of a regression are singular or not finite.
     #[error("normal equations of size {size} cannot be solved")]
     Singular {
         /// Number of coefficients.
         size: usize,
     },
-    /// The interaction primitive cannot be trained or run.
+    /// The interaction primitive cannot be trained, read or run.
     #[error(transparent)]
     Primitive(#[from] hwall_bip::BipError),
-    /// A model file of something else.
+    /// The file is not a model file of this crate.
     #[error("the file is of the format {found:?}, not {expected:?}")]
     FileFormat {
         /// The format read here.
@@ -50,7 +50,7 @@ pub enum ContactError {
         /// The format the file names.
         found: String,
     },
-    /// A model file of a newer version.
+    /// The file has a newer version.
     #[error("the file has version {found}, the newest that can be read is {newest}")]
     FileVersion {
         /// Newest version read here.
@@ -58,7 +58,7 @@ pub enum ContactError {
         /// Version of the file.
         found: u64,
     },
-    /// A model file that ends in the middle.
+    /// The file ends in the middle.
     #[error("the file ends too early, at line {line}, column {column}")]
     FileTruncated {
         /// Line, from 1.
@@ -66,16 +66,16 @@ pub enum ContactError {
         /// Column, from 1.
         column: usize,
     },
-    /// A model file that is no JSON.
-    #[error("no JSON at line {line}, column {column}")]
+    /// The file is not JSON.
+    #[error("not JSON at line {line}, column {column}")]
     FileSyntax {
         /// Line, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,
     },
-    /// A field of a model file is missing, unknown or of another type.
-    #[error("the file has no model at line {line}, column {column}: {problem}")]
+    /// A field is missing, unknown or of another type.
+    #[error("not a model at line {line}, column {column}: {problem}")]
     FileContents {
         /// Line, from 1.
         line: usize,
@@ -84,7 +84,7 @@ pub enum ContactError {
         /// The field and what is wrong with it, in the words of the JSON reader.
         problem: String,
     },
-    /// The numbers of a model file are not those that were written.
+    /// The contents are not those that were written.
     #[error("the file was changed: its digest is {computed}, it says {stored}")]
     FileDigest {
         /// Digest in the file.
@@ -92,14 +92,14 @@ pub enum ContactError {
         /// Digest of its contents.
         computed: String,
     },
-    /// A list of a model file has another length than the rest of it asks for.
-    #[error("{what} has {got} entries, {expected} belong there")]
+    /// A list has another length than the rest of the file requires.
+    #[error("{what} has {got} entries, it must have {expected}")]
     FileLength {
         /// Name of the list.
         what: &'static str,
-        /// Entries that belong there.
+        /// Entries it must have.
         expected: usize,
-        /// Entries there are.
+        /// Entries it has.
         got: usize,
     },
 }

@@ -1,9 +1,9 @@
-//! Where and when a reach ends, without a scene: one trait for what is learnt and what is not.
+//! Where and when a reach ends, without a scene, and the trait of all estimators.
 
 use glam::{DMat3, DVec3};
 use hwall_hand::HandFrame;
 
-/// Where and when the hand is going to touch, as far as its own motion tells.
+/// Where and when the hand is going to touch, judged by its own motion alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEstimate {
     /// Time of the sample the estimate is of, s.
@@ -40,8 +40,8 @@ impl ContactEstimate {
         }
     }
 
-    /// Squared Mahalanobis distance of a point from the estimate, by its covariance; `None` without one.
-    /// 90 % regions are ellipsoids in space: those of 6.251 at most, 50 % those of 2.366.
+    /// Squared Mahalanobis distance of a point from the estimate; `None` without a covariance. The 90 % region
+    /// is the ellipsoid in space where it is at most 6.251, the 50 % region where it is at most 2.366.
     #[must_use]
     pub fn distance_squared(&self, point_m: DVec3) -> Option<f64> {
         let miss_m = point_m - self.point_m;
@@ -58,7 +58,7 @@ impl ContactEstimate {
     }
 }
 
-/// Follows one reach after the other and says, sample by sample, where and when it ends.
+/// Follows one reach after the other and estimates, sample by sample, where and when it ends.
 ///
 /// All samples are in one frame, by convention the robot's base frame, in order of time. Points of
 /// the hand may be missing in any of them.
@@ -66,8 +66,8 @@ pub trait ContactEstimator {
     /// A new reach begins: forgets the samples of the one before.
     fn begin(&mut self);
 
-    /// Takes the next sample of the reach; `None` while nothing can be said, as before the first
-    /// sample in which a point of the hand was seen. No number of the answer is NaN or infinite.
+    /// Takes the next sample of the reach; `None` while there is no estimate, as before the first
+    /// sample in which a point of the hand is seen. All numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
 }
 
@@ -79,14 +79,4 @@ impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         (**self).step(frame)
     }
-}
-
-/// `x x'`.
-pub(crate) fn square(x: DVec3) -> DMat3 {
-    outer(x, x)
-}
-
-/// `a b'`.
-pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

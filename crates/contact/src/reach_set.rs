@@ -1,4 +1,4 @@
-//! What a set of reaches has in common, and how it is split to hold some out.
+//! What a set of reaches has in common, and how it is split to hold reaches out.
 
 use crate::error::ContactError;
 use glam::DVec3;
@@ -23,7 +23,7 @@ pub(crate) fn touching_point(reaches: &[LabelledReach]) -> Result<HandPoint, Con
     Ok(first.point)
 }
 
-/// Means of a point of the hand less every other over all samples that show both, m.
+/// Mean offset of a point of the hand from every point, over all samples that show both, m.
 pub(crate) fn mean_offsets_m(reaches: &[LabelledReach], point: HandPoint) -> [Option<DVec3>; 6] {
     let offset = |f: &HandFrame, other| Some(f.point(point)? - f.point(other)?);
     HandPoint::ALL
@@ -31,7 +31,7 @@ pub(crate) fn mean_offsets_m(reaches: &[LabelledReach], point: HandPoint) -> [Op
         .map(|offset_m| offset_m.filter(|o| o.is_finite()))
 }
 
-/// Mean of what some samples of the reaches have.
+/// Mean of a value that some samples of the reaches have.
 pub(crate) fn mean(
     reaches: &[LabelledReach],
     value: impl Fn(&HandFrame) -> Option<DVec3>,
@@ -41,12 +41,12 @@ pub(crate) fn mean(
     (n > 0.0).then(|| sum / n)
 }
 
-/// Fewest people that are held out by themselves.
+/// With fewer people than this, reaches are held out and not people.
 const FEWEST_PEOPLE: usize = 3;
 
-/// Which reaches are held out together: those of a person where there are three people or more, in as many
-/// groups at most as `by_person`; else every so-manieth reach, in `by_reach` groups. Reaches without a
-/// name count as those of one person.
+/// Which reaches are held out together, as the number of a group for each reach. With three people or more
+/// it holds all reaches of a person, in at most `by_person` groups; else every n-th reach, in `by_reach`
+/// groups. Reaches without a person count as those of one person.
 pub(crate) fn held_out_groups(
     reaches: &[LabelledReach],
     by_person: usize,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Fused, Told, blurred, error, front, gaze_at, hand, room, scene, side, target};
+use common::{Fused, Scripted, blurred, error, front, gaze_at, hand, room, scene, side, target};
 use glam::{DMat3, DVec3};
 use hwall_contact::{
     ContactError, FusedConfig, FusedPredictor, GazeModel, PredictionSource, Predictor,
@@ -22,7 +22,7 @@ fn fused() -> Fused {
 fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
         bend: None,
-        calibration_sd_m: 0.0,
+        registration_sd_m: 0.0,
         ..FusedConfig::default()
     })
 }
@@ -466,7 +466,7 @@ fn every_covariance_is_symmetric_and_positive_definite() {
         });
         let scene = scene(&quads, None);
         let mut fused = Fused::new(FusedConfig {
-            calibration_sd_m: [0.0, 0.008][round % 2],
+            registration_sd_m: [0.0, 0.008][round % 2],
             ..FusedConfig::default()
         });
         for _ in 0..10 {
@@ -615,10 +615,10 @@ fn settings_outside_their_range_are_refused() {
     let bad = |change: &dyn Fn(&mut FusedConfig)| {
         let mut config = FusedConfig::default();
         change(&mut config);
-        FusedPredictor::new(Told::default(), config).is_err()
+        FusedPredictor::new(Scripted::default(), config).is_err()
     };
     assert!(bad(&|c| c.rays = 0));
-    assert!(bad(&|c| c.calibration_sd_m = f64::NAN));
+    assert!(bad(&|c| c.registration_sd_m = f64::NAN));
     assert!(bad(&|c| c.bend = Some(0.0)));
     assert!(bad(&|c| c.gaze.elsewhere_share = 1.5));
     assert!(bad(&|c| c.min_probability = 1.0));

@@ -5,8 +5,8 @@ mod common;
 use common::scene;
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, PredictionSource, Predictor, PredictorConfig,
-    PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, PredictionSource, Predictor,
+    PredictorInput, RayLead,
 };
 use hwall_hand::{GazeRay, HandFilter, HandFilterConfig, HandFrame, HandPoint, HandState};
 use hwall_scene::Scene;
@@ -146,7 +146,7 @@ fn failure_the_object_is_occluded() {
         Tol::abs(1e-12),
         "its edge is closest"
     );
-    // The motion alone would have told.
+    // The motion alone would have shown it.
     assert_eq!(
         Some(predict(&scene, &state, None).unwrap().surface),
         scene.find("wall")
@@ -283,9 +283,9 @@ fn bad_numbers_predict_nothing_or_are_refused() {
         predict(&scene, &good, Some(no_gaze)).unwrap().source,
         PredictionSource::HandDirection
     );
-    let config = PredictorConfig {
+    let config = DeterministicConfig {
         max_distance_m: f64::NAN,
-        ..PredictorConfig::default()
+        ..DeterministicConfig::default()
     };
     assert!(DeterministicPredictor::new(config).is_err());
 }
@@ -365,7 +365,7 @@ fn a_simulated_reach_is_predicted_before_it_arrives() {
 }
 
 fn predict_led(scene: &Scene, hand: &HandState, gaze: Option<GazeRay>) -> ContactPrediction {
-    let mut predictor = DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap();
+    let mut predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap();
     predict_with(&mut predictor, scene, hand, gaze).unwrap()
 }
 
@@ -407,17 +407,20 @@ fn led_by_the_ray_a_hand_at_a_slant_meets_the_wall_where_its_motion_leads() {
 
 #[test]
 fn leading_distances_must_rise_from_a_positive_one() {
-    for bad in [
+    for [near_m, far_m] in [
         [0.0, 0.1],
         [0.1, 0.1],
         [0.2, 0.1],
         [f64::NAN, 0.1],
         [0.1, f64::NAN],
     ] {
-        let config = PredictorConfig {
-            ray_leads_m: Some(bad),
-            ..PredictorConfig::default()
+        let config = DeterministicConfig {
+            ray_lead: Some(RayLead { near_m, far_m }),
+            ..DeterministicConfig::default()
         };
-        assert!(DeterministicPredictor::new(config).is_err(), "{bad:?}");
+        assert!(
+            DeterministicPredictor::new(config).is_err(),
+            "{near_m} {far_m}"
+        );
     }
 }

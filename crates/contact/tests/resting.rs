@@ -1,4 +1,4 @@
-//! A hand that comes to a wall, stays on it and leaves: the surface it is on is told all the while.
+//! A hand that comes to a wall, stays on it and leaves: its surface is known all the while.
 
 mod common;
 
@@ -83,10 +83,10 @@ fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<Co
 }
 
 /// The hand stays on the named surface while it holds.
-fn holds(scene: &Scene, name: &str, way: Way, told: &[(f64, Vec<ContactPrediction>)]) {
+fn holds(scene: &Scene, name: &str, way: Way, predictions: &[(f64, Vec<ContactPrediction>)]) {
     let [rest, reach, hold, _] = SPANS_S;
     let there_s = rest + reach;
-    for (t_s, answers) in told
+    for (t_s, answers) in predictions
         .iter()
         .filter(|(t, _)| (there_s..there_s + hold).contains(t))
     {
@@ -128,11 +128,11 @@ fn a_hand_that_holds_on_a_wall_is_on_it_although_the_eyes_are_elsewhere() {
             ],
             None,
         );
-        let told = follow(&scene, way, DVec3::new(x - 0.02, 0.2, 1.4), seed as u64);
-        holds(&scene, "wall", way, &told);
+        let predictions = follow(&scene, way, DVec3::new(x - 0.02, 0.2, 1.4), seed as u64);
+        holds(&scene, "wall", way, &predictions);
         // It is followed as soon as the hand leaves at the speed that begins a reach.
         let leaves_s: f64 = SPANS_S[..3].iter().sum();
-        let after = told
+        let after = predictions
             .iter()
             .filter(|(t, _)| *t > leaves_s + 0.17 && *t < leaves_s + 0.75);
         for (t_s, answers) in after {
@@ -173,8 +173,8 @@ fn in_a_corner_the_hand_is_on_the_wall_it_came_towards() {
                 stop_m,
                 next_m,
             };
-            let told = follow(&scene, way, DVec3::new(x, 0.0, 0.8), 5);
-            holds(&scene, name, way, &told);
+            let predictions = follow(&scene, way, DVec3::new(x, 0.0, 0.8), 5);
+            holds(&scene, name, way, &predictions);
         }
     }
 }

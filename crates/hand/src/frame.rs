@@ -3,9 +3,9 @@
 use glam::DVec3;
 use hwall_geometry::Pose;
 
-/// Largest coordinate that is taken for a measurement, m: anything beyond is treated as missing.
+/// Largest coordinate that counts as a measurement, m; anything beyond is treated as missing.
 ///
-/// A tracker sees a room. The bound keeps every later product finite.
+/// A tracker sees a room; the bound keeps every later product finite.
 pub const MAX_COORDINATE_M: f64 = 1e6;
 
 /// A tracked point of the hand.
@@ -36,11 +36,11 @@ impl HandPoint {
         Self::Little,
     ];
 
-    /// Who stands for the contact when those before it are not tracked.
+    /// The order in which points stand for the contact: the first one that is tracked.
     ///
     /// The index tip first: it leads a pointing or pushing hand, and it is the point that the
-    /// recordings of reaches track. Then the palm, which trackers lose last and which a flat
-    /// hand touches with; then the other tips, by how far they usually stand out.
+    /// recordings of reaches track. Then the palm, which trackers lose last and with which a flat
+    /// hand touches; then the other tips, by how far they usually stand out.
     pub const BY_CONTACT: [Self; 6] = [
         Self::Index,
         Self::Palm,
@@ -110,7 +110,7 @@ impl GazeRay {
 ///
 /// A point that the tracker did not see is `None`. A coordinate that is NaN, infinite or
 /// beyond [`MAX_COORDINATE_M`] counts as not seen: [`HandFrame::point`] and everything built
-/// on it skip it, so a NaN of a driver ends here.
+/// on it skip it, so a NaN from a driver ends here.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HandFrame {
     /// Time, s, on the tracker's clock.
@@ -146,7 +146,7 @@ impl HandFrame {
         frame
     }
 
-    /// A point of the hand, m; `None` where it is missing or no usable number.
+    /// A point of the hand, m; `None` where it is missing or not usable.
     #[must_use]
     pub fn point(&self, which: HandPoint) -> Option<DVec3> {
         usable(match which {
@@ -182,7 +182,7 @@ impl HandFrame {
         }
     }
 
-    /// What a tracker of these points alone delivers, with or without an eye tracker; the head stays.
+    /// What a tracker of only these points delivers, with or without an eye tracker; the head stays.
     #[must_use]
     pub fn limited_to(&self, points: &[HandPoint], gaze: bool) -> Self {
         let mut limited = Self {
@@ -247,7 +247,7 @@ impl HandFrame {
     }
 }
 
-/// Keeps a vector only if every coordinate is a usable number.
+/// Keeps a vector only if every coordinate is usable.
 fn usable(v: Option<DVec3>) -> Option<DVec3> {
     // A NaN fails the comparison, so it is dropped as well.
     v.filter(|v| v.to_array().iter().all(|c| c.abs() <= MAX_COORDINATE_M))

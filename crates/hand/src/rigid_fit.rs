@@ -1,4 +1,4 @@
-//! Where the tracker stands, from points that were measured in both frames.
+//! Where the tracker stands, from points measured in both frames.
 
 use crate::error::HandError;
 use glam::{DMat3, DQuat, DVec3};
@@ -104,7 +104,9 @@ impl RigidFit {
     #[must_use]
     pub fn worst(&self) -> usize {
         let residuals = self.residuals_m.iter().enumerate();
+        // `max_by` keeps the last of equals.
         residuals
+            .rev()
             .max_by(|a, b| a.1.total_cmp(b.1))
             .map_or(0, |(pair, _)| pair)
     }

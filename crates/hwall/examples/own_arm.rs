@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p hwall --example own_arm`
 
-use hwall::contact::{DeterministicPredictor, PredictorConfig};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board};
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let board = Board::default();
     let model = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
     let maps = maps_of(&scene, &model)?;
-    let predictor = DeterministicPredictor::new(PredictorConfig::ray_led())?;
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
     let mut session = Session::new(
         &model,
         &board,

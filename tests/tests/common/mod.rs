@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 use hwall::contact::{
-    ContactPrediction, DeterministicPredictor, Predictor, PredictorConfig, PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
 };
 use hwall::hand::{HandFilterConfig, HandFrame, Tracking};
 use hwall::haptics::{ArmCommand, ArmState, Board, BoardTarget, PlaceTolerance, RenderStep};
@@ -181,7 +181,7 @@ impl Rig {
         let model = SrsArm::iiwa7().with_tool(board.flange_from_board_face().unwrap());
         let maps = maps_of(&scene, &model).unwrap();
         let predictor = SpoiledPredictor {
-            predictor: DeterministicPredictor::new(PredictorConfig::ray_led()).unwrap(),
+            predictor: DeterministicPredictor::new(DeterministicConfig::ray_led()).unwrap(),
             point_m: faults.point_m,
             answers: Vec::new(),
         };

@@ -89,11 +89,11 @@ pub(crate) fn target(
     }
 }
 
-/// Says what it is told.
+/// Gives the estimates of a script.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Told(pub(crate) std::rc::Rc<std::cell::Cell<Option<ContactEstimate>>>);
+pub(crate) struct Scripted(pub(crate) std::rc::Rc<std::cell::Cell<Option<ContactEstimate>>>);
 
-impl ContactEstimator for Told {
+impl ContactEstimator for Scripted {
     fn begin(&mut self) {}
 
     fn step(&mut self, _: &HandFrame) -> Option<ContactEstimate> {
@@ -101,19 +101,19 @@ impl ContactEstimator for Told {
     }
 }
 
-/// A fused predictor and the words to put into its estimator's mouth.
+/// A fused predictor whose estimates are given.
 pub(crate) struct Fused {
-    pub(crate) predictor: FusedPredictor<Told>,
-    told: Told,
+    pub(crate) predictor: FusedPredictor<Scripted>,
+    script: Scripted,
     t_s: f64,
 }
 
 impl Fused {
     pub(crate) fn new(config: FusedConfig) -> Self {
-        let told = Told::default();
+        let script = Scripted::default();
         Self {
-            predictor: FusedPredictor::new(told.clone(), config).unwrap(),
-            told,
+            predictor: FusedPredictor::new(script.clone(), config).unwrap(),
+            script,
             t_s: 0.0,
         }
     }
@@ -128,7 +128,7 @@ impl Fused {
     ) -> &[ContactPrediction] {
         self.t_s += 0.01;
         let state = hand(self.t_s, hand_m, velocity);
-        self.told
+        self.script
             .0
             .set(estimate.map(|(point_m, covariance)| ContactEstimate {
                 covariance_m2: Some(covariance),
@@ -142,12 +142,12 @@ impl Fused {
             palm_m: Some(hand_m),
             ..HandFrame::empty(self.t_s)
         };
-        let seen = PredictorInput {
+        let input = PredictorInput {
             frame: &frame,
             hand: Some(&state),
             gaze: gaze.as_ref(),
         };
-        self.predictor.predict(scene, &seen)
+        self.predictor.predict(scene, &input)
     }
 }
 

@@ -15,23 +15,25 @@ use hwall_numeric::check::{non_negative, positive, that};
 const CLEAR_SHARE: f64 = 0.25;
 /// Share of a movement at either end in which it is slow: 6 % of a minimum-jerk motion, with some room.
 const SLOW_FLANK: f64 = 0.1;
-/// A first sample this many times as far from the second as the next steps are long is a remainder.
+/// A first sample is left over from before if its step is this many times as long as the next steps.
 const LEAP: f64 = 4.0;
-/// Shorter first steps are never taken for a leap, m.
+/// Shorter first steps never count as a leap, m.
 const LEAST_LEAP_M: f64 = 0.02;
 /// Steps that a leap at the start is compared with.
 const STEPS_AFTER_LEAP: usize = 5;
-/// The cut of [`SegmentConfig::adapted`] tries these first: onset, m/s, and length, m.
-const TRIAL_CUT: (f64, f64) = (0.15, 0.05);
+/// [`SegmentConfig::adapted`] first cuts at this onset, m/s, and at this length, m.
+const TRIAL_ONSET_M_PER_S: f64 = 0.15;
+const TRIAL_LENGTH_M: f64 = 0.05;
 
 /// Which movements of a recording are reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum ReachCut {
-    /// A recording that names its trial is one reach; any other is cut by speed into all of its own.
+    /// A recording that names its trial is one reach; any other is cut by speed into all its reaches.
     #[default]
     ByTrial,
-    /// The first reach of every recording, cut by speed: files with one trial each that go on with the
-    /// way back.
+    /// The first reach of every recording, cut by speed: for files that hold one trial and then the way
+    /// back.
     First,
     /// All reaches of every recording, cut by speed.
     All,
@@ -49,17 +51,17 @@ pub struct LabelConfig {
     pub use_target: bool,
     /// In a trial the hand is slow below this share of the trial's peak speed. Default 0.05.
     pub slow_share: f64,
-    /// A hand below this is slow in every trial: tremor and noise of the tracker, m/s. Default 0.02.
+    /// Below this speed a hand is slow in every trial: tremor and tracker noise, m/s. Default 0.02.
     pub slow_m_per_s: f64,
-    /// A slow stretch at an end of a trial that is shorter than this and a tenth of the movement belongs to
-    /// the movement, s: who crops trials to the movement loses nothing. Default 0.1.
+    /// A slow stretch at an end of a trial belongs to the movement if it is shorter than this plus a tenth of
+    /// the movement, s: trials that were cropped to the movement then lose nothing. Default 0.1.
     pub shortest_rest_s: f64,
-    /// Shortest straight way of the touching point, m. Default 0.05.
+    /// Shortest straight distance that the touching point covers, m. Default 0.05.
     pub min_length_m: f64,
     /// Fewest samples in which the touching point is seen. Default 5.
     pub min_samples: usize,
-    /// The cut by speed, also the window of speeds and the limits of jumps and gaps in trials;
-    /// `None` (default): [`SegmentConfig::adapted`] to the recordings.
+    /// The cut by speed; in trials, its window of speeds and its limits of jumps and gaps. `None`
+    /// (default): [`SegmentConfig::adapted`] to the recordings.
     pub segment: Option<SegmentConfig>,
 }
 
@@ -79,12 +81,12 @@ impl Default for LabelConfig {
     }
 }
 
-/// A movement, or a part of one, that is no labelled reach.
+/// A movement, or a part of one, that did not become a labelled reach.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
-    /// Person, trial (or number of the recording from 1) and time.
+    /// Person, trial (or the number of the recording, from 1) and time.
     pub what: String,
-    /// Why.
+    /// Why it was left out.
     pub why: &'static str,
 }
 
@@ -93,7 +95,7 @@ pub struct LeftOut {
 pub struct Labelled {
     /// All with the same touching point; each passes [`LabelledReach::validate`].
     pub reaches: Vec<LabelledReach>,
-    /// The recording that each reach is from, a place among those given.
+    /// For each reach the index of its recording among those given.
     pub recordings: Vec<usize>,
     /// What is not among the reaches.
     pub left_out: Vec<LeftOut>,
@@ -101,14 +103,14 @@ pub struct Labelled {
 
 /// The reaches of recordings, in the order of the recordings, with where and when each ends.
 ///
-/// A trial starts at the last moment the hand is slow before it first moves clearly, at a quarter of its
-/// peak speed, and ends when `contact` first turns 1, else as the hand first gets slow after it last moves clearly. The label is
-/// the target, if the recording names one, else where the touching point is at the end; where it is not
-/// seen then, another point stands in, shifted by the last offset. A first sample from which the hand
-/// leaps to where it then goes on is dropped and listed.
+/// A hand moves clearly above a quarter of the peak speed of its trial. A trial starts when the hand is slow
+/// for the last time before it first moves clearly. It ends when `contact` first turns 1, else when the hand
+/// first gets slow after it last moves clearly. The label is the target if the recording names one, else
+/// where the touching point is at the end; if it is not seen then, another point stands in, shifted by the
+/// last offset. A first sample that is far away from where the hand goes on is dropped and listed.
 ///
 /// # Errors
-/// A configuration out of range; a recording that [`Recording::validate`] refuses. Recordings in which
+/// A setting out of range; a recording that [`Recording::validate`] refuses. Recordings in which
 /// no point of the hand is seen give no reaches and are listed.
 pub fn labelled_reaches(
     recordings: &[Recording],
@@ -151,22 +153,21 @@ pub fn labelled_reaches(
 }
 
 impl SegmentConfig {
-    /// A cut that fits recordings of which nothing is known.
+    /// A cut for recordings about which nothing is known.
     ///
-    /// Movements of 5 cm and more at 0.15 m/s and more are found first. A reach is then at least half
-    /// as long as nine tenths of them are at most, and reaches at least a fifth of the speed that nine
-    /// tenths of them do: thresholds in proportion to what the hand does. Frozen poses are looked for
-    /// where three points or more are tracked: the distance of two may well stay the same.
+    /// All movements of at least 5 cm and 0.15 m/s are found first. A reach must then have at least half
+    /// the 90th percentile of their lengths and at least a fifth of the 90th percentile of their peak
+    /// speeds. Frozen poses are looked for where three points or more are tracked: the distance between
+    /// two may well stay the same.
     #[must_use]
     pub fn adapted(recordings: &[Recording]) -> Self {
         let tracked = HandPoint::ALL
             .into_iter()
             .filter(|&p| share_seen(recordings, p) > 0.5)
             .count();
-        let (onset_m_per_s, min_length_m) = TRIAL_CUT;
         let wide = Self {
-            onset_m_per_s,
-            min_length_m,
+            onset_m_per_s: TRIAL_ONSET_M_PER_S,
+            min_length_m: TRIAL_LENGTH_M,
             freeze: (tracked >= 3).then(FreezeConfig::default),
             ..Self::default()
         };
@@ -182,8 +183,8 @@ impl SegmentConfig {
             values.get(place).copied().unwrap_or(0.0)
         };
         Self {
-            onset_m_per_s: onset_m_per_s.max(0.2 * most(|r| r.peak_speed_m_per_s)),
-            min_length_m: min_length_m.max(0.5 * most(|r| r.length_m)),
+            onset_m_per_s: TRIAL_ONSET_M_PER_S.max(0.2 * most(|r| r.peak_speed_m_per_s)),
+            min_length_m: TRIAL_LENGTH_M.max(0.5 * most(|r| r.length_m)),
             ..wide
         }
     }
@@ -228,7 +229,7 @@ fn name(recording: &Recording, number: usize, at_s: Option<f64>) -> String {
     }
 }
 
-/// A recording, or what is left of it.
+/// A recording, perhaps without its first sample.
 struct Source<'a> {
     recording: &'a Recording,
     samples: &'a [Sample],
@@ -344,7 +345,7 @@ impl Source<'_> {
             .iter()
             .rposition(|&v| v <= slow)
             .unwrap_or(0);
-        // After the last clear movement, not the last that is not slow: noise at rest is that, too.
+        // After the last clear movement: noise at rest may be faster than slow, too.
         let last_clear = speeds
             .iter()
             .rposition(|&v| v >= CLEAR_SHARE * peak && v > slow)
@@ -356,11 +357,11 @@ impl Source<'_> {
         Ok((first, contact.unwrap_or(last)))
     }
 
-    /// Widens a movement to the ends of the recording, where these are near.
+    /// Widens a movement to the ends of the recording that are near.
     fn with_short_rests(&self, first: usize, last: usize) -> (usize, usize) {
         let t_s = |at: usize| self.samples[at].frame.t_s;
         let end = self.samples.len() - 1;
-        // The flanks of a movement that are slow grow with it.
+        // The slow flanks of a movement grow with it.
         let short_s = self.config.shortest_rest_s + SLOW_FLANK * (t_s(last) - t_s(first));
         let is_short = |rest_s: f64| rest_s < short_s;
         (
@@ -377,7 +378,7 @@ impl Source<'_> {
         )
     }
 
-    /// The reach between two samples, or why it is none.
+    /// The reach between two samples, or why there is none.
     fn reach(&self, first: usize, last: usize) -> Result<LabelledReach, &'static str> {
         let samples = &self.samples[first..=last];
         let positions: Vec<DVec3> = samples
@@ -412,8 +413,8 @@ impl Source<'_> {
             .map_err(|_| "nothing can be learnt from it")
     }
 
-    /// Where the touching point is in a sample; by another point and the last offset, or a little
-    /// earlier, if need be.
+    /// Where the touching point is in a sample; if need be by another point and the last offset, or a
+    /// little earlier.
     fn end_m(&self, last: usize) -> Option<DVec3> {
         let mut touching = TouchingPoint::new(self.point, [None; 6]);
         let mut latest = None;
@@ -433,7 +434,7 @@ fn rising_contact(samples: &[Sample]) -> Option<usize> {
     (1..samples.len()).find(|&i| touches(&samples[i]) && !touches(&samples[i - 1]))
 }
 
-/// Is the first sample of the point far from where the hand is from the second on?
+/// Is the first sample of the point far away from all that follow?
 fn leaps_at_start(samples: &[Sample], point: HandPoint) -> bool {
     let mut seen = samples.iter().filter_map(|s| s.frame.point(point));
     if samples.first().and_then(|s| s.frame.point(point)).is_none() {

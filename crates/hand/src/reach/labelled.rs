@@ -1,4 +1,4 @@
-//! Reaches of which the end is known: what estimators learn from and are judged by.
+//! Reaches with a known end: what estimators learn from and are judged by.
 
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
@@ -13,8 +13,8 @@ pub struct LabelledReach {
     pub trial: Option<String>,
     /// The point of the hand that touches.
     pub point: HandPoint,
-    /// The samples from the start of the movement to the contact, times increasing strictly; all in
-    /// one frame.
+    /// The samples from the start of the movement to the contact, in one frame; their times increase
+    /// strictly.
     pub frames: Vec<HandFrame>,
     /// Where the touching point is at contact, or the target where the study names it, m.
     pub contact_m: DVec3,
@@ -25,11 +25,11 @@ pub struct LabelledReach {
 }
 
 impl LabelledReach {
-    /// Refuses what nothing can be learnt from.
+    /// Checks that something can be learnt from the reach.
     ///
     /// # Errors
-    /// Fewer than two samples in which the touching point was seen, times that do not increase or lie
-    /// behind the contact, or a label that is not finite.
+    /// Fewer than two samples in which the touching point was seen, times that do not increase or are
+    /// later than the contact, a label that is not finite, a normal that is not a unit vector.
     pub fn validate(&self) -> Result<(), HandError> {
         let bad = |what| HandError::Reach {
             reach: self.name(),
@@ -50,7 +50,7 @@ impl LabelledReach {
             return Err(bad("samples after the contact"));
         }
         if self.normal.is_some_and(|n| !n.is_normalized()) {
-            return Err(bad("a normal that is no unit vector"));
+            return Err(bad("a normal that is not a unit vector"));
         }
         Ok(())
     }

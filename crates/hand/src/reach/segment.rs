@@ -26,10 +26,10 @@ pub struct SegmentConfig {
     pub max_gap_s: f64,
     /// Fastest plausible hand, m/s. Default 6. A faster step ends a reach.
     pub max_speed_m_per_s: f64,
-    /// Distance that a step may exceed the fastest plausible one by, m. Default 0.02.
+    /// A step may be this much longer than that of the fastest plausible hand, m. Default 0.02.
     pub jump_slack_m: f64,
-    /// Leaves out stretches in which the tracker repeats one shape of the hand; `None` keeps
-    /// them, which simulated hands with a fixed shape need. Only the rigid test is used: a
+    /// Stretches in which the tracker repeats one shape of the hand are left out; `None` keeps
+    /// them, as simulated hands with a fixed shape need. Only the rigid test is used: a
     /// hand that does not move at all makes no reach anyway.
     pub freeze: Option<FreezeConfig>,
 }
@@ -57,7 +57,7 @@ pub enum ReachEnd {
     Stopped,
     /// The recording ends while the hand moves, as trials that end at their contact do.
     RecordingEnded,
-    /// The tracker lost the hand: a jump, a gap or a frozen pose. The end is not where the hand went.
+    /// The tracker lost the hand: a jump, a gap or a frozen pose. The hand went on to somewhere else.
     TrackingLost,
 }
 
@@ -92,8 +92,8 @@ pub struct Reach {
 /// The reaches of a recording, in order of time; they do not overlap.
 ///
 /// # Errors
-/// A configuration that is no positive number where it must be, or an offset above the onset.
-/// A recording in which nothing is tracked has no reaches and is no error.
+/// A setting that is not positive and finite where it must be, or an offset above the onset.
+/// A recording in which nothing is tracked has no reaches; that is not an error.
 pub fn reaches(recording: &Recording, config: &SegmentConfig) -> Result<Vec<Reach>, HandError> {
     config.validate()?;
     Ok(find_reaches(recording, config))
@@ -188,7 +188,7 @@ impl Knot {
     }
 }
 
-/// Marks every sample of a frozen stretch, also those before it was found out.
+/// Marks every sample of a frozen stretch, also those before the freeze was noticed.
 fn frozen_samples(recording: &Recording, config: &SegmentConfig) -> Vec<bool> {
     let mut frozen = vec![false; recording.samples.len()];
     let Some(freeze) = config.freeze else {
@@ -204,7 +204,7 @@ fn frozen_samples(recording: &Recording, config: &SegmentConfig) -> Vec<bool> {
                 .rev()
                 .take_while(|&k| recording.samples[k].frame.t_s >= since_s)
             {
-                // Everything before was marked when its own end was marked.
+                // Everything before this sample has been marked already.
                 if std::mem::replace(&mut frozen[k], true) {
                     break;
                 }
@@ -264,8 +264,8 @@ fn cut(
 
 /// Speed at each sample, m/s: the straight step across a window around it.
 ///
-/// A window holds the sample itself and at least one neighbour, so that a slow tracker still
-/// has a speed; a lone sample has none and gets 0.
+/// A window holds the sample itself and at least one neighbour, so that there is a speed even with a
+/// slow tracker; a lone sample gets 0.
 pub(super) fn speeds(stretch: &[Knot], window_s: f64) -> Vec<f64> {
     let n = stretch.len();
     let (mut from, mut to) = (0, 0);

@@ -8,11 +8,11 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive};
 use std::collections::VecDeque;
 
-/// What counts as a reach in a stream. The speeds are those of [`SegmentConfig`](crate::SegmentConfig),
-/// so an estimator that learnt from reaches cut there meets reaches that begin alike.
+/// What counts as a reach in a stream. The default speeds are those of
+/// [`SegmentConfig`](super::SegmentConfig), so reaches begin as those do that an estimator learnt from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WatchConfig {
-    /// A hand faster than this is under way, m/s. Default 0.3.
+    /// A hand faster than this is reaching, m/s. Default 0.3.
     pub onset_m_per_s: f64,
     /// The reach began when the speed rose above this, and ends when it stays below, m/s; at most
     /// the onset. Default 0.1.
@@ -21,7 +21,7 @@ pub struct WatchConfig {
     pub rest_s: f64,
     /// Samples kept to find the beginning of a reach. Default 128: a second at 120 Hz.
     pub buffer: usize,
-    /// Longest time without the hand within a reach, s. Default 0.25.
+    /// Longest time without the hand that does not end a reach, s. Default 0.25.
     pub max_gap_s: f64,
 }
 
@@ -70,9 +70,9 @@ pub enum WatchUpdate {
 
 /// Finds the reaches of an unbroken stream, each from its true start.
 ///
-/// The onset is only seen some samples after the movement began; the watch keeps those, at most `buffer`
-/// of them. A hand that turns back while it moves, after a touch or by a change of mind, begins a new reach
-/// where it was slowest. Nothing is allocated after the construction.
+/// An onset is seen only some samples after the movement began; the watch keeps the last
+/// [`WatchConfig::buffer`] samples to look back. A hand that turns back while it moves, after a touch or
+/// by a change of mind, begins a new reach where it was slowest. Nothing is allocated after the construction.
 #[derive(Debug, Clone)]
 pub struct ReachWatch {
     config: WatchConfig,
@@ -127,12 +127,12 @@ impl ReachWatch {
         self.recent.range(first..).map(|(frame, _)| frame)
     }
 
-    /// Takes the next sample, and the filtered hand unless it is lost. After a leap of the clock backwards
-    /// the watch starts anew.
+    /// Takes the next sample, and the filtered hand unless it is lost. When the clock is set back, the watch
+    /// starts anew.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> WatchUpdate {
         let t_s = frame.t_s;
         if t_s == self.last_s {
-            // A stream that is polled faster than it is measured: nothing new, nothing forgotten.
+            // A stream that is polled faster than it is measured.
             return WatchUpdate::Repeated;
         }
         if !t_s.is_finite() {
@@ -176,7 +176,7 @@ impl ReachWatch {
     /// samples so far.
     fn begin(&mut self, velocity: DVec3) -> usize {
         let first = if self.reach.is_some() {
-            // The last way down to the slowest sample before the speed of now.
+            // Back over the last slowdown, to its slowest sample.
             let mut slowest = self.recent.len() - 1;
             for i in (0..slowest).rev() {
                 if self.recent[i].1 > 2.0 * self.recent[slowest].1.max(self.config.offset_m_per_s) {
@@ -207,7 +207,7 @@ impl ReachWatch {
         let seen = frame.contact_point();
         if self.reach.is_none() {
             let gap_s = self.recent.back().map(|(f, _)| frame.t_s - f.t_s);
-            // What lies before a gap does not belong to the reach after it.
+            // Samples before a gap do not belong to the reach after it.
             if gap_s.is_some_and(|gap_s| gap_s > self.config.max_gap_s) {
                 self.recent.clear();
             }
@@ -215,14 +215,14 @@ impl ReachWatch {
                 return;
             }
         }
-        // The filter is silent at first and after a fault; then the samples themselves tell.
+        // The filter is silent at first and after a fault; the samples themselves then give the speed.
         let raw = || {
             let now = seen?;
             let near = |(f, _): &&(HandFrame, f64)| frame.t_s - f.t_s <= SPEED_WINDOW_S;
             let (before, _) = self.recent.iter().rev().take_while(near).last()?;
             Some(now.position_m.distance(before.point(now.point)?) / (frame.t_s - before.t_s))
         };
-        // The first sample of all may be in mid movement.
+        // The very first sample may be in the middle of a movement.
         let speed = filtered_m_per_s.or_else(raw).unwrap_or(f64::INFINITY);
         if self.recent.len() == self.config.buffer {
             self.recent.pop_front();
@@ -235,7 +235,7 @@ impl ReachWatch {
 const SPEED_WINDOW_S: f64 = 0.06;
 
 impl Reaching {
-    /// Takes the velocity of now; has the hand turned back?
+    /// Takes the present velocity; has the hand turned back?
     fn follow(&mut self, t_s: f64, velocity: Option<DVec3>, config: &WatchConfig) -> bool {
         let Some(velocity) = velocity else {
             self.unseen_since_s.get_or_insert(t_s);

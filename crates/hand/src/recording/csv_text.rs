@@ -2,7 +2,7 @@
 //!
 //! One header line, then one row a sample, metres and seconds:
 //! `person,trial,t,palm_x,palm_y,palm_z,thumb_x,...,little_z,head_x,...,gaze_x,...,object_x,...,target_x,...,contact`.
-//! Columns are found by name, in any order. Only `t` and one point of the hand must be there;
+//! Columns are found by name, in any order. Only `t` and one point of the hand are required;
 //! an empty cell is a missing value; other columns are left out and listed. Rows of several
 //! trials may share a file and may even alternate: `person` and `trial` tell them apart.
 
@@ -15,7 +15,7 @@ use std::path::Path;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A gaze that is shorter than this has no direction.
+/// A gaze shorter than this has no direction.
 const MIN_GAZE_LENGTH: f64 = 1e-6;
 
 /// A gaze whose length is off by more than this is made a unit vector; one that is nearer
@@ -196,7 +196,7 @@ impl Columns {
                 });
             }
         }
-        // A table of another program may have another sign between its columns.
+        // Other programs may put another sign between the columns.
         let separator = match header.iter().collect::<Vec<_>>()[..] {
             [only] => [';', '\t', '|']
                 .into_iter()
@@ -285,7 +285,7 @@ fn column_name(quantity: Quantity, axis: &str) -> String {
     format!("{}_{axis}", quantity.name())
 }
 
-/// A cell as a finite number; `None` where it is empty. The name is made for the error only.
+/// A cell as a finite number; `None` where it is empty. The name is only made for an error.
 fn number(
     row: &csv::StringRecord,
     place: usize,

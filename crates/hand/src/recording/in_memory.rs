@@ -95,7 +95,7 @@ pub struct Recording {
     pub trial: Option<String>,
     /// The samples; their times increase strictly.
     pub samples: Vec<Sample>,
-    /// Columns of the file that mean nothing here and were left out.
+    /// Columns of the file that have no meaning here and were left out.
     pub ignored_columns: Vec<String>,
 }
 
@@ -134,9 +134,8 @@ impl Recording {
         }
     }
 
-    /// The point of the hand that is tracked in the most samples; among equals the palm, which
-    /// fingers that wave do not move, then the first of [`HandPoint::BY_CONTACT`]. `None` when
-    /// nothing ever is.
+    /// The point of the hand that is tracked in the most samples; among equals the palm, which waving
+    /// fingers do not move, then the first of [`HandPoint::BY_CONTACT`]. `None` if none is ever tracked.
     #[must_use]
     pub fn steadiest_point(&self) -> Option<HandPoint> {
         let seen = |p: HandPoint| self.frames().filter(|f| f.point(p).is_some()).count();
@@ -149,11 +148,11 @@ impl Recording {
         (seen(best) > 0).then_some(best)
     }
 
-    /// Checks what the reader promises: at least one sample, strictly increasing times, no
+    /// Checks what the reader guarantees: at least one sample, strictly increasing times, no
     /// NaN and no infinity.
     ///
     /// # Errors
-    /// The first sample that breaks the promise; `line` counts samples from 1.
+    /// The first sample for which this does not hold; `line` counts samples from 1.
     pub fn validate(&self) -> Result<(), HandError> {
         if self.samples.is_empty() {
             return Err(HandError::NoSamples);

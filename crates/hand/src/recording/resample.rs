@@ -13,9 +13,9 @@ impl Recording {
     /// The same motion at even times from the first sample on, `period_s` apart.
     ///
     /// Each quantity is interpolated in a straight line between the neighbouring samples that
-    /// have it, directions of gaze are made unit again; `contact` is that of the sample before.
-    /// Where those neighbours are further apart than `longest_gap_s` it stays missing: nothing
-    /// is invented over a dropout, and nothing beyond the first and last sample that has it.
+    /// have it, and directions of gaze are normalised again; `contact` is that of the sample before.
+    /// Where those neighbours are further apart than `longest_gap_s`, the quantity stays missing: nothing
+    /// is invented over a dropout, nor before the first and after the last sample that has it.
     ///
     /// Error: that of the straight line, at most `a h² / 8` for an acceleration `a` and samples
     /// `h` apart: 0.5 mm at 10 m/s² and 20 ms.
@@ -35,7 +35,7 @@ impl Recording {
             "long enough for at most 1e8 samples",
         )?;
         let start_s = self.samples[0].frame.t_s;
-        // A last step that only rounding keeps from the end counts.
+        // A last step that misses the end by rounding alone counts.
         let count = (steps + 1e-9).floor() as usize + 1;
         let mut samples: Vec<Sample> = (0..count)
             .map(|k| Sample {

@@ -1,4 +1,4 @@
-//! The hand tracking filter: smooth position, velocity and direction, or an honest "lost".
+//! The hand tracking filter: smooth position, velocity and direction, or why the hand is lost.
 
 use super::freeze::{FreezeConfig, FreezeKind, FreezeWatch};
 use crate::error::HandError;
@@ -7,20 +7,20 @@ use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_numeric::check::{non_negative, positive, that};
 
-/// Times beyond this are no time of a tracker, s. The Unix time passes, exact to 0.2 microseconds;
-/// above, f64 would soon blur the steps.
+/// Times beyond this are not accepted, s. Unix time is, exact to 0.2 microseconds; beyond, f64 would soon
+/// blur the steps.
 const MAX_TIME_S: f64 = 1e11;
 
 /// When the hand counts as tracked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandFilterConfig {
     /// Longest time without a measured point that is bridged at constant velocity, s. Default 0.1:
-    /// seven steps of a 72 Hz tracker. Longer, and the board follows a guess.
+    /// seven steps of a 72 Hz tracker. With a longer one the board follows a guess.
     pub max_gap_s: f64,
-    /// Fastest plausible hand, m/s. Default 6: reaches peak at 1.5 to 3 m/s, and a stream that is
-    /// polled faster than it is measured doubles some steps; lost hands jump at 10 to 30 m/s.
+    /// Fastest plausible hand, m/s. Default 6: reaches peak at 1.5 to 3 m/s, and some steps are twice as
+    /// long in a stream that is polled faster than it is measured; lost hands jump at 10 to 30 m/s.
     pub max_speed_m_per_s: f64,
-    /// Distance that a step may exceed the fastest plausible one by, m. Default 0.02: tracker noise.
+    /// A step may be this much longer than that of the fastest plausible hand, m. Default 0.02: tracker noise.
     pub jump_slack_m: f64,
     /// Steps closer together than this do not enter the smoothing window, s. Default 0.005, so that
     /// a 1 kHz tracker still gives a velocity over some 15 ms. At least 1e-4.
@@ -32,7 +32,7 @@ pub struct HandFilterConfig {
     /// The same after a jump or a frozen pose, s. Default 0.3: longer than it takes to see that
     /// the pose after the jump is frozen.
     pub recover_after_fault_s: f64,
-    /// What a frozen pose is; `None` watches for none.
+    /// What counts as a frozen pose; `None`: no pose does.
     pub freeze: Option<FreezeConfig>,
 }
 
@@ -52,8 +52,8 @@ impl Default for HandFilterConfig {
 }
 
 impl HandFilterConfig {
-    /// For simulated hands, which may rest without tremor and keep one shape of the hand: no
-    /// pose counts as frozen.
+    /// For simulated hands, which may rest without tremor and keep one shape: no pose counts as
+    /// frozen.
     #[must_use]
     pub fn simulated() -> Self {
         Self {
@@ -92,7 +92,7 @@ pub struct HandState {
     pub t_s: f64,
     /// The point that stands for the contact.
     pub point: HandPoint,
-    /// Where that point is at `t_s`, m: the newer smoothed point, carried over its delay at
+    /// Where that point is at `t_s`, m: the newer smoothed point, extrapolated over its delay at
     /// `velocity_m_per_s`. Exact for a hand at constant velocity at any sampling; at even steps,
     /// acceleration a leaves 0.75 a step² and noise of standard deviation s in a coordinate 0.94 s.
     pub point_m: DVec3,
@@ -130,7 +130,7 @@ impl HandState {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum LostReason {
-    /// The stream starts or came back, and the hand has not been good for long enough yet.
+    /// The stream has started or come back, and the hand has not been good for long enough yet.
     Starting,
     /// No point of the hand is seen.
     NoPoints,
@@ -146,7 +146,7 @@ pub enum LostReason {
     },
     /// The tracker repeats a pose.
     Frozen {
-        /// The sign that gave it away.
+        /// Which sign of it was found.
         kind: FreezeKind,
     },
     /// The sample has no usable time, or time ran backwards and the filter started anew.
@@ -158,13 +158,13 @@ pub enum LostReason {
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tracking {
-    /// The hand is where this says.
+    /// The hand is tracked.
     Tracked(HandState),
     /// The hand is lost.
     Lost {
         /// Why; the latest reason when there were several.
         reason: LostReason,
-        /// Since when, s: for a frozen pose the time at which it froze, before it was found out.
+        /// Since when, s; for a frozen pose the time at which it froze, which is noticed later.
         since_s: f64,
     },
 }
@@ -184,13 +184,13 @@ impl Tracking {
 ///
 /// Of the last four positions `p0..p3` two rounds of midpoints leave two points,
 /// `a = (p0 + 2 p1 + p2) / 4` and `b = (p1 + 2 p2 + p3) / 4`, and their direction. The same
-/// weights on the times give the times of `a` and `b`, so uneven steps do no harm to a hand
-/// at constant velocity. `b` is old by one step; [`HandState::point_m`] makes up for it.
+/// weights on the times give the times of `a` and `b`, so uneven steps do no harm at constant
+/// velocity. `b` is one step old; [`HandState::point_m`] makes up for it.
 ///
 /// The index tip is followed. While it is missing, another tracked point stands in, shifted by
 /// the last known offset between the two: the hand does not leap by a finger's length.
 ///
-/// No allocation in [`HandFilter::step`], and never a NaN out of it.
+/// [`HandFilter::step`] does not allocate, and no NaN comes out of it.
 #[derive(Debug, Clone)]
 pub struct HandFilter {
     config: HandFilterConfig,
@@ -198,7 +198,7 @@ pub struct HandFilter {
     /// Times and positions in the window, oldest first; `filled` of them.
     window: [(f64, DVec3); 4],
     filled: usize,
-    /// The followed point, and by how much it lies off each point of the hand.
+    /// The followed point, and its offset from each point of the hand.
     anchor: Option<HandPoint>,
     offsets_m: [Option<DVec3>; 6],
     /// Last measurement of the followed point.
@@ -219,7 +219,7 @@ impl HandFilter {
     /// A filter that has seen nothing.
     ///
     /// # Errors
-    /// A parameter that is NaN, infinite or not positive where it must be.
+    /// A setting that is not finite, or not positive where it must be.
     pub fn new(config: HandFilterConfig) -> Result<Self, HandError> {
         config.validate()?;
         Ok(Self {
@@ -235,7 +235,7 @@ impl HandFilter {
         })
     }
 
-    /// Takes the next sample and answers for its time.
+    /// Takes the next sample and returns the state at its time.
     ///
     /// Samples come in order of time. One that repeats the time of the last is ignored and gets
     /// the same answer; an earlier one restarts the filter (the tracker was restarted); one
@@ -310,7 +310,7 @@ impl HandFilter {
                     },
                     t_s,
                 );
-                // Offsets of the pose before the jump mean nothing after it.
+                // Offsets from before the jump mean nothing after it.
                 position_m = self.follow(frame).unwrap_or(position_m);
             }
         }
@@ -356,8 +356,8 @@ impl HandFilter {
         }
     }
 
-    /// Declares the hand lost and forgets what is no longer to be trusted. A loss that goes on
-    /// keeps its beginning; an older one may be brought in.
+    /// Declares the hand lost and forgets what can no longer be trusted. A loss that goes on keeps its
+    /// beginning, unless an earlier one is given.
     fn lose(&mut self, reason: LostReason, since_s: f64) {
         let since_s = self.lost.map_or(since_s, |l| l.since_s.min(since_s));
         self.lost = Some(Loss {
@@ -382,7 +382,7 @@ impl HandFilter {
         let best = frame.contact_point();
         match (self.anchor, best) {
             (None, Some(seen)) => self.anchor = Some(seen.point),
-            // A better point than the followed one comes into sight: carry the window over to it.
+            // A better point than the followed one is seen again: shift the window to it.
             (Some(anchor), Some(better)) if rank(better.point) < rank(anchor) => {
                 let old_m = seen[anchor as usize].or_else(|| self.shifted(&seen));
                 match old_m {
@@ -429,7 +429,7 @@ impl HandFilter {
             (Some(point), Some((seen_s, _))) if self.filled == 4 => {
                 Tracking::Tracked(self.state(frame, point, seen_s))
             }
-            // Only reached when the followed point changed without any overlap: four samples to go.
+            // Only when the followed point changed without any overlap: four samples are needed.
             _ => Tracking::Lost {
                 reason: LostReason::Starting,
                 since_s: frame.t_s,

@@ -7,8 +7,8 @@ use hwall_numeric::check::{non_negative, positive};
 
 /// When a pose counts as frozen.
 ///
-/// A tracker that loses the hand often keeps sending its last pose. Two signs give it away,
-/// both with a wide margin on recorded hands:
+/// A tracker that loses the hand often keeps sending its last pose. Two signs show it, both with a
+/// wide margin on recorded hands:
 ///
 /// - **Still**: no point moves at all. A live hand at rest drifts 0.9 mm or more in 0.25 s;
 ///   a stream that is polled faster than it is measured repeats a pose for up to 42 ms.
@@ -23,11 +23,11 @@ use hwall_numeric::check::{non_negative, positive};
 pub struct FreezeConfig {
     /// Time without any motion after which the pose is frozen, s. Default 0.1.
     pub still_after_s: f64,
-    /// Motion that is none, m. Default 1e-6, the last digit of most recordings.
+    /// A point that moves less than this does not move, m. Default 1e-6, the last digit of most recordings.
     pub still_tolerance_m: f64,
     /// Time without any change of shape after which the pose is frozen, s. Default 0.25.
     pub rigid_after_s: f64,
-    /// Change of a distance between two points that is none, m. Default 2e-5.
+    /// A distance between two points that changes less than this does not change, m. Default 2e-5.
     pub rigid_tolerance_m: f64,
 }
 
@@ -54,6 +54,7 @@ impl FreezeConfig {
 
 /// Which sign of a frozen pose was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FreezeKind {
     /// No point moves.
     Still,
@@ -61,7 +62,7 @@ pub enum FreezeKind {
     Rigid,
 }
 
-/// Points needed to judge a shape: with two, the only distance may rest by chance.
+/// Points needed to judge a shape: with two, the only distance may stay the same by chance.
 const SHAPE_POINTS: usize = 3;
 
 type Points = [Option<DVec3>; 6];

@@ -8,7 +8,7 @@ use hwall_numeric::check::positive;
 /// Averages the gaze while it rests, and follows at once when it leaps.
 ///
 /// A resting gaze trembles by about half a degree from sample to sample; on a wall seen at a
-/// slant that is a hand's breadth. A saccade is no noise: it starts the average anew.
+/// slant that is a hand's breadth. A saccade is not noise: it starts the average anew.
 #[derive(Debug, Clone, Copy)]
 pub struct GazeFilter {
     time_constant_s: f64,
@@ -21,7 +21,7 @@ impl GazeFilter {
     /// a saccade, rad.
     ///
     /// # Errors
-    /// A setting that is no positive number.
+    /// A setting that is not positive and finite.
     pub fn new(time_constant_s: f64, saccade_rad: f64) -> Result<Self, HandError> {
         positive("time_constant_s", time_constant_s)?;
         positive("saccade_rad", saccade_rad)?;

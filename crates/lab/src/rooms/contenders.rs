@@ -3,8 +3,8 @@
 use crate::contact::candidates::{self, BoxedEstimator, Role};
 use anyhow::Context;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
-    LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorConfig, PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
+    GazeModel, LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorInput,
     StreamEstimator,
 };
 use hwall_hand::{LabelledReach, WatchConfig};
@@ -42,7 +42,7 @@ impl Contender {
     /// # Errors
     /// Limits that the predictor refuses.
     pub fn ray_cast() -> anyhow::Result<Self> {
-        let ray = DeterministicPredictor::new(PredictorConfig::default())?;
+        let ray = DeterministicPredictor::new(DeterministicConfig::default())?;
         Ok(Self::of(RAY_CAST, ray))
     }
 
@@ -51,7 +51,7 @@ impl Contender {
     /// # Errors
     /// Limits that the predictor refuses.
     pub fn ray_led() -> anyhow::Result<Self> {
-        let ray = DeterministicPredictor::new(PredictorConfig::ray_led())?;
+        let ray = DeterministicPredictor::new(DeterministicConfig::ray_led())?;
         Ok(Self::of(RAY_LED, ray))
     }
 

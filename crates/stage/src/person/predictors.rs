@@ -7,8 +7,8 @@ use crate::person::training::{self, Stream};
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
-    ContactPrediction, DeterministicPredictor, FusedConfig, FusedPredictor, GazeModel,
-    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorConfig, PredictorInput,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
+    GazeModel, LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
 };
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_scene::{Scene, SurfaceId};
@@ -160,8 +160,8 @@ impl Predictors {
         };
         let predictors = [
             fused.map(|fused| Box::new(fused) as Box<dyn Predictor>),
-            ray(PredictorConfig::ray_led())?,
-            ray(PredictorConfig::default())?,
+            ray(DeterministicConfig::ray_led())?,
+            ray(DeterministicConfig::default())?,
         ];
         let answers = Vec::with_capacity(16);
         let all = Self {

@@ -6,9 +6,9 @@ use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
 
 /// Feeds an estimator the reaches of an unbroken stream, each from its true start.
 ///
-/// The onset of a reach is seen some samples late: these are replayed, so the step at an onset costs as much
-/// as there are samples since the start, at most [`WatchConfig::buffer`]. Nothing is allocated after the
-/// construction except by the estimator when a reach begins.
+/// The onset of a reach is seen some samples late. These are replayed, so the step at an onset takes as long
+/// as that many steps of the estimator, at most [`WatchConfig::buffer`]. Nothing is allocated after the
+/// construction, except by the estimator when a reach begins.
 #[derive(Debug, Clone)]
 pub struct StreamEstimator<E> {
     watch: ReachWatch,
@@ -54,8 +54,8 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     }
 
     /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
-    /// sample that repeats the time of the one before gets the same answer; after a leap of the clock
-    /// backwards the stream starts anew.
+    /// sample that repeats the time of the one before gets the same estimate; when the clock is set back, the
+    /// stream starts anew.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
         match self.watch.step(frame, hand) {
             WatchUpdate::Repeated => {}

@@ -1,7 +1,7 @@
-//! The reach so far as numbers: what a regression of its end looks at.
+//! The reach so far as numbers: the features of a regression of its end.
 
 use crate::reach_set::{mean, mean_offsets_m};
-use crate::touch_path::slope;
+use crate::slope::slope;
 use glam::{DMat3, DVec3};
 use hwall_hand::reach::TouchingPoint;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
@@ -10,41 +10,41 @@ use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 /// the one before.
 const FIRST_LAG_S: f64 = 0.03;
 /// Most lags: nearly four seconds.
-pub(crate) const MOST_LAGS: usize = 8;
-/// Displacements of the past are scaled to this much time, so that all have one size.
+pub(super) const MOST_LAGS: usize = 8;
+/// Displacements of the past are scaled to this much time, so that all are of one size.
 const HORIZON_S: f64 = 0.2;
 /// The speed is the slope over this much of the past, s.
 const SPEED_WINDOW_S: f64 = 0.05;
-/// An input takes part when this share of the samples learnt from has it.
+/// An input is used if this share of the training samples has it.
 const USUALLY_SEEN: f64 = 0.8;
 /// Samples of one reach that are kept; older ones are only needed for the lags.
 const KEPT: usize = 512;
-/// Scalars that say how far a reach has come.
-pub(crate) const PROGRESS: usize = 4;
+/// How many scalars say how far a reach has come.
+pub(super) const PROGRESS: usize = 4;
 
-/// What is looked at: the touching point, and what else was usually seen.
+/// What a regression looks at: the touching point, and what else was usually seen.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Inputs {
-    pub(crate) point: HandPoint,
+pub(super) struct Inputs {
+    pub(super) point: HandPoint,
     /// Other points of the hand, relative to the touching one.
-    pub(crate) others: Vec<HandPoint>,
-    pub(crate) head: bool,
-    pub(crate) gaze: bool,
-    /// Positions of the past that are compared with the present one.
-    pub(crate) lags: usize,
+    pub(super) others: Vec<HandPoint>,
+    pub(super) head: bool,
+    pub(super) gaze: bool,
+    /// How many positions of the past are compared with the present one.
+    pub(super) lags: usize,
     /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
     /// reach in which it is missing.
-    pub(crate) offsets_m: [Option<DVec3>; 6],
+    pub(super) offsets_m: [Option<DVec3>; 6],
     /// Means of head and gaze, which stand in until they are seen.
-    pub(crate) head_m: DVec3,
-    pub(crate) mean_gaze: DVec3,
+    pub(super) head_m: DVec3,
+    pub(super) mean_gaze: DVec3,
 }
 
 impl Inputs {
     /// What the reaches have in common. The touching point is the most frequent one.
-    pub(crate) fn of(reaches: &[LabelledReach], use_gaze: bool, lags: usize) -> Self {
+    pub(super) fn of(reaches: &[LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
-        // The last of equals wins: the first by contact.
+        // `max_by_key` keeps the last of equals: the first by contact.
         let order = HandPoint::BY_CONTACT.into_iter().rev();
         let point = order
             .max_by_key(|&p| touching(p))
@@ -76,20 +76,20 @@ impl Inputs {
         (0..self.lags).map(|k| FIRST_LAG_S * f64::from(1 << k))
     }
 
-    /// Points of the hand that take part.
-    pub(crate) fn points(&self) -> usize {
+    /// How many points of the hand are used.
+    pub(super) fn points(&self) -> usize {
         1 + self.others.len()
     }
 
     /// Length of the feature vector, and of its first part, without the other points of the hand.
-    pub(crate) fn widths(&self) -> [usize; 2] {
+    pub(super) fn widths(&self) -> [usize; 2] {
         let vectors = 2 + self.lags + usize::from(self.head) + usize::from(self.gaze);
         let first = 3 * vectors + SCALARS;
         [first + 3 * self.others.len(), first]
     }
 }
 
-/// Time, speed, peak speed, their ratio, way gone, time since the peak.
+/// Time, speed, peak speed, their ratio, distance from the start, time since the peak.
 const SCALARS: usize = 6;
 
 fn head_of(frame: &HandFrame) -> Option<DVec3> {
@@ -98,12 +98,12 @@ fn head_of(frame: &HandFrame) -> Option<DVec3> {
 
 /// One reach from its start to now. A finger that is missing does not stop the prediction.
 #[derive(Debug, Clone)]
-pub(crate) struct ReachTrack {
+pub(super) struct ReachTrack {
     /// Times, s, and places of the touching point, m.
     history: Vec<(f64, DVec3)>,
     start: Option<(f64, DVec3)>,
     touching: TouchingPoint,
-    /// The others from the touching point, m, as last seen; by [`HandPoint`].
+    /// The other points relative to the touching point, as last seen, m; by [`HandPoint`].
     relative_m: [Option<DVec3>; 6],
     head_m: Option<DVec3>,
     gaze: Option<DVec3>,
@@ -113,7 +113,7 @@ pub(crate) struct ReachTrack {
 }
 
 impl ReachTrack {
-    pub(crate) fn new(inputs: &Inputs) -> Self {
+    pub(super) fn new(inputs: &Inputs) -> Self {
         Self {
             history: Vec::with_capacity(KEPT),
             start: None,
@@ -126,7 +126,7 @@ impl ReachTrack {
         }
     }
 
-    pub(crate) fn begin(&mut self) {
+    pub(super) fn begin(&mut self) {
         self.history.clear();
         self.start = None;
         self.touching.begin();
@@ -136,9 +136,9 @@ impl ReachTrack {
         self.peak = (0.0, 0.0);
     }
 
-    /// Takes a sample; says whether there was anything in it to follow. A sample that is not later
-    /// than the last is no news.
-    pub(crate) fn push(&mut self, frame: &HandFrame) -> bool {
+    /// Takes a sample; returns whether there was anything in it to follow. One that is not later than the
+    /// last is ignored.
+    pub(super) fn push(&mut self, frame: &HandFrame) -> bool {
         let t_s = frame.t_s;
         let late_enough = self.history.last().is_none_or(|last| t_s > last.0);
         if !t_s.is_finite() || !late_enough {
@@ -171,13 +171,13 @@ impl ReachTrack {
     }
 
     /// Time and place of the touching point now; `None` before the first sample.
-    pub(crate) fn now(&self) -> Option<(f64, DVec3)> {
+    pub(super) fn now(&self) -> Option<(f64, DVec3)> {
         self.history.last().copied()
     }
 
-    /// Places of all points that take part, the touching one first, m: those not seen now where they
-    /// were last relative to it.
-    pub(crate) fn points_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
+    /// Places of all points used, the touching one first, m; a point that is not seen now is where it last
+    /// was relative to the touching one.
+    pub(super) fn points_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let Some((_, now_m)) = self.now() else { return };
         out.extend(now_m.to_array());
@@ -192,7 +192,7 @@ impl ReachTrack {
     }
 
     /// Time and place of the start.
-    pub(crate) fn start(&self) -> Option<(f64, DVec3)> {
+    pub(super) fn start(&self) -> Option<(f64, DVec3)> {
         self.start
     }
 
@@ -222,8 +222,8 @@ impl ReachTrack {
         }
     }
 
-    /// How far the reach has come: time, way gone, speed, speed over its peak.
-    pub(crate) fn progress(&self) -> [f64; PROGRESS] {
+    /// How far the reach has come: time, distance from the start, speed, speed over its peak.
+    pub(super) fn progress(&self) -> [f64; PROGRESS] {
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
             return [0.0; PROGRESS];
         };
@@ -236,9 +236,8 @@ impl ReachTrack {
         ]
     }
 
-    /// The features, m except for scalars that have the size of a reach in metres; the other points of
-    /// the hand last.
-    pub(crate) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
+    /// The features, in m or of the size of a reach in metres; the other points of the hand come last.
+    pub(super) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
             out.resize(inputs.widths()[0], 0.0);
@@ -273,11 +272,11 @@ impl ReachTrack {
 }
 
 /// Axes along which errors of an end point differ: from the start towards the end, level and across
-/// it, and across both. Columns are unit vectors of the frame of the samples.
+/// it, and across both. Columns are unit vectors in the frame of the samples.
 ///
-/// People miss along their way more than beside it. "Level" is across z, which the frame of a
-/// y-up tracker has elsewhere: any fixed choice does, as long as training and use have the same.
-pub(crate) fn way_axes(start_m: DVec3, end_m: DVec3) -> DMat3 {
+/// People miss along their way more than beside it. "Level" means across z, which is wrong in a y-up
+/// frame, but any fixed choice does as long as training and use share it.
+pub(super) fn way_axes(start_m: DVec3, end_m: DVec3) -> DMat3 {
     let ahead = (end_m - start_m).try_normalize().unwrap_or(DVec3::X);
     let level = ahead
         .cross(DVec3::Z)

@@ -1,11 +1,12 @@
-//! What a prediction of contact is, with a scene: one trait for one ray and for all evidence.
+//! Predictions of contact in a scene, and the trait of all predictors.
 
 use crate::estimate::TimeToContact;
 use glam::{DMat3, DVec3};
 use hwall_hand::{GazeRay, HandFrame, HandState};
 use hwall_scene::{Scene, SurfaceId};
 
-/// What is known at one time: a sample and what the filters made of it; all in the frame of the scene.
+/// What a predictor is given at one time: a sample and what the filters made of it, all in the frame of the
+/// scene.
 #[derive(Debug, Clone, Copy)]
 pub struct PredictorInput<'a> {
     /// The sample as the tracker gave it.
@@ -16,12 +17,12 @@ pub struct PredictorInput<'a> {
     pub gaze: Option<&'a GazeRay>,
 }
 
-/// One answer to where and when the hand is about to touch, in the frame of the scene.
+/// Where and when the hand may be about to touch, in the frame of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPrediction {
     /// The surface.
     pub surface: SurfaceId,
-    /// The point on it, m: the expected one, if it is this surface.
+    /// The expected point on it, m, if it is this surface.
     pub point_m: DVec3,
     /// Covariance of the error of `point_m`, if it is this surface, symmetric, m²; `None` from a
     /// predictor that has none.
@@ -36,14 +37,15 @@ pub struct ContactPrediction {
     /// Time until the hand is there, s: 0 for a hand behind the surface, `None` for one that does
     /// not approach.
     pub time_to_contact_s: Option<TimeToContact>,
-    /// That it is this surface rather than another; those of all answers add up to 1.
+    /// Probability of this surface; those of all predictions of a sample add up to 1.
     pub probability: f64,
-    /// What pointed to the surface.
+    /// What the surface was found by.
     pub source: PredictionSource,
 }
 
-/// What pointed to the predicted surface.
+/// What a predicted surface was found by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum PredictionSource {
     /// The gaze ray meets it.
     Gaze,
@@ -51,22 +53,22 @@ pub enum PredictionSource {
     HandDirection,
     /// It is the closest touchable surface.
     Nearest,
-    /// An estimate of where the hand's motion ends, the gaze weighed in.
+    /// An estimate of where the hand's motion ends, combined with the gaze.
     Motion,
 }
 
 /// Predicts contact from a scene, a tracked hand and, where there is one, a gaze.
 ///
-/// Samples come in order of time, those in which the hand is lost included. A new scene with every
-/// sample is fine; doors move.
+/// Samples come in order of time, including those in which the hand is lost. The scene may change from
+/// sample to sample, since doors move.
 pub trait Predictor {
-    /// The contact that comes next: answers by probability, the most probable first; empty when
-    /// none is in sight. No number of an answer is NaN or infinite.
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction];
+    /// Predicts the contact that comes next, the most probable surface first; empty when no contact is in
+    /// sight. All numbers are finite.
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
 }
 
 impl<P: Predictor + ?Sized> Predictor for Box<P> {
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
-        (**self).predict(scene, seen)
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        (**self).predict(scene, input)
     }
 }

@@ -1,14 +1,14 @@
-//! A prediction that does not fidget.
+//! A prediction whose point is steady.
 
+use super::prediction::ContactPrediction;
 use crate::error::ContactError;
-use crate::predict::ContactPrediction;
 use glam::DVec3;
 use hwall_numeric::check::positive;
 
 /// Holds the predicted point while new ones fall near it.
 ///
-/// A board is larger than a fingertip: what counts is that it stands still when the hand lands,
-/// not that its middle follows every sample of a noisy gaze. The rest of the prediction passes
+/// A board is larger than a fingertip: it matters that it stands still when the hand lands, not
+/// that its middle follows every sample of a noisy gaze. The rest of the prediction passes
 /// through.
 #[derive(Debug, Clone, Copy)]
 pub struct SteadyPoint {
@@ -20,11 +20,11 @@ pub struct SteadyPoint {
 const SAME_NORMAL_RAD: f64 = 0.02;
 
 impl SteadyPoint {
-    /// Holds within this radius, m; less than the board's half width by the margin at which a
-    /// touch near its edge is still a touch.
+    /// Holds within this radius, m: half the width of the board, less the margin at its edge within which
+    /// nothing should be touched.
     ///
     /// # Errors
-    /// A radius that is no positive number.
+    /// A radius that is not positive and finite.
     pub fn new(radius_m: f64) -> Result<Self, ContactError> {
         positive("radius_m", radius_m)?;
         Ok(Self {
@@ -33,7 +33,7 @@ impl SteadyPoint {
         })
     }
 
-    /// The prediction with its point and normal held, or the new ones where they left the radius
+    /// The prediction with the point and normal held, or with its own if they have left the radius
     /// or the surface.
     pub fn step(&mut self, prediction: ContactPrediction) -> ContactPrediction {
         let holds = |held: &ContactPrediction| {
@@ -53,7 +53,7 @@ impl SteadyPoint {
         steady
     }
 
-    /// Lets go of what is held, for another person or trial: the next prediction passes as it is.
+    /// Forgets what is held, for another person or trial: the next prediction passes as it is.
     pub fn reset(&mut self) {
         self.held = None;
     }
@@ -66,8 +66,8 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::prediction::PredictionSource;
     use super::*;
-    use crate::PredictionSource;
     use hwall_scene::SurfaceId;
 
     fn at(surface: usize, point_m: DVec3, normal: DVec3) -> ContactPrediction {

@@ -1,35 +1,35 @@
-//! How far the sources of an estimate are off on reaches that they were not learnt from, and how they
-//! are put together for it.
+//! The errors of the sources of an estimate on reaches that they were not learnt from, and how the sources are
+//! combined by them.
 
-use crate::estimate::{outer, square};
-use crate::learned::Combination;
-use crate::learning::Sampled;
-use crate::local_ridge::Rows;
-use crate::reach_track::way_axes;
+use super::config::Combination;
+use super::local_ridge::Rows;
+use super::reach_track::way_axes;
+use super::samples::TrainingSample;
+use crate::outer_product::{outer, square};
 use glam::{DMat3, DVec3};
 
 /// Lowest standard deviation of a coordinate that is ever claimed, m: the noise of a good tracker.
-pub(crate) const SENSOR_M: f64 = 3e-4;
+pub(super) const SENSOR_M: f64 = 3e-4;
 /// Lowest standard deviation of a time, s.
 const CLOCK_S: f64 = 2e-3;
 /// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
 const CHI_SQUARED_3_90: f64 = 6.251_389;
 /// 90 % of a standard normal variable lie within this.
 const NORMAL_90: f64 = 1.644_854;
-/// Errors beyond so many times the median count as that far: a primitive that loses its way on one
+/// Larger errors are clipped to this many times the median: a primitive that loses its way on one
 /// reach in a hundred is metres off and would outweigh all others.
 const CLIP: f64 = 4.0;
 /// Largest squared Mahalanobis distance that counts in a comparison of axes.
 const FAR_OUT: f64 = 20.0;
-/// Sources further apart than so many times what is usual: one of them has lost its way.
+/// If the sources are further apart than this many times the usual, one of them has lost its way.
 const LOST: f64 = 3.0;
 
 /// In which axes errors are alike from reach to reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Axes {
+pub(super) enum Axes {
     /// Along the way from start to end and across it: people miss along their way.
     Way,
-    /// Those of the samples: contacts that all lie on one wall are sure along its normal.
+    /// Those of the samples: along the normal of a wall, contacts that all lie on it are certain.
     World,
 }
 
@@ -44,22 +44,22 @@ impl Axes {
 
 /// Held-out errors by region of progress, in the axes that describe them best.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct HeldOut {
-    pub(crate) axes: Axes,
-    pub(crate) regions: Vec<Errors>,
+pub(super) struct HeldOut {
+    pub(super) axes: Axes,
+    pub(super) regions: Vec<Errors>,
 }
 
 impl HeldOut {
-    /// From what the sources said of every sample when its fold was held out.
-    pub(crate) fn of(
-        samples: &[Sampled],
+    /// From what the sources predict for every sample when its fold is held out.
+    pub(super) fn of(
+        samples: &[TrainingSample],
         rows: &Rows,
         held_out: &[f64],
         combination: Combination,
     ) -> Self {
         let [way, world] = [Axes::Way, Axes::World]
             .map(|axes| Errors::by_region(samples, rows, held_out, combination, axes));
-        // The likelier of the two; a tie goes to the axes that turn with the reach.
+        // The more likely of the two; a tie goes to the axes that turn with the reach.
         if world.1 > way.1 {
             let (axes, regions) = (Axes::World, world.0);
             Self { axes, regions }
@@ -70,12 +70,12 @@ impl HeldOut {
     }
 
     /// The errors at a progress.
-    pub(crate) fn at(&self, gates: &[f64]) -> Errors {
+    pub(super) fn at(&self, gates: &[f64]) -> Errors {
         Errors::at(&self.regions, gates)
     }
 
     /// The combination in the frame of the samples: point, m, and covariance, m².
-    pub(crate) fn estimate(
+    pub(super) fn estimate(
         &self,
         errors: &Errors,
         combination: Combination,
@@ -92,21 +92,21 @@ impl HeldOut {
 
 /// Second moments of held-out errors in some axes, m² and s², in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Errors {
-    pub(crate) regression: DMat3,
-    pub(crate) primitive: DMat3,
-    /// `E[regression primitive']`.
-    pub(crate) cross: DMat3,
+pub(super) struct Errors {
+    pub(super) regression: DMat3,
+    pub(super) primitive: DMat3,
+    /// `E[regression primitiveᵀ]`.
+    pub(super) cross: DMat3,
     /// Share of the primitive in the combination.
-    pub(crate) gain: f64,
-    pub(crate) time: f64,
+    pub(super) gain: f64,
+    pub(super) time: f64,
     /// Factors on the covariance and on the deviation of the time.
-    pub(crate) spread: f64,
-    pub(crate) time_spread: f64,
+    pub(super) spread: f64,
+    pub(super) time_spread: f64,
 }
 
 impl Errors {
-    /// All zero. glam's default matrix is the identity, which would claim errors of a metre.
+    /// All zero. The default matrix of glam is the identity, which would mean errors of a metre.
     const ZERO: Self = Self {
         regression: DMat3::ZERO,
         primitive: DMat3::ZERO,
@@ -117,7 +117,7 @@ impl Errors {
         time_spread: 0.0,
     };
 
-    /// Between regions a mixture by their weights.
+    /// Between regions: a mixture by their weights.
     fn at(regions: &[Self], gates: &[f64]) -> Self {
         let mut sum = Self::ZERO;
         for (errors, gate) in regions.iter().zip(gates) {
@@ -141,8 +141,8 @@ impl Errors {
         trace(&self.regression) + trace(&self.primitive) - 2.0 * trace(&self.cross)
     }
 
-    /// The share of the primitive with the least squared error. One number a region: a matrix of
-    /// them, though better in theory, was worse from fifty reaches.
+    /// The share of the primitive that makes the squared error least. One number per region: a matrix,
+    /// though better in theory, was worse when learnt from fifty reaches.
     fn best_gain(&self) -> f64 {
         let gain = trace(&self.regression) - trace(&self.cross);
         (gain / self.apart().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
@@ -160,7 +160,7 @@ impl Errors {
             (Combination::Both, Some(primitive_m)) => {
                 let apart = primitive_m.distance_squared(regression_m);
                 let usual = self.apart() + trace(&sensor());
-                // Sources that are far apart cannot both be right: the one that usually is.
+                // Sources that are far apart cannot both be right: take the one that usually is.
                 let share = if apart <= LOST * LOST * usual {
                     self.gain
                 } else {
@@ -177,13 +177,13 @@ impl Errors {
     }
 
     /// Standard deviation of the time left, s.
-    pub(crate) fn time_sd_s(&self) -> f64 {
+    pub(super) fn time_sd_s(&self) -> f64 {
         (self.time.sqrt() * self.time_spread).max(CLOCK_S)
     }
 
-    /// By region, and the mean log score of the held-out contacts under them.
+    /// By region, with the mean log score of the held-out contacts.
     fn by_region(
-        samples: &[Sampled],
+        samples: &[TrainingSample],
         rows: &Rows,
         held_out: &[f64],
         combination: Combination,
@@ -192,7 +192,7 @@ impl Errors {
         let misses: Vec<Miss> = samples
             .iter()
             .zip(held_out.chunks_exact(rows.outputs))
-            .map(|(sample, said)| Miss::of(sample, said, axes))
+            .map(|(sample, predicted)| Miss::of(sample, predicted, axes))
             .collect();
         let mut regions: Vec<Self> = (0..rows.regions)
             .map(|region| Self::of_region(&misses, samples, rows, region))
@@ -208,8 +208,8 @@ impl Errors {
                 [distance, miss.time.abs() / errors.time_sd_s()]
             })
             .collect();
-        // As many independent errors as reaches. The share of the next one below their quantile is
-        // smaller than that of their own, and a covariance learnt from few is too small for the next.
+        // There are as many independent errors as reaches. A new error lies below their quantile less
+        // often than they do, and a covariance learnt from few is too small for new ones.
         let reaches: f64 = samples.iter().map(|s| s.weight).sum();
         let level = (0.9 * (reaches + 1.0) / reaches).min(1.0);
         let few = (reaches + 1.0) / (reaches - 4.0).max(1.0);
@@ -228,13 +228,13 @@ impl Errors {
         (regions, score)
     }
 
-    fn of_region(misses: &[Miss], samples: &[Sampled], rows: &Rows, region: usize) -> Self {
+    fn of_region(misses: &[Miss], samples: &[TrainingSample], rows: &Rows, region: usize) -> Self {
         let weight = |row: usize| samples[row].weight * rows.gates(row)[region];
         let limit = |length: &dyn Fn(&Miss) -> f64| {
             let lengths = misses.iter().enumerate();
             CLIP * weighted_quantile(0.5, lengths.map(|(row, m)| (length(m), weight(row))))
         };
-        // A primitive that is lost leaves the word to the regression.
+        // Where the primitive has lost its way, the regression counts.
         let primitive = |m: &Miss| m.primitive.unwrap_or(m.regression);
         let limits = [
             limit(&|m| m.regression.length()),
@@ -263,10 +263,10 @@ impl Errors {
     }
 }
 
-/// Mean log density of the misses, those far out counting no more than some far out.
+/// Mean log density of the misses; those far out count only up to a limit.
 fn log_score(
     misses: &[Miss],
-    samples: &[Sampled],
+    samples: &[TrainingSample],
     rows: &Rows,
     regions: &[Errors],
     combination: Combination,
@@ -283,7 +283,7 @@ fn log_score(
     sum / total
 }
 
-/// What the sources miss the contact of one sample by, in the axes asked for.
+/// How far the sources miss the contact of one sample, in the axes asked for.
 struct Miss {
     regression: DVec3,
     primitive: Option<DVec3>,
@@ -291,13 +291,13 @@ struct Miss {
 }
 
 impl Miss {
-    fn of(sample: &Sampled, said: &[f64], axes: Axes) -> Self {
-        let regression_m = sample.now_m + DVec3::from_slice(&said[..3]);
+    fn of(sample: &TrainingSample, predicted: &[f64], axes: Axes) -> Self {
+        let regression_m = sample.now_m + DVec3::from_slice(&predicted[..3]);
         let inverse = axes.of(sample.start_m, regression_m).transpose();
         Self {
             regression: inverse * (regression_m - sample.end_m),
             primitive: sample.primitive_m.map(|p| inverse * (p - sample.end_m)),
-            time: said[3].max(0.0) - sample.left_s,
+            time: predicted[3].max(0.0) - sample.left_s,
         }
     }
 }
@@ -311,8 +311,8 @@ fn trace(m: &DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// The value that a share of the weight lies below; pairs of value and weight.
-pub(crate) fn weighted_quantile(share: f64, values: impl Iterator<Item = (f64, f64)>) -> f64 {
+/// The value below which a share of the weight lies; `values` are pairs of value and weight.
+pub(super) fn weighted_quantile(share: f64, values: impl Iterator<Item = (f64, f64)>) -> f64 {
     let mut values: Vec<(f64, f64)> = values.collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = values.iter().map(|v| v.1).sum();

@@ -1,41 +1,41 @@
 //! Ridge regression whose coefficients change with how far a reach has come.
 
 use crate::error::ContactError;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use crate::regression::{NormalEquations, PartedEquations};
+use hwall_numeric::dense::Matrix;
 use std::ops::Range;
 
 /// The constant beside the features, which have a size of about one.
 const CONSTANT: f64 = 1.0;
 
-/// What a regression is learnt from: one row a sample.
+/// What a regression is learnt from: one row per sample.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Rows {
-    /// Features, `width` a row.
-    pub(crate) features: Vec<f64>,
-    pub(crate) width: usize,
-    /// Weights of the regions, `regions` a row.
-    pub(crate) gates: Vec<f64>,
-    pub(crate) regions: usize,
-    /// What is to be foretold, `outputs` a row.
-    pub(crate) wanted: Vec<f64>,
-    pub(crate) outputs: usize,
-    /// How much each row counts.
-    pub(crate) weights: Vec<f64>,
+pub(super) struct Rows {
+    /// Features, `width` per row.
+    pub(super) features: Vec<f64>,
+    pub(super) width: usize,
+    /// Weights of the regions, `regions` per row.
+    pub(super) gates: Vec<f64>,
+    pub(super) regions: usize,
+    /// What is to be predicted, `outputs` per row.
+    pub(super) wanted: Vec<f64>,
+    pub(super) outputs: usize,
+    /// The weight of each row.
+    pub(super) weights: Vec<f64>,
     /// Which rows are held out together.
-    pub(crate) folds: Vec<usize>,
+    pub(super) folds: Vec<usize>,
 }
 
 impl Rows {
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.folds.len()
     }
 
-    pub(crate) fn features(&self, row: usize) -> &[f64] {
+    pub(super) fn features(&self, row: usize) -> &[f64] {
         &self.features[row * self.width..(row + 1) * self.width]
     }
 
-    pub(crate) fn gates(&self, row: usize) -> &[f64] {
+    pub(super) fn gates(&self, row: usize) -> &[f64] {
         &self.gates[row * self.regions..(row + 1) * self.regions]
     }
 
@@ -61,22 +61,22 @@ impl Rows {
 /// Each region has a ridge of its own: a reach that has hardly begun and one that is nearly over
 /// want different ones, and sharing one made the late estimates several times worse.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct LocalRidge {
-    pub(crate) centre: Vec<f64>,
-    pub(crate) scale: Vec<f64>,
+pub(super) struct LocalRidge {
+    pub(super) centre: Vec<f64>,
+    pub(super) scale: Vec<f64>,
     outputs: usize,
     /// By region and feature, the constant last: one for every output, then zeros.
     coefficients: Vec<Padded>,
 }
 
-/// Numbers for the outputs of a regression: eight at once are as quick as one.
+/// The outputs of a regression, padded: eight at once are as fast as one.
 type Padded = [f64; 8];
 
-/// A regression, and what it says of every row when the fold of that row is held out.
-pub(crate) struct Fitted {
-    pub(crate) ridge: LocalRidge,
+/// A regression, and what it predicts for every row when the fold of that row is held out.
+pub(super) struct Fitted {
+    pub(super) ridge: LocalRidge,
     /// As `Rows::wanted`.
-    pub(crate) held_out: Vec<f64>,
+    pub(super) held_out: Vec<f64>,
 }
 
 impl LocalRidge {
@@ -84,12 +84,11 @@ impl LocalRidge {
     /// with the least squared error on folds that are held out. Ridges are shares of the mean squared
     /// length of a row.
     ///
-    /// A fold is left out by taking its part from the normal equations, so all folds cost little
-    /// more than the fit.
+    /// All folds cost little more than the fit: see [`PartedEquations`].
     ///
     /// # Errors
-    /// Normal equations that stay singular, which features that are not finite make.
-    pub(crate) fn fit(
+    /// Normal equations that stay singular, as features that are not finite make them.
+    pub(super) fn fit(
         rows: &Rows,
         groups: &[Range<usize>],
         ridges: &[f64],
@@ -102,12 +101,12 @@ impl LocalRidge {
             let local = ridge.fit_region(rows, &members, region, groups, ridges)?;
             let coefficients = local.coefficients.chunks_exact(rows.outputs);
             ridge.coefficients.extend(coefficients.map(padded));
-            let foretold = local.held_out.chunks_exact(rows.outputs);
-            for (row, foretold) in foretold.enumerate() {
+            let predicted = local.held_out.chunks_exact(rows.outputs);
+            for (row, predicted) in predicted.enumerate() {
                 let gate = rows.gates(row)[region];
                 let sum = &mut held_out[row * rows.outputs..][..rows.outputs];
                 sum.iter_mut()
-                    .zip(foretold)
+                    .zip(predicted)
                     .for_each(|(s, f)| *s += gate * f);
             }
         }
@@ -123,49 +122,45 @@ impl LocalRidge {
         ridges: &[f64],
     ) -> Result<Local, ContactError> {
         let size = rows.width + 1;
-        let parts: Vec<_> = members
+        let local: Vec<LocalRows> = members
             .iter()
-            .map(|fold| self.normal_equations(rows, fold, region))
+            .map(|fold| self.local_rows(rows, fold, region))
             .collect();
-        let (mut gram, mut moment) = (Mat::zeros(size, size), Mat::zeros(size, rows.outputs));
-        for (g, m) in &parts {
-            gram += g;
-            moment += m;
-        }
-        let mean = (0..rows.width).map(|i| gram[(i, i)]).sum::<f64>() / rows.width.max(1) as f64;
+        let singular = ContactError::Singular { size };
+        let parts = local.iter().map(|fold| fold.equations(rows));
+        let equations = PartedEquations::new(parts.collect()).ok_or(singular.clone())?;
+        let mean = equations.all().mean_square();
         let mut best = vec![f64::INFINITY; groups.len()];
         let mut kept = Local {
             coefficients: vec![0.0; size * rows.outputs],
             held_out: vec![0.0; rows.wanted.len()],
         };
-        let mut foretold = kept.held_out.clone();
+        let mut held_out = kept.held_out.clone();
         for &share in ridges {
-            let all = row_major(&solved(&gram, &moment, share * mean)?);
-            for (fold, (g, m)) in members.iter().zip(&parts) {
-                // With a single fold there is nothing else to learn from.
-                let fewer = match members.len() {
-                    1 => all.clone(),
-                    _ => row_major(&solved(&(&gram - g), &(&moment - m), share * mean)?),
-                };
-                for &row in fold.iter().filter(|row| rows.gates(**row)[region] > 0.0) {
-                    let out = &mut foretold[row * rows.outputs..][..rows.outputs];
-                    out.fill(0.0);
-                    self.add(&fewer, rows.features(row), out);
+            let fits = equations
+                .fits(|_| share * mean)
+                .map_err(|_| singular.clone())?;
+            for (fold, fewer) in local.iter().zip(&fits.without) {
+                let predicted = fold.features.times(fewer);
+                for (i, row) in fold.rows.iter().enumerate() {
+                    held_out[row * rows.outputs..][..rows.outputs]
+                        .copy_from_slice(predicted.row(i));
                 }
             }
             for (group, best) in groups.iter().zip(&mut best) {
-                let squares: f64 = (0..rows.len())
-                    .map(|row| {
-                        let (at, weight) = (row * rows.outputs, rows.weight(row, region));
-                        let square = |k: usize| (foretold[at + k] - rows.wanted[at + k]).powi(2);
+                let weighed = local.iter().flat_map(|f| f.rows.iter().zip(&f.weights));
+                let squares: f64 = weighed
+                    .map(|(row, weight)| {
+                        let at = row * rows.outputs;
+                        let square = |k: usize| (held_out[at + k] - rows.wanted[at + k]).powi(2);
                         weight * group.clone().map(square).sum::<f64>()
                     })
                     .sum();
                 if squares < *best {
                     *best = squares;
                     for (from, to) in [
-                        (&all, &mut kept.coefficients),
-                        (&foretold, &mut kept.held_out),
+                        (fits.all.entries(), &mut kept.coefficients),
+                        (&held_out, &mut kept.held_out),
                     ] {
                         let pairs = from
                             .chunks_exact(rows.outputs)
@@ -198,7 +193,7 @@ impl LocalRidge {
         }
         let rms = (variance.iter().sum::<f64>() / rows.width as f64).sqrt();
         // Half way between the unit they share and their own spread: a feature that hardly changes
-        // is mostly noise, but the small ones are often the telling ones.
+        // is mostly noise, but small features often say most.
         let scale = |v: &f64| 1.0 / (v.sqrt().max(1e-3 * rms) * rms).sqrt().max(1e-9);
         Self {
             scale: variance.iter().map(scale).collect(),
@@ -208,30 +203,19 @@ impl LocalRidge {
         }
     }
 
-    /// `X' W X` and `X' W Y` of some rows, as one region weighs them.
-    fn normal_equations(
-        &self,
-        rows: &Rows,
-        members: &[usize],
-        region: usize,
-    ) -> (Mat<f64>, Mat<f64>) {
-        let near: Vec<usize> = members
+    /// The rows among some that count in a region.
+    fn local_rows(&self, rows: &Rows, members: &[usize], region: usize) -> LocalRows {
+        let counts = |row: &usize| rows.gates(*row)[region] > 0.0;
+        let near: Vec<usize> = members.iter().copied().filter(counts).collect();
+        let features = near
             .iter()
-            .copied()
-            .filter(|&row| rows.gates(row)[region] > 0.0)
+            .flat_map(|&row| self.scaled(rows.features(row)))
             .collect();
-        let mut x: Mat<f64> = Mat::zeros(near.len(), rows.width + 1);
-        let mut y: Mat<f64> = Mat::zeros(near.len(), rows.outputs);
-        for (i, &row) in near.iter().enumerate() {
-            let root = rows.weight(row, region).sqrt();
-            for (column, value) in self.scaled(rows.features(row)).enumerate() {
-                x[(i, column)] = root * value;
-            }
-            for (k, wanted) in rows.wanted(row).iter().enumerate() {
-                y[(i, k)] = root * wanted;
-            }
+        LocalRows {
+            weights: near.iter().map(|&row| rows.weight(row, region)).collect(),
+            features: Matrix::from_rows(near.len(), rows.width + 1, features),
+            rows: near,
         }
-        (x.transpose() * &x, x.transpose() * &y)
     }
 
     /// Centred and scaled features, then the constant.
@@ -241,21 +225,13 @@ impl LocalRidge {
             .chain(std::iter::once(CONSTANT))
     }
 
-    /// Adds what some coefficients foretell.
-    fn add(&self, coefficients: &[f64], features: &[f64], out: &mut [f64]) {
-        let rows = coefficients.chunks_exact(self.outputs);
-        for (value, row) in self.scaled(features).zip(rows) {
-            out.iter_mut().zip(row).for_each(|(o, w)| *o += value * w);
-        }
-    }
-
-    /// Numbers foretold for a sample.
-    pub(crate) fn outputs(&self) -> usize {
+    /// How many numbers are predicted.
+    pub(super) fn outputs(&self) -> usize {
         self.outputs
     }
 
-    /// What the features foretell, for weights of the regions. Leaves the features scaled.
-    pub(crate) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
+    /// Predicts from features and the weights of the regions. Leaves the features scaled.
+    pub(super) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
         for ((x, c), s) in features.iter_mut().zip(&self.centre).zip(&self.scale) {
             *x = (*x - c) * s;
         }
@@ -284,7 +260,7 @@ impl LocalRidge {
 #[cfg(feature = "serde")]
 impl LocalRidge {
     /// From its parts; coefficients by region, feature (the constant last) and output, at most eight.
-    pub(crate) fn from_parts(
+    pub(super) fn from_parts(
         centre: Vec<f64>,
         scale: Vec<f64>,
         outputs: usize,
@@ -299,9 +275,30 @@ impl LocalRidge {
     }
 
     /// By region, feature (the constant last) and output.
-    pub(crate) fn coefficients(&self) -> impl Iterator<Item = f64> {
+    pub(super) fn coefficients(&self) -> impl Iterator<Item = f64> {
         let rows = self.coefficients.iter();
         rows.flat_map(|row| row[..self.outputs].iter().copied())
+    }
+}
+
+/// Rows of one fold that count in one region.
+struct LocalRows {
+    rows: Vec<usize>,
+    weights: Vec<f64>,
+    /// Scaled, the constant last.
+    features: Matrix,
+}
+
+impl LocalRows {
+    fn equations(&self, rows: &Rows) -> NormalEquations {
+        let roots: Vec<f64> = self.weights.iter().map(|w| w.sqrt()).collect();
+        let x = Matrix::from_fn(self.rows.len(), self.features.columns(), |i, j| {
+            roots[i] * self.features[(i, j)]
+        });
+        let y = Matrix::from_fn(self.rows.len(), rows.outputs, |i, k| {
+            roots[i] * rows.wanted(self.rows[i])[k]
+        });
+        NormalEquations::new(&x, &y)
     }
 }
 
@@ -317,24 +314,4 @@ fn padded(row: &[f64]) -> Padded {
     let mut padded = Padded::default();
     padded[..row.len()].copy_from_slice(row);
     padded
-}
-
-/// `(G + ridge I)^-1 M`; the constant is left free.
-fn solved(gram: &Mat<f64>, moment: &Mat<f64>, ridge: f64) -> Result<Mat<f64>, ContactError> {
-    let size = gram.nrows();
-    let mut ridged = gram.clone();
-    for i in 0..size {
-        let share = if i + 1 < size { 1.0 } else { 1e-9 };
-        ridged[(i, i)] += share * ridge + f64::MIN_POSITIVE;
-    }
-    let factor = ridged
-        .llt(Side::Lower)
-        .map_err(|_| ContactError::Singular { size })?;
-    Ok(factor.solve(moment))
-}
-
-fn row_major(m: &Mat<f64>) -> Vec<f64> {
-    (0..m.nrows())
-        .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))
-        .collect()
 }

@@ -1,29 +1,29 @@
 //! Soft regions of how far a reach has come.
 
-use crate::reach_track::PROGRESS;
+use super::reach_track::PROGRESS;
 
-/// Width of a region, in mean squared distances of samples from their centres. Wider ones share more
-/// samples: fewer reaches are then enough.
+/// Width of a region, in mean squared distances of samples from their centres. Wider regions share more
+/// samples, so fewer reaches are enough.
 const OVERLAP: f64 = 4.0;
-/// Regions below this share of the nearest one's weight count as none.
+/// Regions below this share of the nearest one's weight do not count.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Rounds of the search for centres; it is over long before.
+/// Most rounds of the search for centres; it ends long before.
 const ROUNDS: usize = 50;
 
 /// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Gates {
+pub(super) struct Gates {
     /// One over the spread of every scalar over the samples learnt from.
-    pub(crate) scale: [f64; PROGRESS],
-    pub(crate) centres: Vec<[f64; PROGRESS]>,
+    pub(super) scale: [f64; PROGRESS],
+    pub(super) centres: Vec<[f64; PROGRESS]>,
     /// Twice the square of the width of a region, in scaled units.
-    pub(crate) width: f64,
+    pub(super) width: f64,
 }
 
 impl Gates {
-    /// At most `count` regions over these samples: k-means from points far from each other, so the
-    /// same samples always give the same regions.
-    pub(crate) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
+    /// At most `count` regions over these samples: k-means that starts from points far from each other, so
+    /// the same samples always give the same regions.
+    pub(super) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
         let n = samples.len().max(1) as f64;
         let scale = std::array::from_fn(|k| {
             let mean = samples.iter().map(|s| s[k]).sum::<f64>() / n;
@@ -57,16 +57,16 @@ impl Gates {
         }
     }
 
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.centres.len()
     }
 
     /// The weights of the regions at a progress.
-    pub(crate) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
+    pub(super) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
         let at = times(progress, &self.scale);
         out.clear();
         out.extend(self.centres.iter().map(|c| squared(&at, c)));
-        // Relative to the nearest: far from all regions none would have a weight.
+        // Relative to the nearest: otherwise no region would have a weight far from all of them.
         let least = out.iter().copied().fold(f64::INFINITY, f64::min);
         let mut sum = 0.0;
         for w in out.iter_mut() {
@@ -95,7 +95,7 @@ fn nearest(s: &[f64; PROGRESS], centres: &[[f64; PROGRESS]]) -> (usize, f64) {
         .unwrap_or((0, 0.0))
 }
 
-/// Samples each of which is the furthest from those before; fewer than asked for when samples coincide.
+/// Samples, each the furthest from those before; fewer than asked for when samples coincide.
 fn spread_out(samples: &[[f64; PROGRESS]], count: usize) -> Vec<[f64; PROGRESS]> {
     let mut centres: Vec<[f64; PROGRESS]> = samples.first().copied().into_iter().collect();
     while centres.len() < count {

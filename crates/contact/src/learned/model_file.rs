@@ -1,14 +1,15 @@
-//! Files of learned models: versioned JSON that gives back the model bit by bit, or says what is wrong.
+//! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
 
+use super::config::Combination;
+use super::estimator::{Learnt, Origin};
+use super::gates::Gates;
+use super::held_out_errors::{Axes, Errors, HeldOut};
+use super::local_ridge::LocalRidge;
+use super::model::LearnedModel;
+use super::primitive::Primitive;
+use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
+use super::training::OUTPUTS;
 use crate::error::ContactError;
-use crate::gates::Gates;
-use crate::held_out_errors::{Axes, Errors, HeldOut};
-use crate::learned::{Combination, LearnedModel};
-use crate::learned::{Learnt, Origin};
-use crate::learning::OUTPUTS;
-use crate::local_ridge::LocalRidge;
-use crate::primitive::Primitive;
-use crate::reach_track::{Inputs, MOST_LAGS, PROGRESS};
 use glam::{DMat3, DVec3};
 use hwall_hand::HandPoint;
 use hwall_numeric::check::{positive, that};
@@ -17,7 +18,7 @@ use serde_json::Value;
 use std::io::{Read, Write};
 use std::sync::Arc;
 
-/// What a file of this crate calls itself.
+/// The format that a file names.
 const FORMAT: &str = "hwall-contact learned model";
 /// The version written, and the newest one read.
 const VERSION: u64 = 1;
@@ -136,7 +137,7 @@ impl LearnedModel {
     /// Writes [`to_json`](Self::to_json).
     ///
     /// # Errors
-    /// The writer fails.
+    /// A writer that fails.
     pub fn write_json(&self, mut writer: impl Write) -> Result<(), ContactError> {
         writer
             .write_all(self.to_json().as_bytes())
@@ -147,8 +148,8 @@ impl LearnedModel {
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
     ///
     /// # Errors
-    /// No JSON, another format, a newer version; a file that was cut off or edited: lengths and
-    /// ranges are checked one by one, and everything together against the digest.
+    /// A text that is not JSON, another format, a newer version; a file that was cut off or edited: lengths
+    /// and ranges are checked one by one, and everything together against the digest.
     pub fn from_json(text: &str) -> Result<Self, ContactError> {
         let header: Header = serde_json::from_str(text).map_err(|e| damage(&e))?;
         if header.format != FORMAT {
@@ -181,7 +182,7 @@ impl LearnedModel {
     /// Reads a file to its end; see [`from_json`](Self::from_json).
     ///
     /// # Errors
-    /// As there; the reader fails, or it holds no UTF-8.
+    /// As there; the reader fails, or what it holds is not UTF-8.
     pub fn read_json(mut reader: impl Read) -> Result<Self, ContactError> {
         let mut text = String::new();
         reader.read_to_string(&mut text).map_err(|e| stream(&e))?;
@@ -275,7 +276,7 @@ impl File {
         }
     }
 
-    /// Everything that following a reach relies on. JSON knows no number that is not finite.
+    /// Checks everything that following a reach relies on. JSON has no numbers that are not finite.
     fn validate(&self) -> Result<(), ContactError> {
         let length = |what, expected, got| match expected == got {
             true => Ok(()),
@@ -399,8 +400,8 @@ impl File {
 }
 
 /// The 64-bit Fowler-Noll-Vo hash, variant 1a, of everything but the field `digest`: against accidents,
-/// not against forgery. Over the bits of numbers, not their text, and over fields in order of their
-/// names: the way they are printed is free.
+/// not against forgery. It covers the bits of numbers, not their text, and the fields in order of their
+/// names, so a file may be printed in any way.
 fn digest(file: &Value) -> String {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     if let Value::Object(fields) = file {

@@ -46,7 +46,7 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
         gaze.direction = blurred(&mut sampler, gaze.direction, spread_rad);
         // The tracker is registered to the scene with an error, which shifts all it says.
         let shift_m = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal())
-            * config.calibration_sd_m;
+            * config.registration_sd_m;
         gaze.origin_m += shift_m;
         let mut fused = Fused::new(config.clone());
         let straight = (contact_m - hand_m).normalize();

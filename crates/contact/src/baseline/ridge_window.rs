@@ -1,16 +1,16 @@
 //! Linear regression of what is left of a reach, from its start and its last frames.
 
-use crate::baseline::{Durations, Follower};
+use super::durations::Durations;
+use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
-use crate::estimate::square;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
+use crate::outer_product::square;
 use crate::reach_set::held_out_groups;
-use crate::touch_path::TouchPath;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use crate::regression::{NormalEquations, PartedEquations};
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_numeric::check::that;
+use hwall_numeric::dense::Matrix;
 
 /// Frames of the usual window, and of the longest.
 const FRAMES: usize = 5;
@@ -21,9 +21,9 @@ const HORIZON_S: f64 = 0.2;
 const REGRESSIONS: f64 = 25.0;
 /// A regression needs this many reaches that last as long.
 const FEWEST: usize = 8;
-/// Reaches of nobody in particular are held out in this many groups.
+/// Reaches of fewer than three people are held out in this many groups.
 const GROUPS: usize = 10;
-/// Other points count if they are seen in this share of the training frames.
+/// Other points are used if they are seen in this share of the training frames.
 const SEEN_SHARE: f64 = 0.9;
 /// Candidates for the ridge, as shares of the number of samples; features have variance 1.
 const RIDGES: [f64; 7] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0];
@@ -34,17 +34,17 @@ const OUTPUTS: usize = 4;
 
 /// Ridge regression of the way and the time that are left, in a window of frames.
 ///
-/// Features: where the touching point started, how far it has come, how far it went in the last one to
-/// four frames (or as many as asked for; of the median length of the training frames, between samples on straight lines), where
-/// the other points of the hand are beside it, the time since the start. One regression for every
+/// Features: where the touching point started, its displacement since then and over each of the last frames
+/// of the window (frames of the median period in training, interpolated in straight lines), where
+/// the other points of the hand are relative to it, the time since the start. There is one regression for every
 /// twenty-fifth of the mean duration, learnt from all reaches that last as long.
 ///
-/// The ridge is the one with the least error on held-out people, one at a time, of three and more; else on
-/// held-out tenths of the reaches. The errors there are the covariance. Held-out errors are exact: normal
-/// equations less those of whom is held out. Source: [Allen 1974].
+/// The ridge is the one with the least error on held-out people, one at a time, where there are three or more;
+/// else on held-out tenths of the reaches. The errors there give the covariance. They are exact: a person is
+/// taken out of the normal equations. Source: [Allen 1974].
 #[derive(Debug, Clone)]
 pub struct RidgeWindow {
-    follower: Follower,
+    tracker: PathTracker,
     layout: Layout,
     spacing_s: f64,
     regressions: Vec<Regression>,
@@ -61,10 +61,10 @@ struct Layout {
 
 #[derive(Debug, Clone)]
 struct Regression {
-    /// Mean and deviation of each feature.
+    /// Mean and standard deviation of each feature.
     scales: Vec<(f64, f64)>,
-    /// Of each output, the constant first.
-    weights: [Vec<f64>; OUTPUTS],
+    /// One row per feature, the constant last, and one column per output.
+    weights: Matrix,
     covariance_m2: DMat3,
     sd_s: f64,
 }
@@ -79,7 +79,7 @@ impl RidgeWindow {
         Self::train_with_window(reaches, FRAMES)
     }
 
-    /// The same with a window of so many frames, the present one included: 1 to 100.
+    /// The same with a window of `frames` frames, the present one included: 1 to 100.
     ///
     /// # Errors
     /// As there; another number of frames.
@@ -99,13 +99,13 @@ impl RidgeWindow {
                 needed: FEWEST,
             });
         }
-        let follower = Follower::train(reaches)?;
+        let tracker = PathTracker::train(reaches)?;
         let layout = Layout::of(reaches, frames);
-        let spacing_s = Durations::of(reaches).mean_and_sd_s().0 / REGRESSIONS;
+        let spacing_s = Durations::of(reaches).mean_and_sd_s().mean / REGRESSIONS;
         let groups = held_out_groups(reaches, usize::MAX, GROUPS);
         let mut samples: Vec<Vec<Example>> = Vec::new();
         for (reach, group) in reaches.iter().zip(groups) {
-            let mut path = follower.path().clone();
+            let mut path = tracker.path().clone();
             for frame in &reach.frames {
                 if !path.take(frame) {
                     continue;
@@ -125,7 +125,7 @@ impl RidgeWindow {
                 });
             }
         }
-        // Where few reaches last as long, the last regression with enough goes on.
+        // Where few reaches last as long, the last regression with enough of them is used.
         let mut regressions: Vec<Regression> = Vec::new();
         let mut unfit = 0;
         for (place, examples) in samples.iter().enumerate() {
@@ -136,14 +136,14 @@ impl RidgeWindow {
             }
             match Regression::fit(examples) {
                 Some(regression) => regressions.push(regression),
-                // Slow trackers leave gaps between their frames.
+                // A slow tracker leaves some places without frames.
                 None => match regressions.last() {
                     Some(before) => regressions.push(before.clone()),
                     None => unfit += 1,
                 },
             }
         }
-        // Places before the first with a regression answer with that one.
+        // Places before the first regression use that one.
         if let Some(first) = regressions.first().cloned() {
             regressions.splice(0..0, std::iter::repeat_n(first, unfit));
         }
@@ -154,7 +154,7 @@ impl RidgeWindow {
             });
         }
         Ok(Self {
-            follower,
+            tracker,
             layout,
             spacing_s,
             regressions,
@@ -164,13 +164,13 @@ impl RidgeWindow {
 
 impl ContactEstimator for RidgeWindow {
     fn begin(&mut self) {
-        self.follower.begin();
+        self.tracker.begin();
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         let (layout, regressions) = (&self.layout, &self.regressions);
         let spacing_s = self.spacing_s;
-        self.follower.step(frame, |path| {
+        self.tracker.step(frame, |path| {
             let place = (path.elapsed_s() / spacing_s).round() as usize;
             let regression = &regressions[place.min(regressions.len() - 1)];
             let mut features = Vec::with_capacity(regression.scales.len());
@@ -210,7 +210,7 @@ impl Layout {
         }
     }
 
-    fn features(&self, path: &TouchPath, features: &mut Vec<f64>) {
+    fn features(&self, path: &HandPath, features: &mut Vec<f64>) {
         let (now_s, now_m) = (path.now_s(), path.now_m());
         features.push(path.elapsed_s());
         features.extend(path.start_m().to_array());
@@ -234,54 +234,6 @@ struct Example {
     left: [f64; OUTPUTS],
 }
 
-/// `Σ x xᵀ` and `Σ x yᵀ`, the constant first among the features.
-#[derive(Clone)]
-struct Normal {
-    gram: Mat<f64>,
-    cross: Mat<f64>,
-    count: f64,
-}
-
-impl Normal {
-    fn zero(dim: usize) -> Self {
-        Self {
-            gram: Mat::zeros(dim, dim),
-            cross: Mat::zeros(dim, OUTPUTS),
-            count: 0.0,
-        }
-    }
-
-    /// Lower triangle only.
-    fn add(&mut self, x: &[f64], y: &[f64; OUTPUTS]) {
-        for (j, xj) in x.iter().enumerate() {
-            for (i, xi) in x.iter().enumerate().skip(j) {
-                self.gram[(i, j)] += xi * xj;
-            }
-            for (o, yo) in y.iter().enumerate() {
-                self.cross[(j, o)] += xj * yo;
-            }
-        }
-        self.count += 1.0;
-    }
-
-    /// Weights without a part of the samples; `None` where they are not determined.
-    fn solve(&self, without: Option<&Self>, ridge: f64) -> Option<Mat<f64>> {
-        let (mut gram, mut cross, mut count) = (self.gram.clone(), self.cross.clone(), self.count);
-        if let Some(part) = without {
-            gram -= &part.gram;
-            cross -= &part.cross;
-            count -= part.count;
-        }
-        for i in 1..gram.nrows() {
-            gram[(i, i)] += ridge * count;
-        }
-        let weights = gram.llt(Side::Lower).ok()?.solve(&cross);
-        (0..OUTPUTS)
-            .all(|o| (0..weights.nrows()).all(|i| weights[(i, o)].is_finite()))
-            .then_some(weights)
-    }
-}
-
 impl Regression {
     /// `None` from samples of fewer than two groups.
     fn fit(examples: &[Example]) -> Option<Self> {
@@ -292,7 +244,7 @@ impl Regression {
                 let n = examples.len() as f64;
                 let mean = column().sum::<f64>() / n;
                 let squares: f64 = column().map(|x| (x - mean).powi(2)).sum();
-                // A feature that never changes says nothing: it stays zero.
+                // A feature that never changes stays zero.
                 (mean, (squares / n).sqrt().max(1e-6))
             })
             .collect();
@@ -300,42 +252,32 @@ impl Regression {
             .iter()
             .map(|e| with_constant(&scales, &e.features))
             .collect();
-        let group_count = examples.iter().map(|e| e.group).max()? + 1;
-        let mut parts = vec![Normal::zero(dim + 1); group_count];
-        for (row, example) in rows.iter().zip(examples) {
-            parts[example.group].add(row, &example.left);
+        let groups = examples.iter().map(|e| e.group).max()? + 1;
+        let parts = (0..groups).map(|group| {
+            let members = rows.iter().zip(examples).filter(|(_, e)| e.group == group);
+            let (mut x, mut y, mut count) = (Vec::new(), Vec::new(), 0);
+            for (row, example) in members {
+                x.extend(row);
+                y.extend(example.left);
+                count += 1;
+            }
+            let x = Matrix::from_rows(count, dim + 1, x);
+            NormalEquations::new(&x, &Matrix::from_rows(count, OUTPUTS, y))
+        });
+        let equations = PartedEquations::new(parts.collect())?;
+        if equations.is_one_part() {
+            return None;
         }
-        let mut all = Normal::zero(dim + 1);
-        for part in &parts {
-            all.gram += &part.gram;
-            all.cross += &part.cross;
-            all.count += part.count;
-        }
-        let mut best: Option<(f64, f64, Vec<[f64; OUTPUTS]>)> = None;
+        let mut best: Option<(f64, Matrix, Vec<[f64; OUTPUTS]>)> = None;
         for ridge in RIDGES {
-            let held_out: Option<Vec<Option<Mat<f64>>>> = parts
-                .iter()
-                .map(|part| match part.count {
-                    // Nobody of this group is here.
-                    0.0 => Some(None),
-                    count if count == all.count => None,
-                    _ => all.solve(Some(part), ridge).map(Some),
-                })
-                .collect();
-            let Some(held_out) = held_out else { continue };
-            let errors: Vec<[f64; OUTPUTS]> = rows
-                .iter()
-                .zip(examples)
-                .filter_map(|(row, e)| {
-                    let weights = held_out[e.group].as_ref()?;
-                    Some(std::array::from_fn(|o| {
-                        let value: f64 = row
-                            .iter()
-                            .enumerate()
-                            .map(|(i, x)| x * weights[(i, o)])
-                            .sum();
-                        e.left[o] - value
-                    }))
+            let Ok(fits) = equations.fits(|e| ridge * e.samples()) else {
+                continue;
+            };
+            let held_out = rows.iter().zip(examples);
+            let errors: Vec<[f64; OUTPUTS]> = held_out
+                .map(|(row, e)| {
+                    let predicted = prediction(&fits.without[e.group], row);
+                    std::array::from_fn(|o| e.left[o] - predicted[o])
                 })
                 .collect();
             let squares = errors
@@ -343,11 +285,10 @@ impl Regression {
                 .map(|e| e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
             let squares: f64 = squares.sum();
             if best.as_ref().is_none_or(|(least, ..)| squares < *least) {
-                best = Some((squares, ridge, errors));
+                best = Some((squares, fits.all, errors));
             }
         }
-        let (_, ridge, errors) = best?;
-        let weights = all.solve(None, ridge)?;
+        let (_, weights, errors) = best?;
         let n = errors.len() as f64;
         let mut covariance_m2 = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         for e in &errors {
@@ -357,16 +298,25 @@ impl Regression {
         let variance_s2 = errors.iter().map(|e| e[3] * e[3]).sum::<f64>() / n;
         Some(Self {
             scales,
-            weights: std::array::from_fn(|o| (0..=dim).map(|i| weights[(i, o)]).collect()),
+            weights,
             covariance_m2,
             sd_s: variance_s2.sqrt().max(1e-4),
         })
     }
 
     fn left(&self, features: &[f64]) -> [f64; OUTPUTS] {
-        let row = with_constant(&self.scales, features);
-        std::array::from_fn(|o| row.iter().zip(&self.weights[o]).map(|(x, w)| x * w).sum())
+        prediction(&self.weights, &with_constant(&self.scales, features))
     }
+}
+
+fn prediction(weights: &Matrix, row: &[f64]) -> [f64; OUTPUTS] {
+    let mut sum = [0.0; OUTPUTS];
+    for (x, weights) in row.iter().zip(weights.entries().chunks_exact(OUTPUTS)) {
+        for (s, w) in sum.iter_mut().zip(weights) {
+            *s += x * w;
+        }
+    }
+    sum
 }
 
 fn with_constant(scales: &[(f64, f64)], features: &[f64]) -> Vec<f64> {
@@ -374,5 +324,5 @@ fn with_constant(scales: &[(f64, f64)], features: &[f64]) -> Vec<f64> {
         .iter()
         .zip(scales)
         .map(|(x, (mean, sd))| (x - mean) / sd);
-    std::iter::once(1.0).chain(scaled).collect()
+    scaled.chain([1.0]).collect()
 }

@@ -1,14 +1,13 @@
-//! The demonstrations that went most like this reach goes.
+//! The demonstrations most like this reach so far.
 
-use crate::baseline::Follower;
+use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
-use crate::estimate::square;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use crate::touch_path::TouchPath;
+use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandFrame, LabelledReach};
 
-/// As many demonstrations are averaged as the square root of their number, at least and at most.
+/// The square root of the number of demonstrations are averaged, but at least and at most so many.
 const NEIGHBOURS: (usize, usize) = (5, 20);
 /// Demonstrations are kept at even times, this far apart, s.
 const PERIOD_S: f64 = 0.01;
@@ -17,14 +16,14 @@ const MOST_SAMPLES: usize = 6000;
 /// Lowest standard deviation of an end, m: the noise of a tracker.
 const SENSOR_M: f64 = 1e-3;
 
-/// Template matching: the demonstrations (the square root of their number, 5 to 20) whose motion, as seen
-/// from their start, was most like this one at the same times since the start (integral of the squared distance). What was left to them, on
-/// average, is what is left now; their spread is the covariance.
+/// Template matching: takes the demonstrations (the square root of their number, 5 to 20) whose motion from
+/// their start was most like this one at the same times (least integral of the squared distance). The mean of
+/// what they had left is what is left now; their spread is the covariance.
 ///
 /// It compares all demonstrations at every sample: time grows with their number, about 10 µs for 1,600.
 #[derive(Debug, Clone)]
 pub struct NearestNeighbour {
-    follower: Follower,
+    tracker: PathTracker,
     /// The longest first.
     demonstrations: Demonstrations,
     /// How far each demonstration has been from this reach so far, m² s.
@@ -38,10 +37,10 @@ impl NearestNeighbour {
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
     pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
-        let follower = Follower::train(reaches)?;
+        let tracker = PathTracker::train(reaches)?;
         Ok(Self {
-            demonstrations: Demonstrations::of(reaches, follower.path()),
-            follower,
+            demonstrations: Demonstrations::of(reaches, tracker.path()),
+            tracker,
             apart: vec![0.0; reaches.len()],
             counted: 0,
         })
@@ -50,7 +49,7 @@ impl NearestNeighbour {
 
 impl ContactEstimator for NearestNeighbour {
     fn begin(&mut self) {
-        self.follower.begin();
+        self.tracker.begin();
         self.apart.fill(0.0);
         self.counted = 0;
     }
@@ -58,7 +57,7 @@ impl ContactEstimator for NearestNeighbour {
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         let demonstrations = &self.demonstrations;
         let (apart, counted) = (&mut self.apart, &mut self.counted);
-        self.follower.step(frame, |path| {
+        self.tracker.step(frame, |path| {
             demonstrations.compare(path, *counted, apart);
             *counted = path.len();
             demonstrations.end_of(path, apart)
@@ -69,8 +68,8 @@ impl ContactEstimator for NearestNeighbour {
 /// What was learnt, apart from what is being followed.
 #[derive(Debug, Clone)]
 struct Demonstrations {
-    /// Displacements from the start, m: at the first time those of all demonstrations, at the next of
-    /// those that still move, the first ones, and so on.
+    /// Displacements from the start, m: at the first time those of all demonstrations, at each next time those
+    /// of the demonstrations that still move, which come first.
     displacements_m: Vec<DVec3>,
     /// Where each time begins in that list, and where the last one ends.
     times: Vec<usize>,
@@ -94,8 +93,8 @@ impl Moment<'_> {
 }
 
 impl Demonstrations {
-    fn of(reaches: &[LabelledReach], empty: &TouchPath) -> Self {
-        let mut all: Vec<(TouchPath, usize, &LabelledReach)> = Vec::new();
+    fn of(reaches: &[LabelledReach], empty: &HandPath) -> Self {
+        let mut all: Vec<(HandPath, usize, &LabelledReach)> = Vec::new();
         for reach in reaches {
             let mut path = empty.clone();
             for frame in &reach.frames {
@@ -116,7 +115,7 @@ impl Demonstrations {
             }));
             times.push(displacements_m.len());
         }
-        let of_path = |p: &TouchPath| p.now_m() - p.start_m();
+        let of_path = |p: &HandPath| p.now_m() - p.start_m();
         Self {
             displacements_m,
             times,
@@ -142,7 +141,7 @@ impl Demonstrations {
     }
 
     /// Adds the last sample to the distances.
-    fn compare(&self, path: &TouchPath, counted: usize, apart: &mut [f64]) {
+    fn compare(&self, path: &HandPath, counted: usize, apart: &mut [f64]) {
         if counted == 0 {
             return;
         }
@@ -155,7 +154,7 @@ impl Demonstrations {
         }
     }
 
-    fn end_of(&self, path: &TouchPath, apart: &[f64]) -> ContactEstimate {
+    fn end_of(&self, path: &HandPath, apart: &[f64]) -> ContactEstimate {
         let (least, most) = NEIGHBOURS;
         let mut nearest = [(f64::INFINITY, 0_usize); NEIGHBOURS.1];
         let k = (self.ends_m.len() as f64).sqrt().round() as usize;
@@ -177,7 +176,7 @@ impl Demonstrations {
         let count = k as f64;
         let mean_m = chosen.iter().map(|&i| left_m(i)).sum::<DVec3>() / count;
         let mean_s = chosen.iter().map(|&i| left_s(i)).sum::<f64>() / count;
-        // Of a new one around the mean of the k.
+        // The spread of a new one about the mean of the k.
         let scale = (1.0 + 1.0 / count) / (count - 1.0).max(1.0);
         let mut covariance = DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M));
         let mut variance_s2 = 0.0;

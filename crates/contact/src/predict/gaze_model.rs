@@ -1,7 +1,8 @@
 //! What a gaze says about the place that is going to be touched.
 
+use super::gaussian::{Gaussian, log_density_2d};
 use crate::error::ContactError;
-use crate::gaussian::{Gaussian, log_density_2d};
+use crate::outer_product::square;
 use glam::DMat3;
 use hwall_hand::{GazeRay, LabelledReach};
 use hwall_numeric::check::{positive, that};
@@ -13,18 +14,18 @@ use hwall_numeric::check::{positive, that};
 /// eye tracker, its calibration), and with a wide one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazeModel {
-    /// Spread while the place to be touched is looked at, in each of two directions, rad. Default
-    /// 0.03 (1.7 degrees): an eye tracker of 1 degree and a person as accurate as that.
+    /// Spread while the person looks at the place to be touched, in each of two directions, rad. Default
+    /// 0.03 (1.7 degrees): an eye tracker of 1 degree and a person who is about as accurate.
     pub on_target_sd_rad: f64,
     /// Share of the time in which the person looks elsewhere, in [0, 1]. Default 0.15.
     pub elsewhere_share: f64,
-    /// Spread then, in each of two directions, rad. Default 0.5: half the room.
+    /// Spread of these looks elsewhere, in each of two directions, rad. Default 0.5: half the room.
     pub elsewhere_sd_rad: f64,
-    /// Share of the looks at the target that have left it again, for the last fixation before the
-    /// present one, in [0, 1]. Default 0.25; it fades over `memory_s`.
+    /// Probability that the fixation before the present one was the look at the target, in [0, 1]. Default
+    /// 0.25; it fades over `memory_s`.
     pub left_share: f64,
-    /// How long a fixation that has ended still counts, s. Default 0.8: eyes leave for the next
-    /// target up to half a second before the hand is there.
+    /// How long a fixation that has ended still counts, s. Default 0.8: the eyes leave for the next
+    /// target up to half a second before the hand arrives.
     pub memory_s: f64,
 }
 
@@ -40,14 +41,14 @@ impl Default for GazeModel {
     }
 }
 
-/// Angles beyond this are not told apart, rad: the two spreads are those of a plane.
+/// Larger angles are clipped to this, rad: the two spreads are those of a plane.
 const WIDEST_RAD: f64 = 1.5;
 
 impl GazeModel {
-    /// Learns both spreads and the share from reaches, by expectation and maximisation over the
-    /// angles of all samples between the first and the contact; the rest stays as in `self`.
+    /// Learns both spreads and the share from reaches, by expectation maximisation over the
+    /// angles of all samples up to the contact; the rest stays as in `self`.
     ///
-    /// Samples follow each other closely, so the number of reaches counts, not that of samples.
+    /// Successive samples are nearly alike, so the number of reaches counts, not that of samples.
     ///
     /// # Errors
     /// Fewer than 20 samples with head and gaze.
@@ -85,7 +86,7 @@ impl GazeModel {
                 off_square += (1.0 - share) * angle * angle;
             }
             let off = angles_rad.len() as f64 - on;
-            // One pseudo-sample of the start keeps an empty half where it was.
+            // One pseudo-sample at the start value keeps a component without samples where it was.
             let pooled = |square: f64, n: f64, start: f64| {
                 ((square + 2.0 * start * start) / (2.0 * n + 2.0)).sqrt()
             };
@@ -98,7 +99,7 @@ impl GazeModel {
         Ok(model)
     }
 
-    pub(crate) fn validate(&self) -> Result<(), ContactError> {
+    pub(super) fn validate(&self) -> Result<(), ContactError> {
         positive("on_target_sd_rad", self.on_target_sd_rad)?;
         positive("elsewhere_sd_rad", self.elsewhere_sd_rad)?;
         positive("memory_s", self.memory_s)?;
@@ -111,20 +112,20 @@ impl GazeModel {
         Ok(())
     }
 
-    /// A leap of the line of sight beyond this is a new fixation, rad.
-    pub(crate) fn saccade_rad(&self) -> f64 {
+    /// A larger leap of the line of sight is a new fixation, rad.
+    pub(super) fn saccade_rad(&self) -> f64 {
         let [least, most] = SACCADE_RAD;
         (SACCADE_SDS * self.on_target_sd_rad).clamp(least, most)
     }
 
-    /// What is believed of the contact point once the gaze is known: at most three Gaussians and
-    /// their weights, which add up to 1, the one without the gaze first.
-    pub(crate) fn weigh(
+    /// The hypotheses about the contact point once the gaze is known: at most three, the one without the
+    /// gaze first; their weights add up to 1.
+    pub(super) fn weigh(
         &self,
         by_motion: &Gaussian,
         memory: &GazeMemory,
         t_s: f64,
-    ) -> [Option<Belief>; 3] {
+    ) -> [Option<Hypothesis>; 3] {
         let (now, before) = memory.fixations(t_s, self.memory_s);
         let astray = by_motion.stretched(ASTRAY_STRETCH);
         let look = |ray| self.look_anyhow([Some(by_motion), astray.as_ref()], ray);
@@ -160,27 +161,27 @@ impl GazeModel {
         let most = log_weights.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let weights = log_weights.map(|w| (w - most).exp());
         let total: f64 = weights.iter().sum();
-        let belief = |weight: f64, gaussian: &Gaussian, sight: Option<GazeRay>| {
-            // What weighs next to nothing is not worth its rays.
-            (weight > NEGLIGIBLE).then(|| Belief {
+        let hypothesis = |weight: f64, gaussian: &Gaussian, sight: Option<GazeRay>| {
+            // A hypothesis that weighs next to nothing is not worth its rays.
+            (weight > NEGLIGIBLE).then(|| Hypothesis {
                 weight: weight / total,
                 gaussian: *gaussian,
                 sight,
             })
         };
         let by_sight = |weight: f64, look: Option<Look>| {
-            look.and_then(|look| belief(weight, &look.gaussian, Some(look.ray)))
+            look.and_then(|look| hypothesis(weight, &look.gaussian, Some(look.ray)))
         };
         let [unseen, on_now, on_previous] = weights;
         [
-            belief(unseen, by_motion, None),
+            hypothesis(unseen, by_motion, None),
             by_sight(on_now, now),
             by_sight(on_previous, previous),
         ]
     }
 
-    /// A look by an estimate that is sometimes astray: errors of estimates have longer tails than a
-    /// Gaussian, and a look far off one is more often the estimate's fault than the eye's.
+    /// A look, given an estimate that is sometimes astray: errors of estimates have longer tails than a
+    /// Gaussian, and a look far away from one is more often the estimate's fault than the eye's.
     fn look_anyhow(&self, by_hand: [Option<&Gaussian>; 2], ray: &GazeRay) -> Option<Look> {
         let [usual, astray] = by_hand.map(|g| self.look(g?, ray));
         let (Some(usual), Some(astray)) = (usual, astray) else {
@@ -210,8 +211,8 @@ impl GazeModel {
     /// The Gaussian along a line of sight, and how well it agrees with the hand.
     fn look(&self, by_hand: &Gaussian, ray: &GazeRay) -> Option<Look> {
         let (origin_m, sight) = (ray.origin_m, ray.direction);
-        let across = DMat3::IDENTITY - crate::estimate::square(sight);
-        // The spread across grows with the distance, which the product itself tells better.
+        let across = DMat3::IDENTITY - square(sight);
+        // The spread across grows with the distance, which the product itself improves.
         let mut gaussian = *by_hand;
         for _ in 0..2 {
             let distance_m = (gaussian.mean_m - origin_m).dot(sight);
@@ -241,23 +242,23 @@ impl GazeModel {
     }
 }
 
-/// Share of the estimates that are astray, and how many times further than their covariance says.
+/// Share of the estimates that are astray, and how many times their standard deviation they then are off.
 const ASTRAY_SHARE: f64 = 0.1;
 const ASTRAY_STRETCH: f64 = 3.0;
 
-/// Share of the weight below which a belief is dropped.
+/// Share of the weight below which a hypothesis is dropped.
 const NEGLIGIBLE: f64 = 0.005;
 
-/// A place nearer to the eyes than this is not looked at in order to touch it, m.
+/// Nobody looks at a place nearer to the eyes than this in order to touch it, m.
 const NEAREST_LOOK_M: f64 = 0.1;
 
 /// One hypothesis about the contact point.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Belief {
-    pub(crate) weight: f64,
-    pub(crate) gaussian: Gaussian,
+pub(super) struct Hypothesis {
+    pub(super) weight: f64,
+    pub(super) gaussian: Gaussian,
     /// The line of sight that it stems from.
-    pub(crate) sight: Option<GazeRay>,
+    pub(super) sight: Option<GazeRay>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -270,7 +271,7 @@ struct Look {
 
 /// The present fixation and the one before it.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct GazeMemory {
+pub(super) struct GazeMemory {
     now: Option<Fixation>,
     before: Option<Fixation>,
 }
@@ -282,16 +283,16 @@ struct Fixation {
     until_s: f64,
 }
 
-/// A leap of the line of sight beyond so many of its spreads about a target is a new fixation ...
+/// A leap of the line of sight by more than this many times its spread about a target is a new fixation ...
 const SACCADE_SDS: f64 = 2.5;
-/// ... but none below the first is told from noise, and every one beyond the second is, rad.
+/// ... but one below the first limit is noise, and one above the second limit never is, rad.
 const SACCADE_RAD: [f64; 2] = [0.07, 0.35];
-/// Shorter fixations are passed over, s: the eye on its way, or noise.
+/// Shorter fixations are ignored, s: the eye is on its way, or it is noise.
 const SHORTEST_S: f64 = 0.08;
 
 impl GazeMemory {
-    /// Takes the next line of sight; `saccade_rad`: a leap beyond it is a new fixation.
-    pub(crate) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>, saccade_rad: f64) {
+    /// Takes the next line of sight; a leap of more than `saccade_rad` is a new fixation.
+    pub(super) fn step(&mut self, t_s: f64, ray: Option<&GazeRay>, saccade_rad: f64) {
         let usable = ray.filter(|r| {
             r.origin_m.is_finite() && r.direction.is_finite() && r.direction.is_normalized()
         });
@@ -320,7 +321,7 @@ impl GazeMemory {
         }
     }
 
-    pub(crate) fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
 
@@ -343,7 +344,7 @@ impl GazeMemory {
     }
 
     /// The present line of sight.
-    pub(crate) fn ray(&self) -> Option<&GazeRay> {
+    pub(super) fn ray(&self) -> Option<&GazeRay> {
         self.now.as_ref().map(|f| &f.ray)
     }
 }

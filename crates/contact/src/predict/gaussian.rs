@@ -1,27 +1,27 @@
 //! A Gaussian in space, and what a plane cuts out of it.
 
-use crate::estimate::square;
+use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// Nothing is known better than this, m: added to every variance, so that inverses exist.
+/// Its square is added to every variance, so that inverses exist, m.
 const FLOOR_M: f64 = 1e-3;
 
-/// Standard deviations beyond this say nothing in a room, m.
+/// Larger standard deviations mean nothing in a room, m.
 const CEILING_M: f64 = 1e2;
 
-/// A normal distribution of a point, with its inverse at hand.
+/// A normal distribution of a point, with the inverse of its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Gaussian {
-    pub(crate) mean_m: DVec3,
-    pub(crate) covariance_m2: DMat3,
+pub(super) struct Gaussian {
+    pub(super) mean_m: DVec3,
+    pub(super) covariance_m2: DMat3,
     precision: DMat3,
     determinant: f64,
 }
 
 impl Gaussian {
-    /// `None` for a mean that is not finite or a matrix that is no covariance.
-    pub(crate) fn new(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
+    /// `None` for a mean that is not finite or a matrix that is not a covariance.
+    pub(super) fn new(mean_m: DVec3, covariance_m2: DMat3) -> Option<Self> {
         let symmetric = (covariance_m2 + covariance_m2.transpose()) * 0.5;
         let floor_m2 = DMat3::from_diagonal(DVec3::splat(FLOOR_M * FLOOR_M));
         Self::checked(mean_m, symmetric + floor_m2)
@@ -42,34 +42,34 @@ impl Gaussian {
     }
 
     /// The same spread in all directions, m.
-    pub(crate) fn ball(mean_m: DVec3, sd_m: f64) -> Option<Self> {
+    pub(super) fn ball(mean_m: DVec3, sd_m: f64) -> Option<Self> {
         Self::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
     }
 
-    pub(crate) fn variance_along_m2(&self, direction: DVec3) -> f64 {
+    pub(super) fn variance_along_m2(&self, direction: DVec3) -> f64 {
         direction.dot(self.covariance_m2 * direction)
     }
 
     /// Root of the mean variance of the three axes, m.
-    pub(crate) fn sd_m(&self) -> f64 {
+    pub(super) fn sd_m(&self) -> f64 {
         let [xx, _, _, _, yy, _, _, _, zz] = self.covariance_m2.to_cols_array();
         ((xx + yy + zz) / 3.0).sqrt()
     }
 
     /// Square of the distance from the mean in standard deviations.
-    pub(crate) fn mahalanobis_squared(&self, point_m: DVec3) -> f64 {
+    pub(super) fn mahalanobis_squared(&self, point_m: DVec3) -> f64 {
         let off = point_m - self.mean_m;
         off.dot(self.precision * off)
     }
 
     /// Covariance across a direction, in the axes `u` and `v`: `[uu, uv, vv]`, m².
-    pub(crate) fn across_m2(&self, u: DVec3, v: DVec3) -> [f64; 3] {
+    pub(super) fn across_m2(&self, u: DVec3, v: DVec3) -> [f64; 3] {
         let cv = self.covariance_m2 * v;
         [self.variance_along_m2(u), u.dot(cv), v.dot(cv)]
     }
 
     /// The part of the Gaussian that lies in the plane through `point_m` with the unit `normal`.
-    pub(crate) fn in_plane(&self, point_m: DVec3, normal: DVec3) -> InPlane {
+    pub(super) fn in_plane(&self, point_m: DVec3, normal: DVec3) -> InPlane {
         let cn = self.covariance_m2 * normal;
         let variance = normal.dot(cn);
         let off = (point_m - self.mean_m).dot(normal);
@@ -83,41 +83,41 @@ impl Gaussian {
         }
     }
 
-    /// With standard deviations that many times as large; `None` where they say nothing any more.
-    pub(crate) fn stretched(&self, factor: f64) -> Option<Self> {
+    /// With standard deviations `factor` times as large; `None` where they mean nothing any more.
+    pub(super) fn stretched(&self, factor: f64) -> Option<Self> {
         Self::checked(self.mean_m, self.covariance_m2 * (factor * factor))
     }
 
-    /// With an independent error of `sd_m` in each axis on top.
-    pub(crate) fn widened(&self, sd_m: f64) -> Option<Self> {
+    /// With an independent error of `sd_m` in each axis added.
+    pub(super) fn widened(&self, sd_m: f64) -> Option<Self> {
         let variance = DMat3::from_diagonal(DVec3::splat(sd_m * sd_m));
         Self::checked(self.mean_m, self.covariance_m2 + variance)
     }
 
     /// Multiplied by a Gaussian of `precision_per_m2` (which may be singular) about `about_m`.
-    pub(crate) fn times(&self, about_m: DVec3, precision_per_m2: DMat3) -> Option<Self> {
+    pub(super) fn times(&self, about_m: DVec3, precision_per_m2: DMat3) -> Option<Self> {
         let covariance_m2 = (self.precision + precision_per_m2).inverse();
         let pull = precision_per_m2 * (about_m - self.mean_m);
         Self::new(self.mean_m + covariance_m2 * pull, covariance_m2)
     }
 }
 
-/// A Gaussian on condition that the point lies in a plane.
+/// A Gaussian, given that the point lies in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct InPlane {
+pub(super) struct InPlane {
     /// Logarithm of the density of the plane's offset, per metre: how much of the Gaussian the
     /// plane holds.
-    pub(crate) log_density: f64,
+    pub(super) log_density: f64,
     /// Square of the distance of the plane from the mean in standard deviations.
     off_squared: f64,
-    pub(crate) mean_m: DVec3,
-    pub(crate) covariance_m2: DMat3,
+    pub(super) mean_m: DVec3,
+    pub(super) covariance_m2: DMat3,
     peak_per_m2: f64,
 }
 
 impl InPlane {
     /// Density at a point of the plane, per square metre; `of` is the Gaussian it was cut from.
-    pub(crate) fn density_per_m2(&self, of: &Gaussian, point_m: DVec3) -> f64 {
+    pub(super) fn density_per_m2(&self, of: &Gaussian, point_m: DVec3) -> f64 {
         let within = (of.mahalanobis_squared(point_m) - self.off_squared).max(0.0);
         self.peak_per_m2 * (-0.5 * within).exp()
     }
@@ -125,7 +125,7 @@ impl InPlane {
 
 /// Logarithm of the density of a normal distribution in two dimensions with the covariance
 /// `[uu, uv, vv]` at `[u, v]` from its mean.
-pub(crate) fn log_density_2d([u, v]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
+pub(super) fn log_density_2d([u, v]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
     let determinant = uu * vv - uv * uv;
     let distance = (vv * u * u - 2.0 * uv * u * v + uu * v * v) / determinant;
     -0.5 * distance - TAU.ln() - 0.5 * determinant.ln()
@@ -134,7 +134,7 @@ pub(crate) fn log_density_2d([u, v]: [f64; 2], [uu, uv, vv]: [f64; 3]) -> f64 {
 /// Points that stand for a standard normal distribution in the plane, all with the same weight:
 /// a spiral by the golden angle through the middles of rings of equal probability, moved and
 /// scaled to mean zero and unit variance. No straight edge runs along a row of them.
-pub(crate) fn spiral(count: usize) -> Vec<[f64; 2]> {
+pub(super) fn spiral(count: usize) -> Vec<[f64; 2]> {
     let golden_rad = TAU / 5_f64.sqrt().midpoint(1.0).powi(2);
     let n = count as f64;
     let mut points: Vec<[f64; 2]> = (0..count)
@@ -216,7 +216,7 @@ mod tests {
                 assert!(mean(&|p| p[axis]).abs() < 1e-12);
                 assert!((mean(&|p| p[axis] * p[axis]) - 1.0).abs() < 1e-12);
             }
-            // Enough for a proposal; the weights make up for it.
+            // Enough for proposals: the weights make up for the rest.
             assert!(mean(&|p| p[0] * p[1]).abs() < 0.4, "{count}");
         }
         assert_eq!(spiral(1), [[0.0, 0.0]]);

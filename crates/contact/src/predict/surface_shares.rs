@@ -1,7 +1,7 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
-use crate::estimate::square;
-use crate::gaussian::{Gaussian, spiral};
+use super::gaussian::{Gaussian, spiral};
+use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
@@ -12,33 +12,51 @@ const SAME_PLANE_M: f64 = 1e-3;
 
 /// A plane of a surface, and what one Gaussian says about a contact there.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Face {
-    pub(crate) surface: SurfaceId,
-    pub(crate) normal: DVec3,
+pub(super) struct Face {
+    pub(super) surface: SurfaceId,
+    pub(super) normal: DVec3,
     /// A point of the face that was met, m.
-    pub(crate) met_m: DVec3,
+    pub(super) met_m: DVec3,
     /// Logarithm of the weight of a contact here; differences between faces count.
     log_mass: f64,
-    /// The weight itself, that of the heaviest face 1; once [`SurfaceShares::compare`] was called.
-    pub(crate) mass: f64,
-    /// Where on the face, m and m².
-    pub(crate) mean_m: DVec3,
-    pub(crate) covariance_m2: DMat3,
+    /// The weight itself, with 1 for the heaviest face; set by [`SurfaceShares::compare`].
+    pub(super) mass: f64,
+    /// Mean and covariance of the contact on the face, m and m².
+    pub(super) mean_m: DVec3,
+    pub(super) covariance_m2: DMat3,
+}
+
+/// Where surfaces are looked for from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Viewpoint {
+    pub(super) origin_m: DVec3,
+    /// Where the hand goes, for a Gaussian about the hand itself.
+    pub(super) heading: Option<DVec3>,
+    /// Surfaces further away than this do not count, m.
+    pub(super) max_distance_m: f64,
+}
+
+/// A face that counts although no ray may meet it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SeenFace {
+    pub(super) hit: Hit,
+    /// The share of it that counts at least.
+    pub(super) share: f64,
 }
 
 /// Divides Gaussians among the faces that straight ways from a point meet first.
 ///
 /// The contact point x has the density N(x; m, C) of the estimate, and every square metre of a
 /// touchable surface that can be reached is as likely to be touched as any other of the same slope:
-/// the weight goes with the sine of the angle at which the way from the hand meets it, for a hand
-/// that grazes a surface seldom means it. What a plane
-/// holds of the Gaussian is known in closed form; rays through regular points of the Gaussian
-/// only say which share of that can be reached: on ray i through the node zᵢ, the plane f lies at
-/// xᵢ and counts wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not something else is met before it,
-/// and the share is Σ wᵢ over the rays that meet f first, by Σ wᵢ over all. So a wall without end
-/// gets its exact weight from however few rays, and an edge costs an error of about half a ray.
+/// the weight is proportional to the sine of the angle at which the way from the hand meets it, because a
+/// hand that grazes a surface seldom means it. What a plane holds of the Gaussian is known in closed form;
+/// rays through regular points of the Gaussian only tell which share of that can be reached. Ray i through
+/// the node zᵢ meets the plane f at xᵢ and has the weight wᵢ = N(xᵢ | f) |dA/dz| / φ(zᵢ), whether or not
+/// it meets something else before; the share is Σ wᵢ over the rays that meet f first, divided by Σ wᵢ over
+/// all. So an infinite wall gets its exact weight from any number of rays, and an edge costs an error of
+/// about half a ray.
 #[derive(Debug, Clone)]
-pub(crate) struct SurfaceShares {
+pub(super) struct SurfaceShares {
     /// The first `few` are spread like all of them.
     nodes: Vec<Node>,
     few: usize,
@@ -68,30 +86,30 @@ impl Node {
 #[derive(Debug, Clone, Copy)]
 struct Ray {
     direction: DVec3,
-    /// Area on a unit sphere about the hand by the density of its node: of all rays, times their number.
+    /// Area on a unit sphere about the hand divided by the density of its node, as if of all rays together.
     solid_angle: f64,
     /// Index of the face met first, if it can be touched.
     met: Option<usize>,
 }
 
-/// So many rays are cast first. They are enough where they all meet one face and stand closer than
-/// what people touch is wide, that is for a Gaussian of at most this sd, m ...
+/// This many rays are cast first. They are enough if all meet one face and are closer together than the
+/// things that people touch are wide, that is for a Gaussian of at most this sd, m ...
 const FEW_RAYS: usize = 7;
 const NARROW_M: f64 = 0.02;
 /// ... and for every hypothesis that weighs less than this.
 const LITTLE: f64 = 0.1;
 
-/// Nothing is ruled out for being grazed: the least sine of the approach that counts.
+/// Least sine of the approach that counts: a grazed surface is not ruled out.
 const LEAST_SLOPE: f64 = 0.05;
 
 /// Faces that weigh less than this beside the heaviest one are left out.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// Faces met that cannot matter are not kept beyond this number.
+/// No more faces than this are kept.
 const MAX_FACES: usize = 96;
 
 impl SurfaceShares {
-    pub(crate) fn new(rays: usize) -> Self {
+    pub(super) fn new(rays: usize) -> Self {
         let rays = rays.max(1);
         let all = spiral(rays);
         let stride = rays.div_ceil(FEW_RAYS);
@@ -109,17 +127,17 @@ impl SurfaceShares {
     }
 
     /// The faces found since the last [`clear`](Self::clear).
-    pub(crate) fn faces(&self) -> &[Face] {
+    pub(super) fn faces(&self) -> &[Face] {
         &self.faces
     }
 
-    pub(crate) fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.faces.clear();
     }
 
-    /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns false
-    /// when none is left.
-    pub(crate) fn compare(&mut self) -> bool {
+    /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns whether
+    /// any is left.
+    pub(super) fn compare(&mut self) -> bool {
         let log_masses = self.faces.iter().map(|f| f.log_mass);
         let most = log_masses.fold(f64::NEG_INFINITY, f64::max);
         // Infinity less infinity is NaN, which is dropped.
@@ -130,35 +148,28 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of `gaussian` and are met first from `origin_m`, nearer
-    /// than `max_distance_m`. `heading`: where the hand goes, for a Gaussian about the hand
-    /// itself. `weight`: of the Gaussian, all adding up to 1. `seen` is a face that counts although no
-    /// ray may meet it, with the share given.
-    pub(crate) fn add(
+    /// Adds the faces that hold a part of `gaussian` and are met first from a viewpoint. `weight`: of the
+    /// Gaussian; all add up to 1.
+    pub(super) fn add(
         &mut self,
         scene: &Scene,
-        (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
+        from: &Viewpoint,
         gaussian: &Gaussian,
         weight: f64,
-        seen: Option<(&Hit, f64)>,
+        seen: Option<SeenFace>,
     ) {
         let first = self.faces.len();
-        self.cast(
-            scene,
-            (origin_m, heading, max_distance_m),
-            gaussian,
-            (first, weight >= LITTLE),
-        );
-        let seen_face = seen.and_then(|(hit, share)| Some((self.face_of(hit, first)?, share)));
+        self.cast(scene, from, gaussian, first, weight >= LITTLE);
+        let seen_index = seen.and_then(|seen| self.face_of(&seen.hit, first));
         for index in first..self.faces.len() {
-            let least =
-                seen_face.map_or(0.0, |(face, share)| if face == index { share } else { 0.0 });
-            self.weigh(index, origin_m, gaussian, weight.ln(), least);
+            let is_seen = seen_index == Some(index);
+            let least = seen.filter(|_| is_seen).map_or(0.0, |seen| seen.share);
+            self.weigh(index, from.origin_m, gaussian, weight.ln(), least);
         }
     }
 
-    /// Adds the face closest to the mean alone, for when no ray meets any.
-    pub(crate) fn add_closest(
+    /// Adds only the face closest to the mean, for when no ray meets any.
+    pub(super) fn add_closest(
         &mut self,
         scene: &Scene,
         origin_m: DVec3,
@@ -187,19 +198,25 @@ impl SurfaceShares {
         });
     }
 
-    /// Casts the rays, few unless it is to be looked at `closely` and those disagree; the faces met are
-    /// appended, each once.
+    /// Casts the rays: all of them if `closely` is set and the first few disagree, else those few. The faces
+    /// met are appended after `first`, each once.
     fn cast(
         &mut self,
         scene: &Scene,
-        (origin_m, heading, max_distance_m): (DVec3, Option<DVec3>, f64),
+        from: &Viewpoint,
         gaussian: &Gaussian,
-        (first, closely): (usize, bool),
+        first: usize,
+        closely: bool,
     ) {
+        let Viewpoint {
+            origin_m,
+            heading,
+            max_distance_m,
+        } = *from;
         self.rays.clear();
         let sd_m = gaussian.sd_m();
         let to_mean = gaussian.mean_m - origin_m;
-        // Near its end the mean is lost in its own noise; then the heading leads.
+        // Near the end the direction of the mean is noise; the heading then leads.
         let lead_m = (2.0 * sd_m - to_mean.length()).max(0.0);
         let aim = to_mean + heading.unwrap_or(DVec3::ZERO) * lead_m;
         let Some(axis) = aim.try_normalize().or(heading) else {
@@ -227,7 +244,7 @@ impl SurfaceShares {
             let length_m = through.length();
             let direction = through / length_m;
             let solid_angle = a * c * area * direction.dot(axis) / (length_m * length_m);
-            // The scene refuses only what is no ray.
+            // The scene refuses only rays that are not finite or have no direction.
             let hit = scene.ray_cast(origin_m, direction).ok().flatten();
             let hit = hit.filter(|hit| {
                 hit.distance_m <= max_distance_m && scene.surface(hit.surface).touchable()
@@ -241,7 +258,7 @@ impl SurfaceShares {
         }
     }
 
-    /// The face of a hit among those from `first` on, a new one where it is new.
+    /// The face of a hit among those from `first` on, which is added if it is new.
     fn face_of(&mut self, hit: &Hit, first: usize) -> Option<usize> {
         let known = self.faces[first..].iter().position(|face| {
             face.surface == hit.surface
@@ -251,7 +268,7 @@ impl SurfaceShares {
         if let Some(known) = known {
             return Some(first + known);
         }
-        // A capacity, so that no step allocates; rays that meet more planes than this meet rubble.
+        // Limited, so that no step allocates; only rubble has more planes than this.
         (self.faces.len() < MAX_FACES).then(|| {
             self.faces.push(Face {
                 surface: hit.surface,
@@ -283,7 +300,7 @@ impl SurfaceShares {
         for ray in &self.rays {
             let slope = ray.direction.dot(face.normal);
             let distance_m = (face.met_m - origin_m).dot(face.normal) / slope;
-            // A ray that runs along the plane or away from it.
+            // The ray runs along the plane or away from it.
             if !(distance_m > 0.0 && distance_m.is_finite()) {
                 continue;
             }
@@ -308,7 +325,7 @@ impl SurfaceShares {
         let slope = approach.dot(face.normal).abs().max(LEAST_SLOPE);
         face.log_mass = log_weight + cut.log_density + share.max(least_share).ln() + slope.ln();
         if blocked && met.weight > 1e-9 {
-            // Few rays say little about the spread: each stands for a piece of the whole.
+            // Few rays say little about the spread, so each stands for a part of the whole.
             face.mean_m = cut.mean_m + met.mean() - all.mean();
             face.covariance_m2 = met.covariance() + cut.covariance_m2 * (1.0 / met.effective());
         } else {
@@ -342,7 +359,7 @@ impl Moments {
         self.second += square(x) * weight;
     }
 
-    /// How many points of one weight would say as much.
+    /// How many points of equal weight would say as much.
     fn effective(&self) -> f64 {
         self.weight * self.weight / self.weight_squared
     }

@@ -1,8 +1,8 @@
 //! The end of a reach by an interaction primitive of the hand.
 
+use super::config::LearnedConfig;
+use super::reach_track::{Inputs, ReachTrack};
 use crate::error::ContactError;
-use crate::learned::LearnedConfig;
-use crate::reach_track::{Inputs, ReachTrack};
 use glam::DVec3;
 use hwall_bip::{
     Basis, Demonstration, EvaluationConfig, Filter, FilterConfig, Group, Model, Observation,
@@ -10,34 +10,34 @@ use hwall_bip::{
 };
 use hwall_hand::LabelledReach;
 
-/// Reaches that the noise is tuned on, spread evenly over all: more change little and take long.
+/// The noise is tuned on this many reaches, spread evenly over all: more change little and take long.
 const TUNED_ON: usize = 60;
-/// Of those, held out one at a time.
+/// Of those, so many are held out one at a time.
 const TUNING_FOLDS: usize = 12;
-/// Factors on the variance of the noise and times for which deviations last, in sampling periods, that
-/// are tried: coarser than the usual search, whose last percent is not worth twice the training time.
+/// Factors on the variance of the noise, and times for which deviations last in sampling periods, that
+/// are tried: coarser than the default search, whose last percent is not worth twice the training time.
 const NOISE_FACTORS: [f64; 6] = [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
 const CORRELATION_TIMES: [f64; 3] = [0.0, 10.0, 40.0];
 /// Demonstrations held out one at a time for the noise of the model.
 const HELD_OUT: usize = 16;
 /// Share of the motion seen when the tuning judges it.
 const TUNED_AT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
-/// Squared Mahalanobis distance a number of recent samples at which a primitive has lost its way. It is
-/// about 1 on its way, hardly ever beyond 3, and 30 to 1000 when lost.
+/// Squared Mahalanobis distance per coordinate of recent samples beyond which a primitive has lost its way.
+/// It is about 1 normally, hardly ever above 3, and 30 to 1000 for a primitive that is lost.
 const LOST: f64 = 10.0;
 const POINT: [usize; 3] = [0, 1, 2];
 
 /// A trained primitive, ready to follow reaches.
 #[derive(Debug, Clone)]
-pub(crate) struct Primitive {
-    pub(crate) model: Model,
+pub(super) struct Primitive {
+    pub(super) model: Model,
     filter: Filter,
-    /// Mean of the contact as labelled relative to the last place of the touching point, m.
-    pub(crate) label_offset_m: DVec3,
+    /// Mean offset of the labelled contact from the last place of the touching point, m.
+    pub(super) label_offset_m: DVec3,
 }
 
 impl Primitive {
-    pub(crate) fn new(model: Model, label_offset_m: DVec3) -> Result<Self, ContactError> {
+    pub(super) fn new(model: Model, label_offset_m: DVec3) -> Result<Self, ContactError> {
         Ok(Self {
             filter: Filter::new(&model, &FilterConfig::default())?,
             model,
@@ -46,8 +46,8 @@ impl Primitive {
     }
 }
 
-/// The hand over a reach, as the filter sees it: the touching point, then the others, so many.
-pub(crate) fn demonstration(
+/// The hand over a reach, as the filter sees it: `count` points, the touching one first.
+pub(super) fn demonstration(
     inputs: &Inputs,
     count: usize,
     reach: &LabelledReach,
@@ -68,7 +68,7 @@ pub(crate) fn demonstration(
 
 /// How the primitive is trained.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Training {
+pub(super) struct Training {
     basis: Basis,
     rank: usize,
     dofs: usize,
@@ -84,8 +84,8 @@ impl Training {
         }
     }
 
-    /// The noise that foresees held-out reaches best.
-    pub(crate) fn tuned(
+    /// With the noise that predicts held-out reaches best.
+    pub(super) fn tuned(
         config: &LearnedConfig,
         points: usize,
         all: &[Demonstration],
@@ -118,7 +118,7 @@ impl Training {
     }
 
     /// A primitive of these reaches and their demonstrations.
-    pub(crate) fn primitive<'a>(
+    pub(super) fn primitive<'a>(
         &self,
         reaches: impl Iterator<Item = (&'a LabelledReach, &'a Demonstration)>,
     ) -> Result<Primitive, ContactError> {
@@ -139,7 +139,7 @@ impl Training {
 
 /// A primitive following one reach.
 #[derive(Debug, Clone)]
-pub(crate) struct Follower {
+pub(super) struct PrimitiveRun {
     fresh: Filter,
     filter: Filter,
     period_s: f64,
@@ -149,8 +149,8 @@ pub(crate) struct Follower {
     last_s: Option<f64>,
 }
 
-impl Follower {
-    pub(crate) fn new(primitive: &Primitive) -> Self {
+impl PrimitiveRun {
+    pub(super) fn new(primitive: &Primitive) -> Self {
         Self {
             fresh: primitive.filter.clone(),
             filter: primitive.filter.clone(),
@@ -162,13 +162,13 @@ impl Follower {
         }
     }
 
-    pub(crate) fn begin(&mut self) {
+    pub(super) fn begin(&mut self) {
         self.filter.clone_from(&self.fresh);
         self.last_s = None;
     }
 
     /// Takes the latest sample of a track.
-    pub(crate) fn step(&mut self, inputs: &Inputs, track: &ReachTrack) -> Result<(), ContactError> {
+    pub(super) fn step(&mut self, inputs: &Inputs, track: &ReachTrack) -> Result<(), ContactError> {
         let Some((t_s, _)) = track.now() else {
             return Ok(());
         };
@@ -183,9 +183,9 @@ impl Follower {
         Ok(())
     }
 
-    /// Where it ends, m; `None` when what was seen lately is far from what the primitive expected: it
-    /// has lost its way, and its end is as good as arbitrary.
-    pub(crate) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
+    /// Where the reach ends, m; `None` when the latest samples are far from what the primitive expected: it
+    /// has lost its way, and its end means nothing.
+    pub(super) fn end(&mut self) -> Result<Option<DVec3>, ContactError> {
         if self.filter.health().recent_distance > LOST {
             return Ok(None);
         }

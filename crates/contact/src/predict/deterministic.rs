@@ -1,8 +1,8 @@
 //! Prediction by one ray, as in the dissertation.
 
+use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;
-use crate::predict::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use glam::DVec3;
 use hwall_hand::{GazeRay, HandState};
 use hwall_numeric::check::positive;
@@ -10,43 +10,58 @@ use hwall_scene::{Scene, SurfaceId};
 
 /// Limits of the deterministic predictor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictorConfig {
-    /// Surfaces further from the hand are not about to be touched, m. Default 1.5: an arm's length
-    /// and a step. Looking at a far wall then does not hide the panel under the hand.
+pub struct DeterministicConfig {
+    /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5: an arm's
+    /// length and a step. Looking at a far wall then does not hide the panel under the hand.
     pub max_distance_m: f64,
-    /// Reach of the last resort, the closest touchable surface, m. Default 0.3.
+    /// How far the closest touchable surface, the last resort, may be from the hand, m. Default 0.3.
     pub nearest_radius_m: f64,
-    /// Slower approach is none, m/s. Default 0.02: the noise of a resting hand.
+    /// A hand that approaches more slowly than this does not approach, m/s. Default 0.02: the noise of a
+    /// resting hand.
     pub min_closing_speed_m_per_s: f64,
-    /// Two distances of the hand, m: beyond the second the point is where the ray that found the
-    /// surface (gaze, or direction of motion) meets it; within the first it is where the hand's
-    /// own motion leads, or the hand's projection if it does not approach; between them a mixture
-    /// in proportion. Default `None`: the projection always, as in the dissertation.
-    pub ray_leads_m: Option<[f64; 2]>,
+    /// Lets the ray that found the surface lead the point while the hand is far. Default `None`: the
+    /// point is always the projection of the hand, as in the dissertation.
+    pub ray_lead: Option<RayLead>,
 }
 
-impl Default for PredictorConfig {
+/// How far from the surface the ray leads the predicted point.
+///
+/// Beyond `far_m` the point is where the ray that found the surface (gaze, or direction of motion) meets
+/// it. Within `near_m` it is where the hand's own motion leads, or the hand's projection if it does not
+/// approach. In between it is a mixture in proportion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayLead {
+    /// Distance of the hand up to which its own motion decides, m.
+    pub near_m: f64,
+    /// Distance of the hand from which the ray decides, m; larger than `near_m`.
+    pub far_m: f64,
+}
+
+impl Default for DeterministicConfig {
     fn default() -> Self {
         Self {
             max_distance_m: 1.5,
             nearest_radius_m: 0.3,
             min_closing_speed_m_per_s: 0.02,
-            ray_leads_m: None,
+            ray_lead: None,
         }
     }
 }
 
-impl PredictorConfig {
-    /// The ray leads while the hand is more than 0.06 m away and has no say below 0.02 m.
+impl DeterministicConfig {
+    /// The ray leads while the hand is more than 0.06 m away, and counts for nothing below 0.02 m.
     ///
     /// A person looks at the place before the hand gets there, so an arm that is slower than the
     /// hand gains the time of the reach. The hand's own way there is curved and becomes the better
-    /// witness only at the very end: with the ray leading until 0.25 m instead, a simulated iiwa
+    /// guide only at the very end: with the ray leading until 0.25 m instead, a simulated iiwa
     /// was in place at half as many touches.
     #[must_use]
     pub fn ray_led() -> Self {
         Self {
-            ray_leads_m: Some([0.02, 0.06]),
+            ray_lead: Some(RayLead {
+                near_m: 0.02,
+                far_m: 0.06,
+            }),
             ..Self::default()
         }
     }
@@ -59,45 +74,45 @@ impl PredictorConfig {
 /// hand's direction of motion finds the surface, else the closest touchable surface is taken;
 /// [`ContactPrediction::source`] says which. By default the point is the projection of the hand in
 /// every case, so a change of source within one surface does not make the board leap;
-/// [`PredictorConfig::ray_led`] trades that for earlier points.
+/// [`DeterministicConfig::ray_led`] trades that for earlier points.
 ///
-/// Known failures, kept as tests: a gaze that meets an object before the meant one predicts the
-/// front object; near a corner the prediction changes wall as soon as the gaze does; a hand that
-/// approaches at a slant touches beside its projection, the less the nearer it is; without a
-/// gaze, a hand that has passed through a wall is taken for one that stands behind it.
+/// Known failures, kept as tests: if the gaze meets another object in front of the one that is meant, the
+/// other one is predicted; near a corner the prediction changes wall as soon as the gaze does; a hand that
+/// approaches at a slant touches beside its projection, the more so the further away it is; without a
+/// gaze, a hand that has passed through a wall seems to stand behind it.
 ///
-/// It names one surface, with probability 1 and no covariance: it does not know how sure it is.
+/// It names one surface, with probability 1 and no covariance: it does not know how certain it is.
 #[derive(Debug, Clone, Default)]
 pub struct DeterministicPredictor {
-    config: PredictorConfig,
-    answer: Option<ContactPrediction>,
+    config: DeterministicConfig,
+    prediction: Option<ContactPrediction>,
 }
 
 impl DeterministicPredictor {
     /// A predictor with these limits.
     ///
     /// # Errors
-    /// A limit that is no positive number.
-    pub fn new(config: PredictorConfig) -> Result<Self, ContactError> {
+    /// A limit that is not positive and finite.
+    pub fn new(config: DeterministicConfig) -> Result<Self, ContactError> {
         positive("max_distance_m", config.max_distance_m)?;
         positive("nearest_radius_m", config.nearest_radius_m)?;
         positive(
             "min_closing_speed_m_per_s",
             config.min_closing_speed_m_per_s,
         )?;
-        if let Some([near, far]) = config.ray_leads_m {
-            positive("ray_leads_m", near)?;
-            positive("ray_leads_m", far - near)?;
+        if let Some(RayLead { near_m, far_m }) = config.ray_lead {
+            positive("near_m", near_m)?;
+            positive("far_m - near_m", far_m - near_m)?;
         }
         Ok(Self {
             config,
-            answer: None,
+            prediction: None,
         })
     }
 
     /// Where a ray meets the scene first, if what it meets first is touchable.
     fn aimed_at(scene: &Scene, origin_m: DVec3, direction: DVec3) -> Option<Aim> {
-        // The scene only refuses rays that are no rays: nothing is aimed at.
+        // The scene refuses only rays that are not finite or have no direction: nothing is aimed at.
         let hit = scene.ray_cast(origin_m, direction).ok().flatten()?;
         let aim = Aim {
             surface: hit.surface,
@@ -122,7 +137,7 @@ impl DeterministicPredictor {
         let behind = gaze.and_then(|gaze| entry(scene, surface, gaze.origin_m, hand_m));
         let (point_m, normal, distance_m) = match behind {
             Some((face_m, normal)) => {
-                // Onto the face through which the hand went: a thick wall has a back, too.
+                // Onto the face through which the hand went: a thick wall also has a back.
                 let foot_m = hand_m - normal * (hand_m - face_m).dot(normal);
                 let point_m = scene.project_on(surface, foot_m).ok()?.point_m;
                 (point_m, normal, (hand_m - point_m).dot(normal).min(0.0))
@@ -141,16 +156,16 @@ impl DeterministicPredictor {
             let closing = hand.velocity_m_per_s.dot(point_m - hand_m) / distance_m;
             (closing >= self.config.min_closing_speed_m_per_s).then(|| distance_m / closing)
         };
-        let (point_m, normal) = match self.config.ray_leads_m {
-            Some([near, far]) if distance_m > 0.0 => {
+        let (point_m, normal) = match self.config.ray_lead {
+            Some(RayLead { near_m, far_m }) if distance_m > 0.0 => {
                 let ahead_m = self
                     .ahead(scene, surface, hand, time_to_contact_s)
                     .unwrap_or(point_m);
-                let share = ((distance_m - near) / (far - near)).clamp(0.0, 1.0);
+                let share = ((distance_m - near_m) / (far_m - near_m)).clamp(0.0, 1.0);
                 let led = scene
                     .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
                     .ok()?;
-                // The normal on the hand's side, whatever side the led point was met from.
+                // The normal on the hand's side, from whichever side the point was met.
                 let facing = if led.normal.dot(normal) < 0.0 {
                     -led.normal
                 } else {
@@ -189,7 +204,7 @@ impl DeterministicPredictor {
     }
 }
 
-/// The direction of motion counts for this long ahead, s; a hand further from contact still turns.
+/// The direction of motion counts this long before contact, s; earlier the hand still turns.
 const AHEAD_S: f64 = 0.4;
 
 /// A surface, and where the ray that found it meets it.
@@ -200,11 +215,11 @@ struct Aim {
 }
 
 impl Predictor for DeterministicPredictor {
-    fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
-        self.answer = seen
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        self.prediction = input
             .hand
-            .and_then(|hand| self.contact(scene, hand, seen.gaze));
-        self.answer.as_slice()
+            .and_then(|hand| self.contact(scene, hand, input.gaze));
+        self.prediction.as_slice()
     }
 }
 

@@ -1,54 +1,62 @@
-//! The minimum-jerk motion nearest to what was seen.
+//! The minimum-jerk motion closest to what was seen.
 
-use crate::baseline::{Durations, Follower, mean_and_sd};
+use super::durations::{Durations, MeanAndSd};
+use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
-use crate::touch_path::TouchPath;
 use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
 
 /// Samples that a fit looks at: more change nothing but the time it takes.
 const MOST_SAMPLES: usize = 16;
-/// How far a real hand strays from a minimum-jerk motion, m: weighs what was seen against what is usual.
+/// How far a real hand strays from a minimum-jerk motion, m; weighs what was seen against what is usual.
 const STRAY_M: f64 = 2e-3;
-/// The start lies around the first sample with this deviation, as a share of the duration: who cuts by
-/// speed misses the first, slow part.
+/// Standard deviation of the start about the first sample, as a share of the duration: a cut by speed
+/// misses the first, slow part.
 const START_SD: f64 = 0.05;
-/// First grid, steps to either side: durations in deviations, starts in theirs.
-const GRID: (i32, i32) = (5, 2);
+/// First grid, steps to either side.
+const GRID_DURATIONS: i32 = 5;
+const GRID_STARTS: i32 = 2;
 /// Spacing of the first grid, deviations.
 const SPACING: f64 = 0.5;
 /// Times that the grid is halved around its best place.
 const HALVINGS: usize = 10;
 
 /// Fits a minimum-jerk motion, `p(t) = a + b (10 τ³ - 15 τ⁴ + 6 τ⁵)` with `τ = (t - start) / duration`,
-/// to the way of the touching point so far, and adds what it has left to where the point is now.
+/// to the path of the touching point so far, and adds what it has left to where the point is now.
 ///
-/// Start and duration are searched on a grid that is halved ten times, `a` and `b` are the least squares
+/// Start and duration are searched on a grid that is halved ten times; `a` and `b` are the least squares
 /// solution for each. A motion that has hardly begun fits almost any duration, so durations and
-/// lengths weigh as often as they are in training, with a normal density.
+/// lengths are weighed by a normal density with their mean and spread in training.
 ///
 /// Source of the motion: [Flash 1985]. Exact on minimum-jerk motions of a trained duration and length.
 #[derive(Debug, Clone)]
 pub struct MinimumJerk {
-    follower: Follower,
+    tracker: PathTracker,
     usual: Usual,
 }
 
-/// Mean and deviation of durations, s, and of lengths, m.
+/// How long training reaches last, s, and how far they go, m.
 #[derive(Debug, Clone, Copy)]
 struct Usual {
-    duration_s: (f64, f64),
-    length_m: (f64, f64),
+    duration_s: Normal,
+    length_m: Normal,
+}
+
+/// Mean and standard deviation.
+#[derive(Debug, Clone, Copy)]
+struct Normal {
+    mean: f64,
+    sd: f64,
 }
 
 impl MinimumJerk {
-    /// Learns which point touches and how long reaches are and last.
+    /// Learns which point touches, and the lengths and durations of reaches.
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
     pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
-        let follower = Follower::train(reaches)?;
+        let tracker = PathTracker::train(reaches)?;
         let lengths: Vec<f64> = reaches
             .iter()
             .filter_map(|r| {
@@ -57,12 +65,15 @@ impl MinimumJerk {
             })
             .collect();
         // A few reaches that happen to be alike do not rule out all others.
-        let wide = |(mean, sd): (f64, Option<f64>)| (mean, sd.unwrap_or(0.0).max(0.1 * mean));
+        let wide = |MeanAndSd { mean, sd }| Normal {
+            mean,
+            sd: sd.unwrap_or(0.0).max(0.1 * mean),
+        };
         Ok(Self {
-            follower,
+            tracker,
             usual: Usual {
                 duration_s: wide(Durations::of(reaches).mean_and_sd_s()),
-                length_m: wide(mean_and_sd(&lengths)),
+                length_m: wide(MeanAndSd::of(&lengths)),
             },
         })
     }
@@ -70,52 +81,52 @@ impl MinimumJerk {
 
 impl ContactEstimator for MinimumJerk {
     fn begin(&mut self) {
-        self.follower.begin();
+        self.tracker.begin();
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         let usual = self.usual;
-        self.follower.step(frame, |path| usual.end_of(path))
+        self.tracker.step(frame, |path| usual.end_of(path))
     }
 }
 
-/// A candidate: its cost, its way left, and when it ends after the first sample.
+/// A candidate: its cost, its way left, m, and when it ends, s after the first sample.
 #[derive(Clone, Copy)]
 struct Fit {
+    /// Deviations of duration and start from the usual ones, in standard deviations.
+    at: [f64; 2],
     cost: f64,
     left_m: DVec3,
     end_s: f64,
 }
 
 impl Usual {
-    fn end_of(&self, path: &TouchPath) -> ContactEstimate {
+    fn end_of(&self, path: &HandPath) -> ContactEstimate {
         let mut seen = PathMoments::of(path);
-        let (mean_s, sd_s) = self.duration_s;
-        // Deviations of duration and start; a motion lasts at least a fifth of the usual time.
-        let mut fit = |(d, s): (f64, f64)| {
-            let duration_s = (mean_s + d * sd_s).max(0.2 * mean_s);
+        let usual = self.duration_s;
+        let mut fit = |d: f64, s: f64| {
+            // A motion lasts at least a fifth of the usual time.
+            let duration_s = (usual.mean + d * usual.sd).max(0.2 * usual.mean);
             let start_s = s * START_SD * duration_s;
-            let mut fit = seen.fit(start_s, duration_s, self.length_m);
-            fit.cost += d * d + s * s;
-            fit
+            seen.fit(start_s, duration_s, self.length_m, [d, s])
         };
-        let mut best = ((0.0, 0.0), fit((0.0, 0.0)));
-        let mut try_at = |at: (f64, f64), best: &mut ((f64, f64), Fit)| {
-            let found = fit(at);
-            if found.cost < best.1.cost {
-                *best = (at, found);
+        let mut best = fit(0.0, 0.0);
+        let mut try_at = |d: f64, s: f64, best: &mut Fit| {
+            let found = fit(d, s);
+            if found.cost < best.cost {
+                *best = found;
             }
         };
-        for i in -GRID.0..=GRID.0 {
-            for j in -GRID.1..=GRID.1 {
-                let at = (SPACING * f64::from(i), 2.0 * SPACING * f64::from(j));
-                try_at(at, &mut best);
+        for i in -GRID_DURATIONS..=GRID_DURATIONS {
+            for j in -GRID_STARTS..=GRID_STARTS {
+                let (d, s) = (SPACING * f64::from(i), 2.0 * SPACING * f64::from(j));
+                try_at(d, s, &mut best);
             }
         }
         let mut step = SPACING;
         for _ in 0..HALVINGS {
             step /= 2.0;
-            let (d, s) = best.0;
+            let [d, s] = best.at;
             for (i, j) in [
                 (-1.0, -1.0),
                 (-1.0, 0.0),
@@ -126,16 +137,16 @@ impl Usual {
                 (1.0, 0.0),
                 (1.0, 1.0),
             ] {
-                try_at((d + i * step, s + 2.0 * j * step), &mut best);
+                try_at(d + i * step, s + 2.0 * j * step, &mut best);
             }
         }
-        let left_s = (best.1.end_s - (path.now_s() - path.times_s()[0])).max(0.0);
+        let left_s = (best.end_s - (path.now_s() - path.times_s()[0])).max(0.0);
         ContactEstimate {
             time_to_contact_s: Some(TimeToContact {
                 mean_s: left_s,
                 sd_s: None,
             }),
-            ..ContactEstimate::of_point(path.now_s(), path.now_m() + best.1.left_m)
+            ..ContactEstimate::of_point(path.now_s(), path.now_m() + best.left_m)
         }
     }
 }
@@ -150,7 +161,7 @@ struct PathMoments {
 }
 
 impl PathMoments {
-    fn of(path: &TouchPath) -> Self {
+    fn of(path: &HandPath) -> Self {
         let n = path.len();
         let count = n.min(MOST_SAMPLES);
         let (mut times_s, mut points_m) = ([0.0; MOST_SAMPLES], [DVec3::ZERO; MOST_SAMPLES]);
@@ -168,7 +179,7 @@ impl PathMoments {
     }
 
     /// `a` and `b` by least squares on all axes at once.
-    fn fit(&mut self, start_s: f64, duration_s: f64, length_m: (f64, f64)) -> Fit {
+    fn fit(&mut self, start_s: f64, duration_s: f64, length_m: Normal, at: [f64; 2]) -> Fit {
         let n = self.count as f64;
         let (points, shares) = (&self.points_m[..self.count], &mut self.shares[..self.count]);
         for (share, t) in shares.iter_mut().zip(&self.times_s) {
@@ -182,16 +193,18 @@ impl PathMoments {
             spread += (s - mean_share).powi(2);
             squares += (*p - mean_m).length_squared();
         }
-        // Nothing has moved yet, by this candidate: it stays where it is.
+        // By this candidate nothing has moved yet: the hand stays where it is.
         let b = if spread > 1e-9 {
             cross / spread
         } else {
             DVec3::ZERO
         };
         let left = (squares - b.dot(cross)).max(0.0);
-        let unusual = (b.length() - length_m.0) / length_m.1.max(1e-6);
+        let unusual = (b.length() - length_m.mean) / length_m.sd.max(1e-6);
+        let [d, s] = at;
         Fit {
-            cost: left / (STRAY_M * STRAY_M) + unusual * unusual,
+            at,
+            cost: left / (STRAY_M * STRAY_M) + unusual * unusual + (d * d + s * s),
             left_m: (1.0 - shares[self.count - 1]) * b,
             end_s: start_s + duration_s,
         }

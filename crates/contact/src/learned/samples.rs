@@ -1,0 +1,99 @@
+//! Labelled reaches as samples to learn from.
+
+use super::config::LearnedConfig;
+use super::reach_track::{Inputs, PROGRESS, ReachTrack};
+use glam::DVec3;
+use hwall_hand::LabelledReach;
+
+/// One sample of a training reach.
+#[derive(Debug, Clone)]
+pub(super) struct TrainingSample {
+    pub(super) fold: usize,
+    /// The weights of all samples of a reach add up to 1.
+    pub(super) weight: f64,
+    pub(super) progress: [f64; PROGRESS],
+    pub(super) features: Vec<f64>,
+    pub(super) start_m: DVec3,
+    pub(super) now_m: DVec3,
+    pub(super) end_m: DVec3,
+    pub(super) left_s: f64,
+    pub(super) normal: Option<DVec3>,
+    /// The end by a primitive that has not learnt from this fold, m.
+    pub(super) primitive_m: Option<DVec3>,
+}
+
+/// Samples of all reaches at even times, without a primitive.
+pub(super) fn of(
+    inputs: &Inputs,
+    reaches: &[LabelledReach],
+    folds: &[usize],
+    config: &LearnedConfig,
+) -> Vec<TrainingSample> {
+    let mut samples = Vec::new();
+    for (reach, fold) in reaches.iter().zip(folds) {
+        let first = samples.len();
+        let mut track = ReachTrack::new(inputs);
+        let mut due = SampleTimes::new(reach, config.samples_per_reach);
+        for (k, frame) in reach.frames.iter().enumerate() {
+            if !track.push(frame) || !due.is_due(k, frame.t_s) {
+                continue;
+            }
+            let (Some((t_s, now_m)), Some((_, start_m))) = (track.now(), track.start()) else {
+                continue;
+            };
+            let mut features = Vec::new();
+            track.features_into(inputs, &mut features);
+            samples.push(TrainingSample {
+                fold: *fold,
+                weight: 1.0,
+                progress: track.progress(),
+                features,
+                start_m,
+                now_m,
+                end_m: reach.contact_m,
+                left_s: reach.contact_s - t_s,
+                normal: reach.normal,
+                primitive_m: None,
+            });
+        }
+        let count = (samples.len() - first) as f64;
+        for s in &mut samples[first..] {
+            s.weight = 1.0 / count;
+        }
+    }
+    samples
+}
+
+/// Which frames of a reach are samples: the first, one whenever another share of the time has passed,
+/// and the last.
+pub(super) struct SampleTimes {
+    start_s: f64,
+    step_s: f64,
+    last: usize,
+    next: f64,
+}
+
+impl SampleTimes {
+    pub(super) fn new(reach: &LabelledReach, count: usize) -> Self {
+        Self {
+            start_s: reach.frames.first().map_or(0.0, |f| f.t_s),
+            step_s: reach.duration_s() / count as f64,
+            last: reach.frames.len() - 1,
+            next: 0.0,
+        }
+    }
+
+    pub(super) fn is_due(&mut self, frame: usize, t_s: f64) -> bool {
+        let due = t_s >= self.start_s + self.next * self.step_s || frame == self.last;
+        if due {
+            let over = (t_s - self.start_s) / self.step_s;
+            // A reach without duration is a single sample.
+            self.next = if over.is_finite() {
+                over.floor() + 1.0
+            } else {
+                f64::INFINITY
+            };
+        }
+        due
+    }
+}

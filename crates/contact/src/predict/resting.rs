@@ -1,0 +1,201 @@
+//! Where the hand is beside the surfaces: in front of them all, through one, or at rest on one.
+
+use glam::DVec3;
+use hwall_hand::{HandState, WatchConfig};
+use hwall_scene::{Hit, Scene, SurfaceId};
+
+/// A place on a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SurfacePlace {
+    pub(super) surface: SurfaceId,
+    pub(super) point_m: DVec3,
+    /// Unit normal there, on the person's side.
+    pub(super) normal: DVec3,
+}
+
+/// The side of the surfaces that the hand came from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FreeSide {
+    /// The place to look for surfaces from, m.
+    pub(super) from_m: DVec3,
+    /// The surface that the hand has gone through.
+    pub(super) behind: Option<Hit>,
+}
+
+/// Follows the hand on the free side of the surfaces, and tells when it rests on one.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RestWatch {
+    /// Last place of the hand on the free side of all surfaces, m.
+    free_m: Option<DVec3>,
+    /// Displacement of the hand over its last decimetre before it came to rest on something, m.
+    approach_m: DVec3,
+    last_s: Option<f64>,
+    place: Option<SurfacePlace>,
+}
+
+/// How far behind a surface a hand is still taken to touch it from the front, m.
+const DEEPEST_M: f64 = 0.25;
+
+/// A hand nearer than this to a surface is on it and not through it, m: rounding.
+const ON_SURFACE_M: f64 = 1e-6;
+
+/// The direction of an approach is taken over this length, m.
+const APPROACH_M: f64 = 0.1;
+
+/// Half a finger, m: tracked points lie inside the hand.
+const HALF_FINGER_M: f64 = 0.008;
+
+/// A hand at rest within this many standard deviations of the registration from a surface is on it.
+const REGISTRATION_SDS: f64 = 2.0;
+
+/// Least cosine that counts for a face along the way: hands slide.
+const LEAST_COS: f64 = 0.05;
+
+/// A resting hand changes to another surface only if that is more probable by this, as a logarithm.
+const KEPT: f64 = 2.0;
+
+impl RestWatch {
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The side of the surfaces that the hand is on, or that it came from when it has gone through one.
+    pub(super) fn free_side(
+        &mut self,
+        scene: &Scene,
+        hand_m: DVec3,
+        eye_m: Option<DVec3>,
+    ) -> FreeSide {
+        let through = |from_m: DVec3| {
+            let way = hand_m - from_m;
+            let hit = scene.ray_cast(from_m, way).ok()??;
+            let before = hit.distance_m < way.length() - ON_SURFACE_M;
+            (before && scene.surface(hit.surface).touchable()).then_some(hit)
+        };
+        let behind = match (self.free_m, eye_m) {
+            (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
+            (None, Some(eye_m)) => through(eye_m).map(|hit| (hit, hit.point_m.lerp(eye_m, 1e-3))),
+            (None, None) => None,
+        };
+        match behind {
+            // A hand that is deeper went round, or the tracker lost it on the way.
+            Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
+                self.free_m = Some(free_m);
+                FreeSide {
+                    from_m: free_m,
+                    behind: Some(hit),
+                }
+            }
+            _ => {
+                self.free_m = Some(hand_m);
+                FreeSide {
+                    from_m: hand_m,
+                    behind: None,
+                }
+            }
+        }
+    }
+
+    /// The place that the hand rests on, if it does: the point of a surface below it. `side` is that of
+    /// [`free_side`](Self::free_side).
+    ///
+    /// A slow hand is on a surface that it has gone through, or that is no further away than half a finger
+    /// plus the error of the registration. Of several it is on the one with the best product of the
+    /// density of its distance and the cosine of the angle at which the hand came. It stays on it
+    /// until it is as fast as at the onset of a reach or further away than that.
+    pub(super) fn rest(
+        &mut self,
+        scene: &Scene,
+        hand: &HandState,
+        side: &FreeSide,
+        registration_sd_m: f64,
+        watch: &WatchConfig,
+    ) -> Option<SurfacePlace> {
+        let step_s = self.last_s.map_or(0.0, |s| (hand.t_s - s).max(0.0));
+        self.last_s = Some(hand.t_s);
+        let before = self.place.take();
+        if before.is_none() {
+            let way_m = self.approach_m + hand.velocity_m_per_s * step_s;
+            self.approach_m = way_m.clamp_length_max(APPROACH_M);
+        }
+        // Noise must not lift a resting hand off.
+        let slow_m_per_s = match before {
+            Some(_) => watch.onset_m_per_s,
+            None => watch.offset_m_per_s,
+        };
+        if hand.velocity_m_per_s.length() > slow_m_per_s {
+            return None;
+        }
+        let hand_m = hand.point_m;
+        let near_m = HALF_FINGER_M + REGISTRATION_SDS * registration_sd_m;
+        let approach = self.approach_m.try_normalize();
+        let ahead = approach.and_then(|way| {
+            let hit = scene.ray_cast(hand_m - way * near_m, way).ok()??;
+            let near = hit.distance_m <= 2.0 * near_m && scene.surface(hit.surface).touchable();
+            near.then(|| SurfacePlace::of(&hit))
+        });
+        let closest = scene.closest_touchable(hand_m, near_m).ok().flatten();
+        let closest = closest.map(|c| SurfacePlace {
+            surface: c.surface,
+            point_m: c.point_m,
+            normal: c.normal,
+        });
+        let through = side.behind.as_ref().map(SurfacePlace::of);
+        let same = before.and_then(|place| {
+            let c = scene.project_on(place.surface, hand_m).ok()?;
+            let point_m = c.point_m;
+            (c.distance_m <= near_m).then_some(SurfacePlace { point_m, ..place })
+        });
+        let log_probability = |place: &SurfacePlace| {
+            // A hand that pressed through is on the surface.
+            let off_m = (hand_m - place.point_m).dot(place.normal).max(0.0);
+            let cos = approach.map_or(1.0, |way| -way.dot(place.normal));
+            let kept = before.is_some_and(|b| b.surface == place.surface);
+            let sd_m = near_m / 3.0;
+            cos.max(LEAST_COS).ln() - 0.5 * (off_m / sd_m).powi(2) + f64::from(kept) * KEPT
+        };
+        let place = [same, through, ahead, closest]
+            .into_iter()
+            .flatten()
+            .map(|place| place.facing(side.from_m))
+            .max_by(|a, b| log_probability(a).total_cmp(&log_probability(b)))?;
+        // Straight below the hand, unless the surface has a hole or ends there.
+        self.place = Some(place.below(scene, hand_m).unwrap_or(place));
+        self.place
+    }
+}
+
+/// A surface is looked for from this far in front of it, m: nothing else is that close.
+const STAND_OFF_M: f64 = 0.01;
+
+impl SurfacePlace {
+    fn of(hit: &Hit) -> Self {
+        Self {
+            surface: hit.surface,
+            point_m: hit.point_m,
+            normal: hit.normal,
+        }
+    }
+
+    /// The same place with its normal towards a point.
+    fn facing(self, towards_m: DVec3) -> Self {
+        let towards = (towards_m - self.point_m).dot(self.normal);
+        Self {
+            normal: if towards < 0.0 {
+                -self.normal
+            } else {
+                self.normal
+            },
+            ..self
+        }
+    }
+
+    /// The place of the same surface that a point is brought to along the normal; `None` where the surface
+    /// has a hole or an end.
+    pub(super) fn below(&self, scene: &Scene, point_m: DVec3) -> Option<Self> {
+        let off_m = (point_m - self.point_m).dot(self.normal).abs();
+        let from_m = point_m + self.normal * (off_m + STAND_OFF_M);
+        let hit = scene.ray_cast(from_m, -self.normal).ok().flatten()?;
+        (hit.surface == self.surface).then(|| Self::of(&hit))
+    }
+}

@@ -1,0 +1,177 @@
+//! Ridge regression with parts of the samples held out.
+
+use hwall_numeric::dense::{Cholesky, Matrix, NotPositiveDefinite};
+
+/// Share of the ridge that the constant gets: next to none, so that it stays free, but enough for equations
+/// of which all samples were taken away.
+const CONSTANT_SHARE: f64 = 1e-9;
+
+/// `XᵀX` and `XᵀY` of some samples; the last feature is the constant.
+#[derive(Debug, Clone)]
+pub(crate) struct NormalEquations {
+    gram: Matrix,
+    moment: Matrix,
+    samples: f64,
+}
+
+impl NormalEquations {
+    /// Of one sample per row; `x` and `y` have as many rows.
+    pub(crate) fn new(x: &Matrix, y: &Matrix) -> Self {
+        Self {
+            gram: x.gram(),
+            moment: x.transpose_times(y),
+            samples: x.rows() as f64,
+        }
+    }
+
+    /// How many samples there are.
+    pub(crate) const fn samples(&self) -> f64 {
+        self.samples
+    }
+
+    /// Mean of the squares of all features except the constant, summed over the samples.
+    pub(crate) fn mean_square(&self) -> f64 {
+        let features = self.gram.rows() - 1;
+        let sum: f64 = (0..features).map(|i| self.gram[(i, i)]).sum();
+        sum / features.max(1) as f64
+    }
+
+    fn add(&mut self, sign: f64, other: &Self) {
+        self.gram.add(sign, &other.gram);
+        self.moment.add(sign, &other.moment);
+        self.samples += sign * other.samples;
+    }
+
+    /// Coefficients, one row per feature and one column per output.
+    fn solved(mut self, ridge: f64) -> Result<Matrix, NotPositiveDefinite> {
+        let last = self.gram.rows() - 1;
+        for i in 0..=last {
+            let share = if i < last { 1.0 } else { CONSTANT_SHARE };
+            self.gram[(i, i)] += share * ridge + f64::MIN_POSITIVE;
+        }
+        Ok(Cholesky::new(&self.gram)?.solve(&self.moment))
+    }
+}
+
+/// Normal equations of samples in parts, each of which can be held out: what the others say of a part is
+/// found by taking the part away from the sum, so all parts cost little more than one fit. Source:
+/// [Allen 1974].
+#[derive(Debug, Clone)]
+pub(crate) struct PartedEquations {
+    parts: Vec<NormalEquations>,
+    all: NormalEquations,
+}
+
+/// Coefficients with and without each part.
+#[derive(Debug, Clone)]
+pub(crate) struct Fits {
+    /// From all samples; one row per feature and one column per output.
+    pub(crate) all: Matrix,
+    /// From all samples but those of each part.
+    pub(crate) without: Vec<Matrix>,
+}
+
+impl PartedEquations {
+    /// `None` of no parts.
+    pub(crate) fn new(parts: Vec<NormalEquations>) -> Option<Self> {
+        let mut all = parts.first()?.clone();
+        for part in &parts[1..] {
+            all.add(1.0, part);
+        }
+        Some(Self { parts, all })
+    }
+
+    /// The equations of all samples.
+    pub(crate) const fn all(&self) -> &NormalEquations {
+        &self.all
+    }
+
+    /// Does one part hold all samples? Nothing is then known of it from the others.
+    pub(crate) fn is_one_part(&self) -> bool {
+        let holds_all = |part: &NormalEquations| part.samples == self.all.samples;
+        self.parts.iter().any(holds_all)
+    }
+
+    /// The fits with a ridge that may depend on the samples fitted. Parts without samples, and the only part
+    /// there is, get the coefficients of all.
+    ///
+    /// # Errors
+    /// Equations that stay singular, as features that are not finite make them.
+    pub(crate) fn fits(
+        &self,
+        ridge: impl Fn(&NormalEquations) -> f64,
+    ) -> Result<Fits, NotPositiveDefinite> {
+        let all = self.all.clone().solved(ridge(&self.all))?;
+        let without = self.parts.iter().map(|part| {
+            if part.samples == 0.0 || self.parts.len() == 1 {
+                return Ok(all.clone());
+            }
+            let mut others = self.all.clone();
+            others.add(-1.0, part);
+            let ridge = ridge(&others);
+            others.solved(ridge)
+        });
+        Ok(Fits {
+            without: without.collect::<Result<_, _>>()?,
+            all,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two features and the constant; two outputs that are linear in them, up to some waves.
+    fn equations(rows: std::ops::Range<usize>) -> NormalEquations {
+        let x = |i: usize, j: usize| match j {
+            0 => (0.7 * i as f64).sin(),
+            1 => (1.3 * i as f64).cos(),
+            _ => 1.0,
+        };
+        let y = |i: usize, k: usize| {
+            let wave = 0.01 * (5.0 * i as f64).sin();
+            [2.0 * x(i, 0) - x(i, 1) + 0.5 + wave, x(i, 1) - 3.0 - wave][k]
+        };
+        let (first, n) = (rows.start, rows.len());
+        NormalEquations::new(
+            &Matrix::from_fn(n, 3, |i, j| x(first + i, j)),
+            &Matrix::from_fn(n, 2, |i, k| y(first + i, k)),
+        )
+    }
+
+    #[test]
+    fn holding_out_is_the_fit_of_the_others() {
+        let parts = PartedEquations::new(vec![equations(0..30), equations(30..50)]);
+        let fits = parts.expect("two parts").fits(|e| 1e-3 * e.samples());
+        let fits = fits.expect("regular");
+        let alone = |rows| {
+            let one = PartedEquations::new(vec![equations(rows)]).expect("a part");
+            one.fits(|e| 1e-3 * e.samples()).expect("regular").all
+        };
+        for (fit, expected) in [
+            (&fits.without[0], alone(30..50)),
+            (&fits.without[1], alone(0..30)),
+            (&fits.all, alone(0..50)),
+        ] {
+            for (a, b) in fit.entries().iter().zip(expected.entries()) {
+                assert!((a - b).abs() < 1e-12, "{a} {b}");
+            }
+        }
+        // The planted coefficients, but for the waves and the ridge.
+        assert!((fits.all[(0, 0)] - 2.0).abs() < 0.02 && (fits.all[(2, 1)] + 3.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_part_with_everything_leaves_nothing_and_nan_is_singular() {
+        let parts = PartedEquations::new(vec![equations(0..9), equations(9..9)]).expect("parts");
+        assert!(parts.is_one_part());
+        let fits = parts.fits(|_| 0.1).expect("regular");
+        assert!(fits.without[0].entries().iter().all(|c| c.abs() < 1e-9));
+        assert_eq!(fits.without[1], fits.all);
+        let x = Matrix::from_fn(3, 2, |_, _| f64::NAN);
+        let nan = NormalEquations::new(&x, &Matrix::zeros(3, 1));
+        let parts = PartedEquations::new(vec![nan]).expect("a part");
+        assert!(parts.fits(|_| 1.0).is_err());
+    }
+}
