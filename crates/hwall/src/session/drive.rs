@@ -17,7 +17,9 @@ pub trait Surroundings<R: Arm> {
     fn next_cycle(&mut self, arm: &mut R) -> Result<Option<f64>, R::Error>;
 
     /// The next frame of the tracker that has come in by now and was not given yet.
-    fn next_frame(&mut self, now_s: f64) -> Option<HandFrame>;
+    fn next_frame(&mut self, _now_s: f64) -> Option<HandFrame> {
+        None
+    }
 
     /// The place of the virtual world, if it has changed by now; a world that stands still needs none.
     fn next_world(&mut self, _now_s: f64) -> Option<WorldPose> {
@@ -33,10 +35,10 @@ pub trait Surroundings<R: Arm> {
 /// Something that answers the state of an arm with a command, once a cycle.
 pub trait Controller {
     /// A frame of the tracker came in.
-    fn frame(&mut self, frame: &HandFrame);
+    fn frame(&mut self, _frame: &HandFrame) {}
 
     /// The virtual world moved.
-    fn world(&mut self, pose: &WorldPose);
+    fn world(&mut self, _pose: &WorldPose) {}
 
     /// The command for the coming cycle; times on the clock of the arm, s.
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;

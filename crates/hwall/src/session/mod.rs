@@ -7,6 +7,7 @@ mod event;
 mod guidance;
 mod handover;
 mod perception;
+mod target_control;
 mod world;
 
 pub use config::{GazeConfig, SessionConfig};
@@ -14,6 +15,7 @@ pub use control::{Control, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
+pub use target_control::TargetControl;
 pub use world::WorldPose;
 
 use crate::error::SessionError;

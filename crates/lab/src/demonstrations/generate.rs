@@ -6,11 +6,12 @@
 use crate::demonstrations::targets::{Panel, Places, Targets};
 use anyhow::{Context, ensure};
 use glam::DVec3;
+use hwall::{Controller, Surroundings, TargetControl, drive};
 use hwall_hand::{HandPoint, LabelledReach, Recording, Sample};
-use hwall_haptics::{Arm, Board, BoardTarget, Renderer, RendererConfig};
+use hwall_haptics::{ArmCommand, ArmState, Board, BoardTarget, RendererConfig};
 use hwall_kinematics::{JointPositions, Pose, SrsArm};
 use hwall_sim::{
-    Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, TouchPlan,
+    Gesture, HandContact, PersonConfig, Population, ServoArm, ServoConfig, SimError, TouchPlan,
     TouchSequence, TouchTruth,
 };
 use hwall_stage::arms::START_DEG;
@@ -327,49 +328,107 @@ fn arm_states(
     samples: RangeInclusive<usize>,
 ) -> anyhow::Result<Vec<ArmAtSample>> {
     let (first, last) = samples.into_inner();
-    let mut renderer = Renderer::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
+    let control = TargetControl::new(&SrsArm::iiwa7(), board, RendererConfig::default())?;
     let servo = ServoConfig {
         seed: config.seed,
         ..ServoConfig::default()
     };
     let start = JointPositions::from_deg(START_DEG);
-    let mut servo = ServoArm::new(renderer.arm().clone(), start, servo)?;
-    let finger = HandContact {
-        half_extent_m: board.half_width_m,
-        ..HandContact::default()
-    };
+    let mut servo = ServoArm::new(control.renderer().arm().clone(), start, servo)?;
     // A whole number of control steps a sample keeps the two clocks together.
     let per_sample = (config.tracker_s / CONTROL_S).ceil() as usize;
-    let step_s = config.tracker_s / per_sample as f64;
     let from = first.min((touch.look_s / config.tracker_s) as usize);
-    let mut states = Vec::with_capacity(last + 1 - first);
-    for step in 0..=(last - from) * per_sample {
-        let elapsed_s = step as f64 * step_s;
-        let t_s = from as f64 * config.tracker_s + elapsed_s;
-        if step.is_multiple_of(per_sample) && from + step / per_sample >= first {
-            states.push(ArmAtSample {
-                joints: servo.q(),
-                base_from_board: servo.pose(),
-            });
-        }
-        let target = known_target(touch, t_s - reaction_s).map(|plan| BoardTarget {
+    let from_s = from as f64 * config.tracker_s;
+    let mut guided = GuidedArm {
+        control,
+        touch: *touch,
+        told_s: from_s - reaction_s,
+    };
+    let mut person = PressingPerson {
+        sequence,
+        finger: HandContact {
+            half_extent_m: board.half_width_m,
+            ..HandContact::default()
+        },
+        from_s,
+        step_s: config.tracker_s / per_sample as f64,
+        next_step: 0,
+        steps: (last - from) * per_sample + 1,
+        kept: Vec::with_capacity(last + 1 - first),
+        is_kept: |step: usize| step.is_multiple_of(per_sample) && from + step / per_sample >= first,
+    };
+    drive(
+        &mut guided,
+        &mut servo,
+        &mut person,
+        |_, servo, person, cycle| person.press(servo, cycle.t_s),
+    )?;
+    Ok(person.kept)
+}
+
+/// The controller of an arm that is told where the person will touch.
+struct GuidedArm {
+    control: TargetControl,
+    touch: TouchTruth,
+    /// The person's time that the arm knows of at its own zero, s.
+    told_s: f64,
+}
+
+impl Controller for GuidedArm {
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        let known = known_target(&self.touch, self.told_s + now_s);
+        self.control.target = known.map(|plan| BoardTarget {
             point_m: plan.target_m,
             normal: plan.normal,
-            stamp_s: elapsed_s,
+            stamp_s: now_s,
             roll_rad: None,
         });
-        let rendered = renderer.step(elapsed_s, &servo.state()?, target.as_ref());
-        servo.command(rendered.command)?;
-        servo.advance(step_s)?;
-        let (tip_m, velocity) = (
-            sequence.true_index_tip(t_s),
-            sequence.true_index_velocity_m_per_s(t_s),
-        );
-        let relative = velocity - servo.twist().linear_m_per_s;
-        let wrench = finger.wrench(&servo.pose(), tip_m, relative)?;
-        servo.apply_wrench(wrench.unwrap_or_default())?;
+        self.control.step(now_s, state)
     }
-    Ok(states)
+}
+
+/// Time around the arm, and the person who presses its board.
+struct PressingPerson<'a, K> {
+    sequence: &'a TouchSequence,
+    finger: HandContact,
+    /// The person's time at the arm's zero, s.
+    from_s: f64,
+    step_s: f64,
+    next_step: usize,
+    steps: usize,
+    /// The arm at the steps to be kept.
+    kept: Vec<ArmAtSample>,
+    is_kept: K,
+}
+
+impl<K: Fn(usize) -> bool> Surroundings<ServoArm> for PressingPerson<'_, K> {
+    fn next_cycle(&mut self, arm: &mut ServoArm) -> Result<Option<f64>, SimError> {
+        let step = self.next_step;
+        if step == self.steps {
+            return Ok(None);
+        }
+        self.next_step += 1;
+        if (self.is_kept)(step) {
+            self.kept.push(ArmAtSample {
+                joints: arm.q(),
+                base_from_board: arm.pose(),
+            });
+        }
+        Ok(Some(step as f64 * self.step_s))
+    }
+}
+
+impl<K> PressingPerson<'_, K> {
+    /// Moves the arm on by a step and lets the fingertip press the board.
+    fn press(&self, servo: &mut ServoArm, now_s: f64) -> Result<(), SimError> {
+        servo.advance(self.step_s)?;
+        let t_s = self.from_s + now_s;
+        let tip_m = self.sequence.true_index_tip(t_s);
+        let velocity = self.sequence.true_index_velocity_m_per_s(t_s);
+        let relative = velocity - servo.twist().linear_m_per_s;
+        let wrench = self.finger.wrench(&servo.pose(), tip_m, relative)?;
+        servo.apply_wrench(wrench.unwrap_or_default())
+    }
 }
 
 /// What the person reaches for at a time; `None` before the first look.

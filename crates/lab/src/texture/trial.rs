@@ -2,14 +2,15 @@
 
 use anyhow::Context;
 use glam::{DVec2, DVec3};
+use hwall::{Controller, Surroundings, TargetControl, drive};
 use hwall_haptics::{
-    Arm, Board, BoardTarget, Follower, FollowerConfig, Phase, Renderer, RendererConfig, Slide,
-    surface_axes,
+    ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig, Phase, RendererConfig,
+    Slide, surface_axes,
 };
 use hwall_kinematics::{JointPositions, SrsArm, Wrench};
-use hwall_sim::{ServoArm, ServoConfig};
+use hwall_sim::{ServoArm, ServoConfig, SimError};
 use hwall_testkit::{ErrorStats, MarkdownTable, Sampler};
-use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextureMotion};
+use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextonError, TextureMotion};
 
 /// Control period, s.
 const DT_S: f64 = 1e-3;
@@ -123,12 +124,9 @@ pub fn run(
     servo: ServoConfig,
     duration_s: f64,
 ) -> anyhow::Result<Option<Outcome>> {
-    let mut renderer = Renderer::new(
-        &SrsArm::iiwa7(),
-        &Board::default(),
-        RendererConfig::default(),
-    )?;
-    let arm = renderer.arm().clone();
+    let board = Board::default();
+    let control = TargetControl::new(&SrsArm::iiwa7(), &board, RendererConfig::default())?;
+    let arm = control.renderer().arm().clone();
     let axes = surface_axes(trial.normal)?;
     let lift = |p: DVec2| axes[0] * p.x + axes[1] * p.y;
     let mut motion = TextureMotion::new(limits)?;
@@ -162,9 +160,22 @@ pub fn run(
         return Ok(None);
     }
     let mut servo = ServoArm::new(arm, goal, servo)?;
-    let finger_velocity = DVec2::from_angle(trial.scan_rad) * trial.finger_m_per_s;
-    let wanted = -scan * trial.level.speed_mm_per_s * 1e-3;
     let rest = servo.pose();
+    let mut pressed = PressedBoard {
+        control,
+        motion,
+        level: trial.level,
+        axes,
+        target: target(DVec2::ZERO, roll_rad, 0.0),
+        finger_m_per_s: DVec2::from_angle(trial.scan_rad) * trial.finger_m_per_s,
+        felt_s: None,
+        fault: None,
+    };
+    let mut finger = PressingFinger {
+        normal: trial.normal,
+        end_s: PRESS_S + 1.0,
+    };
+    let wanted = -scan * trial.level.speed_mm_per_s * 1e-3;
     let mut outcome = Outcome {
         wanted_m_per_s: wanted.length(),
         able_m_per_s2: able_m_per_s2.unwrap_or(0.0),
@@ -174,47 +185,96 @@ pub fn run(
         turned_rad: 0.0,
         slid_s: 0.0,
     };
-    let mut felt_s: Option<f64> = None;
-    let (mut t_s, mut end_s) = (0.0, PRESS_S + 1.0);
-    while t_s < end_s {
+    drive(
+        &mut pressed,
+        &mut servo,
+        &mut finger,
+        |pressed, servo, finger, _| {
+            if let Some(felt_s) = pressed.felt_s {
+                if outcome.felt_s.is_nan() {
+                    outcome.felt_s = felt_s - PRESS_S;
+                    finger.end_s = felt_s + duration_s;
+                }
+                let off = servo.twist().linear_m_per_s - wanted;
+                outcome.error.push(off.length() / wanted.length());
+                let sliding = pressed.control.last_step().is_some_and(|s| s.sliding);
+                outcome.slid_s += if sliding { DT_S } else { 0.0 };
+            }
+            servo.advance(DT_S)?;
+            let moved = servo.pose().position_m() - rest.position_m();
+            let drift_m = moved.dot(trial.normal.normalize()).abs();
+            outcome.drift_m = outcome.drift_m.max(drift_m);
+            let turned = servo.pose().distance(&rest);
+            outcome.turned_rad = outcome.turned_rad.max(turned.angle_rad);
+            Ok(())
+        },
+    )?;
+    match pressed.fault {
+        Some(fault) => Err(fault.into()),
+        None => Ok(Some(outcome)),
+    }
+}
+
+/// The controller of a trial: a board that waits in place, and slides against the scan once it is touched.
+struct PressedBoard {
+    control: TargetControl,
+    motion: TextureMotion,
+    level: Level,
+    axes: [DVec3; 2],
+    target: BoardTarget,
+    /// The finger's own velocity in the plane.
+    finger_m_per_s: DVec2,
+    felt_s: Option<f64>,
+    /// What the motion refused; the board then stands still.
+    fault: Option<TextonError>,
+}
+
+impl Controller for PressedBoard {
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        let finger = self.felt_s.map(|felt_s| FingerState {
+            point_m: self.finger_m_per_s * (now_s - felt_s),
+            velocity_m_per_s: self.finger_m_per_s,
+        });
+        let lift = |p: DVec2| self.axes[0] * p.x + self.axes[1] * p.y;
+        self.control.slide = match self.motion.step(now_s, finger, &self.level) {
+            Ok(step) => Some(Slide {
+                velocity_m_per_s: lift(step.velocity_m_per_s),
+                turn_rad_per_s: step.roll_rad_per_s,
+            }),
+            Err(fault) => {
+                self.fault = Some(fault);
+                None
+            }
+        };
+        self.control.target = Some(BoardTarget {
+            stamp_s: now_s,
+            ..self.target
+        });
+        let command = self.control.step(now_s, state);
+        let step = self.control.last_step();
+        if step.is_some_and(|step| matches!(step.phase, Phase::Contact { .. })) {
+            self.felt_s = self.felt_s.or(Some(now_s));
+        }
+        command
+    }
+}
+
+/// Time around the arm, and the finger that presses.
+struct PressingFinger {
+    normal: DVec3,
+    end_s: f64,
+}
+
+impl Surroundings<ServoArm> for PressingFinger {
+    fn next_cycle(&mut self, arm: &mut ServoArm) -> Result<Option<f64>, SimError> {
+        let t_s = arm.t_s();
         let press_n = PRESS_N * ((t_s - PRESS_S) / RISE_S).clamp(0.0, 1.0);
-        servo.apply_wrench(Wrench {
-            force_n: -trial.normal * press_n,
+        arm.apply_wrench(Wrench {
+            force_n: -self.normal * press_n,
             ..Wrench::default()
         })?;
-        let finger = felt_s.map(|felt_s| FingerState {
-            point_m: finger_velocity * (t_s - felt_s),
-            velocity_m_per_s: finger_velocity,
-        });
-        let step = motion.step(t_s, finger, &trial.level)?;
-        let slide = Slide {
-            velocity_m_per_s: lift(step.velocity_m_per_s),
-            turn_rad_per_s: step.roll_rad_per_s,
-        };
-        let aim = target(DVec2::ZERO, roll_rad, t_s);
-        let rendered = renderer.step_sliding(t_s, &servo.state()?, Some(&aim), Some(&slide));
-        if felt_s.is_none() && matches!(rendered.phase, Phase::Contact { .. }) {
-            felt_s = Some(t_s);
-            outcome.felt_s = t_s - PRESS_S;
-            end_s = t_s + duration_s;
-        }
-        if felt_s.is_some() {
-            let off = servo.twist().linear_m_per_s - wanted;
-            outcome.error.push(off.length() / wanted.length());
-            outcome.slid_s += if rendered.sliding { DT_S } else { 0.0 };
-        }
-        servo.command(rendered.command)?;
-        servo.advance(DT_S)?;
-        let moved = servo.pose().position_m() - rest.position_m();
-        outcome.drift_m = outcome
-            .drift_m
-            .max(moved.dot(trial.normal.normalize()).abs());
-        outcome.turned_rad = outcome
-            .turned_rad
-            .max(servo.pose().distance(&rest).angle_rad);
-        t_s = servo.t_s();
+        Ok((t_s < self.end_s).then_some(t_s))
     }
-    Ok(Some(outcome))
 }
 
 /// Random trials that the arm can hold: how long after the press the touch was felt, and relative errors of the

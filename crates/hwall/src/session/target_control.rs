@@ -1,0 +1,60 @@
+//! A board that is told where to go.
+
+use super::drive::Controller;
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, HapticsError, RenderStep, Renderer, RendererConfig,
+    Slide,
+};
+use hwall_kinematics::ArmKinematics;
+
+/// A controller that knows its target: for a teacher's arm, a calibration, an experiment with the arm alone. What a
+/// [`Session`](crate::Session) does, without hand and prediction; runs in the same loop, [`drive`](crate::drive).
+pub struct TargetControl {
+    renderer: Renderer,
+    step: Option<RenderStep>,
+    /// Where the board shall go, with its stamp on the arm's clock; `None`: the arm holds.
+    pub target: Option<BoardTarget>,
+    /// How the board moves within its plane while it is touched; `None`: it stands still.
+    pub slide: Option<Slide>,
+}
+
+impl TargetControl {
+    /// For an arm (its tool is replaced by the board's face).
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(
+        arm: &dyn ArmKinematics,
+        board: &Board,
+        config: RendererConfig,
+    ) -> Result<Self, HapticsError> {
+        Ok(Self {
+            renderer: Renderer::new(arm, board, config)?,
+            step: None,
+            target: None,
+            slide: None,
+        })
+    }
+
+    /// The last step in full; `None` before the first.
+    #[must_use]
+    pub const fn last_step(&self) -> Option<&RenderStep> {
+        self.step.as_ref()
+    }
+
+    /// What turns targets and states into commands; its arm has the face of the board as its tool.
+    #[must_use]
+    pub const fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+}
+
+impl Controller for TargetControl {
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        let step =
+            self.renderer
+                .step_sliding(now_s, state, self.target.as_ref(), self.slide.as_ref());
+        self.step = Some(step);
+        step.command
+    }
+}
