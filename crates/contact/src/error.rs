@@ -15,16 +15,6 @@ pub enum ContactError {
     /// A labelled reach cannot be learnt from, or a setting of a filter is out of range.
     #[error(transparent)]
     Hand(#[from] HandError),
-    /// A file cannot be read or written.
-    #[error("{path}: {message}")]
-    Io {
-        /// The file, or `(stream)`.
-        path: String,
-        /// Which kind of failure it is.
-        kind: std::io::ErrorKind,
-        /// The message of the operating system.
-        message: String,
-    },
     /// There are too few reaches to learn from.
     #[error("{got} reaches, at least {needed} are needed")]
     TooFewReaches {
@@ -42,57 +32,12 @@ pub enum ContactError {
     /// The interaction primitive cannot be trained, read or run.
     #[error(transparent)]
     Primitive(#[from] hwall_bip::BipError),
-    /// The file is not a model file of this crate.
-    #[error("the file is of the format {found:?}, not {expected:?}")]
-    FileFormat {
-        /// The format read here.
-        expected: &'static str,
-        /// The format the file names.
-        found: String,
-    },
-    /// The file has a newer version.
-    #[error("the file has version {found}, the newest that can be read is {newest}")]
-    FileVersion {
-        /// Newest version read here.
-        newest: u64,
-        /// Version of the file.
-        found: u64,
-    },
-    /// The file ends in the middle.
-    #[error("the file ends too early, at line {line}, column {column}")]
-    FileTruncated {
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-    },
-    /// The file is not JSON.
-    #[error("not JSON at line {line}, column {column}")]
-    FileSyntax {
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-    },
-    /// A field is missing, unknown or of another type.
-    #[error("not a model at line {line}, column {column}: {problem}")]
-    FileContents {
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The field and what is wrong with it, in the words of the JSON reader.
-        problem: String,
-    },
-    /// The contents are not those that were written.
-    #[error("the file was changed: its digest is {computed}, it says {stored}")]
-    FileDigest {
-        /// Digest in the file.
-        stored: String,
-        /// Digest of its contents.
-        computed: String,
-    },
-    /// A list has another length than the rest of the file requires.
+    /// A model file cannot be read or written.
+    #[cfg(feature = "serde")]
+    #[error(transparent)]
+    File(#[from] hwall_bip::model_file::ModelFileError),
+    /// A list has another length than the rest of the model file requires.
+    #[cfg(feature = "serde")]
     #[error("{what} has {got} entries, it must have {expected}")]
     FileLength {
         /// Name of the list.

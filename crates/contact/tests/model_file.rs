@@ -4,6 +4,7 @@
 #[path = "../benches/reaches/mod.rs"]
 mod reaches;
 
+use hwall_contact::hwall_bip::model_file::ModelFileError;
 use hwall_contact::{
     Combination, ContactError, ContactEstimate, ContactEstimator, LearnedConfig, LearnedModel,
 };
@@ -138,28 +139,29 @@ fn error(text: &str) -> ContactError {
 #[test]
 fn each_damage_has_its_error() {
     use ContactError as E;
-    assert!(matches!(error(""), E::FileTruncated { .. }));
-    assert!(matches!(error("model"), E::FileSyntax { .. }));
-    assert!(matches!(error("{}"), E::FileContents { .. }));
+    use ModelFileError as F;
+    assert!(matches!(error(""), E::File(F::Truncated { .. })));
+    assert!(matches!(error("model"), E::File(F::Syntax { .. })));
+    assert!(matches!(error("{}"), E::File(F::Contents { .. })));
     let twice = format!("{0}{0}", *SMALL);
-    assert!(matches!(error(&twice), E::FileSyntax { .. }));
+    assert!(matches!(error(&twice), E::File(F::Syntax { .. })));
     let expected = "hwall-contact learned model";
     assert_eq!(
         error(r#"{"format": "hwall-bip model", "version": 1}"#),
-        E::FileFormat {
+        E::File(F::Format {
             expected,
             found: "hwall-bip model".to_owned()
-        }
+        })
     );
     // A newer version may look different in every other way.
     assert_eq!(
         error(&format!(
             r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
         )),
-        E::FileVersion {
+        E::File(F::Version {
             newest: 1,
             found: 9
-        }
+        })
     );
     for (path, value) in [
         (&["errors", "regions"][..], Value::Array(Vec::new())),
@@ -201,7 +203,10 @@ fn each_damage_has_its_error() {
         (&["digest"], "0".into()),
     ] {
         let error = error(&with(path, value));
-        let named = matches!(error, E::FileDigest { .. } | E::FileContents { .. });
+        let named = matches!(
+            error,
+            E::File(F::Digest { .. }) | E::File(F::Contents { .. })
+        );
         assert!(named, "{path:?}: {error}");
     }
     for (path, value) in [
@@ -211,7 +216,10 @@ fn each_damage_has_its_error() {
         (&["more"], 1.into()),
     ] {
         let error = error(&with(path, value));
-        assert!(matches!(error, E::FileContents { .. }), "{path:?}: {error}");
+        assert!(
+            matches!(error, E::File(F::Contents { .. })),
+            "{path:?}: {error}"
+        );
     }
 }
 
@@ -223,7 +231,7 @@ fn readers_and_writers_that_fail_are_reported() {
             Err(std::io::ErrorKind::ConnectionReset.into())
         }
     }
-    let io = |e| matches!(e, ContactError::Io { .. });
+    let io = |e| matches!(e, ContactError::File(ModelFileError::Io { .. }));
     assert!(io(LearnedModel::read_json(Broken).expect_err("broken")));
     assert!(io(
         LearnedModel::read_json(&[0xff, 0xfe][..]).expect_err("no UTF-8")

@@ -112,7 +112,7 @@ impl LearnedEstimator {
         learnt.ridge.predict(&mut self.features, &self.gates, out);
         let regression_m = now_m + DVec3::from_slice(&out[..3]);
         let errors = learnt.errors.at(&self.gates);
-        let (point_m, covariance_m2) = learnt.errors.estimate(
+        let combined = learnt.errors.estimate(
             &errors,
             learnt.combination,
             start_m,
@@ -122,8 +122,8 @@ impl LearnedEstimator {
         let normal = (out.len() == OUTPUTS).then(|| DVec3::from_slice(&out[4..7]));
         let estimate = ContactEstimate {
             t_s,
-            point_m,
-            covariance_m2: Some(covariance_m2),
+            point_m: combined.point_m,
+            covariance_m2: Some(combined.moments_m2),
             normal: normal.and_then(DVec3::try_normalize),
             time_to_contact_s: Some(TimeToContact {
                 mean_s: out[3].max(0.0),

@@ -74,7 +74,7 @@ impl HeldOut {
         Errors::at(&self.regions, gates)
     }
 
-    /// The combination in the frame of the samples: point, m, and covariance, m².
+    /// The combination in the frame of the samples, with a covariance that is calibrated.
     pub(super) fn estimate(
         &self,
         errors: &Errors,
@@ -82,12 +82,26 @@ impl HeldOut {
         start_m: DVec3,
         regression_m: DVec3,
         primitive_m: Option<DVec3>,
-    ) -> (DVec3, DMat3) {
-        let (point_m, moments) = errors.combined(combination, regression_m, primitive_m);
+    ) -> Combined {
+        let Combined {
+            point_m,
+            moments_m2,
+        } = errors.combined(combination, regression_m, primitive_m);
         let axes = self.axes.of(start_m, regression_m);
-        let covariance = axes * (moments * errors.spread + sensor()) * axes.transpose();
-        (point_m, (covariance + covariance.transpose()) * 0.5)
+        let covariance = axes * (moments_m2 * errors.spread + sensor()) * axes.transpose();
+        Combined {
+            point_m,
+            moments_m2: (covariance + covariance.transpose()) * 0.5,
+        }
     }
+}
+
+/// A combination of the sources.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Combined {
+    pub(super) point_m: DVec3,
+    /// Second moments of its error, m².
+    pub(super) moments_m2: DMat3,
 }
 
 /// Second moments of held-out errors in some axes, m² and s², in one region of progress.
@@ -154,9 +168,9 @@ impl Errors {
         combination: Combination,
         regression_m: DVec3,
         primitive_m: Option<DVec3>,
-    ) -> (DVec3, DMat3) {
-        match (combination, primitive_m) {
-            (Combination::Primitive, Some(primitive_m)) => (primitive_m, self.primitive + sensor()),
+    ) -> Combined {
+        let (point_m, moments_m2) = match (combination, primitive_m) {
+            (Combination::Primitive, Some(primitive_m)) => (primitive_m, self.primitive),
             (Combination::Both, Some(primitive_m)) => {
                 let apart = primitive_m.distance_squared(regression_m);
                 let usual = self.apart() + trace(&sensor());
@@ -170,9 +184,13 @@ impl Errors {
                 let cross = self.cross + self.cross.transpose();
                 let moments =
                     self.regression * (a * a) + self.primitive * (b * b) + cross * (a * b);
-                (regression_m.lerp(primitive_m, b), moments + sensor())
+                (regression_m.lerp(primitive_m, b), moments)
             }
-            _ => (regression_m, self.regression + sensor()),
+            _ => (regression_m, self.regression),
+        };
+        Combined {
+            point_m,
+            moments_m2: moments_m2 + sensor(),
         }
     }
 
@@ -202,9 +220,8 @@ impl Errors {
             .enumerate()
             .map(|(row, miss)| {
                 let errors = Self::at(&regions, rows.gates(row));
-                let (point, moments) =
-                    errors.combined(combination, miss.regression, miss.primitive);
-                let distance = point.dot(moments.inverse() * point);
+                let off = errors.combined(combination, miss.regression, miss.primitive);
+                let distance = off.point_m.dot(off.moments_m2.inverse() * off.point_m);
                 [distance, miss.time.abs() / errors.time_sd_s()]
             })
             .collect();
@@ -274,9 +291,10 @@ fn log_score(
     let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
     for (row, miss) in misses.iter().enumerate() {
         let errors = Errors::at(regions, rows.gates(row));
-        let (point, moments) = errors.combined(combination, miss.regression, miss.primitive);
-        let covariance = moments * errors.spread + sensor();
-        let distance = point.dot(covariance.inverse() * point).min(FAR_OUT);
+        let off = errors.combined(combination, miss.regression, miss.primitive);
+        let covariance = off.moments_m2 * errors.spread + sensor();
+        let distance = off.point_m.dot(covariance.inverse() * off.point_m);
+        let distance = distance.min(FAR_OUT);
         sum -= samples[row].weight * 0.5 * (distance + covariance.determinant().ln());
         total += samples[row].weight;
     }

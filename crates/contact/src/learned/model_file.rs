@@ -11,6 +11,7 @@ use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
 use super::training::OUTPUTS;
 use crate::error::ContactError;
 use glam::{DMat3, DVec3};
+use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
 use hwall_hand::HandPoint;
 use hwall_numeric::check::{positive, that};
 use serde::{Deserialize, Serialize};
@@ -18,17 +19,11 @@ use serde_json::Value;
 use std::io::{Read, Write};
 use std::sync::Arc;
 
-/// The format that a file names.
-const FORMAT: &str = "hwall-contact learned model";
-/// The version written, and the newest one read.
-const VERSION: u64 = 1;
-
-/// Read before anything else: the rest of a newer version may look different.
-#[derive(Deserialize)]
-struct Header {
-    format: String,
-    version: u64,
-}
+/// What a file of this crate calls itself, and the version written.
+const FORMAT: Format = Format {
+    name: "hwall-contact learned model",
+    version: 1,
+};
 
 /// A whole file. Points of the hand are numbers in the order of [`HandPoint::ALL`].
 #[derive(Serialize, Deserialize)]
@@ -138,11 +133,8 @@ impl LearnedModel {
     ///
     /// # Errors
     /// A writer that fails.
-    pub fn write_json(&self, mut writer: impl Write) -> Result<(), ContactError> {
-        writer
-            .write_all(self.to_json().as_bytes())
-            .and_then(|()| writer.flush())
-            .map_err(|e| stream(&e))
+    pub fn write_json(&self, writer: impl Write) -> Result<(), ContactError> {
+        Ok(model_file::write(writer, &self.to_json())?)
     }
 
     /// Reads what [`to_json`](Self::to_json) wrote, on any machine. White space does not matter.
@@ -151,29 +143,10 @@ impl LearnedModel {
     /// A text that is not JSON, another format, a newer version; a file that was cut off or edited: lengths
     /// and ranges are checked one by one, and everything together against the digest.
     pub fn from_json(text: &str) -> Result<Self, ContactError> {
-        let header: Header = serde_json::from_str(text).map_err(|e| damage(&e))?;
-        if header.format != FORMAT {
-            return Err(ContactError::FileFormat {
-                expected: FORMAT,
-                found: header.format,
-            });
-        }
-        if header.version == 0 || header.version > VERSION {
-            return Err(ContactError::FileVersion {
-                newest: VERSION,
-                found: header.version,
-            });
-        }
-        let file: File = serde_json::from_str(text).map_err(|e| damage(&e))?;
+        let file: File = FORMAT.parse(text)?;
         file.validate()?;
-        let value: Value = serde_json::from_str(text).map_err(|e| damage(&e))?;
-        let computed = digest(&value);
-        if file.digest != computed {
-            return Err(ContactError::FileDigest {
-                stored: file.digest,
-                computed,
-            });
-        }
+        let value: Value = serde_json::from_str(text).map_err(ModelFileError::from)?;
+        model_file::check_digest(&file.digest, digest(&value))?;
         Ok(Self {
             learnt: Arc::new(file.into_learnt()?),
         })
@@ -183,31 +156,8 @@ impl LearnedModel {
     ///
     /// # Errors
     /// As there; the reader fails, or what it holds is not UTF-8.
-    pub fn read_json(mut reader: impl Read) -> Result<Self, ContactError> {
-        let mut text = String::new();
-        reader.read_to_string(&mut text).map_err(|e| stream(&e))?;
-        Self::from_json(&text)
-    }
-}
-
-fn stream(e: &std::io::Error) -> ContactError {
-    ContactError::Io {
-        path: "(stream)".into(),
-        kind: e.kind(),
-        message: e.to_string(),
-    }
-}
-
-fn damage(e: &serde_json::Error) -> ContactError {
-    let (line, column) = (e.line(), e.column());
-    match e.classify() {
-        serde_json::error::Category::Eof => ContactError::FileTruncated { line, column },
-        serde_json::error::Category::Data => ContactError::FileContents {
-            line,
-            column,
-            problem: e.to_string(),
-        },
-        _ => ContactError::FileSyntax { line, column },
+    pub fn read_json(reader: impl Read) -> Result<Self, ContactError> {
+        Self::from_json(&model_file::read(reader)?)
     }
 }
 
@@ -230,8 +180,8 @@ impl File {
             time_spread: e.time_spread,
         };
         Self {
-            format: FORMAT.to_owned(),
-            version: VERSION,
+            format: FORMAT.name.to_owned(),
+            version: FORMAT.version,
             digest: String::new(),
             reaches: learnt.origin.reaches,
             people: learnt.origin.people,
@@ -399,48 +349,45 @@ impl File {
     }
 }
 
-/// The 64-bit Fowler-Noll-Vo hash, variant 1a, of everything but the field `digest`: against accidents,
-/// not against forgery. It covers the bits of numbers, not their text, and the fields in order of their
-/// names, so a file may be printed in any way.
+/// The digest of everything but the field `digest`. It covers the fields in order of their names, so a file
+/// may be printed in any way.
 fn digest(file: &Value) -> String {
-    let mut hash = 0xcbf2_9ce4_8422_2325;
+    let mut digest = Digest::new();
     if let Value::Object(fields) = file {
         let mut fields: Vec<_> = fields.iter().filter(|f| f.0 != "digest").collect();
         fields.sort_by_key(|f| f.0);
         for (name, value) in fields {
-            absorb(&mut hash, name.as_bytes());
-            absorb_value(&mut hash, value);
+            absorb(&mut digest, name.as_bytes());
+            absorb_value(&mut digest, value);
         }
     }
-    format!("{hash:016x}")
+    digest.to_hex()
 }
 
-fn absorb(hash: &mut u64, bytes: &[u8]) {
-    for b in (bytes.len() as u64).to_le_bytes().iter().chain(bytes) {
-        *hash = (*hash ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3);
-    }
+fn absorb(digest: &mut Digest, bytes: &[u8]) {
+    digest.count(bytes.len()).bytes(bytes);
 }
 
-fn absorb_value(hash: &mut u64, value: &Value) {
+fn absorb_value(digest: &mut Digest, value: &Value) {
     match value {
-        Value::Null => absorb(hash, b"null"),
-        Value::Bool(b) => absorb(hash, &[u8::from(*b)]),
+        Value::Null => absorb(digest, b"null"),
+        Value::Bool(b) => absorb(digest, &[u8::from(*b)]),
         Value::Number(n) => {
             let bits = n.as_f64().unwrap_or(f64::NAN).to_bits();
-            absorb(hash, &bits.to_le_bytes());
+            absorb(digest, &bits.to_le_bytes());
         }
-        Value::String(s) => absorb(hash, s.as_bytes()),
+        Value::String(s) => absorb(digest, s.as_bytes()),
         Value::Array(values) => {
-            absorb(hash, &(values.len() as u64).to_le_bytes());
-            values.iter().for_each(|v| absorb_value(hash, v));
+            absorb(digest, &(values.len() as u64).to_le_bytes());
+            values.iter().for_each(|v| absorb_value(digest, v));
         }
         Value::Object(fields) => {
             let mut fields: Vec<_> = fields.iter().collect();
             fields.sort_by_key(|f| f.0);
-            absorb(hash, &(fields.len() as u64).to_le_bytes());
+            absorb(digest, &(fields.len() as u64).to_le_bytes());
             for (name, value) in fields {
-                absorb(hash, name.as_bytes());
-                absorb_value(hash, value);
+                absorb(digest, name.as_bytes());
+                absorb_value(digest, value);
             }
         }
     }

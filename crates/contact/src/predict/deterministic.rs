@@ -6,7 +6,7 @@ use crate::estimate::TimeToContact;
 use glam::DVec3;
 use hwall_hand::{GazeRay, HandState};
 use hwall_numeric::check::positive;
-use hwall_scene::{Scene, SurfaceId};
+use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// Limits of the deterministic predictor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,7 +136,11 @@ impl DeterministicPredictor {
         let hand_m = hand.point_m;
         let behind = gaze.and_then(|gaze| entry(scene, surface, gaze.origin_m, hand_m));
         let (point_m, normal, distance_m) = match behind {
-            Some((face_m, normal)) => {
+            Some(Hit {
+                point_m: face_m,
+                normal,
+                ..
+            }) => {
                 // Onto the face through which the hand went: a thick wall also has a back.
                 let foot_m = hand_m - normal * (hand_m - face_m).dot(normal);
                 let point_m = scene.project_on(surface, foot_m).ok()?.point_m;
@@ -257,12 +261,12 @@ impl DeterministicPredictor {
     }
 }
 
-/// Where the line from the eye to the hand goes through the surface: point, m, and normal towards
-/// the eye. `None` when the surface does not lie between the two.
-fn entry(scene: &Scene, surface: SurfaceId, eye_m: DVec3, hand_m: DVec3) -> Option<(DVec3, DVec3)> {
+/// Where the line from the eye to the hand goes through the surface; `None` when the surface does not lie
+/// between the two.
+fn entry(scene: &Scene, surface: SurfaceId, eye_m: DVec3, hand_m: DVec3) -> Option<Hit> {
     let sight = hand_m - eye_m;
     let hit = scene.ray_cast(eye_m, sight).ok().flatten()?;
     // A hand that lies on the surface, to rounding, is not behind it.
     let before_hand = hit.distance_m < sight.length() * (1.0 - 1e-9);
-    (hit.surface == surface && before_hand).then_some((hit.point_m, hit.normal))
+    (hit.surface == surface && before_hand).then_some(hit)
 }

@@ -3,7 +3,7 @@
 use crate::error::HandError;
 use crate::frame::HandPoint;
 use crate::recording::Recording;
-use crate::track::{FreezeConfig, FreezeKind, FreezeWatch};
+use crate::track::{FreezeConfig, FreezeKind, FreezeWatch, Frozen};
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{non_negative, positive, that};
@@ -199,7 +199,11 @@ fn frozen_samples(recording: &Recording, config: &SegmentConfig) -> Vec<bool> {
         ..freeze
     });
     for (index, frame) in recording.frames().enumerate() {
-        if let Some((FreezeKind::Rigid, since_s)) = watch.update(frame) {
+        if let Some(Frozen {
+            kind: FreezeKind::Rigid,
+            since_s,
+        }) = watch.update(frame)
+        {
             for k in (0..=index)
                 .rev()
                 .take_while(|&k| recording.samples[k].frame.t_s >= since_s)

@@ -1,6 +1,6 @@
 //! The hand tracking filter: smooth position, velocity and direction, or why the hand is lost.
 
-use super::freeze::{FreezeConfig, FreezeKind, FreezeWatch};
+use super::freeze::{FreezeConfig, FreezeKind, FreezeWatch, Frozen};
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
@@ -314,7 +314,9 @@ impl HandFilter {
                 position_m = self.follow(frame).unwrap_or(position_m);
             }
         }
-        if let Some((kind, since_s)) = self.freeze.as_mut().and_then(|watch| watch.update(frame)) {
+        if let Some(Frozen { kind, since_s }) =
+            self.freeze.as_mut().and_then(|watch| watch.update(frame))
+        {
             self.lose(LostReason::Frozen { kind }, since_s);
             position_m = self.follow(frame).unwrap_or(position_m);
         }

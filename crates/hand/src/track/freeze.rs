@@ -67,6 +67,14 @@ const SHAPE_POINTS: usize = 3;
 
 type Points = [Option<DVec3>; 6];
 
+/// A frozen pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Frozen {
+    pub(crate) kind: FreezeKind,
+    /// Since when the pose has been frozen, s.
+    pub(crate) since_s: f64,
+}
+
 /// Watches a stream of samples for a frozen pose. Two reference poses, no allocation.
 #[derive(Debug, Clone)]
 pub(crate) struct FreezeWatch {
@@ -89,8 +97,8 @@ impl FreezeWatch {
         self.shape = None;
     }
 
-    /// Takes a sample; tells since when the pose has been frozen, s, if it is.
-    pub(crate) fn update(&mut self, frame: &HandFrame) -> Option<(FreezeKind, f64)> {
+    /// Takes a sample; `None` unless the pose is frozen.
+    pub(crate) fn update(&mut self, frame: &HandFrame) -> Option<Frozen> {
         let (t_s, points) = (frame.t_s, frame.points());
         let c = self.config;
         let rigid_since = hold(&mut self.shape, t_s, &points, |reference| {
@@ -100,9 +108,15 @@ impl FreezeWatch {
             same_place(reference, &points, c.still_tolerance_m)
         });
         if t_s - still_since >= c.still_after_s {
-            Some((FreezeKind::Still, still_since))
+            Some(Frozen {
+                kind: FreezeKind::Still,
+                since_s: still_since,
+            })
         } else if t_s - rigid_since >= c.rigid_after_s {
-            Some((FreezeKind::Rigid, rigid_since))
+            Some(Frozen {
+                kind: FreezeKind::Rigid,
+                since_s: rigid_since,
+            })
         } else {
             None
         }

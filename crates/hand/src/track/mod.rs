@@ -5,6 +5,6 @@ mod freeze;
 mod gaze;
 
 pub use filter::{HandFilter, HandFilterConfig, HandState, LostReason, Tracking};
-pub(crate) use freeze::FreezeWatch;
 pub use freeze::{FreezeConfig, FreezeKind};
+pub(crate) use freeze::{FreezeWatch, Frozen};
 pub use gaze::GazeFilter;
