@@ -87,6 +87,15 @@ fn lost_rank_zero_and_empty_matrices_have_singular_values() {
     let svd = Svd::thin(&a).unwrap();
     assert_eq!(svd.rank(1e-12), 2);
     assert!(residual(&svd, &a) < 1e-14);
+    assert!(orthonormal(&svd.left) < 1e-13 && orthonormal(&svd.right) < 1e-13);
+    // Exactly zero singular values have vectors too.
+    let padded = Matrix::from_fn(5, 3, |i, j| if j < 2 { a[(i, j)] } else { 0.0 });
+    for a in [padded.clone(), padded.transpose(), Matrix::zeros(4, 3)] {
+        let svd = Svd::thin(&a).unwrap();
+        assert_eq!(svd.singular.last(), Some(&0.0));
+        assert!(residual(&svd, &a) < 1e-14);
+        assert!(orthonormal(&svd.left) < 1e-13 && orthonormal(&svd.right) < 1e-13);
+    }
     let zero = Svd::thin(&Matrix::zeros(3, 2)).unwrap();
     assert_eq!(
         (zero.singular.as_slice(), zero.rank(1e-12)),

@@ -84,11 +84,13 @@ impl Matrix {
 
     /// One row.
     #[must_use]
+    #[inline]
     pub fn row(&self, i: usize) -> &[f64] {
         &self.entries[i * self.columns..(i + 1) * self.columns]
     }
 
     /// One row.
+    #[inline]
     pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
         &mut self.entries[i * self.columns..(i + 1) * self.columns]
     }
@@ -100,6 +102,12 @@ impl Matrix {
             &mut before[p * self.columns..][..self.columns],
             &mut from_q[..self.columns],
         )
+    }
+
+    /// All rows before one, and that one.
+    pub(super) fn split_at_row_mut(&mut self, i: usize) -> (&[f64], &mut [f64]) {
+        let (before, from) = self.entries.split_at_mut(i * self.columns);
+        (before, &mut from[..self.columns])
     }
 
     /// Rows become columns.
@@ -176,18 +184,21 @@ impl Matrix {
 
 impl Index<(usize, usize)> for Matrix {
     type Output = f64;
+    #[inline]
     fn index(&self, (i, j): (usize, usize)) -> &f64 {
         &self.row(i)[j]
     }
 }
 
 impl IndexMut<(usize, usize)> for Matrix {
+    #[inline]
     fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut f64 {
         &mut self.row_mut(i)[j]
     }
 }
 
 /// `to += factor * from`.
+#[inline]
 pub(super) fn add_multiple(to: &mut [f64], factor: f64, from: &[f64]) {
     for (t, f) in to.iter_mut().zip(from) {
         *t += factor * f;

@@ -14,6 +14,7 @@ pub use svd::{NotConverged, Svd};
 
 /// Sum of products of two slices of equal length, in four chains, so that additions need not wait for each other.
 #[must_use]
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a4, a_rest) = a.as_chunks::<4>();
     let (b4, b_rest) = b.as_chunks::<4>();

@@ -27,7 +27,7 @@ impl std::error::Error for NotConverged {}
 /// Thin singular value decomposition `A = left · diag(singular) · rightᵀ`, `k = min(rows, columns)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Svd {
-    /// `rows × k`; columns are orthonormal (zero where the singular value is exactly zero).
+    /// `rows × k`; columns are orthonormal.
     pub left: Matrix,
     /// Not negative, largest first.
     pub singular: Vec<f64>,
@@ -39,11 +39,11 @@ pub struct Svd {
 const SWEEPS: usize = 60;
 
 impl Svd {
-    /// By one-sided Jacobi rotations of the triangular factor.
+    /// By one-sided Jacobi rotations of the triangular factor of a reduction with pivots.
     ///
     /// Error: each singular value within some `n ε` of itself for a matrix whose columns are badly scaled but
-    /// otherwise well conditioned, `n ε ‖A‖` in general. Source: [Demmel 1992], algorithm 4.1, after a
-    /// Householder reduction of the longer side.
+    /// otherwise well conditioned, `n ε ‖A‖` in general. Source: [Demmel 1992], algorithm 4.1, on the
+    /// transposed factor of a Householder reduction with column pivoting as in [Drmač 2008].
     ///
     /// # Errors
     /// NaN or infinity.
@@ -85,10 +85,10 @@ impl Svd {
 /// Of `k` vectors (rows) of length `m >= k`: vectors on the long side (`k × m`), singular values, vectors on the short
 /// side (`k × k`), one a row.
 fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
-    let k = vectors.rows();
-    let reflectors = reduce(&mut vectors);
-    // What is left is triangular: row j of `work` is column j of R.
-    let mut work = Matrix::from_fn(k, k, |j, i| if i <= j { vectors[(j, i)] } else { 0.0 });
+    let (k, m) = (vectors.rows(), vectors.columns());
+    let Reduction { reflectors, order } = reduce(&mut vectors);
+    // What is left is triangular, the largest first. Rotations of its rows converge in few sweeps.
+    let mut work = Matrix::from_fn(k, k, |i, j| if i <= j { vectors[(j, i)] } else { 0.0 });
     let mut turned = Matrix::identity(k);
     let mut converged = k < 2;
     for _ in 0..SWEEPS {
@@ -106,51 +106,113 @@ fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
         return None;
     }
     let lengths: Vec<f64> = (0..k).map(|i| length(work.row(i))).collect();
-    let mut order: Vec<usize> = (0..k).collect();
-    order.sort_by(|&i, &j| lengths[j].total_cmp(&lengths[i]));
-    let m = vectors.columns();
+    let mut by_size: Vec<usize> = (0..k).collect();
+    by_size.sort_by(|&i, &j| lengths[j].total_cmp(&lengths[i]));
     let mut long = Matrix::zeros(k, m);
-    for (to, &from) in order.iter().enumerate() {
+    let mut short = Matrix::zeros(k, k);
+    for (to, &from) in by_size.iter().enumerate() {
         let row = long.row_mut(to);
+        row[..k].copy_from_slice(turned.row(from));
+        for (j, r) in reflectors.iter().enumerate().rev() {
+            r.apply(&mut row[j..]);
+        }
         if lengths[from] > 0.0 {
-            let unit = work.row(from).iter().map(|x| x / lengths[from]);
-            row.iter_mut().zip(unit).for_each(|(r, u)| *r = u);
-            for (j, (v, beta)) in reflectors.iter().enumerate().rev() {
-                reflect(&mut row[j..], v, *beta);
+            for (x, &at) in work.row(from).iter().zip(&order) {
+                short[(to, at)] = x / lengths[from];
             }
+        } else {
+            complete(&mut short, to);
         }
     }
-    let short = Matrix::from_fn(k, k, |i, j| turned[(order[i], j)]);
-    let singular = order.iter().map(|&i| lengths[i]).collect();
+    let singular = by_size.iter().map(|&i| lengths[i]).collect();
     Some((long, singular, short))
 }
 
-/// Householder reduction of vectors (rows) to triangular form in place; gives the reflectors `I - beta v vᵀ`, the
-/// j-th acting from entry j on.
-fn reduce(vectors: &mut Matrix) -> Vec<(Vec<f64>, f64)> {
-    let k = vectors.rows();
-    (0..k)
-        .map(|j| {
-            let mut v = vectors.row(j)[j..].to_vec();
-            let norm = length(&v);
-            let mut beta = 0.0;
-            if norm > 0.0 {
-                // Of unit length before its head is lengthened, so that no square vanishes.
-                v.iter_mut().for_each(|x| *x /= norm);
-                v[0] += 1_f64.copysign(v[0]);
-                beta = 2.0 / dot(&v, &v);
-            }
-            for i in j..k {
-                reflect(&mut vectors.row_mut(i)[j..], &v, beta);
-            }
-            (v, beta)
-        })
-        .collect()
+/// Makes a row a unit vector that is perpendicular to the orthonormal rows before it.
+fn complete(rows: &mut Matrix, at: usize) {
+    let (before, row) = rows.split_at_row_mut(at);
+    let columns = row.len();
+    for start in 0..columns {
+        row.fill(0.0);
+        row[start] = 1.0;
+        // Twice: the first time loses digits where the unit vector nearly lies in their span.
+        for other in before
+            .chunks_exact(columns)
+            .chain(before.chunks_exact(columns))
+        {
+            add_multiple(row, -dot(other, row), other);
+        }
+        let norm = length(row);
+        // One of the unit vectors keeps at least this much.
+        if norm * norm * columns as f64 > 0.5 {
+            row.iter_mut().for_each(|x| *x /= norm);
+            return;
+        }
+    }
 }
 
-/// `row - beta (v · row) v`.
-fn reflect(row: &mut [f64], v: &[f64], beta: f64) {
-    add_multiple(row, -beta * dot(v, row), v);
+/// `1 - beta v vᵀ`.
+struct Reflector {
+    v: Vec<f64>,
+    beta: f64,
+}
+
+impl Reflector {
+    /// That makes all entries but the first zero.
+    fn of(row: &[f64]) -> Self {
+        let mut v = row.to_vec();
+        let norm = length(&v);
+        let mut beta = 0.0;
+        if norm > 0.0 {
+            // Of unit length before its head is lengthened, so that no square vanishes.
+            v.iter_mut().for_each(|x| *x /= norm);
+            v[0] += 1_f64.copysign(v[0]);
+            beta = 2.0 / dot(&v, &v);
+        }
+        Self { v, beta }
+    }
+
+    fn apply(&self, row: &mut [f64]) {
+        let part = -self.beta * dot(&self.v, row);
+        add_multiple(row, part, &self.v);
+    }
+}
+
+/// How vectors became triangular.
+struct Reduction {
+    /// The j-th acts from entry j on.
+    reflectors: Vec<Reflector>,
+    /// Where each of the vectors was before.
+    order: Vec<usize>,
+}
+
+/// Householder reduction of vectors (rows) to triangular form in place, of those that are left always the
+/// longest first.
+fn reduce(vectors: &mut Matrix) -> Reduction {
+    let k = vectors.rows();
+    let mut order: Vec<usize> = (0..k).collect();
+    let mut reflectors = Vec::with_capacity(k);
+    for j in 0..k {
+        let mut longest = (j, 0.0);
+        for i in j..k {
+            let row = &vectors.row(i)[j..];
+            let square = dot(row, row);
+            if square > longest.1 {
+                longest = (i, square);
+            }
+        }
+        if longest.0 != j {
+            let (row_j, row_longest) = vectors.two_rows_mut(j, longest.0);
+            row_j.swap_with_slice(row_longest);
+            order.swap(j, longest.0);
+        }
+        let reflector = Reflector::of(&vectors.row(j)[j..]);
+        for i in j..k {
+            reflector.apply(&mut vectors.row_mut(i)[j..]);
+        }
+        reflectors.push(reflector);
+    }
+    Reduction { reflectors, order }
 }
 
 /// Euclidean length, without overflow or underflow of a square.
