@@ -1,5 +1,4 @@
-//! Estimators that everything else has to beat: exact where they should be, and never at a loss for a
-//! number.
+//! Estimators that a learned one must beat: exact where they should be, and always with an estimate.
 
 use glam::DVec3;
 use hwall_contact::{

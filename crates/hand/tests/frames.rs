@@ -46,7 +46,7 @@ fn points_that_are_no_numbers_count_as_missing() {
             point: HandPoint::Palm,
             position_m: DVec3::ZERO
         }),
-        "the index is no number"
+        "the index is not a number"
     );
     assert_eq!(frame.centroid_m(), Some(DVec3::ZERO));
     frame.tips_m[1] = Some(DVec3::new(0.1, 0.0, 0.0));
