@@ -1,28 +1,15 @@
 #![doc = include_str!("../README.md")]
 
-mod config;
-mod draw;
+pub mod arm;
 mod error;
-mod gaze;
-mod gesture;
-mod person;
-mod population;
-mod profile;
-mod reach;
-mod sequence;
-mod servo;
-mod touch;
+pub mod person;
 
-pub use config::PersonConfig;
+pub use arm::{HandContact, ServoArm, ServoConfig};
 pub use error::SimError;
-pub use gesture::Gesture;
-pub use person::Person;
-pub use population::Population;
-pub use profile::minimum_jerk;
-pub use reach::{ChangeOfMind, ReachPlan, TouchPlan, TouchTruth};
-pub use sequence::{PersonSample, TouchSequence};
-pub use servo::{ServoArm, ServoConfig};
-pub use touch::HandContact;
+pub use person::{
+    ChangeOfMind, Gesture, Person, PersonConfig, PersonSample, Population, ReachPlan, TouchPlan,
+    TouchSequence, TouchTruth, minimum_jerk,
+};
 
 pub use hwall_hand as hand;
 pub use hwall_haptics as haptics;

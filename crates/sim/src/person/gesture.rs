@@ -1,6 +1,6 @@
 //! A right hand as a palm and five fingertips.
 
-use crate::profile::minimum_jerk;
+use super::profile::minimum_jerk;
 use glam::{DMat3, DQuat, DVec3};
 
 /// How the hand is held; the index finger leads in all of them.
@@ -50,17 +50,17 @@ const CLENCHED_M: [DVec3; 5] = [
 
 /// A hand of a certain size, held in a certain way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Hand {
-    pub(crate) gesture: Gesture,
-    pub(crate) length_m: f64,
+pub(super) struct Hand {
+    pub(super) gesture: Gesture,
+    pub(super) length_m: f64,
     /// Share of the time to contact in which an opening hand is open.
-    pub(crate) open_by: f64,
+    pub(super) open_by: f64,
 }
 
 impl Hand {
     /// Palm and fingertips, thumb first, that put the index fingertip at `index_tip_m`, when the
     /// share `elapsed` of the time to contact is over.
-    pub(crate) fn place(
+    pub(super) fn place(
         &self,
         elapsed: f64,
         base_from_hand: DQuat,
@@ -85,7 +85,7 @@ impl Hand {
 }
 
 /// Orientation of a hand whose fingers point along a unit vector, its back as far up as that allows.
-pub(crate) fn orientation(fingers: DVec3) -> DQuat {
+pub(super) fn orientation(fingers: DVec3) -> DQuat {
     // Fingers straight up or down: the back of the hand away from x, which is as good as any.
     let up = if fingers.z.abs() < 0.999 {
         DVec3::Z

@@ -1,7 +1,8 @@
 //! One reach: the noise-free way of the index fingertip to a touch and back.
 
+use super::bisect::bisect;
+use super::profile::{Profile, minimum_jerk};
 use crate::error::SimError;
-use crate::profile::{Profile, minimum_jerk};
 use glam::DVec3;
 use hwall_numeric::check::{all_finite, that};
 
@@ -82,14 +83,14 @@ pub struct TouchTruth {
 
 /// Shape of a reach, drawn for each one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Shape {
+pub(super) struct Shape {
     /// How far beyond the surface, m.
-    pub(crate) depth_m: f64,
+    pub(super) depth_m: f64,
     /// Largest sideways deviation, shares of the distance in two directions along the surface.
-    pub(crate) bow: [f64; 2],
+    pub(super) bow: [f64; 2],
     /// How the first part misses before the correction, likewise.
-    pub(crate) stray: [f64; 2],
-    pub(crate) profile: Profile,
+    pub(super) stray: [f64; 2],
+    pub(super) profile: Profile,
 }
 
 /// The way of the index fingertip from rest to the wished depth, by the share `tau` of the time.
@@ -99,7 +100,7 @@ pub(crate) struct Shape {
 /// sideways bow, and where the first part was misdirected that, both of which are over by then.
 /// So the fingertip meets the surface exactly at the target and then presses straight in.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ReachPath {
+pub(super) struct ReachPath {
     target_m: DVec3,
     normal: DVec3,
     depth_m: f64,
@@ -118,7 +119,7 @@ pub(crate) struct ReachPath {
 
 impl ReachPath {
     /// `touch` is the index for error messages.
-    pub(crate) fn new(
+    pub(super) fn new(
         plan: &TouchPlan,
         touch: usize,
         rest_m: DVec3,
@@ -161,35 +162,35 @@ impl ReachPath {
         })
     }
 
-    pub(crate) const fn target_m(&self) -> DVec3 {
+    pub(super) const fn target_m(&self) -> DVec3 {
         self.target_m
     }
 
-    pub(crate) const fn normal(&self) -> DVec3 {
+    pub(super) const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Straight distance from rest to the target, m.
-    pub(crate) fn length_m(&self) -> f64 {
+    pub(super) fn length_m(&self) -> f64 {
         self.aside_m.length().hypot(self.height_m)
     }
 
     /// Share of the time at which the surface is met.
-    pub(crate) const fn tau_contact(&self) -> f64 {
+    pub(super) const fn tau_contact(&self) -> f64 {
         self.tau_contact
     }
 
     /// Share of the time to contact, 1 from there on.
-    pub(crate) fn elapsed(&self, tau: f64) -> f64 {
+    pub(super) fn elapsed(&self, tau: f64) -> f64 {
         (tau / self.tau_contact).clamp(0.0, 1.0)
     }
 
     /// Share of the movement along the surface, 1 from the contact on.
-    pub(crate) fn approach(&self, tau: f64) -> f64 {
+    pub(super) fn approach(&self, tau: f64) -> f64 {
         self.profile.done(self.elapsed(tau))
     }
 
-    pub(crate) fn tip_m(&self, tau: f64) -> DVec3 {
+    pub(super) fn tip_m(&self, tau: f64) -> DVec3 {
         let along_normal = self.height_m - (self.height_m + self.depth_m) * self.profile.done(tau);
         let elapsed = self.elapsed(tau);
         let u = self.profile.warped(elapsed);
@@ -209,22 +210,22 @@ impl ReachPath {
 /// one, in [`TURN`] of the time; both start at the same rest at the same time, so position and
 /// velocity stay continuous, and the end is that of the other way alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Approach {
-    pub(crate) path: ReachPath,
+pub(super) struct Approach {
+    pub(super) path: ReachPath,
     /// The way meant first, and the share of the time to contact at which the hand turns.
-    pub(crate) meant: Option<(ReachPath, f64)>,
+    pub(super) meant: Option<(ReachPath, f64)>,
 }
 
 impl Approach {
     /// How much of the mind has changed: 0 before, 1 after.
-    pub(crate) fn changed(&self, tau: f64) -> f64 {
+    pub(super) fn changed(&self, tau: f64) -> f64 {
         let share = |&(_, at): &(ReachPath, f64)| {
             minimum_jerk((self.path.elapsed(tau) - at) / TURN.min(1.0 - at))
         };
         self.meant.as_ref().map_or(1.0, share)
     }
 
-    pub(crate) fn tip_m(&self, tau: f64) -> DVec3 {
+    pub(super) fn tip_m(&self, tau: f64) -> DVec3 {
         let tip_m = self.path.tip_m(tau);
         match &self.meant {
             None => tip_m,
@@ -233,22 +234,9 @@ impl Approach {
     }
 
     /// Share of the time from which on the way is that to the touch alone.
-    pub(crate) fn tau_settled(&self) -> f64 {
+    pub(super) fn tau_settled(&self) -> f64 {
         self.meant
             .as_ref()
             .map_or(0.0, |(_, at)| (at + TURN).min(1.0) * self.path.tau_contact)
     }
-}
-
-/// Where `before` turns from true to false between `lo` and `hi`, to the last bit or nearly.
-pub(crate) fn bisect(mut lo: f64, mut hi: f64, before: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * (lo + hi);
-        if before(middle) {
-            lo = middle;
-        } else {
-            hi = middle;
-        }
-    }
-    0.5 * (lo + hi)
 }

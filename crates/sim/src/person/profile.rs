@@ -1,10 +1,10 @@
 //! How a movement spends its time: minimum jerk, skewed, in one piece or with a correction.
 
-use crate::reach::bisect;
+use super::bisect::bisect;
 
 /// Where the peak of the speed may be asked for, share of the time. The warp below reaches 0.255
 /// to 0.745.
-pub(crate) const PEAKS: [f64; 2] = [0.3, 0.7];
+pub(super) const PEAKS: [f64; 2] = [0.3, 0.7];
 
 /// When a corrected movement's first part ends and its correction starts, shares of the time. They
 /// overlap, so the hand never stops between them. Assumed; two-component reaches spend most of
@@ -25,7 +25,7 @@ pub fn minimum_jerk(tau: f64) -> f64 {
 /// Share of the way done, by the share of the time: rises strictly from 0 to 1, two derivatives
 /// vanish at both ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Profile {
+pub(super) struct Profile {
     /// Time runs as `τ + k τ (1 - τ)`: ahead for k above 0, so that the peak comes early.
     warp: f64,
     /// Share of the way that is left to the correction; 0 without one.
@@ -34,13 +34,13 @@ pub(crate) struct Profile {
 
 impl Profile {
     /// One movement, its peak half way through the time.
-    pub(crate) const PLAIN: Self = Self {
+    pub(super) const PLAIN: Self = Self {
         warp: 0.0,
         undershoot: 0.0,
     };
 
     /// `peak`: share of the time at which the (first) movement is fastest, within [`PEAKS`].
-    pub(crate) fn new(peak: f64, undershoot: f64) -> Self {
+    pub(super) fn new(peak: f64, undershoot: f64) -> Self {
         // Where d²/dτ² of minimum_jerk(w(τ)) vanishes: (1 - 2 w) w'² = k w (1 - w); its left side
         // exceeds the right one while k is too small.
         let early = |k: f64| {
@@ -56,18 +56,18 @@ impl Profile {
         Self { warp, undershoot }
     }
 
-    pub(crate) fn is_corrected(&self) -> bool {
+    pub(super) fn is_corrected(&self) -> bool {
         self.undershoot > 0.0
     }
 
     /// Share of the way, 1 from the end on.
-    pub(crate) fn done(&self, tau: f64) -> f64 {
+    pub(super) fn done(&self, tau: f64) -> f64 {
         (1.0 - self.undershoot) * self.primary(tau) + self.undershoot * self.correction(tau)
     }
 
     /// How much of the first part's misdirection shows: 0 at both ends, 1 in between; nothing
     /// without a correction.
-    pub(crate) fn astray(&self, tau: f64) -> f64 {
+    pub(super) fn astray(&self, tau: f64) -> f64 {
         if self.is_corrected() {
             self.primary(tau) - self.correction(tau)
         } else {
@@ -76,7 +76,7 @@ impl Profile {
     }
 
     /// The time as the first part feels it.
-    pub(crate) fn warped(&self, tau: f64) -> f64 {
+    pub(super) fn warped(&self, tau: f64) -> f64 {
         tau + self.warp * tau * (1.0 - tau)
     }
 

@@ -1,8 +1,8 @@
 //! Settings of a simulated person.
 
+use super::gesture::Gesture;
+use super::profile::PEAKS;
 use crate::error::SimError;
-use crate::gesture::Gesture;
-use crate::profile::PEAKS;
 use glam::DVec3;
 use hwall_numeric::check::{all_finite, non_negative, positive, that};
 

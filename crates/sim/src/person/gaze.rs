@@ -1,20 +1,20 @@
 //! Where a person looks: one fixation after the other.
 
-use crate::profile::minimum_jerk;
+use super::profile::minimum_jerk;
 use glam::{DQuat, DVec3};
 
 /// Duration of a saccade, s; they last 0.02 to 0.1 s, longer for larger angles.
-pub(crate) const SACCADE_S: f64 = 0.06;
+pub(super) const SACCADE_S: f64 = 0.06;
 
 /// From a time on the gaze is on one thing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fixation {
-    pub(crate) from_s: f64,
-    pub(crate) on: LookAt,
+pub(super) struct Fixation {
+    pub(super) from_s: f64,
+    pub(super) on: LookAt,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum LookAt {
+pub(super) enum LookAt {
     /// Where a person at rest looks.
     Ahead,
     /// A point, missed by two small or large angles, rad.
@@ -22,7 +22,7 @@ pub(crate) enum LookAt {
 }
 
 /// Unit direction at a time, after these fixations in order of time.
-pub(crate) fn direction(fixations: &[Fixation], t_s: f64, ahead: DVec3, head_m: DVec3) -> DVec3 {
+pub(super) fn direction(fixations: &[Fixation], t_s: f64, ahead: DVec3, head_m: DVec3) -> DVec3 {
     let mut gaze = ahead;
     for fixation in fixations.iter().take_while(|f| f.from_s <= t_s) {
         let next = match fixation.on {
@@ -43,7 +43,7 @@ pub(crate) fn direction(fixations: &[Fixation], t_s: f64, ahead: DVec3, head_m: 
 }
 
 /// A unit vector turned by angles below a right one about two axes across it.
-pub(crate) fn deflected(direction: DVec3, [a_rad, b_rad]: [f64; 2]) -> DVec3 {
+pub(super) fn deflected(direction: DVec3, [a_rad, b_rad]: [f64; 2]) -> DVec3 {
     let (u, v) = direction.any_orthonormal_pair();
     (direction + u * a_rad.tan() + v * b_rad.tan()).normalize()
 }

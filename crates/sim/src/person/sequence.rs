@@ -1,10 +1,12 @@
 //! A planned sequence of touches, sampled at any time.
 
-use crate::Person;
-use crate::draw::scrambled;
-use crate::gaze::{self, Fixation, deflected};
-use crate::gesture;
-use crate::reach::{Approach, ChangeOfMind, ReachPath, TouchTruth, bisect};
+use super::bisect::bisect;
+use super::draw::scrambled;
+use super::gaze::{self, deflected};
+use super::gesture;
+use super::habits::Person;
+use super::planned_touch::{PlannedTouch, Timeline};
+use super::reach::{ChangeOfMind, TouchTruth};
 use glam::DVec3;
 use hwall_hand::HandFrame;
 use rand::{RngExt, SeedableRng};
@@ -48,82 +50,6 @@ impl PersonSample {
     }
 }
 
-/// Times of a touch that are set before the crossings of the surface are known, s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Timeline {
-    pub(crate) look_s: f64,
-    pub(crate) start_s: f64,
-    pub(crate) press_s: f64,
-    pub(crate) withdraw_s: f64,
-    pub(crate) end_s: f64,
-}
-
-impl Timeline {
-    /// Share of the way, in time: 0 at rest, 1 pressing.
-    fn tau(&self, t_s: f64) -> f64 {
-        if t_s <= self.press_s {
-            ((t_s - self.start_s) / (self.press_s - self.start_s)).max(0.0)
-        } else {
-            (1.0 - (t_s - self.withdraw_s) / (self.end_s - self.withdraw_s)).clamp(0.0, 1.0)
-        }
-    }
-
-    fn on_the_way_s(&self, tau: f64) -> f64 {
-        self.start_s + tau * (self.press_s - self.start_s)
-    }
-
-    /// When a hand without tremor would meet the surface.
-    pub(crate) fn contact_s(&self, path: &ReachPath) -> f64 {
-        self.on_the_way_s(path.tau_contact())
-    }
-
-    /// When the hand turns to another target, if it does.
-    pub(crate) fn switch_s(&self, approach: &Approach) -> Option<f64> {
-        let (_, share) = approach.meant.as_ref()?;
-        Some(self.on_the_way_s(share * approach.path.tau_contact()))
-    }
-}
-
-/// One touch as planned.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Touch {
-    pub(crate) approach: Approach,
-    /// The way to the next rest, backwards.
-    pub(crate) back: ReachPath,
-    pub(crate) timeline: Timeline,
-    pub(crate) depth_m: f64,
-    /// Direction of the stretched fingers at contact, and at the contact meant first.
-    pub(crate) fingers: DVec3,
-    pub(crate) fingers_meant: Option<DVec3>,
-    pub(crate) gaze: Vec<Fixation>,
-    pub(crate) gaze_missed: bool,
-}
-
-impl Touch {
-    fn is_back(&self, t_s: f64) -> bool {
-        t_s > self.timeline.press_s
-    }
-
-    fn tip_m(&self, t_s: f64) -> DVec3 {
-        let tau = self.timeline.tau(t_s);
-        if self.is_back(t_s) {
-            self.back.tip_m(tau)
-        } else {
-            self.approach.tip_m(tau)
-        }
-    }
-
-    /// The way at hand, and how much of the mind has changed by then.
-    fn way(&self, t_s: f64) -> (&ReachPath, f64) {
-        if self.is_back(t_s) {
-            (&self.back, 1.0)
-        } else {
-            let tau = self.timeline.tau(t_s);
-            (&self.approach.path, self.approach.changed(tau))
-        }
-    }
-}
-
 /// A person's rests and touches over time.
 ///
 /// Everything is a pure function of the time: samples may be taken in any order and as often as
@@ -133,12 +59,12 @@ impl Touch {
 pub struct TouchSequence {
     person: Person,
     first_rest_m: DVec3,
-    touches: Vec<Touch>,
+    touches: Vec<PlannedTouch>,
     truths: Vec<TouchTruth>,
 }
 
 impl TouchSequence {
-    pub(crate) fn new(person: Person, first_rest_m: DVec3, touches: Vec<Touch>) -> Self {
+    pub(super) fn new(person: Person, first_rest_m: DVec3, touches: Vec<PlannedTouch>) -> Self {
         let mut sequence = Self {
             person,
             first_rest_m,
@@ -301,7 +227,7 @@ impl TouchSequence {
     }
 
     /// The last touch whose look has begun: its path ends where the next one starts, at rest.
-    fn current(&self, t_s: f64) -> Option<&Touch> {
+    fn current(&self, t_s: f64) -> Option<&PlannedTouch> {
         let begun = self
             .touches
             .partition_point(|touch| touch.timeline.look_s <= t_s);
@@ -338,7 +264,7 @@ impl TouchSequence {
     }
 
     /// Finds the crossings of the surface, tremor included.
-    fn measure(&self, touch: &Touch) -> TouchTruth {
+    fn measure(&self, touch: &PlannedTouch) -> TouchTruth {
         let Timeline {
             look_s,
             start_s,

@@ -1,19 +1,18 @@
-//! A simulated person: habits drawn from a seed, and touches planned with them.
+//! How a person plans touches: when, along which way, looking where.
 
-use crate::draw::Draw;
-use crate::gaze::{Fixation, LookAt, SACCADE_S, deflected};
-use crate::gesture::{Gesture, Hand};
-use crate::profile::{PEAKS, Profile};
-use crate::reach::{Approach, ReachPath, Shape};
-use crate::sequence::{Timeline, Touch, TouchSequence};
-use crate::{PersonConfig, ReachPlan, SimError, TouchPlan};
+use super::config::PersonConfig;
+use super::draw::Draw;
+use super::gaze::{Fixation, LookAt, SACCADE_S, deflected};
+use super::habits::{Person, scattered};
+use super::planned_touch::{PlannedTouch, Timeline};
+use super::profile::{PEAKS, Profile};
+use super::reach::{Approach, ReachPath, ReachPlan, Shape, TouchPlan};
+use super::sequence::TouchSequence;
+use crate::error::SimError;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// What the streams of random numbers are for. Habits and reaches of a plain person have streams
-/// of their own, so that the other traits change nothing about them.
-const PLAIN_HABITS: u64 = 0;
-const HABITS: u64 = 0xD1B5_4A32_D192_ED03;
+/// Streams of random numbers, apart from those of the habits and, for a plain person, from each other.
 const PLAIN_REACHES: u64 = 0x9E37_79B9_7F4A_7C15;
 const REACHES: u64 = 0xAEF1_7502_108E_F2D9;
 
@@ -27,121 +26,7 @@ const LEAVE_RAD: [f64; 2] = [0.14, 0.44];
 /// How long before the contact it leaves, s.
 const LEAVE_S: [f64; 2] = [0.05, 0.25];
 
-/// A person with habits of their own: hand and gesture, pace, speed profile, bow of the reach,
-/// posture, gaze, tremor.
-///
-/// Everything follows from the configuration and the seed. A right-handed person who stays in
-/// place; the length of the arm does not limit the reach.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Person {
-    config: PersonConfig,
-    seed: u64,
-    habits: Habits,
-}
-
-/// What one person keeps from touch to touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Habits {
-    pub(crate) hand: Hand,
-    mean_reach_s: f64,
-    /// Direction of the bow along the surface, rad, and its size.
-    bow_direction_rad: f64,
-    curvature: f64,
-    speed_peak: f64,
-    undershoot: f64,
-    posture_rad: [f64; 2],
-    head_m: DVec3,
-    pub(crate) lean_m: f64,
-    gaze_lead_s: f64,
-    pub(crate) tremor_m: f64,
-    /// Per axis: frequency, Hz, and phase, rad.
-    pub(crate) tremor: [[f64; 2]; 3],
-}
-
 impl Person {
-    /// Draws a person. For several people see [`Population`](crate::Population).
-    ///
-    /// # Errors
-    /// As [`PersonConfig::validate`].
-    pub fn new(config: PersonConfig, seed: u64) -> Result<Self, SimError> {
-        config.validate()?;
-        Ok(Self::drawn(config, seed))
-    }
-
-    /// Draws a person of a valid configuration.
-    pub(crate) fn drawn(config: PersonConfig, seed: u64) -> Self {
-        let (mut plain, mut draw) = (Draw::new(seed, PLAIN_HABITS), Draw::new(seed, HABITS));
-        let length_m = plain.within(config.hand_length_m);
-        let any = Gesture::ALL[draw.index(Gesture::ALL.len())];
-        let habits = Habits {
-            hand: Hand {
-                gesture: config.gesture.unwrap_or(any),
-                length_m,
-                open_by: draw.within([0.6, 0.95]),
-            },
-            mean_reach_s: plain.within(config.mean_reach_s),
-            bow_direction_rad: plain.within([0.0, TAU]),
-            curvature: plain.within(config.curvature),
-            speed_peak: draw.within(config.speed_peak),
-            undershoot: draw.within(config.undershoot),
-            posture_rad: [(); 2].map(|()| draw.bounded() * config.posture_rad),
-            head_m: config.head_m + scattered(&mut draw, config.head_scatter_m),
-            lean_m: draw.within(config.lean_m),
-            gaze_lead_s: draw.within(config.gaze_lead_s),
-            tremor_m: draw.within(config.tremor_m),
-            tremor: [(); 3].map(|()| [plain.within([8.0, 12.0]), plain.within([0.0, TAU])]),
-        };
-        Self {
-            config,
-            seed,
-            habits,
-        }
-    }
-
-    /// The settings.
-    #[must_use]
-    pub const fn config(&self) -> &PersonConfig {
-        &self.config
-    }
-
-    /// How this person holds the hand.
-    #[must_use]
-    pub const fn gesture(&self) -> Gesture {
-        self.habits.hand.gesture
-    }
-
-    /// Mean duration of this person's reaches of [`PersonConfig::REFERENCE_M`], from the start to
-    /// the full depth, s.
-    #[must_use]
-    pub const fn mean_reach_s(&self) -> f64 {
-        self.habits.mean_reach_s
-    }
-
-    /// Length of this person's hand, wrist to middle fingertip, m.
-    #[must_use]
-    pub const fn hand_length_m(&self) -> f64 {
-        self.habits.hand.length_m
-    }
-
-    /// Share of the time at which this person's movements are fastest.
-    #[must_use]
-    pub const fn speed_peak(&self) -> f64 {
-        self.habits.speed_peak
-    }
-
-    /// Point between this person's eyes at rest, base frame, m.
-    #[must_use]
-    pub const fn head_m(&self) -> DVec3 {
-        self.habits.head_m
-    }
-
-    /// The shoulder of the reaching arm, base frame, m: 0.30 m below and 0.20 m to the right of
-    /// the eyes, an assumption.
-    #[must_use]
-    pub fn shoulder_m(&self) -> DVec3 {
-        self.head_m() + self.forward().cross(DVec3::Z) * 0.20 - DVec3::Z * 0.30
-    }
-
     /// Plans touches one after the other, each from rest and back to rest. The same plan gives
     /// the same sequence, to the last bit.
     ///
@@ -158,8 +43,8 @@ impl Person {
     /// # Errors
     /// As [`plan`](Self::plan), also for what is meant at first.
     pub fn plan_reaches(&self, reaches: &[ReachPlan]) -> Result<TouchSequence, SimError> {
-        let mut plain = Draw::new(self.seed, PLAIN_REACHES);
-        let mut draw = Draw::new(self.seed, REACHES);
+        let mut plain = Draw::new(self.seed(), PLAIN_REACHES);
+        let mut draw = Draw::new(self.seed(), REACHES);
         let first_rest_m = self.rest(&mut draw);
         let (mut rest_from_s, mut rest_m) = (0.0, first_rest_m);
         let mut planned = Vec::with_capacity(reaches.len());
@@ -181,8 +66,8 @@ impl Person {
         rest_from_s: f64,
         [from_m, to_m]: [DVec3; 2],
         (plain, draw): (&mut Draw, &mut Draw),
-    ) -> Result<Touch, SimError> {
-        let (c, h) = (&self.config, &self.habits);
+    ) -> Result<PlannedTouch, SimError> {
+        let (c, h) = (self.config(), self.habits());
         let look_s = rest_from_s + plain.within(c.pause_s);
         let lead_s = h.gaze_lead_s * plain.scatter(0.15);
         let start_s = look_s + lead_s + draw.within(c.onset_dwell_s);
@@ -219,7 +104,7 @@ impl Person {
         };
         let posture_rad = h.posture_rad.map(|x| x + draw.bounded() * c.posture_rad);
         let (gaze, gaze_missed) = self.gaze(&approach, &timeline, lead_s, off_rad, draw);
-        Ok(Touch {
+        Ok(PlannedTouch {
             fingers: self.fingers(&path, posture_rad),
             fingers_meant: meant.map(|(meant, _)| self.fingers(&meant, posture_rad)),
             approach,
@@ -232,7 +117,7 @@ impl Person {
     }
 
     fn shape(&self, depth_m: f64, bow_direction_rad: f64, draw: &mut Draw) -> Shape {
-        let (c, h) = (&self.config, &self.habits);
+        let (c, h) = (self.config(), self.habits());
         let (sin, cos) = bow_direction_rad.sin_cos();
         let bow = h.curvature * draw.scatter(c.reach_scatter);
         let peak = h.speed_peak * draw.scatter(0.3 * c.reach_scatter);
@@ -253,7 +138,7 @@ impl Person {
     /// Mean time of this person for a way.
     fn duration_s(&self, path: &ReachPath) -> f64 {
         let longer = path.length_m() / PersonConfig::REFERENCE_M;
-        self.habits.mean_reach_s * longer.powf(self.config.distance_exponent)
+        self.habits().mean_reach_s * longer.powf(self.config().distance_exponent)
     }
 
     /// Between the line of the arm and straight into the surface, off by these angles.
@@ -272,8 +157,8 @@ impl Person {
         off_rad: [f64; 2],
         draw: &mut Draw,
     ) -> (Vec<Fixation>, bool) {
-        let missed = draw.chance(self.config.gaze_misses);
-        let leaves = draw.chance(self.config.gaze_leaves);
+        let missed = draw.chance(self.config().gaze_misses);
+        let leaves = draw.chance(self.config().gaze_leaves);
         let (miss_rad, leave_rad) = (aside(draw, MISS_RAD), aside(draw, LEAVE_RAD));
         let leave_before_s = draw.within(LEAVE_S);
         let path = &approach.path;
@@ -309,30 +194,8 @@ impl Person {
 
     /// Where the hand rests next.
     fn rest(&self, draw: &mut Draw) -> DVec3 {
-        self.config.hand_rest_m + scattered(draw, self.config.rest_scatter_m)
+        self.config().hand_rest_m + scattered(draw, self.config().rest_scatter_m)
     }
-
-    pub(crate) fn forward(&self) -> DVec3 {
-        self.config.facing.truncate().normalize().extend(0.0)
-    }
-
-    /// Direction of the fingers at rest.
-    pub(crate) fn fingers_at_rest(&self) -> DVec3 {
-        let plain = (self.forward() - DVec3::Z * 0.3).normalize();
-        deflected(plain, self.habits.posture_rad)
-    }
-
-    pub(crate) const fn habits(&self) -> &Habits {
-        &self.habits
-    }
-
-    pub(crate) const fn seed(&self) -> u64 {
-        self.seed
-    }
-}
-
-fn scattered(draw: &mut Draw, sd_m: f64) -> DVec3 {
-    sd_m * DVec3::new(draw.bounded(), draw.bounded(), draw.bounded())
 }
 
 /// Two angles across a direction, together of a size in this range.

@@ -1,7 +1,9 @@
 //! People by number.
 
-use crate::draw::scrambled;
-use crate::{Person, PersonConfig, SimError};
+use super::config::PersonConfig;
+use super::draw::scrambled;
+use super::habits::Person;
+use crate::error::SimError;
 
 /// As many people as wanted, each with habits of their own.
 ///

@@ -1,0 +1,81 @@
+//! One touch as planned: where the hand is and looks, and when.
+
+use super::gaze::Fixation;
+use super::reach::{Approach, ReachPath};
+use glam::DVec3;
+
+/// Times of a touch that are set before the crossings of the surface are known, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Timeline {
+    pub(super) look_s: f64,
+    pub(super) start_s: f64,
+    pub(super) press_s: f64,
+    pub(super) withdraw_s: f64,
+    pub(super) end_s: f64,
+}
+
+impl Timeline {
+    /// Share of the way, in time: 0 at rest, 1 pressing.
+    pub(super) fn tau(&self, t_s: f64) -> f64 {
+        if t_s <= self.press_s {
+            ((t_s - self.start_s) / (self.press_s - self.start_s)).max(0.0)
+        } else {
+            (1.0 - (t_s - self.withdraw_s) / (self.end_s - self.withdraw_s)).clamp(0.0, 1.0)
+        }
+    }
+
+    pub(super) fn on_the_way_s(&self, tau: f64) -> f64 {
+        self.start_s + tau * (self.press_s - self.start_s)
+    }
+
+    /// When a hand without tremor would meet the surface.
+    pub(super) fn contact_s(&self, path: &ReachPath) -> f64 {
+        self.on_the_way_s(path.tau_contact())
+    }
+
+    /// When the hand turns to another target, if it does.
+    pub(super) fn switch_s(&self, approach: &Approach) -> Option<f64> {
+        let (_, share) = approach.meant.as_ref()?;
+        Some(self.on_the_way_s(share * approach.path.tau_contact()))
+    }
+}
+
+/// One touch as planned.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PlannedTouch {
+    pub(super) approach: Approach,
+    /// The way to the next rest, backwards.
+    pub(super) back: ReachPath,
+    pub(super) timeline: Timeline,
+    pub(super) depth_m: f64,
+    /// Direction of the stretched fingers at contact, and at the contact meant first.
+    pub(super) fingers: DVec3,
+    pub(super) fingers_meant: Option<DVec3>,
+    pub(super) gaze: Vec<Fixation>,
+    pub(super) gaze_missed: bool,
+}
+
+impl PlannedTouch {
+    pub(super) fn is_back(&self, t_s: f64) -> bool {
+        t_s > self.timeline.press_s
+    }
+
+    pub(super) fn tip_m(&self, t_s: f64) -> DVec3 {
+        let tau = self.timeline.tau(t_s);
+        if self.is_back(t_s) {
+            self.back.tip_m(tau)
+        } else {
+            self.approach.tip_m(tau)
+        }
+    }
+
+    /// The way at hand, and how much of the mind has changed by then.
+    pub(super) fn way(&self, t_s: f64) -> (&ReachPath, f64) {
+        if self.is_back(t_s) {
+            (&self.back, 1.0)
+        } else {
+            let tau = self.timeline.tau(t_s);
+            (&self.approach.path, self.approach.changed(tau))
+        }
+    }
+}
