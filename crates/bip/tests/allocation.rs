@@ -1,4 +1,4 @@
-//! A step of a filter does not touch the heap.
+//! A step of a filter does not allocate.
 
 use hwall_bip::{
     Bank, BankConfig, Basis, Demonstration, Filter, FilterConfig, Gate, Group, Model, Observation,

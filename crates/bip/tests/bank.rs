@@ -347,7 +347,7 @@ fn malformed_banks_are_typed_errors() {
 }
 
 /// Two people: one reaches high in a curve, the other low. Whoever it is must be recognised, and
-/// the end foreseen better than by one blurred prior.
+/// the end predicted better than by one blurred prior.
 #[test]
 fn a_mixture_by_person_recognises_the_person() {
     let mut sampler = Sampler::new(8);
@@ -450,7 +450,7 @@ fn groupings_at_their_limits() {
     assert_eq!(single.models()[0].rank(), plain.rank());
 }
 
-/// The filter starts when the motion has long begun: nothing of the beginning is ever seen.
+/// The filter starts when the motion has long begun: the beginning is never observed.
 #[test]
 fn a_motion_that_is_under_way_is_joined() {
     let model = model();

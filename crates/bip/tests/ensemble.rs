@@ -79,8 +79,8 @@ fn ensemble(model: &Model, members: usize, update: EnsembleUpdate) -> EnsembleFi
     EnsembleFilter::new(model, &config).unwrap()
 }
 
-/// Everything a belief says, for bit by bit comparison.
-fn belief(filter: &EnsembleFilter) -> Vec<u64> {
+/// Everything a filter says, to compare bit by bit.
+fn bits(filter: &EnsembleFilter) -> Vec<u64> {
     filter
         .coefficients()
         .chain(filter.covariance())
@@ -105,7 +105,7 @@ fn same_seed_same_answer() {
         let (mut a, mut b) = (ensemble(&model, 21, update), ensemble(&model, 21, update));
         run(&mut a, motion, 20);
         run(&mut b, motion, 20);
-        assert_eq!(belief(&a), belief(&b), "{update:?}");
+        assert_eq!(bits(&a), bits(&b), "{update:?}");
         let mut other = EnsembleFilter::new(
             &model,
             &EnsembleConfig {
@@ -117,7 +117,7 @@ fn same_seed_same_answer() {
         )
         .unwrap();
         run(&mut other, motion, 20);
-        assert_ne!(belief(&a), belief(&other), "{update:?}");
+        assert_ne!(bits(&a), bits(&other), "{update:?}");
     }
 }
 
@@ -323,12 +323,12 @@ fn nothing_observed_changes_nothing() {
     let model = model();
     for update in ALL {
         let mut filter = ensemble(&model, 9, update);
-        let before = belief(&filter);
+        let before = bits(&filter);
         let seen = filter.observe(&Observation::new(&[], &[])).unwrap();
         assert_eq!((seen.rows, seen.log_likelihood), (0, 0.0));
-        assert_eq!(before, belief(&filter));
+        assert_eq!(before, bits(&filter));
         filter.predict(0.0).unwrap();
-        assert_eq!(before, belief(&filter));
+        assert_eq!(before, bits(&filter));
     }
 }
 
@@ -340,7 +340,7 @@ fn errors_leave_members_and_draws_as_they_were() {
     for update in ALL {
         let mut filter = ensemble(&model, 9, update);
         filter.predict(1.0).unwrap();
-        let (before, mut untouched) = (belief(&filter), filter.clone());
+        let (before, mut untouched) = (bits(&filter), filter.clone());
         let bad = [
             (Observation::new(&[0], &[f64::NAN]), "values"),
             (Observation::new(&[0, 1], &[0.1, f64::INFINITY]), "values"),
@@ -373,14 +373,14 @@ fn errors_leave_members_and_draws_as_they_were() {
                 .moments_at(0.5, &[3], &mut [0.0], &mut [0.0])
                 .is_err()
         );
-        assert_eq!(before, belief(&filter));
+        assert_eq!(before, bits(&filter));
         filter.predict(1.0).unwrap();
         untouched.predict(1.0).unwrap();
         assert_eq!(
             filter.observe(&observation).unwrap(),
             untouched.observe(&observation).unwrap()
         );
-        assert_eq!(belief(&filter), belief(&untouched));
+        assert_eq!(bits(&filter), bits(&untouched));
     }
 }
 

@@ -104,7 +104,7 @@ fn intervals_and_log_score_are_those_of_a_normal_distribution() {
 }
 
 #[test]
-fn held_out_motions_are_foreseen_and_intervals_hold() {
+fn held_out_motions_are_predicted_and_intervals_hold() {
     let motions = motions(21, 24, 0.004);
     let training = training();
     let Tuned { model, trials } = tune(&motions, &training, &TuningConfig::new(&training)).unwrap();
@@ -217,7 +217,7 @@ fn malformed_evaluations_are_typed_errors() {
     }
 }
 
-/// Columns that never change are foreseen without error; they must not narrow the intervals of the
+/// Columns that never change are predicted without error; they must not narrow the intervals of the
 /// others.
 #[test]
 fn constant_columns_do_not_spoil_the_tuning() {

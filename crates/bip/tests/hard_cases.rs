@@ -1,4 +1,4 @@
-//! Known failures of other implementations, and input that no filter should fall over.
+//! Known failures of other implementations, and input that must not break a filter.
 
 use hwall_bip::{
     ArgumentError, Basis, BipError, Demonstration, Filter, FilterConfig, Group, Model, NoiseSource,

@@ -63,7 +63,7 @@ fn solve(n: usize, matrix: &[f64], b: &[f64]) -> Vec<f64> {
     b
 }
 
-/// Differences to the last measurement give the same belief, and the same likelihood, as all
+/// Differences to the last measurement give the same posterior, and the same likelihood, as all
 /// measurements at once with the covariance of the process.
 #[test]
 fn differences_are_generalised_least_squares() {
@@ -168,7 +168,7 @@ fn a_deviation_lasts_and_is_forgotten() {
     assert!(sds[0] < sds[1] && sds[1] < sds[2]);
 }
 
-/// Motions with wandering of their own: tuning finds that it lasts, and foresees the end better.
+/// Motions that wander: tuning finds that deviations last, and predicts the end better.
 #[test]
 fn tuning_finds_deviations_that_last() {
     let mut sampler = Sampler::new(52);

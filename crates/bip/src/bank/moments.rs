@@ -6,7 +6,7 @@ use crate::error::{BipError, length};
 use crate::filter::{Filter, TimeToEnd};
 use hwall_numeric::check;
 
-/// Motions of average duration beyond which a hypothesis says nothing about the time of the end.
+/// Times to the end beyond this, in motions of average duration, are not counted.
 const LONGEST: f64 = 5.0;
 
 impl Bank {
@@ -213,7 +213,7 @@ impl Bank {
             let component = &mut self.components[h.component];
             let usual = component.velocity;
             let left = match h.mode {
-                // For one that hardly moves the time is a division by nearly nothing.
+                // One that hardly moves would give a division by nearly nothing.
                 Mode::Moving => component
                     .with(&mut h.posterior, |f| f.time_to_end())
                     .filter(|t| t.mean.max(t.sd) * usual.mean < LONGEST),
