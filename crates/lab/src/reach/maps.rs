@@ -38,7 +38,7 @@ impl Grid<'_> {
     /// The grids it describes, one a heading.
     ///
     /// # Errors
-    /// Text that is no number, a step that is not positive, too many lines.
+    /// Text that is not a number, a step that is not positive, too many lines.
     pub fn parse(&self) -> anyhow::Result<Vec<WallGrid>> {
         let steps = |name: &str, text: &str| -> anyhow::Result<Steps> {
             let parts: Vec<f64> = numbers(name, text, ':')?;

@@ -200,7 +200,7 @@ pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
             let value: f64 = part
                 .trim()
                 .parse()
-                .with_context(|| format!("{part:?} is no number"))?;
+                .with_context(|| format!("{part:?} is not a number"))?;
             anyhow::ensure!(value.is_finite(), "{part:?} is not finite");
             Ok(value)
         })
