@@ -6,6 +6,7 @@ pub mod height;
 pub mod levels;
 pub mod mesh;
 pub mod motion;
+#[cfg(feature = "exr")]
 mod picture;
 pub mod print;
 pub mod roughness;
@@ -17,7 +18,9 @@ pub use hwall_numeric::ArgumentError;
 // A bump, its grid, and what a finger meets that crosses it.
 pub use geometry::{Encounter, Harmonic, Layout, Radii, ScanAngle, Texton, TextonShape, Texture};
 // Plates to print, their meshes and files.
-pub use height::{HeightField, HeightSource};
+pub use height::HeightField;
+#[cfg(feature = "exr")]
+pub use height::HeightSource;
 pub use mesh::{ChordSide, MeshCheck, StlFormat, Tessellation, TriangleMesh};
 pub use print::{BumpCounts, Finding, MountingHole, Patch, PatchSpec, Printer, Tile};
 // How rough it feels.

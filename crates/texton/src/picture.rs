@@ -1,6 +1,7 @@
 //! Reading channels of OpenEXR pictures.
 
 use crate::error::TextonError;
+use crate::height::MOST_PIXELS;
 use exr::error::Error;
 use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, Image, Layer, Layers, MetaData, ReadChannels, ReadLayers,
@@ -9,9 +10,6 @@ use exr::prelude::{
 use hwall_numeric::check::that;
 use std::fmt::Display;
 use std::io::{BufRead, ErrorKind, Seek};
-
-/// More pixels are refused: a gigabyte.
-pub(crate) const MOST_PIXELS: u64 = 1 << 28;
 
 /// A picture with all of its layers.
 type Picture = Image<Layers<AnyChannels<FlatSamples>>>;

@@ -2,10 +2,12 @@
 
 use crate::error::TextonError;
 use crate::mesh::{TriangleMesh, inside, outline};
-use crate::picture::MOST_PIXELS;
 use crate::print::Patch;
 use glam::DVec2;
 use hwall_numeric::check::{positive, that};
+
+/// More pixels are refused: a gigabyte.
+pub(crate) const MOST_PIXELS: u64 = 1 << 28;
 
 /// Heights above the plate, mm, at the middles of square pixels; row 0 at the lower border (least y).
 #[derive(Debug, Clone, PartialEq)]

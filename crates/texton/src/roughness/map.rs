@@ -1,8 +1,10 @@
 //! The roughness of a virtual surface: one number, or an image over it.
 
 use crate::error::TextonError;
+#[cfg(feature = "exr")]
 use crate::picture::{channels, choose, read_bounded};
 use glam::DVec2;
+#[cfg(feature = "exr")]
 use std::io::{Read, Seek};
 
 /// How rough a surface of a scene is.
@@ -66,6 +68,7 @@ impl RoughnessMap {
     /// # Errors
     /// A file that is not an OpenEXR image, is cut off or is too large; one without such a channel; as
     /// [`RoughnessMap::new`].
+    #[cfg(feature = "exr")]
     pub fn from_exr(file: impl Read + Seek) -> Result<Self, TextonError> {
         let image = read_bounded(std::io::BufReader::new(file), "roughness map")?;
         let all = channels(&image);
