@@ -38,7 +38,7 @@ impl Grid<'_> {
     /// The grids it describes, one a heading.
     ///
     /// # Errors
-    /// Text that is no number, a step that is not positive, too many lines.
+    /// Text that is not a number, a step that is not positive, too many lines.
     pub fn parse(&self) -> anyhow::Result<Vec<WallGrid>> {
         let steps = |name: &str, text: &str| -> anyhow::Result<Steps> {
             let parts: Vec<f64> = numbers(name, text, ':')?;
@@ -76,7 +76,7 @@ fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> 
     };
     let parts = text.split(separator);
     let parsed = parts.map(|part| {
-        parse(part).with_context(|| format!("--{name} {text}: {part:?} is no finite number"))
+        parse(part).with_context(|| format!("--{name} {text}: {part:?} is not a finite number"))
     });
     parsed.collect()
 }
@@ -183,7 +183,7 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
 fn optimization(request: &Request) -> anyhow::Result<Solved> {
     ensure!(
         request.save.is_none() && request.exr.is_none() && request.map_csv.is_none(),
-        "--save, --exr and --map-csv need --solver exact: two extremes are no map"
+        "--save, --exr and --map-csv need --solver exact: two extremes do not make a map"
     );
     let chain = arms::chain(request.arm)?;
     let roll_rad = match roll(request.roll)? {

@@ -57,13 +57,13 @@ pub fn grids() -> anyhow::Result<Vec<WallGrid>> {
         .collect()
 }
 
-/// The published bounds of all lines, mm; `None` where a file says unreachable.
+/// The published bounds of all lines, mm; `None` where a file calls the line unreachable.
 pub type Bounds = Vec<Option<[f64; 2]>>;
 
 /// Reads `ori_1.txt` to `ori_7.txt`: for each plane 31 lower, then 31 upper bounds, 0 0 for none.
 ///
 /// # Errors
-/// A missing file, another count of numbers, or something that is no number.
+/// A missing file, another count of numbers, or text that is not a number.
 pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
     (1..=7)
         .map(|file| {
@@ -74,7 +74,7 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
                 .split_whitespace()
                 .map(|word| {
                     word.parse()
-                        .with_context(|| format!("{word:?} is no number"))
+                        .with_context(|| format!("{word:?} is not a number"))
                 })
                 .collect::<anyhow::Result<_>>()
                 .with_context(|| path.display().to_string())?;
@@ -86,7 +86,7 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
                 numbers.len()
             );
             if let Some(bad) = numbers.iter().find(|x| !x.is_finite()) {
-                bail!("{}: {bad} is no bound", path.display());
+                bail!("{}: {bad} is not a bound", path.display());
             }
             let lines = (0..PLANES).flat_map(|k| (0..HEIGHTS).map(move |j| (k, j)));
             let bounds = lines.map(|(k, j)| {
@@ -210,7 +210,7 @@ pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
 /// `orientation,plane,height,y_lo_mm,y_hi_mm`, one row an interval; orientations count from 1.
 ///
 /// # Errors
-/// Whatever the writer says.
+/// Whatever the writer returns.
 pub fn write_rows(rows: &[Row], mut out: impl std::io::Write) -> std::io::Result<()> {
     writeln!(out, "orientation,plane,height,y_lo_mm,y_hi_mm")?;
     for row in rows {
