@@ -63,7 +63,7 @@ pub type Bounds = Vec<Option<[f64; 2]>>;
 /// Reads `ori_1.txt` to `ori_7.txt`: for each plane 31 lower, then 31 upper bounds, 0 0 for none.
 ///
 /// # Errors
-/// A missing file, another count of numbers, or text that is not a number.
+/// A missing file, another count of numbers, or something that is not a number.
 pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
     (1..=7)
         .map(|file| {
