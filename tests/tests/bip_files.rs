@@ -114,7 +114,7 @@ fn a_missing_value_is_an_error_in_training_only() {
     }
     let runs = go(&good, &gap, &setup).unwrap();
     assert_eq!(runs.tests[0].samples, 3);
-    // A sample without any value takes its time and says nothing more.
+    // A sample without any value lets its time pass and adds no evidence.
     let nothing = folder("nothing", &[("n.csv", "x,y\n0,0\n,\n,\n,\n1,\n")]);
     for mode in ["exact", "compat"] {
         let mut setup = setup.clone();
@@ -130,7 +130,7 @@ fn a_missing_value_is_an_error_in_training_only() {
 
 /// What the last samples do not hold cannot be judged, and is not.
 #[test]
-fn an_end_that_nobody_saw_is_unknown() {
+fn an_end_that_was_not_observed_is_unknown() {
     let unseen = folder("unseen", &[("u.csv", "x,y\n0,\n0.5,\n1,\n")]);
     let TrainTest { train, test } = trajectories::read_both(&good("unseen"), &unseen).unwrap();
     for observed in ["0", "1"] {

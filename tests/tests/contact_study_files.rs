@@ -79,7 +79,7 @@ fn quick() -> Vec<Candidate> {
     ]
 }
 
-/// Reaches found, as the report says, and folds.
+/// Number of reaches, description of the split, and the report.
 fn study(dir: &Path) -> (usize, String, String) {
     let FoundSources { sources, refused } = read(dir).unwrap();
     assert_eq!(refused, Vec::<String>::new());
@@ -110,7 +110,7 @@ fn the_tip_of_one_finger_is_enough() {
     assert_eq!(reaches, REACHES);
     assert!(split.contains("each person held out: 3 folds"), "{split}");
     assert!(text.contains("1 file: index;"), "{text}");
-    // The end of the movement stands in for the contact that nobody wrote down.
+    // The end of the movement stands in for the contact where none was recorded.
     let sources = read(&dir).unwrap().sources;
     for (reach, truth) in sources[0].reaches.iter().zip(&made) {
         let off_m = reach.contact_m.distance(truth.labelled.contact_m);
@@ -146,7 +146,7 @@ fn targets_and_contacts_are_the_labels_where_there_are_any() {
 }
 
 #[test]
-fn nobody_has_to_be_named() {
+fn people_need_no_names() {
     // Trials without people: recordings are held out. Neither, a file a trial: the same.
     let made = people();
     let kept = Kept {
@@ -235,7 +235,7 @@ fn motions_for_another_tool_are_no_second_study() {
         text.contains("Not read: demonstrations: 15 motions"),
         "{text}"
     );
-    // Whoever names that folder means it.
+    // A folder that is named is read all the same.
     let FoundSources { sources, refused } = read(&dir.join("demonstrations")).unwrap();
     assert_eq!((sources.len(), refused.len()), (1, 0));
 }
@@ -257,7 +257,7 @@ fn predictions_are_written_at_the_moments_and_every_fifty_ms() {
     assert!((18.0..36.0).contains(&per_reach), "{per_reach}");
 }
 
-/// What the program says to these words after its name, or why it fails.
+/// The output of the program with these arguments, or its error.
 fn asked(words: &[&str]) -> Result<String, String> {
     let arguments = Arguments::of([&["contact_study"], words].concat()).unwrap();
     let said = arguments.run().map_err(|error| format!("{error:#}"));
@@ -271,7 +271,7 @@ fn text_of(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// One reach of everyone, with the palm alone.
+/// All reaches, with the palm alone.
 fn palms(path: &Path) {
     let kept = Kept {
         palm: true,

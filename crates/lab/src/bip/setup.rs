@@ -1,4 +1,4 @@
-//! What the command line says about a filter: basis, degrees of freedom, mode, noise; and training.
+//! The settings of a filter as the command line gives them: basis, degrees of freedom, mode, noise; and training.
 
 use crate::bip::trajectories::TrajectorySet;
 use anyhow::{Context, bail, ensure};

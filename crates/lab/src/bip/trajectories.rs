@@ -33,7 +33,7 @@ pub struct Trajectory {
     pub name: String,
     /// Number in the file's name where all files have different ones, else the place in the order.
     pub id: u64,
-    /// Kind of motion, where the folder says so.
+    /// Kind of motion, where the folder names it.
     pub kind: Option<String>,
     /// Strictly increasing time stamps, s; `None`: one sample a unit of time.
     pub times_s: Option<Vec<f64>>,
@@ -213,7 +213,7 @@ fn read_file(path: &Path, id: u64) -> anyhow::Result<(Vec<String>, Trajectory)> 
 /// A CSV reader skips blank lines, and so would lose a sample and its time.
 fn ensure_no_blank_line(path: &Path) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    // At the end of a file they mean nothing.
+    // At the end of a file they are harmless.
     let blank = text.trim_end().lines().position(|l| l.trim().is_empty());
     match blank {
         Some(i) => bail!("{} line {}: blank line", path.display(), i + 1),

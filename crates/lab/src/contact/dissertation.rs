@@ -186,7 +186,7 @@ fn side_by_side(scores: &[Scores]) -> MarkdownTable {
     for _ in TARGETS {
         let errors = DISSERTATION_MEAN_CM.iter().zip(DISSERTATION_MAX_CM);
         published.extend(errors.map(|(mean, max)| format!("{mean:.2} / {max:.2}")));
-        published.extend(["not said", ""].map(str::to_owned));
+        published.extend(["not published", ""].map(str::to_owned));
     }
     table.row(published);
     for s in scores.iter().filter(|s| s.role != Role::Bound) {

@@ -118,7 +118,7 @@ mod tests {
             "{}",
             people.description
         );
-        // One person, or some that nobody names: recordings.
+        // A single person, or some without a name: recordings.
         for names in [[a; 6], [a, b, None, a, b, a]] {
             let recordings = of(&names, &[0, 0, 1, 2, 3, 4]);
             assert!(recordings.description.contains("each recording"));

@@ -41,8 +41,8 @@ pub fn disagreement(seed: u64, poses: usize) -> anyhow::Result<Disagreement> {
             continue;
         }
         let line = map.line(index).context("a line of the map")?;
-        let says = intervals.iter().any(|i| i.span.contains(s));
-        wrong += usize::from(arm.is_reachable(&line.board_pose(s, 0.0)?) != says);
+        let reachable = intervals.iter().any(|i| i.span.contains(s));
+        wrong += usize::from(arm.is_reachable(&line.board_pose(s, 0.0)?) != reachable);
     }
     Ok(Disagreement { wrong, unproven })
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Small text of panels.
 const SMALL: (&str, u32) = ("sans-serif", 12);
 
-/// Panels of one figure, at most; further planes are left out and the title says so.
+/// The most panels of one figure; the title says how many planes are left out.
 const MOST_PANELS: usize = 48;
 const COLUMNS: usize = 8;
 

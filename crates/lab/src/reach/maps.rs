@@ -76,7 +76,7 @@ fn numbers(name: &str, text: &str, separator: char) -> anyhow::Result<Vec<f64>> 
     };
     let parts = text.split(separator);
     let parsed = parts.map(|part| {
-        parse(part).with_context(|| format!("--{name} {text}: {part:?} is no finite number"))
+        parse(part).with_context(|| format!("--{name} {text}: {part:?} is not a finite number"))
     });
     parsed.collect()
 }
@@ -184,7 +184,7 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
 fn optimization(request: &Request) -> anyhow::Result<Solved> {
     ensure!(
         request.save.is_none() && request.exr.is_none() && request.map_csv.is_none(),
-        "--save, --exr and --map-csv need --solver exact: two extremes are no map"
+        "--save, --exr and --map-csv need --solver exact: two extremes do not make a map"
     );
     let chain = arms::chain(request.arm)?;
     let roll_rad = match roll(request.roll)? {

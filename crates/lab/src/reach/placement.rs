@@ -135,7 +135,7 @@ fn on(patch: &Facet, point_m: DVec3) -> bool {
     })
 }
 
-/// The best placements, for people.
+/// The best placements as a table.
 #[must_use]
 pub fn table(scores: &PlacementScores) -> MarkdownTable {
     let mut table = MarkdownTable::new([

@@ -57,7 +57,7 @@ pub fn grids() -> anyhow::Result<Vec<WallGrid>> {
         .collect()
 }
 
-/// The published bounds of all lines, mm; `None` where a file says unreachable.
+/// The published bounds of all lines, mm; `None` where a file calls the line unreachable.
 pub type Bounds = Vec<Option<[f64; 2]>>;
 
 /// Reads `ori_1.txt` to `ori_7.txt`: for each plane 31 lower, then 31 upper bounds, 0 0 for none.
@@ -86,7 +86,7 @@ pub fn read(folder: &Path) -> anyhow::Result<Vec<Bounds>> {
                 numbers.len()
             );
             if let Some(bad) = numbers.iter().find(|x| !x.is_finite()) {
-                bail!("{}: {bad} is no bound", path.display());
+                bail!("{}: {bad} is not a bound", path.display());
             }
             let lines = (0..PLANES).flat_map(|k| (0..HEIGHTS).map(move |j| (k, j)));
             let bounds = lines.map(|(k, j)| {
@@ -210,7 +210,7 @@ pub fn table(comparisons: &[Comparison]) -> MarkdownTable {
 /// `orientation,plane,height,y_lo_mm,y_hi_mm`, one row an interval; orientations count from 1.
 ///
 /// # Errors
-/// Whatever the writer says.
+/// Whatever the writer returns.
 pub fn write_rows(rows: &[Row], mut out: impl std::io::Write) -> std::io::Result<()> {
     writeln!(out, "orientation,plane,height,y_lo_mm,y_hi_mm")?;
     for row in rows {

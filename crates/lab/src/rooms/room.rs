@@ -146,7 +146,7 @@ impl Room {
     }
 
     /// A point of a touchable surface, surface and point drawn evenly, that the hand can reach on a straight
-    /// way and that the eyes see, or do not see if it shall be `occluded`; `at_corner`: only points near the
+    /// way and that the eyes see, or do not see where it must be `occluded`; `at_corner`: only points near the
     /// corner of two walls. `None` if 2000 draws find none.
     pub(super) fn target(
         &self,

@@ -279,7 +279,7 @@ fn target(settings: &[Setting]) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// Says at which moments the main contender has a smaller median error than everyone without the learned
+/// At which moments the main contender has a smaller median error than everyone without the learned
 /// estimator.
 fn better(s: &Setting) -> String {
     let own = s.touches(FUSED);

@@ -125,7 +125,7 @@ fn only_published(map: &ReachabilityMap, published: &[Bounds]) -> anyhow::Result
                 .iter()
                 .any(|band| off(band) <= TOUCHING_M)
         };
-        // 0 stands for a bound that the file does not have.
+        // 0 marks a bound that the file does not have.
         touching += usize::from(bounds.iter().any(|y_mm| *y_mm != 0.0 && near(y_mm)));
     }
     Ok(OnlyPublished { alone, touching })

@@ -193,7 +193,7 @@ fn afferents(sweep: &Value) -> String {
         table.row(cells);
     }
     format!(
-        "A simulation of afferents (TouchSim, Saal 2017; one phase, no shear: a trend) shows the same two trends: the rates of vibration-sensitive afferents (PC) rise \
+        "A simulation of afferents (TouchSim, Saal 2017; one phase, no shear: an indication) shows the same two trends: the rates of vibration-sensitive afferents (PC) rise \
          and flatten as people's estimates do, and the spatial variation of slowly adapting ones peaks in between.\n\n{table}"
     )
 }
