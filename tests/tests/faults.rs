@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{DT_S, Faults, Rig, Tick, in_place, slow_person, wall};
+use common::{DT_S, Faults, Rig, TRACKER_S, Tick, in_place, slow_person, wall};
 use glam::DVec3;
 use hwall_hand::{FreezeKind, HandFilterConfig, HandFrame, LostReason, Tracking};
 use hwall_haptics::{ArmCommand, HoldReason, Phase};
@@ -14,6 +14,8 @@ use hwall_sim::{TouchSequence, TouchTruth};
 
 /// The fault lasts from the start of the reach this long, s.
 const FAULT_S: f64 = 0.9;
+/// By then a fault of the prediction has come with a frame, s.
+const FRAME_S: f64 = TRACKER_S + DT_S;
 /// By then the fault is noticed (a stale target after 0.25 s) and the arm, delay and braking
 /// included, at rest, s.
 const SETTLED_S: f64 = 0.7;
@@ -307,14 +309,16 @@ fn an_unreachable_target_keeps_the_last_goal_and_says_why() {
         }),
         ..Faults::default()
     });
+    // The goal still follows the board on its way until the frame with the fault comes.
     let before = outcome
         .ticks
         .iter()
-        .take_while(|tick| tick.t_s < touch.start_s)
+        .take_while(|tick| tick.t_s < touch.start_s || tick.step.unreachable.is_none())
         .last()
         .unwrap();
+    assert!(before.t_s < touch.start_s + FRAME_S);
     assert!(before.step.goal.is_some());
-    for tick in outcome.during(DT_S) {
+    for tick in outcome.during(FRAME_S) {
         assert!(
             matches!(tick.step.unreachable, Some(Unreachable::TooFar { .. })),
             "{:?}",
@@ -343,7 +347,7 @@ fn a_nan_target_is_held_as_invalid() {
         ..Faults::default()
     });
     let held = Phase::Hold(HoldReason::InvalidTarget);
-    assert!(outcome.during(DT_S).all(|tick| tick.step.phase == held));
+    assert!(outcome.during(FRAME_S).all(|tick| tick.step.phase == held));
     outcome.stands_still();
     outcome.recovers();
 }

@@ -1,12 +1,11 @@
 //! Whatever the room and the targets, no command leaves the limits of the arm.
 
 use glam::{DAffine3, DVec3};
-use hwall_haptics::{
-    Arm, ArmCommand, Board, BoardTarget, FollowerConfig, Phase, Renderer, RendererConfig,
-};
+use hwall::{Cycle, Surroundings, TargetControl, drive};
+use hwall_haptics::{ArmCommand, Board, BoardTarget, FollowerConfig, Phase, RendererConfig};
 use hwall_kinematics::{JointPositions, SrsArm, Wrench};
 use hwall_scene::Scene;
-use hwall_sim::{ServoArm, ServoConfig};
+use hwall_sim::{ServoArm, ServoConfig, SimError};
 use hwall_testkit::Sampler;
 
 const DT_S: f64 = 1e-3;
@@ -41,115 +40,187 @@ fn room(s: &mut Sampler) -> Scene {
     Scene::from_obj_str(&obj, None).expect("a room").0
 }
 
+/// A room with somebody in it who wants the board here and there, and presses it now and then.
+struct Around {
+    seed: u64,
+    sampler: Sampler,
+    scene: Scene,
+    /// Where the board is wanted, and the normal there.
+    wanted: Option<(DVec3, DVec3)>,
+    begun: usize,
+}
+
+impl Around {
+    fn new(seed: u64) -> Self {
+        let mut sampler = Sampler::new(100 + seed);
+        Self {
+            seed,
+            scene: room(&mut sampler),
+            sampler,
+            wanted: None,
+            begun: 0,
+        }
+    }
+
+    /// Time of the next cycle, s.
+    fn now_s(&self) -> f64 {
+        self.begun as f64 * DT_S
+    }
+
+    /// What the next cycle begins with.
+    fn change(&mut self, control: &mut TargetControl, servo: &mut ServoArm) {
+        let s = &mut self.sampler;
+        if s.uniform(0.0, 1.0) < 0.0015 {
+            // A place on the room, or none at all.
+            let near_m = s.point_in_box(DVec3::new(-0.2, -0.9, 0.0), DVec3::new(0.9, 0.9, 1.3));
+            let found = self.scene.closest_touchable(near_m, 0.5).unwrap();
+            self.wanted = found.map(|c| (c.point_m, c.normal));
+            let press = if s.index(4) == 0 {
+                s.unit_vector() * s.uniform(0.0, 15.0)
+            } else {
+                DVec3::ZERO
+            };
+            servo
+                .apply_wrench(Wrench {
+                    force_n: press,
+                    ..Wrench::default()
+                })
+                .unwrap();
+        }
+        if let Some((point_m, _)) = &mut self.wanted {
+            // A hand that drifts.
+            *point_m += s.unit_vector() * 5e-4;
+        }
+        control.target = self.wanted.map(|(point_m, normal)| BoardTarget {
+            point_m,
+            normal,
+            stamp_s: self.now_s(),
+            roll_rad: None,
+        });
+    }
+}
+
+impl Surroundings<ServoArm> for Around {
+    fn next_cycle(&mut self, _: &mut ServoArm) -> Result<Option<f64>, SimError> {
+        let now_s = (self.begun < STEPS).then(|| self.now_s());
+        self.begun += 1;
+        Ok(now_s)
+    }
+}
+
+/// The last command and the speed that it asked for.
+#[derive(Default)]
+struct Limits {
+    follower: FollowerConfig,
+    before: Option<(JointPositions, [f64; 7])>,
+}
+
+impl Limits {
+    fn check(&mut self, around: &Around, servo: &ServoArm, cycle: &Cycle) {
+        let place = format_args!("{} {}", around.seed, cycle.t_s);
+        let ArmCommand::Position(q) = cycle.command else {
+            panic!("{place}: all states are good")
+        };
+        let arm = servo.model();
+        let mut speed = [0.0; 7];
+        for j in 0..7 {
+            assert!(
+                q[j].is_finite() && arm.limits()[j].contains(q[j]),
+                "{place} {j}: {}",
+                q[j]
+            );
+            let Some((before, speed_before)) = self.before else {
+                continue;
+            };
+            speed[j] = (q[j] - before[j]) / DT_S;
+            let most = self.follower.speed_share * arm.max_velocity_rad_per_s()[j];
+            assert!(
+                speed[j].abs() <= most + 1e-9,
+                "{place} {j}: {} rad/s",
+                speed[j]
+            );
+            let change = (speed[j] - speed_before[j]) / DT_S;
+            let most = self.follower.acceleration_rad_per_s2[j];
+            assert!(change.abs() <= most + 1e-6, "{place} {j}: {change} rad/s²");
+        }
+        self.before = Some((q, speed));
+    }
+}
+
+/// How many steps showed what.
+#[derive(Debug, Default)]
+struct Counts {
+    at_goal: usize,
+    out_of_reach: usize,
+    no_target: usize,
+    touched: usize,
+}
+
+impl Counts {
+    fn count(&mut self, control: &TargetControl, servo: &ServoArm) {
+        let step = control.last_step().expect("a step");
+        let arrived = step
+            .goal
+            .is_some_and(|goal| servo.q().max_abs_difference(&goal) < 0.05);
+        let wanted = control.target.is_some();
+        self.at_goal += usize::from(arrived && step.unreachable.is_none() && wanted);
+        self.out_of_reach += usize::from(step.unreachable.is_some());
+        self.no_target += usize::from(!wanted);
+        self.touched += usize::from(matches!(step.phase, Phase::Contact { .. }));
+    }
+}
+
 #[test]
 fn no_command_leaves_the_limits_in_20_random_rooms() {
-    let (mut reached, mut refused, mut held, mut touched) = (0, 0, 0, 0);
+    let mut counts = Counts::default();
     for seed in 0..20 {
-        let mut s = Sampler::new(100 + seed);
-        let scene = room(&mut s);
-        let mut renderer = Renderer::new(
+        let mut around = Around::new(seed);
+        let mut control = TargetControl::new(
             &SrsArm::iiwa7(),
             &Board::default(),
             RendererConfig::default(),
         )
         .unwrap();
-        let arm = renderer.arm().clone();
         let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-        let mut servo = ServoArm::new(
-            arm.clone(),
-            start,
-            ServoConfig {
-                seed,
-                ..ServoConfig::default()
+        let config = ServoConfig {
+            seed,
+            ..ServoConfig::default()
+        };
+        let mut servo = ServoArm::new(control.renderer().arm().clone(), start, config).unwrap();
+        let mut limits = Limits::default();
+        around.change(&mut control, &mut servo);
+        drive(
+            &mut control,
+            &mut servo,
+            &mut around,
+            |control, servo, around, cycle| {
+                limits.check(around, servo, cycle);
+                servo.advance(DT_S)?;
+                for j in 0..7 {
+                    let (q, qd) = (servo.q()[j], servo.qd()[j]);
+                    let place = format_args!("{seed} {} {j}", cycle.t_s);
+                    assert!(servo.model().limits()[j].contains(q), "{place}: {q}");
+                    assert!(qd.abs() <= servo.model().max_velocity_rad_per_s()[j] + 1e-12);
+                }
+                counts.count(control, servo);
+                around.change(control, servo);
+                Ok(())
             },
         )
-        .unwrap();
-        let follower = FollowerConfig::default();
-        let mut before: Option<(JointPositions, [f64; 7])> = None;
-        let mut target = None;
-        for i in 0..STEPS {
-            let now_s = i as f64 * DT_S;
-            if s.uniform(0.0, 1.0) < 0.0015 {
-                // A place on the room, or none at all.
-                let near_m = s.point_in_box(DVec3::new(-0.2, -0.9, 0.0), DVec3::new(0.9, 0.9, 1.3));
-                let found = scene.closest_touchable(near_m, 0.5).unwrap();
-                target = found.map(|c| (c.point_m, c.normal));
-                let press = if s.index(4) == 0 {
-                    s.unit_vector() * s.uniform(0.0, 15.0)
-                } else {
-                    DVec3::ZERO
-                };
-                servo
-                    .apply_wrench(Wrench {
-                        force_n: press,
-                        ..Wrench::default()
-                    })
-                    .unwrap();
-            }
-            if let Some((point_m, _)) = &mut target {
-                // A hand that drifts.
-                *point_m += s.unit_vector() * 5e-4;
-            }
-            let aim = target.map(|(point_m, normal)| BoardTarget {
-                point_m,
-                normal,
-                stamp_s: now_s,
-                roll_rad: None,
-            });
-            let state = servo.state().unwrap();
-            let step = renderer.step(now_s, &state, aim.as_ref());
-            let ArmCommand::Position(q) = step.command else {
-                panic!("all states are good: {step:?}")
-            };
-            let mut speed = [0.0; 7];
-            for j in 0..7 {
-                assert!(
-                    q[j].is_finite() && arm.limits()[j].contains(q[j]),
-                    "{seed} {i} {j}: {}",
-                    q[j]
-                );
-                let Some((before, speed_before)) = before else {
-                    continue;
-                };
-                speed[j] = (q[j] - before[j]) / DT_S;
-                let most = follower.speed_share * arm.max_velocity_rad_per_s()[j];
-                assert!(
-                    speed[j].abs() <= most + 1e-9,
-                    "{seed} {i} {j}: {} rad/s",
-                    speed[j]
-                );
-                let change = (speed[j] - speed_before[j]) / DT_S;
-                let most = follower.acceleration_rad_per_s2[j];
-                assert!(
-                    change.abs() <= most + 1e-6,
-                    "{seed} {i} {j}: {change} rad/s²"
-                );
-            }
-            before = Some((q, speed));
-            servo.command(step.command).unwrap();
-            servo.advance(DT_S).unwrap();
-            for j in 0..7 {
-                assert!(
-                    arm.limits()[j].contains(servo.q()[j]),
-                    "{seed} {i} {j}: {}",
-                    servo.q()[j]
-                );
-                assert!(servo.qd()[j].abs() <= arm.max_velocity_rad_per_s()[j] + 1e-12);
-            }
-            let arrived = step
-                .goal
-                .is_some_and(|goal| servo.q().max_abs_difference(&goal) < 0.05);
-            reached += usize::from(arrived && step.unreachable.is_none() && aim.is_some());
-            touched += usize::from(matches!(step.phase, Phase::Contact { .. }));
-            refused += usize::from(step.unreachable.is_some());
-            held += usize::from(aim.is_none());
-        }
+        .expect("the simulated arm takes every command");
     }
+    println!("{counts:?} steps");
     // The rooms must offer all of it.
-    let counts = [reached, refused, held, touched];
+    let Counts {
+        at_goal,
+        out_of_reach,
+        no_target,
+        touched,
+    } = counts;
     assert!(
-        counts.iter().all(|n| *n > 2000),
-        "at the goal, out of reach, no target, touched: {counts:?}"
+        [at_goal, out_of_reach, no_target, touched]
+            .iter()
+            .all(|n| *n > 2000),
+        "{counts:?}"
     );
-    println!("at the goal, out of reach, no target, touched: {counts:?} steps");
 }
