@@ -277,7 +277,7 @@ const RELAXATIONS: usize = 4;
 
 /// Moves all points except the outline and the top to the mean of the circumcentres around them, weighted by
 /// area and the square of the wanted density: towards triangles of equal size and shape in the metric
-/// [Chen and Xu 2004].
+/// [Chen 2004].
 fn relax(stretch: &Stretch, sphere: &mut [[f64; 3]], outline: usize, triangles: &[[u32; 3]]) {
     let mut sums = vec![[0.0; 3]; sphere.len()];
     for triangle in triangles {
