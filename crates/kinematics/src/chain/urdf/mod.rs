@@ -3,17 +3,19 @@
 //! Only joints, limits and inertials are read. Transmissions, safety controllers, friction and
 //! damping are not part of a [`Chain`].
 
+mod reader;
+
+use self::reader::{Body, Joint, Kind, Link, Origin, Robot, Rotation};
 use super::inertia::Inertial;
 use super::joint::{ChainJoint, JointKind};
 use super::model::Chain;
 use crate::error::KinematicsError;
 use crate::joints::JointLimit;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3, DVec4};
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
-use urdf_rs::{Joint, JointType, Link, Robot};
 
 impl Chain {
     /// From URDF text, from link `base` to link `tip`, which must descend from it.
@@ -25,7 +27,8 @@ impl Chain {
     ///
     /// As URDF says: rpy is roll about x, then pitch about y, then yaw about z, all in fixed
     /// axes; a missing axis is x; missing `lower` and `upper` of a limit are 0. A velocity or
-    /// effort of 0 counts as not given.
+    /// effort of 0 counts as not given. From version 1.1 an origin may have `quat_xyzw`, from
+    /// version 1.2 what a limit leaves out is unlimited.
     ///
     /// # Errors
     /// Malformed text, a link without definition, defined twice or with two parents, a loop, no
@@ -37,11 +40,7 @@ impl Chain {
         base: Option<&str>,
         tip: Option<&str>,
     ) -> Result<Self, KinematicsError> {
-        let robot =
-            urdf_rs::read_from_string(text).map_err(|error| KinematicsError::UrdfMalformed {
-                message: error.to_string(),
-            })?;
-        Tree::new(&robot)?.chain(base, tip)
+        Tree::new(&Robot::from_text(text)?)?.chain(base, tip)
     }
 
     /// As [`Chain::from_urdf_str`], from a file.
@@ -88,7 +87,7 @@ impl<'a> Tree<'a> {
             }
         }
         for joint in &robot.joints {
-            let (parent, child) = (joint.parent.link.as_str(), joint.child.link.as_str());
+            let (parent, child) = (joint.parent.as_str(), joint.child.as_str());
             tree.known(parent)?;
             tree.known(child)?;
             if tree.parent.insert(child, joint).is_some() {
@@ -118,7 +117,7 @@ impl<'a> Tree<'a> {
         let mut open: Vec<&str> = self.roots().collect();
         while let Some(link) = open.pop() {
             seen.insert(link);
-            open.extend(self.below(link).map(|joint| joint.child.link.as_str()));
+            open.extend(self.below(link).map(|joint| joint.child.as_str()));
         }
         match self.names.iter().find(|name| !seen.contains(**name)) {
             None => Ok(()),
@@ -142,7 +141,7 @@ impl<'a> Tree<'a> {
     fn root_above(&self, link: &'a str) -> &'a str {
         let mut at = link;
         while let Some(joint) = self.parent.get(at) {
-            at = &joint.parent.link;
+            at = &joint.parent;
         }
         at
     }
@@ -151,7 +150,7 @@ impl<'a> Tree<'a> {
         let (mut leaves, mut open) = (Vec::new(), vec![link]);
         while let Some(at) = open.pop() {
             let before = open.len();
-            open.extend(self.below(at).map(|joint| joint.child.link.as_str()));
+            open.extend(self.below(at).map(|joint| joint.child.as_str()));
             if open.len() == before {
                 leaves.push(at);
             }
@@ -192,7 +191,7 @@ impl<'a> Tree<'a> {
                     tip: tip.to_owned(),
                 })?;
             path.push(joint);
-            at = &joint.parent.link;
+            at = &joint.parent;
         }
         path.reverse();
 
@@ -201,8 +200,8 @@ impl<'a> Tree<'a> {
         // From the last movable joint's link, or the base, to the current link.
         let mut last_from_link = Pose::IDENTITY;
         for (index, joint) in path.iter().enumerate() {
-            let last_from_child = last_from_link * pose(&joint.origin)?;
-            let fixed = joint.joint_type == JointType::Fixed;
+            let last_from_child = last_from_link * pose(&joint.parent_from_child)?;
+            let fixed = joint.kind == Kind::Fixed;
             if fixed {
                 last_from_link = last_from_child;
             } else {
@@ -210,8 +209,8 @@ impl<'a> Tree<'a> {
                 last_from_link = Pose::IDENTITY;
             }
             if let Some(carrier) = joints.last_mut() {
-                let next = path.get(index + 1).map(|joint| joint.child.link.as_str());
-                let link = self.links[joint.child.link.as_str()];
+                let next = path.get(index + 1).map(|joint| joint.child.as_str());
+                let link = self.links[joint.child.as_str()];
                 self.collect(
                     link,
                     last_from_link,
@@ -235,24 +234,20 @@ impl<'a> Tree<'a> {
     ) -> Result<(), KinematicsError> {
         let mut open = vec![(link, carrier_from_link, true)];
         while let Some((link, carrier_from_link, rigid)) = open.pop() {
-            if has_inertial(link) {
+            if let Some(body) = link.body.as_ref().filter(|body| has_mass(body)) {
                 if rigid {
-                    inertials.push(inertial(link)?.transformed(&carrier_from_link));
+                    inertials.push(inertial(link, body)?.transformed(&carrier_from_link));
                 } else {
                     left_out.push(link.name.clone());
                 }
             }
             for joint in self
                 .below(&link.name)
-                .filter(|joint| Some(joint.child.link.as_str()) != next)
+                .filter(|joint| Some(joint.child.as_str()) != next)
             {
-                let carrier_from_child = carrier_from_link * pose(&joint.origin)?;
-                let rigid = rigid && joint.joint_type == JointType::Fixed;
-                open.push((
-                    self.links[joint.child.link.as_str()],
-                    carrier_from_child,
-                    rigid,
-                ));
+                let carrier_from_child = carrier_from_link * pose(&joint.parent_from_child)?;
+                let rigid = rigid && joint.kind == Kind::Fixed;
+                open.push((self.links[joint.child.as_str()], carrier_from_child, rigid));
             }
         }
         Ok(())
@@ -273,74 +268,78 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
         joint: joint.name.clone(),
         kind: kind.to_owned(),
     };
-    if joint.mimic.is_some() {
+    if joint.is_mimic {
         return Err(unsupported("mimic"));
     }
-    let kind = match joint.joint_type {
-        JointType::Revolute | JointType::Continuous => JointKind::Revolute,
-        JointType::Prismatic => JointKind::Prismatic,
-        JointType::Floating => return Err(unsupported("floating")),
-        JointType::Planar => return Err(unsupported("planar")),
-        JointType::Spherical => return Err(unsupported("spherical")),
-        JointType::Fixed => return Err(unsupported("fixed")),
+    let kind = match joint.kind {
+        Kind::Revolute | Kind::Continuous => JointKind::Revolute,
+        Kind::Prismatic => JointKind::Prismatic,
+        Kind::Floating => return Err(unsupported("floating")),
+        Kind::Planar => return Err(unsupported("planar")),
+        Kind::Spherical => return Err(unsupported("spherical")),
+        Kind::Fixed => return Err(unsupported("fixed")),
     };
-    let limit = if joint.joint_type == JointType::Continuous {
-        JointLimit::FREE
-    } else if joint.limit == urdf_rs::JointLimit::default() {
-        // The parser fills an absent tag with zeros, which would lock the joint.
-        return Err(KinematicsError::UrdfNoLimits {
-            joint: joint.name.clone(),
-        });
-    } else {
-        JointLimit {
-            min_rad: joint.limit.lower,
-            max_rad: joint.limit.upper,
+    // A limit of zeros only says nothing and would lock the joint.
+    let tag = joint.limit.as_ref().filter(|limit| {
+        [limit.lower, limit.upper, limit.velocity, limit.effort]
+            .iter()
+            .any(|value| *value != 0.0)
+    });
+    let limit = match tag {
+        _ if joint.kind == Kind::Continuous => JointLimit::FREE,
+        Some(limit) => JointLimit {
+            min_rad: limit.lower,
+            max_rad: limit.upper,
+        },
+        None => {
+            return Err(KinematicsError::UrdfNoLimits {
+                joint: joint.name.clone(),
+            });
         }
     };
-    let given = |value: f64| {
-        if value == 0.0 || value == f64::INFINITY {
-            None
-        } else {
-            Some(value)
-        }
-    };
+    let given = |value: f64| (value != 0.0 && value != f64::INFINITY).then_some(value);
     Ok(ChainJoint {
         name: joint.name.clone(),
         kind,
         previous_from_link,
-        axis: DVec3::from_array(joint.axis.xyz.0),
+        axis: DVec3::from_array(joint.axis),
         limit,
-        max_velocity: given(joint.limit.velocity),
-        max_effort: given(joint.limit.effort),
+        max_velocity: tag.and_then(|limit| given(limit.velocity)),
+        max_effort: tag.and_then(|limit| given(limit.effort)),
         inertials: Vec::new(),
     })
 }
 
-/// `Rz(yaw) Ry(pitch) Rx(roll)` and the origin.
-fn pose(origin: &urdf_rs::Pose) -> Result<Pose, KinematicsError> {
-    let [roll, pitch, yaw] = origin.rpy.0;
-    all_finite("rpy", &origin.rpy.0)?;
-    let rotation =
-        DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
-    Ok(Pose::new(rotation, DVec3::from_array(origin.xyz.0))?)
+fn pose(origin: &Origin) -> Result<Pose, KinematicsError> {
+    let rotation = match origin.rotation {
+        Rotation::RollPitchYaw(rpy) => {
+            all_finite("rpy", &rpy)?;
+            let [roll, pitch, yaw] = rpy;
+            DMat3::from_rotation_z(yaw)
+                * DMat3::from_rotation_y(pitch)
+                * DMat3::from_rotation_x(roll)
+        }
+        Rotation::Quaternion(xyzw) => {
+            all_finite("quat_xyzw", &xyzw)?;
+            // Zero is the identity, as in urdfdom.
+            let unit = DVec4::from_array(xyzw).normalize_or(DVec4::W);
+            DMat3::from_quat(DQuat::from_vec4(unit))
+        }
+    };
+    Ok(Pose::new(rotation, DVec3::from_array(origin.xyz_m))?)
 }
 
-/// The parser fills an absent inertial with zeros; zero mass with some inertia is an error to report later.
-fn has_inertial(link: &Link) -> bool {
-    let i = &link.inertial.inertia;
-    link.inertial.mass.value != 0.0
-        || [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz]
-            .iter()
-            .any(|x| *x != 0.0)
+/// Zeros only count as no inertial; zero mass with some inertia is an error to report later.
+fn has_mass(body: &Body) -> bool {
+    body.mass_kg != 0.0 || body.inertia_kg_m2.iter().any(|value| *value != 0.0)
 }
 
-fn inertial(link: &Link) -> Result<Inertial, KinematicsError> {
-    let i = &link.inertial.inertia;
+fn inertial(link: &Link, body: &Body) -> Result<Inertial, KinematicsError> {
     let in_body_axes = Inertial::from_six(
         link.name.clone(),
-        link.inertial.mass.value,
+        body.mass_kg,
         DVec3::ZERO,
-        [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz],
+        body.inertia_kg_m2,
     );
-    Ok(in_body_axes.transformed(&pose(&link.inertial.origin)?))
+    Ok(in_body_axes.transformed(&pose(&body.link_from_body)?))
 }

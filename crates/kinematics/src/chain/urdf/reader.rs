@@ -1,0 +1,333 @@
+//! The part of a URDF text that a serial chain needs.
+//!
+//! Shapes, looks, transmissions and simulator extensions are skipped unread. Numbers may be NaN
+//! or infinite here: whoever uses one checks it, so that a bad number in a part of the robot that
+//! is not asked for does no harm.
+
+use crate::error::KinematicsError;
+use roxmltree::{Document, Node, ParsingOptions};
+
+/// Far more than any robot has, few enough for a quick refusal: elements, texts and comments.
+const MOST_NODES: u32 = 200_000;
+/// The parser compares every attribute of an element with all others.
+const MOST_EQUALS_SIGNS_IN_A_TAG: usize = 10_000;
+/// The parser's time grows with the cube of nested namespace declarations.
+const MOST_NAMESPACES: usize = 500;
+
+pub(super) struct Robot {
+    pub(super) links: Vec<Link>,
+    pub(super) joints: Vec<Joint>,
+}
+
+pub(super) struct Link {
+    pub(super) name: String,
+    pub(super) body: Option<Body>,
+}
+
+pub(super) struct Body {
+    pub(super) link_from_body: Origin,
+    pub(super) mass_kg: f64,
+    /// xx, xy, xz, yy, yz, zz about the centre of mass, kg m², in the body's axes.
+    pub(super) inertia_kg_m2: [f64; 6],
+}
+
+pub(super) struct Joint {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) parent: String,
+    pub(super) child: String,
+    pub(super) parent_from_child: Origin,
+    pub(super) axis: [f64; 3],
+    pub(super) limit: Option<Limit>,
+    pub(super) is_mimic: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Revolute,
+    Continuous,
+    Prismatic,
+    Fixed,
+    Floating,
+    Planar,
+    Spherical,
+}
+
+/// In the units of the joint: rad, rad/s and N m, or m, m/s and N.
+pub(super) struct Limit {
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) velocity: f64,
+    pub(super) effort: f64,
+}
+
+pub(super) struct Origin {
+    pub(super) xyz_m: [f64; 3],
+    pub(super) rotation: Rotation,
+}
+
+#[derive(Clone, Copy)]
+pub(super) enum Rotation {
+    RollPitchYaw([f64; 3]),
+    /// x, y, z, w, not normalised; since URDF 1.1.
+    Quaternion([f64; 4]),
+}
+
+impl Origin {
+    const ZERO: Self = Self {
+        xyz_m: [0.0; 3],
+        rotation: Rotation::RollPitchYaw([0.0; 3]),
+    };
+}
+
+/// Major and minor, so that they compare in this order.
+type Version = (u32, u32);
+
+impl Robot {
+    pub(super) fn from_text(text: &str) -> Result<Self, KinematicsError> {
+        check_cost(text)?;
+        let options = ParsingOptions {
+            allow_dtd: false,
+            nodes_limit: MOST_NODES,
+            ..ParsingOptions::default()
+        };
+        let document = Document::parse_with_options(text, options)
+            .map_err(|error| malformed(&error.to_string()))?;
+        let robot = Element(document.root_element());
+        if robot.name() != "robot" {
+            return Err(robot.malformed("the outermost element must be <robot>"));
+        }
+        let version = version(robot);
+        Ok(Self {
+            links: robot
+                .children("link")
+                .map(|element| link(element, version))
+                .collect::<Result<_, _>>()?,
+            joints: robot
+                .children("joint")
+                .map(|element| joint(element, version))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// Refuses what would keep the parser busy for minutes.
+fn check_cost(text: &str) -> Result<(), KinematicsError> {
+    let too_many_attributes = text
+        .split('<')
+        .any(|tag| tag.matches('=').count() > MOST_EQUALS_SIGNS_IN_A_TAG);
+    if too_many_attributes {
+        return Err(malformed("an element has too many attributes"));
+    }
+    if text.matches("xmlns").count() > MOST_NAMESPACES {
+        return Err(malformed("too many namespaces"));
+    }
+    Ok(())
+}
+
+fn version(robot: Element) -> Version {
+    let given = robot.attribute("version").and_then(|text| {
+        let (major, minor) = text.trim().split_once('.')?;
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    });
+    // As in urdfdom, also for a version that cannot be read.
+    given.unwrap_or((1, 0))
+}
+
+fn link(link: Element, version: Version) -> Result<Link, KinematicsError> {
+    Ok(Link {
+        name: link.text("name")?.to_owned(),
+        body: link
+            .optional("inertial")?
+            .map(|inertial| body(inertial, version))
+            .transpose()?,
+    })
+}
+
+fn body(inertial: Element, version: Version) -> Result<Body, KinematicsError> {
+    let inertia = inertial.required("inertia")?;
+    let mut inertia_kg_m2 = [0.0; 6];
+    for (value, name) in inertia_kg_m2
+        .iter_mut()
+        .zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"])
+    {
+        *value = inertia.number(name)?;
+    }
+    Ok(Body {
+        link_from_body: origin(inertial, version)?,
+        mass_kg: inertial.required("mass")?.number("value")?,
+        inertia_kg_m2,
+    })
+}
+
+fn joint(joint: Element, version: Version) -> Result<Joint, KinematicsError> {
+    Ok(Joint {
+        name: joint.text("name")?.to_owned(),
+        kind: kind(joint)?,
+        parent: joint.required("parent")?.text("link")?.to_owned(),
+        child: joint.required("child")?.text("link")?.to_owned(),
+        parent_from_child: origin(joint, version)?,
+        axis: match joint.optional("axis")? {
+            Some(axis) => axis.numbers("xyz")?.ok_or_else(|| axis.missing("xyz"))?,
+            None => [1.0, 0.0, 0.0],
+        },
+        limit: joint
+            .optional("limit")?
+            .map(|element| limit(element, version))
+            .transpose()?,
+        is_mimic: joint.optional("mimic")?.is_some(),
+    })
+}
+
+fn kind(joint: Element) -> Result<Kind, KinematicsError> {
+    Ok(match joint.text("type")? {
+        "revolute" => Kind::Revolute,
+        "continuous" => Kind::Continuous,
+        "prismatic" => Kind::Prismatic,
+        "fixed" => Kind::Fixed,
+        "floating" => Kind::Floating,
+        "planar" => Kind::Planar,
+        "spherical" => Kind::Spherical,
+        other => {
+            return Err(joint.malformed(&format!("unknown joint type {:?}", shortened(other))));
+        }
+    })
+}
+
+/// Until URDF 1.1 what is left out is 0, and a velocity must be given; since 1.2 there is no limit.
+fn limit(limit: Element, version: Version) -> Result<Limit, KinematicsError> {
+    let since_1_2 = version >= (1, 2);
+    let or_unlimited = |name, unlimited: f64| {
+        let otherwise = if since_1_2 { unlimited } else { 0.0 };
+        let given = limit.optional_number(name);
+        given.map(|value| value.unwrap_or(otherwise))
+    };
+    if !since_1_2 {
+        limit.text("velocity")?;
+    }
+    Ok(Limit {
+        lower: or_unlimited("lower", f64::NEG_INFINITY)?,
+        upper: or_unlimited("upper", f64::INFINITY)?,
+        velocity: or_unlimited("velocity", f64::INFINITY)?,
+        effort: or_unlimited("effort", f64::INFINITY)?,
+    })
+}
+
+/// The origin of a joint or inertial; without one, that of its parent.
+fn origin(owner: Element, version: Version) -> Result<Origin, KinematicsError> {
+    let Some(origin) = owner.optional("origin")? else {
+        return Ok(Origin::ZERO);
+    };
+    let rpy = origin.numbers("rpy")?;
+    // Older versions have no such attribute, and readers of them skip it.
+    let quaternion = if version >= (1, 1) {
+        origin.numbers("quat_xyzw")?
+    } else {
+        None
+    };
+    let rotation = match (rpy, quaternion) {
+        (Some(_), Some(_)) => return Err(origin.malformed("both rpy and quat_xyzw are given")),
+        (None, Some(quaternion)) => Rotation::Quaternion(quaternion),
+        (rpy, None) => Rotation::RollPitchYaw(rpy.unwrap_or_default()),
+    };
+    Ok(Origin {
+        xyz_m: origin.numbers("xyz")?.unwrap_or_default(),
+        rotation,
+    })
+}
+
+#[derive(Clone, Copy)]
+struct Element<'a, 'text>(Node<'a, 'text>);
+
+impl<'a, 'text: 'a> Element<'a, 'text> {
+    fn name(self) -> &'a str {
+        self.0.tag_name().name()
+    }
+
+    /// Elements of another namespace are another's extensions, whatever their names.
+    fn children(self, name: &str) -> impl Iterator<Item = Self> {
+        self.0
+            .children()
+            .filter(move |child| {
+                let (tag, parent) = (child.tag_name(), self.0.tag_name());
+                child.is_element() && tag.name() == name && tag.namespace() == parent.namespace()
+            })
+            .map(Self)
+    }
+
+    fn optional(self, name: &str) -> Result<Option<Self>, KinematicsError> {
+        let mut found = self.children(name);
+        let first = found.next();
+        match found.next() {
+            None => Ok(first),
+            Some(second) => {
+                Err(second.malformed(&format!("second of its kind in <{}>", self.name())))
+            }
+        }
+    }
+
+    fn required(self, name: &str) -> Result<Self, KinematicsError> {
+        self.optional(name)?
+            .ok_or_else(|| self.malformed(&format!("<{name}> is missing")))
+    }
+
+    fn attribute(self, name: &str) -> Option<&'a str> {
+        self.0.attribute(name)
+    }
+
+    fn text(self, attribute: &str) -> Result<&'a str, KinematicsError> {
+        self.attribute(attribute)
+            .ok_or_else(|| self.missing(attribute))
+    }
+
+    fn number(self, attribute: &str) -> Result<f64, KinematicsError> {
+        self.optional_number(attribute)?
+            .ok_or_else(|| self.missing(attribute))
+    }
+
+    fn optional_number(self, attribute: &str) -> Result<Option<f64>, KinematicsError> {
+        Ok(self.numbers(attribute)?.map(|[number]| number))
+    }
+
+    /// Exactly `N` numbers apart by white space, if the attribute is given.
+    fn numbers<const N: usize>(self, attribute: &str) -> Result<Option<[f64; N]>, KinematicsError> {
+        let Some(text) = self.attribute(attribute) else {
+            return Ok(None);
+        };
+        let mut words = text.split_whitespace();
+        let mut numbers = [0.0; N];
+        let all_read = numbers.iter_mut().all(|number| {
+            let read = words.next().and_then(|word| word.parse().ok());
+            *number = read.unwrap_or_default();
+            read.is_some()
+        });
+        if all_read && words.next().is_none() {
+            return Ok(Some(numbers));
+        }
+        let wanted = if N == 1 { "number" } else { "numbers" };
+        let given = shortened(text);
+        Err(self.malformed(&format!("{attribute} is {given:?}, not {N} {wanted}")))
+    }
+
+    fn missing(self, attribute: &str) -> KinematicsError {
+        self.malformed(&format!("attribute {attribute} is missing"))
+    }
+
+    fn malformed(self, message: &str) -> KinematicsError {
+        let start = self.0.range().start;
+        let line = self.0.document().text_pos_at(start).row;
+        let element = shortened(self.name());
+        malformed(&format!("line {line}, <{element}>: {message}"))
+    }
+}
+
+/// On one line: the parser quotes the text, line breaks included.
+fn malformed(message: &str) -> KinematicsError {
+    KinematicsError::UrdfMalformed {
+        message: message.replace(char::is_control, " "),
+    }
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(60).collect()
+}
