@@ -18,6 +18,11 @@ pub enum HoldReason {
         /// Joint, from 0.
         joint: usize,
     },
+    /// The joint torques amount to a force that no hand exerts.
+    ImplausibleForce {
+        /// Against the outward normal of the board, N; NaN if the torques are too large to tell.
+        force_n: f64,
+    },
     /// The arm state is too old.
     StaleState {
         /// Its age, s; negative if its stamp lies ahead.
@@ -42,6 +47,7 @@ impl HoldReason {
             Self::NonFiniteTime => "non_finite_time",
             Self::TimeReversed { .. } => "time_reversed",
             Self::NonFiniteState { .. } => "non_finite_state",
+            Self::ImplausibleForce { .. } => "implausible_force",
             Self::StaleState { .. } => "stale_state",
             Self::NoTarget => "no_target",
             Self::InvalidTarget => "invalid_target",

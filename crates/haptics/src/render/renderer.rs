@@ -92,6 +92,10 @@ impl Default for WatchdogConfig {
     }
 }
 
+/// No hand presses and no arm bears more, N: beyond it the torque sensors are broken, and the filter would take long
+/// to forget what they say.
+const MAX_FORCE_N: f64 = 1e4;
+
 /// What the renderer is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Phase {
@@ -197,6 +201,12 @@ impl Renderer {
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
         self.follower.arm()
+    }
+
+    /// Touched or not, as of the last usable state: a hold for want of one changes nothing in it.
+    #[must_use]
+    pub const fn contact(&self) -> ContactState {
+        self.detector.state()
     }
 
     /// One control step. Never fails: whatever is wrong with an input ends in
@@ -353,15 +363,11 @@ impl Renderer {
             .map_or(f64::NAN, |estimate| {
                 -estimate.wrench.normal_force_n(outward)
             });
-        // Finite torques can still be too large to square.
-        let overflow = HoldReason::NonFiniteState {
-            what: "normal force",
-            joint: 0,
-        };
-        if force_n.is_finite() {
+        // NaN, from torques too large to square, fails the comparison.
+        if force_n.abs() <= MAX_FORCE_N {
             Ok(Some(force_n))
         } else {
-            Err(overflow)
+            Err(HoldReason::ImplausibleForce { force_n })
         }
     }
 
@@ -398,7 +404,7 @@ impl Renderer {
         }
     }
 
-    /// First-order low pass, from nothing after a fault: a single raw value may be all noise.
+    /// First-order low pass.
     fn filtered(&mut self, force_n: f64, dt_s: f64) -> f64 {
         let share = if self.force.filter_s > 0.0 {
             -(-dt_s / self.force.filter_s).exp_m1()
@@ -411,7 +417,11 @@ impl Renderer {
 
     /// The arm brakes by itself; the command comes to rest beside it.
     fn hand_over(&mut self, reason: HoldReason, dt_s: f64) -> RenderStep {
-        self.felt_n = 0.0;
+        // From nothing after a fault, for a single raw value may be all noise; but a finger that presses is not taken
+        // for gone because states fail now and then.
+        if self.detector.state() == ContactState::NonContact {
+            self.felt_n = 0.0;
+        }
         if self.detached == Detached::No {
             self.detached = Detached::Held;
         }

@@ -6,8 +6,8 @@ use super::handover::Receiver;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, TextureInput};
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, HoldReason, Phase, PlaceTolerance, RenderStep,
-    Renderer, Slide,
+    ArmCommand, ArmState, Board, BoardTarget, ContactState, HoldReason, Phase, PlaceTolerance,
+    RenderStep, Renderer, Slide,
 };
 use hwall_kinematics::ArmKinematics;
 use std::sync::Arc;
@@ -27,12 +27,21 @@ pub struct Control {
     pub(super) events: EventQueue,
     pub(super) state: SessionState,
     pub(super) step: Option<RenderStep>,
-    /// How often the world had moved when the touch began.
-    pub(super) moves_at_touch: u64,
+    /// The touch under way; a hold for want of a good state or clock does not end it.
+    pub(super) contact: Option<Contact>,
     /// The goal was announced late; once for each goal.
     pub(super) late: bool,
     /// The last reason why a goal could not be held.
     pub(super) unreachable: bool,
+}
+
+/// What a touch began with, and what became of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact {
+    /// How often the world had moved before.
+    moves_before: u64,
+    /// Once moved it stays so: what is touched is no longer where it is shown.
+    world_moved: bool,
 }
 
 /// What the board is doing.
@@ -123,10 +132,12 @@ impl Control {
     /// How a touched board moves within its plane, for the touch as it was after the last step.
     #[cfg(feature = "texture")]
     fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
-        let touched = self.state == SessionState::Touched;
+        let touched = self.contact.is_some_and(|contact| !contact.world_moved);
+        // The arm brakes by itself; the motion waits for it.
+        let braking = touched && matches!(self.state, SessionState::Holding(_));
         let guidance = &self.guidance;
         let texture = self.texture.as_mut()?;
-        if !now_s.is_finite() || state.validate().is_err() {
+        if braking || !now_s.is_finite() || state.validate().is_err() {
             return None;
         }
         let step = texture.step(
@@ -156,59 +167,39 @@ impl Control {
 
     /// Names the state that a step leaves, and reports what changed.
     fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
-        let before = self.state;
-        let was_touched = matches!(
-            before,
-            SessionState::Touched | SessionState::TouchedInMovingWorld
-        );
+        let (before, contact_before) = (self.state, self.contact);
+        self.contact = self.contact_now();
+        let world_moved = self.contact.is_some_and(|contact| contact.world_moved);
         let after = match step.phase {
             Phase::Hold(reason) => SessionState::Holding(reason),
-            Phase::Contact { .. } => {
-                if !was_touched {
-                    self.moves_at_touch = self.guidance.world_moves;
-                }
-                let moved = self.guidance.world_moves != self.moves_at_touch;
-                // Once moved it stays so: what is touched is no longer where it is shown.
-                if moved || before == SessionState::TouchedInMovingWorld {
-                    SessionState::TouchedInMovingWorld
-                } else {
-                    SessionState::Touched
-                }
-            }
+            Phase::Contact { .. } if world_moved => SessionState::TouchedInMovingWorld,
+            Phase::Contact { .. } => SessionState::Touched,
             Phase::NonContact => self.on_the_way(now_s, state, before),
         };
-        let is_touched = matches!(
-            after,
-            SessionState::Touched | SessionState::TouchedInMovingWorld
-        );
         self.state = after;
         let events = &mut self.events;
         let is_held = |s| matches!(s, SessionState::Holding(_));
         match (before, after) {
-            (SessionState::Holding(was), SessionState::Holding(is)) => {
-                if was.name() != is.name() {
-                    events.push(now_s, EventKind::Held(is));
-                }
-            }
+            (SessionState::Holding(was), SessionState::Holding(is)) if was.name() == is.name() => {}
             (_, SessionState::Holding(reason)) => events.push(now_s, EventKind::Held(reason)),
             _ if is_held(before) => events.push(now_s, EventKind::Resumed),
             _ => {}
         }
-        match (was_touched, is_touched) {
-            (false, true) => {
+        match (contact_before, self.contact) {
+            (None, Some(_)) => {
                 let normal_force_n = step.normal_force_n.unwrap_or(0.0);
                 events.push(now_s, EventKind::Touched { normal_force_n });
             }
-            (true, false) => events.push(now_s, EventKind::Released),
+            (Some(_), None) => events.push(now_s, EventKind::Released),
             _ => {}
+        }
+        if world_moved && !contact_before.is_some_and(|contact| contact.world_moved) {
+            events.push(now_s, EventKind::WorldMovedWhileTouched);
         }
         if before != after {
             match after {
                 SessionState::InPlace => events.push(now_s, EventKind::Arrived),
                 SessionState::Late => events.push(now_s, EventKind::Late),
-                SessionState::TouchedInMovingWorld => {
-                    events.push(now_s, EventKind::WorldMovedWhileTouched);
-                }
                 _ => {}
             }
         }
@@ -216,6 +207,22 @@ impl Control {
             events.push(now_s, EventKind::Unreachable(reason));
         }
         self.unreachable = step.unreachable.is_some();
+    }
+
+    /// The touch as the renderer knows it.
+    fn contact_now(&self) -> Option<Contact> {
+        let moves = self.guidance.world_moves;
+        match (self.renderer.contact(), self.contact) {
+            (ContactState::NonContact, _) => None,
+            (ContactState::Contact { .. }, None) => Some(Contact {
+                moves_before: moves,
+                world_moved: false,
+            }),
+            (ContactState::Contact { .. }, Some(contact)) => Some(Contact {
+                world_moved: contact.world_moved || moves != contact.moves_before,
+                ..contact
+            }),
+        }
     }
 
     fn on_the_way(&mut self, now_s: f64, state: &ArmState, before: SessionState) -> SessionState {

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 /// Something that happened, and when.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// Time on the clock of the arm, s.
+    /// Time on the clock of the arm, s; that of the event before for an input whose own time is NaN or infinite.
     pub t_s: f64,
     /// What happened.
     pub kind: EventKind,
@@ -84,6 +84,8 @@ pub struct Goal {
 pub(super) struct EventQueue {
     waiting: VecDeque<Event>,
     missed: u64,
+    /// Time of the newest event, s.
+    last_s: f64,
 }
 
 /// Half a second of everything that happens at usual rates.
@@ -94,6 +96,7 @@ impl EventQueue {
         Self {
             waiting: VecDeque::with_capacity(CAPACITY),
             missed: 0,
+            last_s: 0.0,
         }
     }
 
@@ -103,7 +106,13 @@ impl EventQueue {
             self.waiting.pop_front();
             self.missed += 1;
         }
-        self.waiting.push_back(Event { t_s, kind });
+        if t_s.is_finite() {
+            self.last_s = t_s;
+        }
+        self.waiting.push_back(Event {
+            t_s: self.last_s,
+            kind,
+        });
     }
 
     pub(super) fn pop(&mut self) -> Option<Event> {
@@ -127,5 +136,15 @@ mod tests {
         }
         assert_eq!(queue.missed(), 3);
         assert_eq!(queue.pop().map(|e| e.t_s), Some(3.0));
+    }
+
+    #[test]
+    fn an_event_without_a_time_takes_that_of_the_one_before() {
+        let mut queue = EventQueue::new();
+        for t_s in [f64::NAN, 2.0, f64::INFINITY, 3.0] {
+            queue.push(t_s, EventKind::Released);
+        }
+        let times_s: Vec<f64> = std::iter::from_fn(|| queue.pop()).map(|e| e.t_s).collect();
+        assert_eq!(times_s, [0.0, 2.0, 2.0, 3.0]);
     }
 }

@@ -102,7 +102,7 @@ impl<P: Predictor> Session<P> {
             events: EventQueue::new(),
             state: SessionState::Holding(hwall_haptics::HoldReason::NoTarget),
             step: None,
-            moves_at_touch: 0,
+            contact: None,
             late: false,
             unreachable: false,
         };

@@ -105,6 +105,7 @@ impl<P: Predictor> Perception<P> {
     ///
     /// # Errors
     /// A time stamp (of the tracker's clock) that is NaN, infinite or before the last one; the world then stays where it was.
+    /// A clock that was set back is refused once and counts from its new time on.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
         match self.world.moved(pose) {
             Ok(moved) => {
@@ -256,6 +257,10 @@ impl<P: Predictor> Perception<P> {
             } = goal.target;
             (goal.surface, point_m, normal, roll_rad)
         };
+        // The control side holds for a place that is NaN, and says so.
+        if !(goal.target.point_m.is_finite() && goal.target.normal.is_finite()) {
+            return;
+        }
         if self
             .newest
             .goal

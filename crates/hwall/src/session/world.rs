@@ -28,13 +28,13 @@ pub(super) struct World {
 }
 
 impl World {
-    /// Takes a new place; was it another one?
+    /// Takes a new place; was it another one? A clock that was set back is refused once and counts from its new time on.
     pub(super) fn moved(&mut self, pose: &WorldPose) -> Result<bool, SessionError> {
         hwall_numeric::check::finite("t_s of the world", pose.t_s)?;
-        if let Some(last) = self.newest.filter(|last| pose.t_s < last.t_s) {
-            return Err(SessionError::WorldTimeReversed {
-                by_s: last.t_s - pose.t_s,
-            });
+        if let Some(last) = self.newest.as_mut().filter(|last| pose.t_s < last.t_s) {
+            let by_s = last.t_s - pose.t_s;
+            last.t_s = pose.t_s;
+            return Err(SessionError::WorldTimeReversed { by_s });
         }
         let before = self.base_from_world();
         self.newest = Some(*pose);
