@@ -22,8 +22,8 @@ fn main() -> Result<(), GeometryError> {
 
     // A calibration that was printed with six digits is off by rounding: it becomes the nearest rotation.
     let printed = DMat3::from_cols(
-        DVec3::new(0.707107, 0.707107, 0.0),
-        DVec3::new(-0.707107, 0.707107, 0.0),
+        DVec3::new(0.5, 0.866025, 0.0),
+        DVec3::new(-0.866025, 0.5, 0.0),
         DVec3::Z,
     );
     let repaired = Pose::new(printed, DVec3::ZERO)?;

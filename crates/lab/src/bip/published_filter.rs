@@ -27,6 +27,13 @@ pub struct FullFilter {
     covariance: Vec<f64>,
 }
 
+/// Values and slopes of basis functions at one phase, group by group.
+#[derive(Default)]
+struct Functions {
+    values: Vec<Vec<f64>>,
+    slopes: Vec<Vec<f64>>,
+}
+
 impl FullFilter {
     /// From a prior, with the variance of the phase at its start and of its acceleration.
     ///
@@ -127,7 +134,7 @@ impl FullFilter {
 
     fn update(&mut self, y: &[f64], noise: &[f64], active: &[bool]) -> Result<(), BipError> {
         let (n, m) = (self.state.len(), self.layout.len());
-        let (values, slopes) = self.functions(self.state[0])?;
+        let Functions { values, slopes } = self.functions(self.state[0])?;
         let mut predicted = vec![0.0; m];
         // Sparse rows of H: the slope at the phase, the basis at the weights.
         let mut slope = vec![0.0; m];
@@ -182,15 +189,16 @@ impl FullFilter {
     }
 
     /// Values and slopes of the functions of each group.
-    fn functions(&self, phase: f64) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), BipError> {
-        self.bases
-            .iter()
-            .map(|b| {
-                let (mut v, mut s) = (vec![0.0; b.count()], vec![0.0; b.count()]);
-                b.evaluate_into(phase, &mut v, &mut s)?;
-                Ok((v, s))
-            })
-            .collect()
+    fn functions(&self, phase: f64) -> Result<Functions, BipError> {
+        let mut all = Functions::default();
+        for basis in &self.bases {
+            let mut values = vec![0.0; basis.count()];
+            let mut slopes = vec![0.0; basis.count()];
+            basis.evaluate_into(phase, &mut values, &mut slopes)?;
+            all.values.push(values);
+            all.slopes.push(slopes);
+        }
+        Ok(all)
     }
 
     /// Mean of the phase.
@@ -218,7 +226,7 @@ impl FullFilter {
     #[must_use]
     pub fn mean_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
-        let (values, _) = self.functions(phase).ok()?;
+        let values = self.functions(phase).ok()?.values;
         Some(self.offset[dof] + dot(&values[g], &self.state[first..first + values[g].len()]))
     }
 
@@ -227,7 +235,7 @@ impl FullFilter {
     #[must_use]
     pub fn variance_at(&self, phase: f64, dof: usize) -> Option<f64> {
         let &(g, first) = self.layout.get(dof)?;
-        let (values, _) = self.functions(phase).ok()?;
+        let values = self.functions(phase).ok()?.values;
         let (psi, n) = (&values[g], self.state.len());
         let row = |i: usize| &self.covariance[(first + i) * n + first..][..psi.len()];
         let weighted = psi.iter().enumerate().map(|(i, x)| x * dot(row(i), psi));
