@@ -50,8 +50,9 @@ fn steps_and_frames_do_not_allocate() {
         sliding += usize::from(control.last_step().is_some_and(|step| step.sliding));
         bench.obey(command);
     }
-    let counts = [approaching, in_place, sliding, held];
+    let counts = [approaching, in_place, held];
     assert!(counts.iter().all(|n| *n > 100), "{counts:?}");
+    assert!(sliding > 100 || !cfg!(feature = "texture"), "{sliding}");
     assert!(goals > 0);
 }
 
