@@ -167,7 +167,7 @@ impl Control {
 
     /// Names the state that a step leaves, and reports what changed.
     fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
-        let (before, contact_before) = (self.state, self.contact);
+        let (before, contact_before, late_before) = (self.state, self.contact, self.late);
         self.contact = self.contact_now();
         let world_moved = self.contact.is_some_and(|contact| contact.world_moved);
         let after = match step.phase {
@@ -199,7 +199,7 @@ impl Control {
         if before != after {
             match after {
                 SessionState::InPlace => events.push(now_s, EventKind::Arrived),
-                SessionState::Late => events.push(now_s, EventKind::Late),
+                SessionState::Late if !late_before => events.push(now_s, EventKind::Late),
                 _ => {}
             }
         }
