@@ -28,7 +28,7 @@ pub(super) struct World {
 }
 
 impl World {
-    /// Takes a new place; was it another one?
+    /// Takes a new place, and says whether it differs from the last one.
     pub(super) fn moved(&mut self, pose: &WorldPose) -> Result<bool, SessionError> {
         hwall_numeric::check::finite("t_s of the world", pose.t_s)?;
         if let Some(last) = self.newest.filter(|last| pose.t_s < last.t_s) {
@@ -54,7 +54,7 @@ impl World {
         self.moves
     }
 
-    /// `None` while the world stands where the arm's base is, so that nothing need be transformed.
+    /// `None` while the frames of world and base agree, so that nothing need be transformed.
     pub(super) fn world_from_base(&self) -> Option<Pose> {
         let pose = self.base_from_world();
         (pose != Pose::IDENTITY).then(|| pose.inverse())
