@@ -2,7 +2,7 @@
 
 use crate::reach::bisect;
 
-/// Where the peak of the speed may be asked for, share of the time. The warp below reaches 0.255
+/// Range in which the peak of the speed may be asked for, shares of the time. The warp below reaches 0.255
 /// to 0.745.
 pub(crate) const PEAKS: [f64; 2] = [0.3, 0.7];
 
@@ -75,7 +75,7 @@ impl Profile {
         }
     }
 
-    /// The time as the first part feels it.
+    /// The share of the time of the first part.
     pub(crate) fn warped(&self, tau: f64) -> f64 {
         tau + self.warp * tau * (1.0 - tau)
     }
