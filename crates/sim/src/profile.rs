@@ -75,7 +75,7 @@ impl Profile {
         }
     }
 
-    /// The share of the time of the first part.
+    /// The time as the first part feels it.
     pub(crate) fn warped(&self, tau: f64) -> f64 {
         tau + self.warp * tau * (1.0 - tau)
     }

@@ -216,7 +216,7 @@ pub(crate) struct Approach {
 }
 
 impl Approach {
-    /// Share of the change of mind: 0 before, 1 after.
+    /// How much of the mind has changed: 0 before, 1 after.
     pub(crate) fn changed(&self, tau: f64) -> f64 {
         let share = |&(_, at): &(ReachPath, f64)| {
             minimum_jerk((self.path.elapsed(tau) - at) / TURN.min(1.0 - at))
@@ -232,7 +232,7 @@ impl Approach {
         }
     }
 
-    /// Share of the time from which the path is that to the touch alone.
+    /// Share of the time from which on the way is that to the touch alone.
     pub(crate) fn tau_settled(&self) -> f64 {
         self.meant
             .as_ref()

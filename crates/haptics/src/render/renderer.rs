@@ -199,8 +199,8 @@ impl Renderer {
         self.follower.arm()
     }
 
-    /// One control step. Never fails: if an input is missing or wrong, the phase is
-    /// [`Phase::Hold`] with the reason, and following resumes once the inputs are good again.
+    /// One control step. Never fails: whatever is wrong with an input ends in
+    /// [`Phase::Hold`] with its reason, and following resumes once the inputs are good again.
     ///
     /// With a missing or bad target the command comes to rest; during a touch the target does not matter. With a
     /// bad or stale state, or a bad clock, the arm is told to brake by itself
@@ -398,7 +398,7 @@ impl Renderer {
         }
     }
 
-    /// First-order low pass. After a fault it starts from zero: a single raw value may be noise alone.
+    /// First-order low pass, from nothing after a fault: a single raw value may be all noise.
     fn filtered(&mut self, force_n: f64, dt_s: f64) -> f64 {
         let share = if self.force.filter_s > 0.0 {
             -(-dt_s / self.force.filter_s).exp_m1()

@@ -29,7 +29,7 @@ pub struct Control {
     pub(super) step: Option<RenderStep>,
     /// How often the world had moved when the touch began.
     pub(super) moves_at_touch: u64,
-    /// The present goal is late.
+    /// The goal was announced late; once for each goal.
     pub(super) late: bool,
     /// The present goal was reported as unreachable.
     pub(super) unreachable: bool,
@@ -169,7 +169,7 @@ impl Control {
                     self.moves_at_touch = self.guidance.world_moves;
                 }
                 let moved = self.guidance.world_moves != self.moves_at_touch;
-                // This state lasts until the release: what is touched is no longer where it is shown.
+                // Once moved it stays so: what is touched is no longer where it is shown.
                 if moved || before == SessionState::TouchedInMovingWorld {
                     SessionState::TouchedInMovingWorld
                 } else {

@@ -104,7 +104,7 @@ impl<P: Predictor> Perception<P> {
     /// moves it around the arm. Surfaces keep their coordinates in it.
     ///
     /// # Errors
-    /// A time stamp (on the clock of the tracker) that is NaN, infinite or before the last one; the world then stays where it was.
+    /// A time stamp (of the tracker's clock) that is NaN, infinite or before the last one; the world then stays where it was.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
         match self.world.moved(pose) {
             Ok(moved) => {

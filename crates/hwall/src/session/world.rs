@@ -28,7 +28,7 @@ pub(super) struct World {
 }
 
 impl World {
-    /// Takes a new place, and says whether it differs from the last one.
+    /// Takes a new place; was it another one?
     pub(super) fn moved(&mut self, pose: &WorldPose) -> Result<bool, SessionError> {
         hwall_numeric::check::finite("t_s of the world", pose.t_s)?;
         if let Some(last) = self.newest.filter(|last| pose.t_s < last.t_s) {
