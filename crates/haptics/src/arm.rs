@@ -50,7 +50,7 @@ pub enum ArmCommand {
     Hold,
 }
 
-/// A cyclic arm: read the state, write a command, once a control period.
+/// A cyclic arm: its state is read and a command is written once in every control period.
 ///
 /// The simulated arm of `hwall-sim` implements it, and a driver for a real one does the same over
 /// its command interface (a 1 kHz cyclic one such as FRI, or a position interface).

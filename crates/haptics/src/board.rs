@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// The rolls at which a square board covers the same area, rad.
 pub const QUARTER_TURNS_RAD: [f64; 4] = [0.0, FRAC_PI_2, PI, -FRAC_PI_2];
 
-/// Below this sine of the slope a surface counts as lying, and its roll is measured from world x.
+/// Below this sine of the slope a surface counts as horizontal, and its roll is measured from world x.
 const LYING_SINE: f64 = 0.1;
 
 /// A flat rectangular board mounted square and centred on the flange.
@@ -90,8 +90,8 @@ impl PlaceTolerance {
         Ok(())
     }
 
-    /// Does a board in this pose stand where a surface is touched? `normal` is the unit normal of the surface at the point (m), both
-    /// in the frame of the pose.
+    /// Does a board in this pose stand where a surface is touched? `normal` is the unit normal of the surface at
+    /// the point (m); both are in the frame of the pose.
     #[must_use]
     pub fn holds(
         &self,
@@ -111,14 +111,14 @@ impl PlaceTolerance {
 /// Where the board is wanted: a point of a virtual surface, in the robot base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardTarget {
-    /// Point that the middle of the face shall meet, m.
+    /// Point where the middle of the face shall be, m.
     pub point_m: DVec3,
     /// Outward normal of the surface, towards the hand; any length but zero.
     pub normal: DVec3,
     /// When the prediction behind it was made, s, on the renderer's clock.
     pub stamp_s: f64,
-    /// Roll about the normal, rad, see [`board_pose`]: only this and the one half a turn on may be used,
-    /// for a board with a texture. `None`: those of the [`FollowerConfig`](crate::FollowerConfig).
+    /// Roll about the normal, rad, see [`board_pose`]. Only this roll and the one half a turn further may be
+    /// used, for a board with a texture. `None`: the rolls of the [`FollowerConfig`](crate::FollowerConfig).
     pub roll_rad: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ pub struct BoardTarget {
 /// outward normal (towards the hand; any length but zero).
 ///
 /// The board's z axis is the normal. At roll 0 its y axis points as far up (world z) as the
-/// surface allows; on a surface within 5.7 degrees (sine 0.1) of lying, where "up" says little,
+/// surface allows; on a surface within 5.7 degrees (sine 0.1) of horizontal, where "up" means little,
 /// it points along world x instead. `roll_rad` then turns the board about its z axis.
 ///
 /// # Errors

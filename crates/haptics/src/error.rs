@@ -20,7 +20,7 @@ pub enum HapticsError {
     /// An argument is NaN or infinite, or a setting outside its range.
     #[error(transparent)]
     Argument(#[from] ArgumentError),
-    /// A pose is none, or a normal has no direction.
+    /// A pose that is not a rigid transform, or a normal without a direction.
     #[error(transparent)]
     Geometry(GeometryError),
     /// An arm model is not valid.

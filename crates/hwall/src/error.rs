@@ -1,7 +1,7 @@
 //! The one error type of the crate.
 
-/// What is wrong with a setting, a scene or an input that is no frame and no state: those end in a hold with its reason
-/// instead ([`SessionState`](crate::SessionState)).
+/// What is wrong with a setting, a scene or the place of the world. Bad frames and states are not errors: they end in a hold
+/// with its reason ([`SessionState`](crate::SessionState)).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {

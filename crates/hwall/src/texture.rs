@@ -1,4 +1,4 @@
-//! The board carries bumps: rolled before a touch and moved during it, so that it feels as rough as what it stands for.
+//! A board with bumps that is rolled before a touch and moved during it, so that it feels as rough as what it stands for.
 
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
@@ -20,11 +20,11 @@ const ORIENTATIONS_DEG: [f64; 5] = [0.0, 45.0, 63.43, 71.57, 90.0];
 /// ... and its speeds, mm/s, without the resting board: a finger at rest feels no texture then.
 const SPEEDS_MM_PER_S: [f64; 4] = [20.0, 40.0, 60.0, 80.0];
 
-/// A finger slower than this rests, m/s: tremor and the noise of a tracker come to half of that.
+/// A finger slower than this counts as resting, m/s: tremor and the noise of a tracker come to half of that.
 const RESTS_M_PER_S: f64 = 0.05;
-/// A finger that lands still carries the motion of its reach for so long, s: that is no scan.
+/// For this time after it lands a finger still carries the motion of its reach, which is not a scan, s.
 const LANDING_S: f64 = 0.2;
-/// Time constant of the scan's estimate, s.
+/// Time constant of the estimated scan, s.
 const SCAN_S: f64 = 0.05;
 
 /// Which orientation and speed of the released bumpy patch stands for each roughness of a scene.
@@ -33,7 +33,7 @@ pub struct TextureLevels {
     texture: Texture,
     model: Vibration,
     encoding: Encoding,
-    /// At rest: it says at which roll a level is presented.
+    /// At rest; gives the roll at which a level is presented.
     motion: TextureMotion,
 }
 
@@ -75,16 +75,16 @@ impl TextureLevels {
         self.encoding.levels()
     }
 
-    /// How rough the patch feels at an orientation and a speed, by the model that chose the levels; `None` beyond the
-    /// range of the model.
+    /// How rough the patch feels at an orientation and a speed, according to the model that chose the levels; `None`
+    /// beyond the range of the model.
     #[must_use]
     pub fn magnitude(&self, scan: ScanAngle, speed_mm_per_s: f64) -> Option<f64> {
         let predicted = self.model.predict(&self.texture, scan, speed_mm_per_s);
         predicted.ok()?.value()
     }
 
-    /// The roll of the board for a contact, rad; `None` where the surface has no roughness or the arm
-    /// cannot present it so.
+    /// The roll of the board for a contact, rad; `None` if the surface has no roughness or the arm
+    /// cannot hold the board with that roll.
     pub(crate) fn roll_rad(
         &self,
         presenter: &mut Presenter,
@@ -103,7 +103,7 @@ impl TextureLevels {
 pub(crate) struct Presenter {
     arm: Arc<dyn ArmKinematics>,
     scratch: ArmScratch,
-    /// Where a numeric search starts.
+    /// Where the next numeric search starts.
     reference: JointPositions,
 }
 
@@ -163,7 +163,7 @@ pub struct BoardTexture {
     encoding: Encoding,
     motion: TextureMotion,
     touch: Option<Touched>,
-    /// A finger that the tracker loses during a touch is taken to stay where it was.
+    /// The newest finger; one that the tracker loses during a touch is assumed to stay where it was.
     fingertip: Option<Fingertip>,
 }
 
@@ -174,11 +174,11 @@ struct Touched {
     began_s: f64,
     /// Middle of the board where the motion's displacement is zero, m.
     origin_m: DVec3,
-    /// The board still may move on.
+    /// The board may still move.
     going: bool,
 }
 
-/// What a step is made from.
+/// The inputs of one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TextureInput {
     /// Is the board touched?
@@ -190,7 +190,7 @@ pub(crate) struct TextureInput {
     pub(crate) fingertip: Option<Fingertip>,
 }
 
-/// What one step comes to.
+/// The result of one step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct TextureStep {
     pub(crate) slide: Option<Slide>,
@@ -256,7 +256,7 @@ impl BoardTexture {
                 DVec2::ZERO
             },
         };
-        // Finite inputs on a clock that the renderer accepted: what is refused here leaves the board still.
+        // Inputs are finite and the renderer accepted the clock; if the motion refuses them all the same, the board stands still.
         let Ok(moved) = self.motion.step(now_s, Some(finger), &touch.touch.level) else {
             return step;
         };
@@ -286,7 +286,7 @@ impl BoardTexture {
         let rest = self.motion.step(now_s, None, &level).ok()?.displacement_m;
         let in_space = |v: DVec2| axes[0] * v.x + axes[1] * v.y;
         let at_m = base_from_board.position_m();
-        // Either way along the bumps feels the same: the one that has more of the face to go.
+        // Both directions along the bumps feel the same; the one with more of the face ahead is chosen.
         let off_m = (finger_m - at_m).dot(axes[0]);
         let expected_rad = if off_m > 0.0 { PI } else { 0.0 };
         self.motion.scan_mut().expect(expected_rad).ok()?;
@@ -315,7 +315,7 @@ impl BoardTexture {
     /// No touch: the motion goes back to where it began.
     fn rest(&mut self, now_s: f64, roughness: Option<f64>) {
         if self.touch.take().is_some() {
-            // The next touch may scan any way again; the board's roll must not depend on the last one.
+            // The next touch may scan in any direction; the roll of the board must not depend on the last one.
             let _ = self.motion.scan_mut().expect(0.0);
         }
         let level = roughness.and_then(|roughness| self.encoding.level_for(roughness));
@@ -325,7 +325,7 @@ impl BoardTexture {
     }
 }
 
-/// What the patch can be, by how rough a model takes it to feel.
+/// All levels that the patch can present, with their roughness according to a model.
 fn levels(texture: &Texture, model: &dyn RoughnessModel) -> Result<Vec<Level>, SessionError> {
     let mut levels = Vec::new();
     for deg in ORIENTATIONS_DEG {

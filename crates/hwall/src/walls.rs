@@ -5,8 +5,8 @@ use hwall_kinematics::SrsArm;
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::Scene;
 
-/// Maps of the vertical surfaces of a scene, which is in the arm's base frame: only their planes, only their heights, and only those within
-/// the arm's length. The tool of the arm is the face of the board; any quarter turn of the board will do.
+/// Maps of the vertical surfaces of a scene in the arm's base frame: only their planes and their heights, and only of
+/// surfaces within the arm's length. The tool of the arm is the face of the board; any quarter turn of the board counts.
 ///
 /// # Errors
 /// As for [`WallMaps::build`].

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 pub fn exit(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // A reader that closes the pipe early (`| head`) has all it wanted.
+        // A reader that closes the pipe early (`| head`) has what it wanted.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

@@ -23,9 +23,9 @@ const TRACKER_S: f64 = 1.0 / 90.0;
 
 /// What the command line asks for.
 pub struct SettingOptions<'a> {
-    /// OBJ file; the built-in room without one.
+    /// OBJ file; `None`: the built-in room.
     pub scene: Option<&'a Path>,
-    /// Recording; a simulated person without one.
+    /// Recording; `None`: a simulated person.
     pub hand: Option<&'a Path>,
     /// Is the recording y up?
     pub y_up: bool,
@@ -51,14 +51,14 @@ pub struct Setting {
     pub hand: Hand,
     /// The touches that the hand makes.
     pub touches: Vec<Touch>,
-    /// What people like the one with the hand are like, for a predictor to learn from.
+    /// People like the one whose hand it is, for a predictor to learn from.
     pub training_people: TrainingPeople,
-    /// What was chosen or repaired, for people.
+    /// What was chosen or repaired, for the user.
     pub remarks: Vec<String>,
 }
 
 impl Setting {
-    /// Loads, places and plans. `arm`: its tool is the board's face.
+    /// Loads, places and plans. The tool of `arm` is the face of the board.
     ///
     /// # Errors
     /// A file that is missing or malformed, a recording without a reach, no suitable wall.
@@ -163,7 +163,7 @@ impl Setting {
     }
 }
 
-/// The scene in a file, or the built-in room, and what had to be mended.
+/// The scene in a file, or the built-in room, and what had to be repaired.
 ///
 /// # Errors
 /// A file that is missing or malformed.
@@ -179,12 +179,12 @@ fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
     Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
 }
 
-/// The error with the file's name in front, unless it says it already.
+/// The error with the name of the file in front, unless it contains it already.
 fn named(path: &Path, error: &dyn std::error::Error) -> anyhow::Error {
     named_text(path, &error.to_string())
 }
 
-/// One line, however many the cause has.
+/// As one line, however many lines the cause has.
 fn named_text(path: &Path, text: &str) -> anyhow::Error {
     let (name, text) = (
         path.display().to_string(),
@@ -197,7 +197,7 @@ fn named_text(path: &Path, text: &str) -> anyhow::Error {
     }
 }
 
-/// What the loader had to drop or mend, one line a kind.
+/// What the loader had to drop or repair, one line for each kind.
 fn repairs(report: &LoadReport) -> Vec<String> {
     if report.is_clean() {
         return Vec::new();

@@ -17,8 +17,8 @@ use std::sync::Arc;
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowerConfig {
-    /// Share of the arm's joint speeds that is used, in (0, 1]; default 0.9, which leaves the
-    /// arm's own servo room to catch up.
+    /// Share of the arm's joint speeds that is used, in (0, 1]; default 0.9, which leaves room for the
+    /// arm's own servo to catch up.
     pub speed_share: f64,
     /// Largest joint acceleration, rad/s²; default 10 for every joint. An assumption: the data
     /// sheet states none.
@@ -93,11 +93,10 @@ struct Goal {
 
 /// Follows a board target with the arm's joints.
 ///
-/// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. A target that drifts keeps the
-/// branch, the roll and the neighbourhood of the goal it had; a new or far one takes the roll that
-/// the commanded joints reach soonest, on their own branch if that reaches it. The joints then
-/// move there each for itself, time-optimally within velocity and acceleration limits, without
-/// overshoot.
+/// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. While a target
+/// drifts, branch, roll and neighbourhood of the goal are kept; for a new target, or one that is far away, the
+/// roll is taken that the commanded joints reach soonest, on their present branch if that can hold it. Then each
+/// joint moves there by itself, time-optimally within velocity and acceleration limits, without overshoot.
 #[derive(Debug, Clone)]
 pub struct Follower {
     solver: Solver,
@@ -107,7 +106,7 @@ pub struct Follower {
     aim: Option<Aim>,
     goal: Option<Goal>,
     sliding: Option<Sliding>,
-    /// The way on which a slide had to end, and why.
+    /// The direction in which a slide had to end, and why.
     blocked: Option<(DVec3, Unreachable)>,
 }
 
@@ -148,7 +147,7 @@ impl Follower {
     }
 
     /// Forgets target and goal and goes on from a measured state. Velocities above the limits
-    /// are taken as the limits.
+    /// are set to the limits.
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.
@@ -331,12 +330,12 @@ impl Follower {
 }
 
 impl Follower {
-    /// The next configuration while the board moves within its plane, from where braking would have left
-    /// it on the first call. Returns why the board cannot go on, if it cannot; it then comes to
-    /// rest and waits for another way.
+    /// The next configuration while the board moves within its plane; the first call starts where braking
+    /// would have left it. Returns why the board cannot go on, if it cannot; it then comes to
+    /// rest and waits for another direction.
     ///
     /// The velocity changes no faster than the joints can, so that they follow without lag and without
-    /// overshoot. A call of any other motion ends the slide.
+    /// overshoot. A call for any other motion ends the slide.
     ///
     /// # Errors
     /// NaN or infinity in the slide, or a step as for [`Follower::step`]; nothing then moves.
@@ -370,10 +369,10 @@ impl Follower {
         }
     }
 
-    /// The acceleration of a board at its goal along a direction that all joints allow, m/s²; `None` without
+    /// The acceleration along a direction that all joints allow a board at its goal, m/s²; `None` without
     /// a goal or a direction, or where the board cannot move that way.
     ///
-    /// Error: that of a difference over 0.1 mm, some 1e-3 of it away from singular poses.
+    /// Error: that of a difference over 0.1 mm, about 1e-3 of the value away from singular poses.
     #[must_use]
     pub fn acceleration_along_m_per_s2(&mut self, direction: DVec3) -> Option<f64> {
         let q = self.goal()?;
@@ -392,11 +391,11 @@ impl Follower {
     }
 }
 
-/// The place that the joints reach soonest, or the reason of the first one.
+/// The place that the joints reach soonest; if none can be held, the reason for the first one.
 ///
-/// Another branch than the present one only where a place needs it. To search all eight takes
+/// The branch is changed only where a place needs it. A search of all eight branches takes
 /// ten times as long, too long for a control step, and shortens the travel by a fifth
-/// (targets and starts at random over the whole workspace).
+/// (random targets and starts over the whole workspace).
 fn soonest(
     solver: &mut Solver,
     bounds: &[JointBounds; 7],
@@ -427,11 +426,11 @@ fn travel_time_s(bounds: &[JointBounds; 7], from: &JointPositions, to: &JointPos
     })
 }
 
-/// The roll or the one half a turn on, whichever is nearer to another, rad.
+/// The roll or the one half a turn further, whichever is nearer to another, rad.
 fn same_face(roll_rad: f64, to_rad: f64) -> f64 {
     let away = roll_rad - to_rad;
     to_rad + away - PI * (2.0 * away / TAU).round()
 }
 
-/// A solution with its roll, or the reason why there is none.
+/// A solution with its roll, or the reason why the board cannot be held.
 type Found = (Option<(ArmSolution, f64)>, Option<Unreachable>);

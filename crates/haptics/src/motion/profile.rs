@@ -40,12 +40,12 @@ impl JointBounds {
     }
 }
 
-/// Speed kept for catching up with a goal that itself moves at the limit, rad/s.
+/// Speed reserved for catching up with a goal that moves at the limit itself, rad/s.
 const LEAST_SPARE_RAD_PER_S: f64 = 1e-6;
 
 /// Position and velocity of one joint on its way to a goal that may change at any time.
 ///
-/// NaN in any number gives NaN in both.
+/// If any input is NaN, both are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointMotion {
     /// Angle, rad.
@@ -64,7 +64,7 @@ impl JointMotion {
         }
     }
 
-    /// Where full braking comes to rest, rad: `q + v |v| / 2a`.
+    /// Where the joint comes to rest under full braking, rad: `q + v |v| / 2a`.
     #[must_use]
     pub fn stopping_point_rad(self, bounds: &JointBounds) -> f64 {
         self.q_rad + self.qd_rad_per_s * self.qd_rad_per_s.abs() / (2.0 * bounds.acceleration)
@@ -73,12 +73,12 @@ impl JointMotion {
     /// The motion `dt_s` later on the time-optimal way to rest at `goal_rad`.
     ///
     /// Accelerate, cruise, brake, in closed form and not per step, so the result does not depend
-    /// on how time is cut into steps. The goal is reached exactly. The stopping point only ever
-    /// moves towards the goal: no overshoot of a goal that rests, unless it jumped so near that
-    /// the joint cannot stop before it, and never past the outermost goal of one that moves. A
+    /// on how time is cut into steps. The goal is reached exactly. The stopping point only
+    /// moves towards the goal: a goal at rest is not overshot, unless it jumped so near that
+    /// the joint cannot stop before it, and the outermost place of a moving goal is never passed. A
     /// joint above its velocity limit first brakes down to it.
     ///
-    /// A step of zero or less changes nothing. Error: some 1e-16 of the angles, and in the last
+    /// A step of zero or less changes nothing. Error: about 1e-16 of the angles; in the last
     /// moment before rest, where the speed is the root of a distance, 1e-8 rad/s.
     #[must_use]
     pub fn towards(self, goal_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
@@ -132,8 +132,8 @@ impl JointMotion {
         }
     }
 
-    /// The motion `dt_s` later on the time-optimal way to going along with a goal that is then at
-    /// `goal_rad` and moves at a rate, with what its speed leaves of the limit for catching up.
+    /// The motion `dt_s` later, on the time-optimal way to a goal that is then at `goal_rad` and moves at
+    /// a rate. What the speed of the goal leaves of the limit is used to catch up.
     ///
     /// A goal whose acceleration stays within the bounds is followed without lag once it is met.
     #[must_use]
@@ -264,7 +264,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// The invariant behind every limit: where the joint would come to rest moves only
+        /// The invariant behind every limit: the place where the joint would come to rest moves only
         /// towards the goal, never past it and never away from it.
         #[test]
         fn the_stopping_point_never_leaves_the_way_to_the_goal(

@@ -8,22 +8,22 @@ use hwall_geometry::Pose;
 use hwall_kinematics::{JointPositions, Unreachable};
 use hwall_numeric::check::{all_finite, finite};
 
-/// How far a slide is looked ahead for the velocities of the joints, m; a turn counts by the way of a
-/// place this far off the middle, m.
+/// How far ahead a slide looks for the velocities of the joints, m; a turn counts as the path of a
+/// place this far from the middle, m.
 const PREVIEW_M: f64 = 1e-4;
 const EDGE_M: f64 = 0.1;
 
-/// A slide looks no further ahead for where it could stop, m: 0.1 m/s at 0.5 m/s².
+/// How far ahead at most a slide looks for a place where it could stop, m: 0.1 m/s at 0.5 m/s².
 const STOP_M: f64 = 0.01;
 
-/// Share of the joints' accelerations that a slide plans with; the rest holds them on the path, whose
-/// curvature in the joints costs some too.
+/// Share of the joints' accelerations that a slide plans with. The rest keeps the joints on the path, whose
+/// curvature takes some acceleration too.
 const SLIDE_SHARE: f64 = 0.9;
 
 /// How a touched board shall move within its plane, in the robot base frame.
 ///
-/// The board takes up the velocities as fast as its joints allow and then keeps them; way that it lost
-/// meanwhile it does not catch up, because that would need more speed than was asked for. A part along the
+/// The board reaches the velocities as fast as its joints allow and then keeps them. It does not make up for the
+/// distance lost meanwhile, because that would need more speed than was asked for. A part along the
 /// board's normal is left out: a slide never pushes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Slide {
@@ -60,7 +60,7 @@ impl Planar {
         }
     }
 
-    /// Metres, or metres a second, that a place [`EDGE_M`] off the middle moves by at most.
+    /// How far a place [`EDGE_M`] from the middle moves at most, m or m/s.
     fn size(self) -> f64 {
         self.linear.length() + EDGE_M * self.angular.abs()
     }
@@ -71,7 +71,7 @@ impl Planar {
 pub(super) struct Sliding {
     /// The board where the slide began.
     pose: Pose,
-    /// Its way since, and its velocity.
+    /// The distance covered since, and the velocity.
     moved: Planar,
     velocity: Planar,
     /// The configuration that it asked for last.
@@ -149,7 +149,7 @@ impl Sliding {
         Ok(std::array::from_fn(|i| (there[i] - self.q[i]) / preview_s))
     }
 
-    /// How often a second the joints could take up a velocity.
+    /// The inverse of the time in which the joints could reach a velocity, 1/s.
     fn most_per_s(
         &self,
         velocity: Planar,
@@ -162,7 +162,7 @@ impl Sliding {
         Ok(SLIDE_SHARE * most.fold(f64::MAX, f64::min))
     }
 
-    /// Can the board stop before it comes where it cannot be?
+    /// Can the board stop before it comes to a place where it cannot be held?
     fn can_stop(&self, bounds: &[JointBounds; 7], solver: &mut Solver) -> Result<(), Stop> {
         let size = self.velocity.size();
         if size == 0.0 {
@@ -185,7 +185,7 @@ impl Sliding {
         }
     }
 
-    /// The slide one step on, with a change of its velocity.
+    /// The slide after one step, with a change of its velocity.
     fn advanced(mut self, change: Planar, dt_s: f64) -> Self {
         let before = self.velocity;
         self.velocity.linear += change.linear;
@@ -195,7 +195,7 @@ impl Sliding {
         self
     }
 
-    /// The board, further on.
+    /// The pose of the board further ahead.
     fn place(&self, ahead: Planar) -> Result<Pose, Stop> {
         let turned = self.moved.angular + ahead.angular;
         let rotation = self.pose.rotation() * DMat3::from_rotation_z(turned);
@@ -204,10 +204,10 @@ impl Sliding {
     }
 }
 
-/// A slide one step on.
+/// A slide after one step.
 pub(super) struct Next {
     pub(super) sliding: Sliding,
     pub(super) rate_rad_per_s: [f64; 7],
-    /// Why it slows down before the end of its way, if it does.
+    /// Why it slows down early, if it does.
     pub(super) unreachable: Option<Unreachable>,
 }

@@ -40,7 +40,7 @@ impl Solver {
         &self.arm
     }
 
-    /// The configuration nearest to a reference that puts the board on a place with a roll, or why there is none.
+    /// The configuration nearest to a reference that puts the board on a place with a roll, or the reason why none does.
     pub(super) fn on_place(
         &mut self,
         place: &Place,

@@ -8,7 +8,7 @@ use hwall_numeric::check::{finite, non_negative, positive, that};
 pub struct ContactConfig {
     /// A normal force above this begins a contact, N; default 3, as in the dissertation.
     pub on_n: f64,
-    /// A normal force below this may end it, N; default 1.5. Below `on_n`.
+    /// A normal force below this may end it, N; default 1.5; at most `on_n`.
     pub off_n: f64,
     /// For how long the force must stay below `off_n` to end the contact, s; default 0.05.
     pub dwell_s: f64,
@@ -50,7 +50,7 @@ pub enum ContactState {
     },
 }
 
-/// Two thresholds and a dwell: a force that trembles around either threshold is one contact.
+/// Two thresholds and a dwell: a force that varies around either threshold is one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactDetector {
     config: ContactConfig,
@@ -84,7 +84,7 @@ impl ContactDetector {
     /// A clock that runs backwards restarts the dwell and changes nothing else.
     ///
     /// # Errors
-    /// NaN or infinity; the state then stays what it was.
+    /// NaN or infinity; the state then stays as it was.
     pub fn step(&mut self, t_s: f64, normal_force_n: f64) -> Result<ContactState, HapticsError> {
         finite("t_s", t_s)?;
         finite("normal_force_n", normal_force_n)?;

@@ -13,19 +13,19 @@ use std::sync::Arc;
 /// Settings of [`Renderer`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RendererConfig {
-    /// When a force is a touch.
+    /// When a force counts as a touch.
     pub contact: ContactConfig,
     /// How the arm moves.
     pub follower: FollowerConfig,
     /// How the normal force is estimated.
     pub force: ForceConfig,
-    /// When inputs are too old.
+    /// How old inputs may be.
     pub watchdog: WatchdogConfig,
-    /// How the board comes to a place that is not straight ahead.
+    /// How the board approaches a place that is not straight ahead.
     pub approach: ApproachConfig,
 }
 
-/// On its way along a surface the board stays behind it, so that its edge does not meet the hand.
+/// While the board moves along a surface it stays behind it, so that its edge does not meet the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApproachConfig {
     /// Largest distance behind the surface, m; default 0.04. Zero goes straight to the target.
@@ -49,10 +49,10 @@ impl Default for ApproachConfig {
 pub struct ForceConfig {
     /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.
     pub damping_m: f64,
-    /// Length that moments are counted in, m; default 0.1, half of the board.
+    /// Length by which moments are divided, m; default 0.1, half of the board.
     pub moment_length_m: f64,
     /// Time constant of the first-order filter on the normal force, s; default 0.01. White noise
-    /// of the torque sensors at 1 kHz shrinks by 4.5, a touch is felt about as much later.
+    /// of the torque sensors at 1 kHz shrinks by a factor of 4.5; a touch is felt later by about this time.
     pub filter_s: f64,
 }
 
@@ -66,18 +66,18 @@ impl Default for ForceConfig {
     }
 }
 
-/// When inputs no longer count. Stamps ahead of the clock by as much are no better.
+/// When inputs no longer count. Stamps that are ahead of the clock by as much do not count either.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WatchdogConfig {
     /// Largest age of a target, s; default 0.25.
     pub max_target_age_s: f64,
     /// Largest age of an arm state, s; default 0.1.
     pub max_state_age_s: f64,
-    /// Longest time a single step moves the command on, s; default 0.05. After a stall the
-    /// command goes on from where it was instead of leaping to where it would be.
+    /// Longest time by which a single step advances the command, s; default 0.05. After a stall the
+    /// command goes on from where it was instead of leaping to where it would have been.
     pub max_step_s: f64,
-    /// An arm that a hold left further than this from the command (largest joint) makes the
-    /// motion start anew from the measured state, rad; default 0.05.
+    /// If the arm is further than this from the command after a hold (largest joint difference), the motion
+    /// starts anew from the measured state, rad; default 0.05.
     pub resync_rad: f64,
 }
 
@@ -142,7 +142,7 @@ pub struct Renderer {
     felt_n: f64,
     detector: ContactDetector,
     follower: Follower,
-    /// Does the command no longer (or not yet) belong to the arm?
+    /// Are command and arm apart, after a hold or at the start?
     detached: Detached,
     last_s: Option<f64>,
 }
@@ -150,7 +150,7 @@ pub struct Renderer {
 /// How far the command may be from the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Detached {
-    /// No state was ever seen.
+    /// No state was seen so far.
     Always,
     /// The arm braked by itself.
     Held,
@@ -212,10 +212,10 @@ impl Renderer {
     /// One control step. Never fails: whatever is wrong with an input ends in
     /// [`Phase::Hold`] with its reason, and following resumes once the inputs are good again.
     ///
-    /// A missing or bad target lets the command come to rest; during a touch it has no say. A
-    /// bad or stale state, or a bad clock, leaves the braking to the arm
+    /// With a missing or bad target the command comes to rest; during a touch the target does not matter. With a
+    /// bad or stale state, or a bad clock, the arm is told to brake by itself
     /// ([`ArmCommand::Hold`]). An arm without torque sensors never reports a touch; one
-    /// that loses them during a touch stays in it.
+    /// that loses them during a touch stays in the touch.
     pub fn step(
         &mut self,
         now_s: f64,
@@ -225,8 +225,8 @@ impl Renderer {
         self.step_sliding(now_s, state, target, None)
     }
 
-    /// One control step of a board that, while it is touched, moves within its plane; without a slide it
-    /// stands still. Else as [`Renderer::step`].
+    /// One control step of a board that moves within its plane while it is touched; without a slide it
+    /// stands still. Otherwise as [`Renderer::step`].
     pub fn step_sliding(
         &mut self,
         now_s: f64,
@@ -294,7 +294,7 @@ impl Renderer {
         if !now_s.is_finite() {
             return Err(HoldReason::NonFiniteTime);
         }
-        // A clock that was set back counts from its new time on.
+        // After a clock was set back, time counts from its new value.
         let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
@@ -319,7 +319,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Makes the command start from the arm where the two have parted.
+    /// Makes the command start from the measured state where the two are apart.
     fn attach(&mut self, state: &ArmState) -> Result<(), HoldReason> {
         let apart = match self.detached {
             Detached::No => false,
@@ -339,7 +339,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Force against the outward normal of the board where it is measured to be, N.
+    /// Force against the outward normal of the board at its measured place, N.
     fn normal_force_n(&self, state: &ArmState) -> Result<Option<f64>, HoldReason> {
         let Some(torque) = state.external_torque else {
             return Ok(None);
@@ -389,12 +389,12 @@ impl Renderer {
             .map_err(|_| HoldReason::InvalidTarget)
     }
 
-    /// The target, moved behind its surface by how far the board still has to go along it.
+    /// The target, moved behind its surface in proportion to how far the board still has to go along it.
     fn led_behind(&self, target: &BoardTarget) -> BoardTarget {
         let to_go_m = target.point_m - self.arm().forward(&self.follower.commanded()).position_m();
         let along_m = to_go_m.reject_from(target.normal).length();
         let behind_m = (self.approach.slope * along_m).min(self.approach.behind_m);
-        // Below a tenth of a millimetre it is the target: a follower at rest has nothing to do.
+        // Below a tenth of a millimetre the target itself is taken, so that a follower at rest has nothing to do.
         if behind_m < 1e-4 {
             return *target;
         }

@@ -6,7 +6,7 @@ use hwall_haptics::{PlaceTolerance, RendererConfig};
 /// Settings of a [`Session`](crate::Session).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionConfig {
-    /// When a force is a touch, how the arm moves, when inputs are too old.
+    /// When a force counts as a touch, how the arm moves, how old inputs may be.
     pub renderer: RendererConfig,
     /// How frames of the hand are smoothed, and when a hand is lost.
     pub hand: HandFilterConfig,
@@ -14,7 +14,7 @@ pub struct SessionConfig {
     pub gaze: GazeConfig,
     /// The board stands still while its place moves less than this, m; default 0.05, half of its half width.
     pub steady_m: f64,
-    /// What is added to a time of the tracker to have that of the arm, s; default 0.
+    /// What is added to the time of the tracker to get that of the arm, s; default 0.
     pub arm_minus_tracker_s: f64,
     /// When the board counts as in place.
     pub in_place: PlaceTolerance,
@@ -41,12 +41,12 @@ impl Default for SessionConfig {
 pub struct GazeConfig {
     /// Time constant, s; default 0.15.
     pub time_constant_s: f64,
-    /// A leap by more than this is a saccade: smoothing starts anew, rad; default 0.07.
+    /// A leap by more than this counts as a saccade, and smoothing starts anew, rad; default 0.07.
     pub saccade_rad: f64,
 }
 
 impl Default for GazeConfig {
-    /// A fixation lasts 0.2 s and more, trackers are good to about a degree.
+    /// A fixation lasts 0.2 s or more, and trackers are accurate to about a degree.
     fn default() -> Self {
         Self {
             time_constant_s: 0.15,

@@ -12,8 +12,8 @@ use hwall_haptics::{
 use hwall_kinematics::ArmKinematics;
 use std::sync::Arc;
 
-/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken, no clock is
-/// read, and no input makes it fail.
+/// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken, no
+/// clock is read, and no input makes it fail.
 ///
 /// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
 pub struct Control {
@@ -31,7 +31,7 @@ pub struct Control {
     pub(super) contact: Option<Contact>,
     /// The goal was announced late; once for each goal.
     pub(super) late: bool,
-    /// The last reason why a goal could not be held.
+    /// The present goal was reported as unreachable.
     pub(super) unreachable: bool,
 }
 
@@ -52,7 +52,7 @@ pub enum SessionState {
     Holding(HoldReason),
     /// On its way to the goal.
     Approaching,
-    /// On its way, and the hand was expected there by now.
+    /// On its way, although the hand was expected there by now.
     Late,
     /// At the goal.
     InPlace,
@@ -65,7 +65,8 @@ pub enum SessionState {
 impl Control {
     /// The command for the coming cycle. `now_s` and the stamp of the state are on one clock, that of the arm.
     ///
-    /// Whatever is wrong ends in [`SessionState::Holding`] with its reason ([`HoldReason`]), and motion resumes once the inputs are good again.
+    /// If an input is missing or wrong, the state is [`SessionState::Holding`] with the reason ([`HoldReason`]); motion
+    /// resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         if let Some(guidance) = self.receiver.newest() {
             self.late &= same_place(self.guidance.target, guidance.target);
@@ -99,7 +100,7 @@ impl Control {
         self.guidance.target.as_ref()
     }
 
-    /// The arm, its tool the face of the board.
+    /// The arm, with the face of the board as its tool.
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
         self.renderer.arm()
@@ -111,25 +112,25 @@ impl Control {
         &self.board
     }
 
-    /// The texture that the touched board presents; `None` where the session is plain.
+    /// The texture that the touched board presents; `None` in a session without textures.
     #[cfg(feature = "texture")]
     #[must_use]
     pub const fn texture(&self) -> Option<&BoardTexture> {
         self.texture.as_ref()
     }
 
-    /// The next event of this half that was not yet asked for, in order of time.
+    /// The next event of this half that was not taken yet, in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
         self.events.pop()
     }
 
-    /// Events lost because nobody asked for them in time.
+    /// Number of events lost because nobody took them in time.
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.events.missed()
     }
 
-    /// How a touched board moves within its plane, for the touch as it was after the last step.
+    /// How a touched board moves within its plane, judged by the state after the last step.
     #[cfg(feature = "texture")]
     fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
         let touched = self.contact.is_some_and(|contact| !contact.world_moved);
@@ -165,7 +166,7 @@ impl Control {
         None
     }
 
-    /// Names the state that a step leaves, and reports what changed.
+    /// Sets the state after a step, and reports what changed.
     fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
         let (before, contact_before, late_before) = (self.state, self.contact, self.late);
         self.contact = self.contact_now();
@@ -227,7 +228,7 @@ impl Control {
 
     fn on_the_way(&mut self, now_s: f64, state: &ArmState, before: SessionState) -> SessionState {
         let Some(target) = self.guidance.target else {
-            // The renderer holds without a target; this is the step in which it came back.
+            // Without a target the renderer holds, so there is nothing new to say.
             return before;
         };
         let base_from_board = self.renderer.arm().forward(&state.q);
@@ -247,7 +248,7 @@ impl Control {
     }
 }
 
-/// Do two targets mean one place?
+/// Do two targets mean the same place?
 fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => a.point_m == b.point_m && a.normal == b.normal,

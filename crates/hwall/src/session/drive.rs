@@ -6,33 +6,33 @@ use hwall_contact::Predictor;
 use hwall_hand::HandFrame;
 use hwall_haptics::{Arm, ArmCommand, ArmState};
 
-/// What surrounds a loop: time, the tracker, and what is to be done between the cycles.
+/// What surrounds a loop: time, the tracker, the virtual world.
 ///
 /// A real set-up waits in [`Surroundings::next_cycle`] until the next cycle of the arm begins.
 pub trait Surroundings<R: Arm> {
-    /// Waits for the next cycle. Its time on the clock of the arm, s; `None` ends the loop.
+    /// Waits for the next cycle and returns its time on the clock of the arm, s; `None` ends the loop.
     ///
     /// # Errors
-    /// What ends the loop with the arm told to hold.
+    /// Any error ends the loop, and the arm is told to hold.
     fn next_cycle(&mut self, arm: &mut R) -> Result<Option<f64>, R::Error>;
 
-    /// The next frame of the tracker that has come in by now and was not given yet.
+    /// The next frame of the tracker that has come in by now and was not returned yet.
     fn next_frame(&mut self, _now_s: f64) -> Option<HandFrame> {
         None
     }
 
-    /// The place of the virtual world, if it has changed by now; a world that stands still needs none.
+    /// The place of the virtual world, if it has changed by now; not needed for a world that stands still.
     fn next_world(&mut self, _now_s: f64) -> Option<WorldPose> {
         None
     }
 
-    /// The arm's state, on its way to the controller.
+    /// The state of the arm, as the controller is to see it; by default unchanged.
     fn state(&mut self, state: ArmState) -> ArmState {
         state
     }
 }
 
-/// Something that answers the state of an arm with a command, once a cycle.
+/// Answers the state of an arm with a command, once in every cycle.
 pub trait Controller {
     /// A frame of the tracker came in.
     fn frame(&mut self, _frame: &HandFrame) {}
@@ -55,12 +55,12 @@ pub struct Cycle {
     pub command: ArmCommand,
 }
 
-/// Runs the loop until the surroundings end it: frames in, state in, command out, once a cycle. `after` is called at the end of
-/// each: to ask for events, to keep a record, to move a simulated arm on.
+/// Runs the loop until the surroundings end it: frames in, state in, command out, once in every cycle. `after` is called at the
+/// end of each cycle: to take events, to keep a record, to advance a simulated arm.
 ///
 /// # Errors
-/// The first error of the arm, its surroundings or `after`. The arm is then told to hold before the loop ends; whether it still hears
-/// that, only its driver knows, so a driver must stop its arm by itself where commands stay away.
+/// The first error of the arm, its surroundings or `after`. The arm is told to hold before the loop ends. It may no longer
+/// receive that, so a driver must stop its arm by itself when no commands come.
 pub fn drive<C, R, S>(
     controller: &mut C,
     arm: &mut R,
@@ -79,7 +79,7 @@ where
             Err(error) => Err(error),
         };
         if let Err(error) = done {
-            // The first error is the one to report; a second one would only say that the arm is gone.
+            // The first error is the one to report; a second one would only say that the arm does not answer.
             let _ = arm.command(ArmCommand::Hold);
             return Err(error);
         }

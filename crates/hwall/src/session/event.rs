@@ -1,4 +1,4 @@
-//! What a session reports: everything that logs, tables, figures and recordings are made of.
+//! What a session reports; logs, tables, figures and recordings are made from it.
 
 use hwall_contact::ContactPrediction;
 use hwall_hand::Tracking;
@@ -23,10 +23,10 @@ pub struct Event {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum EventKind {
-    /// A frame of the tracker was taken in; where the hand is in the base frame, or why it is lost.
+    /// A frame of the tracker came in: where the hand is in the base frame, or why it is lost.
     Frame(Tracking),
-    /// What that frame leads to: the contact that the board serves, in the base frame, and whether the arm can present its
-    /// place; `None`: none is in sight.
+    /// What follows from that frame: the contact that the board serves, in the base frame, and whether the arm can present
+    /// its place; `None` if no contact is foreseen.
     Predicted(Option<Foreseen>),
     /// The board has a new place to go to.
     GoalSet(Goal),
@@ -49,7 +49,8 @@ pub enum EventKind {
     Resumed,
     /// The virtual world moved under the hand that touches the board; the board stands still until it is released.
     WorldMovedWhileTouched,
-    /// A place of the virtual world came with a time stamp that is NaN or older than the one before; the world stays where it was.
+    /// A place of the virtual world came with a time stamp that is NaN or older than the one before; the world stays where
+    /// it was.
     WorldRefused,
     /// The touched board starts to move so that it feels as rough as the surface that it stands for.
     #[cfg(feature = "texture")]
@@ -64,7 +65,7 @@ pub enum EventKind {
 pub struct Foreseen {
     /// Where, when and on which surface, in the base frame.
     pub contact: ContactPrediction,
-    /// Can the arm present that place, or which one beside it?
+    /// Can the arm present that place, and if not, which one near it?
     pub presented: Presented,
 }
 
@@ -79,7 +80,7 @@ pub struct Goal {
     pub presented: Presented,
 }
 
-/// Events that nobody has asked for yet; what does not fit is counted and lost.
+/// Events that nobody has taken yet; when the queue is full the oldest are lost and counted.
 #[derive(Debug)]
 pub(super) struct EventQueue {
     waiting: VecDeque<Event>,
@@ -88,7 +89,7 @@ pub(super) struct EventQueue {
     last_s: f64,
 }
 
-/// Half a second of everything that happens at usual rates.
+/// Enough for everything that happens in half a second at usual rates.
 const CAPACITY: usize = 512;
 
 impl EventQueue {
@@ -100,7 +101,7 @@ impl EventQueue {
         }
     }
 
-    /// Never allocates: the oldest event goes where the queue is full.
+    /// Never allocates: if the queue is full, the oldest event is dropped.
     pub(super) fn push(&mut self, t_s: f64, kind: EventKind) {
         if self.waiting.len() == CAPACITY {
             self.waiting.pop_front();

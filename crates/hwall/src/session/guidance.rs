@@ -5,7 +5,7 @@ use glam::DVec3;
 use hwall_haptics::BoardTarget;
 use hwall_scene::SurfaceId;
 
-/// Where the board shall go and what it shall be there, as of one frame of the tracker.
+/// Where the board shall go and what it shall stand for there, as of one frame of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Guidance {
     /// In the base frame, its stamp on the clock of the arm; `None`: no touch is foreseen.
@@ -34,7 +34,7 @@ const FINGERTIP: u64 = 16;
 const CONTACT: u64 = 32;
 
 impl Guidance {
-    /// As plain words, for a hand-over between threads.
+    /// As plain words, for the hand-over between threads.
     pub(super) fn to_words(self) -> [u64; WORDS] {
         let mut words = [0; WORDS];
         let mut present = 0;

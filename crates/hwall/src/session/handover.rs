@@ -4,7 +4,7 @@ use super::guidance::{Guidance, WORDS};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-/// A reader that meets a writer this often keeps what it had: the next control step asks again.
+/// After this many interrupted reads the reader keeps what it had; the next control step tries again.
 const TRIES: usize = 8;
 
 /// One value that a single writer replaces and a reader copies: the latest wins.
@@ -54,7 +54,7 @@ impl Sender {
 }
 
 impl Receiver {
-    /// What was sent since the last call, the newest of it.
+    /// The newest value, if one was sent since the last call.
     pub(super) fn newest(&mut self) -> Option<Guidance> {
         let Slot { sequence, words } = &*self.slot;
         for _ in 0..TRIES {

@@ -35,21 +35,21 @@ use world::World;
 
 /// A tracked hand goes in, commands for the arm that carries the board come out.
 ///
-/// Generic over the arm's kinematics (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and over who
-/// foresees the contacts. The arm itself stays outside: it is seen through [`ArmState`] alone, so a simulated one and a real
+/// Takes any [`ArmKinematics`] (closed form for S-R-S arms, numeric for any other chain of up to seven joints) and any
+/// [`Predictor`]. The arm itself stays outside: it is seen through [`ArmState`] alone, so a simulated one and a real
 /// one are the same to a session. Nothing reads a clock; all times come with the inputs.
 ///
-/// [`Session::frame`] runs at the rate of the tracker, [`Session::step`] at that of the control loop; [`Session::split`]
-/// gives the two halves to two threads. [`drive`] is the loop for those who do not want to write it.
+/// [`Session::frame`] is called at the rate of the tracker, [`Session::step`] at that of the control loop;
+/// [`Session::split`] gives the two halves, one for each thread. [`drive`] is the loop for those who do not want to write it.
 pub struct Session<P> {
     perception: Perception<P>,
     control: Control,
 }
 
 impl<P: Predictor> Session<P> {
-    /// For an arm (its tool is replaced by the board's face), a scene in the arm's base frame, who foresees contacts in it, and
-    /// where the arm can present its walls: [`maps_of`](crate::maps_of), or [`WallMaps::default`] for an arm
-    /// whose solver decides alone.
+    /// For an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, maps of where the arm can
+    /// present the walls of the scene, and a predictor of contacts. Maps come from [`maps_of`](crate::maps_of), or are
+    /// [`WallMaps::default`] for an arm whose solver decides alone.
     ///
     /// # Errors
     /// A setting outside its range; more roughnesses in the scene than the board has levels.
@@ -163,7 +163,7 @@ impl<P: Predictor> Session<P> {
         self.perception.contact()
     }
 
-    /// The next event that was not yet asked for: those of the frames, then those of the steps, each in order of time.
+    /// The next event that was not taken yet: those of the frames, then those of the steps, each in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
         self.perception
             .next_event()
@@ -187,8 +187,8 @@ impl<P: Predictor> Session<P> {
         &self.control
     }
 
-    /// The two halves, each for a thread of its own. What the tracker's half finds reaches the other by a hand-over in which the latest wins and
-    /// neither side waits.
+    /// The two halves, each for a thread of its own. The findings of the tracker's half reach the other by a hand-over in which
+    /// the latest wins and neither side waits.
     #[must_use]
     pub fn split(self) -> (Perception<P>, Control) {
         (self.perception, self.control)

@@ -14,7 +14,7 @@ use hwall_haptics::BoardTarget;
 use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
 
-/// Takes frames at the rate of the tracker; everything but its answer to the newest frame is in its events.
+/// Takes frames at the rate of the tracker. It keeps its answer to the newest frame; everything else is in its events.
 ///
 /// One half of a [`Session`](crate::Session), for a thread of its own: [`Session::split`](crate::Session::split).
 pub struct Perception<P> {
@@ -36,7 +36,7 @@ pub struct Perception<P> {
     pub(super) newest: Newest,
 }
 
-/// What the newest frame came to.
+/// The results of the newest frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Newest {
     tracking: Option<Tracking>,
@@ -52,15 +52,15 @@ pub(super) struct Newest {
 impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, its points in the base frame of the arm.
     ///
-    /// Frames come in order of time; one that does not, that holds NaN or that jumps is a lost hand with its reason
-    /// ([`EventKind::Frame`]), never a failure. Nothing is allocated unless the predictor does so.
+    /// Frames come in order of time. If one does not, holds NaN or jumps, the hand is lost with a reason
+    /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so.
     pub fn frame(&mut self, frame: &HandFrame) {
         let tracking = self.hand.step(frame);
         let gaze = frame
             .gaze_ray()
             .and_then(|ray| self.gaze.step(frame.t_s, &ray));
         let arm_s = frame.t_s + self.arm_minus_tracker_s;
-        // Where the virtual world stands, its objects are; the hand is brought to them, not they to the hand.
+        // Surfaces keep their coordinates in the virtual world: the hand is transformed into it.
         let world_from_base = self.world.world_from_base();
         let (frame_there, hand_there, gaze_there);
         let input = match &world_from_base {
@@ -100,7 +100,7 @@ impl<P: Predictor> Perception<P> {
         self.guide(foreseen);
     }
 
-    /// Says where the virtual world stands: a person who walks or steers through an environment larger than the room
+    /// Sets where the virtual world stands: a person who walks or steers through an environment larger than the room
     /// moves it around the arm. Surfaces keep their coordinates in it.
     ///
     /// # Errors
@@ -110,7 +110,7 @@ impl<P: Predictor> Perception<P> {
         match self.world.moved(pose) {
             Ok(moved) => {
                 if moved {
-                    // The same contact is now elsewhere before the arm.
+                    // The same contact is now at another place in the frame of the arm.
                     self.guide(self.foreseen());
                 }
                 Ok(())
@@ -146,13 +146,13 @@ impl<P: Predictor> Perception<P> {
         Some(self.world.contact_in_base(contact))
     }
 
-    /// Who foresees the contacts.
+    /// The predictor of the contacts.
     #[must_use]
     pub const fn predictor(&self) -> &P {
         &self.predictor
     }
 
-    /// Who foresees the contacts.
+    /// The predictor of the contacts.
     pub const fn predictor_mut(&mut self) -> &mut P {
         &mut self.predictor
     }
@@ -174,19 +174,19 @@ impl<P: Predictor> Perception<P> {
         &self.maps
     }
 
-    /// The levels that stand for the roughnesses of the scene; `None` where nothing is rough or the session is plain.
+    /// The levels that stand for the roughnesses of the scene; `None` if no surface has one or the session has no textures.
     #[cfg(feature = "texture")]
     #[must_use]
     pub const fn texture_levels(&self) -> Option<&TextureLevels> {
         self.levels.as_ref()
     }
 
-    /// The next event of this half that was not yet asked for, in order of time.
+    /// The next event of this half that was not taken yet, in order of time.
     pub fn next_event(&mut self) -> Option<Event> {
         self.events.pop()
     }
 
-    /// Events lost because nobody asked for them in time.
+    /// Number of events lost because nobody took them in time.
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.events.missed()
@@ -199,7 +199,7 @@ impl<P: Predictor> Perception<P> {
         Some(Foreseen { contact, presented })
     }
 
-    /// Tells the control side where the board shall be.
+    /// Tells the control half where the board shall be.
     fn guide(&mut self, foreseen: Option<Foreseen>) {
         let Newest {
             fingertip, stamp_s, ..

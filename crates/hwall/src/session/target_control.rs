@@ -7,8 +7,8 @@ use hwall_haptics::{
 };
 use hwall_kinematics::ArmKinematics;
 
-/// A controller that knows its target: for a teacher's arm, a calibration, an experiment with the arm alone. What a
-/// [`Session`](crate::Session) does, without hand and prediction; runs in the same loop, [`drive`](crate::drive).
+/// A controller that knows its target: for a teacher's arm, a calibration, an experiment with the arm alone. It does what a
+/// [`Session`](crate::Session) does without hand and prediction, and runs in the same loop, [`drive`](crate::drive).
 pub struct TargetControl {
     renderer: Renderer,
     step: Option<RenderStep>,
@@ -42,7 +42,7 @@ impl TargetControl {
         self.step.as_ref()
     }
 
-    /// What turns targets and states into commands; its arm has the face of the board as its tool.
+    /// The renderer, which turns targets and states into commands; its arm has the face of the board as its tool.
     #[must_use]
     pub const fn renderer(&self) -> &Renderer {
         &self.renderer

@@ -54,7 +54,7 @@ impl World {
         self.moves
     }
 
-    /// `None` while the world stands where the arm's base is, so that nothing need be transformed.
+    /// `None` while the frames of world and base agree, so that nothing need be transformed.
     pub(super) fn world_from_base(&self) -> Option<Pose> {
         let pose = self.base_from_world();
         (pose != Pose::IDENTITY).then(|| pose.inverse())

@@ -14,8 +14,8 @@ pub struct HandContact {
     pub damping_n_s_per_m: f64,
     /// Half the edge of the board, m. Default 0.1, a board of 200 x 200 mm.
     pub half_extent_m: f64,
-    /// A tip further behind the face than this is past the board, not pressing on it, m. Default
-    /// 0.06: the wish of a hand to press goes a few centimetres beyond the face.
+    /// A tip further behind the face than this is past the board and does not press it, m. Default
+    /// 0.06: a hand that presses aims a few centimetres beyond the face.
     pub max_depth_m: f64,
 }
 

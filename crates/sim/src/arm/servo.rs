@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Longest step of the integration, s; also how finely a target is tracked.
 const MAX_STEP_S: f64 = 1e-3;
-/// A commanded angle may lie this far outside its limit, rad, and is then taken as the limit.
+/// A commanded angle may lie this far outside its limit, rad, and is then set to the limit.
 const LIMIT_SLACK_RAD: f64 = 1e-9;
 /// Commands that the queue holds for each second of delay.
 const COMMANDS_PER_S: f64 = 10_000.0;
@@ -78,7 +78,7 @@ impl Stream {
         slope_rad_per_s: [0.0; 7],
     };
 
-    /// The slope from the command in force to the next one. One that no joint could move at is a
+    /// The slope from the command in force to the next one. A slope that no joint could follow is a
     /// leap and not a stream.
     fn followed_by(
         &self,
@@ -216,7 +216,7 @@ impl ServoArm {
             } else {
                 event_s.min(self.t_s + MAX_STEP_S)
             };
-            // A clock too large to resolve a millisecond takes the whole way at once.
+            // A clock too large to resolve a millisecond takes the whole step at once.
             let next_s = if next_s > self.t_s { next_s } else { end_s };
             self.step(next_s - self.t_s);
             self.t_s = next_s;
@@ -225,10 +225,10 @@ impl ServoArm {
         Ok(())
     }
 
-    /// Sets what the outside exerts on the tool, base axes, about the tool origin; it stays until
-    /// set again.
+    /// Sets the wrench that the outside exerts on the tool, base axes, about the tool origin; it stays
+    /// until it is set again.
     ///
-    /// The servo is stiff: the wrench shows in the external torques and does not move the arm.
+    /// The servo is stiff: the wrench appears in the external torques and does not move the arm.
     ///
     /// # Errors
     /// NaN or infinity.
@@ -334,7 +334,7 @@ impl Arm for ServoArm {
             effect_s: self.t_s + self.delay_s,
             target,
         };
-        // Of two at one instant the later one counts.
+        // Of two commands at one instant the later one counts.
         self.pending
             .pop_back_if(|last| last.effect_s == pending.effect_s);
         if self.pending.len() == self.capacity {
@@ -347,7 +347,7 @@ impl Arm for ServoArm {
     }
 }
 
-/// The angles, those within the slack moved onto their limit.
+/// The angles; those within the slack beyond a limit are moved onto it.
 fn within_limits(
     arm: &dyn ArmKinematics,
     what: &'static str,

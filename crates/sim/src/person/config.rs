@@ -19,7 +19,7 @@ pub struct PersonConfig {
     /// Point between the eyes, m. Default (1.3, 0, 1.0): in front of the arm, whose base stands
     /// on a table, so the floor is about 0.65 m below it.
     pub head_m: DVec3,
-    /// How far single people's heads scatter about that, sd per axis, m. Default 0.
+    /// How far the heads of different people scatter about that, sd per axis, m. Default 0.
     pub head_scatter_m: f64,
     /// How far the head follows the hand, horizontally, m. Default 0.
     pub lean_m: [f64; 2],
@@ -28,11 +28,11 @@ pub struct PersonConfig {
     /// Tip of the index finger at rest, m. Default (0.95, 0.15, 0.72): half raised, on the
     /// right.
     pub hand_rest_m: DVec3,
-    /// How far it scatters about that from rest to rest, sd per axis, m. Default 0.
+    /// How far it scatters about that from one rest to the next, sd per axis, m. Default 0.
     pub rest_scatter_m: f64,
     /// How the hand is held; `None`: one of the three, each person their own. Default pointing.
     pub gesture: Option<Gesture>,
-    /// How far the direction of the stretched fingers is off, person by person and again reach by
+    /// How far the direction of the stretched fingers is off, drawn for each person and again for each
     /// reach, sd in each of two directions, rad; at most 0.2. Default 0.
     pub posture_rad: f64,
     /// Length of the hand, wrist to middle fingertip, m. Default 0.17 to 0.205.
@@ -43,15 +43,15 @@ pub struct PersonConfig {
     /// Durations grow with this power of the distance; 0: not at all; at most 1. Default 0.
     /// 0.5 keeps the same peak acceleration.
     pub distance_exponent: f64,
-    /// Share of the time at which a movement is fastest, within 0.3 to 0.7; of a corrected one
-    /// its first part, that lasts four fifths of the time. Default 0.5.
+    /// Share of the time at which a movement is fastest, within 0.3 to 0.7; for a corrected movement, of
+    /// the first part, which lasts four fifths of the time. Default 0.5.
     pub speed_peak: [f64; 2],
     /// Share of the reaches that fall short at first and are corrected, 0 to 1. Default 0.
     pub corrections: f64,
-    /// How much those fall short, share of the way, at most 0.3; half as much (sd) they go astray
+    /// How much those fall short, as a share of the distance, at most 0.3; by half as much (sd) they miss
     /// in each of two directions along the surface. Default 0.05 to 0.1.
     pub undershoot: [f64; 2],
-    /// Largest sideways deviation from the straight way, share of its length. Default 0.01 to 0.05.
+    /// Largest sideways deviation from the straight path, as a share of its length. Default 0.01 to 0.05.
     pub curvature: [f64; 2],
     /// Relative scatter of bow, peak and undershoot from reach to reach, sd; at most 0.5. Default 0.
     pub reach_scatter: f64,
@@ -75,7 +75,7 @@ pub struct PersonConfig {
     /// Share of the reaches in which the gaze is elsewhere all the time, 15 to 40 degrees off,
     /// 0 to 1. Default 0.
     pub gaze_misses: f64,
-    /// Share of the reaches in which it leaves the target 0.05 to 0.25 s before the contact, 0 to 1.
+    /// Share of the reaches in which the gaze leaves the target 0.05 to 0.25 s before the contact, 0 to 1.
     /// Default 0.
     pub gaze_leaves: f64,
     /// Amplitude of the tremor of the hand, m. Default 0.0003, at frequencies from 8 to 12 Hz.
@@ -85,8 +85,8 @@ pub struct PersonConfig {
     /// Share of the time in which the tracker does not see a point, for the palm, each fingertip
     /// and the gaze on its own, 0 to 1. Default 0.
     pub dropout: f64,
-    /// Shortest time for which such a point is gone, s. Default 0.05; less than the period of
-    /// the tracker makes single samples go.
+    /// Shortest time for which such a point is missing, s. Default 0.05; with less than the period of
+    /// the tracker, single samples are missing.
     pub dropout_s: f64,
 }
 

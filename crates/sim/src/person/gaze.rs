@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 /// Duration of a saccade, s; they last 0.02 to 0.1 s, longer for larger angles.
 pub(super) const SACCADE_S: f64 = 0.06;
 
-/// From a time on the gaze is on one thing.
+/// From a time on, the gaze rests on one thing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fixation {
     pub(super) from_s: f64,
@@ -17,7 +17,7 @@ pub(super) struct Fixation {
 pub(super) enum LookAt {
     /// Where a person at rest looks.
     Ahead,
-    /// A point, missed by two small or large angles, rad.
+    /// A point, and the two angles by which the gaze misses it, rad.
     Point { at_m: DVec3, off_rad: [f64; 2] },
 }
 

@@ -16,11 +16,12 @@ use std::f64::consts::TAU;
 const PLAIN_REACHES: u64 = 0x9E37_79B9_7F4A_7C15;
 const REACHES: u64 = 0xAEF1_7502_108E_F2D9;
 
-/// A change of mind comes at this share of the time to contact, and takes that much longer.
+/// A change of mind comes at a share of the time to contact within this range, and the reach takes longer by the
+/// factor below.
 const SWITCH: [f64; 2] = [0.25, 0.6];
 const CHANGED_TAKES: f64 = 1.3;
 
-/// How far off a gaze is that is elsewhere, and how far it goes when it leaves, rad.
+/// By how much a gaze is off that is elsewhere, and how far it moves when it leaves, rad.
 const MISS_RAD: [f64; 2] = [0.26, 0.70];
 const LEAVE_RAD: [f64; 2] = [0.14, 0.44];
 /// How long before the contact it leaves, s.
@@ -141,7 +142,7 @@ impl Person {
         self.habits().mean_reach_s * longer.powf(self.config().distance_exponent)
     }
 
-    /// Between the line of the arm and straight into the surface, off by these angles.
+    /// A direction between the line of the arm and the one straight into the surface, off by these angles.
     fn fingers(&self, path: &ReachPath, off_rad: [f64; 2]) -> DVec3 {
         let into = -path.normal();
         let to_target = (path.target_m() - self.shoulder_m()).normalize_or(into);

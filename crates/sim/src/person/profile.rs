@@ -2,7 +2,7 @@
 
 use super::bisect::bisect;
 
-/// Where the peak of the speed may be asked for, share of the time. The warp below reaches 0.255
+/// Range in which the peak of the speed may be asked for, shares of the time. The warp below reaches 0.255
 /// to 0.745.
 pub(super) const PEAKS: [f64; 2] = [0.3, 0.7];
 

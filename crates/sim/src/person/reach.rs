@@ -26,7 +26,7 @@ pub struct TouchPlan {
 pub struct ReachPlan {
     /// What is touched in the end.
     pub touch: TouchPlan,
-    /// What the hand starts towards, if the person changes mind under way.
+    /// What the hand starts towards, if the person has a change of mind on the way.
     pub meant_first: Option<TouchPlan>,
 }
 
@@ -39,7 +39,7 @@ impl From<TouchPlan> for ReachPlan {
     }
 }
 
-/// What the hand went for before the person changed mind.
+/// What the hand moved towards before a change of mind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChangeOfMind {
     /// Point meant at first, base frame, m.
@@ -75,7 +75,7 @@ pub struct TouchTruth {
     pub release_s: f64,
     /// The hand is back at rest.
     pub end_s: f64,
-    /// Another target that the hand went for at first.
+    /// The target that the hand moved towards at first, after a change of mind.
     pub changed: Option<ChangeOfMind>,
     /// The gaze is elsewhere during the whole reach.
     pub gaze_missed: bool,
@@ -96,8 +96,8 @@ pub(super) struct Shape {
 /// The way of the index fingertip from rest to the wished depth, by the share `tau` of the time.
 ///
 /// Along the normal it is one movement from rest to the depth, so the fingertip still moves when
-/// it meets the surface; along the surface another one, that ends as the surface is met, plus a
-/// sideways bow, and where the first part was misdirected that, both of which are over by then.
+/// it meets the surface. Along the surface it is another one, which ends when the surface is met, plus a
+/// sideways bow and the misdirection of the first part, both of which are over by then.
 /// So the fingertip meets the surface exactly at the target and then presses straight in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ReachPath {
@@ -206,9 +206,9 @@ impl ReachPath {
 
 /// The way to a touch, with a change of mind or without one.
 ///
-/// With one the hand glides from the way to the target meant first over to the way to the other
-/// one, in [`TURN`] of the time; both start at the same rest at the same time, so position and
-/// velocity stay continuous, and the end is that of the other way alone.
+/// With a change of mind the hand glides from the path to the first target over to the path to the other
+/// one, within [`TURN`] of the time. Both paths start from the same rest at the same time, so position and
+/// velocity stay continuous, and the end is that of the other path alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Approach {
     pub(super) path: ReachPath,

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 const SWAY_M: f64 = 0.004;
 const SWAY_HZ: [f64; 2] = [0.23, 0.31];
 /// Half the time over which velocities are taken, s: the error, jerk times its square over 6, is
-/// below 1e-7 m/s up to 6000 m/s³, twenty times what a reach has.
+/// below 1e-7 m/s up to 6000 m/s³, twenty times the jerk of a reach.
 const DIFFERENCE_S: f64 = 1e-5;
 
 /// Hand, head and gaze at one instant, base frame.
@@ -54,7 +54,7 @@ impl PersonSample {
 ///
 /// Everything is a pure function of the time: samples may be taken in any order and as often as
 /// wanted, and the noise of an instant is always the same. Before the first touch and after the
-/// last one the person rests. NaN or infinity in gives NaN out, or `None` where that is possible.
+/// last one the person rests. A time that is NaN or infinite gives NaN, or `None` where that is possible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TouchSequence {
     person: Person,
@@ -79,7 +79,7 @@ impl TouchSequence {
         sequence
     }
 
-    /// Whose they are.
+    /// The person whose touches they are.
     #[must_use]
     pub const fn person(&self) -> &Person {
         &self.person
@@ -91,7 +91,7 @@ impl TouchSequence {
         &self.truths
     }
 
-    /// The touch going on at a time, from the look to the end of the withdrawal.
+    /// The touch under way at a time, from the look to the end of the withdrawal.
     #[must_use]
     pub fn touch_at(&self, t_s: f64) -> Option<&TouchTruth> {
         self.truths
@@ -184,7 +184,7 @@ impl TouchSequence {
                 }
                 let turned = at_rest.slerp(at_contact, share);
                 let (palm_m, mut tips_m) = hand.place(path.elapsed(tau), turned, index_tip_m);
-                // The other fingers give way: none goes through the surface ahead of the index
+                // The other fingers move back: none goes through the surface before the index
                 // finger.
                 let normal = path.normal();
                 let height_m = |point_m: DVec3| (point_m - path.target_m()).dot(normal);

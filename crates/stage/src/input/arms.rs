@@ -28,8 +28,8 @@ impl BoardArm {
     /// `iiwa7`, `iiwa14` or the path of a URDF file of an arm with at most seven joints.
     ///
     /// # Errors
-    /// An unknown name, a file that cannot be read as URDF, an arm of more joints, one that can present the board
-    /// nowhere in front of it.
+    /// An unknown name, a file that cannot be read as URDF, an arm of more joints, or one that cannot hold the
+    /// board anywhere in front of it.
     pub fn named(name: &str, board: &Board) -> anyhow::Result<Self> {
         if let Ok(arm) = closed_form(name) {
             return Self::from_srs(&arm, board);
@@ -37,7 +37,7 @@ impl BoardArm {
         let chain = ChainArm::new(chain(name)?)?.with_tool(board.flange_from_board_face()?);
         let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
         let start = start_of(&*kinematics).with_context(|| {
-            format!("{name}: the arm can hold the board upright nowhere in front of it")
+            format!("{name}: the arm cannot hold the board upright anywhere in front of it")
         })?;
         Ok(Self {
             kinematics,
@@ -49,7 +49,7 @@ impl BoardArm {
     /// An arm with a closed form.
     ///
     /// # Errors
-    /// A board that is none.
+    /// A board with a size outside its range.
     pub fn from_srs(arm: &SrsArm, board: &Board) -> anyhow::Result<Self> {
         let arm = arm.with_tool(board.flange_from_board_face()?);
         Ok(Self {
@@ -59,7 +59,7 @@ impl BoardArm {
         })
     }
 
-    /// What a session and a simulation need of it.
+    /// What a session and a simulation need of the arm.
     #[must_use]
     pub const fn kinematics(&self) -> &Arc<dyn ArmKinematics> {
         &self.kinematics
@@ -71,7 +71,7 @@ impl BoardArm {
         self.start
     }
 
-    /// Maps of the walls of a scene; without any for an arm whose solver decides alone.
+    /// Maps of the walls of a scene; empty for an arm without a closed form, whose solver decides alone.
     ///
     /// # Errors
     /// As for [`hwall::maps_of`].
@@ -86,7 +86,7 @@ impl BoardArm {
     /// closed form; a numeric search that failed proves nothing.
     ///
     /// # Errors
-    /// A place that is no place.
+    /// A point or a normal that is not finite, or a normal without a direction.
     pub fn unreachable(
         &self,
         point_m: DVec3,
@@ -124,7 +124,7 @@ impl BoardArm {
         Ok(first)
     }
 
-    /// How far from its base the board gets, m: for figures.
+    /// The largest distance of the board from the base, m: for figures.
     #[must_use]
     pub fn span_m(&self) -> f64 {
         if let Some(arm) = &self.closed_form {
@@ -192,7 +192,7 @@ pub fn closed_form(name: &str) -> anyhow::Result<SrsArm> {
 /// `x,y,...` as exactly `N` finite numbers.
 ///
 /// # Errors
-/// Another count, or a value that is no finite number.
+/// Another count, or a value that is not a finite number.
 pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
     let values: Vec<f64> = text
         .split(',')

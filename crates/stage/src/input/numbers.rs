@@ -1,4 +1,4 @@
-//! Tables of numbers as CSV: a header line, then one row of finite numbers a line.
+//! Tables of numbers as CSV: a header line, then one row of finite numbers on each line.
 
 use anyhow::{Context, anyhow, bail};
 use std::cell::RefCell;
@@ -8,7 +8,7 @@ use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
 use std::rc::Rc;
 
-/// Reads rows by column name, naming line and column of whatever is wrong.
+/// Reads rows by column name; errors name line and column.
 pub struct NumberReader {
     name: String,
     header: Vec<String>,
@@ -16,7 +16,7 @@ pub struct NumberReader {
     records: csv::StringRecordsIntoIter<LineCounter<Box<dyn Read>>>,
 }
 
-/// One row, and where it stood.
+/// One row, and where it was read.
 pub struct NumberRow {
     line: u64,
     cells: csv::StringRecord,
@@ -81,7 +81,7 @@ impl NumberReader {
     /// Places of the columns.
     ///
     /// # Errors
-    /// A column that is missing or stands twice.
+    /// A column that is missing or that appears twice.
     pub fn columns(&self, names: &[String]) -> anyhow::Result<Vec<usize>> {
         names
             .iter()
@@ -95,7 +95,7 @@ impl NumberReader {
                     )
                 })?;
                 if places.next().is_some() {
-                    bail!("{}: column {name:?} stands twice", self.name);
+                    bail!("{}: column {name:?} appears twice", self.name);
                 }
                 Ok(first)
             })
@@ -141,7 +141,7 @@ impl NumberReader {
     /// The finite numbers of a row at the places that [`columns`](Self::columns) gave.
     ///
     /// # Errors
-    /// A cell that is no finite number.
+    /// A cell that is not a finite number.
     pub fn values(&self, row: &NumberRow, places: &[usize]) -> anyhow::Result<Vec<f64>> {
         places.iter().map(|&p| self.number(row, p)).collect()
     }
@@ -168,22 +168,22 @@ impl NumberReader {
         value.with_context(|| {
             let column = &self.header[place];
             format!(
-                "{} line {}, column {column}: {text:?} is no finite number",
+                "{} line {}, column {column}: {text:?} is not a finite number",
                 self.name, row.line
             )
         })
     }
 
-    /// Says where a row stood, for errors about what it means.
+    /// Says where a row was read, for errors about its meaning.
     #[must_use]
     pub fn place(&self, row: &NumberRow) -> String {
         format!("{} line {}", self.name, row.line)
     }
 }
 
-/// Where the lines that are not empty begin, from the last record on that was asked for.
+/// Where the lines that are not empty begin, from the last record that was asked for.
 ///
-/// The reader's own count of lines is off after CRLF and empty lines. This one counts as editors do.
+/// The reader's own count of lines is wrong after CRLF and empty lines. This one counts as editors do.
 #[derive(Default)]
 struct LineStarts {
     /// First byte and number of each line, in order.
@@ -201,7 +201,7 @@ impl LineStarts {
         for &byte in bytes {
             let end = matches!(byte, b'\r' | b'\n');
             if end {
-                // The end of a line that CR has ended already.
+                // The second half of a line end whose CR was counted already.
                 let rest_of_end = byte == b'\n' && self.after_cr;
                 self.ends += u64::from(!rest_of_end);
             } else if !self.within_line {
@@ -286,7 +286,7 @@ pub fn counted(count: usize, one: &str, many: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Gives its bytes in pieces of a few, so that line ends are cut in two.
+    /// Returns its bytes a few at a time, so that line ends are cut in two.
     struct Pieces(std::io::Cursor<Vec<u8>>, usize);
 
     impl Read for Pieces {

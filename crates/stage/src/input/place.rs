@@ -18,43 +18,42 @@ const BELOW_M: f64 = 0.55;
 const LONG_M: f64 = 0.3;
 const SHORT_M: f64 = 0.15;
 
-/// Places on a wall are tried this far apart, m, and this far from its border.
+/// Distance between the places that are tried on a wall, and their least distance from its border, m.
 const STEP_M: f64 = 0.25;
 const BORDER_M: f64 = 0.25;
 
 /// A wall must be at least this wide and high, m.
 const WALL_M: f64 = 0.6;
 
-/// Nearer to the wall than this, m, the wall itself may be in the way.
+/// Within this distance of the wall, m, the wall itself may be in the way.
 const TOUCHING_M: f64 = 0.01;
 
-/// A wall touched by a recording, with where arm and recording stand in the scene.
+/// A wall that a recording touches, and where arm and recording stand in the scene.
 #[derive(Debug, Clone)]
 pub struct Placement {
     /// The arm's base in the scene.
     pub base: FloorPose,
     /// The recording's (z-up) origin in the scene.
     pub hand: FloorPose,
-    /// For people: what was chosen and why.
+    /// For the user: what was chosen and why.
     pub remark: String,
 }
 
-/// The movements of a recording that end on something, and how they were told from the others.
+/// The movements of a recording that end on something, and how they were told apart from the others.
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
     /// Those movements.
     pub reaches: Vec<Reach>,
-    /// For people: which ones, and why.
+    /// For the user: which ones, and why.
     pub remark: String,
 }
 
-/// The reaches that end on something: of the two directions in which hands go to and fro, the one
-/// whose ends lie much closer together (a wall stops the hand at one place, at rest it hangs
-/// anywhere), else the first.
+/// The reaches that end on something. Hands move to and fro; of the two directions it is the one whose ends lie
+/// much closer together (a wall stops the hand at one place, while a resting hand may be anywhere), else the first.
 ///
-/// Movements are told apart by the steadiest point; where they lead is that of the index tip, as
-/// in the prediction, where it is recorded.
-/// `rigid`: a made-up hand whose shape never changes is no frozen tracker.
+/// Movements are told apart by the steadiest point. Where they lead is read from the index tip if it is recorded, as
+/// in the prediction.
+/// `rigid`: the hand is made up, and its shape never changes; that does not count as a frozen tracker.
 ///
 /// # Errors
 /// A recording without a complete reach, with what was found instead.
@@ -100,7 +99,7 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
             .sum::<f64>();
         (squares / group.len() as f64).sqrt()
     };
-    // One end has no scatter; a small difference is chance.
+    // A single end has no scatter; a small difference is chance.
     let swap = to.len() > 1 && fro.len() > 1 && scatter(&fro) < 0.5 * scatter(&to);
     let chosen = if swap { fro } else { to };
     let starts: Vec<String> = chosen.iter().map(|r| format!("{:.2}", r.start_s)).collect();
@@ -119,7 +118,7 @@ pub fn reaches_to_contact(recording: &Recording, rigid: bool) -> anyhow::Result<
     })
 }
 
-/// The same movement as the index tip made it, if it was seen at both ends.
+/// The same movement of the index tip, if that was seen at both ends.
 fn of_index_tip(recording: &Recording, reach: Reach) -> Reach {
     let tip = |sample: usize| recording.samples[sample].frame.point(HandPoint::Index);
     let (Some(start_m), Some(end_m)) = (tip(reach.first), tip(reach.last)) else {
@@ -141,9 +140,9 @@ fn of_index_tip(recording: &Recording, reach: Reach) -> Reach {
 
 /// Chooses a wall and places arm and recording before it.
 ///
-/// Of the walls that are large enough and free before the hand, the one nearest to `near_m` (the
-/// arm's base when it is given, else the middle of the scene). The wall's plane lies at the
-/// shortest of the reaches, so every reach crosses it.
+/// Takes the wall nearest to `near_m` (the arm's base if it is given, else the middle of the scene) among those that
+/// are large enough and have free space before them. The recording is placed so that the plane of the wall lies at the end of
+/// the shortest reach; every reach then crosses it.
 ///
 /// # Errors
 /// No reach in the recording, no suitable wall in the scene.
@@ -177,7 +176,7 @@ pub fn before_a_wall(
         if patch.width_m < WALL_M || high - low < WALL_M {
             continue;
         }
-        // Places to touch, at a height a standing person reaches, a hand's breadth inside.
+        // Places to touch, at a height that a standing person reaches, a hand's breadth inside the border.
         let along = DVec3::Z.cross(patch.normal).normalize_or_zero();
         let height = (low + 1.2).min(high - BORDER_M).max(low + BORDER_M);
         let count = ((patch.width_m - 2.0 * BORDER_M) / STEP_M).floor().max(0.0) as i32;
@@ -232,7 +231,7 @@ pub fn before_a_wall(
     )
 }
 
-/// Is there wall all around the point, and no door or window?
+/// Is the wall complete around the point, without a door or window?
 fn solid(scene: &Scene, patch: &Facet, point: DVec3, along: DVec3) -> anyhow::Result<bool> {
     for (x, z) in [
         (0.0, 0.0),
@@ -250,7 +249,7 @@ fn solid(scene: &Scene, patch: &Facet, point: DVec3, along: DVec3) -> anyhow::Re
     Ok(true)
 }
 
-/// Does nothing stand in the way of the recorded reaches, on their way to the wall?
+/// Is there nothing between the recorded reaches and the wall?
 fn free(
     scene: &Scene,
     recording: &Recording,

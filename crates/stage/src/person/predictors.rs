@@ -67,9 +67,9 @@ impl Default for TrainingPeople {
 }
 
 impl TrainingPeople {
-    /// The simulated people of [`TrainingPeople::default`], of whom no more is tracked than of the hand in a
-    /// recording. Nothing else of it is used: neither where it is nor how fast, which nobody knows before
-    /// the touches that are to be foreseen.
+    /// The simulated people of [`TrainingPeople::default`], tracked no better than the hand in a recording. Nothing
+    /// else of the recording is used, neither places nor speeds: before the touches that are to be foreseen, nobody
+    /// knows them.
     #[must_use]
     pub fn tracked_as(frames: &[HandFrame]) -> Self {
         let seen = |has: &dyn Fn(&HandFrame) -> bool| frames.iter().any(has);
@@ -88,10 +88,10 @@ impl TrainingPeople {
 /// People to learn from, and touches of each.
 const PEOPLE: u64 = 12;
 const TOUCHES: usize = 12;
-/// Seed of these people; that of who touches is drawn in another way, so that nobody is both.
+/// Seed of these people. The seed of the person who touches is drawn in another way, so that nobody is both.
 const SEED: u64 = 0x0005_EED0_FD15_7A4C;
 
-/// A hand rests this far before a surface that it is to touch, m: where it rests scatters.
+/// Distance of a resting hand from a surface that it is to touch, m; the place of rest scatters.
 const CLEAR_M: f64 = 0.1;
 
 /// Period of their tracker, s.
@@ -106,18 +106,18 @@ pub struct SurfacePlace {
     pub point_m: DVec3,
 }
 
-/// What all predictors made of one sample.
+/// What every predictor predicted from one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct PredictionRecord {
     /// Time of the sample, s.
     pub t_s: f64,
     /// The most probable contact, in the order of [`PredictorKind::ALL`]; `None`: nothing in sight.
     pub likeliest: [Option<SurfacePlace>; 3],
-    /// Time that each took, ns; 0 where there is no such predictor.
+    /// Time that each took, ns; 0 for a predictor that is missing.
     pub took_ns: [f64; 3],
 }
 
-/// The three predictors, those that there are.
+/// The three predictors, or those of them that could be made.
 pub struct Predictors {
     predictors: [Option<Box<dyn Predictor>>; 3],
     leader: PredictorKind,
@@ -127,8 +127,8 @@ pub struct Predictors {
 
 impl Predictors {
     /// Trains for a scene and for people like those to come; `leader` leads the board, by default the
-    /// fused predictor, or the ray-led one where nobody can be learnt from. Also says what was learnt
-    /// from whom, for people.
+    /// fused predictor, or the ray-led one where there is nobody to learn from. Also returns a line for the user:
+    /// what was learnt from whom.
     ///
     /// # Errors
     /// The fused predictor is asked for, but in this scene there is nobody to learn from.
@@ -179,7 +179,7 @@ impl Predictors {
         self.leader
     }
 
-    /// What all of them made of every sample so far.
+    /// What each of them predicted from every sample so far.
     #[must_use]
     pub fn records(&self) -> &[PredictionRecord] {
         &self.records
@@ -187,7 +187,7 @@ impl Predictors {
 }
 
 impl Predictor for Predictors {
-    /// Asks all of them; the answers are the leader's.
+    /// Asks all of them and returns the predictions of the leader.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         let mut record = PredictionRecord {
             t_s: input.frame.t_s,
@@ -271,7 +271,7 @@ fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyho
     let touches = hand
         .touches()
         .iter()
-        // The outline of a patch spans its holes: a place in one of them is on no surface.
+        // The outline of a facet encloses its holes: a place in one of them is not on the surface.
         .filter_map(|truth| {
             let closest = scene.closest_touchable(truth.target_m, 0.05).transpose()?;
             Some(closest.map(|closest| training::SurfaceTouch {

@@ -34,7 +34,7 @@ pub struct Standing {
     pub hand_m: DVec3,
 }
 
-/// People touch between the hip and a little above the eyes, m from the eyes.
+/// People touch between the hip and a little above the eyes; distances from the eyes, m.
 const BELOW_EYES_M: f64 = 0.85;
 const ABOVE_EYES_M: f64 = 0.3;
 
@@ -59,7 +59,7 @@ pub fn plan(
     for i in 0..count {
         let want_reachable = i % 6 != 5;
         let found = (0..20_000).find_map(|attempt| {
-            // Surfaces in turn; one that offers nothing is passed over after a while.
+            // Surfaces in turn; one without a suitable point is skipped after a while.
             let patch = &patches[(i + attempt / 200) % patches.len()];
             let point_m = inside(patch, &mut sampler)?;
             let normal = facing(patch.normal, head_m - point_m);
@@ -75,7 +75,7 @@ pub fn plan(
         });
         match found {
             Some(plan) => plans.push(plan),
-            // A scene that is all within reach is no fault.
+            // A scene that is entirely within reach is fine.
             None if !want_reachable => {}
             None => {
                 bail!("found no free point within the arm's reach on the scene's vertical surfaces")
@@ -169,7 +169,7 @@ fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<
     Ok(beside.map(|c| (t_s, c.point_m, c.normal, c.surface)))
 }
 
-/// A random point of a patch, a hand's breadth from its outline.
+/// A random point of a facet, a hand's breadth inside its outline.
 fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     const EDGE_M: f64 = 0.08;
     let low = patch.outline_m.iter().copied().reduce(DVec3::min)?;

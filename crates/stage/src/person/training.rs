@@ -7,7 +7,7 @@ use hwall_hand::{
 };
 use hwall_scene::SurfaceId;
 
-/// Noise of a gaze beyond which the filter takes a leap for a saccade, in standard deviations.
+/// A leap of the gaze beyond this is a saccade, in standard deviations of its noise.
 const SACCADE_SDS: f64 = 3.5;
 
 /// One touch that is judged.
@@ -15,13 +15,13 @@ const SACCADE_SDS: f64 = 3.5;
 pub struct SurfaceTouch {
     /// The surface touched.
     pub surface: SurfaceId,
-    /// Where, m, and the unit normal there.
+    /// The point touched, m.
     pub target_m: DVec3,
     /// Unit normal towards the person.
     pub normal: DVec3,
-    /// The hand starts, and touches, s.
+    /// When the hand starts, s.
     pub start_s: f64,
-    /// See `start_s`.
+    /// When the hand touches, s.
     pub contact_s: f64,
 }
 
@@ -41,7 +41,7 @@ impl Stream {
     }
 }
 
-/// The filters that every predictor lives behind.
+/// The filters in front of every predictor.
 pub struct Filters {
     /// Smooths the hand.
     pub hand: HandFilter,

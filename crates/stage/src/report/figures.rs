@@ -6,7 +6,7 @@ use plotters::coord::CoordTranslate;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Colours that stay apart for colour-blind readers (Okabe and Ito 2008).
+/// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
 pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -22,7 +22,7 @@ pub const TITLE: (&str, u32) = ("sans-serif", 20);
 /// Text of axes and legends.
 pub const TEXT: (&str, u32) = ("sans-serif", 15);
 
-/// Plotting errors carry types of the backend; only their words matter here.
+/// Plotting errors carry types of the backend; only their text matters here.
 pub fn plot_error(error: impl std::fmt::Display) -> anyhow::Error {
     anyhow!("figure: {error}")
 }
@@ -30,7 +30,7 @@ pub fn plot_error(error: impl std::fmt::Display) -> anyhow::Error {
 /// The series' names in a corner, as all figures have them.
 ///
 /// # Errors
-/// Whatever the drawing says.
+/// Any error of the drawing.
 pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
     chart: &mut ChartContext<'a, DB, CT>,
     position: SeriesLabelPosition,
@@ -48,7 +48,7 @@ pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
 /// Errors at or below this are drawn at it: a logarithmic axis has no zero.
 const SMALLEST_ERROR: f64 = 1e-17;
 
-/// Median time (dot) up to p99 (bar) over the largest error, both logarithmic; one colour a method.
+/// Median time (dot) up to p99 (bar) over the largest error, both logarithmic; one colour for each method.
 ///
 /// # Errors
 /// A file that cannot be written, or no rows.
@@ -127,7 +127,7 @@ pub fn speed_error(
 /// A named line of (size, time in ns).
 pub type Line = (String, Vec<(f64, f64)>);
 
-/// Median time over a size, both logarithmic; one line a method.
+/// Median time over a size, both logarithmic; one line for each method.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -172,7 +172,7 @@ pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::
     root.present().map_err(plot_error)
 }
 
-/// `10 ns`, `1 us`: a tick's time without decimals.
+/// The time at a tick without decimals: `10 ns`, `1 us`.
 fn short_time(ns: f64) -> String {
     format_ns(ns).replace(".00", "").replace(".0", "")
 }

@@ -56,7 +56,7 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
         .draw()
         .map_err(plot_error)?;
     let [blue, orange, green, pink, yellow, sky, grey] = COLOURS;
-    // The maps first, under everything: the more heights are in reach, the darker.
+    // The maps first, below everything else: the more heights are in reach, the darker.
     let stretches = maps.stretches();
     let veil = green.mix(0.04).stroke_width(9);
     let seen = stretches
@@ -250,7 +250,7 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
     root.present().map_err(plot_error)
 }
 
-/// One decimal, and zero without a sign.
+/// With one decimal, and zero without a sign.
 fn tick(v: f64) -> String {
     let rounded = (10.0 * v).round() / 10.0;
     format!("{:.1}", if rounded == 0.0 { 0.0 } else { rounded })

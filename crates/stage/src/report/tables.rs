@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-/// What the run comes to, one line a figure.
+/// The results of the run, one line for each number.
 #[must_use]
 pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]) -> MarkdownTable {
     let mut table = MarkdownTable::new(["what", "value"]);
@@ -50,7 +50,7 @@ pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]
         "board in place before the hand",
         format!("{} of {}{share}", in_time.len(), within.len()),
     );
-    // Without a touch there is no figure, and NaN would look like one.
+    // Without a touch there is no value, and NaN would look like one.
     let or_none = |count: usize, text: String| if count == 0 { "none".to_owned() } else { text };
     let mut leads: Vec<f64> = in_time.iter().filter_map(|o| o.lead_s).collect();
     leads.sort_by(f64::total_cmp);
@@ -132,7 +132,7 @@ pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]
     table
 }
 
-/// Touch by touch, for how long before it each predictor had been right; then the medians.
+/// For every touch: how long before it each predictor had been right; then the medians.
 #[must_use]
 pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownTable {
     let [a, b, c] = PredictorKind::ALL.map(|kind| format!("{}, ms", kind.name()));
@@ -151,7 +151,7 @@ pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownT
     if touches.is_empty() {
         return table;
     }
-    // Wrong until the end is no lead at all.
+    // A predictor that is wrong until the end has no lead.
     let of = |i: usize| leads.iter().map(move |l| l[i].unwrap_or(0.0));
     let median = |values: &mut dyn Iterator<Item = f64>| {
         let mut sorted: Vec<f64> = values.collect();
@@ -176,7 +176,7 @@ pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownT
     table
 }
 
-/// Touch by touch of textured surfaces, what was to be felt and what was; nothing where no texture was
+/// For every touch of a textured surface: what was to be felt and what was felt; empty if no texture was
 /// presented.
 #[must_use]
 pub fn textures(run: &Run) -> String {

@@ -65,17 +65,17 @@ impl Hand {
 
 /// A finished run.
 pub struct Run {
-    /// One entry a control step.
+    /// One entry for each control step.
     pub ticks: Vec<Tick>,
-    /// Time of each control step, ns, in rising order: all that [`Session::step`] does.
+    /// Time that each call of [`Session::step`] took, ns, in rising order.
     pub step_ns: Vec<f64>,
     /// Who led the board.
     pub leader: PredictorKind,
-    /// What the predictors made of the frames, one by one.
+    /// What the predictors predicted from each frame.
     pub predictions: Vec<PredictionRecord>,
     /// For the figures.
     pub trace: Trace,
-    /// Frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
+    /// Number of frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
     pub sources: [usize; 5],
     /// Frames in which the target was out of reach.
     pub unreachable_frames: usize,
@@ -86,7 +86,7 @@ pub struct Run {
     pub moved: usize,
     /// Each loss of the hand: when, and why.
     pub losses: Vec<Loss>,
-    /// Each touch of a textured surface; `None`: the board presents none.
+    /// Each touch of a textured surface; `None` if the board presents no texture.
     pub textures: Option<Vec<TextureTouch>>,
 }
 
@@ -101,13 +101,13 @@ pub struct Loss {
 
 /// What a run needs besides the predictors.
 pub struct RunSetup<'a> {
-    /// The arm, its tool the board's face.
+    /// The arm, with the face of the board as its tool.
     pub arm: &'a BoardArm,
     /// The board.
     pub board: &'a Board,
     /// What is touched.
     pub scene: &'a Scene,
-    /// Where the arm reaches its walls.
+    /// Where the arm can present its walls.
     pub maps: &'a WallMaps,
     /// Who touches.
     pub hand: &'a Hand,
@@ -122,7 +122,7 @@ pub struct RunSetup<'a> {
 /// Runs the loop to the end of the hand, calling `progress` with the share done.
 ///
 /// # Errors
-/// A configuration that a crate refuses, or a state that the simulated arm does.
+/// A configuration that a crate refuses, or a command that the simulated arm refuses.
 pub fn run(
     setup: &RunSetup<'_>,
     predictors: Predictors,
@@ -243,7 +243,7 @@ struct Simulation<'a> {
     steps: usize,
     next_step: usize,
     next_frame: usize,
-    /// Frames given since somebody asked last.
+    /// Frames given since the last question.
     frames: usize,
 }
 
@@ -265,7 +265,7 @@ impl Surroundings<ServoArm> for Simulation<'_> {
 }
 
 impl Simulation<'_> {
-    /// Moves the arm on by a period and lets the fingertip press the board. Where the fingertip is, m.
+    /// Advances the arm by a period and lets the fingertip press the board. Returns where the fingertip is, m.
     fn advance(&mut self, arm: &mut ServoArm, cycle: &Cycle) -> Result<Option<DVec3>, SimError> {
         arm.advance(self.period_s)?;
         let (tip_m, velocity) = self.tip.at(self.hand, self.start_s + cycle.t_s);
@@ -285,14 +285,14 @@ impl Simulation<'_> {
 /// recording while the hand is tracked.
 #[derive(Default)]
 struct Fingertip {
-    /// The newest frame, not yet looked at.
+    /// The newest frame, not yet used.
     frame: Option<HandFrame>,
     point_m: Option<DVec3>,
     velocity: DVec3,
 }
 
 impl Fingertip {
-    /// What the session made of the newest frame.
+    /// What the session says of the newest frame.
     fn measured(&mut self, tracking: &Tracking) {
         let frame = self.frame.take();
         self.point_m = tracking
@@ -382,7 +382,7 @@ impl Log {
                 }
             }
             Tracking::Lost { reason, .. } => {
-                // The filter's first frames are no loss.
+                // The first frames of the filter do not count as a loss.
                 let starting = matches!(reason, LostReason::Starting) && !self.tracked;
                 if !self.lost && !starting {
                     self.lost = true;
@@ -396,7 +396,7 @@ impl Log {
         }
     }
 
-    /// At the end of a cycle, the arm moved on.
+    /// At the end of a cycle, after the arm has advanced.
     fn tick<P: Predictor>(
         &mut self,
         session: &Session<P>,

@@ -16,7 +16,7 @@ pub struct Outcome {
     pub touch: Touch,
     /// Why the board cannot be there, if it cannot.
     pub unreachable: Option<Unreachable>,
-    /// How long before the hand the board was in place and stayed, s; `None` if it was not.
+    /// How long before the hand arrived the board was in place to stay, s; `None` if it was not.
     pub lead_s: Option<f64>,
     /// Distance of the touched point from the middle of the face, along the face, m.
     pub offset_m: f64,
@@ -64,7 +64,7 @@ fn judge_one(
     let p = ticks[last]
         .base_from_board
         .inverse_transform_point(touch.point_m);
-    // A press that is felt elsewhere is not this touch.
+    // A press that is felt away from the touched point is not this touch.
     let board_holds = |tick: &Tick| {
         let p = tick.base_from_board.inverse_transform_point(touch.point_m);
         p.x.abs() <= board.half_width_m && p.y.abs() <= board.half_height_m
@@ -84,14 +84,14 @@ fn judge_one(
     })
 }
 
-/// A prediction is right on the touched surface and this near to the touched point, m: half the
-/// board's half width.
+/// A prediction is right if it is on the touched surface and within this distance of the touched point, m: half
+/// of the board's half width.
 pub const RIGHT_M: f64 = 0.05;
 
-/// For how long before each touch each predictor had been right without a break, s, in the order
+/// How long before each touch each predictor had been right without a break, s, in the order
 /// of [`PredictorKind::ALL`](crate::person::predictors::PredictorKind::ALL); `None`: wrong in the last sample.
 ///
-/// Samples before the touch before was over do not count.
+/// Samples from before the end of the previous touch do not count.
 #[must_use]
 pub fn leads(
     scene: &Scene,

@@ -8,7 +8,7 @@ use hwall_scene::Scene;
 use hwall_testkit::quantile;
 use hwall_texton::{Level, ScanAngle};
 
-/// The wanted speed counts as reached within this share.
+/// The wanted speed counts as reached within this share of it.
 const WITHIN: f64 = 0.05;
 /// The board has this long to reach it, s.
 const RAMP_S: f64 = 0.05;
@@ -24,16 +24,16 @@ pub struct TextureTouch {
     pub felt_s: f64,
     /// What was to be presented.
     pub wanted: Level,
-    /// What was: medians from 50 ms after the touch was felt until the stroke or the touch ended; `None`
+    /// What was presented: medians from 50 ms after the touch was felt until the stroke or the touch ended; `None`
     /// for a touch that was shorter.
     pub rendered: Option<Level>,
-    /// From when on the speed stayed within 5 % until then, s after the touch was felt.
+    /// Time after the touch was felt from which the speed stayed within 5 % until then, s.
     pub reached_s: Option<f64>,
-    /// How long the board moved at the wanted speed or tried to, s.
+    /// How long the board moved, or tried to move, at the wanted speed, s.
     pub lasted_s: f64,
 }
 
-/// Listens to a session, and to the true arm under it.
+/// Records the events of a session and the true motion of the arm.
 pub struct TextureLog {
     /// Names of the scene's surfaces, by their number.
     names: Vec<String>,
@@ -50,7 +50,7 @@ struct Feeling {
     /// Time since the touch was felt, s, speed of the texture under the finger against the scan, m/s,
     /// and angle between scan and bumps, rad.
     felt: Vec<(f64, f64, f64)>,
-    /// The board still may move on.
+    /// The board may still move.
     going: bool,
 }
 
@@ -88,7 +88,7 @@ impl TextureLog {
         }
     }
 
-    /// What really passes under the finger: the true board, its velocity, and the estimate of the scan, rad.
+    /// Takes what really passes under the finger: the true board, its velocity, and the estimate of the scan, rad.
     pub fn feel(
         &mut self,
         t_s: f64,

@@ -35,7 +35,7 @@ pub struct Trace {
     pub reach_m: f64,
 }
 
-/// Predicted points nearer to the last one than this are not drawn, m.
+/// Predicted points within this distance of the last one are not drawn, m.
 const DRAWN_M: f64 = 0.01;
 
 /// Fifty points a second of the board are enough for a figure.
@@ -118,7 +118,7 @@ impl TraceLog {
 }
 
 impl Trace {
-    /// Marks the touches, within reach or not, and how far from each the predictions for it were.
+    /// Marks the touches, within reach or not, and the distances of the predictions from each.
     pub fn mark_touches(&mut self, outcomes: &[Outcome], predictions: &[PredictionRecord]) {
         let mut since_s = f64::NEG_INFINITY;
         for Outcome {
