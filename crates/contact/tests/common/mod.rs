@@ -188,3 +188,20 @@ pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     let covariance = turn * DMat3::from_diagonal(sd_m * sd_m) * turn.transpose();
     (turn * draw, covariance)
 }
+
+pub(crate) const EYE: DVec3 = DVec3::new(-0.25, 0.1, 1.6);
+
+pub(crate) fn fused() -> Fused {
+    Fused::new(FusedConfig::default())
+}
+
+pub(crate) fn ball(sd_m: f64) -> DMat3 {
+    DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))
+}
+
+pub(crate) const WALL: Quad = [
+    [0.7, 1.0, 0.0],
+    [0.7, -1.0, 0.0],
+    [0.7, -1.0, 2.0],
+    [0.7, 1.0, 2.0],
+];

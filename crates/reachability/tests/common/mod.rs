@@ -1,0 +1,38 @@
+//! What the tests of base placement share.
+
+use glam::DVec3;
+use hwall_kinematics::SrsArm;
+use hwall_reachability::{PlacementConfig, PlacementScores, Steps, Target, place_base};
+use hwall_testkit::Sampler;
+use std::f64::consts::PI;
+
+pub(crate) const SEED: u64 = 11;
+
+pub(crate) fn steps(first: f64, step: f64, count: usize) -> Steps {
+    Steps::new(first, step, count).expect("valid")
+}
+
+pub(crate) fn place(arm: &SrsArm, targets: &[Target], config: &PlacementConfig) -> PlacementScores {
+    place_base(arm, targets, config).expect("valid")
+}
+
+/// Targets at all kinds of headings about a table 0.7 m high.
+pub(crate) fn scattered_targets(n: usize) -> Vec<Target> {
+    let mut sampler = Sampler::new(SEED);
+    let mut target = || {
+        let heading = sampler.uniform(-PI, PI);
+        Target {
+            point_m: sampler.point_in_box(DVec3::new(1.2, -0.8, 0.5), DVec3::new(2.4, 0.8, 1.7)),
+            normal: 3.0 * DVec3::new(heading.cos(), heading.sin(), 0.0),
+        }
+    };
+    (0..n).map(|_| target()).collect()
+}
+
+pub(crate) fn small_config() -> PlacementConfig {
+    PlacementConfig {
+        headings_rad: vec![0.0, 0.9, 1.9, 3.3, -1.0],
+        best: 4,
+        ..PlacementConfig::new(steps(1.1, 0.27, 5), steps(-0.6, 0.31, 4), 0.7)
+    }
+}
