@@ -7,14 +7,12 @@ use hwall_contact::hwall_hand::{
     HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach,
 };
 use hwall_contact::hwall_scene::Scene;
-use hwall_contact::{
-    FusedConfig, FusedPredictor, LearnedConfig, LearnedModel, Predictor, PredictorInput,
-};
+use hwall_contact::*;
 
 const ROOM: &str = "o panel\nv 0.6 -0.8 0\nv 0.6 0 0\nv 0.6 0 2\nv 0.6 -0.8 2\nf 1 4 3 2\n\
                     o door\nv 0.6 0 0\nv 0.6 0.8 0\nv 0.6 0.8 2\nv 0.6 0 2\nf 5 8 7 6\n";
 
-/// An index finger on its way, with a slight bow, 60 samples; recordings give these in earnest.
+/// An index finger on its way, with a slight bow; in earnest, `labelled_reaches` makes these from recordings.
 fn reach(person: usize, end_m: DVec3, duration_s: f64) -> LabelledReach {
     let rest_m = DVec3::new(0.05, 0.02 * person as f64, 1.0);
     let frame = |k: usize| {
@@ -44,10 +42,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             0.9 + 0.08 * (k % 5) as f64,
         )
     };
-    let known: Vec<LabelledReach> = (0..32)
-        .map(|k| reach(k % 4, place(k), 0.7 + 0.03 * (k % 5) as f64))
-        .collect();
-    let model = LearnedModel::train(&known, &LearnedConfig::default())?;
+    let known = (0..32).map(|k| reach(k % 4, place(k), 0.7 + 0.03 * (k % 5) as f64));
+    let model = LearnedModel::train(&known.collect::<Vec<_>>(), &LearnedConfig::default())?;
     println!(
         "learned from {} reaches of {} people",
         model.reaches(),
@@ -59,23 +55,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut filter = HandFilter::new(HandFilterConfig::simulated())?;
     let new = reach(5, DVec3::new(0.6, 0.2, 1.15), 0.76);
     for (k, frame) in new.frames.iter().enumerate() {
-        let tracking = filter.step(frame);
-        let gaze = frame.gaze_ray(); // none here: the hand has to do
-        let input = PredictorInput {
-            frame,
-            hand: tracking.state(),
-            gaze: gaze.as_ref(),
-        };
-        let ranked = predictor.predict(&scene, &input);
+        let (tracking, gaze) = (filter.step(frame), None); // no gaze: the hand has to do
+        let hand = tracking.state();
+        let ranked = predictor.predict(&scene, &PredictorInput { frame, hand, gaze });
         if k % 8 == 7 {
             print!("{:.2} s before contact:", new.contact_s - frame.t_s);
             for likely in ranked {
                 let off_mm = 1e3 * likely.point_m.distance(new.contact_m);
-                let name = &scene.surface(likely.surface).name;
-                print!(
-                    "  {name} {:.0} %, {off_mm:.0} mm off",
-                    100.0 * likely.probability
+                let (name, percent) = (
+                    &scene.surface(likely.surface).name,
+                    100.0 * likely.probability,
                 );
+                print!("  {name} {percent:.0} %, {off_mm:.0} mm off");
             }
             println!();
         }

@@ -2,8 +2,7 @@
 //!
 //! `cargo run -p hwall-scene --example ask_a_room` (or `-- room.obj` for a room of your own)
 
-use hwall_scene::{Scene, glam::DVec3};
-use std::error::Error;
+use hwall_scene::{Scene, SceneError, SurfaceId, glam::DVec3};
 
 const ROOM: &str = "
 o wall
@@ -26,7 +25,7 @@ roughness = 0.3
 [surface.floor]
 kind = "untouchable""#;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), SceneError> {
     let (mut room, report) = match std::env::args().nth(1) {
         Some(path) => Scene::from_obj_file(path, None)?,
         None => Scene::from_obj_str(ROOM, Some(SIDECAR))?,
@@ -48,19 +47,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let (eye_m, hand_m) = (DVec3::new(-0.4, 0.2, 1.6), DVec3::new(0.3, 0.1, 1.2));
-    let look = |room: &Scene| -> Result<(), Box<dyn Error>> {
+    let look = |room: &Scene| -> Result<(), SceneError> {
+        let name = |surface: SurfaceId| room.surface(surface).name.clone();
         match room.ray_cast(eye_m, DVec3::new(1.0, 0.0, -0.3))? {
-            Some(hit) => println!(
-                "in sight: {} at {:.3} m, {:.2} m away",
-                room.surface(hit.surface).name,
-                hit.point_m,
-                hit.distance_m
-            ),
+            Some(hit) => println!("in sight: {} at {:.3} m", name(hit.surface), hit.point_m),
             None => println!("in sight: nothing"),
         }
         if let Some(near) = room.closest_touchable(hand_m, 1.0)? {
-            let name = &room.surface(near.surface).name;
-            println!("nearest to the hand: {name}, {:.3} m", near.distance_m);
+            println!(
+                "nearest to the hand: {}, {:.3} m",
+                name(near.surface),
+                near.distance_m
+            );
         }
         Ok(())
     };

@@ -20,7 +20,7 @@ pub enum Combination {
     Both,
 }
 
-/// How a [`LearnedModel`] is learnt.
+/// How a [`LearnedModel`](crate::LearnedModel) is learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedConfig {
     /// Which source says where the reach ends. Default: both.

@@ -15,7 +15,8 @@ pub struct Trace {
     pub hand_m: Vec<TimedPoint>,
     /// Middle of the board's face.
     pub board_m: Vec<TimedPoint>,
-    /// Predicted contact points, in the order of [`PredictorKind::ALL`].
+    /// Predicted contact points, in the order of
+    /// [`PredictorKind::ALL`](crate::person::predictors::PredictorKind::ALL).
     pub predicted_m: [Vec<DVec3>; 3],
     /// Time, and distance of the predicted point from the next touch, m; in the same order.
     pub errors_m: [Vec<(f64, f64)>; 3],
