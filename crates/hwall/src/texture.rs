@@ -105,6 +105,7 @@ pub(crate) struct Presenter {
     scratch: ArmScratch,
     /// Where the next numeric search starts.
     reference: JointPositions,
+    policy: BranchPolicy,
 }
 
 impl Presenter {
@@ -114,17 +115,20 @@ impl Presenter {
             scratch: arm.scratch(),
             arm,
             reference: JointPositions(middle),
+            policy: BranchPolicy::Any,
         }
     }
 
-    /// Searches start at these joints from now on, rad.
+    /// From now on only what is reached from these joints (rad) without leaving their branch counts, as for a motion that starts
+    /// there; a numeric search then costs one descent.
     fn near(&mut self, q: &JointPositions) {
         self.reference = *q;
+        self.policy = BranchPolicy::Keep;
     }
 
     fn presents(&mut self, point_m: DVec3, normal: DVec3, roll_rad: f64) -> bool {
         let config = NearestConfig {
-            policy: BranchPolicy::Any,
+            policy: self.policy,
             ..NearestConfig::default()
         };
         let Ok(pose) = board_pose(point_m, normal, roll_rad) else {
@@ -234,7 +238,7 @@ impl BoardTexture {
         };
         let mut step = TextureStep::default();
         let Some(fingertip) = self.fingertip.filter(|_| input.touched) else {
-            self.rest(now_s, input.roughness);
+            step.ended = self.rest(now_s, input.roughness);
             return step;
         };
         if self.touch.is_none() {
@@ -312,16 +316,17 @@ impl BoardTexture {
         })
     }
 
-    /// No touch: the motion goes back to where it began.
-    fn rest(&mut self, now_s: f64, roughness: Option<f64>) {
-        if self.touch.take().is_some() {
+    /// No touch: the motion goes back to where it began. Was a board stopped that still moved?
+    fn rest(&mut self, now_s: f64, roughness: Option<f64>) -> bool {
+        let ended = self.touch.take();
+        if ended.is_some() {
             // The next touch may scan in any direction; the roll of the board must not depend on the last one.
             let _ = self.motion.scan_mut().expect(0.0);
         }
         let level = roughness.and_then(|roughness| self.encoding.level_for(roughness));
         let level = level.or(self.encoding.levels().first()).copied();
-        // A clock that ran backwards is refused; the renderer holds then, and so does this.
         let _ = level.map(|level| self.motion.step(now_s, None, &level));
+        ended.is_some_and(|touch| touch.going)
     }
 }
 

@@ -165,15 +165,6 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.stream.estimator()
     }
 
-    /// Forgets every sample; the next one may be of another person or time.
-    pub fn reset(&mut self) {
-        self.stream.reset();
-        self.gaze.forget();
-        self.rest.forget();
-        self.estimate = None;
-        self.ranked.clear();
-    }
-
     /// The contact point by the motion alone: about the estimate, or about a hand at rest.
     fn by_motion(&self, hand: &HandState) -> Option<ByMotion> {
         let spread = |covariance: Option<DMat3>| {
@@ -466,5 +457,13 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
             self.ranked.extend_from_slice(fallback);
         }
         &self.ranked
+    }
+
+    fn reset(&mut self) {
+        self.stream.reset();
+        self.gaze.forget();
+        self.rest.forget();
+        self.estimate = None;
+        self.ranked.clear();
     }
 }

@@ -65,10 +65,17 @@ pub trait Predictor {
     /// Predicts the contact that comes next, the most probable surface first; empty when no contact is in
     /// sight. All numbers are finite.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
+
+    /// Forgets the samples so far, for another person or a scene that leapt to another place; what was learnt stays.
+    fn reset(&mut self) {}
 }
 
 impl<P: Predictor + ?Sized> Predictor for Box<P> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         (**self).predict(scene, input)
+    }
+
+    fn reset(&mut self) {
+        (**self).reset();
     }
 }

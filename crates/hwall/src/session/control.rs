@@ -29,10 +29,15 @@ pub struct Control {
     pub(super) step: Option<RenderStep>,
     /// The touch under way; a hold for want of a good state or clock does not end it.
     pub(super) contact: Option<Contact>,
-    /// The goal was announced late; once for each goal.
+    /// The hand was expected at the goal by now.
     pub(super) late: bool,
-    /// The present goal was reported as unreachable.
-    pub(super) unreachable: bool,
+    /// The goal was announced late; once for each goal.
+    pub(super) late_announced: bool,
+    /// Guidance older than this no longer moves a touched board, s.
+    #[cfg(feature = "texture")]
+    pub(super) max_guidance_age_s: f64,
+    /// The goal that was announced unreachable.
+    pub(super) unreachable: Option<BoardTarget>,
 }
 
 /// What a touch began with, and what became of it.
@@ -69,7 +74,9 @@ impl Control {
     /// resumes once the inputs are good again.
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         if let Some(guidance) = self.receiver.newest() {
-            self.late &= same_place(self.guidance.target, guidance.target);
+            let same = same_place(self.guidance.target, guidance.target);
+            self.late &= same;
+            self.late_announced &= same;
             self.guidance = guidance;
         }
         let slide = self.slide(now_s, state);
@@ -133,7 +140,12 @@ impl Control {
     /// How a touched board moves within its plane, judged by the state after the last step.
     #[cfg(feature = "texture")]
     fn slide(&mut self, now_s: f64, state: &ArmState) -> Option<Slide> {
-        let touched = self.contact.is_some_and(|contact| !contact.world_moved);
+        // A hand that is lost, or of which nothing was heard for long, ends the motion under it.
+        let heard = self
+            .guidance
+            .target
+            .is_some_and(|target| (now_s - target.stamp_s).abs() <= self.max_guidance_age_s);
+        let touched = heard && self.contact.is_some_and(|contact| !contact.world_moved);
         // The arm brakes by itself; the motion waits for it.
         let braking = touched && matches!(self.state, SessionState::Holding(_));
         let guidance = &self.guidance;
@@ -168,7 +180,8 @@ impl Control {
 
     /// Sets the state after a step, and reports what changed.
     fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
-        let (before, contact_before, late_before) = (self.state, self.contact, self.late);
+        let (before, contact_before) = (self.state, self.contact);
+        let is_first = self.step.is_none();
         self.contact = self.contact_now();
         let world_moved = self.contact.is_some_and(|contact| contact.world_moved);
         let after = match step.phase {
@@ -181,9 +194,10 @@ impl Control {
         let events = &mut self.events;
         let is_held = |s| matches!(s, SessionState::Holding(_));
         match (before, after) {
-            (SessionState::Holding(was), SessionState::Holding(is)) if was.name() == is.name() => {}
+            (SessionState::Holding(was), SessionState::Holding(is))
+                if was.name() == is.name() && !is_first => {}
             (_, SessionState::Holding(reason)) => events.push(now_s, EventKind::Held(reason)),
-            _ if is_held(before) => events.push(now_s, EventKind::Resumed),
+            _ if is_held(before) && !is_first => events.push(now_s, EventKind::Resumed),
             _ => {}
         }
         match (contact_before, self.contact) {
@@ -200,14 +214,25 @@ impl Control {
         if before != after {
             match after {
                 SessionState::InPlace => events.push(now_s, EventKind::Arrived),
-                SessionState::Late if !late_before => events.push(now_s, EventKind::Late),
+                SessionState::Late if !self.late_announced => {
+                    self.late_announced = true;
+                    events.push(now_s, EventKind::Late);
+                }
                 _ => {}
             }
         }
-        if let Some(reason) = step.unreachable.filter(|_| !self.unreachable) {
-            events.push(now_s, EventKind::Unreachable(reason));
+        // During a touch the renderer speaks of a slide that had to end, not of the goal.
+        if matches!(step.phase, Phase::NonContact) {
+            let target = self.guidance.target;
+            if let Some(reason) = step.unreachable {
+                if !same_place(self.unreachable, target) {
+                    events.push(now_s, EventKind::Unreachable(reason));
+                }
+                self.unreachable = target;
+            } else {
+                self.unreachable = None;
+            }
         }
-        self.unreachable = step.unreachable.is_some();
     }
 
     /// The touch as the renderer knows it.
@@ -228,7 +253,7 @@ impl Control {
 
     fn on_the_way(&mut self, now_s: f64, state: &ArmState, before: SessionState) -> SessionState {
         let Some(target) = self.guidance.target else {
-            // Without a target the renderer holds, so there is nothing new to say.
+            // Cannot be: without a target the renderer holds.
             return before;
         };
         let base_from_board = self.renderer.arm().forward(&state.q);

@@ -75,7 +75,8 @@ where
     loop {
         let done = match cycle(controller, arm, surroundings) {
             Ok(Some(done)) => after(controller, arm, surroundings, &done),
-            Ok(None) => return Ok(()),
+            // The last command may be a motion under way.
+            Ok(None) => return arm.command(ArmCommand::Hold),
             Err(error) => Err(error),
         };
         if let Err(error) = done {

@@ -89,7 +89,7 @@ pub(super) struct EventQueue {
     last_s: f64,
 }
 
-/// Enough for everything that happens in half a second at usual rates.
+/// Enough for more than a second of everything that happens at usual rates.
 const CAPACITY: usize = 512;
 
 impl EventQueue {

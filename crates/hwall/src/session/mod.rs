@@ -30,6 +30,7 @@ use hwall_kinematics::ArmKinematics;
 use hwall_reachability::WallMaps;
 use hwall_scene::Scene;
 use perception::Newest;
+#[cfg(feature = "texture")]
 use std::sync::Arc;
 use world::World;
 
@@ -61,6 +62,8 @@ impl<P: Predictor> Session<P> {
         predictor: P,
         config: SessionConfig,
     ) -> Result<Self, SessionError> {
+        #[cfg(feature = "texture")]
+        let max_guidance_age_s = config.renderer.watchdog.max_target_age_s;
         let renderer = Renderer::new(arm, board, config.renderer)?;
         let (sender, receiver) = handover();
         #[cfg(feature = "texture")]
@@ -104,7 +107,10 @@ impl<P: Predictor> Session<P> {
             step: None,
             contact: None,
             late: false,
-            unreachable: false,
+            late_announced: false,
+            #[cfg(feature = "texture")]
+            max_guidance_age_s,
+            unreachable: None,
         };
         Ok(Self {
             perception,

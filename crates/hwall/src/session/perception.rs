@@ -3,12 +3,14 @@
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::guidance::Guidance;
 use super::handover::Sender;
-use super::world::{World, WorldPose};
+use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
 #[cfg(feature = "texture")]
 use crate::texture::{Presenter, TextureLevels};
+use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput, SteadyPoint};
+use hwall_geometry::Pose;
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::BoardTarget;
 use hwall_reachability::{Presented, WallMaps};
@@ -49,6 +51,10 @@ pub(super) struct Newest {
     goal: Option<Goal>,
 }
 
+/// A place that maps name lies on its surface within this: metres, radians.
+const LIES_M: f64 = 1e-3;
+const LIES_RAD: f64 = 0.0175;
+
 impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, its points in the base frame of the arm.
     ///
@@ -71,7 +77,9 @@ impl<P: Predictor> Perception<P> {
             },
             Some(pose) => {
                 frame_there = frame.transformed(pose);
-                hand_there = tracking.state().map(|state| state.transformed(pose));
+                hand_there = tracking
+                    .state()
+                    .map(|state| self.world.hand_in_world(state, pose));
                 gaze_there = gaze.map(|ray| ray.transformed(pose));
                 PredictorInput {
                     frame: &frame_there,
@@ -106,21 +114,33 @@ impl<P: Predictor> Perception<P> {
     /// # Errors
     /// A time stamp (of the tracker's clock) that is NaN, infinite or before the last one; the world then stays where it was.
     /// A clock that was set back is refused once and counts from its new time on.
+    ///
+    /// After a leap (teleport, snap turn: 0.1 m or 5 degrees at once) the predictor starts anew, and the arm brakes until the next frame.
     pub fn world(&mut self, pose: &WorldPose) -> Result<(), SessionError> {
-        match self.world.moved(pose) {
-            Ok(moved) => {
-                if moved {
-                    // The same contact is now at another place in the frame of the arm.
-                    self.guide(self.foreseen());
-                }
-                Ok(())
-            }
-            Err(error) => {
-                self.events
-                    .push(self.newest.stamp_s, EventKind::WorldRefused);
-                Err(error)
+        let arm_s = pose.t_s + self.arm_minus_tracker_s;
+        let change = self.world.take(pose).inspect_err(|_| {
+            let t_s = if arm_s.is_finite() {
+                arm_s
+            } else {
+                self.newest.stamp_s
+            };
+            self.events.push(t_s, EventKind::WorldRefused);
+        })?;
+        match change {
+            WorldChange::None => return Ok(()),
+            // The same contact is now at another place in the frame of the arm.
+            WorldChange::Moved => {}
+            // What predictors remember of the hand and the gaze lies elsewhere now; the next frame starts anew.
+            WorldChange::Leapt => {
+                self.predictor.reset();
+                self.steady.reset();
+                self.newest.contact = None;
             }
         }
+        let foreseen = self.foreseen();
+        self.events.push(arm_s, EventKind::Predicted(foreseen));
+        self.guide(foreseen);
+        Ok(())
     }
 
     /// The difference of the clocks, s: added to the tracker's time it gives the arm's.
@@ -195,8 +215,24 @@ impl<P: Predictor> Perception<P> {
     /// The contact of the newest frame, where the world is now.
     fn foreseen(&self) -> Option<Foreseen> {
         let contact = self.contact()?;
-        let presented = self.maps.present(contact.point_m, contact.normal);
+        let presented = match self.maps.present(contact.point_m, contact.normal) {
+            // Maps know the walls where they stood when they were made.
+            Presented::Nearest(point_m) if !self.lies_on(&contact, point_m) => Presented::Unknown,
+            Presented::Reachable if self.world.world_from_base().is_some() => Presented::Unknown,
+            presented => presented,
+        };
         Some(Foreseen { contact, presented })
+    }
+
+    /// Does the surface of a contact lie at a point of the base frame now, and as the contact does?
+    fn lies_on(&self, contact: &ContactPrediction, point_m: DVec3) -> bool {
+        let world_from_base = self.world.world_from_base().unwrap_or(Pose::IDENTITY);
+        let there_m = world_from_base.transform_point(point_m);
+        let Ok(closest) = self.scene.project_on(contact.surface, there_m) else {
+            return false;
+        };
+        let normal = world_from_base.transform_vector(contact.normal);
+        closest.distance_m <= LIES_M && closest.normal.dot(normal).abs() >= LIES_RAD.cos()
     }
 
     /// Tells the control half where the board shall be.

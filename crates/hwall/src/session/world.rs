@@ -1,11 +1,15 @@
 //! Where the virtual world stands around the arm.
 
 use crate::error::SessionError;
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_geometry::Pose;
+use hwall_hand::HandState;
 
 /// The place of the virtual world at one time: an input like the hand.
+///
+/// The newest place counts until the next one comes, so a world that stands still needs none. While it moves, places should come
+/// as often as frames do: a frame is seen in the newest place, whatever the difference of their times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorldPose {
     /// Time on the clock of the tracker, s.
@@ -14,39 +18,79 @@ pub struct WorldPose {
     pub base_from_world: Pose,
 }
 
-/// Smaller changes than these are noise of a tracked origin: metres, radians.
+/// Smaller changes than these, measured at the base of the arm, are noise of a tracked origin: metres, radians.
 const MOVED_M: f64 = 5e-4;
 const MOVED_RAD: f64 = 1e-3;
 
-/// The newest place of the world.
+/// More than this in one update is a leap (teleport, snap turn), and no motion: metres and radians, and what fast steering adds a
+/// second, for at most a tenth of one.
+const LEAP_M: f64 = 0.1;
+const LEAP_RAD: f64 = 0.09;
+const STEERING_PER_S: f64 = 3.0;
+const STEERING_S: f64 = 0.1;
+
+/// A motion of the world goes on for this long after its newest place, s.
+const MOVING_S: f64 = 0.1;
+
+/// What a new place of the world means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum WorldChange {
+    /// The world stands where it stood.
+    None,
+    /// It moved on.
+    Moved,
+    /// It is somewhere else altogether: nothing that was seen before lies where it lay.
+    Leapt,
+}
+
+/// The place of the world in use.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct World {
-    newest: Option<WorldPose>,
-    /// The place from which the next change is counted.
-    counted: Option<Pose>,
+    /// Stamp of the newest place, in use or not, s.
+    newest_s: Option<f64>,
+    base_from_world: Option<Pose>,
+    motion: Option<Motion>,
     moves: u64,
 }
 
+/// The last step of a world in motion.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    world_from_base_before: Pose,
+    took_s: f64,
+    until_s: f64,
+}
+
 impl World {
-    /// Takes a new place; was it another one? A clock that was set back is refused once and counts from its new time on.
-    pub(super) fn moved(&mut self, pose: &WorldPose) -> Result<bool, SessionError> {
+    /// Takes a new place. A clock that was set back is refused once and counts from its new time on.
+    pub(super) fn take(&mut self, pose: &WorldPose) -> Result<WorldChange, SessionError> {
         hwall_numeric::check::finite("t_s of the world", pose.t_s)?;
-        if let Some(last) = self.newest.as_mut().filter(|last| pose.t_s < last.t_s) {
-            let by_s = last.t_s - pose.t_s;
-            last.t_s = pose.t_s;
+        let last_s = self.newest_s.replace(pose.t_s);
+        if let Some(last_s) = last_s.filter(|last_s| pose.t_s < *last_s) {
+            let by_s = last_s - pose.t_s;
             return Err(SessionError::WorldTimeReversed { by_s });
         }
-        let before = self.base_from_world();
-        self.newest = Some(*pose);
-        let moved = self
-            .counted
-            .unwrap_or(Pose::IDENTITY)
-            .distance(&pose.base_from_world);
-        if moved.position_m > MOVED_M || moved.angle_rad > MOVED_RAD {
-            self.counted = Some(pose.base_from_world);
-            self.moves += 1;
+        let before = self.in_use();
+        // Where the base stands in the world: a turn about a far origin is a turn here, not a leap.
+        let (old, new) = (before.inverse(), pose.base_from_world.inverse());
+        let moved = old.distance(&new);
+        if moved.position_m <= MOVED_M && moved.angle_rad <= MOVED_RAD {
+            return Ok(WorldChange::None);
         }
-        Ok(before != pose.base_from_world)
+        self.base_from_world = Some(pose.base_from_world);
+        self.moves += 1;
+        let took_s = last_s.map_or(0.0, |last_s| pose.t_s - last_s);
+        let steered = STEERING_PER_S * took_s.min(STEERING_S);
+        if moved.position_m > LEAP_M + steered || moved.angle_rad > LEAP_RAD + steered {
+            self.motion = None;
+            return Ok(WorldChange::Leapt);
+        }
+        self.motion = (took_s > 0.0).then_some(Motion {
+            world_from_base_before: old,
+            took_s,
+            until_s: pose.t_s + MOVING_S,
+        });
+        Ok(WorldChange::Moved)
     }
 
     /// How often the world was moved by more than the noise of a tracker.
@@ -56,12 +100,31 @@ impl World {
 
     /// `None` while the frames of world and base agree, so that nothing need be transformed.
     pub(super) fn world_from_base(&self) -> Option<Pose> {
-        let pose = self.base_from_world();
+        let pose = self.in_use();
         (pose != Pose::IDENTITY).then(|| pose.inverse())
     }
 
+    /// A tracked hand as it moves in the world: a resting hand of a person who is steered along moves, too.
+    pub(super) fn hand_in_world(&self, hand: &HandState, world_from_base: &Pose) -> HandState {
+        let mut there = hand.transformed(world_from_base);
+        let Some(motion) = self.motion.filter(|motion| hand.t_s <= motion.until_s) else {
+            return there;
+        };
+        let before_m = motion.world_from_base_before.transform_point(hand.point_m);
+        let carried: DVec3 = (there.point_m - before_m) / motion.took_s;
+        there.velocity_m_per_s += carried;
+        // A hand that rests in the room has no direction of its own: that of the way it is carried.
+        there.direction = match there.velocity_m_per_s.try_normalize() {
+            Some(direction) if there.velocity_m_per_s.length() >= CARRIED_M_PER_S => {
+                Some(direction)
+            }
+            _ => there.direction.filter(|_| carried == DVec3::ZERO),
+        };
+        there
+    }
+
     pub(super) fn contact_in_base(&self, contact: ContactPrediction) -> ContactPrediction {
-        let pose = self.base_from_world();
+        let pose = self.in_use();
         if pose == Pose::IDENTITY {
             return contact;
         }
@@ -74,7 +137,10 @@ impl World {
         }
     }
 
-    fn base_from_world(&self) -> Pose {
-        self.newest.map_or(Pose::IDENTITY, |w| w.base_from_world)
+    fn in_use(&self) -> Pose {
+        self.base_from_world.unwrap_or(Pose::IDENTITY)
     }
 }
+
+/// Below this a carried hand counts as resting, m/s, as in the filter of the hand.
+const CARRIED_M_PER_S: f64 = 0.05;

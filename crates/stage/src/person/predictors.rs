@@ -211,6 +211,12 @@ impl Predictor for Predictors {
         self.records.push(record);
         &self.answers
     }
+
+    fn reset(&mut self) {
+        for predictor in self.predictors.iter_mut().flatten() {
+            predictor.reset();
+        }
+    }
 }
 
 /// The fused predictor, and how many reaches it learnt from.

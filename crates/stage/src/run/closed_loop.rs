@@ -285,7 +285,7 @@ impl Simulation<'_> {
 /// recording while the hand is tracked.
 #[derive(Default)]
 struct Fingertip {
-    /// The newest frame, not yet used.
+    /// The newest frame.
     frame: Option<HandFrame>,
     point_m: Option<DVec3>,
     velocity: DVec3,
@@ -294,7 +294,8 @@ struct Fingertip {
 impl Fingertip {
     /// What the session says of the newest frame.
     fn measured(&mut self, tracking: &Tracking) {
-        let frame = self.frame.take();
+        // Of several frames in one cycle the newest counts, with the newest answer.
+        let frame = self.frame;
         self.point_m = tracking
             .state()
             .and(frame.as_ref())
