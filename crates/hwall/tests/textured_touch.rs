@@ -14,6 +14,9 @@ const FAULT_S: [f64; 2] = [0.2, 0.5];
 /// How far the board may leave its plane, m: the joints each move for themselves.
 const OUT_OF_PLANE_M: f64 = 2e-4;
 
+type SpoilFrame = fn(HandFrame) -> Option<HandFrame>;
+type SpoilState = fn(usize, ArmState) -> ArmState;
+
 struct Outcome {
     /// How far the board slid in its plane, and left it, m.
     slid_m: f64,
@@ -99,7 +102,7 @@ fn without_a_fault() {
 #[test]
 fn faults_of_the_tracker() {
     let away_m = DVec3::new(0.0, 0.3, 0.2);
-    let spoils: [(&str, fn(HandFrame) -> Option<HandFrame>); 4] = [
+    let spoils: [(&str, SpoilFrame); 4] = [
         ("silent", |_| None),
         ("no points", |frame| Some(HandFrame::empty(frame.t_s))),
         ("NaN points", |frame| {
@@ -131,7 +134,7 @@ fn faults_of_the_tracker() {
 
 #[test]
 fn faults_of_the_arm() {
-    let spoils: [(&str, fn(usize, ArmState) -> ArmState); 4] = [
+    let spoils: [(&str, SpoilState); 4] = [
         ("NaN q", |_, mut state| {
             state.q[3] = f64::NAN;
             state

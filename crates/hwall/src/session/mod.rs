@@ -30,6 +30,7 @@ use hwall_kinematics::ArmKinematics;
 use hwall_reachability::WallMaps;
 use hwall_scene::Scene;
 use perception::Newest;
+#[cfg(feature = "texture")]
 use std::sync::Arc;
 use world::World;
 
