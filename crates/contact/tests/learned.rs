@@ -6,6 +6,7 @@ use hwall_contact::{
 };
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::Sampler;
+use std::sync::OnceLock;
 
 /// Reaches of half a metre to a wall at x = 0, minimum jerk with a bow, by people who differ.
 fn reaches(seed: u64, people: usize, each: usize) -> Vec<LabelledReach> {
@@ -54,12 +55,21 @@ fn frame(t_s: f64, tip_m: DVec3) -> HandFrame {
     frame
 }
 
-fn model(combination: Combination) -> LearnedModel {
-    let config = LearnedConfig {
-        combination,
-        ..LearnedConfig::default()
+/// The model of four people, trained once for all tests.
+fn model(combination: Combination) -> &'static LearnedModel {
+    static MODELS: [OnceLock<LearnedModel>; 3] = [const { OnceLock::new() }; 3];
+    let place = match combination {
+        Combination::Regression => 0,
+        Combination::Primitive => 1,
+        _ => 2,
     };
-    LearnedModel::train(&reaches(1, 4, 15), &config).expect("good reaches")
+    MODELS[place].get_or_init(|| {
+        let config = LearnedConfig {
+            combination,
+            ..LearnedConfig::default()
+        };
+        LearnedModel::train(&reaches(1, 4, 15), &config).expect("good reaches")
+    })
 }
 
 fn follow(estimator: &mut impl ContactEstimator, frames: &[HandFrame]) -> Vec<ContactEstimate> {
@@ -88,7 +98,7 @@ fn people_that_were_not_learnt_from_are_foreseen() {
         Combination::Both,
     ] {
         let model = model(combination);
-        let errors_m = [0.3, 0.5, 0.7, 0.9].map(|share| mean_error_m(&model, &test, share));
+        let errors_m = [0.3, 0.5, 0.7, 0.9].map(|share| mean_error_m(model, &test, share));
         println!("{combination:?}: {errors_m:.4?} m");
         for (error_m, limit_m) in errors_m.into_iter().zip([0.12, 0.045, 0.02, 0.012]) {
             assert!(error_m < limit_m, "{combination:?}: {errors_m:?}");
@@ -369,7 +379,7 @@ fn covariances_are_in_the_frame_of_the_samples() {
         combination: Combination::Primitive,
         ..LearnedConfig::default()
     };
-    let here = LearnedModel::train(&reaches(1, 4, 15), &config).expect("good");
+    let here = model(Combination::Primitive);
     let there: Vec<_> = reaches(1, 4, 15).into_iter().map(turned).collect();
     let there = LearnedModel::train(&there, &config).expect("good");
     let test = reaches(12, 1, 1).remove(0);

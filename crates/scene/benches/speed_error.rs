@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 use hwall_scene::{Bounds, Scene, Surface, SurfaceId, SurfaceMesh};
-use hwall_testkit::{Machine, Sampler, time_batches, time_each};
-use std::path::Path;
+use hwall_testkit::{Machine, Sampler, shared, time_batches, time_each};
 
 const RAYS: usize = 20_000;
 
@@ -122,7 +121,9 @@ fn main() {
     );
     report("bumpy sphere, 100k", &bumpy_sphere(224));
     // Real scenes, where the data lie beside the project.
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/scene");
+    let Some(folder) = shared("data/scene") else {
+        return;
+    };
     for name in ["small_house_collision.obj", "small_house_visual.obj"] {
         let started = std::time::Instant::now();
         match Scene::from_obj_file(folder.join(name), None) {
