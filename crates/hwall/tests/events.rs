@@ -55,7 +55,7 @@ fn one_touch_is_told_in_order() {
     assert_eq!(
         story(&events),
         [
-            "goal", "resumed", "arrived", "touched", "released", "arrived"
+            "held", "goal", "resumed", "arrived", "touched", "released", "arrived"
         ]
     );
     // Every frame is followed by what it leads to.
@@ -140,7 +140,9 @@ fn a_hand_that_is_faster_than_the_arm_makes_it_late_once() {
     let told = story(&events);
     assert_eq!(
         told,
-        ["goal", "resumed", "late", "touched", "released", "arrived"]
+        [
+            "held", "goal", "resumed", "late", "touched", "released", "arrived"
+        ]
     );
     let late = events.iter().find(|event| event.kind == EventKind::Late);
     let late_s = late.expect("told").t_s - hand.press_s;

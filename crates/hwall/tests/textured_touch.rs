@@ -90,7 +90,9 @@ fn stays_one_touch(name: &str, outcome: &Outcome) {
     } = *outcome;
     println!("{name}: slid {slid_m:.4} m, {out_m:.1e} m out of its plane");
     assert!(out_m < OUT_OF_PLANE_M, "{name}: {out_m} m");
-    assert_eq!((touched, started, released), (1, 1, 1), "{name}");
+    assert_eq!((touched, released), (1, 1), "{name}");
+    // A hand that is not heard of for long ends the slide; when it is back, the touch goes on with another one.
+    assert!((1..=2).contains(&started), "{name}: {started} slides");
     assert!(slid_m > 0.005, "{name}: {slid_m} m");
 }
 
