@@ -51,9 +51,8 @@ pub(super) struct Newest {
     goal: Option<Goal>,
 }
 
-/// A place that maps name lies on its surface within this: metres, radians.
+/// A place that maps name lies on its surface within this, m.
 const LIES_M: f64 = 1e-3;
-const LIES_RAD: f64 = 0.0175;
 
 impl<P: Predictor> Perception<P> {
     /// Takes one frame of the tracker, its points in the base frame of the arm.
@@ -224,15 +223,19 @@ impl<P: Predictor> Perception<P> {
         Some(Foreseen { contact, presented })
     }
 
-    /// Does the surface of a contact lie at a point of the base frame now, and as the contact does?
+    /// Does the surface of a contact still lie where the maps have it, at a point of the base frame?
+    ///
+    /// While the world stands where it stood, maps and surfaces can part only by a part that turned, as a door does: its plane is
+    /// then another one. In a world that moved, the surface itself must be there.
     fn lies_on(&self, contact: &ContactPrediction, point_m: DVec3) -> bool {
-        let world_from_base = self.world.world_from_base().unwrap_or(Pose::IDENTITY);
-        let there_m = world_from_base.transform_point(point_m);
-        let Ok(closest) = self.scene.project_on(contact.surface, there_m) else {
-            return false;
+        let off_plane_m = (point_m - contact.point_m).dot(contact.normal);
+        let Some(world_from_base) = self.world.world_from_base() else {
+            return off_plane_m.abs() <= LIES_M;
         };
-        let normal = world_from_base.transform_vector(contact.normal);
-        closest.distance_m <= LIES_M && closest.normal.dot(normal).abs() >= LIES_RAD.cos()
+        let there_m = world_from_base.transform_point(point_m);
+        self.scene
+            .project_on(contact.surface, there_m)
+            .is_ok_and(|closest| closest.distance_m <= LIES_M && off_plane_m.abs() <= LIES_M)
     }
 
     /// Tells the control half where the board shall be.
