@@ -110,7 +110,7 @@ pub(crate) struct Presenter {
 
 impl Presenter {
     pub(crate) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
-        let middle = arm.limits().map(|l| 0.5 * (l.min_rad + l.max_rad));
+        let middle = arm.limits().map(|l| l.middle_rad());
         Self {
             scratch: arm.scratch(),
             arm,

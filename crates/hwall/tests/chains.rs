@@ -24,7 +24,7 @@ fn arm(urdf: &str, base: &str, flange: &str) -> Arc<dyn ArmKinematics> {
 
 /// Some configuration that holds the board upright beside the place that will be touched.
 fn start(arm: &dyn ArmKinematics) -> JointPositions {
-    let middle = arm.limits().map(|l| 0.5 * (l.min_rad + l.max_rad));
+    let middle = arm.limits().map(|l| l.middle_rad());
     let config = NearestConfig {
         policy: BranchPolicy::Any,
         ..NearestConfig::default()

@@ -128,6 +128,17 @@ impl JointLimit {
         (angle_rad - self.min_rad).min(self.max_rad - angle_rad)
     }
 
+    /// Where a search without a better idea starts, rad: the middle, and of a range wider than 1000 rad (no limit
+    /// at all, one end, or ends that mean "none") the place in it nearest to zero.
+    #[must_use]
+    pub fn middle_rad(&self) -> f64 {
+        if self.max_rad - self.min_rad <= 1e3 {
+            0.5 * self.min_rad + 0.5 * self.max_rad
+        } else {
+            0_f64.max(self.min_rad).min(self.max_rad)
+        }
+    }
+
     /// Both ends moved inwards (outwards for a negative amount), rad.
     #[must_use]
     pub fn shrunk(&self, by_rad: f64) -> Self {
@@ -142,8 +153,7 @@ impl JointLimit {
     pub(crate) fn nearest_turn(&self, angle: f64, reference: f64) -> f64 {
         if self.max_rad - self.min_rad < TAU {
             // At most one candidate fits; prefer the one that is least outside.
-            let middle = 0.5 * (self.min_rad + self.max_rad);
-            return nearest_turn(angle, middle);
+            return nearest_turn(angle, self.middle_rad());
         }
         let mut best = nearest_turn(angle, reference);
         if best < self.min_rad {

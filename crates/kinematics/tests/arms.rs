@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 use hwall_kinematics::{
-    ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, JointTorques, KinematicsError,
-    NearestConfig, NumericConfig, Pose, PoseDistance, SrsArm, Unreachable, WrenchConfig,
+    ArmKinematics, BranchPolicy, Chain, ChainArm, JointLimit, JointPositions, JointTorques,
+    KinematicsError, NearestConfig, NumericConfig, Pose, PoseDistance, SrsArm, Unreachable,
+    WrenchConfig,
 };
 use hwall_testkit::{Sampler, Tol, assert_close};
 
@@ -185,6 +186,19 @@ fn bad_input_is_an_error() {
         ChainArm::new(Chain::new(eight, Pose::IDENTITY).unwrap()),
         Err(KinematicsError::TooManyJoints { got: 8, most: 7 })
     );
+}
+
+#[test]
+fn the_middle_of_a_limit_is_a_place_within_it_however_wide_it_is() {
+    let middle = |min_rad, max_rad| JointLimit { min_rad, max_rad }.middle_rad();
+    assert_eq!(middle(-1.0, 2.0), 0.5);
+    assert_eq!(middle(4.0, 4.0), 4.0);
+    assert_eq!(JointLimit::FREE.middle_rad(), 0.0);
+    assert_eq!(middle(-1e16, 1e17), 0.0);
+    assert_eq!(middle(-f64::MAX, f64::MAX), 0.0);
+    assert_eq!(middle(-1.0, f64::INFINITY), 0.0);
+    assert_eq!(middle(1.0, f64::INFINITY), 1.0);
+    assert_eq!(middle(f64::NEG_INFINITY, -2.0), -2.0);
 }
 
 #[test]

@@ -115,6 +115,47 @@ fn lost_rank_zero_and_empty_matrices_have_singular_values() {
 }
 
 #[test]
+fn singular_vectors_are_orthonormal_however_far_apart_the_entries_are() {
+    let mut sampler = Sampler::new(12);
+    for case in 0..4000 {
+        let (rows, columns) = (1 + sampler.index(6), 1 + sampler.index(6));
+        let most = [60.0, 150.0, 200.0, 300.0, 320.0][case % 5];
+        let mut power = || 10_f64.powf(sampler.uniform(-most, most.min(307.0)));
+        let by_row: Vec<f64> = (0..rows).map(|_| power()).collect();
+        let by_column: Vec<f64> = (0..columns).map(|_| power()).collect();
+        let kind = case / 5 % 4;
+        let a = Matrix::from_fn(rows, columns, |i, j| {
+            let factor = match kind {
+                0 => by_row[i],
+                1 => by_column[j],
+                2 => 10_f64.powf(sampler.uniform(-most, most.min(307.0))),
+                // Rows that nearly agree.
+                _ => return by_row[i] * (1.0 + 1e-9 * sampler.uniform(-1.0, 1.0)),
+            };
+            factor * sampler.uniform(-1.0, 1.0)
+        });
+        let svd = Svd::thin(&a).unwrap_or_else(|e| panic!("{case}: {e}: {a:?}"));
+        let off = orthonormal(&svd.left).max(orthonormal(&svd.right));
+        assert!(off < 1e-14, "{case}: {off} of {a:?}");
+        let scale = largest(&a);
+        if scale > 0.0 && scale < 1e300 {
+            let error = residual(&svd, &a) / scale;
+            assert!(error < 1e-14, "{case}: {error} of {a:?}");
+        }
+    }
+    let huge = Matrix::from_fn(3, 3, |_, _| f64::MAX);
+    assert!(Svd::thin(&huge).is_err());
+}
+
+#[test]
+fn the_symmetric_part_of_large_entries_is_finite() {
+    let eigen = symmetric_eigen(&[[1.7e308, 0.0], [0.0, 1.0]]);
+    assert_eq!(eigen.values, [1.7e308, 1.0]);
+    let eigen = SymmetricEigen::new(&Matrix::from_fn(1, 1, |_, _| 1.7e308));
+    assert_eq!(eigen.values, [1.7e308]);
+}
+
+#[test]
 fn solutions_agree_with_faer_and_ill_conditioned_ones_solve_their_system() {
     let mut sampler = Sampler::new(4);
     for n in [1, 2, 18, 120] {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hwall_haptics::{Arm, ArmCommand};
-use hwall_kinematics::{JointLimit, JointPositions, SrsArm, Wrench};
+use hwall_kinematics::{Chain, ChainArm, JointLimit, JointPositions, Pose, SrsArm, Wrench};
 use hwall_sim::{ArgumentError, ServoArm, ServoConfig, SimError};
 use hwall_testkit::{Sampler, Tol, assert_close};
 use std::sync::Arc;
@@ -367,6 +367,33 @@ fn the_external_torque_is_jacobian_transpose_times_wrench_within_the_noise() {
             .iter()
             .all(|t| t.abs() < 0.4)
     );
+}
+
+#[test]
+fn joints_that_an_arm_of_six_does_not_have_are_neither_noisy_nor_checked() {
+    let chain = Chain::iiwa7();
+    let six = Chain::new(chain.joints()[..6].to_vec(), Pose::IDENTITY).unwrap();
+    let arm = Arc::new(ChainArm::new(six).unwrap());
+    let config = ServoConfig {
+        max_velocity_rad_per_s: Some([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0]),
+        max_acceleration_rad_per_s2: [10.0, 10.0, 10.0, 10.0, 10.0, 10.0, f64::NAN],
+        ..ServoConfig::default()
+    };
+    let start = JointPositions::default();
+    let mut servo = ServoArm::new(arm, start, config).unwrap();
+    let mut seven =
+        ServoArm::new(Arc::new(SrsArm::iiwa7()), start, ServoConfig::default()).unwrap();
+    for _ in 0..10 {
+        servo.advance(1e-3).unwrap();
+        seven.advance(1e-3).unwrap();
+        let torque = servo.state().unwrap().external_torque.unwrap();
+        let same = seven.state().unwrap().external_torque.unwrap();
+        assert_eq!(torque.0[..6], same.0[..6]);
+        assert_eq!(torque[6], 0.0);
+    }
+    let mut slow = config;
+    slow.max_acceleration_rad_per_s2[5] = 0.0;
+    assert!(ServoArm::new(servo.model().clone(), start, slow).is_err());
 }
 
 #[test]

@@ -27,10 +27,12 @@ const SWEEPS: usize = 30;
 ///
 /// Chosen over faster methods because it finds small eigenvalues of a scaled Gram matrix with high
 /// relative accuracy and cannot fail: NaN comes out where NaN went in.
+///
+/// Entries may be as large as 1e307 / `N`, so that no eigenvalue overflows; those below 1e-292 lose digits.
 #[must_use]
 pub fn symmetric_eigen<const N: usize>(a: &[[f64; N]; N]) -> Eigen<N> {
     let mut a: [[f64; N]; N] =
-        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (a[i][j] + a[j][i])));
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * a[i][j] + 0.5 * a[j][i]));
     let mut v: [[f64; N]; N] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     diagonalize(a.as_flattened_mut(), v.as_flattened_mut(), N);
@@ -51,7 +53,8 @@ impl SymmetricEigen {
     pub fn new(a: &Matrix) -> Self {
         let n = a.rows();
         assert_eq!(a.columns(), n, "columns of a symmetric matrix");
-        let mut part = Matrix::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] + a[(j, i)])).into_entries();
+        let mut part =
+            Matrix::from_fn(n, n, |i, j| 0.5 * a[(i, j)] + 0.5 * a[(j, i)]).into_entries();
         let mut v = Matrix::identity(n).into_entries();
         diagonalize(&mut part, &mut v, n);
         let value = |i: usize| part[i * n + i];

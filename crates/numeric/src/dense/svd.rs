@@ -5,8 +5,7 @@ use super::matrix::add_multiple;
 use super::{Matrix, dot};
 use std::fmt;
 
-/// Singular values that were not found: the matrix holds NaN or infinity, or its entries are so large
-/// or small that their squares are.
+/// Singular values that were not found: the matrix holds NaN or infinity, or a singular value overflows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotConverged {
     /// Rows of the matrix.
@@ -38,6 +37,18 @@ pub struct Svd {
 /// Sweeps: ten suffice for any matrix seen; convergence is quadratic.
 const SWEEPS: usize = 60;
 
+/// The largest entry while rotating (2^480): its square is far from overflow, and small ones are far from underflow.
+const LARGEST: f64 = f64::from_bits((1023 + 480) << 52);
+
+/// Rows shorter than this are zero: few digits are left of such numbers.
+const ZERO: f64 = 1e-290;
+
+/// A row shorter than this beside another one does not change it.
+const NEGLIGIBLE: f64 = 1e-100;
+
+/// Squares below this have lost digits, or soon will.
+const SMALL_SQUARE: f64 = 1e-280;
+
 impl Svd {
     /// By one-sided Jacobi rotations of the triangular factor of a reduction with pivots.
     ///
@@ -45,8 +56,10 @@ impl Svd {
     /// otherwise well conditioned, `n ε ‖A‖` in general. Source: [Demmel 1992], algorithm 4.1, on the
     /// transposed factor of a Householder reduction with column pivoting as in [Drmač 2008].
     ///
+    /// A singular value below 1e-430 of the largest entry is found as 0.
+    ///
     /// # Errors
-    /// NaN or infinity.
+    /// NaN or infinity, or entries so large that a singular value is infinite.
     pub fn thin(a: &Matrix) -> Result<Self, NotConverged> {
         let failed = NotConverged {
             rows: a.rows(),
@@ -55,20 +68,32 @@ impl Svd {
         if a.entries().iter().any(|x| !x.is_finite()) {
             return Err(failed);
         }
-        // Scaled, so that no square overflows or vanishes.
         let largest = a.entries().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        let tall = a.rows() >= a.columns();
-        let scaled = if tall {
-            Matrix::from_fn(a.columns(), a.rows(), |i, j| a[(j, i)] / scale)
-        } else {
-            Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] / scale)
+        // In an order in which nothing overflows and no digit is lost.
+        let scaled = |x: f64| match largest {
+            0.0 => x,
+            1.0.. => x / (largest / LARGEST),
+            _ => x * LARGEST / largest,
         };
-        let (long, singular, short) = decomposed(scaled).ok_or(failed)?;
+        let unscaled = |x: f64| match largest {
+            1.0.. => x * (largest / LARGEST),
+            _ => x * largest / LARGEST,
+        };
+        let tall = a.rows() >= a.columns();
+        let vectors = if tall {
+            Matrix::from_fn(a.columns(), a.rows(), |i, j| scaled(a[(j, i)]))
+        } else {
+            Matrix::from_fn(a.rows(), a.columns(), |i, j| scaled(a[(i, j)]))
+        };
+        let (long, singular, short) = decomposed(vectors).ok_or(failed)?;
         let (left, right) = if tall { (long, short) } else { (short, long) };
+        let singular: Vec<f64> = singular.into_iter().map(unscaled).collect();
+        if singular.iter().any(|s| !s.is_finite()) {
+            return Err(failed);
+        }
         Ok(Self {
             left: left.transpose(),
-            singular: singular.into_iter().map(|s| s * scale).collect(),
+            singular,
             right: right.transpose(),
         })
     }
@@ -105,7 +130,10 @@ fn decomposed(mut vectors: Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     if !converged {
         return None;
     }
-    let lengths: Vec<f64> = (0..k).map(|i| length(work.row(i))).collect();
+    let lengths: Vec<f64> = (0..k)
+        .map(|i| length(work.row(i)))
+        .map(|length| if length < ZERO { 0.0 } else { length })
+        .collect();
     let mut by_size: Vec<usize> = (0..k).collect();
     by_size.sort_by(|&i, &j| lengths[j].total_cmp(&lengths[i]));
     let mut long = Matrix::zeros(k, m);
@@ -193,13 +221,15 @@ fn reduce(vectors: &mut Matrix) -> Reduction {
     let mut order: Vec<usize> = (0..k).collect();
     let mut reflectors = Vec::with_capacity(k);
     for j in 0..k {
-        let mut longest = (j, 0.0);
-        for i in j..k {
-            let row = &vectors.row(i)[j..];
-            let square = dot(row, row);
-            if square > longest.1 {
-                longest = (i, square);
-            }
+        let longest_by = |size: fn(&[f64]) -> f64| {
+            (j..k).fold((j, 0.0), |longest: (usize, f64), i| {
+                let size = size(&vectors.row(i)[j..]);
+                if size > longest.1 { (i, size) } else { longest }
+            })
+        };
+        let mut longest = longest_by(|row| dot(row, row));
+        if longest.1 < SMALL_SQUARE {
+            longest = longest_by(length);
         }
         if longest.0 != j {
             let (row_j, row_longest) = vectors.two_rows_mut(j, longest.0);
@@ -225,17 +255,47 @@ fn length(v: &[f64]) -> f64 {
     largest * squares.sqrt()
 }
 
+/// Takes the part along a far longer row away: the rotation that does so turns nothing else.
+fn without(row: &mut [f64], part: f64, along: &[f64], length: f64) {
+    for (x, along) in row.iter_mut().zip(along) {
+        *x -= part * (along / length);
+    }
+}
+
 /// Turns two rows until they are orthogonal; `false` if they were.
 fn orthogonalized(work: &mut Matrix, turned: &mut Matrix, p: usize, q: usize) -> bool {
     let (pp, qq) = (dot(work.row(p), work.row(p)), dot(work.row(q), work.row(q)));
-    let pq = dot(work.row(p), work.row(q));
     // Rounding of a product of two rows; the root is that of LAPACK's dgesvj.
     let rounding = f64::EPSILON * (work.columns() as f64).sqrt().max(4.0);
-    // Products below the least normal number are zero for all that the result can show.
-    if pq.abs() <= rounding * pp.sqrt() * qq.sqrt() || pq.abs() < f64::MIN_POSITIVE {
-        return false;
-    }
-    let Some((c, s)) = rotation(pp, qq, pq) else {
+    let angle = if pp.min(qq) < SMALL_SQUARE {
+        let (row_p, row_q) = work.two_rows_mut(p, q);
+        let (length_p, length_q) = (length(row_p), length(row_q));
+        if length_p.min(length_q) < ZERO {
+            return false;
+        }
+        let products = row_p.iter().zip(&*row_q);
+        let cosine: f64 = products.map(|(x, y)| x / length_p * (y / length_q)).sum();
+        if cosine.abs() <= rounding {
+            return false;
+        }
+        if length_q < NEGLIGIBLE * length_p {
+            without(row_q, cosine * length_q, row_p, length_p);
+            return true;
+        }
+        if length_p < NEGLIGIBLE * length_q {
+            without(row_p, cosine * length_p, row_q, length_q);
+            return true;
+        }
+        let ratio = length_q / length_p;
+        rotation(1.0, ratio * ratio, cosine * ratio)
+    } else {
+        let pq = dot(work.row(p), work.row(q));
+        if pq.abs() <= rounding * pp.sqrt() * qq.sqrt() {
+            return false;
+        }
+        rotation(pp, qq, pq)
+    };
+    let Some((c, s)) = angle else {
         return false;
     };
     for matrix in [work, turned] {

@@ -19,7 +19,7 @@ const LIMIT_SLACK_RAD: f64 = 1e-9;
 /// Commands that the queue holds for each second of delay.
 const COMMANDS_PER_S: f64 = 10_000.0;
 
-/// Settings of a [`ServoArm`].
+/// Settings of a [`ServoArm`]. Those of joints beyond the arm's last one are not read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoConfig {
     /// Time from a command to its first effect, s, `0..=1`. Default 0.022, the figure measured
@@ -163,7 +163,7 @@ impl ServoArm {
             .max_velocity_rad_per_s
             .unwrap_or(*arm.max_velocity_rad_per_s());
         let mut bounds = [mobile(1.0, 1.0)?; 7];
-        for (joint, bounds) in bounds.iter_mut().enumerate() {
+        for (joint, bounds) in bounds.iter_mut().enumerate().take(arm.joint_count()) {
             *bounds = mobile(
                 max_velocity[joint],
                 config.max_acceleration_rad_per_s2[joint],
@@ -301,8 +301,13 @@ impl ServoArm {
     }
 
     fn draw_noise(&mut self) {
-        for noise in &mut self.noise {
-            *noise = self.torque_noise_n_m * self.generator.sample::<f64, _>(StandardNormal);
+        // Seven numbers for any arm: a seed means the same noise on the same joint.
+        let joints = self.arm.joint_count();
+        for (joint, noise) in self.noise.iter_mut().enumerate() {
+            let drawn = self.generator.sample::<f64, _>(StandardNormal);
+            if joint < joints {
+                *noise = self.torque_noise_n_m * drawn;
+            }
         }
     }
 }

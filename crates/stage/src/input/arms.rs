@@ -9,6 +9,7 @@ use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, KinematicsError, NearestConfig,
     SrsArm, Unreachable, Verdict,
 };
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -36,7 +37,7 @@ impl BoardArm {
         }
         let chain = ChainArm::new(chain(name)?)?.with_tool(board.flange_from_board_face()?);
         let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
-        let start = start_of(&*kinematics).with_context(|| {
+        let start = start_of(&*kinematics)?.with_context(|| {
             format!("{name}: the arm cannot hold the board upright anywhere in front of it")
         })?;
         Ok(Self {
@@ -135,7 +136,12 @@ impl BoardArm {
         let limits = *self.kinematics.limits();
         let mut most: f64 = 0.0;
         for _ in 0..2000 {
-            let q = limits.map(|l| sampler.uniform(l.min_rad, l.max_rad.max(l.min_rad + 1e-9)));
+            let q = limits.map(|l| {
+                // One turn is all that an endless joint has to show.
+                let middle_rad = l.middle_rad();
+                let low = l.min_rad.max(middle_rad - PI);
+                sampler.uniform(low, l.max_rad.min(middle_rad + PI))
+            });
             let at_m = self.kinematics.forward(&JointPositions(q)).position_m();
             most = most.max(at_m.truncate().length());
         }
@@ -143,9 +149,9 @@ impl BoardArm {
     }
 }
 
-/// A configuration with the board upright in front of the base.
-fn start_of(arm: &dyn ArmKinematics) -> Option<JointPositions> {
-    let middle = JointPositions(arm.limits().map(|l| 0.5 * (l.min_rad + l.max_rad)));
+/// A configuration with the board upright in front of the base; `None` if none was found.
+fn start_of(arm: &dyn ArmKinematics) -> anyhow::Result<Option<JointPositions>> {
+    let middle = JointPositions(arm.limits().map(|l| l.middle_rad()));
     let config = NearestConfig {
         policy: BranchPolicy::Any,
         ..NearestConfig::default()
@@ -153,13 +159,15 @@ fn start_of(arm: &dyn ArmKinematics) -> Option<JointPositions> {
     let mut scratch = arm.scratch();
     for x_m in [0.45, 0.35, 0.55, 0.65] {
         for z_m in [0.5, 0.4, 0.6, 0.3] {
-            let pose = board_pose(DVec3::new(x_m, 0.0, z_m), DVec3::X, 0.0).ok()?;
-            if let Ok(found) = arm.nearest(&pose, &middle, &config, &mut scratch) {
-                return Some(found.q);
+            let pose = board_pose(DVec3::new(x_m, 0.0, z_m), DVec3::X, 0.0)?;
+            match arm.nearest(&pose, &middle, &config, &mut scratch) {
+                Ok(found) => return Ok(Some(found.q)),
+                Err(KinematicsError::Unreachable(_)) => {}
+                Err(other) => return Err(other.into()),
             }
         }
     }
-    None
+    Ok(None)
 }
 
 /// `iiwa7`, `iiwa14` or the path of a URDF file, as a general chain with its inertials.
@@ -209,4 +217,29 @@ pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
     values
         .try_into()
         .map_err(|_| anyhow::anyhow!("expected {N} numbers, got {count}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panda_with_continuous_joints_carries_the_board() {
+        let text = include_str!("../../../kinematics/tests/data/panda.urdf");
+        let path = std::env::temp_dir().join(format!("continuous-{}.urdf", std::process::id()));
+        let bounds = r#"lower="-2.8973" upper="2.8973""#;
+        assert_eq!(text.matches(bounds).count(), 4);
+        let continuous = text.replace("revolute", "continuous").replace(bounds, "");
+        for text in [
+            &continuous,
+            &text.replace(bounds, r#"lower="-1e16" upper="1e16""#),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let arm = BoardArm::named(path.to_str().unwrap(), &Board::default());
+            std::fs::remove_file(&path).unwrap();
+            let arm = arm.unwrap();
+            assert!(arm.start().0.iter().all(|q| q.is_finite()));
+            assert!((0.8..1.5).contains(&arm.span_m()), "{}", arm.span_m());
+        }
+    }
 }
