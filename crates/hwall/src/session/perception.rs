@@ -10,7 +10,6 @@ use crate::fingertip::Fingertip;
 use crate::texture::{Presenter, TextureLevels};
 use glam::DVec3;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput, SteadyPoint};
-use hwall_geometry::Pose;
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::BoardTarget;
 use hwall_reachability::{Presented, WallMaps};
