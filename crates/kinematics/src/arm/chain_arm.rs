@@ -27,7 +27,7 @@ const RESTARTS_IN_A_STEP: usize = 8;
 /// [`ArmKinematics::nearest`] first descends from the reference; that solution is near the
 /// reference, not proven to be the nearest, and `branch_changed` is false for it: a chain has no named
 /// branches, and a short descent stays on its own. Where the descent fails, the other attempts start
-/// from configurations drawn with a fixed seed. A descent takes about 10 µs, up to 80 µs where it fails slowly in an
+/// from configurations drawn with a fixed seed. A descent takes about 10 µs, more where it fails slowly, in an
 /// `opt-level = 1` build; the policy bounds how many there are:
 ///
 /// - [`BranchPolicy::Keep`]: the first only.
