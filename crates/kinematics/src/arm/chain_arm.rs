@@ -17,6 +17,9 @@ const CANDIDATES: usize = 4;
 /// Restarts by default: enough that `tests/arms.rs` misses none of 500 poses of each arm.
 const RESTARTS: usize = 40;
 
+/// Restarts of [`BranchPolicy::Prefer`] at most: a control step has time for no more.
+const RESTARTS_IN_A_STEP: usize = 8;
+
 /// An arm of at most seven joints that is a [`Chain`], solved numerically.
 ///
 /// The tip of the chain is the flange. A prismatic joint counts in metres where others count in radians.
@@ -24,8 +27,15 @@ const RESTARTS: usize = 40;
 /// [`ArmKinematics::nearest`] first descends from the reference; that solution is near the
 /// reference, not proven to be the nearest, and `branch_changed` is false for it: a chain has no named
 /// branches, and a short descent stays on its own. Where the descent fails, the other attempts start
-/// from configurations drawn with a fixed seed, and the nearest of the first four solutions wins
-/// ([`BranchPolicy::Any`]: of all attempts). [`BranchPolicy::Keep`] makes the first descent only. Same input, same answer.
+/// from configurations drawn with a fixed seed. A descent takes about 10 µs, more where it fails slowly, in an
+/// `opt-level = 1` build; the policy bounds how many there are:
+///
+/// - [`BranchPolicy::Keep`]: the first only.
+/// - [`BranchPolicy::Prefer`]: nine; the nearest of the first four solutions wins. It fits into a control step of 1 ms and
+///   misses about one in a hundred poses that can be held and are far from the reference.
+/// - [`BranchPolicy::Any`]: always all 41 (see [`ChainArm::with_search`]), the nearest wins. Not for a control step.
+///
+/// Same input, same answer.
 ///
 /// Error of a solution: 1e-9 m and rad by default. A failure proves nothing, except
 /// [`Unreachable::TooFar`].
@@ -90,8 +100,8 @@ impl ChainArm {
         }
     }
 
-    /// The same arm with another effort and accuracy of the search: fewer restarts bound the time of a
-    /// pose that cannot be held, about 10 µs each.
+    /// The same arm with another effort and accuracy of the search. [`BranchPolicy::Prefer`] makes at most eight of
+    /// the restarts.
     ///
     /// # Errors
     /// A tolerance that is not positive.
@@ -160,9 +170,11 @@ impl ArmKinematics for ChainArm {
             reference[i].clamp(self.limits[i].min_rad, self.limits[i].max_rad)
         });
         let mut search = self.search;
-        if config.policy == BranchPolicy::Keep {
-            search.max_restarts = 0;
-        }
+        search.max_restarts = match config.policy {
+            BranchPolicy::Keep => 0,
+            BranchPolicy::Prefer => search.max_restarts.min(RESTARTS_IN_A_STEP),
+            BranchPolicy::Any => search.max_restarts,
+        };
         let mut best: Option<ArmSolution> = None;
         let (mut least_cost, mut found) = (f64::INFINITY, 0);
         let searched = self.base_to_tool.search_numeric(
@@ -214,6 +226,10 @@ impl ArmKinematics for ChainArm {
             }
             .into()),
         }
+    }
+
+    fn searches(&self) -> bool {
+        true
     }
 
     fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics> {

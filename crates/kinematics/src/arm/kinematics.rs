@@ -65,6 +65,12 @@ pub trait ArmKinematics: Debug + Send + Sync {
         scratch: &mut ArmScratch,
     ) -> Result<ArmSolution, KinematicsError>;
 
+    /// Does [`nearest`](Self::nearest) search, so that a pose that cannot be held takes many times as long as one
+    /// that can? A control loop then asks for fewer poses in a step. `false` by default: a closed form.
+    fn searches(&self) -> bool {
+        false
+    }
+
     /// The same arm with another tool in its flange.
     fn carrying(&self, flange_from_tool: Pose) -> Arc<dyn ArmKinematics>;
 
