@@ -21,7 +21,7 @@ use std::time::Instant;
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
 /// Without options: a room made for this, a simulated person and twelve touches, foreseen by what
-/// other simulated people taught. Prints two tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
+/// other simulated people taught. Prints three tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
 #[derive(Parser)]
 struct Args {
     /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]

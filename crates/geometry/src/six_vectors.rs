@@ -26,6 +26,7 @@ impl Twist {
     /// `[vx vy vz ωx ωy ωz]`.
     #[inline]
     #[must_use]
+    #[inline]
     pub fn to_array(self) -> [f64; 6] {
         join(self.linear_m_per_s, self.angular_rad_per_s)
     }
@@ -33,6 +34,7 @@ impl Twist {
     /// From `[vx vy vz ωx ωy ωz]`.
     #[inline]
     #[must_use]
+    #[inline]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (linear_m_per_s, angular_rad_per_s) = split(v);
         Self {
@@ -46,6 +48,7 @@ impl Wrench {
     /// `[fx fy fz mx my mz]`.
     #[inline]
     #[must_use]
+    #[inline]
     pub fn to_array(self) -> [f64; 6] {
         join(self.force_n, self.moment_n_m)
     }
@@ -53,6 +56,7 @@ impl Wrench {
     /// From `[fx fy fz mx my mz]`.
     #[inline]
     #[must_use]
+    #[inline]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (force_n, moment_n_m) = split(v);
         Self {
@@ -64,6 +68,7 @@ impl Wrench {
     /// Part of the force along a unit normal, N; positive along the normal.
     #[inline]
     #[must_use]
+    #[inline]
     pub fn normal_force_n(&self, normal: DVec3) -> f64 {
         self.force_n.dot(normal)
     }

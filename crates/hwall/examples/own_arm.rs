@@ -19,8 +19,9 @@ impl Arm for MyArm {
     }
 
     fn command(&mut self, command: ArmCommand) -> Result<(), Infallible> {
-        if let ArmCommand::Position(q) = command {
-            self.0.q = q;
+        match command {
+            ArmCommand::Position(q) => self.0.q = q,
+            _ => {} // Hold: brake
         }
         self.0.t_s += 1e-3;
         Ok(())
