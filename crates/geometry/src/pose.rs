@@ -129,7 +129,6 @@ impl Pose {
     /// [`Pose::new`], for inner loops whose rotations are products of rotations.
     #[inline]
     #[must_use]
-    #[inline]
     pub const fn from_parts_unchecked(rotation: DMat3, position_m: DVec3) -> Self {
         Self {
             rotation,
@@ -140,7 +139,6 @@ impl Pose {
     /// The same orientation at another origin, metres, which must be finite.
     #[inline]
     #[must_use]
-    #[inline]
     pub const fn at(&self, position_m: DVec3) -> Self {
         Self {
             rotation: self.rotation,
@@ -151,7 +149,6 @@ impl Pose {
     /// Rotation matrix; its columns are the axes of the inner frame.
     #[inline]
     #[must_use]
-    #[inline]
     pub const fn rotation(&self) -> DMat3 {
         self.rotation
     }
@@ -159,14 +156,12 @@ impl Pose {
     /// Origin of the inner frame, metres.
     #[inline]
     #[must_use]
-    #[inline]
     pub const fn position_m(&self) -> DVec3 {
         self.position_m
     }
 
     /// The rotation as a unit quaternion.
     #[must_use]
-    #[inline]
     pub fn to_quat(&self) -> DQuat {
         DQuat::from_mat3(&self.rotation)
     }
@@ -174,7 +169,6 @@ impl Pose {
     /// `b_from_a` of an `a_from_b`.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         Self {
@@ -186,7 +180,6 @@ impl Pose {
     /// A point given in the inner frame, metres, in the outer frame.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn transform_point(&self, point_m: DVec3) -> DVec3 {
         self.rotation * point_m + self.position_m
     }
@@ -194,7 +187,6 @@ impl Pose {
     /// A direction or free vector given in the inner frame, in the outer frame.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn transform_vector(&self, vector: DVec3) -> DVec3 {
         self.rotation * vector
     }
@@ -202,7 +194,6 @@ impl Pose {
     /// A point given in the outer frame, metres, in the inner frame.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn inverse_transform_point(&self, point_m: DVec3) -> DVec3 {
         self.rotation.transpose() * (point_m - self.position_m)
     }
@@ -210,14 +201,12 @@ impl Pose {
     /// A direction or free vector given in the outer frame, in the inner frame.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn inverse_transform_vector(&self, vector: DVec3) -> DVec3 {
         self.rotation.transpose() * vector
     }
 
     /// The same transform as an affine one.
     #[must_use]
-    #[inline]
     pub const fn to_affine(self) -> DAffine3 {
         DAffine3 {
             matrix3: self.rotation,
@@ -230,7 +219,6 @@ impl Pose {
     /// The angle comes from the rotation vector, so it is exact to 1e-16 also near zero.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn distance(&self, other: &Self) -> PoseDistance {
         let turn = self.rotation.transpose() * other.rotation;
         PoseDistance {

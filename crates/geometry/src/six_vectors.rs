@@ -26,7 +26,6 @@ impl Twist {
     /// `[vx vy vz ωx ωy ωz]`.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn to_array(self) -> [f64; 6] {
         join(self.linear_m_per_s, self.angular_rad_per_s)
     }
@@ -34,7 +33,6 @@ impl Twist {
     /// From `[vx vy vz ωx ωy ωz]`.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (linear_m_per_s, angular_rad_per_s) = split(v);
         Self {
@@ -48,7 +46,6 @@ impl Wrench {
     /// `[fx fy fz mx my mz]`.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn to_array(self) -> [f64; 6] {
         join(self.force_n, self.moment_n_m)
     }
@@ -56,7 +53,6 @@ impl Wrench {
     /// From `[fx fy fz mx my mz]`.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn from_array(v: [f64; 6]) -> Self {
         let (force_n, moment_n_m) = split(v);
         Self {
@@ -68,7 +64,6 @@ impl Wrench {
     /// Part of the force along a unit normal, N; positive along the normal.
     #[inline]
     #[must_use]
-    #[inline]
     pub fn normal_force_n(&self, normal: DVec3) -> f64 {
         self.force_n.dot(normal)
     }
