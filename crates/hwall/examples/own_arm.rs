@@ -19,9 +19,9 @@ impl Arm for MyArm {
     }
 
     fn command(&mut self, command: ArmCommand) -> Result<(), Infallible> {
-        match command {
-            ArmCommand::Position(q) => self.0.q = q,
-            _ => {} // Hold: brake
+        // Anything else is Hold: this arm has stopped already, a real one brakes.
+        if let ArmCommand::Position(q) = command {
+            self.0.q = q;
         }
         self.0.t_s += 1e-3;
         Ok(())
