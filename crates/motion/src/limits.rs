@@ -1,0 +1,111 @@
+//! How fast the joints of an arm may move.
+
+use crate::error::MotionError;
+use crate::travel_time::travel_time_s;
+use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
+use hwall_numeric::check::{positive, that};
+
+/// Largest joint accelerations of the iiwa 7, rad/s². Source: the acceleration limits in the description of the arm that
+/// comes with Drake ([Drake models]); the manufacturer publishes none.
+pub const IIWA7_ACCELERATION_RAD_PER_S2: [f64; MOST_JOINTS] =
+    [8.65, 5.44, 5.69, 11.01, 11.78, 13.76, 13.17];
+
+/// Settings from which [`MotionLimits`] follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionConfig {
+    /// Share of the arm's joint speeds that is used, in (0, 1]; default 1.
+    pub speed_share: f64,
+    /// Largest joint accelerations, rad/s²; default those of the iiwa 7, [`IIWA7_ACCELERATION_RAD_PER_S2`].
+    pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
+    /// Time in which a joint at rest may come to its full acceleration, s: jerk is acceleration over it. Default 0.02, an
+    /// assumption; no jerk of the iiwa is published.
+    pub jerk_time_s: f64,
+}
+
+impl Default for MotionConfig {
+    fn default() -> Self {
+        Self {
+            speed_share: 1.0,
+            acceleration_rad_per_s2: IIWA7_ACCELERATION_RAD_PER_S2,
+            jerk_time_s: 0.02,
+        }
+    }
+}
+
+/// Largest speed, acceleration and jerk of every joint, the same in both directions. Entries beyond the arm's last joint
+/// are 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionLimits {
+    /// rad/s.
+    pub velocity_rad_per_s: [f64; MOST_JOINTS],
+    /// rad/s².
+    pub acceleration_rad_per_s2: [f64; MOST_JOINTS],
+    /// rad/s³.
+    pub jerk_rad_per_s3: [f64; MOST_JOINTS],
+}
+
+impl MotionLimits {
+    /// The limits of an arm.
+    ///
+    /// # Errors
+    /// A setting outside its range, or an arm with a joint speed that is not positive.
+    pub fn of_arm(arm: &dyn ArmKinematics, config: &MotionConfig) -> Result<Self, MotionError> {
+        positive("speed_share", config.speed_share)?;
+        let share = config.speed_share;
+        that(share <= 1.0, "speed_share", share, "at most 1")?;
+        positive("jerk_time_s", config.jerk_time_s)?;
+        let mut limits = Self {
+            velocity_rad_per_s: [1.0; MOST_JOINTS],
+            acceleration_rad_per_s2: [1.0; MOST_JOINTS],
+            jerk_rad_per_s3: [1.0; MOST_JOINTS],
+        };
+        for joint in 0..arm.joint_count() {
+            limits.velocity_rad_per_s[joint] = share * arm.max_velocity_rad_per_s()[joint];
+            let acceleration = config.acceleration_rad_per_s2[joint];
+            limits.acceleration_rad_per_s2[joint] = acceleration;
+            limits.jerk_rad_per_s3[joint] = acceleration / config.jerk_time_s;
+        }
+        limits.validate()?;
+        Ok(limits)
+    }
+
+    /// Rejects limits outside 1e-6 to 1e9.
+    ///
+    /// # Errors
+    /// The first limit outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), MotionError> {
+        for (what, values) in [
+            ("velocity_rad_per_s", &self.velocity_rad_per_s),
+            ("acceleration_rad_per_s2", &self.acceleration_rad_per_s2),
+            ("jerk_rad_per_s3", &self.jerk_rad_per_s3),
+        ] {
+            for value in values {
+                let in_range = (1e-6..=1e9).contains(value);
+                that(in_range, what, *value, "between 1e-6 and 1e9")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Least time from rest at one configuration to rest at another, s: that of the slowest joint.
+    ///
+    /// Closed form, exact to 1e-12 of itself; NaN in gives NaN or an infinity.
+    #[must_use]
+    pub fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
+        let of_joint = |i: usize| {
+            travel_time_s(
+                (to[i] - from[i]).abs(),
+                self.velocity_rad_per_s[i],
+                self.acceleration_rad_per_s2[i],
+                self.jerk_rad_per_s3[i],
+            )
+        };
+        (0..MOST_JOINTS).map(of_joint).fold(0.0, |most, time| {
+            if time.is_nan() {
+                f64::NAN
+            } else {
+                time.max(most)
+            }
+        })
+    }
+}
