@@ -63,6 +63,8 @@ pub struct ReferenceMotion {
     range_rad: [[f64; 2]; MOST_JOINTS],
     speed_share: f64,
     goal: Option<JointPositions>,
+    /// The goal of `next`, if that was planned from the present state and is not in force.
+    considered: Option<JointPositions>,
     under_way: bool,
     elapsed_s: f64,
     state: JointState,
@@ -132,6 +134,7 @@ impl ReferenceMotion {
             range_rad,
             speed_share: 1.0,
             goal: None,
+            considered: None,
             under_way: false,
             elapsed_s: 0.0,
             state,
@@ -184,7 +187,7 @@ impl ReferenceMotion {
     pub fn restart(&mut self, state: &JointState) -> Result<(), MotionError> {
         state.validate()?;
         self.state = *state;
-        self.goal = None;
+        (self.goal, self.considered) = (None, None);
         self.under_way = false;
         // A state in motion comes to rest.
         self.brake();
@@ -199,14 +202,43 @@ impl ReferenceMotion {
         if self.goal.as_ref() == Some(goal) {
             return Ok(());
         }
+        self.consider(goal)?;
+        self.accept();
+        Ok(())
+    }
+
+    /// Plans a motion to a goal without beginning it: [`considered`](Self::considered) is what it would be, and
+    /// [`accept`](Self::accept) begins it. Returns its duration, s.
+    ///
+    /// # Errors
+    /// As for [`set_goal`](Self::set_goal).
+    pub fn consider(&mut self, goal: &JointPositions) -> Result<f64, MotionError> {
         all_finite("goal", &goal.0)?;
         for (q, [least, most]) in goal.0.iter().zip(self.range_rad) {
             let inside = (least..=most).contains(q);
             that(inside, "goal", *q, "within the joint limits")?;
         }
+        self.considered = None;
         self.plan(Some(goal))?;
-        self.goal = Some(*goal);
-        Ok(())
+        self.considered = Some(*goal);
+        Ok(self.next.duration)
+    }
+
+    /// The state of the considered motion after a time, s; that of the motion in force if nothing is considered.
+    #[must_use]
+    pub fn considered(&self, t_s: f64) -> JointState {
+        match self.considered {
+            Some(_) => evaluated(&self.next, t_s),
+            None => self.ahead(t_s),
+        }
+    }
+
+    /// Begins the motion that was considered last, if the state has not changed since; else nothing happens.
+    pub fn accept(&mut self) {
+        if let Some(goal) = self.considered.take() {
+            self.begin();
+            self.goal = Some(goal);
+        }
     }
 
     /// Sets the share of the speeds that may be used, in (0, 1]; the motion in force is planned anew if it changes.
@@ -223,6 +255,7 @@ impl ReferenceMotion {
         if let Some(goal) = self.goal {
             self.plan(Some(&goal))
                 .inspect_err(|_| self.speed_share = before)?;
+            self.begin();
         }
         Ok(())
     }
@@ -235,7 +268,11 @@ impl ReferenceMotion {
         let at_rest = self.state.qd.0 == [0.0; MOST_JOINTS]
             && self.state.qdd_rad_per_s2 == [0.0; MOST_JOINTS];
         // Braking from a state within the limits is always possible; a failure keeps what is in force.
-        self.under_way = !at_rest && (self.plan(None).is_ok() || self.under_way);
+        if !at_rest && self.plan(None).is_ok() {
+            self.begin();
+        } else if at_rest {
+            self.under_way = false;
+        }
         if !self.under_way {
             self.state = JointState::at_rest(self.state.q);
         }
@@ -247,9 +284,10 @@ impl ReferenceMotion {
     /// A step that is negative, NaN or infinite; nothing then moves.
     pub fn step(&mut self, dt_s: f64) -> Result<JointState, MotionError> {
         non_negative("dt_s", dt_s)?;
+        self.considered = None;
         if self.under_way {
             self.elapsed_s += dt_s;
-            self.state = self.within_ranges(self.state_at(self.elapsed_s));
+            self.state = self.within_ranges(evaluated(&self.trajectory, self.elapsed_s));
             if self.elapsed_s >= self.trajectory.duration {
                 // Exactly at the goal, and exactly at rest.
                 let q = self.goal.unwrap_or(self.state.q);
@@ -264,23 +302,10 @@ impl ReferenceMotion {
     #[must_use]
     pub fn ahead(&self, ahead_s: f64) -> JointState {
         if self.under_way {
-            self.state_at(self.elapsed_s + ahead_s.max(0.0))
+            evaluated(&self.trajectory, self.elapsed_s + ahead_s.max(0.0))
         } else {
             self.state
         }
-    }
-
-    fn state_at(&self, t_s: f64) -> JointState {
-        let mut state = JointState::default();
-        let mut section = 0;
-        let t_s = t_s.min(self.trajectory.duration);
-        self.trajectory
-            .state_to_integrate_from(t_s, &mut section, |i, t, p, v, a, j| {
-                state.q[i] = p + t * (v + t * (a / 2.0 + t * j / 6.0));
-                state.qd[i] = v + t * (a + t * j / 2.0);
-                state.qdd_rad_per_s2[i] = a + t * j;
-            });
-        state
     }
 
     /// Rounding may leave a limit by an ulp; a start outside the limits stays legal.
@@ -322,9 +347,26 @@ impl ReferenceMotion {
             .ok_or_else(|| MotionError::NoMotion {
                 speed_rad_per_s: self.state.qd.0.iter().fold(0.0, |m: f64, v| m.max(v.abs())),
             })?;
-        std::mem::swap(&mut self.trajectory, &mut self.next);
-        self.elapsed_s = 0.0;
-        self.under_way = true;
         Ok(())
     }
+
+    /// The motion planned last is in force from now on.
+    fn begin(&mut self) {
+        std::mem::swap(&mut self.trajectory, &mut self.next);
+        self.considered = None;
+        self.elapsed_s = 0.0;
+        self.under_way = true;
+    }
+}
+
+fn evaluated(trajectory: &Trajectory<MOST_JOINTS>, t_s: f64) -> JointState {
+    let mut state = JointState::default();
+    let mut section = 0;
+    let t_s = t_s.clamp(0.0, trajectory.duration);
+    trajectory.state_to_integrate_from(t_s, &mut section, |i, t, p, v, a, j| {
+        state.q[i] = p + t * (v + t * (a / 2.0 + t * j / 6.0));
+        state.qd[i] = v + t * (a + t * j / 2.0);
+        state.qdd_rad_per_s2[i] = a + t * j;
+    });
+    state
 }
