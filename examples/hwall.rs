@@ -116,11 +116,16 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let began = Instant::now();
     let maps = arm.maps_of(scene)?;
     let mapping = began.elapsed();
+    let walls = hwall::Walls {
+        maps: maps.clone(),
+        waiting: None,
+        arm: None,
+    };
     let setup = closed_loop::RunSetup {
         arm: &arm,
         board: &board,
         scene,
-        maps: &maps,
+        walls: &walls,
         hand: &setting.hand,
         textured: !args.plain,
         period_s: 1e-3 * args.period_ms,

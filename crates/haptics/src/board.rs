@@ -3,6 +3,7 @@
 use crate::error::HapticsError;
 use glam::{DMat3, DVec3};
 use hwall_geometry::{Pose, direction};
+use hwall_kinematics::JointPositions;
 use hwall_numeric::check::{all_finite, finite, non_negative, positive};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -120,6 +121,39 @@ pub struct BoardTarget {
     /// Roll about the normal, rad, see [`board_pose`]. Only this roll and the one half a turn further may be
     /// used, for a board with a texture. `None`: the rolls of the [`FollowerConfig`](crate::FollowerConfig).
     pub roll_rad: Option<f64>,
+    /// How far behind the surface the board waits, m; 0 presents the surface.
+    pub behind_m: f64,
+    /// How far the middle of the face may be from the point along the x and y axes of the surface
+    /// ([`surface_axes`]), the half axes of an ellipse, m: what the size of the face leaves when the uncertainty of the point is taken off. The middle
+    /// that is reached soonest is taken, and the board stands still while the point stays within.
+    pub slack_m: [f64; 2],
+    /// The goal configuration is sought close to this one, rad; `None`: close to where the arm is.
+    pub near: Option<JointPositions>,
+}
+
+impl BoardTarget {
+    /// The middle of the face exactly on a point of a surface, at any roll.
+    #[must_use]
+    pub const fn new(point_m: DVec3, normal: DVec3, stamp_s: f64) -> Self {
+        Self {
+            point_m,
+            normal,
+            stamp_s,
+            roll_rad: None,
+            behind_m: 0.0,
+            slack_m: [0.0; 2],
+            near: None,
+        }
+    }
+
+    /// The same but for the stamp?
+    #[must_use]
+    pub fn is_same_place(&self, other: &Self) -> bool {
+        Self {
+            stamp_s: other.stamp_s,
+            ..*self
+        } == *other
+    }
 }
 
 /// `base_from_board` for a board whose face meets `point_m` (m) on a surface with the given

@@ -26,6 +26,9 @@ pub enum HapticsError {
     /// An arm model is not valid.
     #[error(transparent)]
     Kinematics(#[from] KinematicsError),
+    /// Limits of the motion, or a goal beyond the joint limits.
+    #[error(transparent)]
+    Motion(#[from] hwall_motion::MotionError),
 }
 
 impl From<GeometryError> for HapticsError {

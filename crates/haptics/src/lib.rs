@@ -9,11 +9,14 @@ pub mod render;
 pub use arm::{Arm, ArmCommand, ArmState};
 pub use board::{Board, BoardTarget, PlaceTolerance, QUARTER_TURNS_RAD, board_pose, surface_axes};
 pub use error::HapticsError;
-pub use motion::{Follower, FollowerConfig, JointBounds, JointMotion, Slide};
+pub use motion::{
+    ApproachConfig, Barrier, Follower, FollowerConfig, JointBounds, JointMotion, Slide,
+};
 pub use render::{
-    ApproachConfig, ContactConfig, ContactDetector, ContactState, ForceConfig, HoldReason, Phase,
-    RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ContactConfig, ContactDetector, ContactState, ForceConfig, HoldReason, Phase, PostureTarget,
+    ProximityConfig, RenderInput, RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };
 
 pub use hwall_geometry::{ArgumentError, GeometryError, glam};
 pub use hwall_kinematics as kinematics;
+pub use hwall_motion::{MotionConfig, MotionLimits};

@@ -9,10 +9,11 @@ mod walls;
 
 pub use error::SessionError;
 pub use session::{
-    Control, Controller, Cycle, Event, EventKind, Foreseen, GazeConfig, Goal, Perception, Session,
-    SessionConfig, SessionState, Surroundings, TargetControl, WorldPose, drive,
+    Control, Controller, Cycle, Event, EventKind, Foreseen, GazeConfig, Goal, Perception,
+    PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
+    drive,
 };
-pub use walls::maps_of;
+pub use walls::{Walls, maps_of};
 
 // The whole system through one dependency.
 pub use hwall_bip as bip;

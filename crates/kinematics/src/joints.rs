@@ -150,7 +150,8 @@ impl JointLimit {
 
     /// The angle plus full turns that lies within the limit, nearest to the reference; outside, the
     /// one nearest to the limit.
-    pub(crate) fn nearest_turn(&self, angle: f64, reference: f64) -> f64 {
+    #[must_use]
+    pub fn nearest_turn(&self, angle: f64, reference: f64) -> f64 {
         if self.max_rad - self.min_rad < TAU {
             // At most one candidate fits; prefer the one that is least outside.
             return nearest_turn(angle, self.middle_rad());

@@ -180,7 +180,7 @@ impl ReferenceMotion {
         }
     }
 
-    /// Goes on from another state, without a goal.
+    /// Goes on from another state, without a goal: the next step brakes.
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.
@@ -189,8 +189,6 @@ impl ReferenceMotion {
         self.state = *state;
         (self.goal, self.considered) = (None, None);
         self.under_way = false;
-        // A state in motion comes to rest.
-        self.brake();
         Ok(())
     }
 
@@ -285,6 +283,10 @@ impl ReferenceMotion {
     pub fn step(&mut self, dt_s: f64) -> Result<JointState, MotionError> {
         non_negative("dt_s", dt_s)?;
         self.considered = None;
+        if !self.under_way {
+            // After a restart in motion.
+            self.brake();
+        }
         if self.under_way {
             self.elapsed_s += dt_s;
             self.state = self.within_ranges(evaluated(&self.trajectory, self.elapsed_s));

@@ -1,28 +1,27 @@
-//! From a moving board target to joint commands within the arm's limits.
+//! From where the board shall be to joint commands within the arm's limits.
 
+use super::barrier::Barrier;
+use super::goals::Goals;
 use super::profile::{JointBounds, JointMotion};
+use super::route::{ApproachConfig, Destination, Route};
 use super::slide::{Slide, Sliding};
-use super::solver::{DRIFT_RAD, Place, Solver, Stop};
-use crate::board::{BoardTarget, QUARTER_TURNS_RAD};
+use super::solver::{Solver, Stop};
+use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
 use crate::error::HapticsError;
 use glam::DVec3;
-use hwall_geometry::direction;
-use hwall_kinematics::{
-    ArmKinematics, ArmSolution, BranchPolicy, JointPositions, JointVelocities, Unreachable,
-};
-use hwall_numeric::check::{all_finite, non_negative, positive, that};
-use std::f64::consts::{PI, TAU};
+use hwall_geometry::Pose;
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, Unreachable};
+use hwall_motion::{JointState, MotionConfig, MotionLimits, ReferenceMotion};
+use hwall_numeric::check::{all_finite, non_negative, that};
 use std::sync::Arc;
 
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowerConfig {
-    /// Share of the arm's joint speeds that is used, in (0, 1]; default 0.9, which leaves room for the
-    /// arm's own servo to catch up.
-    pub speed_share: f64,
-    /// Largest joint acceleration, rad/s²; default 10 for every joint. An assumption: the data
-    /// sheet states none.
-    pub acceleration_rad_per_s2: [f64; 7],
+    /// Limits of speed, acceleration and jerk.
+    pub motion: MotionConfig,
+    /// How the board stays behind the surfaces on its way.
+    pub approach: ApproachConfig,
     /// Rolls of the board about the normal that may be used, rad, see
     /// [`board_pose`](crate::board_pose); default the quarter turns of a square board.
     pub rolls_rad: Vec<f64>,
@@ -35,8 +34,8 @@ pub struct FollowerConfig {
 impl Default for FollowerConfig {
     fn default() -> Self {
         Self {
-            speed_share: 0.9,
-            acceleration_rad_per_s2: [10.0; 7],
+            motion: MotionConfig::default(),
+            approach: ApproachConfig::default(),
             rolls_rad: QUARTER_TURNS_RAD.to_vec(),
             far_m: 0.05,
             far_rad: 0.2,
@@ -45,21 +44,12 @@ impl Default for FollowerConfig {
 }
 
 impl FollowerConfig {
-    /// Rejects settings outside their ranges and an empty list of rolls.
+    /// Rejects settings outside their ranges and an empty list of rolls. Those of the motion are checked with the arm.
     ///
     /// # Errors
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), HapticsError> {
-        positive("speed_share", self.speed_share)?;
-        that(
-            self.speed_share <= 1.0,
-            "speed_share",
-            self.speed_share,
-            "at most 1",
-        )?;
-        for acceleration in self.acceleration_rad_per_s2 {
-            positive("acceleration_rad_per_s2", acceleration)?;
-        }
+        self.approach.validate()?;
         that(
             !self.rolls_rad.is_empty(),
             "number of rolls",
@@ -73,50 +63,30 @@ impl FollowerConfig {
     }
 }
 
-/// What the follower last worked out for a target.
-#[derive(Debug, Clone, Copy)]
-struct Aim {
-    point_m: DVec3,
-    normal: DVec3,
-    roll_rad: Option<f64>,
-    unit_normal: DVec3,
-    unreachable: Option<Unreachable>,
-    /// Rolls that wait for their search; until none is left, the target is not known to be unreachable.
-    unsearched: usize,
-}
-
-/// A configuration that puts the board on a target.
-#[derive(Debug, Clone, Copy)]
-struct Goal {
-    q: JointPositions,
-    roll_rad: f64,
-    point_m: DVec3,
-    normal: DVec3,
-}
-
-/// Follows a board target with the arm's joints.
+/// Brings the board to where it shall be.
 ///
 /// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. While a target
 /// drifts, branch, roll and neighbourhood of the goal are kept; for a new target, or one that is far away, the
-/// roll is taken that the commanded joints reach soonest, on their present branch if that can hold it. Then each
-/// joint moves there by itself, time-optimally within velocity and acceleration limits, without overshoot.
+/// roll is taken that is reached soonest, close to the configuration that the target names or on the present branch. The
+/// joints then arrive together, jerk-limited and in the least time ([`ReferenceMotion`]), behind the surfaces if a board
+/// and barriers are given.
 ///
 /// An arm that [searches](ArmKinematics::searches) is asked for a descent from the commanded joints for each roll; where
 /// all fail, one roll is searched in each call of [`set_target`](Self::set_target), so that a step stays below about a
 /// millisecond for a UR5 or a Panda, also while an unreachable target drifts.
 #[derive(Debug, Clone)]
 pub struct Follower {
-    solver: Solver,
-    config: FollowerConfig,
+    goals: Goals,
+    route: Route,
+    reference: ReferenceMotion,
+    /// Without jerk, for slides.
     bounds: [JointBounds; 7],
-    motion: [JointMotion; 7],
-    aim: Option<Aim>,
-    goal: Option<Goal>,
+    destination: Option<Destination>,
+    /// The destination is new, or something else moved the arm.
+    is_to_plan: bool,
     sliding: Option<Sliding>,
     /// The direction in which a slide had to end, and why.
     blocked: Option<(DVec3, Unreachable)>,
-    /// Which of the rolls is searched next.
-    turn: usize,
 }
 
 impl Follower {
@@ -124,36 +94,46 @@ impl Follower {
     /// ([`Board::flange_from_board_face`](crate::Board::flange_from_board_face)).
     ///
     /// # Errors
-    /// As for [`FollowerConfig::validate`]; an arm with a joint speed that is not positive; a
-    /// start that is not finite.
+    /// As for [`FollowerConfig::validate`]; a limit of the motion outside its range; a start that is not finite.
     pub fn new(
         arm: Arc<dyn ArmKinematics>,
         config: FollowerConfig,
         start: &JointPositions,
     ) -> Result<Self, HapticsError> {
         config.validate()?;
-        for speed in *arm.max_velocity_rad_per_s() {
-            positive("max_velocity_rad_per_s", speed)?;
-        }
+        let limits = MotionLimits::of_arm(&*arm, &config.motion)?;
         let mut bounds = [JointBounds::new(1.0, 1.0)?; 7];
         for (joint, bounds) in bounds.iter_mut().enumerate() {
-            let velocity_rad_per_s = config.speed_share * arm.max_velocity_rad_per_s()[joint];
-            *bounds = JointBounds::new(velocity_rad_per_s, config.acceleration_rad_per_s2[joint])?;
+            *bounds = JointBounds::new(
+                limits.velocity_rad_per_s[joint],
+                limits.acceleration_rad_per_s2[joint],
+            )?;
         }
-        let motion = [JointMotion::at_rest(0.0); 7];
-        let mut follower = Self {
-            solver: Solver::new(arm),
-            config,
+        let reference = ReferenceMotion::new(&*arm, &limits, start)?;
+        Ok(Self {
+            route: Route::new(config.approach, None),
+            goals: Goals::new(Solver::new(arm), &config),
+            reference,
             bounds,
-            motion,
-            aim: None,
-            goal: None,
+            destination: None,
+            is_to_plan: false,
             sliding: None,
             blocked: None,
-            turn: 0,
-        };
-        follower.restart(start, &JointVelocities::default())?;
-        Ok(follower)
+        })
+    }
+
+    /// The same for a board of this size, which stays behind the surface that it serves, the one that it served before, and
+    /// the barriers of [`set_barriers`](Self::set_barriers).
+    #[must_use]
+    pub fn with_board(mut self, config: ApproachConfig, board: Board) -> Self {
+        self.route = Route::new(config, Some(board));
+        self
+    }
+
+    /// Surfaces that the board stays behind, besides the one that it serves. Only the first 64 may be passed by a goal
+    /// that lies in front of them.
+    pub fn set_barriers(&mut self, barriers: &[Barrier]) {
+        self.route.set_barriers(barriers);
     }
 
     /// Forgets target and goal and goes on from a measured state. Velocities above the limits
@@ -168,14 +148,15 @@ impl Follower {
     ) -> Result<(), HapticsError> {
         all_finite("q", &q.0)?;
         all_finite("qd", &qd.0)?;
-        for (joint, motion) in self.motion.iter_mut().enumerate() {
-            let most = self.bounds[joint].velocity_rad_per_s();
-            *motion = JointMotion {
-                q_rad: q[joint],
-                qd_rad_per_s: qd[joint].clamp(-most, most),
-            };
+        let mut state = JointState::at_rest(*q);
+        for (joint, bounds) in self.bounds.iter().enumerate() {
+            let most = bounds.velocity_rad_per_s();
+            state.qd[joint] = qd[joint].clamp(-most, most);
         }
-        (self.aim, self.goal) = (None, None);
+        self.reference.restart(&state)?;
+        self.goals.forget();
+        self.route.forget();
+        self.destination = None;
         self.end_slide();
         Ok(())
     }
@@ -191,131 +172,113 @@ impl Follower {
         &mut self,
         target: &BoardTarget,
     ) -> Result<Option<Unreachable>, HapticsError> {
-        let BoardTarget {
-            point_m,
-            normal,
-            roll_rad,
-            ..
-        } = *target;
-        let same =
-            |aim: &Aim| aim.point_m == point_m && aim.normal == normal && aim.roll_rad == roll_rad;
-        if let Some(aim) = self.aim.filter(|aim| same(aim) && aim.unsearched == 0) {
-            return Ok(aim.unreachable);
-        }
-        all_finite("point_m", &point_m.to_array())?;
-        all_finite("roll_rad", roll_rad.as_slice())?;
-        let unit_normal = direction("normal", normal)?;
-        let drifted = match self.goal {
-            Some(goal) if self.is_near((goal.point_m, goal.normal), (point_m, unit_normal)) => {
-                let kept = roll_rad.map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
-                let place = Place {
-                    point_m,
-                    normal: unit_normal,
-                    roll_rad: kept,
-                };
-                let found = self
-                    .solver
-                    .on_place(&place, &goal.q, BranchPolicy::Keep)?
-                    .ok();
-                found
-                    .filter(|solution| solution.q.max_abs_difference(&goal.q) <= DRIFT_RAD)
-                    .map(|solution| (solution, kept))
-            }
-            _ => None,
-        };
-        let mut unsearched = 0;
-        let (found, unreachable) = match drifted {
-            Some(found) => (Some(found), None),
-            None => {
-                let here = self.commanded();
-                let place = |roll_rad| Place {
-                    point_m,
-                    normal: unit_normal,
-                    roll_rad,
-                };
-                let both;
-                let rolls_rad = match roll_rad {
-                    Some(roll) => {
-                        both = [roll, roll + PI];
-                        &both[..]
-                    }
-                    None => &self.config.rolls_rad,
-                };
-                let places = rolls_rad.iter().map(|roll| place(*roll));
-                if self.arm().searches() {
-                    let one = place(rolls_rad[self.turn % rolls_rad.len()]);
-                    unsearched = match self.aim {
-                        Some(aim) if self.is_failing(&aim, (point_m, unit_normal)) => {
-                            aim.unsearched
-                        }
-                        _ => rolls_rad.len(),
-                    };
-                    let (solver, bounds) = (&mut self.solver, &self.bounds);
-                    let beside = soonest(solver, bounds, &here, places, BranchPolicy::Keep)?;
-                    match beside {
-                        (None, Some(Unreachable::NotFound { .. })) => {
-                            self.turn = self.turn.wrapping_add(1);
-                            unsearched = unsearched.saturating_sub(1);
-                            let one = std::iter::once(one);
-                            soonest(solver, bounds, &here, one, BranchPolicy::Prefer)?
-                        }
-                        // Found, or proven.
-                        known => {
-                            unsearched = 0;
-                            known
-                        }
-                    }
-                } else {
-                    let (solver, bounds) = (&mut self.solver, &self.bounds);
-                    soonest(solver, bounds, &here, places, BranchPolicy::Prefer)?
+        let before = self.goals.goal().copied();
+        let here = self.reference.state().q;
+        let verdict = self.goals.set(target, &here, self.reference.limits())?;
+        if let Some(goal) = self.goals.goal() {
+            let is_new = match self.destination {
+                Some(Destination::Goal(last)) => last != *goal,
+                _ => true,
+            };
+            if is_new {
+                if let Some(before) = before.filter(|before| before.normal != goal.normal) {
+                    self.route.leave(&before);
                 }
+                self.destination = Some(Destination::Goal(*goal));
+                self.is_to_plan = true;
             }
-        };
-        if found.is_some() {
-            unsearched = 0;
         }
-        let unreachable = unreachable.filter(|_| unsearched == 0);
-        if let Some((solution, roll_rad)) = found {
-            self.goal = Some(Goal {
-                q: solution.q,
-                roll_rad,
-                point_m,
-                normal: unit_normal,
-            });
-        }
-        self.aim = Some(Aim {
-            point_m,
-            normal,
-            roll_rad,
-            unit_normal,
-            unreachable,
-            unsearched,
-        });
-        Ok(unreachable)
+        Ok(verdict)
     }
 
-    /// The goal configuration, rad, if a reachable target was ever set.
+    /// Sets a posture to go to, wherever the board is then; the target is forgotten.
+    ///
+    /// # Errors
+    /// NaN, infinity, or a posture outside the joint limits; the last goal is then kept.
+    pub fn set_posture(&mut self, q: &JointPositions) -> Result<(), HapticsError> {
+        if matches!(self.destination, Some(Destination::Posture(last)) if last == *q) {
+            return Ok(());
+        }
+        all_finite("posture", &q.0)?;
+        for (joint, limit) in self.arm().limits().iter().enumerate() {
+            that(
+                limit.contains(q[joint]),
+                "posture",
+                q[joint],
+                "within the joint limits",
+            )?;
+        }
+        if let Some(goal) = self.goals.goal().copied() {
+            self.route.leave(&goal);
+        }
+        self.goals.forget();
+        self.destination = Some(Destination::Posture(*q));
+        self.is_to_plan = true;
+        Ok(())
+    }
+
+    /// The goal configuration, rad, if a reachable target or a posture was ever set.
     #[must_use]
     pub fn goal(&self) -> Option<JointPositions> {
-        self.goal.map(|goal| goal.q)
+        self.destination.map(|destination| *destination.q())
+    }
+
+    /// Time until the board is at its goal, s; on a detour at least that until the detour ends. `None` without a goal.
+    #[must_use]
+    pub fn left_s(&self) -> Option<f64> {
+        let destination = self.destination?;
+        let left_s = self.reference.left_s();
+        let detour_s = match self.reference.goal() {
+            Some(goal) if goal != destination.q() => {
+                self.reference.limits().travel_time_s(goal, destination.q())
+            }
+            _ => 0.0,
+        };
+        Some(left_s + detour_s)
+    }
+
+    /// Is the board on its way to a place behind the surfaces, from where it goes on to its goal?
+    #[must_use]
+    pub const fn is_detour(&self) -> bool {
+        self.route.is_detour()
     }
 
     /// The configuration commanded last, rad.
     #[must_use]
-    pub fn commanded(&self) -> JointPositions {
-        JointPositions(self.motion.map(|motion| motion.q_rad))
+    pub const fn commanded(&self) -> JointPositions {
+        self.reference.state().q
     }
 
     /// The velocity at the configuration commanded last, rad/s.
     #[must_use]
-    pub fn commanded_velocity(&self) -> JointVelocities {
-        JointVelocities(self.motion.map(|motion| motion.qd_rad_per_s))
+    pub const fn commanded_velocity(&self) -> JointVelocities {
+        self.reference.state().qd
+    }
+
+    /// Pose of the face at the configuration commanded last.
+    #[must_use]
+    pub fn commanded_pose(&self) -> Pose {
+        self.arm().forward(&self.commanded())
+    }
+
+    /// The limits of the motion.
+    #[must_use]
+    pub const fn limits(&self) -> &MotionLimits {
+        self.reference.limits()
     }
 
     /// The arm with the board as its tool.
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
-        self.solver.arm()
+        self.goals.solver.arm()
+    }
+
+    /// Sets the share of the joint speeds that may be used, in (0, 1].
+    ///
+    /// # Errors
+    /// A share outside its range; the last one is then kept.
+    pub fn set_speed_share(&mut self, share: f64) -> Result<(), HapticsError> {
+        Ok(self.reference.set_speed_share(share)?)
     }
 
     /// The next configuration on the way to the goal, `dt_s` later. Without a goal it brakes.
@@ -323,12 +286,22 @@ impl Follower {
     /// # Errors
     /// A step that is negative, NaN or infinite; nothing then moves.
     pub fn step(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
+        non_negative("dt_s", dt_s)?;
         self.end_slide();
-        let goal = self.goal;
-        self.advance(dt_s, |joint, motion, bounds| match goal {
-            Some(goal) => motion.towards(goal.q[joint], bounds, dt_s),
-            None => motion.braked(bounds, dt_s),
-        })
+        match &self.destination {
+            Some(destination) => {
+                let due = self.route.is_retry_due(dt_s);
+                let is_new = self.is_to_plan || self.reference.goal().is_none();
+                if is_new || due {
+                    self.is_to_plan = false;
+                    let solver = &mut self.goals.solver;
+                    self.route
+                        .head_for(destination, is_new, &mut self.reference, solver)?;
+                }
+            }
+            None => self.reference.brake(),
+        }
+        Ok(self.reference.step(dt_s)?.q)
     }
 
     /// The next configuration while coming to rest as fast as the limits allow; the goal is kept.
@@ -336,42 +309,17 @@ impl Follower {
     /// # Errors
     /// As for [`Follower::step`].
     pub fn brake(&mut self, dt_s: f64) -> Result<JointPositions, HapticsError> {
-        self.end_slide();
-        self.advance(dt_s, |_, motion, bounds| motion.braked(bounds, dt_s))
-    }
-
-    const fn end_slide(&mut self) {
-        (self.sliding, self.blocked) = (None, None);
-    }
-
-    fn advance(
-        &mut self,
-        dt_s: f64,
-        next: impl Fn(usize, JointMotion, &JointBounds) -> JointMotion,
-    ) -> Result<JointPositions, HapticsError> {
         non_negative("dt_s", dt_s)?;
-        let limits = *self.arm().limits();
-        for (joint, motion) in self.motion.iter_mut().enumerate() {
-            let before = motion.q_rad;
-            *motion = next(joint, *motion, &self.bounds[joint]);
-            // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
-            let limit = limits[joint];
-            motion.q_rad = motion
-                .q_rad
-                .clamp(limit.min_rad.min(before), limit.max_rad.max(before));
+        self.end_slide();
+        self.reference.brake();
+        Ok(self.reference.step(dt_s)?.q)
+    }
+
+    fn end_slide(&mut self) {
+        if self.sliding.take().is_some() {
+            self.is_to_plan = true;
         }
-        Ok(self.commanded())
-    }
-
-    /// Two points with unit normals.
-    fn is_near(&self, a: (DVec3, DVec3), b: (DVec3, DVec3)) -> bool {
-        a.0.distance(b.0) <= self.config.far_m && a.1.angle_between(b.1) <= self.config.far_rad
-    }
-
-    /// Is this the last aim, drifted, for which nothing was found so far?
-    fn is_failing(&self, aim: &Aim, place: (DVec3, DVec3)) -> bool {
-        (aim.unsearched > 0 || aim.unreachable.is_some())
-            && self.is_near((aim.point_m, aim.unit_normal), place)
+        self.blocked = None;
     }
 }
 
@@ -394,15 +342,13 @@ impl Follower {
             Some((_, reason)) => Err(Stop::Unreachable(reason)),
             None => {
                 let sliding = self.sliding.unwrap_or_else(|| self.at_rest());
-                sliding.next(dt_s, slide, &self.bounds, &mut self.solver)
+                sliding.next(dt_s, slide, &self.bounds, &mut self.goals.solver)
             }
         };
         match next {
             Ok(next) => {
                 let (q, rate) = (next.sliding.q(), next.rate_rad_per_s);
-                self.advance(dt_s, |joint, motion, bounds| {
-                    motion.beside(q[joint], rate[joint], bounds, dt_s)
-                })?;
+                self.advance_beside(dt_s, &q, &rate)?;
                 (self.sliding, self.blocked) = (Some(next.sliding), None);
                 Ok(next.unreachable)
             }
@@ -415,6 +361,32 @@ impl Follower {
         }
     }
 
+    /// Every joint beside a moving goal.
+    fn advance_beside(
+        &mut self,
+        dt_s: f64,
+        q: &JointPositions,
+        rate_rad_per_s: &[f64; 7],
+    ) -> Result<(), HapticsError> {
+        let limits = *self.arm().limits();
+        let mut state = *self.reference.state();
+        state.qdd_rad_per_s2 = [0.0; 7];
+        for (joint, limit) in limits.iter().enumerate() {
+            let before = state.q[joint];
+            let motion = JointMotion {
+                q_rad: before,
+                qd_rad_per_s: state.qd[joint],
+            };
+            let next = motion.beside(q[joint], rate_rad_per_s[joint], &self.bounds[joint], dt_s);
+            // Rounding may leave a limit by an ulp; a start outside the limits stays legal.
+            let (least, most) = (limit.min_rad.min(before), limit.max_rad.max(before));
+            state.q[joint] = next.q_rad.clamp(least, most);
+            state.qd[joint] = next.qd_rad_per_s;
+        }
+        self.reference.restart(&state)?;
+        Ok(())
+    }
+
     /// The acceleration along a direction that all joints allow a board at its goal, m/s²; `None` without
     /// a goal or a direction, or where the board cannot move that way.
     ///
@@ -423,61 +395,21 @@ impl Follower {
     pub fn acceleration_along_m_per_s2(&mut self, direction: DVec3) -> Option<f64> {
         let q = self.goal()?;
         let at = Sliding::new(self.arm().forward(&q), q);
-        at.acceleration_along_m_per_s2(direction, &self.bounds, &mut self.solver)
+        at.acceleration_along_m_per_s2(direction, &self.bounds, &mut self.goals.solver)
     }
 
     /// A slide that begins where braking ends.
     fn at_rest(&self) -> Sliding {
+        let state = self.reference.state();
         let q = JointPositions(std::array::from_fn(|i| {
             let limit = self.arm().limits()[i];
-            let stop = self.motion[i].stopping_point_rad(&self.bounds[i]);
+            let motion = JointMotion {
+                q_rad: state.q[i],
+                qd_rad_per_s: state.qd[i],
+            };
+            let stop = motion.stopping_point_rad(&self.bounds[i]);
             stop.clamp(limit.min_rad, limit.max_rad)
         }));
         Sliding::new(self.arm().forward(&q), q)
     }
 }
-
-/// The place that the joints reach soonest; if none can be held, the reason for the first one.
-///
-/// With [`BranchPolicy::Prefer`] the branch is changed only where a place needs it. A search of all eight branches takes
-/// ten times as long, too long for a control step, and shortens the travel by a fifth
-/// (random targets and starts over the whole workspace).
-fn soonest(
-    solver: &mut Solver,
-    bounds: &[JointBounds; 7],
-    here: &JointPositions,
-    places: impl Iterator<Item = Place>,
-    policy: BranchPolicy,
-) -> Result<Found, HapticsError> {
-    let mut best: Option<(ArmSolution, f64)> = None;
-    let mut best_s = f64::INFINITY;
-    let mut reason = None;
-    for place in places {
-        match solver.on_place(&place, here, policy)? {
-            Ok(solution) => {
-                let time_s = travel_time_s(bounds, here, &solution.q);
-                if time_s < best_s {
-                    (best, best_s) = (Some((solution, place.roll_rad)), time_s);
-                }
-            }
-            Err(unreachable) => reason = reason.or(Some(unreachable)),
-        }
-    }
-    Ok((best, if best.is_some() { None } else { reason }))
-}
-
-/// The time at full speed that the slowest joint needs, s.
-fn travel_time_s(bounds: &[JointBounds; 7], from: &JointPositions, to: &JointPositions) -> f64 {
-    (0..7).fold(0.0, |most: f64, i| {
-        most.max((to[i] - from[i]).abs() / bounds[i].velocity_rad_per_s())
-    })
-}
-
-/// The roll or the one half a turn further, whichever is nearer to another, rad.
-fn same_face(roll_rad: f64, to_rad: f64) -> f64 {
-    let away = roll_rad - to_rad;
-    to_rad + away - PI * (2.0 * away / TAU).round()
-}
-
-/// A solution with its roll, or the reason why the board cannot be held.
-type Found = (Option<(ArmSolution, f64)>, Option<Unreachable>);

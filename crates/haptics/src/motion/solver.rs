@@ -14,6 +14,9 @@ use std::sync::Arc;
 /// limit or a singular pose came in between), rad.
 pub(super) const DRIFT_RAD: f64 = 0.3;
 
+/// Unit vectors that differ by less are the same.
+const ROLLED: f64 = 1e-9;
+
 /// The inverse kinematics of an arm, with its memory: nothing is allocated when it is asked.
 #[derive(Debug, Clone)]
 pub(super) struct Solver {
@@ -60,6 +63,28 @@ impl Solver {
             Err(KinematicsError::Unreachable(reason)) => Ok(Err(reason)),
             Err(other) => Err(other.into()),
         }
+    }
+
+    /// The configuration with the board rolled about its normal, where the last joint alone does that; `None` where it does not, or
+    /// where the joint's limits forbid it.
+    pub(super) fn rolled(&self, q: &JointPositions, by_rad: f64) -> Option<JointPositions> {
+        let last = self.arm.joint_count().checked_sub(1)?;
+        let limit = self.arm.limits()[last];
+        let here = self.arm.forward(q);
+        [by_rad, -by_rad]
+            .into_iter()
+            .filter_map(|turn_rad| {
+                let mut rolled = *q;
+                rolled[last] = limit.nearest_turn(q[last] + turn_rad, q[last]);
+                limit.contains(rolled[last]).then_some(rolled)
+            })
+            .find(|rolled| {
+                let there = self.arm.forward(rolled).rotation();
+                let (sin, cos) = by_rad.sin_cos();
+                let wanted = here.rotation().x_axis * cos + here.rotation().y_axis * sin;
+                there.x_axis.distance(wanted) <= ROLLED
+                    && there.z_axis.distance(here.rotation().z_axis) <= ROLLED
+            })
     }
 
     /// The configuration beside another one that holds a pose.

@@ -2,10 +2,13 @@
 
 mod contact;
 mod hold;
+mod proximity;
 mod renderer;
 
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
+pub use proximity::ProximityConfig;
 pub use renderer::{
-    ApproachConfig, ForceConfig, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ForceConfig, Phase, PostureTarget, RenderInput, RenderStep, Renderer, RendererConfig,
+    WatchdogConfig,
 };

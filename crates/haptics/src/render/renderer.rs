@@ -2,10 +2,12 @@
 
 use super::contact::{ContactConfig, ContactDetector, ContactState};
 use super::hold::HoldReason;
+use super::proximity::ProximityConfig;
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
-use crate::motion::{Follower, FollowerConfig, Slide};
+use crate::motion::{Barrier, Follower, FollowerConfig, Slide};
+use glam::DVec3;
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
@@ -21,26 +23,8 @@ pub struct RendererConfig {
     pub force: ForceConfig,
     /// How old inputs may be.
     pub watchdog: WatchdogConfig,
-    /// How the board approaches a place that is not straight ahead.
-    pub approach: ApproachConfig,
-}
-
-/// While the board moves along a surface it stays behind it, so that its edge does not meet the hand.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ApproachConfig {
-    /// Largest distance behind the surface, m; default 0.04. Zero goes straight to the target.
-    pub behind_m: f64,
-    /// Distance behind per distance still to go along the surface; default 0.1.
-    pub slope: f64,
-}
-
-impl Default for ApproachConfig {
-    fn default() -> Self {
-        Self {
-            behind_m: 0.04,
-            slope: 0.1,
-        }
-    }
+    /// How fast the board may move near the person.
+    pub proximity: ProximityConfig,
 }
 
 /// Settings of the force estimate, see
@@ -96,6 +80,18 @@ impl Default for WatchdogConfig {
 /// to forget what they say.
 const MAX_FORCE_N: f64 = 1e4;
 
+/// A finger that is deeper in a wall than this is inside it, m: presses on a board that is there are not as deep.
+const INSIDE_M: f64 = 0.01;
+/// A point further behind the wall is not near the place where the board shall be, m.
+const DEEPEST_M: f64 = 0.25;
+
+/// Outcome of an aim.
+#[derive(Debug, Clone, Copy, Default)]
+struct Aimed {
+    unreachable: Option<Unreachable>,
+    obstructed: bool,
+}
+
 /// What the renderer is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Phase {
@@ -108,6 +104,28 @@ pub enum Phase {
     },
     /// Standing still because an input is missing or wrong.
     Hold(HoldReason),
+}
+
+/// What a control step is given besides the state of the arm.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RenderInput<'a> {
+    /// Where the board shall be.
+    pub target: Option<&'a BoardTarget>,
+    /// Where the arm waits while there is no target.
+    pub posture: Option<&'a PostureTarget>,
+    /// How the board moves within its plane while it is touched; `None`: it stands still.
+    pub slide: Option<&'a Slide>,
+    /// Points of the person that are known, base frame, m: the board keeps clear of them and slows down near them.
+    pub person_m: &'a [DVec3],
+}
+
+/// A posture of the arm while nothing is to be presented.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PostureTarget {
+    /// Joint angles, rad.
+    pub q: JointPositions,
+    /// When this was decided, s, on the renderer's clock; too old counts as missing, as for a target.
+    pub stamp_s: f64,
 }
 
 /// The outcome of one control step.
@@ -127,6 +145,10 @@ pub struct RenderStep {
     /// Is the touched board on the slide that was asked for? Not if it cannot be reached (see
     /// `unreachable`) or is not finite: the board then stands still.
     pub sliding: bool,
+    /// Time until the board is at its goal, s; `None` without a goal.
+    pub left_s: Option<f64>,
+    /// Is a person where the board would have to be? It then stays behind them.
+    pub obstructed: bool,
 }
 
 /// Turns board targets and arm states into arm commands.
@@ -137,7 +159,9 @@ pub struct RenderStep {
 pub struct Renderer {
     force: ForceConfig,
     watchdog: WatchdogConfig,
-    approach: ApproachConfig,
+    proximity: ProximityConfig,
+    board: Board,
+    speed_share: f64,
     /// Filtered normal force, N.
     felt_n: f64,
     detector: ContactDetector,
@@ -173,25 +197,28 @@ impl Renderer {
             follower,
             force,
             watchdog,
-            approach,
+            proximity,
         } = config;
         non_negative("damping_m", force.damping_m)?;
         positive("moment_length_m", force.moment_length_m)?;
         non_negative("filter_s", force.filter_s)?;
-        non_negative("behind_m", approach.behind_m)?;
-        non_negative("slope", approach.slope)?;
+        proximity.validate()?;
         positive("max_target_age_s", watchdog.max_target_age_s)?;
         positive("max_state_age_s", watchdog.max_state_age_s)?;
         positive("max_step_s", watchdog.max_step_s)?;
         non_negative("resync_rad", watchdog.resync_rad)?;
         let arm = arm.carrying(board.flange_from_board_face()?);
+        let approach = follower.approach;
         Ok(Self {
             force,
             watchdog,
-            approach,
+            proximity,
+            board: *board,
+            speed_share: 1.0,
             felt_n: 0.0,
             detector: ContactDetector::new(contact)?,
-            follower: Follower::new(arm, follower, &JointPositions::default())?,
+            follower: Follower::new(arm, follower, &JointPositions::default())?
+                .with_board(approach, *board),
             detached: Detached::Always,
             last_s: None,
         })
@@ -222,17 +249,31 @@ impl Renderer {
         state: &ArmState,
         target: Option<&BoardTarget>,
     ) -> RenderStep {
-        self.step_sliding(now_s, state, target, None)
+        let input = RenderInput {
+            target,
+            ..RenderInput::default()
+        };
+        self.step_with(now_s, state, &input)
     }
 
-    /// One control step of a board that moves within its plane while it is touched; without a slide it
-    /// stands still. Otherwise as [`Renderer::step`].
-    pub fn step_sliding(
+    /// Surfaces that the board stays behind on its way, besides the one that it presents.
+    pub fn set_barriers(&mut self, barriers: &[Barrier]) {
+        self.follower.set_barriers(barriers);
+    }
+
+    /// The follower, which turns targets into joint motion.
+    #[must_use]
+    pub const fn follower(&self) -> &Follower {
+        &self.follower
+    }
+
+    /// One control step with everything that is known; otherwise as [`Renderer::step`]. Points of the person that are not finite are
+    /// left out.
+    pub fn step_with(
         &mut self,
         now_s: f64,
         state: &ArmState,
-        target: Option<&BoardTarget>,
-        slide: Option<&Slide>,
+        input: &RenderInput<'_>,
     ) -> RenderStep {
         let dt_s = match self.tick(now_s) {
             Ok(dt_s) => dt_s,
@@ -255,19 +296,21 @@ impl Renderer {
                 .unwrap_or(self.detector.state()),
             None => self.detector.state(),
         };
-        let mut unreachable = None;
+        let (mut unreachable, mut obstructed) = (None, false);
         let phase = match contact {
             ContactState::Contact { since_s } => Phase::Contact { since_s },
-            ContactState::NonContact => match self.aim(now_s, target) {
-                Ok(verdict) => {
-                    unreachable = verdict;
+            ContactState::NonContact => match self.aim(now_s, input) {
+                Ok(aimed) => {
+                    (unreachable, obstructed) = (aimed.unreachable, aimed.obstructed);
                     Phase::NonContact
                 }
                 Err(reason) => Phase::Hold(reason),
             },
         };
-        let slide =
-            slide.filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
+        self.keep_distance(input.person_m);
+        let slide = input
+            .slide
+            .filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
         let mut sliding = false;
         let moved = match (phase, slide) {
             (Phase::NonContact, _) => self.follower.step(dt_s),
@@ -286,6 +329,8 @@ impl Renderer {
             unreachable,
             goal: self.follower.goal(),
             sliding,
+            left_s: self.follower.left_s(),
+            obstructed,
         }
     }
 
@@ -371,36 +416,72 @@ impl Renderer {
         }
     }
 
-    fn aim(
-        &mut self,
-        now_s: f64,
-        target: Option<&BoardTarget>,
-    ) -> Result<Option<Unreachable>, HoldReason> {
-        let target = target.ok_or(HoldReason::NoTarget)?;
-        let age_s = now_s - target.stamp_s;
+    fn aim(&mut self, now_s: f64, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {
+        let stamp_s = match (input.target, input.posture) {
+            (Some(target), _) => target.stamp_s,
+            (None, Some(posture)) => posture.stamp_s,
+            (None, None) => return Err(HoldReason::NoTarget),
+        };
+        let age_s = now_s - stamp_s;
         if !age_s.is_finite() {
             return Err(HoldReason::InvalidTarget);
         }
         if age_s.abs() > self.watchdog.max_target_age_s {
             return Err(HoldReason::StaleTarget { age_s });
         }
-        self.follower
-            .set_target(&self.led_behind(target))
-            .map_err(|_| HoldReason::InvalidTarget)
+        let mut aimed = Aimed::default();
+        let set = match (input.target, input.posture) {
+            (Some(target), _) => {
+                let clear = self.clear_of(target, input.person_m);
+                aimed.obstructed = clear.is_some();
+                self.follower
+                    .set_target(clear.as_ref().unwrap_or(target))
+                    .map(|unreachable| aimed.unreachable = unreachable)
+            }
+            (None, Some(posture)) => self.follower.set_posture(&posture.q),
+            (None, None) => Ok(()),
+        };
+        set.map(|()| aimed).map_err(|_| HoldReason::InvalidTarget)
     }
 
-    /// The target, moved behind its surface in proportion to how far the board still has to go along it.
-    fn led_behind(&self, target: &BoardTarget) -> BoardTarget {
-        let to_go_m = target.point_m - self.arm().forward(&self.follower.commanded()).position_m();
-        let along_m = to_go_m.reject_from(target.normal).length();
-        let behind_m = (self.approach.slope * along_m).min(self.approach.behind_m);
-        // Below a tenth of a millimetre the target itself is taken, so that a follower at rest has nothing to do.
-        if behind_m < 1e-4 {
-            return *target;
+    /// The target further behind its surface, if a person is where the board would have to be and the board is not there yet.
+    fn clear_of(&self, target: &BoardTarget, person_m: &[DVec3]) -> Option<BoardTarget> {
+        let normal = target.normal.try_normalize()?;
+        let reach_m = self.board.half_width_m.hypot(self.board.half_height_m);
+        let deepest_m = person_m
+            .iter()
+            .filter(|point| point.is_finite())
+            .map(|point| *point - target.point_m)
+            .filter(|off| off.reject_from_normalized(normal).length() <= reach_m)
+            .map(|off| -off.dot(normal))
+            .filter(|depth_m| (INSIDE_M..=DEEPEST_M).contains(depth_m))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if deepest_m < INSIDE_M {
+            return None;
         }
-        BoardTarget {
-            point_m: target.point_m - target.normal.normalize_or_zero() * behind_m,
+        let face = self.follower.commanded_pose();
+        let off = face.position_m() - target.point_m;
+        let is_there = off.dot(normal).abs() <= INSIDE_M
+            && off.reject_from_normalized(normal).length() <= reach_m;
+        let behind_m = deepest_m + self.proximity.clearance_m;
+        (!is_there && behind_m > target.behind_m).then_some(BoardTarget {
+            behind_m,
             ..*target
+        })
+    }
+
+    /// Slows the board down near the person.
+    fn keep_distance(&mut self, person_m: &[DVec3]) {
+        let share = if person_m.is_empty() {
+            1.0
+        } else {
+            let face = self.follower.commanded_pose();
+            self.proximity
+                .speed_share(&self.board, &face, person_m, self.speed_share)
+        };
+        // If no slower motion is found, the one in force goes on; the next step tries again.
+        if self.follower.set_speed_share(share).is_ok() {
+            self.speed_share = share;
         }
     }
 
@@ -434,6 +515,8 @@ impl Renderer {
             unreachable: None,
             goal: self.follower.goal(),
             sliding: false,
+            left_s: self.follower.left_s(),
+            obstructed: false,
         }
     }
 }

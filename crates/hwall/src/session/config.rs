@@ -1,5 +1,6 @@
 //! Settings of a session.
 
+use super::policy::PolicyConfig;
 use hwall_hand::HandFilterConfig;
 use hwall_haptics::{PlaceTolerance, RendererConfig};
 
@@ -12,8 +13,8 @@ pub struct SessionConfig {
     pub hand: HandFilterConfig,
     /// How the line of sight is smoothed.
     pub gaze: GazeConfig,
-    /// The board stands still while its place moves less than this, m; default 0.05, half of its half width.
-    pub steady_m: f64,
+    /// When the board goes where.
+    pub policy: PolicyConfig,
     /// What is added to the time of the tracker to get that of the arm, s; default 0.
     pub arm_minus_tracker_s: f64,
     /// When the board counts as in place.
@@ -28,7 +29,7 @@ impl Default for SessionConfig {
             renderer: RendererConfig::default(),
             hand: HandFilterConfig::default(),
             gaze: GazeConfig::default(),
-            steady_m: 0.05,
+            policy: PolicyConfig::default(),
             arm_minus_tracker_s: 0.0,
             in_place: PlaceTolerance::default(),
             texture: true,

@@ -5,11 +5,12 @@ use super::guidance::Guidance;
 use super::handover::Receiver;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, TextureInput};
+use glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, HoldReason, Phase, PlaceTolerance,
-    RenderStep, Renderer, Slide,
+    PostureTarget, RenderInput, RenderStep, Renderer, Slide,
 };
-use hwall_kinematics::ArmKinematics;
+use hwall_kinematics::{ArmKinematics, JointPositions};
 use std::sync::Arc;
 
 /// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken, no
@@ -20,6 +21,8 @@ pub struct Control {
     pub(super) renderer: Renderer,
     pub(super) board: Board,
     pub(super) in_place: PlaceTolerance,
+    /// Where the arm waits, rad; `None`: where it is.
+    pub(super) waiting: Option<JointPositions>,
     #[cfg(feature = "texture")]
     pub(super) texture: Option<BoardTexture>,
     pub(super) receiver: Receiver,
@@ -31,6 +34,8 @@ pub struct Control {
     pub(super) contact: Option<Contact>,
     /// The hand was expected at the goal by now.
     pub(super) late: bool,
+    /// The board cannot be at its goal in time, and stays short of it.
+    pub(super) short: bool,
     /// The goal was announced late; once for each goal.
     pub(super) late_announced: bool,
     /// Guidance older than this no longer moves a touched board, s.
@@ -55,10 +60,17 @@ pub(super) struct Contact {
 pub enum SessionState {
     /// Standing still because an input is missing or wrong.
     Holding(HoldReason),
+    /// At its waiting posture, or on the way there: nothing is about to be touched.
+    Waiting,
+    /// Behind the surface that is looked at, or on the way there.
+    GettingReady,
     /// On its way to the goal.
     Approaching,
-    /// On its way, although the hand was expected there by now.
+    /// The board cannot be at its goal before the hand, or the hand was expected there by now: it stays behind the surface,
+    /// or creeps.
     Late,
+    /// A person is where the board would have to be: it stays behind them.
+    Obstructed,
     /// At the goal.
     InPlace,
     /// Touched: it stands still, or slides within its plane, whatever else happens.
@@ -77,13 +89,39 @@ impl Control {
             let same = same_place(self.guidance.target, guidance.target);
             self.late &= same;
             self.late_announced &= same;
+            self.short &= same;
             self.guidance = guidance;
         }
         let slide = self.slide(now_s, state);
-        let target = self.guidance.target;
-        let step = self
-            .renderer
-            .step_sliding(now_s, state, target.as_ref(), slide.as_ref());
+        self.short = self.short || self.will_be_late(now_s);
+        let target = self.guidance.target.map(|target| BoardTarget {
+            behind_m: match self.short {
+                true => target.behind_m.max(SHORT_M),
+                false => target.behind_m,
+            },
+            ..target
+        });
+        let posture = match (self.waiting, self.guidance.waits_s) {
+            (Some(q), Some(stamp_s)) => Some(PostureTarget { q, stamp_s }),
+            _ => None,
+        };
+        let mut person_m = [DVec3::ZERO; 2];
+        let mut points = 0;
+        let tip_m = self.guidance.fingertip.map(|f| f.point_m);
+        for point_m in tip_m.into_iter().chain(self.guidance.palm_m) {
+            person_m[points] = point_m;
+            points += 1;
+        }
+        let step = self.renderer.step_with(
+            now_s,
+            state,
+            &RenderInput {
+                target: target.as_ref(),
+                posture: posture.as_ref(),
+                slide: slide.as_ref(),
+                person_m: &person_m[..points],
+            },
+        );
         self.report(now_s, state, &step);
         self.step = Some(step);
         step.command
@@ -111,6 +149,12 @@ impl Control {
     #[must_use]
     pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
         self.renderer.arm()
+    }
+
+    /// The renderer, which turns targets and states into commands.
+    #[must_use]
+    pub const fn renderer(&self) -> &Renderer {
+        &self.renderer
     }
 
     /// The board.
@@ -178,6 +222,18 @@ impl Control {
         None
     }
 
+    /// Will the hand be there clearly before the board?
+    fn will_be_late(&self, now_s: f64) -> bool {
+        let (Some(target), Some(contact_s)) = (self.guidance.target, self.guidance.contact_s)
+        else {
+            return false;
+        };
+        let left_s = self.step.and_then(|step| step.left_s);
+        let presents = target.behind_m == 0.0 && self.contact.is_none();
+        let near = contact_s - now_s <= SOON_S;
+        presents && near && left_s.is_some_and(|left_s| now_s + left_s > contact_s + LATE_S)
+    }
+
     /// Sets the state after a step, and reports what changed.
     fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
         let (before, contact_before) = (self.state, self.contact);
@@ -188,7 +244,7 @@ impl Control {
             Phase::Hold(reason) => SessionState::Holding(reason),
             Phase::Contact { .. } if world_moved => SessionState::TouchedInMovingWorld,
             Phase::Contact { .. } => SessionState::Touched,
-            Phase::NonContact => self.on_the_way(now_s, state, before),
+            Phase::NonContact => self.on_the_way(now_s, state, step.obstructed),
         };
         self.state = after;
         let events = &mut self.events;
@@ -251,11 +307,13 @@ impl Control {
         }
     }
 
-    fn on_the_way(&mut self, now_s: f64, state: &ArmState, before: SessionState) -> SessionState {
+    fn on_the_way(&mut self, now_s: f64, state: &ArmState, obstructed: bool) -> SessionState {
         let Some(target) = self.guidance.target else {
-            // Cannot be: without a target the renderer holds.
-            return before;
+            return SessionState::Waiting;
         };
+        if target.behind_m > 0.0 {
+            return SessionState::GettingReady;
+        }
         let base_from_board = self.renderer.arm().forward(&state.q);
         if self
             .in_place
@@ -264,8 +322,11 @@ impl Control {
             self.late = false;
             return SessionState::InPlace;
         }
+        if obstructed {
+            return SessionState::Obstructed;
+        }
         self.late |= self.guidance.contact_s.is_some_and(|due_s| now_s >= due_s);
-        if self.late {
+        if self.late || self.short {
             SessionState::Late
         } else {
             SessionState::Approaching
@@ -273,10 +334,20 @@ impl Control {
     }
 }
 
+/// How far short of its surface a board stays that cannot be there in time, m.
+const SHORT_M: f64 = 0.03;
+/// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.
+const LATE_S: f64 = 0.1;
+/// Only a contact that is expected within this time makes a board stay short, s.
+const SOON_S: f64 = 0.3;
+
+/// Targets within this distance mean the same place, m.
+const SAME_M: f64 = 0.05;
+
 /// Do two targets mean the same place?
 fn same_place(a: Option<BoardTarget>, b: Option<BoardTarget>) -> bool {
     match (a, b) {
-        (Some(a), Some(b)) => a.point_m == b.point_m && a.normal == b.normal,
+        (Some(a), Some(b)) => a.normal == b.normal && a.point_m.distance(b.point_m) <= SAME_M,
         _ => false,
     }
 }

@@ -3,6 +3,7 @@
 use crate::fingertip::Fingertip;
 use glam::DVec3;
 use hwall_haptics::BoardTarget;
+use hwall_kinematics::JointPositions;
 use hwall_scene::SurfaceId;
 
 /// Where the board shall go and what it shall stand for there, as of one frame of the tracker.
@@ -16,6 +17,10 @@ pub(super) struct Guidance {
     pub(super) roughness: Option<f64>,
     /// The hand, while it is tracked.
     pub(super) fingertip: Option<Fingertip>,
+    /// The palm, while it is tracked, base frame, m.
+    pub(super) palm_m: Option<DVec3>,
+    /// When it was decided that the arm waits, on the clock of the arm, s; counts while there is no target.
+    pub(super) waits_s: Option<f64>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(super) contact_s: Option<f64>,
     /// How often the virtual world has moved.
@@ -23,7 +28,7 @@ pub(super) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 19;
+pub(super) const WORDS: usize = 33;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -32,6 +37,9 @@ const SURFACE: u64 = 4;
 const ROUGHNESS: u64 = 8;
 const FINGERTIP: u64 = 16;
 const CONTACT: u64 = 32;
+const NEAR: u64 = 64;
+const PALM: u64 = 128;
+const WAITS: u64 = 256;
 
 impl Guidance {
     /// As plain words, for the hand-over between threads.
@@ -51,6 +59,11 @@ impl Guidance {
             if let Some(roll_rad) = target.roll_rad {
                 put(9, ROLL, &[roll_rad]);
             }
+            put(19, TARGET, &[target.behind_m]);
+            put(20, TARGET, &target.slack_m);
+            if let Some(near) = &target.near {
+                put(22, NEAR, &near.0);
+            }
         }
         if let Some(roughness) = self.roughness {
             put(10, ROUGHNESS, &[roughness]);
@@ -58,6 +71,12 @@ impl Guidance {
         if let Some(fingertip) = self.fingertip {
             put(11, FINGERTIP, &fingertip.point_m.to_array());
             put(14, FINGERTIP, &fingertip.velocity_m_per_s.to_array());
+        }
+        if let Some(palm_m) = self.palm_m {
+            put(29, PALM, &palm_m.to_array());
+        }
+        if let Some(waits_s) = self.waits_s {
+            put(32, WAITS, &[waits_s]);
         }
         if let Some(contact_s) = self.contact_s {
             put(17, CONTACT, &[contact_s]);
@@ -82,6 +101,9 @@ impl Guidance {
                 normal: vector(5),
                 stamp_s: number(8),
                 roll_rad: has(ROLL).then(|| number(9)),
+                behind_m: number(19),
+                slack_m: [number(20), number(21)],
+                near: has(NEAR).then(|| JointPositions(std::array::from_fn(|i| number(22 + i)))),
             }),
             surface: has(SURFACE).then(|| SurfaceId(words[18] as usize)),
             roughness: has(ROUGHNESS).then(|| number(10)),
@@ -89,6 +111,8 @@ impl Guidance {
                 point_m: vector(11),
                 velocity_m_per_s: vector(14),
             }),
+            palm_m: has(PALM).then(|| vector(29)),
+            waits_s: has(WAITS).then(|| number(32)),
             contact_s: has(CONTACT).then(|| number(17)),
             world_moves: words[1],
         }
@@ -107,6 +131,9 @@ mod tests {
                 normal: DVec3::X,
                 stamp_s: 12.5,
                 roll_rad: Some(-0.3),
+                behind_m: 0.06,
+                slack_m: [0.02, 0.03],
+                near: Some(JointPositions([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])),
             }),
             surface: Some(SurfaceId(7)),
             roughness: Some(0.4),
@@ -114,6 +141,8 @@ mod tests {
                 point_m: DVec3::new(0.7, 0.0, 0.5),
                 velocity_m_per_s: DVec3::NEG_X,
             }),
+            palm_m: Some(DVec3::new(0.8, 0.0, 0.5)),
+            waits_s: Some(12.0),
             contact_s: Some(13.0),
             world_moves: 3,
         };
@@ -135,6 +164,9 @@ mod tests {
             without(&|g| g.surface = None),
             without(&|g| g.roughness = None),
             without(&|g| g.fingertip = None),
+            without(&|g| g.target = g.target.map(|t| BoardTarget { near: None, ..t })),
+            without(&|g| g.palm_m = None),
+            without(&|g| g.waits_s = None),
             without(&|g| g.contact_s = None),
         ] {
             assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);

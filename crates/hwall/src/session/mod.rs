@@ -7,6 +7,7 @@ mod event;
 mod guidance;
 mod handover;
 mod perception;
+mod policy;
 mod target_control;
 mod world;
 
@@ -15,21 +16,23 @@ pub use control::{Control, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
+pub use policy::PolicyConfig;
 pub use target_control::TargetControl;
 pub use world::WorldPose;
 
 use crate::error::SessionError;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, Presenter, TextureLevels};
+use crate::walls::{Walls, barriers_of};
 use event::EventQueue;
 use handover::handover;
-use hwall_contact::{ContactPrediction, Predictor, SteadyPoint};
+use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{Arm, ArmCommand, ArmState, Board, Renderer};
 use hwall_kinematics::ArmKinematics;
-use hwall_reachability::WallMaps;
 use hwall_scene::Scene;
 use perception::Newest;
+use policy::Policy;
 #[cfg(feature = "texture")]
 use std::sync::Arc;
 use world::World;
@@ -48,9 +51,9 @@ pub struct Session<P> {
 }
 
 impl<P: Predictor> Session<P> {
-    /// For an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, maps of where the arm can
-    /// present the walls of the scene, and a predictor of contacts. Maps come from [`maps_of`](crate::maps_of), or are
-    /// [`WallMaps::default`] for an arm whose solver decides alone.
+    /// For an arm (its tool is replaced by the face of the board), a scene in the arm's base frame, what is known of the walls
+    /// of the scene, and a predictor of contacts. [`Walls::of`] finds out about the walls; [`Walls::default`] knows nothing,
+    /// for an arm whose solver decides alone; maps alone will do too.
     ///
     /// # Errors
     /// A setting outside its range; more roughnesses in the scene than the board has levels.
@@ -58,13 +61,16 @@ impl<P: Predictor> Session<P> {
         arm: &dyn ArmKinematics,
         board: &Board,
         scene: Scene,
-        maps: WallMaps,
+        walls: impl Into<Walls>,
         predictor: P,
         config: SessionConfig,
     ) -> Result<Self, SessionError> {
         #[cfg(feature = "texture")]
         let max_guidance_age_s = config.renderer.watchdog.max_target_age_s;
-        let renderer = Renderer::new(arm, board, config.renderer)?;
+        let mut renderer = Renderer::new(arm, board, config.renderer)?;
+        let walls = walls.into();
+        walls.validate(&**renderer.arm())?;
+        renderer.set_barriers(&barriers_of(&scene)?);
         let (sender, receiver) = handover();
         #[cfg(feature = "texture")]
         let levels = match config.texture {
@@ -76,11 +82,13 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             presenter: Presenter::new(Arc::clone(renderer.arm())),
             scene,
-            maps,
+            walls,
             predictor,
             hand: HandFilter::new(config.hand)?,
             gaze: GazeFilter::new(config.gaze.time_constant_s, config.gaze.saccade_rad)?,
-            steady: SteadyPoint::new(config.steady_m)?,
+            policy: Policy::new(config.policy)?,
+            board: *board,
+            in_place: config.in_place,
             world: World::default(),
             #[cfg(feature = "texture")]
             levels: levels.clone(),
@@ -95,6 +103,7 @@ impl<P: Predictor> Session<P> {
             .as_ref()
             .map(|levels| BoardTexture::new(levels, Arc::clone(renderer.arm())));
         let control = Control {
+            waiting: perception.walls.waiting,
             renderer,
             board: *board,
             in_place: config.in_place,
@@ -108,6 +117,7 @@ impl<P: Predictor> Session<P> {
             contact: None,
             late: false,
             late_announced: false,
+            short: false,
             #[cfg(feature = "texture")]
             max_guidance_age_s,
             unreachable: None,

@@ -3,15 +3,17 @@
 use super::event::{Event, EventKind, EventQueue, Foreseen, Goal};
 use super::guidance::Guidance;
 use super::handover::Sender;
+use super::policy::{Decision, Policy};
 use super::world::{World, WorldChange, WorldPose};
 use crate::error::SessionError;
 use crate::fingertip::Fingertip;
 #[cfg(feature = "texture")]
 use crate::texture::{Presenter, TextureLevels};
+use crate::walls::Walls;
 use glam::DVec3;
-use hwall_contact::{ContactPrediction, Predictor, PredictorInput, SteadyPoint};
+use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
-use hwall_haptics::BoardTarget;
+use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
 use hwall_reachability::{Presented, WallMaps};
 use hwall_scene::Scene;
 
@@ -22,11 +24,13 @@ pub struct Perception<P> {
     #[cfg(feature = "texture")]
     pub(super) presenter: Presenter,
     pub(super) scene: Scene,
-    pub(super) maps: WallMaps,
+    pub(super) walls: Walls,
     pub(super) predictor: P,
     pub(super) hand: HandFilter,
     pub(super) gaze: GazeFilter,
-    pub(super) steady: SteadyPoint,
+    pub(super) policy: Policy,
+    pub(super) board: Board,
+    pub(super) in_place: PlaceTolerance,
     pub(super) world: World,
     #[cfg(feature = "texture")]
     pub(super) levels: Option<TextureLevels>,
@@ -43,11 +47,21 @@ pub(super) struct Newest {
     tracking: Option<Tracking>,
     /// The contact that the board serves, in the frame of the scene.
     contact: Option<ContactPrediction>,
+    intent: Option<Intent>,
     fingertip: Option<Fingertip>,
+    palm_m: Option<DVec3>,
     /// Arm's clock, s.
     stamp_s: f64,
     /// The place that was announced last.
     goal: Option<Goal>,
+}
+
+/// What the board is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Intent {
+    Wait,
+    Ready,
+    Present,
 }
 
 /// A place that maps name lies on its surface within this, m.
@@ -87,6 +101,7 @@ impl<P: Predictor> Perception<P> {
             }
         };
         let likeliest = self.predictor.predict(&self.scene, &input).first().copied();
+        let decision = self.policy.step(frame.t_s, likeliest.as_ref(), input.hand);
         let fingertip = tracking.state().and_then(|state| {
             Some(Fingertip {
                 point_m: frame.contact_point()?.position_m,
@@ -95,8 +110,18 @@ impl<P: Predictor> Perception<P> {
         });
         self.newest = Newest {
             tracking: Some(tracking),
-            contact: likeliest.map(|contact| self.steady.step(contact)),
+            contact: match decision {
+                Some(Decision::Present(contact) | Decision::Ready(contact)) => Some(contact),
+                _ => likeliest,
+            },
+            intent: match decision {
+                Some(Decision::Present(_)) => Some(Intent::Present),
+                Some(Decision::Ready(_)) => Some(Intent::Ready),
+                Some(Decision::Wait) => Some(Intent::Wait),
+                None => None,
+            },
             fingertip,
+            palm_m: tracking.state().and(frame.palm_m),
             stamp_s: arm_s,
             goal: self.newest.goal,
         };
@@ -131,8 +156,9 @@ impl<P: Predictor> Perception<P> {
             // What predictors remember of the hand and the gaze lies elsewhere now; the next frame starts anew.
             WorldChange::Leapt => {
                 self.predictor.reset();
-                self.steady.reset();
+                self.policy.reset();
                 self.newest.contact = None;
+                self.newest.intent = None;
             }
         }
         let foreseen = self.foreseen();
@@ -189,7 +215,13 @@ impl<P: Predictor> Perception<P> {
     /// Where the arm can present its walls.
     #[must_use]
     pub const fn maps(&self) -> &WallMaps {
-        &self.maps
+        &self.walls.maps
+    }
+
+    /// What is known of the walls: where the arm can present them, from which configuration, and where it waits.
+    #[must_use]
+    pub const fn walls(&self) -> &Walls {
+        &self.walls
     }
 
     /// The levels that stand for the roughnesses of the scene; `None` if no surface has one or the session has no textures.
@@ -213,7 +245,7 @@ impl<P: Predictor> Perception<P> {
     /// The contact of the newest frame, where the world is now.
     fn foreseen(&self) -> Option<Foreseen> {
         let contact = self.contact()?;
-        let presented = match self.maps.present(contact.point_m, contact.normal) {
+        let presented = match self.walls.maps.present(contact.point_m, contact.normal) {
             // Maps know the walls where they stood when they were made.
             Presented::Nearest(point_m) if !self.lies_on(&contact, point_m) => Presented::Unknown,
             Presented::Reachable if self.world.world_from_base().is_some() => Presented::Unknown,
@@ -240,35 +272,69 @@ impl<P: Predictor> Perception<P> {
     /// Tells the control half where the board shall be.
     fn guide(&mut self, foreseen: Option<Foreseen>) {
         let Newest {
-            fingertip, stamp_s, ..
+            fingertip,
+            palm_m,
+            stamp_s,
+            intent,
+            ..
         } = self.newest;
         let mut guidance = Guidance {
             fingertip,
+            palm_m,
             world_moves: self.world.moves(),
             ..Guidance::default()
         };
-        if let Some(Foreseen { contact, presented }) = foreseen {
-            let point_m = match presented {
-                Presented::Nearest(point_m) => point_m,
-                _ => contact.point_m,
-            };
-            let target = BoardTarget {
-                point_m,
-                normal: contact.normal,
-                stamp_s,
-                roll_rad: self.roll_rad(&contact),
-            };
-            guidance.target = Some(target);
-            guidance.surface = Some(contact.surface);
-            guidance.roughness = contact.roughness;
-            guidance.contact_s = contact.time_to_contact_s.map(|time| stamp_s + time.mean_s);
+        match (intent, foreseen) {
+            (Some(Intent::Wait), _) if self.walls.waiting.is_some() => {
+                guidance.waits_s = Some(stamp_s);
+            }
+            (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
+            // Nobody is seen, or nothing is about to be touched.
+            _ if self.walls.waiting.is_some() && fingertip.is_some() => {
+                guidance.waits_s = Some(stamp_s);
+            }
+            _ => {}
+        }
+        self.sender.send(&guidance);
+    }
+
+    /// Fills in where the board shall be for a contact.
+    fn aim(&mut self, guidance: &mut Guidance, foreseen: Foreseen, intent: Intent) {
+        let Foreseen { contact, presented } = foreseen;
+        let stamp_s = self.newest.stamp_s;
+        let point_m = match presented {
+            Presented::Nearest(point_m) => point_m,
+            _ => contact.point_m,
+        };
+        let roll_rad = self.roll_rad(&contact);
+        let slack_m = match presented {
+            // Beyond what the arm can present there is nothing to choose from.
+            Presented::Nearest(_) => [0.0; 2],
+            _ => self.policy.slack_m(&contact, &self.board, &self.in_place),
+        };
+        let target = BoardTarget {
+            point_m,
+            normal: contact.normal,
+            stamp_s,
+            roll_rad,
+            behind_m: match intent {
+                Intent::Ready => self.policy.ready_m(),
+                _ => 0.0,
+            },
+            slack_m,
+            near: self.walls.near(point_m, contact.normal),
+        };
+        guidance.target = Some(target);
+        guidance.surface = Some(contact.surface);
+        guidance.roughness = contact.roughness;
+        guidance.contact_s = contact.time_to_contact_s.map(|time| stamp_s + time.mean_s);
+        if intent == Intent::Present {
             self.announce(Goal {
                 surface: contact.surface,
                 target,
                 presented,
             });
         }
-        self.sender.send(&guidance);
     }
 
     /// The roll at which the board feels as rough as the surface, rad.

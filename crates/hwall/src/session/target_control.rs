@@ -2,8 +2,8 @@
 
 use super::drive::Controller;
 use hwall_haptics::{
-    ArmCommand, ArmState, Board, BoardTarget, HapticsError, RenderStep, Renderer, RendererConfig,
-    Slide,
+    ArmCommand, ArmState, Board, BoardTarget, HapticsError, RenderInput, RenderStep, Renderer,
+    RendererConfig, Slide,
 };
 use hwall_kinematics::ArmKinematics;
 
@@ -51,9 +51,12 @@ impl TargetControl {
 
 impl Controller for TargetControl {
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        let step =
-            self.renderer
-                .step_sliding(now_s, state, self.target.as_ref(), self.slide.as_ref());
+        let input = RenderInput {
+            target: self.target.as_ref(),
+            slide: self.slide.as_ref(),
+            ..RenderInput::default()
+        };
+        let step = self.renderer.step_with(now_s, state, &input);
         self.step = Some(step);
         step.command
     }

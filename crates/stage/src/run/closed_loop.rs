@@ -7,10 +7,10 @@ use crate::run::tick::Tick;
 use crate::run::trace::{Trace, TraceLog};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState, Board, RendererConfig};
-use hwall::reachability::{Presented, WallMaps};
+use hwall::reachability::Presented;
 use hwall::{
-    Controller, Cycle, EventKind, Session, SessionConfig, SessionState, Surroundings, WorldPose,
-    drive,
+    Controller, Cycle, EventKind, Session, SessionConfig, SessionState, Surroundings, Walls,
+    WorldPose, drive,
 };
 use hwall_contact::{PredictionSource, Predictor};
 use hwall_hand::{HandFilterConfig, HandFrame, LostReason, Tracking};
@@ -65,6 +65,8 @@ impl Hand {
 
 /// A finished run.
 pub struct Run {
+    /// Debug.
+    pub probe: Vec<String>,
     /// One entry for each control step.
     pub ticks: Vec<Tick>,
     /// Time that each call of [`Session::step`] took, ns, in rising order.
@@ -107,8 +109,8 @@ pub struct RunSetup<'a> {
     pub board: &'a Board,
     /// What is touched.
     pub scene: &'a Scene,
-    /// Where the arm can present its walls.
-    pub maps: &'a WallMaps,
+    /// What is known of its walls: where the arm can present them, and where it waits.
+    pub walls: &'a Walls,
     /// Who touches.
     pub hand: &'a Hand,
     /// Does the board present the roughness of surfaces?
@@ -142,7 +144,7 @@ pub fn run(
         &**setup.arm.kinematics(),
         setup.board,
         setup.scene.clone(),
-        setup.maps.clone(),
+        setup.walls.clone(),
         predictors,
         config,
     )?;
@@ -316,6 +318,7 @@ impl Fingertip {
 }
 
 struct Log {
+    probe: Vec<String>,
     ticks: Vec<Tick>,
     trace: TraceLog,
     /// The hand's time at the arm's zero, s.
@@ -332,6 +335,7 @@ struct Log {
 impl Log {
     fn new(steps: usize, start_s: f64, span_m: f64) -> Self {
         Self {
+            probe: Vec::new(),
             ticks: Vec::with_capacity(steps + 1),
             trace: TraceLog::new(span_m),
             start_s,
@@ -414,6 +418,30 @@ impl Log {
         let base_from_board = arm.pose();
         self.trace
             .board(t_s, base_from_board.position_m(), control.target());
+        if std::env::var_os("PROBE").is_some() {
+            let target = control.target().map(|t| (t.point_m, t.behind_m, t.slack_m));
+            let c = session.contact().map(|c| {
+                (
+                    c.surface.0,
+                    c.point_m,
+                    c.probability,
+                    c.time_to_contact_s.map(|t| t.mean_s),
+                )
+            });
+            let deg = |q: hwall_kinematics::JointPositions| q.0.map(|q| q.to_degrees().round());
+            let f = control.renderer().follower();
+            self.probe.push(format!(
+                "{:?} left {:.3?} d{} q {:?} goal {:?} target {:.3?} p {:.2?} ttc {:.2?}",
+                control.state(),
+                f.left_s().unwrap_or(-1.0),
+                u8::from(f.is_detour()),
+                deg(f.commanded()),
+                f.goal().map(deg),
+                target,
+                c.map(|c| (c.0, c.1)),
+                c.and_then(|c| c.3)
+            ));
+        }
         self.ticks.push(Tick {
             t_s,
             base_from_board,
@@ -432,6 +460,7 @@ impl Log {
     ) -> Run {
         let end_s = self.ticks.last().map_or(0.0, |t| t.t_s);
         Run {
+            probe: self.probe,
             ticks: self.ticks,
             step_ns,
             leader,

@@ -1,0 +1,416 @@
+//! Which configuration presents a target.
+
+use super::follower::FollowerConfig;
+use super::solver::{DRIFT_RAD, Place, Solver};
+use crate::board::{BoardTarget, surface_axes};
+use crate::error::HapticsError;
+use glam::{DVec2, DVec3};
+use hwall_geometry::direction;
+use hwall_kinematics::{ArmSolution, BranchPolicy, JointPositions, Unreachable};
+use hwall_motion::MotionLimits;
+use hwall_numeric::check::{all_finite, non_negative};
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+
+/// What was last worked out for a target.
+#[derive(Debug, Clone, Copy)]
+struct Aim {
+    target: BoardTarget,
+    unit_normal: DVec3,
+    unreachable: Option<Unreachable>,
+    /// Rolls that wait for their search; until none is left, the target is not known to be unreachable.
+    unsearched: usize,
+}
+
+/// A configuration that puts the board on a target, or behind it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Goal {
+    pub(super) q: JointPositions,
+    /// Where the middle of the face is, on the surface, m.
+    pub(super) point_m: DVec3,
+    pub(super) normal: DVec3,
+    pub(super) roll_rad: f64,
+    /// How far behind the surface, m.
+    pub(super) behind_m: f64,
+}
+
+impl Goal {
+    /// The place further behind the surface.
+    pub(super) fn place(&self, further_m: f64) -> Place {
+        Place {
+            point_m: self.point_m - self.normal * (self.behind_m + further_m),
+            normal: self.normal,
+            roll_rad: self.roll_rad,
+        }
+    }
+}
+
+/// A middle within the slack is preferred to the target's point only if it saves this, s.
+const WORTH_S: f64 = 0.02;
+/// A goal that leaves the slack is moved to this share of it.
+const RECENTRED: f64 = 0.5;
+/// Normals that differ by less belong to one plane, rad.
+const SAME_NORMAL_RAD: f64 = 0.01;
+
+/// The goal in force and how it was found.
+#[derive(Debug, Clone)]
+pub(super) struct Goals {
+    pub(super) solver: Solver,
+    rolls_rad: Vec<f64>,
+    far_m: f64,
+    far_rad: f64,
+    aim: Option<Aim>,
+    goal: Option<Goal>,
+    /// Which of the rolls is searched next.
+    turn: usize,
+}
+
+/// A solution with its roll, or the reason why the board cannot be held.
+type Found = (Option<(ArmSolution, f64)>, Option<Unreachable>);
+
+impl Goals {
+    pub(super) fn new(solver: Solver, config: &FollowerConfig) -> Self {
+        Self {
+            solver,
+            rolls_rad: config.rolls_rad.clone(),
+            far_m: config.far_m,
+            far_rad: config.far_rad,
+            aim: None,
+            goal: None,
+            turn: 0,
+        }
+    }
+
+    pub(super) const fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
+    }
+
+    pub(super) const fn forget(&mut self) {
+        (self.aim, self.goal) = (None, None);
+    }
+
+    /// The goal for a target, from the configuration commanded now. Returns why there is none, if so; the last goal is then kept.
+    pub(super) fn set(
+        &mut self,
+        target: &BoardTarget,
+        here: &JointPositions,
+        limits: &MotionLimits,
+    ) -> Result<Option<Unreachable>, HapticsError> {
+        let same = |aim: &Aim| aim.target.is_same_place(target);
+        if let Some(aim) = self.aim.filter(|aim| same(aim) && aim.unsearched == 0) {
+            return Ok(aim.unreachable);
+        }
+        all_finite("point_m", &target.point_m.to_array())?;
+        all_finite("roll_rad", target.roll_rad.as_slice())?;
+        non_negative("behind_m", target.behind_m)?;
+        for slack in target.slack_m {
+            non_negative("slack_m", slack)?;
+        }
+        if let Some(near) = &target.near {
+            all_finite("near", &near.0)?;
+        }
+        let unit_normal = direction("normal", target.normal)?;
+        let mut unsearched = 0;
+        let mut found_goal = self.still_good(target, unit_normal);
+        let mut unreachable = None;
+        if found_goal.is_none() {
+            found_goal = self.drifted(target, unit_normal)?;
+        }
+        if found_goal.is_none() {
+            let (found, reason, left) = match target.near {
+                Some(near) => {
+                    let (found, reason) = self.near_to(target, unit_normal, &near, here, limits)?;
+                    match found {
+                        Some(_) => (found, reason, 0),
+                        None => self.anew(target, unit_normal, here, limits)?,
+                    }
+                }
+                None => self.anew(target, unit_normal, here, limits)?,
+            };
+            (unreachable, unsearched) = (reason, left);
+            if let Some((solution, roll_rad)) = found {
+                let goal = Goal {
+                    q: solution.q,
+                    point_m: target.point_m,
+                    normal: unit_normal,
+                    roll_rad,
+                    behind_m: target.behind_m,
+                };
+                found_goal = Some(self.within_slack(goal, target, here, limits)?);
+            }
+        }
+        if found_goal.is_some() {
+            (self.goal, unsearched) = (found_goal, 0);
+        }
+        let unreachable = unreachable.filter(|_| unsearched == 0 && found_goal.is_none());
+        self.aim = Some(Aim {
+            target: *target,
+            unit_normal,
+            unreachable,
+            unsearched,
+        });
+        Ok(unreachable)
+    }
+
+    /// The goal in force, if it presents the target within its slack.
+    fn still_good(&self, target: &BoardTarget, unit_normal: DVec3) -> Option<Goal> {
+        let goal = self.goal?;
+        let fits = goal.behind_m == target.behind_m
+            && goal.normal.angle_between(unit_normal) <= SAME_NORMAL_RAD
+            && presents_roll(target, goal.roll_rad)
+            && (target.point_m - goal.point_m).dot(unit_normal).abs() <= 1e-4;
+        let [u, v] = off_m(goal.point_m, target.point_m, unit_normal)?;
+        let [slack_u, slack_v] = target.slack_m;
+        // Without slack the target itself is wanted.
+        let within = slack_u.min(slack_v) > 0.0 && (u / slack_u).hypot(v / slack_v) <= 1.0;
+        (fits && within).then_some(goal)
+    }
+
+    /// The goal moved along with a target that drifted, on the same branch and in the same valley.
+    fn drifted(
+        &mut self,
+        target: &BoardTarget,
+        unit_normal: DVec3,
+    ) -> Result<Option<Goal>, HapticsError> {
+        let Some(goal) = self.goal else {
+            return Ok(None);
+        };
+        if !self.is_near((goal.point_m, goal.normal), (target.point_m, unit_normal)) {
+            return Ok(None);
+        }
+        let roll_rad = target
+            .roll_rad
+            .map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
+        // Within the slack no further than needed: a board that hardly moves is in place sooner.
+        let point_m = match off_m(goal.point_m, target.point_m, unit_normal) {
+            Some([u, v]) => {
+                let [x, y] = surface_axes(unit_normal)?;
+                let [most_u, most_v] = target.slack_m.map(|slack| RECENTRED * slack);
+                target.point_m + x * u.clamp(-most_u, most_u) + y * v.clamp(-most_v, most_v)
+            }
+            None => target.point_m,
+        };
+        let moved = Goal {
+            point_m,
+            normal: unit_normal,
+            roll_rad,
+            behind_m: target.behind_m,
+            ..goal
+        };
+        let found = self
+            .solver
+            .on_place(&moved.place(0.0), &goal.q, BranchPolicy::Keep)?;
+        Ok(found
+            .ok()
+            .filter(|solution| solution.q.max_abs_difference(&goal.q) <= DRIFT_RAD)
+            .map(|solution| Goal {
+                q: solution.q,
+                ..moved
+            }))
+    }
+
+    /// The roll that is reached soonest, close to a given configuration.
+    fn near_to(
+        &mut self,
+        target: &BoardTarget,
+        unit_normal: DVec3,
+        near: &JointPositions,
+        here: &JointPositions,
+        limits: &MotionLimits,
+    ) -> Result<Found, HapticsError> {
+        let [x, y] = surface_axes(unit_normal)?;
+        let across = self.solver.arm().forward(near).rotation().x_axis;
+        let near_roll_rad = across.dot(y).atan2(across.dot(x));
+        let (mut best, mut best_s, mut reason) = (None, f64::INFINITY, None);
+        // Rolls that the last joint alone gives keep the arm in the family of configurations that is asked for.
+        for by_last_joint in [true, false] {
+            for index in 0..self.roll_count(target) {
+                let roll_rad = self.roll(target, index);
+                let rolled = self.solver.rolled(near, roll_rad - near_roll_rad);
+                let reference = match rolled {
+                    Some(rolled) if by_last_joint => rolled,
+                    None if !by_last_joint => *near,
+                    _ => continue,
+                };
+                let place = Place {
+                    point_m: target.point_m - unit_normal * target.behind_m,
+                    normal: unit_normal,
+                    roll_rad,
+                };
+                match self
+                    .solver
+                    .on_place(&place, &reference, BranchPolicy::Keep)?
+                {
+                    Ok(solution) => {
+                        let time_s = limits.travel_time_s(here, &solution.q);
+                        if time_s < best_s {
+                            (best, best_s) = (Some((solution, roll_rad)), time_s);
+                        }
+                    }
+                    Err(unreachable) => reason = reason.or(Some(unreachable)),
+                }
+            }
+            if best.is_some() {
+                break;
+            }
+        }
+        Ok((best, reason))
+    }
+
+    /// Without anything to go by: the roll that is reached soonest, on the present branch if that can hold it.
+    fn anew(
+        &mut self,
+        target: &BoardTarget,
+        unit_normal: DVec3,
+        here: &JointPositions,
+        limits: &MotionLimits,
+    ) -> Result<(Option<(ArmSolution, f64)>, Option<Unreachable>, usize), HapticsError> {
+        let count = self.roll_count(target);
+        let place = |roll_rad: f64| Place {
+            point_m: target.point_m - unit_normal * target.behind_m,
+            normal: unit_normal,
+            roll_rad,
+        };
+        if !self.solver.arm().searches() {
+            let (found, reason) = self.soonest(target, 0..count, place, here, limits, false)?;
+            return Ok((found, reason, 0));
+        }
+        let mut unsearched = match self.aim {
+            Some(aim) if self.is_failing(&aim, (target.point_m, unit_normal)) => aim.unsearched,
+            _ => count,
+        };
+        let beside = self.soonest(target, 0..count, place, here, limits, true)?;
+        match beside {
+            (None, Some(Unreachable::NotFound { .. })) => {
+                let turn = self.turn % count;
+                self.turn = self.turn.wrapping_add(1);
+                unsearched = unsearched.saturating_sub(1);
+                let one = turn..turn + 1;
+                let (found, reason) = self.soonest(target, one, place, here, limits, false)?;
+                Ok((found, reason, unsearched))
+            }
+            // Found, or proven.
+            (found, reason) => Ok((found, reason, 0)),
+        }
+    }
+
+    /// The place that the joints reach soonest; if none can be held, the reason for the first one.
+    ///
+    /// The branch is changed only where a place needs it. A search of all eight branches takes ten times as long, too long
+    /// for a control step, and shortens the travel by a fifth (random targets and starts over the whole workspace).
+    fn soonest(
+        &mut self,
+        target: &BoardTarget,
+        rolls: std::ops::Range<usize>,
+        place: impl Fn(f64) -> Place,
+        here: &JointPositions,
+        limits: &MotionLimits,
+        keep: bool,
+    ) -> Result<Found, HapticsError> {
+        let policy = if keep {
+            BranchPolicy::Keep
+        } else {
+            BranchPolicy::Prefer
+        };
+        let (mut best, mut best_s, mut reason) = (None, f64::INFINITY, None);
+        for index in rolls {
+            let roll_rad = self.roll(target, index);
+            match self.solver.on_place(&place(roll_rad), here, policy)? {
+                Ok(solution) => {
+                    let time_s = limits.travel_time_s(here, &solution.q);
+                    if time_s < best_s {
+                        (best, best_s) = (Some((solution, roll_rad)), time_s);
+                    }
+                }
+                Err(unreachable) => reason = reason.or(Some(unreachable)),
+            }
+        }
+        Ok((best, if best.is_some() { None } else { reason }))
+    }
+
+    /// The middle of the board within the slack of the target that is reached soonest.
+    fn within_slack(
+        &mut self,
+        goal: Goal,
+        target: &BoardTarget,
+        here: &JointPositions,
+        limits: &MotionLimits,
+    ) -> Result<Goal, HapticsError> {
+        let [slack_u, slack_v] = target.slack_m;
+        if slack_u.min(slack_v) <= 0.0 || self.solver.arm().searches() {
+            return Ok(goal);
+        }
+        let [x, y] = surface_axes(goal.normal)?;
+        let mut best = goal;
+        let mut best_s = limits.travel_time_s(here, &goal.q) - WORTH_S;
+        for (u, v) in [
+            (1.0, 0.0),
+            (-1.0, 0.0),
+            (0.0, 1.0),
+            (0.0, -1.0),
+            (FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+            (FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
+            (-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+            (-FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
+        ] {
+            let moved = Goal {
+                point_m: target.point_m + x * (u * slack_u) + y * (v * slack_v),
+                ..goal
+            };
+            let found = self
+                .solver
+                .on_place(&moved.place(0.0), &goal.q, BranchPolicy::Keep)?;
+            let Ok(solution) = found else { continue };
+            let time_s = limits.travel_time_s(here, &solution.q);
+            if time_s < best_s && solution.q.max_abs_difference(&goal.q) <= 2.0 * DRIFT_RAD {
+                best = Goal {
+                    q: solution.q,
+                    ..moved
+                };
+                best_s = time_s;
+            }
+        }
+        Ok(best)
+    }
+
+    fn roll_count(&self, target: &BoardTarget) -> usize {
+        target.roll_rad.map_or(self.rolls_rad.len(), |_| 2)
+    }
+
+    fn roll(&self, target: &BoardTarget, index: usize) -> f64 {
+        match target.roll_rad {
+            Some(roll) => roll + PI * index as f64,
+            None => self.rolls_rad[index],
+        }
+    }
+
+    /// Two points with unit normals.
+    fn is_near(&self, a: (DVec3, DVec3), b: (DVec3, DVec3)) -> bool {
+        a.0.distance(b.0) <= self.far_m && a.1.angle_between(b.1) <= self.far_rad
+    }
+
+    /// Is this the last aim, drifted, for which nothing was found so far?
+    fn is_failing(&self, aim: &Aim, place: (DVec3, DVec3)) -> bool {
+        (aim.unsearched > 0 || aim.unreachable.is_some())
+            && self.is_near((aim.target.point_m, aim.unit_normal), place)
+    }
+}
+
+/// How far a middle lies from a point along the axes of the surface, m.
+fn off_m(middle_m: DVec3, point_m: DVec3, unit_normal: DVec3) -> Option<[f64; 2]> {
+    let [x, y] = surface_axes(unit_normal).ok()?;
+    let off = middle_m - point_m;
+    Some(DVec2::new(off.dot(x), off.dot(y)).to_array())
+}
+
+/// Does a roll present a target's texture?
+fn presents_roll(target: &BoardTarget, roll_rad: f64) -> bool {
+    target
+        .roll_rad
+        .is_none_or(|roll| (same_face(roll, roll_rad) - roll_rad).abs() <= 1e-9)
+}
+
+/// The roll or the one half a turn further, whichever is nearer to another, rad.
+fn same_face(roll_rad: f64, to_rad: f64) -> f64 {
+    let away = roll_rad - to_rad;
+    to_rad + away - PI * (2.0 * away / TAU).round()
+}

@@ -1,0 +1,294 @@
+//! Which way the board takes to its goal: straight, or by a place behind the surfaces.
+
+use super::barrier::Barrier;
+use super::goals::Goal;
+use super::solver::{Place, Solver};
+use crate::board::Board;
+use crate::error::HapticsError;
+use hwall_geometry::Pose;
+use hwall_kinematics::{BranchPolicy, JointPositions};
+use hwall_motion::ReferenceMotion;
+use hwall_numeric::check::{non_negative, positive};
+
+/// How the board stays behind the surfaces on its way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ApproachConfig {
+    /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003.
+    pub allowed_m: f64,
+    /// Places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
+    /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
+    pub detours_m: [f64; 6],
+    /// Half side of the square about goal and departure in which the plane of the touched surface counts, m; default 0.3.
+    pub extent_m: f64,
+    /// While the board is on a detour the straight way is tried again after this time, s; default 0.008.
+    pub retry_s: f64,
+}
+
+impl Default for ApproachConfig {
+    fn default() -> Self {
+        Self {
+            allowed_m: std::env::var("ALLOW")
+                .ok()
+                .and_then(|a| a.parse().ok())
+                .unwrap_or(0.003),
+            detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
+            extent_m: 0.3,
+            retry_s: 0.008,
+        }
+    }
+}
+
+impl ApproachConfig {
+    /// Rejects negative settings.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        non_negative("allowed_m", self.allowed_m)?;
+        for detour in self.detours_m {
+            non_negative("detours_m", detour)?;
+        }
+        positive("extent_m", self.extent_m)?;
+        positive("retry_s", self.retry_s)?;
+        Ok(())
+    }
+
+    fn detours(&self) -> impl Iterator<Item = f64> {
+        self.detours_m.into_iter().filter(|d| *d > 0.0)
+    }
+}
+
+/// Instants at which a way is looked at.
+const SAMPLES: usize = 12;
+/// A surface that the goal itself lies in front of counts only further than this from the goal, m: a shelf stands out
+/// of its wall.
+const BESIDE_GOAL_M: f64 = 0.03;
+
+/// Where the board is going, as far as its way is concerned.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Destination {
+    /// A place on a surface, or behind it.
+    Goal(Goal),
+    /// A posture, wherever the board is then.
+    Posture(JointPositions),
+}
+
+impl Destination {
+    pub(super) const fn q(&self) -> &JointPositions {
+        match self {
+            Self::Goal(goal) => &goal.q,
+            Self::Posture(q) => q,
+        }
+    }
+}
+
+/// What the board must stay behind, and whether it is on a detour.
+#[derive(Debug, Clone)]
+pub(super) struct Route {
+    config: ApproachConfig,
+    board: Option<Board>,
+    barriers: Vec<Barrier>,
+    /// The surface that the board served last.
+    left: Option<(Barrier, Place)>,
+    is_detour: bool,
+    /// How far behind the goal the detour under way ends, m; infinite for one behind the departure.
+    detour_m: f64,
+    retry_in_s: f64,
+}
+
+/// A way that was looked at.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    q: JointPositions,
+    is_detour: bool,
+    protrusion_m: f64,
+}
+
+impl Route {
+    pub(super) const fn new(config: ApproachConfig, board: Option<Board>) -> Self {
+        Self {
+            config,
+            board,
+            barriers: Vec::new(),
+            left: None,
+            is_detour: false,
+            detour_m: f64::INFINITY,
+            retry_in_s: 0.0,
+        }
+    }
+
+    pub(super) fn set_barriers(&mut self, barriers: &[Barrier]) {
+        self.barriers.clear();
+        self.barriers.extend_from_slice(barriers);
+    }
+
+    pub(super) const fn is_detour(&self) -> bool {
+        self.is_detour
+    }
+
+    pub(super) const fn forget(&mut self) {
+        (self.left, self.is_detour) = (None, false);
+    }
+
+    /// Time passes; is the straight way due to be tried again?
+    pub(super) fn is_retry_due(&mut self, dt_s: f64) -> bool {
+        self.retry_in_s -= dt_s;
+        self.is_detour && self.retry_in_s <= 0.0
+    }
+
+    /// The surface of a goal is left behind for another destination.
+    pub(super) fn leave(&mut self, goal: &Goal) {
+        let extent_m = [self.config.extent_m; 2];
+        // The goal was accepted, so its plane is one.
+        self.left = Barrier::new(goal.point_m, goal.normal, extent_m)
+            .ok()
+            .map(|barrier| (barrier, goal.place(0.0)));
+    }
+
+    /// Begins the motion to the destination, or to a detour on the way there; `is_new`: not the destination of the last call.
+    pub(super) fn head_for(
+        &mut self,
+        destination: &Destination,
+        is_new: bool,
+        reference: &mut ReferenceMotion,
+        solver: &mut Solver,
+    ) -> Result<(), HapticsError> {
+        let config = self.config;
+        self.retry_in_s = config.retry_s;
+        let Some(board) = self.board else {
+            self.is_detour = false;
+            reference.set_goal(destination.q())?;
+            return Ok(());
+        };
+        let goal = match destination {
+            Destination::Goal(goal) => Some(goal),
+            Destination::Posture(_) => None,
+        };
+        let extent_m = [self.config.extent_m; 2];
+        let ahead = match goal {
+            Some(goal) => Some(Barrier::new(goal.point_m, goal.normal, extent_m)?),
+            None => None,
+        };
+        let goal_pose = solver.arm().forward(destination.q());
+        let check = Check {
+            board: &board,
+            barriers: &self.barriers,
+            near: [ahead, self.left.map(|(barrier, _)| barrier)],
+            goal: goal_pose,
+            passes: passes(&self.barriers, &board, &goal_pose, self.config.allowed_m),
+        };
+        let here = solver.arm().forward(&reference.state().q);
+        let allowed_m = self.config.allowed_m.max(check.protrusion_m(&here) + 1e-3);
+        let straight = check.way(*destination.q(), false, reference, solver)?;
+        if straight.protrusion_m <= allowed_m {
+            return self.take(straight, reference);
+        }
+        let mut best = straight;
+        // A detour under way is only exchanged for a shorter one.
+        let keeps = !is_new && self.is_detour && reference.left_s() > config.retry_s;
+        let shorter_than_m = if keeps { self.detour_m } else { f64::INFINITY };
+        let before_goal = goal.map(|goal| (goal.place(0.0), goal.q, true));
+        let behind_here = self.left.filter(|_| !keeps).map(|(_, left)| {
+            let point_m = here.position_m();
+            (Place { point_m, ..left }, reference.state().q, false)
+        });
+        for (place, near, is_before_goal) in before_goal.into_iter().chain(behind_here) {
+            for behind_m in config.detours().filter(|m| *m < shorter_than_m) {
+                let place = Place {
+                    point_m: place.point_m - place.normal * behind_m,
+                    ..place
+                };
+                let Ok(found) = solver.on_place(&place, &near, BranchPolicy::Keep)? else {
+                    continue;
+                };
+                let Ok(way) = check.way(found.q, true, reference, solver) else {
+                    continue;
+                };
+                let detour_m = if is_before_goal {
+                    behind_m
+                } else {
+                    f64::INFINITY
+                };
+                if way.protrusion_m <= allowed_m {
+                    self.detour_m = detour_m;
+                    return self.take(way, reference);
+                }
+                if way.protrusion_m < best.protrusion_m {
+                    (best, self.detour_m) = (way, detour_m);
+                }
+            }
+        }
+        if keeps {
+            return Ok(());
+        }
+        self.take(best, reference)
+    }
+
+    fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
+        // At the end of a detour with no better way the goal is next.
+        self.is_detour = way.is_detour;
+        reference.set_goal(&way.q)?;
+        Ok(())
+    }
+}
+
+/// One bit for each barrier that the goal itself lies in front of.
+fn passes(barriers: &[Barrier], board: &Board, goal: &Pose, allowed_m: f64) -> u64 {
+    barriers
+        .iter()
+        .take(64)
+        .enumerate()
+        .filter(|(_, b)| b.protrusion_m(board, goal).is_some_and(|m| m > allowed_m))
+        .fold(0, |bits, (i, _)| bits | 1 << i)
+}
+
+/// Everything that a way is checked against.
+struct Check<'a> {
+    board: &'a Board,
+    barriers: &'a [Barrier],
+    near: [Option<Barrier>; 2],
+    goal: Pose,
+    passes: u64,
+}
+
+impl Check<'_> {
+    /// How far the board comes in front of a barrier, m; negative if it stays behind all.
+    fn protrusion_m(&self, pose: &Pose) -> f64 {
+        let mut most = f64::NEG_INFINITY;
+        for barrier in self.near.iter().flatten() {
+            most = most.max(barrier.protrusion_m(self.board, pose).unwrap_or(most));
+        }
+        let to_goal = pose.position_m() - self.goal.position_m();
+        let beside_m = to_goal
+            .reject_from_normalized(self.goal.rotation().z_axis)
+            .length();
+        for (i, barrier) in self.barriers.iter().enumerate() {
+            let passed = i < 64 && self.passes >> i & 1 == 1;
+            if !(passed && beside_m <= BESIDE_GOAL_M) {
+                most = most.max(barrier.protrusion_m(self.board, pose).unwrap_or(most));
+            }
+        }
+        most
+    }
+
+    fn way(
+        &self,
+        q: JointPositions,
+        is_detour: bool,
+        reference: &mut ReferenceMotion,
+        solver: &Solver,
+    ) -> Result<Way, HapticsError> {
+        let duration_s = reference.consider(&q)?;
+        let mut protrusion_m = f64::NEG_INFINITY;
+        for i in 1..=SAMPLES {
+            let t_s = duration_s * i as f64 / SAMPLES as f64;
+            let pose = solver.arm().forward(&reference.considered(t_s).q);
+            protrusion_m = protrusion_m.max(self.protrusion_m(&pose));
+        }
+        Ok(Way {
+            q,
+            is_detour,
+            protrusion_m,
+        })
+    }
+}

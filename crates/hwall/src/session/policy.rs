@@ -1,0 +1,248 @@
+//! When the board goes where: wait, be ready behind a surface, present it.
+
+use crate::error::SessionError;
+use glam::DVec3;
+use hwall_contact::ContactPrediction;
+use hwall_hand::HandState;
+use hwall_haptics::{Board, PlaceTolerance, surface_axes};
+use hwall_numeric::check::{non_negative, positive};
+use hwall_scene::SurfaceId;
+
+/// When the board goes where.
+///
+/// People want a board that goes early and once and then stands still, rather than one that chases them. What is looked at
+/// brings the board behind the surface, what the hand reaches for brings it onto it, and after a touch the arm returns to its
+/// waiting posture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolicyConfig {
+    /// A predicted place counts once it has stayed for this long, s; default 0.05. A saccade in flight names many places.
+    pub settle_s: f64,
+    /// A predicted place that moves by less than this between frames stays, m; default 0.06.
+    pub settle_m: f64,
+    /// How far behind a surface that is looked at the board gets ready, m; default 0.04.
+    pub ready_m: f64,
+    /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
+    pub look_s: f64,
+    /// A hand this fast towards the predicted place reaches for it, m/s; default 0.1.
+    pub reach_m_per_s: f64,
+    /// A hand this near to the predicted surface is about to touch it, m; default 0.06.
+    pub near_m: f64,
+    /// Time for which a reach that pauses still counts, s; default 0.3.
+    pub pause_s: f64,
+    /// How many standard deviations of the predicted point must lie on the face; the rest of the face is slack. Default 1.5.
+    pub deviations: f64,
+    /// Standard deviation assumed of a prediction that comes without one, m; default 0.02.
+    pub default_sd_m: f64,
+    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.01.
+    pub margin_m: f64,
+}
+
+impl Default for PolicyConfig {
+    fn default() -> Self {
+        Self {
+            settle_s: 0.05,
+            settle_m: 0.06,
+            ready_m: 0.04,
+            look_s: 1.0,
+            reach_m_per_s: 0.1,
+            near_m: 0.06,
+            pause_s: 0.3,
+            deviations: 1.5,
+            default_sd_m: 0.02,
+            margin_m: 0.01,
+        }
+    }
+}
+
+impl PolicyConfig {
+    /// Rejects settings below zero.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), SessionError> {
+        for (what, value) in [
+            ("settle_s", self.settle_s),
+            ("ready_m", self.ready_m),
+            ("look_s", self.look_s),
+            ("near_m", self.near_m),
+            ("pause_s", self.pause_s),
+            ("deviations", self.deviations),
+            ("default_sd_m", self.default_sd_m),
+            ("margin_m", self.margin_m),
+        ] {
+            non_negative(what, value)?;
+        }
+        positive("settle_m", self.settle_m)?;
+        positive("reach_m_per_s", self.reach_m_per_s)?;
+        Ok(())
+    }
+}
+
+/// Where the board shall be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Decision {
+    /// Nothing is about to be touched.
+    Wait,
+    /// Behind the place that is looked at.
+    Ready(ContactPrediction),
+    /// On the place that is about to be touched.
+    Present(ContactPrediction),
+}
+
+/// A place that was predicted for a while.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    surface: SurfaceId,
+    point_m: DVec3,
+    since_s: f64,
+    /// Did the hand rest when it was predicted first? Where people look while the hand comes back is not yet where it goes next.
+    from_rest: bool,
+}
+
+/// What the hand is doing with regard to a prediction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    Rests,
+    Reaches,
+    Leaves,
+}
+
+/// The memory of the decisions.
+#[derive(Debug, Clone)]
+pub(super) struct Policy {
+    config: PolicyConfig,
+    candidate: Option<Candidate>,
+    decision: Decision,
+    /// When the hand was last seen to reach, s.
+    reached_s: f64,
+    last_s: f64,
+}
+
+impl Policy {
+    pub(super) fn new(config: PolicyConfig) -> Result<Self, SessionError> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            candidate: None,
+            decision: Decision::Wait,
+            reached_s: f64::NEG_INFINITY,
+            last_s: f64::NEG_INFINITY,
+        })
+    }
+
+    /// Forgets everything, for a world that leapt.
+    pub(super) const fn reset(&mut self) {
+        self.candidate = None;
+        self.decision = Decision::Wait;
+        (self.reached_s, self.last_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    }
+
+    /// The decision after a frame: the likeliest contact and the hand, both in one frame. `None` without a contact in sight.
+    pub(super) fn step(
+        &mut self,
+        t_s: f64,
+        contact: Option<&ContactPrediction>,
+        hand: Option<&HandState>,
+    ) -> Option<Decision> {
+        if t_s < self.last_s {
+            // The clock was set back.
+            self.reset();
+        }
+        self.last_s = t_s;
+        let Some(contact) = contact else {
+            self.candidate = None;
+            self.decision = Decision::Wait;
+            return None;
+        };
+        let c = self.config;
+        let stays = self.candidate.filter(|candidate| {
+            candidate.surface == contact.surface
+                && candidate.point_m.distance(contact.point_m) <= c.settle_m
+        });
+        let motion = hand.map_or(Motion::Rests, |hand| self.motion(contact, hand));
+        let candidate = Candidate {
+            from_rest: stays.map_or(motion == Motion::Rests, |candidate| candidate.from_rest),
+            surface: contact.surface,
+            point_m: contact.point_m,
+            since_s: stays.map_or(t_s, |candidate| candidate.since_s),
+        };
+        self.candidate = Some(candidate);
+        if motion == Motion::Reaches {
+            self.reached_s = t_s;
+        }
+        let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
+        let settled = t_s - candidate.since_s >= c.settle_s;
+        let looked_s = t_s - candidate.since_s;
+        self.decision = match (self.decision, motion) {
+            (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
+                Decision::Wait
+            }
+            _ if settled && reaching => Decision::Present(*contact),
+            (Decision::Present(last), _) if reaching => {
+                // Another place is named, not for long enough.
+                Decision::Present(if stays.is_some() { *contact } else { last })
+            }
+            _ if settled
+                && candidate.from_rest
+                && looked_s <= c.look_s
+                && motion == Motion::Rests =>
+            {
+                Decision::Ready(*contact)
+            }
+            _ if settled => Decision::Wait,
+            (last, _) => last,
+        };
+        Some(self.decision)
+    }
+
+    pub(super) const fn ready_m(&self) -> f64 {
+        self.config.ready_m
+    }
+
+    fn motion(&self, contact: &ContactPrediction, hand: &HandState) -> Motion {
+        let way = contact.point_m - hand.point_m;
+        let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
+        if contact.distance_m <= self.config.near_m {
+            // Beside the surface the way to a point on it says little.
+            let off = hand.velocity_m_per_s.dot(contact.normal);
+            return if off > self.config.reach_m_per_s {
+                Motion::Leaves
+            } else {
+                Motion::Reaches
+            };
+        }
+        if closing_m_per_s >= self.config.reach_m_per_s {
+            Motion::Reaches
+        } else if closing_m_per_s <= -self.config.reach_m_per_s {
+            Motion::Leaves
+        } else {
+            Motion::Rests
+        }
+    }
+
+    /// How far the middle of the board may be from a predicted point along the axes of the surface, the half axes of an
+    /// ellipse, m.
+    pub(super) fn slack_m(
+        &self,
+        contact: &ContactPrediction,
+        board: &Board,
+        place: &PlaceTolerance,
+    ) -> [f64; 2] {
+        let Ok(axes) = surface_axes(contact.normal) else {
+            return [0.0; 2];
+        };
+        // Of a face turned about its normal at least the disc about its middle is there.
+        let half_m = board.half_width_m.min(board.half_height_m);
+        std::array::from_fn(|i| {
+            let variance_m2 = contact
+                .covariance_m2
+                .map_or(self.config.default_sd_m.powi(2), |c| {
+                    (c * axes[i]).dot(axes[i])
+                });
+            let sd_m = variance_m2.max(0.0).sqrt();
+            let taken_m = place.inset_m + self.config.margin_m + self.config.deviations * sd_m;
+            // NaN counts as no slack.
+            (half_m - taken_m).max(0.0)
+        })
+    }
+}
