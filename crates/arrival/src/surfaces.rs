@@ -1,0 +1,167 @@
+//! The surfaces that the board and the arm must stay behind.
+//!
+//! Every surface is a rectangle of a vertical plane. Its front is the side away from the base: there a person may be.
+//! A place before one surface may lie behind another that stands nearer to the person (the front of a shelf on a
+//! wall): that place is inside something, and no person is there.
+
+use glam::DVec3;
+use hwall_kinematics::SrsArm;
+use hwall_numeric::check::{finite, non_negative};
+use hwall_reachability::{WallFacet, WallMaps, WallPlane};
+
+use crate::error::ArrivalError;
+
+/// A nearer surface hides what lies at most this far behind it, m: the depth of a shelf or a cupboard.
+const HIDES_M: f64 = 0.35;
+
+/// Least cosine between two surfaces of which one can hide what is before the other.
+const ALIKE: f64 = 0.3;
+
+/// How far places on the surface itself may be off it by rounding, m.
+const ROUNDING_M: f64 = 1e-6;
+
+/// Surfaces near an arm, from its base frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surfaces {
+    rectangles: Vec<Rectangle>,
+    margin_m: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rectangle {
+    /// Away from the base.
+    normal: DVec3,
+    along: DVec3,
+    distance_m: f64,
+    s_m: [f64; 2],
+    z_m: [f64; 2],
+    /// Is its outer side, as the facet gives it, the one away from the base?
+    outward: bool,
+}
+
+impl Surfaces {
+    /// From facets whose normals point to the side that is touched; `margin_m`: how far the plane beyond the border of
+    /// a facet counts too.
+    ///
+    /// A facet whose normal points towards the base (a wall across the room, the inner side of something) still must
+    /// not be passed, but hides nothing.
+    ///
+    /// # Errors
+    /// NaN or infinity, a facet that is not vertical, a negative margin.
+    pub fn from_facets(facets: &[WallFacet], margin_m: f64) -> Result<Self, ArrivalError> {
+        non_negative("margin_m", margin_m)?;
+        let mut rectangles = Vec::with_capacity(facets.len());
+        for facet in facets {
+            let given = WallPlane::through(facet.point_m, facet.normal)?;
+            let outward = given.distance_m() >= 0.0;
+            let sign = if outward { 1.0 } else { -1.0 };
+            let normal = given.normal() * sign;
+            let along = given.along() * sign;
+            let mut s_m = [f64::INFINITY, f64::NEG_INFINITY];
+            for corner in &facet.outline_m {
+                let s = finite("corner of a facet", along.dot(*corner))?;
+                s_m = [s_m[0].min(s), s_m[1].max(s)];
+            }
+            if facet.outline_m.is_empty() {
+                return Err(ArrivalError::Empty {
+                    what: "corners of a facet",
+                });
+            }
+            let z_m = [
+                finite("lower border", facet.heights.lo_m)?,
+                finite("upper border", facet.heights.hi_m)?,
+            ];
+            rectangles.push(Rectangle {
+                normal,
+                along,
+                distance_m: given.distance_m() * sign,
+                s_m,
+                z_m,
+                outward,
+            });
+        }
+        Ok(Self {
+            rectangles,
+            margin_m,
+        })
+    }
+
+    /// The facets that maps were made of.
+    ///
+    /// # Errors
+    /// As [`from_facets`](Self::from_facets).
+    pub fn from_maps(maps: &WallMaps, margin_m: f64) -> Result<Self, ArrivalError> {
+        Ok(match maps.map() {
+            Some(map) => Self::from_facets(maps.facets(), margin_m)?.within_reach_of(map.arm()),
+            None => Self::default(),
+        })
+    }
+
+    /// Only those that come near enough to the base for the arm or its board to meet them.
+    #[must_use]
+    pub fn within_reach_of(mut self, arm: &SrsArm) -> Self {
+        let g = arm.geometry();
+        let tool_m = g.d_wf_m.abs() + arm.flange_from_tool().position_m().length();
+        // The diagonal of a board is far below half a metre.
+        let longest_m = g.d_bs_m.abs() + g.d_se_m + g.d_ew_m + tool_m + 0.5;
+        self.rectangles.retain(|r| {
+            let s_m = 0.0_f64.clamp(r.s_m[0], r.s_m[1].max(r.s_m[0]));
+            r.distance_m.hypot(s_m) <= longest_m
+        });
+        self
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.rectangles.len()
+    }
+
+    /// Are there none?
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.rectangles.is_empty()
+    }
+
+    /// How far a place lies before the surfaces, on the person's side, m: the largest distance of those it lies before.
+    /// Negative: behind all that are in front of it, by at least that much; minus infinity where there is none.
+    #[must_use]
+    pub fn intrusion_m(&self, point_m: DVec3) -> f64 {
+        let mut most = f64::NEG_INFINITY;
+        for surface in &self.rectangles {
+            let off = surface.off_m(point_m);
+            if off > most
+                && surface.holds(point_m, self.margin_m)
+                && !(off > ROUNDING_M && self.is_hidden(point_m, surface))
+            {
+                most = off;
+            }
+        }
+        most
+    }
+
+    fn is_hidden(&self, point_m: DVec3, by_front_of: &Rectangle) -> bool {
+        self.rectangles.iter().any(|other| {
+            let alike = !by_front_of.outward || by_front_of.normal.dot(other.normal) > ALIKE;
+            let off = other.off_m(point_m);
+            other.outward
+                && alike
+                && (-HIDES_M..=ROUNDING_M).contains(&off)
+                && other.holds(point_m, ROUNDING_M)
+        })
+    }
+}
+
+impl Rectangle {
+    fn off_m(&self, point_m: DVec3) -> f64 {
+        self.normal.x * point_m.x + self.normal.y * point_m.y - self.distance_m
+    }
+
+    fn holds(&self, point_m: DVec3, margin_m: f64) -> bool {
+        let s = self.along.x * point_m.x + self.along.y * point_m.y;
+        self.s_m[0] - margin_m <= s
+            && s <= self.s_m[1] + margin_m
+            && self.z_m[0] - margin_m <= point_m.z
+            && point_m.z <= self.z_m[1] + margin_m
+    }
+}
