@@ -119,7 +119,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let walls = hwall::Walls {
         maps: maps.clone(),
         waiting: None,
-        arm: None,
+        atlas: None,
     };
     let setup = closed_loop::RunSetup {
         arm: &arm,

@@ -17,6 +17,12 @@ pub enum SessionError {
     /// A setting of the prediction.
     #[error(transparent)]
     Contact(#[from] hwall_contact::ContactError),
+    /// Limits of the motion.
+    #[error(transparent)]
+    Motion(#[from] hwall_arrival::motion::MotionError),
+    /// Neither atlas nor waiting posture can be found.
+    #[error(transparent)]
+    Arrival(#[from] hwall_arrival::ArrivalError),
     /// The walls of the scene cannot be mapped.
     #[error(transparent)]
     Reachability(#[from] hwall_reachability::ReachabilityError),

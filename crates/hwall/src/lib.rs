@@ -13,9 +13,10 @@ pub use session::{
     PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
     drive,
 };
-pub use walls::{Walls, maps_of};
+pub use walls::{Walls, WallsConfig, maps_of};
 
 // The whole system through one dependency.
+pub use hwall_arrival as arrival;
 pub use hwall_bip as bip;
 pub use hwall_contact as contact;
 pub use hwall_geometry as geometry;

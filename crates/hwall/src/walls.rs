@@ -2,11 +2,15 @@
 
 use crate::error::SessionError;
 use glam::DVec3;
-use hwall_haptics::{Barrier, surface_axes};
+use hwall_arrival::{
+    ArrivalError, Atlas, AtlasConfig, BoardExtent, TouchRange, WaitingConfig, waiting_posture_of_maps,
+};
+use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall_numeric::check::{all_finite, that};
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
 use hwall_scene::Scene;
+use std::sync::Arc;
 
 /// Maps of the vertical surfaces of a scene in the arm's base frame: only their planes and their heights, and only of
 /// surfaces within the arm's length. The tool of the arm is the face of the board; any quarter turn of the board counts.
@@ -27,40 +31,67 @@ pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
     Ok(WallMaps::build(arm, &facets, WallMapsConfig::default())?)
 }
 
+/// What is found out about the walls of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct WallsConfig {
+    /// Limits of the motion; those of the session.
+    pub motion: MotionConfig,
+    /// Which places people touch.
+    pub touches: TouchRange,
+    /// How the waiting posture is found.
+    pub waiting: WaitingConfig,
+    /// How the atlas is made.
+    pub atlas: AtlasConfig,
+}
+
 /// What is known of the walls of a scene beforehand, for one arm.
 #[derive(Debug, Clone, Default)]
 pub struct Walls {
     /// Where the arm can present them.
     pub maps: WallMaps,
+    /// From which configuration, and how soon; `None`: the solver decides alone.
+    pub atlas: Option<Arc<Atlas>>,
     /// Where the arm waits while nothing is about to be touched, rad; `None`: where it is.
     pub waiting: Option<JointPositions>,
-    /// TEMPORARY
-    pub arm: Option<SrsArm>,
 }
 
 impl Walls {
+    /// Maps, waiting posture and atlas of the vertical surfaces of a scene in the arm's base frame. The tool of the arm is the
+    /// face of the board. A scene without a wall within reach has neither posture nor atlas. Takes about a second for a room.
+    ///
+    /// # Errors
+    /// As for [`maps_of`]; a setting outside its range.
+    pub fn of(
+        scene: &Scene,
+        arm: &SrsArm,
+        board: &Board,
+        config: &WallsConfig,
+    ) -> Result<Self, SessionError> {
+        let maps = maps_of(scene, arm)?;
+        let extent = BoardExtent {
+            half_width_m: board.half_width_m,
+            half_height_m: board.half_height_m,
+        };
+        let limits = MotionLimits::of_arm(arm, &config.motion)?;
+        let touches = &config.touches;
+        let found = waiting_posture_of_maps(arm, &maps, touches, extent, &limits, &config.waiting);
+        let waiting = match found {
+            Ok(posture) => posture.q,
+            Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => return Ok(maps.into()),
+            Err(error) => return Err(error.into()),
+        };
+        let atlas = Atlas::build(arm, &maps, extent, &limits, &waiting, &config.atlas)?;
+        Ok(Self {
+            maps,
+            atlas: Some(Arc::new(atlas)),
+            waiting: Some(waiting),
+        })
+    }
+
     /// A configuration from which the arm presents a place well; `None` where none is known.
     pub(crate) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
-        let (arm, waiting) = (self.arm.as_ref()?, self.waiting?);
-        let limits =
-            hwall_haptics::MotionLimits::of_arm(arm, &hwall_haptics::MotionConfig::default())
-                .ok()?;
-        let mut best = None;
-        let mut best_s = f64::INFINITY;
-        for roll in hwall_haptics::QUARTER_TURNS_RAD {
-            let pose = hwall_haptics::board_pose(point_m, normal, roll).ok()?;
-            for i in 0..90 {
-                let psi = -std::f64::consts::PI + std::f64::consts::TAU * i as f64 / 90.0;
-                for q in arm.solutions(&pose, psi).into_iter().flatten() {
-                    let t = limits.travel_time_s(&waiting, &q);
-                    if t < best_s {
-                        best_s = t;
-                        best = Some(q);
-                    }
-                }
-            }
-        }
-        best
+        let entry = self.atlas.as_ref()?.look_up(point_m, normal)?;
+        Some(entry.q)
     }
 
     pub(crate) fn validate(&self, arm: &dyn ArmKinematics) -> Result<(), SessionError> {

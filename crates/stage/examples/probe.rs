@@ -1,4 +1,3 @@
-use hwall::kinematics::JointPositions;
 use hwall_haptics::Board;
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
@@ -19,23 +18,9 @@ fn main() -> anyhow::Result<()> {
         let (s, t) = a.split_once(':').unwrap();
         (s.parse().unwrap(), t.parse().unwrap())
     });
-    let waiting = JointPositions::from_deg([-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0]);
     let (mut n, mut hit) = (0, 0);
     let mut gaps = vec![];
     let mut p99s = vec![];
-    let waiting = {
-        let arm = hwall::kinematics::SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
-        let p = arm.forward(&waiting);
-        let back: f64 = std::env::var("BACK")
-            .ok()
-            .and_then(|b| b.parse().ok())
-            .unwrap_or(0.1);
-        let pose =
-            hwall::geometry::Pose::new(p.rotation(), p.position_m() - glam::DVec3::X * back)?;
-        arm.nearest_solution(&pose, &waiting, &Default::default())?
-            .q
-    };
-    println!("waiting {:?}", waiting.0.map(|q| q.to_degrees().round()));
     let mut walls = None;
     for seed in from..=to {
         let setting = Setting::new(
@@ -52,14 +37,30 @@ fn main() -> anyhow::Result<()> {
                 seed,
             },
         )?;
-        let walls: &hwall::Walls = walls.get_or_insert_with(|| hwall::Walls {
-            maps: arm.maps_of(&setting.scene).unwrap(),
-            waiting: Some(waiting),
-            arm: Some(
-                hwall::kinematics::SrsArm::iiwa7()
-                    .with_tool(board.flange_from_board_face().unwrap()),
-            ),
-            ..Default::default()
+        let walls: &hwall::Walls = walls.get_or_insert_with(|| {
+            let srs = hwall::kinematics::SrsArm::iiwa7().with_tool(board.flange_from_board_face().unwrap());
+            let mut config = hwall::WallsConfig::default();
+            if let Ok(b) = std::env::var("BUDGET") { config.waiting.budget_s = b.parse().unwrap(); }
+            if std::env::var("AREA").is_ok() { config.touches.share = hwall::arrival::WallShare::Area; }
+            if let Ok(b) = std::env::var("STAND") { config.waiting.standoff_m = b.parse().unwrap(); }
+            config.touches.ball = Some((glam::DVec3::new(0.95, 0.15, 0.72), 1.0));
+            if let Ok(b) = std::env::var("SLACK") { config.waiting.slack_m = b.parse().unwrap(); }
+            if let Ok(b) = std::env::var("BLOCK") { config.waiting.blocked_price_s = b.parse().unwrap(); config.atlas.blocked_price_s = config.waiting.blocked_price_s; }
+            let t = std::time::Instant::now();
+            let mut walls = hwall::Walls::of(&setting.scene, &srs, &board, &config).unwrap();
+            if let Ok(w) = std::env::var("WAIT") {
+                let v: Vec<f64> = w.split(',').map(|x| x.parse().unwrap()).collect();
+                let q = hwall::kinematics::JointPositions::from_deg(v.try_into().unwrap());
+                walls.waiting = Some(q);
+                let limits = hwall_haptics::MotionLimits::of_arm(&srs, &config.motion).unwrap();
+                walls.atlas = Some(std::sync::Arc::new(hwall::arrival::Atlas::build(&srs, &walls.maps, Default::default(), &limits, &q, &config.atlas).unwrap()));
+            }
+            let atlas = walls.atlas.as_ref().unwrap();
+            let mut all: Vec<f64> = atlas.nodes().map(|n| n.arrival_s).collect();
+            all.sort_by(f64::total_cmp);
+            println!("walls in {:?}; waiting {:?}; nodes {} clear {} arrival median {:.2} p90 {:.2}", t.elapsed(), walls.waiting.unwrap().0.map(|q| q.to_degrees().round()), all.len(), atlas.nodes().filter(|n| n.clear).count(), all[all.len()/2], all[all.len()*9/10]);
+            println!("{:?}", hwall::kinematics::ArmKinematics::forward(&srs, &walls.waiting.unwrap()).position_m());
+            walls
         });
         let (predictors, _) =
             Predictors::train(&setting.scene, &arm, &setting.training_people, Some(kind))?;

@@ -5,6 +5,7 @@ use super::goals::Goal;
 use super::solver::{Place, Solver};
 use crate::board::Board;
 use crate::error::HapticsError;
+use glam::{DMat3, DQuat};
 use hwall_geometry::Pose;
 use hwall_kinematics::{BranchPolicy, JointPositions};
 use hwall_motion::ReferenceMotion;
@@ -15,7 +16,10 @@ use hwall_numeric::check::{non_negative, positive};
 pub struct ApproachConfig {
     /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003.
     pub allowed_m: f64,
-    /// Places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
+    /// A way that comes in front of a surface is bent: half way it passes the middle between departure and goal, moved
+    /// behind the surface by the first of these that serves, m; default 0 to 0.08.
+    pub bends_m: [f64; 5],
+    /// If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
     /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
     pub detours_m: [f64; 6],
     /// Half side of the square about goal and departure in which the plane of the touched surface counts, m; default 0.3.
@@ -31,6 +35,7 @@ impl Default for ApproachConfig {
                 .ok()
                 .and_then(|a| a.parse().ok())
                 .unwrap_or(0.003),
+            bends_m: [0.0, 0.015, 0.03, 0.05, 0.08],
             detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
             extent_m: 0.3,
             retry_s: 0.008,
@@ -45,6 +50,9 @@ impl ApproachConfig {
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), HapticsError> {
         non_negative("allowed_m", self.allowed_m)?;
+        for bend in self.bends_m {
+            non_negative("bends_m", bend)?;
+        }
         for detour in self.detours_m {
             non_negative("detours_m", detour)?;
         }
@@ -100,6 +108,7 @@ pub(super) struct Route {
 #[derive(Debug, Clone, Copy)]
 struct Way {
     q: JointPositions,
+    by_way_of: Option<JointPositions>,
     is_detour: bool,
     protrusion_m: f64,
 }
@@ -179,11 +188,28 @@ impl Route {
         };
         let here = solver.arm().forward(&reference.state().q);
         let allowed_m = self.config.allowed_m.max(check.protrusion_m(&here) + 1e-3);
-        let straight = check.way(*destination.q(), false, reference, solver)?;
+        let straight = check.way(*destination.q(), None, false, reference, solver)?;
         if straight.protrusion_m <= allowed_m {
             return self.take(straight, reference);
         }
         let mut best = straight;
+        // A bend costs next to nothing.
+        for bend in self.bends(&here, &goal_pose, goal).into_iter().flatten() {
+            let middle = between(&reference.state().q, destination.q());
+            let Ok(found) = solver.beside_pose(&bend, &middle) else {
+                continue;
+            };
+            let q = *destination.q();
+            let Ok(way) = check.way(q, Some(found), false, reference, solver) else {
+                continue;
+            };
+            if way.protrusion_m <= allowed_m {
+                return self.take(way, reference);
+            }
+            if way.protrusion_m < best.protrusion_m {
+                best = way;
+            }
+        }
         // A detour under way is only exchanged for a shorter one.
         let keeps = !is_new && self.is_detour && reference.left_s() > config.retry_s;
         let shorter_than_m = if keeps { self.detour_m } else { f64::INFINITY };
@@ -201,7 +227,7 @@ impl Route {
                 let Ok(found) = solver.on_place(&place, &near, BranchPolicy::Keep)? else {
                     continue;
                 };
-                let Ok(way) = check.way(found.q, true, reference, solver) else {
+                let Ok(way) = check.way(found.q, None, true, reference, solver) else {
                     continue;
                 };
                 let detour_m = if is_before_goal {
@@ -224,12 +250,35 @@ impl Route {
         self.take(best, reference)
     }
 
+    /// Poses half way, further and further behind the surfaces.
+    fn bends(&self, here: &Pose, there: &Pose, goal: Option<&Goal>) -> [Option<Pose>; 5] {
+        let normal = goal
+            .map(|goal| goal.normal)
+            .or(self.left.map(|(_, place)| place.normal))
+            .unwrap_or(there.rotation().z_axis);
+        let half_m = 0.5 * (here.position_m() + there.position_m());
+        let [from, to] = [here, there].map(|pose| DQuat::from_mat3(&pose.rotation()));
+        let rotation = DMat3::from_quat(from.slerp(to, 0.5));
+        self.config
+            .bends_m
+            .map(|behind_m| Pose::new(rotation, half_m - normal * behind_m).ok())
+    }
+
     fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
+        if std::env::var_os("WAYS").is_some() { eprintln!("way {} {} {}", if way.is_detour {"detour"} else if way.by_way_of.is_some() {"bend"} else {"straight"}, if way.protrusion_m > 0.006 {"bad"} else {"ok"}, (way.protrusion_m*1e3).round()); }
         // At the end of a detour with no better way the goal is next.
         self.is_detour = way.is_detour;
-        reference.set_goal(&way.q)?;
+        if reference.goal() != Some(&way.q) || way.by_way_of.is_some() {
+            reference.consider(&way.q, way.by_way_of.as_ref())?;
+            reference.accept();
+        }
         Ok(())
     }
+}
+
+/// Half way between two configurations.
+fn between(from: &JointPositions, to: &JointPositions) -> JointPositions {
+    JointPositions(std::array::from_fn(|i| 0.5 * (from[i] + to[i])))
 }
 
 /// One bit for each barrier that the goal itself lies in front of.
@@ -274,11 +323,12 @@ impl Check<'_> {
     fn way(
         &self,
         q: JointPositions,
+        by_way_of: Option<JointPositions>,
         is_detour: bool,
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Result<Way, HapticsError> {
-        let duration_s = reference.consider(&q)?;
+        let duration_s = reference.consider(&q, by_way_of.as_ref())?;
         let mut protrusion_m = f64::NEG_INFINITY;
         for i in 1..=SAMPLES {
             let t_s = duration_s * i as f64 / SAMPLES as f64;
@@ -287,6 +337,7 @@ impl Check<'_> {
         }
         Ok(Way {
             q,
+            by_way_of,
             is_detour,
             protrusion_m,
         })

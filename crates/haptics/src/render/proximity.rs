@@ -11,9 +11,8 @@ use hwall_numeric::check::{non_negative, positive, that};
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
     pub clearance_m: f64,
-    /// Speed that is allowed for each metre beyond the clearance, 1/s; default 8: the board is never closer than an eighth of a
-    /// second at its present speed.
-    pub speed_per_m: f64,
+    /// Deceleration at which the board, at the speed that is allowed, would stop at the clearance, m/s²; default 5.
+    pub braking_m_per_s2: f64,
     /// Speed that is allowed at any distance, m/s; default 0.25, that of reduced speed of an industrial robot
     /// ([ISO 10218-1]).
     pub crawl_m_per_s: f64,
@@ -25,7 +24,7 @@ impl Default for ProximityConfig {
     fn default() -> Self {
         Self {
             clearance_m: 0.02,
-            speed_per_m: 8.0,
+            braking_m_per_s2: 5.0,
             crawl_m_per_s: 0.25,
             full_m_per_s: 1.6,
         }
@@ -33,7 +32,7 @@ impl Default for ProximityConfig {
 }
 
 /// Shares of the full speed that are told apart; few, so that the motion is seldom planned anew.
-const SHARES: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
+const SHARES: [f64; 8] = [0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0];
 /// A larger share is taken only if this much more would be allowed.
 const MARGIN: f64 = 1.2;
 
@@ -44,7 +43,7 @@ impl ProximityConfig {
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), HapticsError> {
         non_negative("clearance_m", self.clearance_m)?;
-        positive("speed_per_m", self.speed_per_m)?;
+        positive("braking_m_per_s2", self.braking_m_per_s2)?;
         positive("crawl_m_per_s", self.crawl_m_per_s)?;
         positive("full_m_per_s", self.full_m_per_s)?;
         let slower = self.crawl_m_per_s <= self.full_m_per_s;
@@ -71,7 +70,8 @@ impl ProximityConfig {
             .map(|point| distance_m(board, base_from_board, *point))
             .fold(f64::INFINITY, f64::min);
         let beyond_m = (nearest_m - self.clearance_m).max(0.0);
-        let allowed = (self.speed_per_m * beyond_m).max(self.crawl_m_per_s) / self.full_m_per_s;
+        let can_stop_m_per_s = (2.0 * self.braking_m_per_s2 * beyond_m).sqrt();
+        let allowed = can_stop_m_per_s.max(self.crawl_m_per_s) / self.full_m_per_s;
         let most = |allowed: f64| {
             let fitting = SHARES.into_iter().filter(|share| *share <= allowed);
             fitting.fold(SHARES[0], f64::max)

@@ -82,6 +82,8 @@ const MAX_FORCE_N: f64 = 1e4;
 
 /// A finger that is deeper in a wall than this is inside it, m: presses on a board that is there are not as deep.
 const INSIDE_M: f64 = 0.01;
+/// Steps in which the board makes way, m.
+const STEP_M: f64 = 0.01;
 /// A point further behind the wall is not near the place where the board shall be, m.
 const DEEPEST_M: f64 = 0.25;
 
@@ -463,7 +465,8 @@ impl Renderer {
         let off = face.position_m() - target.point_m;
         let is_there = off.dot(normal).abs() <= INSIDE_M
             && off.reject_from_normalized(normal).length() <= reach_m;
-        let behind_m = deepest_m + self.proximity.clearance_m;
+        // In steps, so that a trembling finger does not move the board.
+        let behind_m = ((deepest_m + self.proximity.clearance_m) / STEP_M).ceil() * STEP_M;
         (!is_there && behind_m > target.behind_m).then_some(BoardTarget {
             behind_m,
             ..*target

@@ -231,7 +231,8 @@ impl Control {
         let left_s = self.step.and_then(|step| step.left_s);
         let presents = target.behind_m == 0.0 && self.contact.is_none();
         let near = contact_s - now_s <= SOON_S;
-        presents && near && left_s.is_some_and(|left_s| now_s + left_s > contact_s + LATE_S)
+        let is_late = |left_s: f64| left_s > SLOW_S && now_s + left_s > contact_s + LATE_S;
+        presents && near && left_s.is_some_and(is_late)
     }
 
     /// Sets the state after a step, and reports what changed.
@@ -338,6 +339,8 @@ impl Control {
 const SHORT_M: f64 = 0.03;
 /// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.
 const LATE_S: f64 = 0.1;
+/// A board that is this near to its goal, s, is slow, and goes on.
+const SLOW_S: f64 = 0.2;
 /// Only a contact that is expected within this time makes a board stay short, s.
 const SOON_S: f64 = 0.3;
 

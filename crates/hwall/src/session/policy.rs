@@ -19,7 +19,7 @@ pub struct PolicyConfig {
     pub settle_s: f64,
     /// A predicted place that moves by less than this between frames stays, m; default 0.06.
     pub settle_m: f64,
-    /// How far behind a surface that is looked at the board gets ready, m; default 0.04.
+    /// How far behind a surface that is looked at the board gets ready, m; default 0.02.
     pub ready_m: f64,
     /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
     pub look_s: f64,
@@ -42,7 +42,7 @@ impl Default for PolicyConfig {
         Self {
             settle_s: 0.05,
             settle_m: 0.06,
-            ready_m: 0.04,
+            ready_m: 0.02,
             look_s: 1.0,
             reach_m_per_s: 0.1,
             near_m: 0.06,
