@@ -74,19 +74,42 @@ pub fn targets_of_maps(
     maps: &WallMaps,
     range: &TouchRange,
 ) -> Result<Vec<WeightedTarget>, ArrivalError> {
-    range.validate()?;
     let map = maps.map().ok_or(ArrivalError::NoWalls)?;
+    let is_reachable = |plane: &WallPlane, point_m| {
+        Ok(plane.distance_m() >= 0.0 && map.is_reachable(point_m, plane.normal())?)
+    };
+    chosen(maps.facets(), range, is_reachable)
+}
+
+/// Places on facets, on the outer side of each, over the heights at which people touch: for a base that has no place yet.
+/// Heights and ball are those of the facets' frame.
+///
+/// # Errors
+/// A setting out of range, a facet that is not vertical, no facets with a place in the range.
+pub fn targets_of_facets(
+    facets: &[WallFacet],
+    range: &TouchRange,
+) -> Result<Vec<WeightedTarget>, ArrivalError> {
+    if facets.is_empty() {
+        return Err(ArrivalError::NoWalls);
+    }
+    chosen(facets, range, |_, _| Ok(true))
+}
+
+fn chosen(
+    facets: &[WallFacet],
+    range: &TouchRange,
+    counts: impl Fn(&WallPlane, DVec3) -> Result<bool, ArrivalError>,
+) -> Result<Vec<WeightedTarget>, ArrivalError> {
+    range.validate()?;
     let mut targets = Vec::new();
     let mut tried = 0;
-    for facet in maps.facets() {
+    for facet in facets {
         let plane = WallPlane::through(facet.point_m, facet.normal)?;
-        if plane.distance_m() < 0.0 {
-            continue;
-        }
         let before = targets.len();
         for point_m in range.places_of(&plane, facet)? {
             tried += 1;
-            if map.is_reachable(point_m, plane.normal())? {
+            if counts(&plane, point_m)? {
                 let normal = plane.normal();
                 targets.push(WeightedTarget::from(Target { point_m, normal }));
             }
@@ -122,11 +145,7 @@ impl TouchRange {
     }
 
     /// The places of a facet: a grid, evenly within its borders.
-    fn places_of(
-        &self,
-        plane: &WallPlane,
-        facet: &WallFacet,
-    ) -> Result<Vec<DVec3>, ArrivalError> {
+    fn places_of(&self, plane: &WallPlane, facet: &WallFacet) -> Result<Vec<DVec3>, ArrivalError> {
         let mut along = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
         for corner in &facet.outline_m {
             let s_m = plane.along().dot(*corner);
@@ -161,7 +180,8 @@ impl TouchRange {
             for column in 0..columns as usize {
                 let point = WallPoint::new(at(along, column, columns), at(heights, row, rows));
                 let point_m = plane.point_m(point);
-                let near = |(middle_m, radius_m): (DVec3, f64)| point_m.distance(middle_m) <= radius_m;
+                let near =
+                    |(middle_m, radius_m): (DVec3, f64)| point_m.distance(middle_m) <= radius_m;
                 if self.ball.is_none_or(near) {
                     places.push(point_m);
                 }

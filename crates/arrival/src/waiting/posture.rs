@@ -249,7 +249,10 @@ impl<'a> Quick<'a> {
     }
 
     /// The ends of the best starts' descents with their losses, best first.
-    pub(crate) fn descents(&self, starts: usize) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
+    pub(crate) fn descents(
+        &self,
+        starts: usize,
+    ) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
         if self.problem.places().is_empty() {
             return Err(ArrivalError::OutOfReach {
                 places: self.targets,

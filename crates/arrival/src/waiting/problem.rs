@@ -151,7 +151,8 @@ impl<'a> Problem<'a> {
                 .fastest(place, q, &[])
                 .map_or(0.0, |(way, time_s)| time_s + place.ways[way].strain_s);
             let reach_rad = self.limits.farthest_rad(least_s + more_s);
-            let within = |way: &&Way| (0..MOST_JOINTS).all(|j| (way.q[j] - q[j]).abs() <= reach_rad[j]);
+            let within =
+                |way: &&Way| (0..MOST_JOINTS).all(|j| (way.q[j] - q[j]).abs() <= reach_rad[j]);
             let mut ways: Vec<Way> = place.ways.iter().filter(within).copied().collect();
             // The first way that is looked at then rules out most others.
             let time_s = |way: &Way| self.limits.travel_time_s(q, &way.q) + way.strain_s;
@@ -173,7 +174,8 @@ impl<'a> Problem<'a> {
                 break;
             };
             if self.passage.is_clear(q, &place.ways[way].q, self.shares) {
-                let blocked_s = first.map_or(f64::INFINITY, |f| f.time_s + self.config.blocked_price_s);
+                let blocked_s =
+                    first.map_or(f64::INFINITY, |f| f.time_s + self.config.blocked_price_s);
                 if time_s <= blocked_s {
                     return Arrival {
                         time_s,
@@ -198,7 +200,12 @@ impl<'a> Problem<'a> {
 
     /// The way of the least time and strain, and its time. Most ways are passed over by comparing joints with
     /// how far they get in the best time so far.
-    fn fastest(&self, place: &Place, q: &JointPositions, refused: &[usize]) -> Option<(usize, f64)> {
+    fn fastest(
+        &self,
+        place: &Place,
+        q: &JointPositions,
+        refused: &[usize],
+    ) -> Option<(usize, f64)> {
         let mut best: Option<(usize, f64)> = None;
         let mut least_s = f64::INFINITY;
         let mut reach_rad = [f64::INFINITY; MOST_JOINTS];
@@ -243,7 +250,9 @@ impl<'a> Problem<'a> {
     pub(super) fn unblocked_s(&self, q: &JointPositions) -> f64 {
         let (mut sum_s, mut weight) = (0.0, 0.0);
         for place in &self.places {
-            let time_s = self.fastest(place, q, &[]).map_or(f64::INFINITY, |(_, time_s)| time_s);
+            let time_s = self
+                .fastest(place, q, &[])
+                .map_or(f64::INFINITY, |(_, time_s)| time_s);
             sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
             weight += place.weight;
         }

@@ -23,7 +23,11 @@ const ALIKE_RAD: f64 = 0.5;
 const PAIRS: [[usize; 2]; 4] = [[0, 2], [2, 4], [4, 6], [1, 3]];
 
 /// The most promising starts, best first: configurations that hold the board behind a target.
-pub(super) fn starts(problem: &Problem, presenter: &Presenter, count: usize) -> Vec<JointPositions> {
+pub(super) fn starts(
+    problem: &Problem,
+    presenter: &Presenter,
+    count: usize,
+) -> Vec<JointPositions> {
     let places = problem.places();
     let mut found = problem.config.start_from.clone();
     let near = JointPositions(problem.passage.arm.limits().map(|l| l.middle_rad()));
@@ -43,7 +47,9 @@ pub(super) fn starts(problem: &Problem, presenter: &Presenter, count: usize) -> 
     }
     found.extend(ways.iter().map(|way| way.q));
     let found = best_of(found, LEFT[0], |q| problem.lack_s(q));
-    let found = best_of(found, LEFT[1], |q| problem.lack_s(q) + problem.unblocked_s(q));
+    let found = best_of(found, LEFT[1], |q| {
+        problem.lack_s(q) + problem.unblocked_s(q)
+    });
     let found = best_of(found, LEFT[1], |q| problem.loss_s(q));
     let mut best: Vec<JointPositions> = Vec::with_capacity(count);
     for q in found {
