@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_numeric::check::positive;
 use hwall_numeric::ArgumentError;
+use hwall_numeric::check::positive;
 use serde::{Deserialize, Serialize};
 
 /// Size of the board's face. Its middle is the tool point, its sides lie along the tool's x and y axes.

@@ -17,7 +17,7 @@ pub use error::ArrivalError;
 pub use passage::ClearanceConfig;
 pub use strain::StrainConfig;
 pub use surfaces::Surfaces;
-pub use target::{TouchRange, WallShare, WeightedTarget, targets_of_maps};
+pub use target::{TouchRange, WallShare, WeightedTarget, targets_of_facets, targets_of_maps};
 
 // A configuration for every place.
 pub use atlas::{Atlas, AtlasConfig, AtlasEntry, AtlasNode, AtlasWall, NodePlace};
@@ -26,7 +26,9 @@ pub use waiting::{
     WaitingConfig, WaitingPosture, judge_posture, waiting_posture, waiting_posture_of_maps,
 };
 // Where to stand.
-pub use placement::{ArrivalPlacement, ArrivalPlacementConfig, ArrivalPlacements, place_base_by_arrival};
+pub use placement::{
+    ArrivalPlacement, ArrivalPlacementConfig, ArrivalPlacements, place_base_by_arrival,
+};
 
 // What public signatures name.
 pub use glam;

@@ -48,9 +48,9 @@ impl ClearanceConfig {
 }
 
 /// Shares of a way at which it is looked at: few, for a search.
-pub(crate) const COARSE: &[f64] = &[0.4, 0.7, 0.88, 0.97];
+pub(crate) const COARSE: &[f64] = &[0.88, 0.7, 0.97, 0.4];
 /// The same for a choice; towards the end more densely, where the face comes to the surface.
-pub(crate) const MEDIUM: &[f64] = &[0.15, 0.3, 0.45, 0.58, 0.7, 0.8, 0.87, 0.93, 0.97];
+pub(crate) const MEDIUM: &[f64] = &[0.87, 0.7, 0.58, 0.93, 0.97, 0.45, 0.8, 0.3, 0.15];
 
 /// What is needed to look at ways.
 #[derive(Debug, Clone, Copy)]
@@ -74,8 +74,12 @@ pub(crate) struct Standing {
 
 impl Passage<'_> {
     pub(crate) fn standing(&self, q: &JointPositions) -> Standing {
+        let g = self.arm.geometry();
         let pose = self.arm.forward(q);
-        let [shoulder, elbow, wrist, _] = self.arm.skeleton_m(q);
+        let shoulder = DVec3::Z * g.d_bs_m;
+        let ((s1, c1), (s2, c2)) = (q[0].sin_cos(), q[1].sin_cos());
+        let elbow = shoulder + DVec3::new(c1 * s2, s1 * s2, c2) * g.d_se_m;
+        let wrist = shoulder + self.arm.wrist_from_shoulder_m(&pose);
         let mut face_m = f64::NEG_INFINITY;
         let mut own_body_m = f64::INFINITY;
         for point in self.board.points_m(&pose) {
@@ -84,12 +88,24 @@ impl Passage<'_> {
                 .min(segment_distance_m(point, DVec3::ZERO, shoulder))
                 .min(segment_distance_m(point, shoulder, elbow));
         }
-        let link = |point| self.surfaces.intrusion_m(point) + self.clearance.link_radius_m;
+        let link = |middle_m| self.surfaces.intrusion_m(middle_m) + self.clearance.link_radius_m;
         Standing {
             face_m,
             links_m: link(elbow).max(link(wrist)),
             own_body_m,
         }
+    }
+
+    /// By how much a standing is too near, m, if the face may be before surfaces by `allowed_m`.
+    fn excess_of_m(&self, standing: Standing, allowed_m: f64) -> f64 {
+        (standing.face_m - allowed_m)
+            .max(standing.links_m)
+            .max(self.clearance.own_body_m - standing.own_body_m)
+    }
+
+    /// How far the face may be before surfaces on a way that ends so, m.
+    fn allowed_m(&self, end: Standing) -> f64 {
+        end.face_m.max(0.0) + self.clearance.tolerance_m
     }
 
     /// By how much a straight motion of the joints comes too near, m, at these shares of it and at its end: zero where
@@ -101,16 +117,28 @@ impl Passage<'_> {
         shares: impl IntoIterator<Item = f64>,
     ) -> f64 {
         let end = self.standing(to);
-        let allowed = end.face_m.max(0.0) + self.clearance.tolerance_m;
-        let too_much = |s: Standing| {
-            (s.face_m - allowed)
-                .max(s.links_m)
-                .max(self.clearance.own_body_m - s.own_body_m)
-        };
+        let allowed_m = self.allowed_m(end);
         let on_way = shares
             .into_iter()
-            .map(|share| too_much(self.standing(&between(from, to, share))));
-        on_way.fold(too_much(end).max(0.0), f64::max)
+            .map(|share| self.standing(&between(from, to, share)))
+            .map(|standing| self.excess_of_m(standing, allowed_m));
+        on_way.fold(self.excess_of_m(end, allowed_m).max(0.0), f64::max)
+    }
+
+    /// Does a straight motion of the joints keep all distances, at these shares of it and at its end?
+    pub(crate) fn is_clear(
+        &self,
+        from: &JointPositions,
+        to: &JointPositions,
+        shares: &[f64],
+    ) -> bool {
+        let end = self.standing(to);
+        let allowed_m = self.allowed_m(end);
+        let keeps = |standing| self.excess_of_m(standing, allowed_m) <= 0.0;
+        keeps(end)
+            && shares
+                .iter()
+                .all(|&share| keeps(self.standing(&between(from, to, share))))
     }
 }
 

@@ -42,7 +42,10 @@ impl StrainConfig {
         };
         let limits = arm.limits().iter().zip(q.0);
         let at_limits: f64 = limits.map(|(l, q)| part(l.distance_rad(q))).sum();
-        let singular: f64 = [1, 3, 5].into_iter().map(|joint| part(q[joint].abs())).sum();
+        let singular: f64 = [1, 3, 5]
+            .into_iter()
+            .map(|joint| part(q[joint].abs()))
+            .sum();
         self.price_s * (at_limits + singular)
     }
 }

@@ -14,8 +14,8 @@ use crate::error::ArrivalError;
 /// A nearer surface hides what lies at most this far behind it, m: the depth of a shelf or a cupboard.
 const HIDES_M: f64 = 0.35;
 
-/// Least cosine between two surfaces of which one can hide what is before the other.
-const ALIKE: f64 = 0.3;
+/// Least cosine between a surface and one that stands on it.
+const PARALLEL: f64 = 0.95;
 
 /// How far places on the surface itself may be off it by rounding, m.
 const ROUNDING_M: f64 = 1e-6;
@@ -35,16 +35,13 @@ struct Rectangle {
     distance_m: f64,
     s_m: [f64; 2],
     z_m: [f64; 2],
-    /// Is its outer side, as the facet gives it, the one away from the base?
-    outward: bool,
 }
 
 impl Surfaces {
     /// From facets whose normals point to the side that is touched; `margin_m`: how far the plane beyond the border of
     /// a facet counts too.
     ///
-    /// A facet whose normal points towards the base (a wall across the room, the inner side of something) still must
-    /// not be passed, but hides nothing.
+    /// A facet whose normal points towards the base is left out: the arm stands on the side that is touched.
     ///
     /// # Errors
     /// NaN or infinity, a facet that is not vertical, a negative margin.
@@ -53,10 +50,10 @@ impl Surfaces {
         let mut rectangles = Vec::with_capacity(facets.len());
         for facet in facets {
             let given = WallPlane::through(facet.point_m, facet.normal)?;
-            let outward = given.distance_m() >= 0.0;
-            let sign = if outward { 1.0 } else { -1.0 };
-            let normal = given.normal() * sign;
-            let along = given.along() * sign;
+            if given.distance_m() < 0.0 {
+                continue;
+            }
+            let along = given.along();
             let mut s_m = [f64::INFINITY, f64::NEG_INFINITY];
             for corner in &facet.outline_m {
                 let s = finite("corner of a facet", along.dot(*corner))?;
@@ -72,12 +69,11 @@ impl Surfaces {
                 finite("upper border", facet.heights.hi_m)?,
             ];
             rectangles.push(Rectangle {
-                normal,
+                normal: given.normal(),
                 along,
-                distance_m: given.distance_m() * sign,
+                distance_m: given.distance_m(),
                 s_m,
                 z_m,
-                outward,
             });
         }
         Ok(Self {
@@ -123,30 +119,56 @@ impl Surfaces {
         self.rectangles.is_empty()
     }
 
-    /// How far a place lies before the surfaces, on the person's side, m: the largest distance of those it lies before.
-    /// Negative: behind all that are in front of it, by at least that much; minus infinity where there is none.
+    /// How far a place lies before the surfaces, on the person's side, m. Negative: behind them, by at least that much;
+    /// minus infinity where there is no surface in front or behind.
     #[must_use]
     pub fn intrusion_m(&self, point_m: DVec3) -> f64 {
-        let mut most = f64::NEG_INFINITY;
+        // Behind some surface: the one it is nearest to. Before all that it is beside: the one it is nearest to, and
+        // those that hold it themselves before those that do only with their margin.
+        let mut behind = f64::NEG_INFINITY;
+        let mut before = f64::INFINITY;
+        let mut beside = f64::INFINITY;
+        let mut far_behind = f64::NEG_INFINITY;
         for surface in &self.rectangles {
+            if !surface.holds(point_m, self.margin_m) {
+                continue;
+            }
             let off = surface.off_m(point_m);
-            if off > most
-                && surface.holds(point_m, self.margin_m)
-                && !(off > ROUNDING_M && self.is_hidden(point_m, surface))
-            {
-                most = off;
+            if surface.holds(point_m, ROUNDING_M) {
+                if off > ROUNDING_M {
+                    before = before.min(off);
+                } else if off >= -HIDES_M {
+                    if off > behind && !self.is_inside_of_nearer(surface, off, point_m) {
+                        behind = off;
+                    }
+                } else {
+                    far_behind = far_behind.max(off);
+                }
+            } else if off > 0.0 {
+                beside = beside.min(off);
+            } else {
+                far_behind = far_behind.max(off);
             }
         }
-        most
+        if behind > f64::NEG_INFINITY {
+            behind
+        } else if before < f64::INFINITY {
+            before
+        } else if beside < f64::INFINITY {
+            beside
+        } else {
+            far_behind
+        }
     }
+}
 
-    fn is_hidden(&self, point_m: DVec3, by_front_of: &Rectangle) -> bool {
+impl Surfaces {
+    /// Is the place, behind a surface, also within what stands on that surface?
+    fn is_inside_of_nearer(&self, surface: &Rectangle, off_m: f64, point_m: DVec3) -> bool {
         self.rectangles.iter().any(|other| {
-            let alike = !by_front_of.outward || by_front_of.normal.dot(other.normal) > ALIKE;
             let off = other.off_m(point_m);
-            other.outward
-                && alike
-                && (-HIDES_M..=ROUNDING_M).contains(&off)
+            surface.normal.dot(other.normal) > PARALLEL
+                && (-HIDES_M..off_m - ROUNDING_M).contains(&off)
                 && other.holds(point_m, ROUNDING_M)
         })
     }

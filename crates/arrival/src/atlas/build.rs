@@ -177,7 +177,9 @@ impl Atlas {
 
     /// All nodes of all walls.
     pub fn nodes(&self) -> impl Iterator<Item = &AtlasNode> {
-        self.walls.iter().flat_map(|wall| wall.nodes.iter().flatten())
+        self.walls
+            .iter()
+            .flat_map(|wall| wall.nodes.iter().flatten())
     }
 }
 
@@ -234,7 +236,9 @@ impl<'a> Frame<'a> {
         let first_m = grid.heights.at(low);
         let step_m = (grid.heights.at(low + 1) - first_m) * stride as f64;
         let heights = Steps::new(first_m, step_m, lines.len())?;
-        let spans = reached.iter().flat_map(|&height| map.intervals(index(height)));
+        let spans = reached
+            .iter()
+            .flat_map(|&height| map.intervals(index(height)));
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for interval in spans {
             lo = lo.min(interval.span.lo_m);
@@ -291,10 +295,17 @@ impl<'a> Frame<'a> {
             },
         };
         let mut chosen = refine::chosen(&ways, &grid, &grid.choose());
-        refine::arm_angles(presenter, pricing, &grid, &self.plane, &points_m, &mut chosen);
-        let nodes = chosen.iter().map(|found| {
-            found.map(|(way, _)| finished(&way, presenter, pricing))
-        });
+        refine::arm_angles(
+            presenter,
+            pricing,
+            &grid,
+            &self.plane,
+            &points_m,
+            &mut chosen,
+        );
+        let nodes = chosen
+            .iter()
+            .map(|found| found.map(|(way, _)| finished(&way, presenter, pricing)));
         AtlasWall {
             plane: self.plane,
             along: self.along,
@@ -315,7 +326,8 @@ fn finished(way: &Presentation, presenter: &Presenter, pricing: &Pricing) -> Atl
         q: way.q,
         roll_rad: presenter.rolls_rad()[usize::from(way.roll)],
         arrival_s: pricing.limits.travel_time_s(pricing.waiting, &way.q),
-        clear: excess_m <= 0.0,
+        clear: excess_m == 0.0,
+        excess_m,
         overhang_m: pricing.passage.standing(&way.q).face_m.max(0.0),
     }
 }

@@ -72,7 +72,9 @@ pub(super) fn of_node(
     scratch.order.clear();
     let alone = scratch.ways.iter().map(|way| pricing.alone_s(&way.q));
     scratch.order.extend(alone.enumerate().map(|(i, s)| (s, i)));
-    scratch.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    scratch
+        .order
+        .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut found = Candidates::default();
     let mut kinds = vec![0_usize; 8 * presenter.rolls_rad().len()];
     let most_of_a_kind = config.candidates.div_ceil(OF_A_KIND);

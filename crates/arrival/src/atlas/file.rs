@@ -56,7 +56,7 @@ impl Atlas {
             StoredNode {
                 q: node.q.0,
                 roll: self.rolls_rad.iter().position(is_roll).unwrap_or(0) as u8,
-                clear: node.clear,
+                excess_m: node.excess_m,
                 overhang_m: node.overhang_m,
             }
         };
@@ -255,18 +255,27 @@ impl StoredWall {
             let pose = atlas.arm.forward(&q);
             let turned = wall.plane.board_rotation(roll_rad) - pose.rotation();
             let off = pose.position_m().distance(point_m);
-            let most = turned.to_cols_array().into_iter().fold(off, |m, x| m.max(x.abs()));
+            let most = turned
+                .to_cols_array()
+                .into_iter()
+                .fold(off, |m, x| m.max(x.abs()));
             if !(most <= HELD) {
                 return Err(malformed("a node that its configuration does not hold"));
             }
-            if !(stored.overhang_m >= 0.0 && stored.overhang_m.is_finite()) {
-                return Err(malformed("overhang of a node"));
+            for (what, length_m) in [
+                ("excess of a node", stored.excess_m),
+                ("overhang of a node", stored.overhang_m),
+            ] {
+                if !(length_m >= 0.0 && length_m.is_finite()) {
+                    return Err(malformed(what));
+                }
             }
             wall.nodes[index] = Some(AtlasNode {
                 q,
                 roll_rad,
                 arrival_s: atlas.limits.travel_time_s(&atlas.waiting, &q),
-                clear: stored.clear,
+                clear: stored.excess_m == 0.0,
+                excess_m: stored.excess_m,
                 overhang_m: stored.overhang_m,
             });
         }

@@ -69,8 +69,15 @@ impl Atlas {
         let radius_m = slack_m * (1.0 - 1e-9);
         let around = (0..2 * DIRECTIONS).filter_map(|i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
-            let radius_m = if i < DIRECTIONS { radius_m } else { 0.5 * radius_m };
-            let entry = self.entry(wall, WallPoint::new(at.s_m + radius_m * cos, at.z_m + radius_m * sin))?;
+            let radius_m = if i < DIRECTIONS {
+                radius_m
+            } else {
+                0.5 * radius_m
+            };
+            let entry = self.entry(
+                wall,
+                WallPoint::new(at.s_m + radius_m * cos, at.z_m + radius_m * sin),
+            )?;
             let projection = self.walls[wall].plane.project(entry.point_m);
             (projection.at.distance_m(at) <= slack_m).then_some(entry)
         });
@@ -85,7 +92,12 @@ impl Atlas {
     }
 
     /// The nearest wall that is alike, and the place on it.
-    fn find_within(&self, point_m: DVec3, normal: DVec3, slack_m: f64) -> Option<(usize, WallPoint)> {
+    fn find_within(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        slack_m: f64,
+    ) -> Option<(usize, WallPoint)> {
         let length = normal.length();
         if !(length > 0.0 && length.is_finite()) {
             return None;
@@ -166,7 +178,14 @@ impl Atlas {
             overhang_m,
             ..
         } = *node;
-        Some(entry(q, wall.point_m(place), roll_rad, clear, false, overhang_m))
+        Some(entry(
+            q,
+            wall.point_m(place),
+            roll_rad,
+            clear,
+            false,
+            overhang_m,
+        ))
     }
 }
 

@@ -16,6 +16,9 @@ pub struct AtlasNode {
     pub arrival_s: f64,
     /// Does the straight way of the joints from the waiting posture keep the distances asked for?
     pub clear: bool,
+    /// By how much that way comes too near at its worst, m: beyond what is allowed for the board before surfaces, or into
+    /// the distances of elbow, wrist and the arm's own body. 0 where the way is clear.
+    pub excess_m: f64,
     /// How far the board, held here, stands before a surface, m: a board near an outer corner of a room overhangs
     /// it. 0 where it does not.
     pub overhang_m: f64,
@@ -46,7 +49,7 @@ pub struct AtlasWall {
 pub(super) struct StoredNode {
     pub(super) q: [f64; 7],
     pub(super) roll: u8,
-    pub(super) clear: bool,
+    pub(super) excess_m: f64,
     pub(super) overhang_m: f64,
 }
 

@@ -75,7 +75,7 @@ pub fn place_base_by_arrival(
         least_behind_m: from_behind.least_behind_m.unwrap_or(0.0),
     };
     let mut judged: Vec<Judged> = Vec::new();
-    for place in most_covering(&coverage, targets, config.judged) {
+    for place in most_covering(&room, &coverage, config.judged) {
         judged.extend(room.judge(place)?);
     }
     if judged.is_empty() {
@@ -128,40 +128,36 @@ struct Judged {
 }
 
 /// The positions of the grid that reach most targets, each at the heading that does, and of equal headings the one that
-/// looks most towards the targets.
-fn most_covering(
-    coverage: &PlacementScores,
-    targets: &[WeightedTarget],
-    count: usize,
-) -> Vec<Place> {
+/// looks most along the normals of the targets nearby.
+fn most_covering(room: &Room, coverage: &PlacementScores, count: usize) -> Vec<Place> {
     let config = coverage.config();
-    let towards: DVec3 = targets.iter().map(|t| t.target.normal.normalize_or_zero() * t.weight).sum();
     let mut found = Vec::new();
     for (iy, y) in config.y.iter().enumerate() {
         for (ix, x) in config.x.iter().enumerate() {
-            let reached = |heading| coverage.reachable(ix, iy, heading).unwrap_or(0);
-            let ahead = |heading_rad: f64| {
-                DVec3::new(heading_rad.cos(), heading_rad.sin(), 0.0).dot(towards)
-            };
-            let headings = config.headings_rad.iter().enumerate();
-            let best = headings
-                .map(|(i, &heading_rad)| (reached(i), heading_rad))
-                .max_by(|a, b| a.0.cmp(&b.0).then(ahead(a.1).total_cmp(&ahead(b.1))));
-            if let Some((reached, heading_rad)) = best.filter(|b| b.0 > 0) {
-                let base_m = DVec3::new(x, y, config.z_m);
-                found.push((
-                    reached,
-                    Place {
-                        base_m,
-                        heading_rad,
-                    },
-                ));
+            let base_m = DVec3::new(x, y, config.z_m);
+            let reached = coverage.cell(ix, iy).map_or(0, |cell| cell.reachable);
+            if reached > 0 && room.has_space_at(base_m) {
+                found.push((reached, base_m, [ix, iy]));
             }
         }
     }
-    found.sort_by_key(|(reached, _)| std::cmp::Reverse(*reached));
+    found.sort_by_key(|(reached, ..)| std::cmp::Reverse(*reached));
     found.truncate(count);
-    found.into_iter().map(|(_, place)| place).collect()
+    let with_heading = |(reached, base_m, [ix, iy]): (usize, DVec3, [usize; 2])| {
+        let towards = room.normals_near(base_m);
+        let ahead =
+            |heading_rad: f64| DVec3::new(heading_rad.cos(), heading_rad.sin(), 0.0).dot(towards);
+        let headings = config.headings_rad.iter().enumerate();
+        let best = headings
+            .filter(|(i, _)| coverage.reachable(ix, iy, *i) == Some(reached))
+            .map(|(_, heading_rad)| *heading_rad)
+            .max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)));
+        best.map(|heading_rad| Place {
+            base_m,
+            heading_rad,
+        })
+    };
+    found.into_iter().filter_map(with_heading).collect()
 }
 
 /// What all places have in common.
@@ -183,6 +179,35 @@ struct FromBase {
 }
 
 impl Room<'_> {
+    /// Does the base's column stand clear behind the walls that it is behind?
+    fn has_space_at(&self, base_m: DVec3) -> bool {
+        let radius_m = self.config.base_radius_m;
+        let upper_m = self.arm.geometry().d_bs_m.max(0.0);
+        self.facets.iter().all(|facet| {
+            let along = DVec3::Z.cross(facet.normal).normalize_or_zero();
+            let off_m = facet.normal.normalize_or_zero().dot(base_m - facet.point_m);
+            let s_m = facet.outline_m.iter().map(|p| along.dot(*p - base_m));
+            let (lo, hi) = s_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), s| {
+                (lo.min(s), hi.max(s))
+            });
+            let apart = off_m.abs() >= radius_m || lo >= radius_m || hi <= -radius_m;
+            let (low_m, high_m) = (facet.heights.lo_m - base_m.z, facet.heights.hi_m - base_m.z);
+            apart || low_m >= upper_m || high_m <= 0.0
+        })
+    }
+
+    /// The sum of the normals of the targets about within reach.
+    fn normals_near(&self, base_m: DVec3) -> DVec3 {
+        let range = self.arm.shoulder_wrist_range();
+        let near = self.targets.iter().filter(|t| {
+            let way_m = t.target.point_m - base_m;
+            let normal = t.target.normal.normalize_or_zero();
+            way_m.length() <= range.longest_m && normal.dot(way_m) >= self.least_behind_m
+        });
+        near.map(|t| t.target.normal.normalize_or_zero() * t.weight)
+            .sum()
+    }
+
     fn from_base(&self, place: Place) -> Result<FromBase, ArrivalError> {
         let rotation = DMat3::from_rotation_z(place.heading_rad);
         let room_from_base = Pose::new(rotation, place.base_m)?;
@@ -226,8 +251,11 @@ impl Room<'_> {
 
     /// A quick judgement; `None` where nothing is within reach.
     fn judge(&self, place: Place) -> Result<Option<Judged>, ArrivalError> {
-        /// Starts followed for a place; a place that loses by a bad start does so by little.
-        const STARTS: usize = 1;
+        /// Starts followed for a place.
+        const STARTS: usize = 2;
+        if !self.has_space_at(place.base_m) {
+            return Ok(None);
+        }
         let seen = self.from_base(place)?;
         let waiting: &WaitingConfig = &self.config.waiting;
         let passage = Passage {

@@ -25,9 +25,9 @@ pub struct WaitingConfig {
     pub rolls_rad: Vec<f64>,
     /// Distance between the arm angles that are tried, rad; default 10 degrees, twice that while searching.
     pub arm_angle_step_rad: f64,
-    /// Most targets looked at while searching; default 60, four times that at the end. What is reported is of all.
+    /// Most targets looked at while searching; default 50, three times that at the end. What is reported is of all.
     pub most_targets: usize,
-    /// Starts followed to their end; default 4.
+    /// Starts followed to their end; default 12.
     pub starts: usize,
     /// Postures to start from besides those that are made from the targets; default none.
     pub start_from: Vec<JointPositions>,
@@ -48,8 +48,8 @@ impl Default for WaitingConfig {
             slack_m: 0.0,
             rolls_rad: vec![0.0, FRAC_PI_2, PI, -FRAC_PI_2],
             arm_angle_step_rad: 10_f64.to_radians(),
-            most_targets: 60,
-            starts: 4,
+            most_targets: 50,
+            starts: 12,
             start_from: Vec::new(),
             blocked_price_s: 0.3,
             strain: StrainConfig::default(),

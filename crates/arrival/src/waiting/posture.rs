@@ -203,7 +203,7 @@ fn found(
     let quick = Quick::new(passage, targets, limits, config)?;
     let candidates = quick.descents(config.starts)?;
     let step_rad = config.arm_angle_step_rad;
-    let most = config.most_targets.saturating_mul(4);
+    let most = config.most_targets.saturating_mul(3);
     let fine = Problem::new(passage, limits, config, targets, most, step_rad, MEDIUM)?;
     let last = StepRange {
         first_rad: 0.06,
@@ -249,22 +249,29 @@ impl<'a> Quick<'a> {
     }
 
     /// The ends of the best starts' descents with their losses, best first.
-    pub(crate) fn descents(&self, starts: usize) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
+    pub(crate) fn descents(
+        &self,
+        starts: usize,
+    ) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
         if self.problem.places().is_empty() {
             return Err(ArrivalError::OutOfReach {
                 places: self.targets,
             });
         }
-        let steps = StepRange {
-            first_rad: 0.2,
-            last_rad: 0.04,
-        };
         let starts = search::starts(&self.problem, &self.presenter, starts);
-        let mut ends: Vec<(JointPositions, f64)> = starts
-            .into_iter()
-            .map(|q| search::descend(&self.problem, q, steps))
-            .collect();
-        ends.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let mut ends: Vec<(JointPositions, f64)> = starts.into_iter().map(|q| (q, 0.0)).collect();
+        // Large steps for all, small ones for those that were then best.
+        for (first_rad, last_rad) in [(0.2, 0.1), (0.05, 0.025)] {
+            let steps = StepRange {
+                first_rad,
+                last_rad,
+            };
+            for end in &mut ends {
+                *end = search::descend(&self.problem, end.0, steps);
+            }
+            ends.sort_by(|a, b| a.1.total_cmp(&b.1));
+            ends.truncate(ends.len().div_ceil(4));
+        }
         Ok(ends)
     }
 

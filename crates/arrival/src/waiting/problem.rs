@@ -50,6 +50,24 @@ struct Way {
     strain_s: f64,
 }
 
+/// A time that sorts; NaN last.
+#[derive(PartialEq)]
+struct OrderedTime(f64);
+
+impl Eq for OrderedTime {}
+
+impl PartialOrd for OrderedTime {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OrderedTime {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
 /// An arrival from a posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arrival {
@@ -128,13 +146,23 @@ impl<'a> Problem<'a> {
 
     /// Only the ways that may be the fastest from postures near `q`: at most `more_s` slower than the fastest.
     pub(super) fn near(&self, q: &JointPositions, more_s: f64) -> Self {
-        let mut near = self.clone();
-        for place in &mut near.places {
+        let near = |place: &Place| {
+            let least_s = self
+                .fastest(place, q, &[])
+                .map_or(0.0, |(way, time_s)| time_s + place.ways[way].strain_s);
+            let reach_rad = self.limits.farthest_rad(least_s + more_s);
+            let within =
+                |way: &&Way| (0..MOST_JOINTS).all(|j| (way.q[j] - q[j]).abs() <= reach_rad[j]);
+            let mut ways: Vec<Way> = place.ways.iter().filter(within).copied().collect();
+            // The first way that is looked at then rules out most others.
             let time_s = |way: &Way| self.limits.travel_time_s(q, &way.q) + way.strain_s;
-            let least_s = place.ways.iter().map(time_s).fold(f64::INFINITY, f64::min);
-            place.ways.retain(|way| time_s(way) <= least_s + more_s);
+            ways.sort_by_cached_key(|way| OrderedTime(time_s(way)));
+            Place { ways, ..*place }
+        };
+        Self {
+            places: self.places.iter().map(near).collect(),
+            ..*self
         }
-        near
     }
 
     /// The time to a place from a posture.
@@ -145,10 +173,9 @@ impl<'a> Problem<'a> {
             let Some((way, time_s)) = self.fastest(place, q, &refused) else {
                 break;
             };
-            let shares = self.shares.iter().copied();
-            let excess_m = self.passage.excess_m(q, &place.ways[way].q, shares);
-            if excess_m <= 0.0 {
-                let blocked_s = first.map_or(f64::INFINITY, |f| f.time_s + self.config.blocked_price_s);
+            if self.passage.is_clear(q, &place.ways[way].q, self.shares) {
+                let blocked_s =
+                    first.map_or(f64::INFINITY, |f| f.time_s + self.config.blocked_price_s);
                 if time_s <= blocked_s {
                     return Arrival {
                         time_s,
@@ -173,7 +200,12 @@ impl<'a> Problem<'a> {
 
     /// The way of the least time and strain, and its time. Most ways are passed over by comparing joints with
     /// how far they get in the best time so far.
-    fn fastest(&self, place: &Place, q: &JointPositions, refused: &[usize]) -> Option<(usize, f64)> {
+    fn fastest(
+        &self,
+        place: &Place,
+        q: &JointPositions,
+        refused: &[usize],
+    ) -> Option<(usize, f64)> {
         let mut best: Option<(usize, f64)> = None;
         let mut least_s = f64::INFINITY;
         let mut reach_rad = [f64::INFINITY; MOST_JOINTS];
@@ -212,6 +244,19 @@ impl<'a> Problem<'a> {
             weight += place.weight;
         }
         sum_s / weight + lack_s
+    }
+
+    /// As [`loss_s`](Self::loss_s) with every way taken for clear and without what the posture lacks: cheaper.
+    pub(super) fn unblocked_s(&self, q: &JointPositions) -> f64 {
+        let (mut sum_s, mut weight) = (0.0, 0.0);
+        for place in &self.places {
+            let time_s = self
+                .fastest(place, q, &[])
+                .map_or(f64::INFINITY, |(_, time_s)| time_s);
+            sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
+            weight += place.weight;
+        }
+        sum_s / weight
     }
 
     /// What the posture itself lacks: distance to surfaces, to its own body, to limits.

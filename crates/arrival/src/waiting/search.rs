@@ -2,32 +2,32 @@
 
 use super::problem::Problem;
 use crate::presentation::Presenter;
-use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
+use hwall_kinematics::{JointPositions, MOST_JOINTS, NearestConfig, SrsArm};
 use std::f64::consts::FRAC_PI_4;
 
 /// How far starts are drawn back from a target, m.
-const DRAWN_BACK_M: [f64; 2] = [0.14, 0.24];
+const DRAWN_BACK_M: [f64; 2] = [0.12, 0.2];
 
 /// Targets from which starts are made.
-const START_PLACES: usize = 5;
+const START_PLACES: usize = 12;
+
+/// Starts left after each comparison: by what they lack themselves, by times alone, by the loss.
+const LEFT: [usize; 2] = [1500, 80];
 
 /// Starts that differ by less than this in every joint are one, rad.
-const ALIKE_RAD: f64 = 0.6;
+const ALIKE_RAD: f64 = 0.5;
 
 /// Joints that are turned together, besides each alone: those that swap in the arm's poses.
-const PAIRS: [[usize; 2]; 8] = [
-    [0, 2],
-    [0, 4],
-    [1, 3],
-    [1, 5],
-    [2, 4],
-    [3, 5],
-    [4, 6],
-    [0, 6],
-];
+const PAIRS: [[usize; 2]; 4] = [[0, 2], [2, 4], [4, 6], [1, 3]];
 
 /// The most promising starts, best first: configurations that hold the board behind a target.
-pub(super) fn starts(problem: &Problem, presenter: &Presenter, count: usize) -> Vec<JointPositions> {
+pub(super) fn starts(
+    problem: &Problem,
+    presenter: &Presenter,
+    count: usize,
+) -> Vec<JointPositions> {
     let places = problem.places();
     let mut found = problem.config.start_from.clone();
     let near = JointPositions(problem.passage.arm.limits().map(|l| l.middle_rad()));
@@ -40,26 +40,19 @@ pub(super) fn starts(problem: &Problem, presenter: &Presenter, count: usize) -> 
             presenter.present(&place.plane, point_m, &near, &mut ways);
         }
     }
-    found.extend(ways.iter().map(|way| way.q));
-    if found.is_empty() {
+    if ways.is_empty() {
         for place in places.iter().take(START_PLACES) {
             presenter.present(&place.plane, place.point_m, &near, &mut ways);
         }
-        found.extend(ways.iter().map(|way| way.q));
     }
-    // Postures that stand badly themselves first out: a loss costs a thousand times as much.
-    let lacks = found.iter().map(|q| problem.lack_s(q));
-    let mut order: Vec<(f64, usize)> = lacks.enumerate().map(|(i, lack)| (lack, i)).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    order.truncate(MOST_JUDGED);
-    let mut judged: Vec<(f64, usize)> = order
-        .iter()
-        .map(|&(_, i)| (problem.loss_s(&found[i]), i))
-        .collect();
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    found.extend(ways.iter().map(|way| way.q));
+    let found = best_of(found, LEFT[0], |q| problem.lack_s(q));
+    let found = best_of(found, LEFT[1], |q| {
+        problem.lack_s(q) + problem.unblocked_s(q)
+    });
+    let found = best_of(found, LEFT[1], |q| problem.loss_s(q));
     let mut best: Vec<JointPositions> = Vec::with_capacity(count);
-    for (_, i) in judged {
-        let q = found[i];
+    for q in found {
         if best.iter().all(|b| b.max_abs_difference(&q) > ALIKE_RAD) {
             best.push(q);
         }
@@ -70,8 +63,17 @@ pub(super) fn starts(problem: &Problem, presenter: &Presenter, count: usize) -> 
     best
 }
 
-/// Starts whose loss is computed.
-const MOST_JUDGED: usize = 300;
+/// The configurations of least price, in its order; of equal ones the first.
+fn best_of(
+    found: Vec<JointPositions>,
+    count: usize,
+    price: impl Fn(&JointPositions) -> f64,
+) -> Vec<JointPositions> {
+    let mut order: Vec<(f64, JointPositions)> = found.into_iter().map(|q| (price(&q), q)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    order.truncate(count);
+    order.into_iter().map(|(_, q)| q).collect()
+}
 
 /// Arrange of step lengths of a descent, rad.
 #[derive(Debug, Clone, Copy)]
@@ -112,6 +114,22 @@ pub(super) fn descend(
                     }
                 }
             }
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                for length in [step_rad, -step_rad] {
+                    for moved in [
+                        shifted(problem.passage.arm, &best, axis * (0.5 * length)),
+                        turned(problem.passage.arm, &best, axis * length),
+                    ]
+                    .into_iter()
+                    .flatten()
+                    {
+                        let loss = near.loss_s(&moved);
+                        if loss < least {
+                            (best, least) = (moved, loss);
+                        }
+                    }
+                }
+            }
             if before - least < 1e-6 {
                 break;
             }
@@ -119,6 +137,25 @@ pub(super) fn descend(
         step_rad *= 0.5;
     }
     (best, least)
+}
+
+/// The nearest configuration with the board elsewhere: single joints cannot move it along a surface that it must not
+/// come nearer to.
+fn shifted(arm: &SrsArm, q: &JointPositions, by_m: DVec3) -> Option<JointPositions> {
+    let pose = arm.forward(q);
+    moved_to(arm, q, &pose.at(pose.position_m() + by_m))
+}
+
+fn turned(arm: &SrsArm, q: &JointPositions, by_rad: DVec3) -> Option<JointPositions> {
+    let pose = arm.forward(q);
+    let turn = DMat3::from_axis_angle(by_rad.normalize_or_zero(), by_rad.length());
+    let pose = Pose::new(turn * pose.rotation(), pose.position_m()).ok()?;
+    moved_to(arm, q, &pose)
+}
+
+fn moved_to(arm: &SrsArm, q: &JointPositions, pose: &Pose) -> Option<JointPositions> {
+    let found = arm.nearest_solution(pose, q, &NearestConfig::default());
+    found.ok().map(|solution| solution.q)
 }
 
 fn directions() -> impl Iterator<Item = [f64; MOST_JOINTS]> {
