@@ -27,7 +27,7 @@ pub struct JointBounds {
 }
 
 /// What a moving frame always leaves a joint, as a share of its full acceleration.
-const LEAST_SHARE: f64 = 1e-6;
+const LEAST_SHARE: f64 = 1e-9;
 
 impl JointBounds {
     /// Largest speed, rad/s, acceleration, rad/s², and jerk, rad/s³, the same in both directions.
@@ -72,10 +72,17 @@ impl JointBounds {
         self.jerk
     }
 
-    /// What these bounds leave for the motion relative to a frame that moves at a velocity, with an acceleration, both
-    /// of them within the bounds. A hair of acceleration is always left.
+    /// The same with a larger acceleration in both directions, by a share of it that is not negative.
     #[must_use]
-    pub fn beside(&self, velocity_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Self {
+    pub fn with_more_acceleration(mut self, share: f64) -> Self {
+        self.acceleration = self.acceleration.map(|a| a * (1.0 + share.max(0.0)));
+        self
+    }
+
+    /// What these bounds leave for the motion relative to a frame that moves at a velocity, with an acceleration between
+    /// two, all within the bounds. A hair of acceleration is always left.
+    #[must_use]
+    pub fn beside(&self, velocity_rad_per_s: f64, acceleration_rad_per_s2: [f64; 2]) -> Self {
         let [lo, hi] = self.acceleration;
         let least = LEAST_SHARE * (hi - lo);
         Self {
@@ -84,8 +91,8 @@ impl JointBounds {
                 (self.velocity[1] - velocity_rad_per_s).max(0.0),
             ],
             acceleration: [
-                (lo - acceleration_rad_per_s2).min(-least),
-                (hi - acceleration_rad_per_s2).max(least),
+                (lo - acceleration_rad_per_s2[0]).min(-least),
+                (hi - acceleration_rad_per_s2[1]).max(least),
             ],
             jerk: self.jerk,
         }
@@ -267,16 +274,29 @@ impl JointPoint {
     /// A step of zero or less changes nothing. Error: about 1e-15 of the angles.
     #[must_use]
     pub fn towards(&self, goal_rad: f64, bounds: &JointBounds, dt_s: f64) -> Self {
+        self.towards_braking(goal_rad, bounds, bounds, dt_s)
+    }
+
+    /// As [`towards`](Self::towards), with other bounds for the last part, braking: for a goal in a frame whose own motion
+    /// will leave more or less to brake with than it leaves now.
+    #[must_use]
+    pub fn towards_braking(
+        &self,
+        goal_rad: f64,
+        bounds: &JointBounds,
+        braking: &JointBounds,
+        dt_s: f64,
+    ) -> Self {
         if dt_s <= 0.0 {
             return *self;
         }
         if self.is_nan() || goal_rad.is_nan() || dt_s.is_nan() {
             return Self::nan();
         }
-        let up = self.stopping_point_rad(bounds) <= goal_rad;
+        let up = self.stopping_point_rad(braking) <= goal_rad;
         // How far the stopping point lies beyond the goal.
         let beyond_rad = |at: &Self| {
-            let over = at.stopping_point_rad(bounds) - goal_rad;
+            let over = at.stopping_point_rad(braking) - goal_rad;
             if up { over } else { -over }
         };
         let go = SpeedChange::new(self, bounds.velocity[usize::from(up)], bounds);
@@ -288,7 +308,7 @@ impl JointPoint {
             if beyond_rad(&to) > 0.0 {
                 let turn_s = root(time_s, |t| beyond_rad(&from.jerked(stretch.jerk, t)));
                 let turn = from.jerked(stretch.jerk, turn_s);
-                return turn.stopped(goal_rad, bounds, left_s - turn_s);
+                return turn.stopped(goal_rad, braking, left_s - turn_s);
             }
             if !whole {
                 return to;
@@ -299,14 +319,16 @@ impl JointPoint {
         from.qdd_rad_per_s2 = 0.0;
         // At full speed, until braking ends at the goal.
         let room = -beyond_rad(&from);
-        let cruise_s = if room > 0.0 {
-            room / go.end_rad_per_s.abs()
-        } else {
-            0.0
-        };
-        let time_s = cruise_s.min(left_s);
-        from.q_rad += from.qd_rad_per_s * time_s;
-        from.stopped(goal_rad, bounds, left_s - time_s)
+        if room > 0.0 && go.end_rad_per_s == 0.0 {
+            return from;
+        }
+        let cruise_s = (room / go.end_rad_per_s.abs()).max(0.0);
+        if cruise_s >= left_s {
+            from.q_rad += from.qd_rad_per_s * left_s;
+            return from;
+        }
+        from.q_rad += from.qd_rad_per_s * cruise_s;
+        from.stopped(goal_rad, braking, left_s - cruise_s)
     }
 
     /// Braking that ends at a point known to be its end.
