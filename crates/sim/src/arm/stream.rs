@@ -9,10 +9,13 @@ use std::collections::VecDeque;
 const STREAM_S: f64 = 0.02;
 /// Where the velocity of a stream changes by more than this many times what the joint can do, it has a corner.
 const CORNER: f64 = 4.0;
+/// And by more than a displacement by this would make of a straight one, rad: noise.
+const CORNER_RAD: f64 = 5e-5;
 /// Past commands over which a stream that has a corner at every command is averaged, s.
 const AVERAGE_S: f64 = 8e-3;
-/// Rounding of clocks and angles that a feasible stream may show, as a share of the limit.
-const ROUNDING: f64 = 1e-4;
+/// Rounding of clocks and angles that a feasible stream may show, as a share of the limits of velocity and acceleration;
+/// a hundred times that in jerk.
+const ROUNDING: f64 = 1e-6;
 /// Place of the command in force; the two before it are kept for their slopes.
 const IN_FORCE: usize = 2;
 
@@ -163,7 +166,8 @@ impl Stream {
         for (i, bounds) in self.bounds.iter().enumerate() {
             let (q0, q1, q2) = (before.q_rad(i), knot.q_rad(i), after.q_rad(i));
             let change = (q2 - q1) / h1 - (q1 - q0) / h0;
-            let most = CORNER * bounds.acceleration_rad_per_s2() * 0.5 * (h0 + h1);
+            let most = CORNER * bounds.acceleration_rad_per_s2() * 0.5 * (h0 + h1)
+                + CORNER_RAD * (1.0 / h0 + 1.0 / h1);
             corners |= u8::from(change.abs() > most) << i;
         }
         corners
@@ -294,34 +298,94 @@ impl Stream {
 
     /// What is known of the way of a joint up to the next corner, or up to the newest command.
     pub(super) fn ahead(&self, segment: &Segment, joint: usize, t_s: f64) -> Ahead {
-        let bounds = &self.bounds[joint];
+        let mut from = segment.at(joint, t_s);
+        let mut least_s = 0.0;
+        if !segment.is_feasible(joint) {
+            // Differences of noisy commands say nothing about accelerations unless they are taken over some time.
+            least_s = NOISE_S;
+            from.qdd_rad_per_s2 = 0.0;
+        }
+        let mut way = Way::new(from);
+        let mut place = IN_FORCE;
+        let mut begin = &self.knots[IN_FORCE];
+        while let Some(next) = self.knots.get(place + 1).filter(|next| next.joined) {
+            let corner = self.knots[place].is_corner(joint);
+            if corner && (place > IN_FORCE || next.is_corner(joint)) {
+                break;
+            }
+            place += 1;
+            let period_s = next.effect_s - begin.effect_s;
+            if period_s >= least_s {
+                way.extend(next.q_rad(joint), period_s, begin.q_rad(joint));
+                begin = next;
+            }
+        }
+        way.ahead(&self.bounds[joint])
+    }
+}
+
+/// Times from which accelerations of commands that no joint could follow are taken, s.
+const NOISE_S: f64 = 5e-3;
+
+/// Finite differences along the way of one joint.
+struct Way {
+    end: JointPoint,
+    /// Slope and length of the last piece, rad/s and s.
+    piece: Option<[f64; 2]>,
+    qdd_rad_per_s2: Option<f64>,
+    range_rad_per_s2: [f64; 2],
+    first_rad_per_s2: f64,
+}
+
+impl Way {
+    fn new(from: JointPoint) -> Self {
+        Self {
+            end: from,
+            piece: None,
+            qdd_rad_per_s2: None,
+            range_rad_per_s2: [f64::INFINITY, f64::NEG_INFINITY],
+            first_rad_per_s2: from.qdd_rad_per_s2,
+        }
+    }
+
+    fn extend(&mut self, to_rad: f64, period_s: f64, from_rad: f64) {
+        let slope = (to_rad - from_rad) / period_s;
+        self.end.q_rad = to_rad;
+        self.end.qd_rad_per_s = slope;
+        if let Some([before, before_s]) = self.piece {
+            let qdd = 2.0 * (slope - before) / (before_s + period_s);
+            // Known in the middle of each two pieces, and carried on to the end.
+            let per_s = self
+                .qdd_rad_per_s2
+                .map_or(0.0, |last| (qdd - last) / before_s);
+            let end = qdd + per_s * 0.5 * (before_s + period_s);
+            self.end.qd_rad_per_s += period_s * (0.5 * end - per_s * period_s / 6.0);
+            self.end.qdd_rad_per_s2 = end;
+            let [least, most] = self.range_rad_per_s2;
+            self.range_rad_per_s2 = [least.min(qdd), most.max(qdd)];
+            if self.qdd_rad_per_s2.is_none() {
+                self.first_rad_per_s2 = qdd;
+            }
+            self.qdd_rad_per_s2 = Some(qdd);
+        } else {
+            self.end.qdd_rad_per_s2 = 0.0;
+        }
+        self.piece = Some([slope, period_s]);
+    }
+
+    fn ahead(mut self, bounds: &JointBounds) -> Ahead {
         let (v, a) = (
             bounds.velocity_rad_per_s(),
             bounds.acceleration_rad_per_s2(),
         );
-        let goes_on = |place: usize| self.knots.get(place + 1).is_some_and(|next| next.joined);
-        let mut last = segment.at(joint, t_s);
-        let mut qdd = [last.qdd_rad_per_s2; 2];
-        let mut place = IN_FORCE;
-        while goes_on(place) && !(place > IN_FORCE && self.knots[place].is_corner(joint)) {
-            place += 1;
-            let corners = [place - 1, place].map(|place| self.knots[place].is_corner(joint));
-            if corners == [true; 2] {
-                break;
-            }
-            let (qd_rad_per_s, qdd_rad_per_s2) = self.last_slope(place, joint);
-            qdd = [qdd[0].min(qdd_rad_per_s2), qdd[1].max(qdd_rad_per_s2)];
-            last = JointPoint {
-                q_rad: self.knots[place].q_rad(joint),
-                qd_rad_per_s,
-                qdd_rad_per_s2,
-            };
-        }
-        last.qd_rad_per_s = last.qd_rad_per_s.clamp(-v, v);
-        last.qdd_rad_per_s2 = last.qdd_rad_per_s2.clamp(-a, a);
+        self.end.qd_rad_per_s = self.end.qd_rad_per_s.clamp(-v, v);
+        self.end.qdd_rad_per_s2 = self.end.qdd_rad_per_s2.clamp(-a, a);
+        let first = self.first_rad_per_s2.clamp(-a, a);
+        let [least, most] = self.range_rad_per_s2;
         Ahead {
-            rest_rad: last.stopping_point_rad(bounds),
-            qdd_rad_per_s2: qdd.map(|qdd| qdd.clamp(-a, a)),
+            rest_rad: self.end.stopping_point_rad(bounds),
+            qdd_rad_per_s2: first,
+            range_rad_per_s2: [least.clamp(-a, first), most.clamp(first, a)],
         }
     }
 }
@@ -330,8 +394,10 @@ impl Stream {
 pub(super) struct Ahead {
     /// Where it would come to rest if it stopped at the end, rad.
     pub(super) rest_rad: f64,
-    /// Least and largest acceleration up to there, rad/s².
-    pub(super) qdd_rad_per_s2: [f64; 2],
+    /// Its acceleration in the next milliseconds, rad/s².
+    pub(super) qdd_rad_per_s2: f64,
+    /// Least and largest acceleration up to its end, rad/s².
+    pub(super) range_rad_per_s2: [f64; 2],
 }
 
 /// Divided differences of five commands; the third is the one in force.
@@ -390,7 +456,7 @@ impl Fit {
     fn is_within(&self, bounds: &JointBounds) -> bool {
         let slack = 1.0 + ROUNDING;
         let most = bounds.acceleration_rad_per_s2() * slack;
-        let jerk = bounds.jerk_rad_per_s3() * slack;
+        let jerk = bounds.jerk_rad_per_s3() * (1.0 + 100.0 * ROUNDING);
         self.secants[2].abs() <= bounds.velocity_rad_per_s() * slack
             && self.bends.iter().all(|bend| (2.0 * bend).abs() <= most)
             && self.twists.iter().all(|twist| (6.0 * twist).abs() <= jerk)

@@ -96,24 +96,12 @@ impl Tracking {
         (is_far || stops_within()).then_some(next)
     }
 
-    /// The bounds for catching up.
-    ///
-    /// A joint that is as far from a feasible stream as the guess between its commands is from what was meant may
-    /// exceed its acceleration as the guess does. It would fall behind for nothing, and at full acceleration nothing is
-    /// left to catch up with.
-    fn bounds_of(&self, joint: &JointPoint, step: &Step) -> JointBounds {
-        let excess = EXCESS_PER_S * (step.period_s - EXACT_S);
-        if !step.is_feasible || excess <= 0.0 {
-            return self.bounds;
-        }
+    /// Is the joint as near to a feasible stream as the guess between its commands is to what was meant?
+    fn is_beside(&self, joint: &JointPoint, step: &Step) -> bool {
         let (j, h) = (self.bounds.jerk_rad_per_s3(), step.period_s);
         let off_rad = (joint.q_rad - step.start.q_rad).abs();
         let off_rad_per_s = (joint.qd_rad_per_s - step.start.qd_rad_per_s).abs();
-        if off_rad <= 0.5 * j * h * h * h && off_rad_per_s <= 0.5 * j * h * h {
-            self.bounds.with_more_acceleration(excess)
-        } else {
-            self.bounds
-        }
+        step.is_feasible && off_rad <= 0.5 * j * h * h * h && off_rad_per_s <= 0.5 * j * h * h
     }
 
     /// The joint at the end of the step on its time-optimal way to meet what is asked, which is taken to go on as it does
@@ -122,21 +110,33 @@ impl Tracking {
     /// The joint's own stopping point does not cross on the way where what is asked would come to rest, so the
     /// joint does not overshoot if that brakes meanwhile.
     pub(super) fn caught_up(&self, joint: &JointPoint, step: &Step, ahead: &Ahead) -> JointPoint {
-        let bounds = &self.bounds_of(joint, step);
+        let is_beside = self.is_beside(joint, step);
+        // The guess may exceed the acceleration. The joint would fall behind for nothing if it did not, and at full
+        // acceleration nothing is left to catch up with.
+        let excess = EXCESS_PER_S * (step.period_s - EXACT_S);
+        let bounds = &match is_beside {
+            true => self.bounds.with_more_acceleration(excess),
+            false => self.bounds,
+        };
         let (dt_s, asked) = (step.dt_s, &step.end);
         let (v_max, a_max) = (
             bounds.velocity_rad_per_s(),
             bounds.acceleration_rad_per_s2(),
         );
         let v = asked.qd_rad_per_s.clamp(-v_max, v_max);
-        let a = asked.qdd_rad_per_s2.clamp(-a_max, a_max);
+        let qdd = if step.is_feasible {
+            asked.qdd_rad_per_s2
+        } else {
+            ahead.qdd_rad_per_s2
+        };
+        let a = qdd.clamp(-a_max, a_max);
         // Seen from a frame that moves as what is asked does at the end of the step.
         let relative = JointPoint {
             q_rad: joint.q_rad - (asked.q_rad - dt_s * (v - 0.5 * a * dt_s)),
             qd_rad_per_s: joint.qd_rad_per_s - (v - a * dt_s),
             qdd_rad_per_s2: joint.qdd_rad_per_s2 - a,
         };
-        let [least, most] = ahead.qdd_rad_per_s2;
+        let [least, most] = ahead.range_rad_per_s2;
         let braking = bounds.beside(v, [least.min(a), most.max(a)]);
         let relative = relative.towards_braking(0.0, &bounds.beside(v, [a, a]), &braking, dt_s);
         let met = relative == JointPoint::at_rest(0.0);
@@ -149,13 +149,13 @@ impl Tracking {
         if coming.abs() > v_max * (1.0 + 1e-9) {
             next = joint.at_speed(v_max.copysign(coming), bounds, dt_s);
         }
-        if !met {
-            let rest = ahead.rest_rad.clamp(self.range_rad[0], self.range_rad[1]);
-            let before = joint.stopping_point_rad(bounds) - rest;
-            let after = next.stopping_point_rad(bounds) - rest;
-            if before * after <= 0.0 {
-                next = joint.towards(rest, bounds, dt_s);
-            }
+        if !met && !is_beside {
+            let asked = JointPoint {
+                q_rad: asked.q_rad,
+                qd_rad_per_s: v,
+                qdd_rad_per_s2: a,
+            };
+            next = self.before_rest(joint, step, &asked, ahead.rest_rad, next);
         }
         let stop = next.stopping_point_rad(bounds);
         let [least, most] = self.range_rad;
@@ -163,6 +163,36 @@ impl Tracking {
             next = joint.towards(stop.clamp(least, most), bounds, dt_s);
         }
         self.within_range(next)
+    }
+
+    /// Keeps the stopping point of a joint on its way from passing the place where what is asked would come to rest, or
+    /// where it is now if it comes the joint's way.
+    fn before_rest(
+        &self,
+        joint: &JointPoint,
+        step: &Step,
+        asked: &JointPoint,
+        rest_rad: f64,
+        next: JointPoint,
+    ) -> JointPoint {
+        let rest = rest_rad.clamp(self.range_rad[0], self.range_rad[1]);
+        let sign = if joint.q_rad <= step.start.q_rad {
+            1.0
+        } else {
+            -1.0
+        };
+        let before = joint.stopping_point_rad(&self.bounds);
+        let after = next.stopping_point_rad(&self.bounds);
+        let mut most = (sign * rest).max(sign * asked.stopping_point_rad(&self.bounds));
+        if sign * (rest - before) < 0.0 {
+            most = most.max(sign * asked.q_rad);
+        }
+        let most = sign * most;
+        if sign * (after - most) > 0.0 && sign * (after - before) > 0.0 {
+            joint.towards(most, &self.bounds, step.dt_s)
+        } else {
+            next
+        }
     }
 
     pub(super) fn braked(&self, joint: &JointPoint, dt_s: f64) -> JointPoint {
