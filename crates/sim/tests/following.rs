@@ -224,7 +224,6 @@ fn random_feasible_streams_are_followed() {
             (3, JointTiming::Straight),
         ] {
             let (worst, track) = following_error(period, seed, timing);
-            let shares = track.shares();
             assert!(worst < most_rad, "{period} ms: {worst}");
             track.assert_within_limits(0.05);
         }

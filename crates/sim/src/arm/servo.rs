@@ -26,14 +26,18 @@ const COMMANDS_PER_S: f64 = 10_000.0;
 ///
 /// A command takes effect exactly `reaction_delay_s` after it was given, in the order given, and
 /// stays in force until the next one; at first the arm holds. Commands that come within 20 ms of each other are a
-/// stream, whose motion the joints follow: at the time of effect each is where it was commanded to be, as long as the
-/// stream is within the limits. Otherwise, and after a step or a leap, every joint by itself takes the
-/// time-optimal way back, within its limits of velocity, acceleration and jerk, and without passing the place where the
-/// commands would come to rest. `Hold` brakes as hard as the limits allow. Angles are the true ones, without sensor
-/// noise; only the external torque carries noise, drawn anew by every [`advance`](Self::advance).
+/// stream: as long as it is within the limits, every joint is at the time of effect where it was commanded to be, so
+/// the arm lags by the delay and nothing else. Otherwise, and after a step or a leap, every joint by itself
+/// takes the time-optimal way back to what is asked, within its limits of velocity, acceleration and jerk, and without
+/// passing the place where the commands would come to rest. `Hold` brakes as hard as the limits allow. Angles are
+/// the true ones, without sensor noise; only the external torque carries noise, drawn anew by every
+/// [`advance`](Self::advance).
 ///
-/// A stream that stops while it moves is overshot, since joints cannot stop at once, and come back to. With a delay
-/// shorter than the period of a stream the servo has to guess how the stream goes on and is a little less exact.
+/// Error on feasible streams planned with half the servo's jerk (tests/following.rs): below 1e-9 rad with commands
+/// every 1 ms, 1e-4 rad every 4 ms, 5e-4 rad every 8 ms or at irregular times. Between commands more than 1 ms apart the
+/// motion is interpolated; there a joint may exceed its acceleration by 0.6 % for each further millisecond. A stream
+/// that stops while it moves is overshot, since no joint can stop at once, and come back to. With a delay
+/// shorter than the period of a stream the servo has to guess how the stream goes on and is less exact.
 ///
 /// Nothing is allocated after construction.
 #[derive(Debug)]
