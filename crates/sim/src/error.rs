@@ -26,7 +26,7 @@ pub enum SimError {
     UnsupportedCommand,
     /// Bounds of a joint that its motion profile refuses.
     #[error(transparent)]
-    Haptics(#[from] hwall_haptics::HapticsError),
+    Motion(#[from] hwall_motion::MotionError),
     /// More commands wait for the reaction delay to pass than the queue holds.
     #[error("{capacity} commands are waiting already")]
     QueueFull {
