@@ -13,7 +13,7 @@ pub use session::{
     PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
     drive,
 };
-pub use walls::{Walls, WallsConfig, maps_of};
+pub use walls::{Walls, WallsConfig, barriers_of, maps_of};
 
 // The whole system through one dependency.
 pub use hwall_arrival as arrival;

@@ -120,7 +120,10 @@ impl From<WallMaps> for Walls {
 const LEAST_BARRIER_M: f64 = 0.3;
 
 /// Surfaces that the board stays behind: the vertical ones of the scene, seen from the base of the arm.
-pub(crate) fn barriers_of(scene: &Scene) -> Result<Vec<Barrier>, SessionError> {
+///
+/// # Errors
+/// A facet without a direction.
+pub fn barriers_of(scene: &Scene) -> Result<Vec<Barrier>, SessionError> {
     let mut barriers = Vec::new();
     for facet in scene.vertical_facets() {
         let distance_m = facet.normal.dot(facet.point_m);

@@ -189,6 +189,12 @@ impl ReferenceMotion {
         self.goal.as_ref()
     }
 
+    /// A configuration that the motion still has to pass.
+    #[must_use]
+    pub const fn by_way_of(&self) -> Option<&JointPositions> {
+        self.by_way_of.as_ref()
+    }
+
     /// Time until the motion ends, s; 0 at rest.
     #[must_use]
     pub fn left_s(&self) -> f64 {

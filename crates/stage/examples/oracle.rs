@@ -83,6 +83,44 @@ fn main() -> anyhow::Result<()> {
         }
         return Ok(());
     }
+    if let Ok(w) = std::env::var("ROUTE") {
+        let scene = { let s = Setting::new(&arm, &SettingOptions { scene: None, hand: None, y_up: true, rigid_hand: false, auto: false, base: None, hand_origin: None, touches: 12, seed: 1 })?; s.scene };
+        let v: Vec<f64> = w.split(',').map(|x| x.parse().unwrap()).collect();
+        let w = JointPositions::from_deg(v.try_into().unwrap());
+        let maps = hwall::maps_of(&scene, &srs)?;
+        let limits = MotionLimits::of_arm(&srs, &MotionConfig::default())?;
+        let mut config = hwall::arrival::AtlasConfig::default();
+        if let Ok(b) = std::env::var("BLOCK") { config.blocked_price_s = b.parse()?; }
+        let atlas = hwall::arrival::Atlas::build(&srs, &maps, Default::default(), &limits, &w, &config)?;
+        let barriers = hwall::barriers_of(&scene)?;
+        let (mut ts, mut ok, mut prot, mut leasts) = (vec![], 0, vec![], vec![]);
+        for (p, n, b, name) in &touches {
+            let mut f = Follower::new(std::sync::Arc::new(srs.clone()), FollowerConfig::default(), &w)?.with_board(ApproachConfig::default(), board);
+            f.set_barriers(&barriers);
+            let t = BoardTarget { near: atlas.look_up(*p, *n).map(|e| e.q), slack_m: [0.05; 2], ..BoardTarget::new(*p, *n, 0.0) };
+            f.set_target(&t)?;
+            let goal = f.goal().unwrap();
+            let least_s = limits.travel_time_s(&w, &goal);
+            let mut most = f64::NEG_INFINITY;
+            let mut t_s = 0.0;
+            let (mut bends, mut first) = (0, String::new());
+            let _ = &mut bends;
+            while t_s < 4.0 {
+                f.step(1e-3)?;
+                t_s += 1e-3;
+                if first.is_empty() { first = format!("{} by {:?}", f.is_detour(), f.by_way_of().is_some()); }
+                let pose = f.commanded_pose();
+                for barrier in &barriers { most = most.max(barrier.protrusion_m(&board, &pose).unwrap_or(-1.0)); }
+                if f.commanded() == goal { break; }
+            }
+            if t_s <= *b { ok += 1; }
+            println!("{name} {p:.2} least {least_s:.2} took {t_s:.2} budget {b:.2} protrusion {:.0} mm atlas {:?} {first}", 1e3 * most, atlas.look_up(*p, *n).map(|e| (e.arrival_s, e.clear)));
+            ts.push(t_s); prot.push(most); leasts.push(least_s);
+        }
+        ts.sort_by(f64::total_cmp); leasts.sort_by(f64::total_cmp); prot.sort_by(f64::total_cmp);
+        println!("took median {:.2} p90 {:.2}; goal least median {:.2} p90 {:.2}; in time {ok}; protrusion median {:.0} p90 {:.0} mm", ts[50], ts[90], leasts[50], leasts[90], 1e3*prot[50], 1e3*prot[90]);
+        return Ok(());
+    }
     let postures: Vec<JointPositions> = std::env::args().skip(1).map(|a| { let v: Vec<f64> = a.split(',').map(|x| x.parse().unwrap()).collect(); JointPositions::from_deg(v.try_into().unwrap()) }).collect();
     for w in &postures {
         println!("{:?} at {:.3}", w.0.map(|q| q.to_degrees().round()), hwall::kinematics::ArmKinematics::forward(&srs, w).position_m());

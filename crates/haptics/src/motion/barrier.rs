@@ -51,22 +51,39 @@ impl Barrier {
         (!beside && front_m <= DEEPEST_M).then_some(front_m)
     }
 
+    /// The outward normal.
+    pub(super) const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
     /// How far the corners of the face and its middle come in front of the barrier, m; `None` if none of them is before
     /// or behind it.
     #[must_use]
     pub fn protrusion_m(&self, board: &Board, base_from_board: &Pose) -> Option<f64> {
-        let at = |x: f64, y: f64| {
-            let corner = DVec3::new(x * board.half_width_m, y * board.half_height_m, 0.0);
-            self.in_front_m(base_from_board.transform_point(corner))
-        };
-        let points = [
-            (0.0, 0.0),
-            (1.0, 1.0),
-            (1.0, -1.0),
-            (-1.0, 1.0),
-            (-1.0, -1.0),
-        ];
-        let found = points.into_iter().filter_map(|(x, y)| at(x, y));
-        found.reduce(f64::max)
+        let most = self.most_in_front(board, base_from_board)?;
+        Some(most.in_front_m)
     }
+
+    /// The point of the face, of its corners and its middle, that comes furthest in front of the barrier.
+    pub(super) fn most_in_front(&self, board: &Board, base_from_board: &Pose) -> Option<FacePoint> {
+        let at = |(x, y): (f64, f64)| {
+            let corner = DVec3::new(x * board.half_width_m, y * board.half_height_m, 0.0);
+            let point_m = base_from_board.transform_point(corner);
+            let in_front_m = self.in_front_m(point_m)?;
+            Some(FacePoint {
+                point_m,
+                in_front_m,
+            })
+        };
+        let points = [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        let found = points.into_iter().filter_map(at);
+        found.reduce(|a, b| if b.in_front_m > a.in_front_m { b } else { a })
+    }
+}
+
+/// A point of the face of the board beside a barrier.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FacePoint {
+    pub(super) point_m: DVec3,
+    pub(super) in_front_m: f64,
 }

@@ -243,6 +243,12 @@ impl Follower {
         self.route.is_detour()
     }
 
+    /// The configuration that the motion still has to pass on its way behind the surfaces, rad.
+    #[must_use]
+    pub const fn by_way_of(&self) -> Option<&JointPositions> {
+        self.reference.by_way_of()
+    }
+
     /// The configuration commanded last, rad.
     #[must_use]
     pub const fn commanded(&self) -> JointPositions {

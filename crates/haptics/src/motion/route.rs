@@ -1,13 +1,13 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
-use super::barrier::Barrier;
+use super::barrier::{Barrier, FacePoint};
 use super::goals::Goal;
 use super::solver::{Place, Solver};
 use crate::board::Board;
 use crate::error::HapticsError;
-use glam::{DMat3, DQuat};
+use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::{BranchPolicy, JointPositions};
+use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -16,10 +16,7 @@ use hwall_numeric::check::{non_negative, positive};
 pub struct ApproachConfig {
     /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003.
     pub allowed_m: f64,
-    /// A way that comes in front of a surface is bent: half way it passes the middle between departure and goal, moved
-    /// behind the surface by the first of these that serves, m; default 0 to 0.08.
-    pub bends_m: [f64; 5],
-    /// If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
+    /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
     /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
     pub detours_m: [f64; 6],
     /// Half side of the square about goal and departure in which the plane of the touched surface counts, m; default 0.3.
@@ -35,7 +32,6 @@ impl Default for ApproachConfig {
                 .ok()
                 .and_then(|a| a.parse().ok())
                 .unwrap_or(0.003),
-            bends_m: [0.0, 0.015, 0.03, 0.05, 0.08],
             detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
             extent_m: 0.3,
             retry_s: 0.008,
@@ -50,9 +46,6 @@ impl ApproachConfig {
     /// The first setting outside its range; NaN is outside every range.
     pub fn validate(&self) -> Result<(), HapticsError> {
         non_negative("allowed_m", self.allowed_m)?;
-        for bend in self.bends_m {
-            non_negative("bends_m", bend)?;
-        }
         for detour in self.detours_m {
             non_negative("detours_m", detour)?;
         }
@@ -66,6 +59,11 @@ impl ApproachConfig {
     }
 }
 
+/// How often a bend is mended.
+const MOST_BENDS: usize = 6;
+/// A bend overshoots by this share and this length, because the worst place moves with it.
+const BEND_GAIN: f64 = 1.3;
+const BEND_MARGIN_M: f64 = 0.002;
 /// Instants at which a way is looked at.
 const SAMPLES: usize = 12;
 /// A surface that the goal itself lies in front of counts only further than this from the goal, m: a shelf stands out
@@ -111,6 +109,17 @@ struct Way {
     by_way_of: Option<JointPositions>,
     is_detour: bool,
     protrusion_m: f64,
+    /// Where it is worst.
+    worst: Option<Worst>,
+}
+
+/// Where a way comes furthest in front of a surface.
+#[derive(Debug, Clone, Copy)]
+struct Worst {
+    q: JointPositions,
+    point_m: DVec3,
+    normal: DVec3,
+    in_front_m: f64,
 }
 
 impl Route {
@@ -193,15 +202,15 @@ impl Route {
             return self.take(straight, reference);
         }
         let mut best = straight;
-        // A bend costs next to nothing.
-        for bend in self.bends(&here, &goal_pose, goal).into_iter().flatten() {
-            let middle = between(&reference.state().q, destination.q());
-            let Ok(found) = solver.beside_pose(&bend, &middle) else {
-                continue;
+        // A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
+        let mut bent = straight;
+        for _ in 0..MOST_BENDS {
+            let Some(by_way_of) = pushed_behind(&bent, allowed_m, reference, solver) else {
+                break;
             };
             let q = *destination.q();
-            let Ok(way) = check.way(q, Some(found), false, reference, solver) else {
-                continue;
+            let Ok(way) = check.way(q, Some(by_way_of), false, reference, solver) else {
+                break;
             };
             if way.protrusion_m <= allowed_m {
                 return self.take(way, reference);
@@ -209,6 +218,7 @@ impl Route {
             if way.protrusion_m < best.protrusion_m {
                 best = way;
             }
+            bent = way;
         }
         // A detour under way is only exchanged for a shorter one.
         let keeps = !is_new && self.is_detour && reference.left_s() > config.retry_s;
@@ -250,20 +260,6 @@ impl Route {
         self.take(best, reference)
     }
 
-    /// Poses half way, further and further behind the surfaces.
-    fn bends(&self, here: &Pose, there: &Pose, goal: Option<&Goal>) -> [Option<Pose>; 5] {
-        let normal = goal
-            .map(|goal| goal.normal)
-            .or(self.left.map(|(_, place)| place.normal))
-            .unwrap_or(there.rotation().z_axis);
-        let half_m = 0.5 * (here.position_m() + there.position_m());
-        let [from, to] = [here, there].map(|pose| DQuat::from_mat3(&pose.rotation()));
-        let rotation = DMat3::from_quat(from.slerp(to, 0.5));
-        self.config
-            .bends_m
-            .map(|behind_m| Pose::new(rotation, half_m - normal * behind_m).ok())
-    }
-
     fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
         if std::env::var_os("WAYS").is_some() { eprintln!("way {} {} {}", if way.is_detour {"detour"} else if way.by_way_of.is_some() {"bend"} else {"straight"}, if way.protrusion_m > 0.006 {"bad"} else {"ok"}, (way.protrusion_m*1e3).round()); }
         // At the end of a detour with no better way the goal is next.
@@ -276,9 +272,40 @@ impl Route {
     }
 }
 
-/// Half way between two configurations.
-fn between(from: &JointPositions, to: &JointPositions) -> JointPositions {
-    JointPositions(std::array::from_fn(|i| 0.5 * (from[i] + to[i])))
+/// The configuration that a way is to pass so that it stays behind where it is worst: the smallest change of the one that it
+/// passes now, measured in the time that the joints need for it.
+fn pushed_behind(
+    way: &Way,
+    allowed_m: f64,
+    reference: &ReferenceMotion,
+    solver: &Solver,
+) -> Option<JointPositions> {
+    let worst = way.worst?;
+    let arm = solver.arm();
+    let jacobian = arm.jacobian(&worst.q);
+    let lever = worst.point_m - arm.forward(&worst.q).position_m();
+    // How fast the point comes forward for each joint, m/rad.
+    let mut gradient = [0.0; MOST_JOINTS];
+    let mut square = 0.0;
+    let speeds = &reference.limits().velocity_rad_per_s;
+    for (joint, forward) in gradient.iter_mut().enumerate() {
+        let mut qd = JointVelocities::default();
+        qd[joint] = 1.0;
+        let twist = jacobian.twist(&qd);
+        let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
+        *forward = worst.normal.dot(velocity);
+        square += (*forward * speeds[joint]).powi(2);
+    }
+    if square < 1e-12 {
+        return None;
+    }
+    let back_m = BEND_GAIN * (worst.in_front_m - allowed_m) + BEND_MARGIN_M;
+    let mut q = way.by_way_of.unwrap_or(worst.q);
+    for (joint, limit) in arm.limits().iter().enumerate() {
+        let change = back_m * gradient[joint] * speeds[joint].powi(2) / square;
+        q[joint] = (q[joint] - change).clamp(limit.min_rad, limit.max_rad);
+    }
+    Some(q)
 }
 
 /// One bit for each barrier that the goal itself lies in front of.
@@ -303,10 +330,21 @@ struct Check<'a> {
 impl Check<'_> {
     /// How far the board comes in front of a barrier, m; negative if it stays behind all.
     fn protrusion_m(&self, pose: &Pose) -> f64 {
-        let mut most = f64::NEG_INFINITY;
-        for barrier in self.near.iter().flatten() {
-            most = most.max(barrier.protrusion_m(self.board, pose).unwrap_or(most));
-        }
+        self.most_in_front(pose)
+            .map_or(f64::NEG_INFINITY, |(point, _)| point.in_front_m)
+    }
+
+    /// The point of the face that comes furthest in front of a barrier, and the normal of that.
+    fn most_in_front(&self, pose: &Pose) -> Option<(FacePoint, DVec3)> {
+        let mut most: Option<(FacePoint, DVec3)> = None;
+        let mut look_at = |barrier: &Barrier| {
+            if let Some(point) = barrier.most_in_front(self.board, pose)
+                && most.is_none_or(|(most, _)| point.in_front_m > most.in_front_m)
+            {
+                most = Some((point, barrier.normal()));
+            }
+        };
+        self.near.iter().flatten().for_each(&mut look_at);
         let to_goal = pose.position_m() - self.goal.position_m();
         let beside_m = to_goal
             .reject_from_normalized(self.goal.rotation().z_axis)
@@ -314,7 +352,7 @@ impl Check<'_> {
         for (i, barrier) in self.barriers.iter().enumerate() {
             let passed = i < 64 && self.passes >> i & 1 == 1;
             if !(passed && beside_m <= BESIDE_GOAL_M) {
-                most = most.max(barrier.protrusion_m(self.board, pose).unwrap_or(most));
+                look_at(barrier);
             }
         }
         most
@@ -329,17 +367,30 @@ impl Check<'_> {
         solver: &Solver,
     ) -> Result<Way, HapticsError> {
         let duration_s = reference.consider(&q, by_way_of.as_ref())?;
-        let mut protrusion_m = f64::NEG_INFINITY;
+        let mut worst: Option<Worst> = None;
         for i in 1..=SAMPLES {
             let t_s = duration_s * i as f64 / SAMPLES as f64;
-            let pose = solver.arm().forward(&reference.considered(t_s).q);
-            protrusion_m = protrusion_m.max(self.protrusion_m(&pose));
+            let q = reference.considered(t_s).q;
+            let found = self.most_in_front(&solver.arm().forward(&q));
+            let Some((FacePoint { point_m, in_front_m }, normal)) = found else {
+                continue;
+            };
+            if worst.is_none_or(|worst| in_front_m > worst.in_front_m) {
+                worst = Some(Worst {
+                    q,
+                    point_m,
+                    normal,
+                    in_front_m,
+                });
+            }
         }
+        let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.in_front_m);
         Ok(Way {
             q,
             by_way_of,
             is_detour,
             protrusion_m,
+            worst,
         })
     }
 }

@@ -87,16 +87,6 @@ impl Solver {
             })
     }
 
-    /// A configuration that holds a pose, near another one.
-    pub(super) fn beside_pose(
-        &mut self,
-        pose: &Pose,
-        q: &JointPositions,
-    ) -> Result<JointPositions, KinematicsError> {
-        let found = self.arm.nearest(pose, q, &self.config, &mut self.scratch)?;
-        Ok(found.q)
-    }
-
     /// The configuration beside another one that holds a pose.
     pub(super) fn beside(
         &mut self,
