@@ -121,6 +121,82 @@ fn main() -> anyhow::Result<()> {
         println!("took median {:.2} p90 {:.2}; goal least median {:.2} p90 {:.2}; in time {ok}; protrusion median {:.0} p90 {:.0} mm", ts[50], ts[90], leasts[50], leasts[90], 1e3*prot[50], 1e3*prot[90]);
         return Ok(());
     }
+    if let Ok(standoff) = std::env::var("OPT2") {
+        let standoff: f64 = standoff.parse()?;
+        let scene = { let s = Setting::new(&arm, &SettingOptions { scene: None, hand: None, y_up: true, rigid_hand: false, auto: false, base: None, hand_origin: None, touches: 12, seed: 1 })?; s.scene };
+        let barriers = hwall::barriers_of(&scene)?;
+        let limits = MotionLimits::of_arm(&srs, &MotionConfig::default())?;
+        let mut cand: Vec<Vec<JointPositions>> = vec![];
+        for (p, n, _, _) in &touches {
+            let [x, y] = surface_axes(*n).unwrap();
+            let mut c = vec![];
+            for (u, v) in [(0.,0.),(1.,0.),(-1.,0.),(0.,1.),(0.,-1.)] {
+                for roll in QUARTER_TURNS_RAD {
+                    let pose = board_pose(*p + x * (u * 0.05) + y * (v * 0.05), *n, roll).unwrap();
+                    for i in 0..30 {
+                        let psi = -std::f64::consts::PI + std::f64::consts::TAU * i as f64 / 30.0;
+                        c.extend(srs.solutions(&pose, psi).into_iter().flatten());
+                    }
+                }
+            }
+            cand.push(c);
+        }
+        let mut f = Follower::new(std::sync::Arc::new(srs.clone()), FollowerConfig::default(), &JointPositions::default())?.with_board(ApproachConfig::default(), board);
+        f.set_barriers(&barriers);
+        let mut cost = |w: &JointPositions, all: bool| -> (f64, usize, usize) {
+            for (q, l) in w.0.iter().zip(hwall::kinematics::ArmKinematics::limits(&srs)) { if l.distance_rad(*q) < 0.1 { return (1e9, 0, 0); } }
+            let pose = hwall::kinematics::ArmKinematics::forward(&srs, w);
+            let mut front = f64::NEG_INFINITY;
+            for (a, b) in [(0.1, 0.1), (0.1, -0.1), (-0.1, 0.1), (-0.1, -0.1)] {
+                let c = pose.transform_point(glam::DVec3::new(a, b, 0.0));
+                front = front.max(c.x - 0.62).max(c.dot(glam::DVec3::new(0.8, 0.6, 0.0)) - 0.616);
+            }
+            let pen = (front + standoff).max(0.0) * 1000.0;
+            if pen > 20.0 { return (pen + 1e3, 0, 0); }
+            let mut sum = 0.0; let mut ok = 0; let mut ok0 = 0;
+            for (k, (c, (p, n, b, _))) in cand.iter().zip(&touches).enumerate() {
+                if !all && k % 2 == 1 { continue; }
+                let mut top: Vec<(f64, &JointPositions)> = vec![];
+                for q in c {
+                    let t = limits.travel_time_s(w, q);
+                    if let Some(slot) = top.iter_mut().find(|(_, o)| o.max_abs_difference(q) < 0.35) { if t < slot.0 { *slot = (t, q); } continue; }
+                    if top.len() < 6 { top.push((t, q)); top.sort_by(|a, b| a.0.total_cmp(&b.0)); }
+                    else if t < top[5].0 { top[5] = (t, q); top.sort_by(|a, b| a.0.total_cmp(&b.0)); }
+                }
+                let mut best = f64::INFINITY;
+                for (t, q) in &top {
+                    if *t >= best { break; }
+                    f.restart(w, &Default::default()).unwrap();
+                    let gp = hwall::kinematics::ArmKinematics::forward(&srs, q).position_m();
+                    f.set_target(&BoardTarget { near: Some(**q), ..BoardTarget::new(gp, *n, 0.0) }).unwrap();
+                    let Some(g) = f.goal() else { continue };
+                    if g.max_abs_difference(q) > 0.3 { let _ = p; }
+                    f.step(1e-3).unwrap();
+                    let left = f.left_s().unwrap() + if f.is_detour() { 0.1 } else { 0.0 };
+                    best = best.min(left);
+                }
+                if top[0].0 <= *b { ok0 += 1; }
+                if best <= *b { ok += 1; }
+                sum += (1.0 + ((best - 0.62) / 0.06).exp()).ln() * 0.06;
+            }
+            (sum + pen, ok, ok0)
+        };
+        let mut rng = hwall_testkit::Sampler::new(9);
+        let starts = [[-22.9,29.4,-13.4,-101.2,-43.6,-49.6,82.5],[-6.0,14.0,0.0,-105.0,-13.0,-30.0,11.0],[-30.,40.,10.,-100.,-40.,-50.,50.],[-10.,30.,10.,-95.,30.,-30.,10.],[51.0, 46.0, 87.0, 107.0, -33.0, 46.0, 78.0]];
+        let only: usize = std::env::var("START").unwrap().parse()?;
+        let mut w = JointPositions::from_deg(starts[only]);
+        let mut c = cost(&w, false);
+        let mut step = 0.3;
+        println!("start cost {:.3} {:?}", c.0, cost(&w, true));
+        for k in 0..400 {
+            let mut n = w;
+            for i in 0..7 { if rng.bool() { n[i] += step * rng.uniform(-1.0, 1.0); } }
+            let d = cost(&n, false);
+            if d.0 < c.0 { w = n; c = d; } else if k % 30 == 29 { step *= 0.75; }
+        }
+        println!("standoff {standoff}: {:?} cost {:.3} all {:?} at {:.3}", w.0.map(|q| (q.to_degrees()*10.0).round()/10.0), c.0, cost(&w, true), hwall::kinematics::ArmKinematics::forward(&srs, &w).position_m());
+        return Ok(());
+    }
     let postures: Vec<JointPositions> = std::env::args().skip(1).map(|a| { let v: Vec<f64> = a.split(',').map(|x| x.parse().unwrap()).collect(); JointPositions::from_deg(v.try_into().unwrap()) }).collect();
     for w in &postures {
         println!("{:?} at {:.3}", w.0.map(|q| q.to_degrees().round()), hwall::kinematics::ArmKinematics::forward(&srs, w).position_m());
