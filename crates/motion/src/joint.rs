@@ -33,7 +33,7 @@ impl JointBounds {
     /// Largest speed, rad/s, acceleration, rad/s², and jerk, rad/s³, the same in both directions.
     ///
     /// # Errors
-    /// A bound outside 1e-6 to 1e12.
+    /// A bound outside 1e-9 to 1e12.
     pub fn new(
         velocity_rad_per_s: f64,
         acceleration_rad_per_s2: f64,
@@ -44,8 +44,8 @@ impl JointBounds {
             ("acceleration_rad_per_s2", acceleration_rad_per_s2),
             ("jerk_rad_per_s3", jerk_rad_per_s3),
         ] {
-            let in_range = (1e-6..=1e12).contains(&value);
-            that(in_range, what, value, "between 1e-6 and 1e12")?;
+            let in_range = (1e-9..=1e12).contains(&value);
+            that(in_range, what, value, "between 1e-9 and 1e12")?;
         }
         Ok(Self {
             velocity: [-velocity_rad_per_s, velocity_rad_per_s],
@@ -70,6 +70,12 @@ impl JointBounds {
     #[must_use]
     pub const fn jerk_rad_per_s3(&self) -> f64 {
         self.jerk
+    }
+
+    /// The same at a share of the speed.
+    pub(crate) fn at_share(mut self, share: f64) -> Self {
+        self.velocity = self.velocity.map(|v| v * share);
+        self
     }
 
     /// The same with a larger acceleration in both directions, by a share of it that is not negative.
@@ -293,6 +299,38 @@ impl JointPoint {
         if self.is_nan() || goal_rad.is_nan() || dt_s.is_nan() {
             return Self::nan();
         }
+        let (at, time_s, brakes) = self.turn(goal_rad, bounds, braking, dt_s);
+        if brakes {
+            at.stopped(goal_rad, braking, dt_s - time_s)
+        } else {
+            at
+        }
+    }
+
+    /// Least time until the joint rests at `goal_rad`, s.
+    #[must_use]
+    pub fn time_to_s(&self, goal_rad: f64, bounds: &JointBounds) -> f64 {
+        if self.is_nan() || goal_rad.is_nan() {
+            return f64::NAN;
+        }
+        let (at, time_s, _) = self.turn(goal_rad, bounds, bounds, f64::INFINITY);
+        time_s + at.time_to_stop_s(bounds)
+    }
+
+    /// Time until the joint rests under full braking, s.
+    #[must_use]
+    pub fn time_to_stop_s(&self, bounds: &JointBounds) -> f64 {
+        SpeedChange::new(self, 0.0, bounds).time_s()
+    }
+
+    /// Where and when braking begins on the way to a goal, and whether it does within a time.
+    fn turn(
+        &self,
+        goal_rad: f64,
+        bounds: &JointBounds,
+        braking: &JointBounds,
+        most_s: f64,
+    ) -> (Self, f64, bool) {
         let up = self.stopping_point_rad(braking) <= goal_rad;
         // How far the stopping point lies beyond the goal.
         let beyond_rad = |at: &Self| {
@@ -300,35 +338,33 @@ impl JointPoint {
             if up { over } else { -over }
         };
         let go = SpeedChange::new(self, bounds.velocity[usize::from(up)], bounds);
-        let (mut from, mut left_s) = (*self, dt_s);
+        let (mut from, mut passed_s) = (*self, 0.0);
         for stretch in go.stretches {
+            let left_s = most_s - passed_s;
             let whole = stretch.time_s <= left_s;
             let time_s = if whole { stretch.time_s } else { left_s };
             let to = from.jerked(stretch.jerk, time_s);
             if beyond_rad(&to) > 0.0 {
                 let turn_s = root(time_s, |t| beyond_rad(&from.jerked(stretch.jerk, t)));
-                let turn = from.jerked(stretch.jerk, turn_s);
-                return turn.stopped(goal_rad, braking, left_s - turn_s);
+                return (from.jerked(stretch.jerk, turn_s), passed_s + turn_s, true);
             }
             if !whole {
-                return to;
+                return (to, most_s, false);
             }
-            (from, left_s) = (to, left_s - time_s);
+            (from, passed_s) = (to, passed_s + time_s);
         }
         from.qd_rad_per_s = go.end_rad_per_s;
         from.qdd_rad_per_s2 = 0.0;
         // At full speed, until braking ends at the goal.
         let room = -beyond_rad(&from);
         if room > 0.0 && go.end_rad_per_s == 0.0 {
-            return from;
+            return (from, most_s, false);
         }
         let cruise_s = (room / go.end_rad_per_s.abs()).max(0.0);
-        if cruise_s >= left_s {
-            from.q_rad += from.qd_rad_per_s * left_s;
-            return from;
-        }
+        let brakes = cruise_s < most_s - passed_s;
+        let cruise_s = if brakes { cruise_s } else { most_s - passed_s };
         from.q_rad += from.qd_rad_per_s * cruise_s;
-        from.stopped(goal_rad, braking, left_s - cruise_s)
+        (from, passed_s + cruise_s, brakes)
     }
 
     /// Braking that ends at a point known to be its end.
