@@ -23,7 +23,7 @@ pub use target::{TouchRange, WallShare, WeightedTarget, targets_of_facets, targe
 pub use atlas::{Atlas, AtlasConfig, AtlasEntry, AtlasNode, AtlasWall, NodePlace};
 // Where to wait.
 pub use waiting::{
-    WaitingConfig, WaitingPosture, judge_posture, waiting_posture, waiting_posture_of_maps,
+    PostureArrivals, WaitingConfig, WaitingPosture, judge_posture, waiting_posture, waiting_posture_of_maps,
 };
 // Where to stand.
 pub use placement::{
