@@ -1,5 +1,7 @@
 //! Tables and figures of a run, and the look that all figures share.
 
 pub mod figures;
+pub mod json;
 pub mod run_figures;
+pub mod summary;
 pub mod tables;
