@@ -5,7 +5,7 @@ use crate::person::hand::Hand;
 use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors, SurfacePlace};
 use crate::run::courses::{Sent, SentLog};
 use crate::run::texture_log::{TextureLog, TextureTouch};
-use crate::run::tick::Tick;
+use crate::run::tick::{Led, Tick};
 use crate::run::trace::{Trace, TraceLog};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState, Board, RendererConfig};
@@ -50,15 +50,6 @@ pub struct Run {
     pub losses: Vec<Loss>,
     /// Each touch of a textured surface; `None` if the board presents no texture.
     pub textures: Option<Vec<TextureTouch>>,
-}
-
-/// The contact that the board is led to, as of one frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Led {
-    /// Time of the frame, s.
-    pub t_s: f64,
-    /// Where it is foreseen; `None` if none is.
-    pub place: Option<SurfacePlace>,
 }
 
 /// The hand was lost.

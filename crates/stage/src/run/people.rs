@@ -6,7 +6,7 @@ use crate::person::predictors::Predictors;
 use crate::run::closed_loop::{self, Run, RunSetup};
 use crate::run::judge::{self, Outcome};
 use crate::run::least_time::LeastTime;
-use crate::run::regret::{Regret, Regrets};
+use crate::run::regret::{Regret, Regrets, RunLog};
 use hwall::haptics::Board;
 use hwall::reachability::WallMaps;
 use hwall_haptics::PlaceTolerance;
@@ -108,7 +108,12 @@ fn person(
     let mut run = closed_loop::run(&setup, predictors, progress)?;
     let touches = &participant.touches;
     let outcomes = judge::judge(stage.arm, stage.board, touches, &run.ticks)?;
-    let regret = regrets.of_run(&run, &outcomes)?;
+    let log = RunLog {
+        ticks: &run.ticks,
+        led: &run.led,
+        sent: &run.sent,
+    };
+    let regret = regrets.of_run(&log, &outcomes)?;
     let leads = judge::leads(stage.scene, touches, &run.predictions);
     run.trace.mark_touches(&outcomes, &run.predictions);
     // Tens of thousands of steps for each person: nobody asks for them any more.

@@ -1,5 +1,6 @@
-//! What one control step left behind.
+//! What one control step, and one frame of the tracker, left behind.
 
+use crate::person::predictors::SurfacePlace;
 use hwall_geometry::Pose;
 use hwall_kinematics::JointPositions;
 
@@ -14,4 +15,13 @@ pub struct Tick {
     pub q: JointPositions,
     /// Is a touch felt?
     pub in_contact: bool,
+}
+
+/// The contact that the board is led to, as of one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Led {
+    /// Time of the frame, s.
+    pub t_s: f64,
+    /// Where it is foreseen; `None` if none is.
+    pub place: Option<SurfacePlace>,
 }
