@@ -10,7 +10,7 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::report::{json, run_figures, tables};
+use hwall_stage::report::{json, plan_figure, run_figures, tables};
 use hwall_stage::run::people::{self, Stage};
 use hwall_stage::setting::{Setting, SettingOptions};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -153,7 +153,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     let (trace, span_s) = (&first.run.trace, setting.participants[0].hand.span_s());
-    run_figures::plan(&args.out.join("plan.svg"), scene, &maps, trace)?;
+    plan_figure::plan(&args.out.join("plan.svg"), scene, &maps, trace)?;
     run_figures::over_time(&args.out.join("time.svg"), trace, span_s)?;
     tables::touches_csv(&args.out.join("touches.csv"), &runs)?;
     if let Some(path) = &args.json {

@@ -2,6 +2,8 @@
 
 pub mod figures;
 pub mod json;
+mod legend;
+pub mod plan_figure;
 pub mod run_figures;
 pub mod summary;
 pub mod tables;

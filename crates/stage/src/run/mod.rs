@@ -6,6 +6,7 @@ pub mod judge;
 pub mod least_time;
 pub mod people;
 pub mod regret;
+pub mod snapshots;
 pub mod texture_log;
 pub mod tick;
 pub mod trace;

@@ -7,6 +7,7 @@ use crate::run::closed_loop::{self, Run, RunSetup};
 use crate::run::judge::{self, Outcome};
 use crate::run::least_time::LeastTime;
 use crate::run::regret::{Regret, Regrets, RunLog};
+use crate::run::snapshots;
 use hwall::haptics::Board;
 use hwall::reachability::WallMaps;
 use hwall_haptics::PlaceTolerance;
@@ -116,6 +117,10 @@ fn person(
     let regret = regrets.of_run(&log, &outcomes)?;
     let leads = judge::leads(stage.scene, touches, &run.predictions);
     run.trace.mark_touches(&outcomes, &run.predictions);
+    let known_s: Vec<f64> = regret.iter().map(|regret| regret.known_s).collect();
+    run.trace.boards = snapshots::at_contacts(stage.board, &run.ticks, &outcomes);
+    run.trace.arms =
+        snapshots::of_one_touch(stage.arm, stage.board, &run.ticks, &outcomes, &known_s);
     // Tens of thousands of steps for each person: nobody asks for them any more.
     run.ticks = Vec::new();
     let touches = outcomes.into_iter().zip(regret).zip(leads);
