@@ -15,7 +15,7 @@ use hwall_stage::run::people::{self, Stage};
 use hwall_stage::setting::{Setting, SettingOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -98,6 +98,12 @@ fn run(args: &Args) -> anyhow::Result<()> {
     anyhow::ensure!(
         (0.1..=20.0).contains(&args.period_ms),
         "--period-ms must lie in 0.1..=20"
+    );
+    // Said before minutes of work, not after them.
+    let folder = args.json.as_deref().and_then(Path::parent);
+    anyhow::ensure!(
+        folder.is_none_or(|f| f.as_os_str().is_empty() || f.is_dir()),
+        "--json: no folder for that file"
     );
     let board = Board::default();
     let arm = BoardArm::named(&args.arm, &board)?;
