@@ -8,20 +8,22 @@ use hwall_haptics::Board;
 use hwall_stage::exit;
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::report::{run_figures, tables};
-use hwall_stage::run::{closed_loop, judge};
+use hwall_stage::report::{json, plan_figure, run_figures, tables};
+use hwall_stage::run::people::{self, Stage};
 use hwall_stage::setting::{Setting, SettingOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
 /// Without options: a room made for this, a simulated person and twelve touches, foreseen by what
-/// other simulated people taught. Prints three tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
+/// other simulated people taught. Prints four tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
+/// More than twelve touches are made by several people, each in a run of their own; figures and lists are then of the first.
 #[derive(Parser)]
 struct Args {
     /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
@@ -54,10 +56,13 @@ struct Args {
     /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
     #[arg(long)]
     plain: bool,
-    /// Touches of the simulated person
-    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    /// What simulated people are like
+    #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
+    person: PersonKind,
+    /// Touches of the simulated people: one makes a dozen, for more there are more people
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     touches: u64,
-    /// Seed of the simulated person and the sensors' noise
+    /// Seed of the simulated people and the sensors' noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Control period in milliseconds, 0.1 to 20
@@ -66,6 +71,11 @@ struct Args {
     /// Output folder
     #[arg(long, default_value = "out/hwall")]
     out: PathBuf,
+    /// Also writes every touch and a summary to this file. In the summary `reachable`, `possible` and `in_place` count touches
+    /// (in_place: of the reachable ones), in_place_of_possible is the share of the possible ones that were in place, 0 to 1;
+    /// gap_p90_m is of the reachable ones, felt_median_s of those that were felt; what does not exist is null
+    #[arg(long)]
+    json: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -89,6 +99,12 @@ fn run(args: &Args) -> anyhow::Result<()> {
         (0.1..=20.0).contains(&args.period_ms),
         "--period-ms must lie in 0.1..=20"
     );
+    // Said before minutes of work, not after them.
+    let folder = args.json.as_deref().and_then(Path::parent);
+    anyhow::ensure!(
+        folder.is_none_or(|f| f.as_os_str().is_empty() || f.is_dir()),
+        "--json: no folder for that file"
+    );
     let board = Board::default();
     let arm = BoardArm::named(&args.arm, &board)?;
     let setting = Setting::new(
@@ -101,6 +117,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
             auto: args.place.map_or(args.hand.is_some(), |p| p == Place::Auto),
             base: args.base,
             hand_origin: args.hand_origin,
+            person: args.person,
             touches: args.touches as usize,
             seed: args.seed,
         },
@@ -114,46 +131,39 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let began = Instant::now();
-    let maps = arm.maps_of(scene)?;
+    let walls = arm.walls_of(scene, &board, setting.within_reach)?;
     let mapping = began.elapsed();
-    let walls = hwall::Walls {
-        maps: maps.clone(),
-        waiting: None,
-        atlas: None,
-    };
-    let setup = closed_loop::RunSetup {
+    let stage = Stage {
         arm: &arm,
         board: &board,
         scene,
         walls: &walls,
-        hand: &setting.hand,
+        predictors: &predictors,
         textured: !args.plain,
         period_s: 1e-3 * args.period_ms,
-        seed: args.seed,
     };
-    let mut run = closed_loop::run(&setup, predictors, |share| {
+    let runs = people::run(&stage, &setting.participants, |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
-    let outcomes = judge::judge(&arm, &board, &setting.touches, &run.ticks)?;
-    let leads = judge::leads(scene, &setting.touches, &run.predictions);
-    let right = tables::who_was_right(&setting.touches, &leads);
-    let textures = tables::textures(&run);
+    let first = runs.first().context("nobody touches anything")?;
     let table = format!(
-        "{}\n{right}{textures}",
-        tables::table(&run, &maps, mapping, &outcomes)
+        "{}\n{}\n{}{}",
+        tables::table(&runs, &walls.maps, mapping),
+        tables::regrets(&runs),
+        tables::who_was_right(&runs),
+        tables::textures(&first.run)
     );
     writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    run.trace.mark_touches(&outcomes, &run.predictions);
-    run_figures::plan(&args.out.join("plan.svg"), scene, &maps, &run.trace)?;
-    run_figures::over_time(
-        &args.out.join("time.svg"),
-        &run.trace,
-        setting.hand.span_s(),
-    )?;
-    tables::touches_csv(&args.out.join("touches.csv"), &outcomes, &leads)?;
+    let (trace, span_s) = (&first.run.trace, setting.participants[0].hand.span_s());
+    plan_figure::plan(&args.out.join("plan.svg"), scene, &walls.maps, trace)?;
+    run_figures::over_time(&args.out.join("time.svg"), trace, span_s)?;
+    tables::touches_csv(&args.out.join("touches.csv"), &runs)?;
+    if let Some(path) = &args.json {
+        json::write(path, &runs)?;
+    }
     std::fs::write(args.out.join("table.md"), table)?;
     writeln!(
         io::stdout(),

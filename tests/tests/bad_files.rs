@@ -2,6 +2,7 @@
 
 use hwall_haptics::Board;
 use hwall_stage::arms::BoardArm;
+use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::setting::{Setting, SettingOptions};
 use std::path::{Path, PathBuf};
 
@@ -25,6 +26,7 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
         auto,
         base: None,
         hand_origin: None,
+        person: PersonKind::Plain,
         touches: 1,
         seed: 1,
     };

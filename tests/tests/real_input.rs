@@ -4,8 +4,10 @@ use hwall_hand::{FreezeKind, HandFilter, HandFilterConfig, LostReason, Pose, Rec
 use hwall_haptics::Board;
 use hwall_scene::Scene;
 use hwall_stage::arms::BoardArm;
+use hwall_stage::person::hand::Hand;
+use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::run::closed_loop::{self, Hand, RunSetup};
+use hwall_stage::run::closed_loop::{self, RunSetup};
 use hwall_stage::run::judge;
 use hwall_stage::setting::{Setting, SettingOptions};
 use hwall_testkit::shared;
@@ -68,18 +70,22 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         auto: true,
         base: None,
         hand_origin: None,
+        person: PersonKind::Plain,
         touches: 0,
         seed: 0,
     };
     let setting = Setting::new(&arm, &options).unwrap();
     let (house, _) = Scene::from_obj_file(&scene, None).unwrap();
     assert_eq!(setting.scene.surfaces().len(), house.surfaces().len());
+    let [participant] = &setting.participants[..] else {
+        panic!("one hand")
+    };
     assert!(
-        (3..=6).contains(&setting.touches.len()),
+        (3..=6).contains(&participant.touches.len()),
         "{:?}",
-        setting.touches
+        participant.touches
     );
-    for touch in &setting.touches {
+    for touch in &participant.touches {
         let closest = setting
             .scene
             .closest_touchable(touch.point_m, 0.05)
@@ -95,7 +101,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
             "the arm stands near: {touch:?}"
         );
     }
-    let Hand::Recorded(frames, _) = &setting.hand else {
+    let Hand::Recorded(frames, _) = &participant.hand else {
         panic!("a recording")
     };
     assert!(frames.len() > 1000);
@@ -121,15 +127,15 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         board: &board,
         scene: &setting.scene,
         maps: &maps,
-        hand: &setting.hand,
+        hand: &participant.hand,
         textured: true,
         period_s: 2e-3,
         seed: 1,
     };
     let run = closed_loop::run(&setup, predictors, |_| {}).unwrap();
     assert_eq!(run.leader, PredictorKind::Fused);
-    let leads = judge::leads(&setting.scene, &setting.touches, &run.predictions);
-    assert_eq!(leads.len(), setting.touches.len());
+    let leads = judge::leads(&setting.scene, &participant.touches, &run.predictions);
+    assert_eq!(leads.len(), participant.touches.len());
     assert!(
         leads
             .iter()

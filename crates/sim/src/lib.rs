@@ -7,8 +7,8 @@ pub mod person;
 pub use arm::{HandContact, ServoArm, ServoConfig};
 pub use error::SimError;
 pub use person::{
-    ChangeOfMind, Gesture, Person, PersonConfig, PersonSample, Population, ReachPlan, TouchPlan,
-    TouchSequence, TouchTruth, minimum_jerk,
+    ChangeOfMind, Gesture, Glance, Person, PersonConfig, PersonSample, Population, ReachPlan,
+    TouchPlan, TouchSequence, TouchTruth, minimum_jerk,
 };
 
 pub use hwall_hand as hand;

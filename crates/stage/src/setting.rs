@@ -3,13 +3,15 @@
 use crate::input::arms::BoardArm;
 use crate::input::floor_pose::FloorPose;
 use crate::input::place::{self, Contacts};
+use crate::person::hand::Hand;
+use crate::person::kinds::PersonKind;
+use crate::person::participants::{self, Participant};
 use crate::person::predictors::TrainingPeople;
-use crate::person::touches::{self, Standing, Touch};
-use crate::run::closed_loop::Hand;
+use crate::person::touches;
 use anyhow::{anyhow, bail};
+use glam::DVec3;
 use hwall_hand::{HandFilterConfig, Pose, Recording};
 use hwall_scene::{LoadReport, Scene};
-use hwall_sim::{Person, PersonConfig};
 use std::path::Path;
 
 /// The room made for this project, so that the binary runs from anywhere.
@@ -17,9 +19,6 @@ const ROOM: (&str, &str) = (
     include_str!("../../../examples/assets/room.obj"),
     include_str!("../../../examples/assets/room.toml"),
 );
-
-/// Period of the simulated tracker, s: a headset's 90 Hz.
-const TRACKER_S: f64 = 1.0 / 90.0;
 
 /// What the command line asks for.
 pub struct SettingOptions<'a> {
@@ -37,9 +36,11 @@ pub struct SettingOptions<'a> {
     pub hand_origin: Option<FloorPose>,
     /// Is the recorded hand made up, its shape always the same?
     pub rigid_hand: bool,
-    /// Touches of the simulated person.
+    /// What the simulated people are like.
+    pub person: PersonKind,
+    /// Touches of the simulated people, a dozen each.
     pub touches: usize,
-    /// Seed of the simulated person.
+    /// Seed of the simulated people.
     pub seed: u64,
 }
 
@@ -47,12 +48,12 @@ pub struct SettingOptions<'a> {
 pub struct Setting {
     /// The scene.
     pub scene: Scene,
-    /// The hand.
-    pub hand: Hand,
-    /// The touches that the hand makes.
-    pub touches: Vec<Touch>,
-    /// People like the one whose hand it is, for a predictor to learn from.
+    /// Who touches: one recorded hand, or simulated people, each in a run of their own.
+    pub participants: Vec<Participant>,
+    /// People like the ones whose hands these are, for a predictor to learn from.
     pub training_people: TrainingPeople,
+    /// Middle and radius, m, of what the person reaches from where they are first seen.
+    pub within_reach: Option<(DVec3, f64)>,
     /// What was chosen or repaired, for the user.
     pub remarks: Vec<String>,
 }
@@ -80,19 +81,13 @@ impl Setting {
             bail!("--hand-origin and --place auto place a recording: they need --hand");
         }
         let scene = in_base(&scene, options.base.unwrap_or(FloorPose::ORIGIN))?;
-        let config = PersonConfig::default();
-        let person = Person::new(config, options.seed)?;
-        let places = Standing {
-            head_m: config.head_m,
-            hand_m: config.hand_rest_m,
-        };
-        let plans = touches::plan(&scene, arm, &places, options.touches, options.seed)?;
-        let sequence = person.plan(&plans)?;
-        let touches = touches::of_person(&scene, sequence.touches());
+        let (touches, seed) = (options.touches, options.seed);
+        let participants = participants::simulated(&scene, arm, options.person, touches, seed)?;
+        let within_reach = participants::within_reach(&participants);
         Ok(Self {
             scene,
-            hand: Hand::Simulated(Box::new(sequence), TRACKER_S),
-            touches,
+            participants,
+            within_reach,
             training_people: TrainingPeople::default(),
             remarks,
         })
@@ -153,10 +148,15 @@ impl Setting {
             .map(|frame| frame.transformed(&map))
             .collect();
         let training_people = TrainingPeople::tracked_as(&frames);
-        Ok(Self {
-            scene,
+        let participants = vec![Participant {
             hand: Hand::Recorded(frames, filter),
             touches,
+            seed: options.seed,
+        }];
+        Ok(Self {
+            scene,
+            within_reach: participants::within_reach(&participants),
+            participants,
             training_people,
             remarks,
         })

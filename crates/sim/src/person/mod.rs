@@ -5,6 +5,7 @@ mod config;
 mod draw;
 mod gaze;
 mod gesture;
+mod glances;
 mod habits;
 mod plan;
 mod planned_touch;
@@ -15,6 +16,7 @@ mod sequence;
 
 pub use config::PersonConfig;
 pub use gesture::Gesture;
+pub use glances::Glance;
 pub use habits::Person;
 pub use population::Population;
 pub use profile::minimum_jerk;

@@ -3,6 +3,7 @@
 use super::config::PersonConfig;
 use super::draw::Draw;
 use super::gaze::{Fixation, LookAt, SACCADE_S, deflected};
+use super::glances::Glances;
 use super::habits::{Person, scattered};
 use super::planned_touch::{PlannedTouch, Timeline};
 use super::profile::{PEAKS, Profile};
@@ -10,6 +11,7 @@ use super::reach::{Approach, ReachPath, ReachPlan, Shape, TouchPlan};
 use super::sequence::TouchSequence;
 use crate::error::SimError;
 use glam::DVec3;
+use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
 
 /// Streams of random numbers, apart from those of the habits and, for a plain person, from each other.
@@ -44,16 +46,38 @@ impl Person {
     /// # Errors
     /// As [`plan`](Self::plan), also for what is meant at first.
     pub fn plan_reaches(&self, reaches: &[ReachPlan]) -> Result<TouchSequence, SimError> {
+        self.plan_looking(reaches, &[])
+    }
+
+    /// As [`plan_reaches`](Self::plan_reaches), among things to look at: `in_view_m`, points in the base frame, m. Only a
+    /// person who [glances](PersonConfig::glances) looks at them; for all others the sequence is the same without them.
+    ///
+    /// # Errors
+    /// As [`plan_reaches`](Self::plan_reaches), also for NaN or infinity in view.
+    pub fn plan_looking(
+        &self,
+        reaches: &[ReachPlan],
+        in_view_m: &[DVec3],
+    ) -> Result<TouchSequence, SimError> {
+        for point_m in in_view_m {
+            all_finite("in_view_m", &point_m.to_array())?;
+        }
         let mut plain = Draw::new(self.seed(), PLAIN_REACHES);
         let mut draw = Draw::new(self.seed(), REACHES);
         let first_rest_m = self.rest(&mut draw);
         let (mut rest_from_s, mut rest_m) = (0.0, first_rest_m);
         let mut planned = Vec::with_capacity(reaches.len());
+        let mut touched_m = None;
         for (index, plan) in reaches.iter().enumerate() {
+            let mut clear_m = vec![plan.touch.target_m];
+            clear_m.extend(plan.meant_first.map(|meant| meant.target_m));
+            let glances = Glances::drawn(self, index, in_view_m, &clear_m, touched_m);
+            touched_m = Some(plan.touch.target_m);
             let next_m = self.rest(&mut draw);
             let rests = [rest_m, next_m];
             let draws = (&mut plain, &mut draw);
-            let touch = self.plan_reach(plan, index, rest_from_s, rests, draws)?;
+            let before = (rest_from_s, &glances);
+            let touch = self.plan_reach(plan, index, before, rests, draws)?;
             (rest_from_s, rest_m) = (touch.timeline.end_s, next_m);
             planned.push(touch);
         }
@@ -64,12 +88,12 @@ impl Person {
         &self,
         plan: &ReachPlan,
         index: usize,
-        rest_from_s: f64,
+        (rest_from_s, glances): (f64, &Glances),
         [from_m, to_m]: [DVec3; 2],
         (plain, draw): (&mut Draw, &mut Draw),
     ) -> Result<PlannedTouch, SimError> {
         let (c, h) = (self.config(), self.habits());
-        let look_s = rest_from_s + plain.within(c.pause_s);
+        let look_s = rest_from_s + plain.within(c.pause_s).max(glances.duration_s());
         let lead_s = h.gaze_lead_s * plain.scatter(0.15);
         let start_s = look_s + lead_s + draw.within(c.onset_dwell_s);
         let (there_scatter, hold_s) = (plain.scatter(0.1), plain.within(c.hold_s));
@@ -104,7 +128,10 @@ impl Person {
             end_s: withdraw_s + self.duration_s(&back) * back_scatter,
         };
         let posture_rad = h.posture_rad.map(|x| x + draw.bounded() * c.posture_rad);
-        let (gaze, gaze_missed) = self.gaze(&approach, &timeline, lead_s, off_rad, draw);
+        let looked = self.gaze(&approach, &timeline, lead_s, off_rad, draw);
+        let timed = glances.ending_at(look_s);
+        let mut gaze: Vec<Fixation> = glances.fixations(&timed).collect();
+        gaze.extend(looked.fixations);
         Ok(PlannedTouch {
             fingers: self.fingers(&path, posture_rad),
             fingers_meant: meant.map(|(meant, _)| self.fingers(&meant, posture_rad)),
@@ -113,7 +140,9 @@ impl Person {
             timeline,
             depth_m,
             gaze,
-            gaze_missed,
+            gaze_missed: looked.missed,
+            landed_s: looked.landed_s,
+            glances: timed,
         })
     }
 
@@ -149,7 +178,7 @@ impl Person {
         deflected((to_target + into).normalize_or(into), off_rad)
     }
 
-    /// Where the gaze rests when, and whether it misses the reach altogether.
+    /// Where the gaze rests when, from the look on.
     fn gaze(
         &self,
         approach: &Approach,
@@ -157,7 +186,7 @@ impl Person {
         lead_s: f64,
         off_rad: [f64; 2],
         draw: &mut Draw,
-    ) -> (Vec<Fixation>, bool) {
+    ) -> Looked {
         let missed = draw.chance(self.config().gaze_misses);
         let leaves = draw.chance(self.config().gaze_leaves);
         let (miss_rad, leave_rad) = (aside(draw, MISS_RAD), aside(draw, LEAVE_RAD));
@@ -171,32 +200,46 @@ impl Person {
         let mut look = |from_s: f64, on| {
             // One saccade after the other.
             let free_s = fixations.last().map_or(from_s, |f| f.from_s + SACCADE_S);
-            fixations.push(Fixation {
-                from_s: from_s.max(free_s),
-                on,
-            });
+            let from_s = from_s.max(free_s);
+            fixations.push(Fixation { from_s, on });
+            from_s + SACCADE_S
         };
+        let mut landed_s = None;
         let first = approach.meant.map_or(*path, |(meant, _)| meant);
         if missed {
             look(times.look_s, point(&first, miss_rad));
         } else {
-            look(times.look_s, point(&first, off_rad));
+            let contact_s = times.contact_s(path);
+            let mut there_s = look(times.look_s, point(&first, off_rad));
             if let Some(switch_s) = times.switch_s(approach) {
-                look(switch_s - 0.5 * lead_s, point(path, off_rad));
+                there_s = look(switch_s - 0.5 * lead_s, point(path, off_rad));
             }
+            landed_s = (there_s <= contact_s).then_some(there_s);
             if leaves {
-                let contact_s = times.contact_s(path);
                 look(contact_s - leave_before_s, point(path, leave_rad));
             }
         }
         look(times.withdraw_s, LookAt::Ahead);
-        (fixations, missed)
+        Looked {
+            fixations,
+            missed,
+            landed_s,
+        }
     }
 
     /// Where the hand rests next.
     fn rest(&self, draw: &mut Draw) -> DVec3 {
         self.config().hand_rest_m + scattered(draw, self.config().rest_scatter_m)
     }
+}
+
+/// Where the gaze rests in a reach.
+struct Looked {
+    fixations: Vec<Fixation>,
+    /// Is it elsewhere all the time?
+    missed: bool,
+    /// When it has landed on the target.
+    landed_s: Option<f64>,
 }
 
 /// Two angles across a direction, together of a size in this range.

@@ -1,6 +1,8 @@
 //! One touch as planned: where the hand is and looks, and when.
 
+use super::config::PersonConfig;
 use super::gaze::Fixation;
+use super::glances::Glance;
 use super::reach::{Approach, ReachPath};
 use glam::DVec3;
 
@@ -51,8 +53,12 @@ pub(super) struct PlannedTouch {
     /// Direction of the stretched fingers at contact, and at the contact meant first.
     pub(super) fingers: DVec3,
     pub(super) fingers_meant: Option<DVec3>,
+    /// From the first glance of the pause before on.
     pub(super) gaze: Vec<Fixation>,
     pub(super) gaze_missed: bool,
+    /// The gaze has landed on the target.
+    pub(super) landed_s: Option<f64>,
+    pub(super) glances: [Option<Glance>; PersonConfig::MOST_GLANCES],
 }
 
 impl PlannedTouch {

@@ -1,6 +1,8 @@
 //! One reach: the noise-free way of the index fingertip to a touch and back.
 
 use super::bisect::bisect;
+use super::config::PersonConfig;
+use super::glances::Glance;
 use super::profile::{Profile, minimum_jerk};
 use crate::error::SimError;
 use glam::DVec3;
@@ -79,6 +81,11 @@ pub struct TouchTruth {
     pub changed: Option<ChangeOfMind>,
     /// The gaze is elsewhere during the whole reach.
     pub gaze_missed: bool,
+    /// The gaze has landed on the target; `None` if it does not before the contact. After a change of mind: on the target
+    /// that is touched in the end.
+    pub landed_s: Option<f64>,
+    /// What the person looked at in the pause before, in order.
+    pub glances: [Option<Glance>; PersonConfig::MOST_GLANCES],
 }
 
 /// Shape of a reach, drawn for each one.

@@ -259,7 +259,10 @@ impl TouchSequence {
     /// Ahead and a little down at rest.
     fn true_gaze(&self, t_s: f64, head_m: DVec3) -> DVec3 {
         let ahead = (self.person.forward() - DVec3::Z * 0.2).normalize();
-        let fixations = self.current(t_s).map_or(&[][..], |touch| &touch.gaze);
+        // Glances come before the look that a touch begins with; by then the gaze has been ahead since the last one.
+        let begun = |touch: &PlannedTouch| touch.gaze.first().is_some_and(|f| f.from_s <= t_s);
+        let last = self.touches.partition_point(begun).checked_sub(1);
+        let fixations = last.map_or(&[][..], |last| &self.touches[last].gaze);
         gaze::direction(fixations, t_s, ahead, head_m)
     }
 
@@ -300,6 +303,8 @@ impl TouchSequence {
             end_s,
             changed,
             gaze_missed: touch.gaze_missed,
+            landed_s: touch.landed_s,
+            glances: touch.glances,
         }
     }
 }

@@ -117,9 +117,20 @@ pub struct PredictionRecord {
     pub took_ns: [f64; 3],
 }
 
+/// A predictor that can be had again as it is.
+trait CopiedPredictor: Predictor {
+    fn copied(&self) -> Box<dyn CopiedPredictor>;
+}
+
+impl<P: Predictor + Clone + 'static> CopiedPredictor for P {
+    fn copied(&self) -> Box<dyn CopiedPredictor> {
+        Box::new(self.clone())
+    }
+}
+
 /// The three predictors, or those of them that could be made.
 pub struct Predictors {
-    predictors: [Option<Box<dyn Predictor>>; 3],
+    predictors: [Option<Box<dyn CopiedPredictor>>; 3],
     leader: PredictorKind,
     answers: Vec<ContactPrediction>,
     records: Vec<PredictionRecord>,
@@ -155,11 +166,11 @@ impl Predictors {
                 (None, leader.unwrap_or(PredictorKind::RayLed), remark)
             }
         };
-        let ray = |config| -> anyhow::Result<Option<Box<dyn Predictor>>> {
+        let ray = |config| -> anyhow::Result<Option<Box<dyn CopiedPredictor>>> {
             Ok(Some(Box::new(DeterministicPredictor::new(config)?)))
         };
         let predictors = [
-            fused.map(|fused| Box::new(fused) as Box<dyn Predictor>),
+            fused.map(|fused| Box::new(fused) as Box<dyn CopiedPredictor>),
             ray(DeterministicConfig::ray_led())?,
             ray(DeterministicConfig::default())?,
         ];
@@ -171,6 +182,22 @@ impl Predictors {
             records: Vec::new(),
         };
         Ok((all, remark))
+    }
+
+    /// The same predictors for another person: what was learnt stays, all samples are forgotten.
+    #[must_use]
+    pub fn for_another_person(&self) -> Self {
+        let copied = |p: &Option<Box<dyn CopiedPredictor>>| {
+            let mut copy = (**p.as_ref()?).copied();
+            copy.reset();
+            Some(copy)
+        };
+        Self {
+            predictors: std::array::from_fn(|i| copied(&self.predictors[i])),
+            leader: self.leader,
+            answers: Vec::with_capacity(16),
+            records: Vec::new(),
+        }
     }
 
     /// Who leads the board.

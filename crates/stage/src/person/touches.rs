@@ -23,6 +23,8 @@ pub struct Touch {
     pub contact_s: f64,
     /// The hand leaves or the reach ends, s.
     pub end_s: f64,
+    /// The gaze has landed on the point, s; `None` if it does not before the contact, or if nobody knows.
+    pub landed_s: Option<f64>,
 }
 
 /// Where a person stands.
@@ -37,6 +39,8 @@ pub struct Standing {
 /// People touch between the hip and a little above the eyes; distances from the eyes, m.
 const BELOW_EYES_M: f64 = 0.85;
 const ABOVE_EYES_M: f64 = 0.3;
+/// And up to this far from the resting hand, m: a step further on they would walk.
+const FAR_M: f64 = 1.1;
 
 /// Chooses points for a simulated person: surfaces in turn, five of six touches within reach.
 ///
@@ -46,6 +50,21 @@ pub fn plan(
     scene: &Scene,
     arm: &BoardArm,
     places: &Standing,
+    count: usize,
+    seed: u64,
+) -> anyhow::Result<Vec<TouchPlan>> {
+    plan_clear(scene, arm, places, f64::NEG_INFINITY, count, seed)
+}
+
+/// As [`plan`], of surfaces that the hand rests at least `clear_m` in front of.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_clear(
+    scene: &Scene,
+    arm: &BoardArm,
+    places: &Standing,
+    clear_m: f64,
     count: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<TouchPlan>> {
@@ -63,8 +82,8 @@ pub fn plan(
             let patch = &patches[(i + attempt / 200) % patches.len()];
             let point_m = inside(patch, &mut sampler)?;
             let normal = facing(patch.normal, head_m - point_m);
-            let suits = point_m.distance(hand_m) < 1.1
-                && (head_m.z - BELOW_EYES_M..head_m.z + ABOVE_EYES_M).contains(&point_m.z)
+            let suits = at_hand(places, point_m)
+                && (hand_m - point_m).dot(normal) >= clear_m
                 && arm.unreachable(point_m, normal).ok()?.is_none() == want_reachable
                 && scene.visible(head_m, point_m + normal * 0.01).ok()?
                 && scene.visible(hand_m, point_m + normal * 0.05).ok()?;
@@ -85,6 +104,13 @@ pub fn plan(
     Ok(plans)
 }
 
+/// Is a point near enough to be touched, and at a height at which people touch things?
+pub(super) fn at_hand(places: &Standing, point_m: DVec3) -> bool {
+    let Standing { head_m, hand_m } = *places;
+    point_m.distance(hand_m) < FAR_M
+        && (head_m.z - BELOW_EYES_M..head_m.z + ABOVE_EYES_M).contains(&point_m.z)
+}
+
 /// The touches that a simulated person made.
 #[must_use]
 pub fn of_person(scene: &Scene, truths: &[TouchTruth]) -> Vec<Touch> {
@@ -99,6 +125,7 @@ pub fn of_person(scene: &Scene, truths: &[TouchTruth]) -> Vec<Touch> {
         start_s: t.start_s,
         contact_s: t.contact_s,
         end_s: t.release_s,
+        landed_s: t.landed_s,
     };
     truths.iter().map(touch).collect()
 }
@@ -137,6 +164,7 @@ pub fn of_recording(
             start_s,
             contact_s,
             end_s,
+            landed_s: None,
         });
     }
     Ok(touches)
@@ -170,7 +198,7 @@ fn first_contact(scene: &Scene, path: &[(f64, DVec3)]) -> anyhow::Result<Option<
 }
 
 /// A random point of a facet, a hand's breadth inside its outline.
-fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
+pub(super) fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     const EDGE_M: f64 = 0.08;
     let low = patch.outline_m.iter().copied().reduce(DVec3::min)?;
     let high = patch.outline_m.iter().copied().reduce(DVec3::max)?;
@@ -185,7 +213,7 @@ fn inside(patch: &Facet, sampler: &mut Sampler) -> Option<DVec3> {
     clear.then_some(point)
 }
 
-fn facing(normal: DVec3, towards: DVec3) -> DVec3 {
+pub(super) fn facing(normal: DVec3, towards: DVec3) -> DVec3 {
     if normal.dot(towards) < 0.0 {
         -normal
     } else {

@@ -1,5 +1,9 @@
 //! Tables and figures of a run, and the look that all figures share.
 
 pub mod figures;
+pub mod json;
+mod legend;
+pub mod plan_figure;
 pub mod run_figures;
+pub mod summary;
 pub mod tables;

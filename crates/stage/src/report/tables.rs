@@ -1,10 +1,13 @@
 //! The table of a run, and its touches as CSV.
 
 use crate::input::numbers;
+use crate::person::predictors::PredictionRecord;
 use crate::person::predictors::PredictorKind;
-use crate::person::touches::Touch;
+use crate::report::summary::Summary;
 use crate::run::closed_loop::{Loss, Run};
 use crate::run::judge::{Outcome, RIGHT_M};
+use crate::run::people::{JudgedTouch, PersonRun};
+use crate::run::regret::{Miss, Regret};
 use hwall::reachability::WallMaps;
 use hwall_hand::LostReason;
 use hwall_testkit::{ErrorStats, MarkdownTable, format_ns, quantile};
@@ -13,21 +16,29 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-/// The results of the run, one line for each number.
+/// The results of the runs, one line for each number.
 #[must_use]
-pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]) -> MarkdownTable {
+pub fn table(runs: &[PersonRun], maps: &WallMaps, mapping: Duration) -> MarkdownTable {
+    let judged: Vec<&JudgedTouch> = runs.iter().flat_map(|run| &run.touches).collect();
+    let outcomes: Vec<&Outcome> = judged.iter().map(|touch| &touch.outcome).collect();
+    let summary = Summary::new(runs);
+    let sum = |count: &dyn Fn(&Run) -> usize| runs.iter().map(|run| count(&run.run)).sum::<usize>();
     let mut table = MarkdownTable::new(["what", "value"]);
     let mut row = |what: &str, value: String| {
         table.row([what.to_owned(), value]);
     };
     let within: Vec<&Outcome> = outcomes
         .iter()
+        .copied()
         .filter(|o| o.unreachable.is_none())
         .collect();
-    let in_time: Vec<&&Outcome> = within.iter().filter(|o| o.lead_s.is_some()).collect();
+    let in_time: Vec<&Outcome> = within.iter().copied().filter(|o| o.in_place()).collect();
+    if runs.len() > 1 {
+        row("people, each in a run of their own", runs.len().to_string());
+    }
     row("touches", outcomes.len().to_string());
     row("touches within the arm's reach", within.len().to_string());
-    row("out of reach, with the reason", reasons(outcomes));
+    row("out of reach, with the reason", reasons(&outcomes));
     let (walls, lines) = maps
         .map()
         .map_or((0, 0), |map| (map.walls().len(), map.report().lines));
@@ -40,15 +51,27 @@ pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]
     );
     row(
         "predictions looked up / sent to the nearest place in reach",
-        format!("{} / {}", run.look_ups, run.moved),
+        format!("{} / {}", sum(&|run| run.look_ups), sum(&|run| run.moved)),
     );
-    let share = match within.len() {
-        0 => String::new(),
-        n => format!(" ({:.0} %)", 100.0 * in_time.len() as f64 / n as f64),
-    };
     row(
         "board in place before the hand",
-        format!("{} of {}{share}", in_time.len(), within.len()),
+        of(in_time.len(), within.len()),
+    );
+    row(
+        "touches at which it could have been (gaze, arm and waiting posture allowed it)",
+        of(summary.possible, within.len()),
+    );
+    row(
+        "of those in place",
+        of(summary.possible_in_place, summary.possible),
+    );
+    row("not in place, by reason", misses(&summary));
+    row(
+        "board turned back on its way before a touch, median; boards sent in vain for each touch",
+        match (summary.reversals_median, summary.in_vain_per_touch) {
+            (Some(reversals), Some(vain)) => format!("{reversals:.0}; {vain:.2}"),
+            _ => "none".to_owned(),
+        },
     );
     // Without a touch there is no value, and NaN would look like one.
     let or_none = |count: usize, text: String| if count == 0 { "none".to_owned() } else { text };
@@ -81,6 +104,12 @@ pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]
         "of it along the normal (gap), median / max",
         error(&|o| o.gap_m),
     );
+    row(
+        "gap, nine of ten at most",
+        summary
+            .gap_p90_m
+            .map_or("none".to_owned(), |m| format!("{:.1} mm", 1e3 * m)),
+    );
     let mut felt: Vec<f64> = within.iter().filter_map(|o| o.felt_after_s).collect();
     felt.sort_by(f64::total_cmp);
     let after = or_none(
@@ -91,23 +120,24 @@ pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]
         "contact felt (above 3 N)",
         format!("{} of {}, {after}", felt.len(), within.len()),
     );
-    row("hand lost", losses(&run.losses));
-    let [gaze, direction, nearest, motion, none] = run.sources;
+    let lost: Vec<Loss> = runs.iter().flat_map(|run| run.run.losses.clone()).collect();
+    row("hand lost", losses(&lost));
+    let [gaze, direction, nearest, motion, none] =
+        std::array::from_fn(|i| sum(&|run| run.sources[i]));
     row(
         "frames led by gaze / hand direction / nearest / motion / none",
         format!("{gaze} / {direction} / {nearest} / {motion} / {none}"),
     );
     row(
         "frames with the target out of reach",
-        run.unreachable_frames.to_string(),
+        sum(&|run| run.unreachable_frames).to_string(),
     );
-    row("board led by", run.leader.name().to_owned());
+    let leader = runs.first().map_or("nobody", |run| run.run.leader.name());
+    row("board led by", leader.to_owned());
     for kind in PredictorKind::ALL {
-        let mut took_ns: Vec<f64> = run
-            .predictions
-            .iter()
-            .map(|p| p.took_ns[kind as usize])
-            .collect();
+        let took = |p: &PredictionRecord| p.took_ns[kind as usize];
+        let records = runs.iter().flat_map(|run| &run.run.predictions);
+        let mut took_ns: Vec<f64> = records.map(took).collect();
         took_ns.retain(|t| *t > 0.0);
         took_ns.sort_by(f64::total_cmp);
         let time = |p: f64| format_ns(quantile(&took_ns, p));
@@ -120,21 +150,41 @@ pub fn table(run: &Run, maps: &WallMaps, mapping: Duration, outcomes: &[Outcome]
             text,
         );
     }
+    let mut step_ns: Vec<f64> = runs
+        .iter()
+        .flat_map(|run| run.run.step_ns.clone())
+        .collect();
+    step_ns.sort_by(f64::total_cmp);
+    let time = |p: f64| format_ns(quantile(&step_ns, p));
     row(
         "time per control step without prediction, median / p99",
-        format!(
-            "{} / {}",
-            format_ns(quantile(&run.step_ns, 0.5)),
-            format_ns(quantile(&run.step_ns, 0.99))
-        ),
+        format!("{} / {}", time(0.5), time(0.99)),
     );
-    row("control steps", run.step_ns.len().to_string());
+    row("control steps", step_ns.len().to_string());
     table
 }
 
-/// For every touch: how long before it each predictor had been right; then the medians.
+/// A count of a count, with the share where there is one.
+fn of(part: usize, all: usize) -> String {
+    match all {
+        0 => format!("{part} of {all}"),
+        n => format!("{part} of {all} ({:.0} %)", 100.0 * part as f64 / n as f64),
+    }
+}
+
+fn misses(summary: &Summary) -> String {
+    let counts = Miss::ALL.iter().zip(summary.misses);
+    let counts = counts.filter(|(miss, count)| **miss != Miss::Unreachable && *count > 0);
+    join(counts.map(|(miss, count)| format!("{count} {}", miss.name())))
+}
+
+/// Touches of more people than these are not listed one by one.
+const LISTED_PEOPLE: usize = 2;
+
+/// For every touch: how long before it each predictor had been right; then the medians. With many people the touches of the
+/// first one and the medians of all.
 #[must_use]
-pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownTable {
+pub fn who_was_right(runs: &[PersonRun]) -> MarkdownTable {
     let [a, b, c] = PredictorKind::ALL.map(|kind| format!("{}, ms", kind.name()));
     let what = format!(
         "touch: right surface and within {:.0} mm, from how long before contact on",
@@ -143,12 +193,14 @@ pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownT
     let mut table = MarkdownTable::new([what, "at, s".to_owned(), a, b, c]);
     let ms = |lead_s: f64| format!("{:.0}", 1e3 * lead_s);
     let cells = |lead: &[Option<f64>; 3]| lead.map(|l| l.map_or("wrong".to_owned(), ms));
-    for (i, (touch, lead)) in touches.iter().zip(leads).enumerate() {
-        let [a, b, c] = cells(lead);
-        let name = format!("{} {}", i + 1, touch.surface);
-        table.row([name, format!("{:.2}", touch.contact_s), a, b, c]);
+    for (name, touch) in listed(runs) {
+        let [a, b, c] = cells(&touch.leads_s);
+        let at = format!("{:.2}", touch.outcome.touch.contact_s);
+        table.row([name, at, a, b, c]);
     }
-    if touches.is_empty() {
+    let all = runs.iter().flat_map(|run| &run.touches);
+    let leads: Vec<[Option<f64>; 3]> = all.map(|touch| touch.leads_s).collect();
+    if leads.is_empty() {
         return table;
     }
     // A predictor that is wrong until the end has no lead.
@@ -174,6 +226,60 @@ pub fn who_was_right(touches: &[Touch], leads: &[[Option<f64>; 3]]) -> MarkdownT
         leads.iter().filter(|l| l[i].is_some()).count().to_string()
     });
     table
+}
+
+/// For every touch: what was possible, and what became of it. With many people the touches of the first one.
+#[must_use]
+pub fn regrets(runs: &[PersonRun]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "touch: was it possible to be there",
+        "at, s",
+        "known before, ms",
+        "least time from waiting / from there, ms",
+        "possible",
+        "in place",
+        "led to it before, ms",
+        "turned back / in vain",
+    ]);
+    let ms = |s: Option<f64>| s.map_or("none".to_owned(), |s| format!("{:.0}", 1e3 * s));
+    let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
+    for (name, touch) in listed(runs) {
+        let Regret {
+            known_s,
+            from_waiting_s,
+            from_there_s,
+            possible,
+            miss,
+            foreseen_s,
+            detours,
+            ..
+        } = touch.regret;
+        let contact_s = touch.outcome.touch.contact_s;
+        table.row([
+            name,
+            format!("{contact_s:.2}"),
+            ms(Some(contact_s - known_s)),
+            format!("{} / {}", ms(from_waiting_s), ms(from_there_s)),
+            yes(possible),
+            miss.map_or_else(|| "yes".to_owned(), |miss| format!("no: {}", miss.name())),
+            ms(foreseen_s),
+            format!("{} / {}", detours.reversals, detours.in_vain),
+        ]);
+    }
+    table
+}
+
+/// The touches that are listed one by one, by number and surface.
+fn listed(runs: &[PersonRun]) -> impl Iterator<Item = (String, &JudgedTouch)> {
+    let people = match runs.len() {
+        count if count <= LISTED_PEOPLE => count,
+        _ => 1,
+    };
+    let touches = runs[..people].iter().flat_map(|run| &run.touches);
+    touches.enumerate().map(|(i, touch)| {
+        let name = format!("{} {}", i + 1, touch.outcome.touch.surface);
+        (name, touch)
+    })
 }
 
 /// For every touch of a textured surface: what was to be felt and what was felt; empty if no texture was
@@ -215,7 +321,7 @@ pub fn textures(run: &Run) -> String {
     format!("\n{table}")
 }
 
-fn reasons(outcomes: &[Outcome]) -> String {
+fn reasons(outcomes: &[&Outcome]) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for reason in outcomes.iter().filter_map(|o| o.unreachable.as_ref()) {
         *counts.entry(reason.name()).or_default() += 1;
@@ -257,11 +363,7 @@ fn join(parts: impl Iterator<Item = String>) -> String {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn touches_csv(
-    path: &Path,
-    outcomes: &[Outcome],
-    leads: &[[Option<f64>; 3]],
-) -> anyhow::Result<()> {
+pub fn touches_csv(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
     let mut out = numbers::writer(Some(path))?;
     out.write_record([
         "surface",
@@ -278,9 +380,26 @@ pub fn touches_csv(
         "fused_right_s",
         "ray_led_right_s",
         "ray_cast_right_s",
+        "person",
+        "tilt_deg",
+        "known_s",
+        "least_from_waiting_s",
+        "least_from_there_s",
+        "possible",
+        "missed_by",
+        "foreseen_s",
+        "reversals",
+        "in_vain",
     ])?;
     let optional = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
-    for (o, right_s) in outcomes.iter().zip(leads) {
+    let people = runs.iter().enumerate();
+    let touches = people.flat_map(|(i, run)| run.touches.iter().map(move |touch| (i + 1, touch)));
+    for (person, judged) in touches {
+        let JudgedTouch {
+            outcome: o,
+            regret,
+            leads_s,
+        } = judged;
         let t = &o.touch;
         let mut cells = vec![t.surface.clone()];
         cells.extend(t.point_m.to_array().map(|v| format!("{v:.4}")));
@@ -295,7 +414,19 @@ pub fn touches_csv(
             optional(Some(o.gap_m)),
             optional(o.felt_after_s),
         ]);
-        cells.extend(right_s.map(optional));
+        cells.extend(leads_s.map(optional));
+        cells.extend([
+            person.to_string(),
+            format!("{:.3}", o.tilt_rad.to_degrees()),
+            format!("{:.3}", regret.known_s),
+            optional(regret.from_waiting_s),
+            optional(regret.from_there_s),
+            u8::from(regret.possible).to_string(),
+            regret.miss.map_or("", Miss::name).to_owned(),
+            optional(regret.foreseen_s),
+            regret.detours.reversals.to_string(),
+            regret.detours.in_vain.to_string(),
+        ]);
         out.write_record(&cells)?;
     }
     out.flush()?;

@@ -1,9 +1,11 @@
 //! The closed loop of the main job: a hand, a session and the simulated arm on one clock.
 
 use crate::input::arms::BoardArm;
-use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors};
+use crate::person::hand::Hand;
+use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors, SurfacePlace};
+use crate::run::courses::{Sent, SentLog};
 use crate::run::texture_log::{TextureLog, TextureTouch};
-use crate::run::tick::Tick;
+use crate::run::tick::{Led, Tick};
 use crate::run::trace::{Trace, TraceLog};
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState, Board, RendererConfig};
@@ -13,55 +15,11 @@ use hwall::{
     WorldPose, drive,
 };
 use hwall_contact::{PredictionSource, Predictor};
-use hwall_hand::{HandFilterConfig, HandFrame, LostReason, Tracking};
+use hwall_hand::{HandFrame, LostReason, Tracking};
 use hwall_scene::Scene;
-use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError, TouchSequence};
+use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError};
 use std::sync::Arc;
 use std::time::Instant;
-
-/// A hand to follow.
-pub enum Hand {
-    /// A simulated person, sampled by a tracker at this period, s.
-    Simulated(Box<TouchSequence>, f64),
-    /// Recorded frames in the base frame, in order of time, and how to filter them.
-    Recorded(Vec<HandFrame>, HandFilterConfig),
-}
-
-impl Hand {
-    /// First and last instant, s.
-    #[must_use]
-    pub fn span_s(&self) -> (f64, f64) {
-        match self {
-            Self::Simulated(sequence, _) => (0.0, sequence.duration_s()),
-            Self::Recorded(frames, _) => (
-                frames.first().map_or(0.0, |f| f.t_s),
-                frames.last().map_or(0.0, |f| f.t_s),
-            ),
-        }
-    }
-
-    /// How frames of it are to be filtered.
-    #[must_use]
-    pub fn filter(&self) -> HandFilterConfig {
-        match self {
-            Self::Simulated(..) => HandFilterConfig::simulated(),
-            Self::Recorded(_, filter) => *filter,
-        }
-    }
-
-    /// The next frame not later than `t_s`; `next` counts frames.
-    fn frame(&self, next: &mut usize, t_s: f64) -> Option<HandFrame> {
-        let frame = match self {
-            Self::Simulated(sequence, period_s) => {
-                let due_s = *next as f64 * period_s;
-                (due_s <= t_s).then(|| sequence.sample(due_s).hand_frame())
-            }
-            Self::Recorded(frames, _) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
-        };
-        *next += usize::from(frame.is_some());
-        frame
-    }
-}
 
 /// A finished run.
 pub struct Run {
@@ -75,6 +33,10 @@ pub struct Run {
     pub leader: PredictorKind,
     /// What the predictors predicted from each frame.
     pub predictions: Vec<PredictionRecord>,
+    /// The contact that led the board, from each frame.
+    pub led: Vec<Led>,
+    /// Where the board was sent, change by change.
+    pub sent: Vec<Sent>,
     /// For the figures.
     pub trace: Trace,
     /// Number of frames by what pointed to the surface: gaze, hand direction, nearest, motion, none.
@@ -320,6 +282,8 @@ impl Fingertip {
 struct Log {
     probe: Vec<String>,
     ticks: Vec<Tick>,
+    led: Vec<Led>,
+    sent: SentLog,
     trace: TraceLog,
     /// The hand's time at the arm's zero, s.
     start_s: f64,
@@ -337,6 +301,8 @@ impl Log {
         Self {
             probe: Vec::new(),
             ticks: Vec::with_capacity(steps + 1),
+            led: Vec::new(),
+            sent: SentLog::default(),
             trace: TraceLog::new(span_m),
             start_s,
             sources: [0; 5],
@@ -365,6 +331,13 @@ impl Log {
                     _ => 4,
                 };
                 self.sources[source] += 1;
+                self.led.push(Led {
+                    t_s,
+                    place: foreseen.map(|f| SurfacePlace {
+                        surface: f.contact.surface,
+                        point_m: f.contact.point_m,
+                    }),
+                });
                 let Some(foreseen) = foreseen else { return };
                 self.look_ups += usize::from(foreseen.presented != Presented::Unknown);
                 self.moved += usize::from(matches!(foreseen.presented, Presented::Nearest(_)));
@@ -442,9 +415,15 @@ impl Log {
                 c.and_then(|c| c.3)
             ));
         }
+        self.sent.step(Sent {
+            t_s,
+            target: control.target().map(Into::into),
+            goal: control.last_step().and_then(|step| step.goal),
+        });
         self.ticks.push(Tick {
             t_s,
             base_from_board,
+            q: arm.q(),
             in_contact: matches!(
                 control.state(),
                 SessionState::Touched | SessionState::TouchedInMovingWorld
@@ -462,6 +441,8 @@ impl Log {
         Run {
             probe: self.probe,
             ticks: self.ticks,
+            led: self.led,
+            sent: self.sent.into_changes(),
             step_ns,
             leader,
             trace: self.trace.finish(end_s, &predictions),

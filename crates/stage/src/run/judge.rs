@@ -22,8 +22,18 @@ pub struct Outcome {
     pub offset_m: f64,
     /// Distance of the face from the touched point along the surface's normal, m.
     pub gap_m: f64,
+    /// Angle between the face and the surface, rad.
+    pub tilt_rad: f64,
     /// From the hand's arrival until the contact was felt, s.
     pub felt_after_s: Option<f64>,
+}
+
+impl Outcome {
+    /// Was the board there before the hand?
+    #[must_use]
+    pub const fn in_place(&self) -> bool {
+        self.lead_s.is_some()
+    }
 }
 
 /// A contact may be felt a little before the noise-free crossing, s.
@@ -61,9 +71,9 @@ fn judge_one(
         .rev()
         .take_while(|tick| in_place(tick))
         .last();
-    let p = ticks[last]
-        .base_from_board
-        .inverse_transform_point(touch.point_m);
+    let pose = &ticks[last].base_from_board;
+    let p = pose.inverse_transform_point(touch.point_m);
+    let tilt_rad = pose.rotation().z_axis.angle_between(touch.normal);
     // A press that is felt away from the touched point is not this touch.
     let board_holds = |tick: &Tick| {
         let p = tick.base_from_board.inverse_transform_point(touch.point_m);
@@ -80,6 +90,7 @@ fn judge_one(
         lead_s: steady.map(|tick| touch.contact_s - tick.t_s),
         offset_m: p.truncate().length(),
         gap_m: p.z.abs(),
+        tilt_rad,
         felt_after_s: felt.map(|tick| tick.t_s - touch.contact_s),
     })
 }

@@ -1,7 +1,12 @@
 //! One run of the closed loop: what it leaves behind, and how it is judged.
 
 pub mod closed_loop;
+pub mod courses;
 pub mod judge;
+pub mod least_time;
+pub mod people;
+pub mod regret;
+pub mod snapshots;
 pub mod texture_log;
 pub mod tick;
 pub mod trace;

@@ -1,6 +1,8 @@
-//! What one control step left behind.
+//! What one control step, and one frame of the tracker, left behind.
 
+use crate::person::predictors::SurfacePlace;
 use hwall_geometry::Pose;
+use hwall_kinematics::JointPositions;
 
 /// What one control step left behind.
 #[derive(Debug, Clone, Copy)]
@@ -9,6 +11,17 @@ pub struct Tick {
     pub t_s: f64,
     /// Where the board is.
     pub base_from_board: Pose,
+    /// Where the arm is, rad.
+    pub q: JointPositions,
     /// Is a touch felt?
     pub in_contact: bool,
+}
+
+/// The contact that the board is led to, as of one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Led {
+    /// Time of the frame, s.
+    pub t_s: f64,
+    /// Where it is foreseen; `None` if none is.
+    pub place: Option<SurfacePlace>,
 }

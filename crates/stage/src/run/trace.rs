@@ -2,6 +2,7 @@
 
 use crate::person::predictors::PredictionRecord;
 use crate::run::judge::Outcome;
+use crate::run::snapshots::{BoardFace, Snapshot};
 use glam::DVec3;
 use hwall_haptics::BoardTarget;
 
@@ -20,10 +21,12 @@ pub struct Trace {
     pub predicted_m: [Vec<DVec3>; 3],
     /// Time, and distance of the predicted point from the next touch, m; in the same order.
     pub errors_m: [Vec<(f64, f64)>; 3],
-    /// Touched points within reach, and out of reach.
-    pub touched_m: Vec<DVec3>,
-    /// Touches that the arm cannot reach.
-    pub missed_m: Vec<DVec3>,
+    /// Touched points, m, and what became of them.
+    pub touched_m: Vec<(DVec3, TouchMark)>,
+    /// The board as each touch within reach met it.
+    pub boards: Vec<BoardFace>,
+    /// The arm on its way to one of the touches.
+    pub arms: Vec<Snapshot>,
     /// Hand to the predicted point, m.
     pub hand_distance_m: Vec<(f64, f64)>,
     /// Board to the predicted point, m.
@@ -34,6 +37,17 @@ pub struct Trace {
     pub lost_s: Vec<(f64, f64)>,
     /// Farthest the wrist reaches from the base axis, m.
     pub reach_m: f64,
+}
+
+/// What became of a touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TouchMark {
+    /// The board was there before the hand.
+    InPlace,
+    /// It was not, though the arm can reach the place.
+    Late,
+    /// The arm cannot reach the place.
+    OutOfReach,
 }
 
 /// Predicted points within this distance of the last one are not drawn, m.
@@ -122,16 +136,14 @@ impl Trace {
     /// Marks the touches, within reach or not, and the distances of the predictions from each.
     pub fn mark_touches(&mut self, outcomes: &[Outcome], predictions: &[PredictionRecord]) {
         let mut since_s = f64::NEG_INFINITY;
-        for Outcome {
-            touch, unreachable, ..
-        } in outcomes
-        {
-            let marks = if unreachable.is_none() {
-                &mut self.touched_m
-            } else {
-                &mut self.missed_m
+        for outcome in outcomes {
+            let touch = &outcome.touch;
+            let mark = match (outcome.in_place(), outcome.unreachable) {
+                (true, _) => TouchMark::InPlace,
+                (false, None) => TouchMark::Late,
+                (false, Some(_)) => TouchMark::OutOfReach,
             };
-            marks.push(touch.point_m);
+            self.touched_m.push((touch.point_m, mark));
             let before = |p: &&PredictionRecord| since_s < p.t_s && p.t_s <= touch.contact_s;
             for record in predictions.iter().filter(before) {
                 for (errors_m, place) in self.errors_m.iter_mut().zip(record.likeliest) {

@@ -1,0 +1,119 @@
+//! The tables of the study, and the whole of docs/IN-TIME.md.
+
+use crate::documents::Documents;
+use crate::in_time::study::{Request, Results, Row};
+use crate::in_time::targets;
+use hwall_stage::run::regret::Miss;
+use hwall_testkit::{Machine, MarkdownTable};
+use std::path::PathBuf;
+
+/// The name of the document.
+pub const NAME: &str = "IN-TIME.md";
+
+/// One row for each kind of person.
+#[must_use]
+pub fn table(rows: &[Row]) -> MarkdownTable {
+    let mut columns: Vec<String> = [
+        "person",
+        "reachable",
+        "possible",
+        "in place",
+        "of reachable, %",
+        "of possible, %",
+        "gap, median, mm",
+        "gap, p90, mm",
+        "felt after, median, ms",
+        "turned back, median",
+        "in vain for each touch",
+        "step p99, us",
+    ]
+    .map(str::to_owned)
+    .into();
+    columns.extend(Miss::ALL.iter().skip(1).map(|miss| miss.name().to_owned()));
+    let mut table = MarkdownTable::new(columns);
+    let number = |value: Option<f64>, factor: f64, decimals: usize| {
+        value.map_or("none".to_owned(), |v| format!("{:.decimals$}", factor * v))
+    };
+    for Row { kind, summary: s } in rows {
+        let mut cells = vec![
+            kind.name().to_owned(),
+            s.reachable.to_string(),
+            s.possible.to_string(),
+            s.in_place.to_string(),
+            number(s.in_place_of_reachable(), 1e2, 1),
+            number(s.in_place_of_possible(), 1e2, 1),
+            number(s.gap_median_m, 1e3, 2),
+            number(s.gap_p90_m, 1e3, 1),
+            number(s.felt_median_s, 1e3, 0),
+            number(s.reversals_median, 1.0, 0),
+            number(s.in_vain_per_touch, 1.0, 2),
+            number(s.step_p99_us, 1.0, 1),
+        ];
+        // Touches out of reach are not counted among those that should have been in place.
+        cells.extend(s.misses.iter().skip(1).map(usize::to_string));
+        table.row(cells);
+    }
+    table
+}
+
+/// Both tables, as they are printed and written.
+#[must_use]
+pub fn text(request: &Request, results: &Results) -> String {
+    let people: usize = results
+        .rows
+        .iter()
+        .map(|row| row.summary.people)
+        .max()
+        .unwrap_or(0);
+    let board = if request.textured {
+        "presents the roughness of the walls"
+    } else {
+        "presents no roughness"
+    };
+    format!(
+        "{} touches of {people} people of each kind, one run a dozen, in the built-in room with an iiwa 7; the board {board}. \
+         {}.\n\n{}\n{}",
+        request.touches,
+        results.learnt,
+        table(&results.rows),
+        targets::table(&results.rows)
+    )
+}
+
+/// Writes the document.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(
+    request: &Request,
+    results: &Results,
+    documents: &Documents,
+) -> anyhow::Result<PathBuf> {
+    let text = format!(
+        "# In time\n\nIs the board there before the hand? Written by `cargo run --release --example in_time`; not edited by \
+         hand.\n\n{}\n\n{}\n{EXPLAINED}",
+        Machine::detect(request.seed),
+        text(request, results)
+    );
+    documents.write(NAME, &text)
+}
+
+/// What the columns mean.
+const EXPLAINED: &str = "\
+- **In place**: from before the contact until then the face was within 5 mm and 2 degrees of the surface, the touched point
+  2 cm inside its edge. Counted are touches that the arm can reach.
+- **Possible**: the least time from the waiting posture fits between the instant at which the target could be known (0.1 s
+  after the gaze has landed on it, or, where it never does, 0.1 s after the hand has started) and the contact, with the arm's
+  delay of 22 ms. Least times come from a search of all branches, arm angles, quarter turns and places of the board that hold
+  the point, with the arm's limits of speed, acceleration and jerk; nothing that steers the board enters. A board can be in
+  place although it was not possible, because it stood nearby.
+- **Turned back**: the board was on its way to a wall and was sent to another one, more than 0.1 m further, or back to where it
+  waits. **In vain**: it set out, by 20 mm or more, for a place that was then left without a touch.
+- **Reasons**, in this order: *impossible*; *prediction_wrong*: at the contact the board was led to another surface, or to a
+  place from which it does not cover the touched point; *prediction_late*: led to the right place only when the least time was
+  no longer left, neither from the waiting posture nor from where the arm stood; *policy*: led there early enough, but not sent,
+  or not early enough; *arm*: sent early enough, but the way took longer than the least time.
+- **People**: *plain* ones differ in pace, hand and bow alone, their gaze rests ahead between touches and never misses;
+  *varied* ones differ in everything, and in one touch of ten their gaze is elsewhere; *fast* and *slow* ones are plain with
+  reaches of 0.35 to 0.6 s and 1.2 to 2 s; *glancing* ones are plain and look at up to three other places before each touch.
+";

@@ -1,0 +1,88 @@
+//! The runs of the study.
+
+use hwall_haptics::Board;
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::person::kinds::PersonKind;
+use hwall_stage::person::participants;
+use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use hwall_stage::report::summary::Summary;
+use hwall_stage::run::people::{self, Stage};
+use hwall_stage::setting::load_scene;
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Kinds of people, in the order of the table.
+    pub kinds: Vec<PersonKind>,
+    /// Touches of each kind, a dozen for each person.
+    pub touches: usize,
+    /// Seed of the people.
+    pub seed: u64,
+    /// Who leads the board; `None`: whoever does by default.
+    pub leader: Option<PredictorKind>,
+    /// Does the board present the roughness of surfaces?
+    pub textured: bool,
+}
+
+/// What became of one kind of people.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The kind.
+    pub kind: PersonKind,
+    /// Their touches in numbers.
+    pub summary: Summary,
+}
+
+/// The whole study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// One for each kind.
+    pub rows: Vec<Row>,
+    /// Who was learnt from.
+    pub learnt: String,
+}
+
+/// Control period, s.
+const PERIOD_S: f64 = 1e-3;
+
+/// Runs the built-in room with an iiwa 7 for every kind; `progress` is told the kind and the share of its touches done.
+///
+/// Predictor and maps are made once. All kinds meet the same seeds.
+///
+/// # Errors
+/// As for the main job.
+pub fn run(
+    request: &Request,
+    mut progress: impl FnMut(PersonKind, f64),
+) -> anyhow::Result<Results> {
+    let board = Board::default();
+    let arm = BoardArm::named("iiwa7", &board)?;
+    let (scene, _) = load_scene(None)?;
+    let people_like = TrainingPeople::default();
+    let (predictors, learnt) = Predictors::train(&scene, &arm, &people_like, request.leader)?;
+    let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
+    let walls = arm.walls_of(&scene, &board, participants::within_reach(&plain))?;
+    let stage = Stage {
+        arm: &arm,
+        board: &board,
+        scene: &scene,
+        walls: &walls,
+        predictors: &predictors,
+        textured: request.textured,
+        period_s: PERIOD_S,
+    };
+    let mut row = |kind: &PersonKind| -> anyhow::Result<Row> {
+        let (touches, seed) = (request.touches, request.seed);
+        let cast = participants::simulated(&scene, &arm, *kind, touches, seed)?;
+        let runs = people::run(&stage, &cast, |share| progress(*kind, share))?;
+        Ok(Row {
+            kind: *kind,
+            summary: Summary::new(&runs),
+        })
+    };
+    let rows: anyhow::Result<Vec<Row>> = request.kinds.iter().map(&mut row).collect();
+    Ok(Results {
+        rows: rows?,
+        learnt,
+    })
+}

@@ -1,0 +1,49 @@
+//! The hand that is followed: that of a simulated person, or a recorded one.
+
+use hwall_hand::{HandFilterConfig, HandFrame};
+use hwall_sim::TouchSequence;
+
+/// A hand to follow.
+pub enum Hand {
+    /// A simulated person, sampled by a tracker at this period, s.
+    Simulated(Box<TouchSequence>, f64),
+    /// Recorded frames in the base frame, in order of time, and how to filter them.
+    Recorded(Vec<HandFrame>, HandFilterConfig),
+}
+
+impl Hand {
+    /// First and last instant, s.
+    #[must_use]
+    pub fn span_s(&self) -> (f64, f64) {
+        match self {
+            Self::Simulated(sequence, _) => (0.0, sequence.duration_s()),
+            Self::Recorded(frames, _) => (
+                frames.first().map_or(0.0, |f| f.t_s),
+                frames.last().map_or(0.0, |f| f.t_s),
+            ),
+        }
+    }
+
+    /// How frames of it are to be filtered.
+    #[must_use]
+    pub fn filter(&self) -> HandFilterConfig {
+        match self {
+            Self::Simulated(..) => HandFilterConfig::simulated(),
+            Self::Recorded(_, filter) => *filter,
+        }
+    }
+
+    /// The next frame not later than `t_s`; `next` counts frames.
+    #[must_use]
+    pub fn frame(&self, next: &mut usize, t_s: f64) -> Option<HandFrame> {
+        let frame = match self {
+            Self::Simulated(sequence, period_s) => {
+                let due_s = *next as f64 * period_s;
+                (due_s <= t_s).then(|| sequence.tracked(due_s))
+            }
+            Self::Recorded(frames, _) => frames.get(*next).filter(|f| f.t_s <= t_s).copied(),
+        };
+        *next += usize::from(frame.is_some());
+        frame
+    }
+}

@@ -1,0 +1,55 @@
+//! The kinds of people that may touch.
+
+use clap::ValueEnum;
+use hwall_sim::PersonConfig;
+
+/// A kind of simulated person.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum PersonKind {
+    /// One gesture, symmetric speeds, a gaze that never misses and rests ahead between touches
+    #[default]
+    Plain,
+    /// Everything on in which people differ; the gaze misses one touch in ten
+    Varied,
+    /// Plain, reaching in 0.35 to 0.6 s
+    Fast,
+    /// Plain, reaching in 1.2 to 2 s
+    Slow,
+    /// Plain, looking at up to three other places before each touch
+    Glancing,
+}
+
+impl PersonKind {
+    /// In the order of tables.
+    pub const ALL: [Self; 5] = [
+        Self::Plain,
+        Self::Varied,
+        Self::Fast,
+        Self::Slow,
+        Self::Glancing,
+    ];
+
+    /// For tables and files; as on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Varied => "varied",
+            Self::Fast => "fast",
+            Self::Slow => "slow",
+            Self::Glancing => "glancing",
+        }
+    }
+
+    /// The settings of such a person.
+    #[must_use]
+    pub fn config(self) -> PersonConfig {
+        match self {
+            Self::Plain => PersonConfig::default(),
+            Self::Varied => PersonConfig::varied(),
+            Self::Fast => PersonConfig::fast(),
+            Self::Slow => PersonConfig::slow(),
+            Self::Glancing => PersonConfig::glancing(),
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Those who touch in a run: a recorded hand, or simulated people.
+
+use crate::input::arms::BoardArm;
+use crate::person::hand::Hand;
+use crate::person::kinds::PersonKind;
+use crate::person::sights;
+use crate::person::touches::{self, Standing, Touch};
+use glam::DVec3;
+use hwall_hand::HandFrame;
+use hwall_scene::Scene;
+use hwall_sim::{Person, ReachPlan};
+
+/// Touches of one simulated person; whoever asks for more gets more people.
+pub const DOZEN: usize = 12;
+
+/// Period of the simulated tracker, s: a headset's 90 Hz.
+const TRACKER_S: f64 = 1.0 / 90.0;
+
+/// Distance of a resting fingertip from a surface without which there is no reach, m, as `hwall-sim` has it.
+const LEAST_REACH_M: f64 = 0.02;
+/// Scatter about the place of rest is cut off at this many standard deviations per axis.
+const FURTHEST_SD: f64 = 3.0;
+
+/// One hand, and the touches that it makes.
+pub struct Participant {
+    /// The hand.
+    pub hand: Hand,
+    /// Its touches, in order of time.
+    pub touches: Vec<Touch>,
+    /// Seed of the person, and of the sensors' noise in the run.
+    pub seed: u64,
+}
+
+/// As many simulated people as it takes to make `touches` touches, a dozen each.
+///
+/// The first is the person of the seed itself, so that a run of a dozen is part of every longer one.
+///
+/// # Errors
+/// A scene in which too few points are visible and free before the hand.
+pub fn simulated(
+    scene: &Scene,
+    arm: &BoardArm,
+    kind: PersonKind,
+    touches: usize,
+    seed: u64,
+) -> anyhow::Result<Vec<Participant>> {
+    let people = touches.div_ceil(DOZEN);
+    (0..people)
+        .map(|number| {
+            let count = DOZEN.min(touches - number * DOZEN);
+            participant(scene, arm, kind, count, seed_of(seed, number as u64))
+        })
+        .collect()
+}
+
+fn participant(
+    scene: &Scene,
+    arm: &BoardArm,
+    kind: PersonKind,
+    count: usize,
+    seed: u64,
+) -> anyhow::Result<Participant> {
+    let config = kind.config();
+    let person = Person::new(config, seed)?;
+    let standing = Standing {
+        head_m: person.head_m(),
+        hand_m: config.hand_rest_m,
+    };
+    // Wherever the hand rests, it can reach for what is planned.
+    let clear_m = LEAST_REACH_M + FURTHEST_SD * 3_f64.sqrt() * config.rest_scatter_m;
+    let plans = touches::plan_clear(scene, arm, &standing, clear_m, count, seed)?;
+    let reaches: Vec<ReachPlan> = plans.into_iter().map(ReachPlan::from).collect();
+    let sights_m = if config.glances[1] > 0 {
+        sights::in_view(scene, &standing, config.facing, seed)?
+    } else {
+        Vec::new()
+    };
+    let sequence = person.plan_looking(&reaches, &sights_m)?;
+    let touches = touches::of_person(scene, sequence.touches());
+    Ok(Participant {
+        hand: Hand::Simulated(Box::new(sequence), TRACKER_S),
+        touches,
+        seed,
+    })
+}
+
+/// The seed of a person: for the first the one given, for the others unrelated to it, to each other and to those of
+/// neighbouring seeds. Source: the finalizer of SplitMix64, Steele, Lea and Flood 2014, Fast splittable pseudorandom number
+/// generators.
+fn seed_of(seed: u64, number: u64) -> u64 {
+    let scrambled = |n: u64| {
+        let z = n.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    };
+    match number {
+        0 => seed,
+        // Turned, so that nobody is in the populations of `hwall-sim`, which models learn from.
+        _ => scrambled(scrambled(seed).rotate_left(32) ^ number),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn nobody_is_there_twice() {
+        let seeds: HashSet<u64> = (0..100)
+            .flat_map(|seed| (0..100).map(move |number| seed_of(seed, number)))
+            .collect();
+        assert_eq!(seeds.len(), 100 * 100);
+        assert_eq!(seed_of(7, 0), 7);
+    }
+}
+
+/// What people reach around a resting hand, a step included, m.
+const REACH_M: f64 = 1.0;
+
+/// Middle and radius, m, of what the first participant reaches from where the hand is first seen.
+#[must_use]
+pub fn within_reach(participants: &[Participant]) -> Option<(DVec3, f64)> {
+    let seen = match &participants.first()?.hand {
+        Hand::Simulated(sequence, _) => sequence.sample(0.0).hand_frame().contact_point(),
+        Hand::Recorded(frames, _) => frames.iter().find_map(HandFrame::contact_point),
+    };
+    Some((seen?.position_m, REACH_M))
+}

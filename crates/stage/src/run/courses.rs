@@ -1,0 +1,318 @@
+//! Where the board was sent while a run lasted, and how often it turned back or went in vain.
+
+use crate::run::tick::Tick;
+use glam::DVec3;
+use hwall_haptics::{Board, BoardTarget, PlaceTolerance};
+use hwall_kinematics::JointPositions;
+use std::f64::consts::SQRT_2;
+
+/// What the board was told from a time on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sent {
+    /// From when, s.
+    pub t_s: f64,
+    /// The place on a wall that it is sent to; `None` while it waits or holds.
+    pub target: Option<WallPlace>,
+    /// The configuration that it is on its way to, rad.
+    pub goal: Option<JointPositions>,
+}
+
+/// A place on a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallPlace {
+    /// m, base frame.
+    pub point_m: DVec3,
+    /// Unit normal, towards the hand.
+    pub normal: DVec3,
+}
+
+impl From<&BoardTarget> for WallPlace {
+    fn from(target: &BoardTarget) -> Self {
+        Self {
+            point_m: target.point_m,
+            normal: target.normal.normalize_or_zero(),
+        }
+    }
+}
+
+/// Places on one wall within this of each other are one place to go to, m: half of the board.
+const SAME_M: f64 = 0.1;
+/// Walls whose normals differ by less are one wall, rad; if they are in one plane as well.
+const SAME_RAD: f64 = 0.2;
+/// And places this far from the plane are on another one, m.
+const SAME_PLANE_M: f64 = 0.05;
+
+impl WallPlace {
+    /// Would a board that is sent to one of the two be moved on by less than half of its size to serve the other?
+    #[must_use]
+    pub fn is_near(&self, other: &Self) -> bool {
+        self.is_within(SAME_M, other)
+    }
+
+    /// Is the other place on a board whose middle is here, however that is turned?
+    fn holds(&self, other: &Self) -> bool {
+        self.is_within(SAME_M * SQRT_2, other)
+    }
+
+    fn is_within(&self, distance_m: f64, other: &Self) -> bool {
+        let between_m = other.point_m - self.point_m;
+        between_m.length() <= distance_m
+            && between_m.dot(self.normal).abs() <= SAME_PLANE_M
+            && self.normal.angle_between(other.normal) <= SAME_RAD
+    }
+}
+
+/// Keeps what the board was told, change by change.
+#[derive(Debug, Clone, Default)]
+pub struct SentLog(Vec<Sent>);
+
+impl SentLog {
+    /// At the end of every control step; kept if it is new.
+    pub fn step(&mut self, sent: Sent) {
+        let same = |last: &Sent| (last.target, last.goal) == (sent.target, sent.goal);
+        if !self.0.last().is_some_and(same) {
+            self.0.push(sent);
+        }
+    }
+
+    /// All changes, in order of time.
+    #[must_use]
+    pub fn into_changes(self) -> Vec<Sent> {
+        self.0
+    }
+}
+
+/// A board sent to a place on a wall: from the first target there until one elsewhere, or none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Course {
+    /// The first target of the course.
+    pub place: WallPlace,
+    /// From when, s.
+    pub from_s: f64,
+    /// Until when, s; infinite for the last of a run.
+    pub until_s: f64,
+    /// Did the board move by at least 20 mm?
+    pub moved: bool,
+    /// Was the board under way, and not in place, when the course ended?
+    pub cut_short: bool,
+}
+
+/// A board that moved less on a course was not sent anywhere, m.
+const SENT_M: f64 = 0.02;
+/// A board slower than this stands, m/s.
+const STANDING_M_PER_S: f64 = 0.02;
+
+/// The courses of a run, in order of time.
+#[must_use]
+pub fn courses(sent: &[Sent], ticks: &[Tick], board: &Board) -> Vec<Course> {
+    let mut courses: Vec<Course> = Vec::new();
+    let mut under_way: Option<(WallPlace, f64)> = None;
+    let mut end = |place: WallPlace, from_s: f64, until_s: f64| {
+        courses.push(course(place, from_s, until_s, ticks, board));
+    };
+    for change in sent {
+        let goes_on = matches!(
+            (&under_way, &change.target),
+            (Some((place, _)), Some(target)) if place.is_near(target)
+        );
+        if goes_on {
+            continue;
+        }
+        if let Some((place, from_s)) = under_way.take() {
+            end(place, from_s, change.t_s);
+        }
+        under_way = change.target.map(|place| (place, change.t_s));
+    }
+    if let Some((place, from_s)) = under_way {
+        end(place, from_s, f64::INFINITY);
+    }
+    courses
+}
+
+fn course(place: WallPlace, from_s: f64, until_s: f64, ticks: &[Tick], board: &Board) -> Course {
+    let first = ticks.partition_point(|tick| tick.t_s < from_s);
+    let last = ticks.partition_point(|tick| tick.t_s < until_s).max(first);
+    let during = &ticks[first..last];
+    let at_m = |tick: &Tick| tick.base_from_board.position_m();
+    let moved = during.first().is_some_and(|start| {
+        let from_m = at_m(start);
+        during
+            .iter()
+            .any(|tick| at_m(tick).distance(from_m) >= SENT_M)
+    });
+    let cut_short = match during {
+        [.., before, last] if until_s.is_finite() => {
+            let speed = at_m(last).distance(at_m(before)) / (last.t_s - before.t_s);
+            let pose = &last.base_from_board;
+            let in_place =
+                PlaceTolerance::default().holds(board, pose, place.point_m, place.normal);
+            moved && speed >= STANDING_M_PER_S && !in_place
+        }
+        _ => false,
+    };
+    Course {
+        place,
+        from_s,
+        until_s,
+        moved,
+        cut_short,
+    }
+}
+
+/// A touch, as far as courses are concerned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TouchedPlace {
+    /// Where.
+    pub place: WallPlace,
+    /// The hand meets the surface, s.
+    pub contact_s: f64,
+    /// It leaves, s.
+    pub end_s: f64,
+}
+
+/// Courses that led to nothing before a touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Detours {
+    /// The board was on its way and was sent to another wall, further than 0.1 m away, or back, since the touch before.
+    pub reversals: usize,
+    /// Boards that set out, by 20 mm at least, for a place that was then left without a touch there, since the contact before.
+    pub in_vain: usize,
+}
+
+/// The detours before each touch, which come in order of time.
+///
+/// Leaving the place of a touch, to wait or for the next one, is no detour.
+#[must_use]
+pub fn detours(courses: &[Course], touches: &[TouchedPlace]) -> Vec<Detours> {
+    let served = |course: &Course| {
+        touches.iter().any(|touch| {
+            (course.from_s..=course.until_s).contains(&touch.contact_s)
+                && course.place.holds(&touch.place)
+        })
+    };
+    let ended: Vec<&Course> = courses.iter().filter(|course| !served(course)).collect();
+    let mut before = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    touches
+        .iter()
+        .map(|touch| {
+            let (contact_s, end_s) = before;
+            before = (touch.contact_s, touch.end_s);
+            let count = |since_s: f64, what: &dyn Fn(&Course) -> bool| {
+                let until = |c: &&&Course| since_s < c.until_s && c.until_s <= touch.contact_s;
+                ended.iter().filter(until).filter(|c| what(c)).count()
+            };
+            Detours {
+                reversals: count(end_s, &|c| c.cut_short),
+                in_vain: count(contact_s, &|c| c.moved),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_haptics::board_pose;
+
+    const WALL: DVec3 = DVec3::X;
+
+    fn place(y: f64) -> WallPlace {
+        WallPlace {
+            point_m: DVec3::new(0.6, y, 0.5),
+            normal: WALL,
+        }
+    }
+
+    fn to(t_s: f64, y: Option<f64>) -> Sent {
+        Sent {
+            t_s,
+            target: y.map(place),
+            goal: None,
+        }
+    }
+
+    /// A board on the wall at `y(t)`, every 10 ms until 4 s.
+    fn ticks(y: impl Fn(f64) -> f64) -> Vec<Tick> {
+        let tick = |i: i32| {
+            let t_s = f64::from(i) * 0.01;
+            Tick {
+                t_s,
+                base_from_board: board_pose(place(y(t_s)).point_m, WALL, 0.0).unwrap(),
+                q: JointPositions::default(),
+                in_contact: false,
+            }
+        };
+        (0..400).map(tick).collect()
+    }
+
+    fn touch(y: f64, contact_s: f64, end_s: f64) -> TouchedPlace {
+        TouchedPlace {
+            place: place(y),
+            contact_s,
+            end_s,
+        }
+    }
+
+    fn counted(sent: &[Sent], ticks: &[Tick], touches: &[TouchedPlace]) -> Vec<[usize; 2]> {
+        let courses = courses(sent, ticks, &Board::default());
+        let detours = detours(&courses, touches);
+        detours.iter().map(|d| [d.reversals, d.in_vain]).collect()
+    }
+
+    #[test]
+    fn a_board_that_goes_once_and_waits_has_no_detours() {
+        let sent = [to(0.5, Some(0.3)), to(2.0, None), to(2.5, Some(-0.2))];
+        let ticks = ticks(|t| 0.3 * (t - 0.5).clamp(0.0, 1.0) - 0.5 * (t - 2.2).clamp(0.0, 1.0));
+        // To the first touch, back to where it waits, to the second one.
+        let touches = [touch(0.32, 1.6, 1.9), touch(-0.2, 3.3, 3.6)];
+        assert_eq!(counted(&sent, &ticks, &touches), [[0, 0], [0, 0]]);
+    }
+
+    #[test]
+    fn a_board_that_turns_back_on_its_way_is_a_reversal_and_in_vain() {
+        // Sent to the left, on its way sent to the right, where the touch is.
+        let sent = [to(0.5, Some(0.5)), to(1.0, Some(-0.2))];
+        let ticks = ticks(|t| 0.5 * (t - 0.5).clamp(0.0, 0.5) - 0.5 * (t - 1.0).clamp(0.0, 0.9));
+        assert_eq!(counted(&sent, &ticks, &[touch(-0.2, 2.2, 2.6)]), [[1, 1]]);
+        // Nobody had moved by then: a change of plan, but none of direction.
+        let still = super::tests::ticks(|t| -0.2 * (t - 1.0).clamp(0.0, 1.0));
+        assert_eq!(counted(&sent, &still, &[touch(-0.2, 2.2, 2.6)]), [[0, 0]]);
+        // It had arrived and stood: in vain, but it did not turn back on its way.
+        let stood = super::tests::ticks(|t| {
+            0.5 * (5.0 * (t - 0.5)).clamp(0.0, 1.0) - 0.7 * (t - 1.0).clamp(0.0, 1.0)
+        });
+        assert_eq!(counted(&sent, &stood, &[touch(-0.2, 2.2, 2.6)]), [[0, 1]]);
+    }
+
+    #[test]
+    fn a_target_that_drifts_is_one_course_until_it_is_far_from_where_it_began() {
+        let drifting: Vec<Sent> = (0..30)
+            .map(|i| to(0.5 + 0.02 * f64::from(i), Some(0.01 * f64::from(i))))
+            .collect();
+        let ticks = ticks(|t| 0.4 * (t - 0.5).clamp(0.0, 0.7));
+        let courses = courses(&drifting, &ticks, &Board::default());
+        // 0 to 0.1 m, 0.11 to 0.21 m, 0.22 m on.
+        assert_eq!(courses.len(), 3);
+        assert_eq!(courses[0].until_s, courses[1].from_s);
+    }
+
+    #[test]
+    fn going_back_to_wait_before_a_touch_is_a_reversal_and_after_one_it_is_not() {
+        let ticks = ticks(|t| 0.3 * (t - 0.5).clamp(0.0, 1.0) - 0.3 * (t - 1.5).clamp(0.0, 1.0));
+        let sent = [to(0.5, Some(0.6)), to(1.2, None), to(3.0, Some(0.0))];
+        assert_eq!(counted(&sent, &ticks, &[touch(0.0, 3.4, 3.6)]), [[1, 1]]);
+        let touched = [touch(0.6, 1.1, 1.15), touch(0.0, 3.4, 3.6)];
+        assert_eq!(counted(&sent, &ticks, &touched), [[0, 0], [0, 0]]);
+    }
+
+    #[test]
+    fn two_walls_of_a_corner_are_two_places() {
+        let mut other = place(0.0);
+        other.normal = DVec3::Y;
+        assert!(!place(0.0).is_near(&other));
+        assert!(place(0.0).is_near(&place(0.09)) && !place(0.0).is_near(&place(0.11)));
+        let mut behind = place(0.0);
+        behind.point_m.x -= 0.06;
+        assert!(!place(0.0).is_near(&behind));
+    }
+}

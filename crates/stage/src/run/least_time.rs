@@ -1,0 +1,468 @@
+//! The least time in which an arm could bring the board to a touch, by brute force.
+//!
+//! Shares nothing with what steers the board: every branch, arm angle, quarter turn and place of the board under the
+//! touched point is tried on a grid, and the best ones are refined.
+
+use crate::input::arms::BoardArm;
+use glam::DVec3;
+use hwall::haptics::{Board, PlaceTolerance, QUARTER_TURNS_RAD, board_pose};
+use hwall_geometry::Pose;
+use hwall_kinematics::{
+    BranchPolicy, JointLimit, JointPositions, KinematicsError, NearestConfig, SrsArm,
+};
+use hwall_motion::MotionLimits;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Steps of the grid: places of the middle of the board in each direction, and arm angles.
+const PLACES: usize = 5;
+const ARM_ANGLES: usize = 72;
+/// So many of the best on the grid are refined, each of another branch or another sector of arm angles: the least of the
+/// slowest of seven joints has valleys side by side.
+const REFINED: usize = 8;
+const SECTORS: usize = 12;
+/// Halvings of the steps while refining.
+const HALVINGS: usize = 8;
+/// Places of the board in each direction for an arm without a closed form.
+const SEARCHED_PLACES: usize = 3;
+
+/// So much is left of the slack, that a board at its very end is in place however that is rounded, m.
+const ROUNDING_M: f64 = 1e-6;
+
+/// The quickest way to a touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quickest {
+    /// From rest to rest, without the delay of the arm, s.
+    pub time_s: f64,
+    /// Where it ends.
+    pub q: JointPositions,
+}
+
+/// Searches for the quickest way to a touch: the touched point lies inside the edge of the board as far as
+/// [`PlaceTolerance`] asks, but anywhere there; the board may be turned by quarter turns.
+///
+/// Error, for an arm with a closed form: at most 1 ms too long, against a search sixteen times as dense (tests). Without one the solver is asked for a few places only:
+/// what is found is a way, but perhaps not the quickest.
+#[derive(Debug, Clone)]
+pub struct LeastTime<'a> {
+    arm: &'a BoardArm,
+    limits: MotionLimits,
+    /// How far the middle of the board may be off along its axes, m.
+    slack_m: [f64; 2],
+    /// The same arm with a last joint that goes all the way round: the board's turns about its normal are turns of that joint.
+    round: Option<SrsArm>,
+}
+
+/// A place of the board on the surface, along the axes that it has at roll 0, m, and an arm angle, rad.
+type Choice = [f64; 3];
+
+impl<'a> LeastTime<'a> {
+    /// For an arm whose tool is the face of the board.
+    ///
+    /// # Errors
+    /// A board too small for the place tolerance; limits that the arm refuses.
+    pub fn new(
+        arm: &'a BoardArm,
+        board: &Board,
+        place: &PlaceTolerance,
+        limits: MotionLimits,
+    ) -> anyhow::Result<Self> {
+        limits.validate()?;
+        let inset_m = place.inset_m + ROUNDING_M;
+        let slack_m = [board.half_width_m, board.half_height_m].map(|half| half - inset_m);
+        anyhow::ensure!(
+            slack_m.iter().all(|slack| *slack >= 0.0),
+            "no point of the board is {} m inside its edge",
+            place.inset_m
+        );
+        let round = arm.closed_form().map(|arm| {
+            let mut all = *arm.limits();
+            all[6] = JointLimit {
+                min_rad: -PI,
+                max_rad: PI,
+            };
+            arm.with_limits(all)
+        });
+        Ok(Self {
+            arm,
+            limits,
+            slack_m,
+            round: round.transpose()?,
+        })
+    }
+
+    /// How far the middle of the board may be off the touched point, along the board's axes, m.
+    #[must_use]
+    pub const fn slack_m(&self) -> [f64; 2] {
+        self.slack_m
+    }
+
+    /// The limits of the motion.
+    #[must_use]
+    pub const fn limits(&self) -> &MotionLimits {
+        &self.limits
+    }
+
+    /// The quickest ways from rest at each start to a touch of a surface; `None` where none was found.
+    ///
+    /// # Errors
+    /// NaN or infinity, or a normal without a direction.
+    pub fn to_touch<const N: usize>(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        starts: &[JointPositions; N],
+    ) -> anyhow::Result<[Option<Quickest>; N]> {
+        let upright = board_pose(point_m, normal, 0.0)?;
+        match &self.round {
+            Some(round) => Ok(self.in_closed_form(round, &upright, starts)),
+            None => self.by_search(&upright, starts),
+        }
+    }
+
+    fn in_closed_form<const N: usize>(
+        &self,
+        round: &SrsArm,
+        upright: &Pose,
+        starts: &[JointPositions; N],
+    ) -> [Option<Quickest>; N] {
+        let widest_m = self.slack_m[0].max(self.slack_m[1]);
+        let step_m = 2.0 * widest_m / (PLACES - 1) as f64;
+        let step_rad = TAU / ARM_ANGLES as f64;
+        // The best of each branch in each sector, for each start.
+        let mut best = [[[None::<(f64, Choice)>; SECTORS]; 8]; N];
+        let mut look = |choice: Choice| {
+            let sector = (choice[2] / TAU).rem_euclid(1.0) * SECTORS as f64;
+            let sector = (sector as usize).min(SECTORS - 1);
+            let solutions = round.solutions(&moved(upright, choice), choice[2]);
+            for (branch, q) in solutions.into_iter().enumerate() {
+                let Some(q) = q else { continue };
+                for (start, best) in starts.iter().zip(&mut best) {
+                    let Some(found) = self.turned(&q, choice, start) else {
+                        continue;
+                    };
+                    let slot = &mut best[branch][sector];
+                    if slot.is_none_or(|(time_s, _)| found.time_s < time_s) {
+                        *slot = Some((found.time_s, choice));
+                    }
+                }
+            }
+        };
+        for place in 0..PLACES * PLACES {
+            let [u, v] = [place % PLACES, place / PLACES].map(|i| i as f64 * step_m - widest_m);
+            for angle in 0..ARM_ANGLES {
+                look([u, v, angle as f64 * step_rad - PI]);
+            }
+        }
+        // Near the end of the reach arcs of arm angles are narrower than the grid.
+        if let Ok(angles) = round.feasible_arm_angles(upright) {
+            for branch in angles.branches() {
+                for arc in angles.arcs(branch) {
+                    look([0.0, 0.0, 0.5 * (arc.start_rad + arc.end_rad)]);
+                }
+            }
+        }
+        std::array::from_fn(|i| {
+            let found = |branch: usize| best[i][branch].iter().flatten().map(move |b| (branch, *b));
+            let mut order: Vec<(usize, (f64, Choice))> = (0..8).flat_map(found).collect();
+            order.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+            let refined = order
+                .into_iter()
+                .take(REFINED)
+                .filter_map(|(branch, (_, choice))| {
+                    let steps = [step_m, step_m, step_rad];
+                    self.refined(round, upright, branch, choice, steps, &starts[i])
+                });
+            refined.min_by(|a, b| a.time_s.total_cmp(&b.time_s))
+        })
+    }
+
+    /// Looks about a choice in ever smaller steps, as long as something quicker is found.
+    fn refined(
+        &self,
+        round: &SrsArm,
+        upright: &Pose,
+        branch: usize,
+        choice: Choice,
+        mut steps: [f64; 3],
+        start: &JointPositions,
+    ) -> Option<Quickest> {
+        let at = |choice: Choice| {
+            let q = round.solutions(&moved(upright, choice), choice[2])[branch]?;
+            self.turned(&q, choice, start)
+        };
+        let widest_m = self.slack_m[0].max(self.slack_m[1]);
+        let (mut choice, mut best) = (choice, at(choice)?);
+        for _ in 0..HALVINGS {
+            steps = steps.map(|step| 0.5 * step);
+            // Each way is quicker than the one before, so this ends.
+            loop {
+                let around = (0..27).filter(|i| *i != 13).map(|i| {
+                    let by = |power: i32| f64::from(i / power % 3 - 1);
+                    [
+                        (choice[0] + by(1) * steps[0]).clamp(-widest_m, widest_m),
+                        (choice[1] + by(3) * steps[1]).clamp(-widest_m, widest_m),
+                        choice[2] + by(9) * steps[2],
+                    ]
+                });
+                let found = around
+                    .filter_map(|choice| Some((choice, at(choice)?)))
+                    .min_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
+                match found {
+                    Some((there, quicker)) if quicker.time_s < best.time_s - 1e-6 => {
+                        (choice, best) = (there, quicker);
+                    }
+                    _ => break,
+                }
+            }
+        }
+        Some(best)
+    }
+
+    /// The quickest of a configuration's turns of the last joint: the board's quarter turns.
+    fn turned(
+        &self,
+        q: &JointPositions,
+        [u, v, _]: Choice,
+        start: &JointPositions,
+    ) -> Option<Quickest> {
+        let limit = self.arm.kinematics().limits()[6];
+        let ways = (-4..=4_i32).filter_map(|quarter| {
+            let [along_u, along_v] = match quarter % 2 {
+                0 => self.slack_m,
+                _ => [self.slack_m[1], self.slack_m[0]],
+            };
+            let mut q = *q;
+            q[6] += f64::from(quarter) * FRAC_PI_2;
+            let suits = u.abs() <= along_u + 1e-12 && v.abs() <= along_v + 1e-12;
+            (suits && limit.contains(q[6])).then(|| Quickest {
+                time_s: self.limits.travel_time_s(start, &q),
+                q,
+            })
+        });
+        ways.filter(|way| way.time_s.is_finite())
+            .min_by(|a, b| a.time_s.total_cmp(&b.time_s))
+    }
+
+    fn by_search<const N: usize>(
+        &self,
+        upright: &Pose,
+        starts: &[JointPositions; N],
+    ) -> anyhow::Result<[Option<Quickest>; N]> {
+        let arm = self.arm.kinematics();
+        let config = NearestConfig {
+            policy: BranchPolicy::Any,
+            ..NearestConfig::default()
+        };
+        let mut scratch = arm.scratch();
+        let mut best = [None; N];
+        let middle = (SEARCHED_PLACES - 1) as f64 / 2.0;
+        for (turn, roll_rad) in QUARTER_TURNS_RAD.into_iter().enumerate() {
+            let [x, y] = match turn % 2 {
+                0 => self.slack_m,
+                _ => [self.slack_m[1], self.slack_m[0]],
+            };
+            for place in 0..SEARCHED_PLACES * SEARCHED_PLACES {
+                let [iu, iv] = [place % SEARCHED_PLACES, place / SEARCHED_PLACES];
+                let [u, v] = [(iu, x), (iv, y)].map(|(i, m)| m * (i as f64 - middle) / middle);
+                let there = moved(upright, [u, v, 0.0]);
+                let pose = board_pose(there.position_m(), there.rotation().z_axis, roll_rad)?;
+                for (start, best) in starts.iter().zip(&mut best) {
+                    let q = match arm.nearest(&pose, start, &config, &mut scratch) {
+                        Ok(found) => found.q,
+                        Err(KinematicsError::Unreachable(_)) => continue,
+                        Err(other) => return Err(other.into()),
+                    };
+                    let time_s = self.limits.travel_time_s(start, &q);
+                    if best.is_none_or(|b: Quickest| time_s < b.time_s) {
+                        *best = Some(Quickest { time_s, q });
+                    }
+                }
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// The board moved along its own axes.
+fn moved(upright: &Pose, [u, v, _]: Choice) -> Pose {
+    upright.at(upright.transform_point(DVec3::new(u, v, 0.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_kinematics::SrsArm;
+    use hwall_motion::MotionConfig;
+    use hwall_testkit::Sampler;
+
+    fn setup() -> (BoardArm, Board) {
+        let board = Board::default();
+        (BoardArm::named("iiwa7", &board).unwrap(), board)
+    }
+
+    fn least<'a>(arm: &'a BoardArm, board: &Board) -> LeastTime<'a> {
+        let limits = MotionLimits::of_arm(&**arm.kinematics(), &MotionConfig::default()).unwrap();
+        LeastTime::new(arm, board, &PlaceTolerance::default(), limits).unwrap()
+    }
+
+    /// Where the board stands at `q`, in touches of the surface that it then presents.
+    fn touch_at(arm: &BoardArm, q: &JointPositions) -> (DVec3, DVec3) {
+        let pose = arm.kinematics().forward(q);
+        (pose.position_m(), pose.rotation().z_axis)
+    }
+
+    #[test]
+    fn a_board_that_is_there_needs_no_time_and_what_is_found_is_in_place() {
+        let (arm, board) = setup();
+        let least = least(&arm, &board);
+        let starts = [arm.start(), arm.waiting()];
+        let place = PlaceTolerance {
+            inset_m: 0.02 - 1e-9,
+            gap_m: 1e-9,
+            tilt_rad: 1e-6,
+        };
+        for start in starts {
+            let (point_m, normal) = touch_at(&arm, &start);
+            let found = least.to_touch(point_m, normal, &starts).unwrap();
+            for (from, found) in starts.iter().zip(found) {
+                let found = found.unwrap();
+                let pose = arm.kinematics().forward(&found.q);
+                assert!(place.holds(&board, &pose, point_m, normal), "{pose:?}");
+                let time_s = least.limits().travel_time_s(from, &found.q);
+                assert_eq!(time_s, found.time_s);
+                if *from == start {
+                    // The board's own roll is no quarter turn, so the last joint may have to turn a little.
+                    assert!(found.time_s < 0.12, "{}", found.time_s);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_way_that_is_known_to_exist_is_quicker() {
+        let (arm, board) = setup();
+        let least = least(&arm, &board);
+        let srs = arm.closed_form().unwrap();
+        let mut sampler = Sampler::new(11);
+        let (mut compared, mut worst_s) = (0, 0.0_f64);
+        let limits = *srs.limits();
+        while compared < 60 {
+            // A planted way: any configuration that holds a board upright on a wall, and any start near the waiting posture.
+            let point_m =
+                sampler.point_in_box(DVec3::new(0.4, -0.4, 0.3), DVec3::new(0.7, 0.4, 0.9));
+            let yaw: f64 = sampler.uniform(-0.6, 0.6);
+            let normal = DVec3::new(yaw.cos(), yaw.sin(), 0.0);
+            let start = JointPositions(std::array::from_fn(|i| {
+                let q = arm.waiting()[i] + sampler.uniform(-0.3, 0.3);
+                q.clamp(limits[i].min_rad, limits[i].max_rad)
+            }));
+            let planted = (0..400).filter_map(|_| planted(&mut sampler, srs, point_m, normal));
+            let quickest_s = planted
+                .map(|q| least.limits().travel_time_s(&start, &q))
+                .fold(f64::INFINITY, f64::min);
+            let [found] = least.to_touch(point_m, normal, &[start]).unwrap();
+            if quickest_s.is_finite() {
+                let found = found.expect("a way exists");
+                worst_s = worst_s.max(found.time_s - quickest_s);
+                compared += 1;
+            }
+        }
+        assert!(worst_s < 0.001, "{worst_s}");
+    }
+
+    fn planted(
+        sampler: &mut Sampler,
+        srs: &SrsArm,
+        point_m: DVec3,
+        normal: DVec3,
+    ) -> Option<JointPositions> {
+        let roll_rad = QUARTER_TURNS_RAD[sampler.index(4)];
+        let upright = board_pose(point_m, normal, roll_rad).unwrap();
+        let [u, v] = [(); 2].map(|()| sampler.uniform(-0.08, 0.08));
+        let solutions = srs.solutions(&moved(&upright, [u, v, 0.0]), sampler.uniform(-PI, PI));
+        solutions[sampler.index(8)]
+    }
+
+    /// A grid sixteen times as fine in each direction finds nothing much quicker.
+    #[test]
+    fn what_is_found_is_within_1_ms_of_a_dense_search() {
+        let (arm, board) = setup();
+        let least = least(&arm, &board);
+        let round = least.round.as_ref().unwrap();
+        let mut sampler = Sampler::new(6);
+        let (mut compared, mut worst_s) = (0, f64::NEG_INFINITY);
+        while compared < 6 {
+            let point_m =
+                sampler.point_in_box(DVec3::new(0.55, -0.5, 0.3), DVec3::new(0.7, 0.5, 1.0));
+            let start = [arm.start(), arm.waiting()][compared % 2];
+            let Some(found) = least.to_touch(point_m, DVec3::X, &[start]).unwrap()[0] else {
+                continue;
+            };
+            let upright = board_pose(point_m, DVec3::X, 0.0).unwrap();
+            let mut dense_s = f64::INFINITY;
+            for iu in 0..=16 {
+                for iv in 0..=16 {
+                    let [u, v] = [iu, iv].map(|i| 0.01 * f64::from(i) - 0.08);
+                    for ia in 0..720 {
+                        let choice = [u, v, f64::from(ia) * TAU / 720.0];
+                        let solutions = round.solutions(&moved(&upright, choice), choice[2]);
+                        for q in solutions.into_iter().flatten() {
+                            let way = least.turned(&q, choice, &start);
+                            dense_s = way.map_or(dense_s, |way| dense_s.min(way.time_s));
+                        }
+                    }
+                }
+            }
+            worst_s = worst_s.max(found.time_s - dense_s);
+            compared += 1;
+        }
+        assert!(worst_s < 0.001, "{worst_s}");
+        println!(
+            "largest excess over a dense search: {:.2} ms",
+            1e3 * worst_s
+        );
+    }
+
+    #[test]
+    fn out_of_reach_is_no_way_and_nonsense_is_refused() {
+        let (arm, board) = setup();
+        let least = least(&arm, &board);
+        let starts = [arm.start()];
+        let far = least.to_touch(DVec3::new(3.0, 0.0, 0.5), DVec3::X, &starts);
+        assert_eq!(far.unwrap(), [None]);
+        let nan = DVec3::new(f64::NAN, 0.0, 0.5);
+        assert!(least.to_touch(nan, DVec3::X, &starts).is_err());
+        assert!(least.to_touch(DVec3::X, DVec3::ZERO, &starts).is_err());
+        let tiny = Board {
+            half_width_m: 0.01,
+            ..board
+        };
+        let limits = *least.limits();
+        assert!(LeastTime::new(&arm, &tiny, &PlaceTolerance::default(), limits).is_err());
+    }
+
+    #[test]
+    fn an_arm_without_a_closed_form_finds_a_way_that_is_not_much_longer() {
+        let (arm, board) = setup();
+        let path = std::env::temp_dir().join(format!("least-time-{}.urdf", std::process::id()));
+        let panda = include_str!("../../../kinematics/tests/data/panda.urdf");
+        std::fs::write(&path, panda).unwrap();
+        let searched = BoardArm::named(path.to_str().unwrap(), &board);
+        std::fs::remove_file(&path).unwrap();
+        let searched = searched.unwrap();
+        let (point_m, normal) = touch_at(&searched, &searched.start());
+        let limits =
+            MotionLimits::of_arm(&**searched.kinematics(), &MotionConfig::default()).unwrap();
+        let place = PlaceTolerance::default();
+        let search = LeastTime::new(&searched, &board, &place, limits).unwrap();
+        let beside_m = point_m + DVec3::new(0.0, 0.15, 0.05);
+        let [found] = search
+            .to_touch(beside_m, normal, &[searched.start()])
+            .unwrap();
+        let found = found.expect("within reach");
+        let pose = searched.kinematics().forward(&found.q);
+        assert!(place.holds(&board, &pose, beside_m, normal));
+        assert!(found.time_s < 1.0, "{}", found.time_s);
+        assert!(arm.closed_form().is_some() && searched.closed_form().is_none());
+    }
+}

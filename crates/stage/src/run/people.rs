@@ -1,0 +1,134 @@
+//! The closed loop for several people: each in a run of their own, with a session that knows nobody before.
+
+use crate::input::arms::BoardArm;
+use crate::person::participants::Participant;
+use crate::person::predictors::Predictors;
+use crate::run::closed_loop::{self, Run, RunSetup};
+use crate::run::judge::{self, Outcome};
+use crate::run::least_time::LeastTime;
+use crate::run::regret::{Regret, Regrets, RunLog};
+use crate::run::snapshots;
+use hwall::haptics::Board;
+use hwall::Walls;
+use hwall_haptics::PlaceTolerance;
+use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_scene::Scene;
+use hwall_sim::ServoConfig;
+
+/// What all runs share: made once, however many people there are.
+pub struct Stage<'a> {
+    /// The arm, with the face of the board as its tool.
+    pub arm: &'a BoardArm,
+    /// The board.
+    pub board: &'a Board,
+    /// What is touched.
+    pub scene: &'a Scene,
+    /// What is known of its walls. Its waiting posture is the one from which regret asks what was possible; where it has
+    /// none, that is the posture in which the arm starts.
+    pub walls: &'a Walls,
+    /// Who foresees the touches, as trained; every person meets a copy that has seen nobody.
+    pub predictors: &'a Predictors,
+    /// Does the board present the roughness of surfaces?
+    pub textured: bool,
+    /// Control period, s.
+    pub period_s: f64,
+}
+
+/// One touch, judged.
+#[derive(Debug, Clone)]
+pub struct JudgedTouch {
+    /// How the arm did.
+    pub outcome: Outcome,
+    /// What was possible.
+    pub regret: Regret,
+    /// How long before the touch each predictor had been right, see [`judge::leads`].
+    pub leads_s: [Option<f64>; 3],
+}
+
+/// What became of one person's touches.
+pub struct PersonRun {
+    /// The log of the run, without its steps ([`Run::ticks`]), which are judged by then.
+    pub run: Run,
+    /// The touches, in order of time.
+    pub touches: Vec<JudgedTouch>,
+}
+
+/// Runs the loop for every participant and judges all touches, calling `progress` with the share done.
+///
+/// The same participants give the same answer, whoever else takes part; only the times that steps took differ.
+///
+/// # Errors
+/// A configuration that a crate refuses, or a touch that no run can be judged by.
+pub fn run(
+    stage: &Stage<'_>,
+    participants: &[Participant],
+    mut progress: impl FnMut(f64),
+) -> anyhow::Result<Vec<PersonRun>> {
+    let kinematics = &**stage.arm.kinematics();
+    let limits = MotionLimits::of_arm(kinematics, &MotionConfig::default())?;
+    let place = PlaceTolerance::default();
+    let least = LeastTime::new(stage.arm, stage.board, &place, limits)?;
+    let regrets = Regrets {
+        least: &least,
+        arm: kinematics,
+        board: stage.board,
+        scene: stage.scene,
+        waiting: stage.walls.waiting.unwrap_or(stage.arm.start()),
+        delay_s: ServoConfig::default().reaction_delay_s,
+    };
+    let all = participants.len() as f64;
+    participants
+        .iter()
+        .enumerate()
+        .map(|(done, participant)| {
+            let report = |share: f64| progress((done as f64 + share) / all);
+            person(stage, &regrets, participant, report)
+        })
+        .collect()
+}
+
+fn person(
+    stage: &Stage<'_>,
+    regrets: &Regrets<'_>,
+    participant: &Participant,
+    progress: impl FnMut(f64),
+) -> anyhow::Result<PersonRun> {
+    let setup = RunSetup {
+        arm: stage.arm,
+        board: stage.board,
+        scene: stage.scene,
+        walls: stage.walls,
+        hand: &participant.hand,
+        textured: stage.textured,
+        period_s: stage.period_s,
+        seed: participant.seed,
+    };
+    let predictors = stage.predictors.for_another_person();
+    let mut run = closed_loop::run(&setup, predictors, progress)?;
+    let touches = &participant.touches;
+    let outcomes = judge::judge(stage.arm, stage.board, touches, &run.ticks)?;
+    let log = RunLog {
+        ticks: &run.ticks,
+        led: &run.led,
+        sent: &run.sent,
+    };
+    let regret = regrets.of_run(&log, &outcomes)?;
+    let leads = judge::leads(stage.scene, touches, &run.predictions);
+    run.trace.mark_touches(&outcomes, &run.predictions);
+    let known_s: Vec<f64> = regret.iter().map(|regret| regret.known_s).collect();
+    run.trace.boards = snapshots::at_contacts(stage.board, &run.ticks, &outcomes);
+    run.trace.arms =
+        snapshots::of_one_touch(stage.arm, stage.board, &run.ticks, &outcomes, &known_s);
+    // Tens of thousands of steps for each person: nobody asks for them any more.
+    run.ticks = Vec::new();
+    let touches = outcomes.into_iter().zip(regret).zip(leads);
+    let touches = touches.map(|((outcome, regret), leads_s)| JudgedTouch {
+        outcome,
+        regret,
+        leads_s,
+    });
+    Ok(PersonRun {
+        touches: touches.collect(),
+        run,
+    })
+}

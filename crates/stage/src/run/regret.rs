@@ -1,0 +1,266 @@
+//! What was possible at each touch, and whose fault a miss is.
+//!
+//! Everything follows from the truth about the person, the log of the run and the limits of the arm, by
+//! [`LeastTime`]; nothing from what steers the board.
+
+use crate::person::touches::Touch;
+use crate::run::courses::{self, Detours, Sent, TouchedPlace, WallPlace};
+use crate::run::judge::Outcome;
+use crate::run::least_time::{LeastTime, Quickest};
+use crate::run::tick::{Led, Tick};
+use anyhow::Context;
+use hwall_haptics::{Board, PlaceTolerance, board_pose};
+use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_scene::Scene;
+
+/// From the landing of the gaze, or from the start of a hand without one, until the target can be known, s.
+pub const NOTICE_S: f64 = 0.1;
+
+/// Why the board was not in place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Miss {
+    /// The arm cannot hold the board there.
+    Unreachable,
+    /// Nobody could have been in time: from the instant at which the target could be known, the least time from the waiting
+    /// posture is longer than what was left until the contact.
+    Impossible,
+    /// At the contact the board was led to another surface, or to a place from which the board does not cover the touched
+    /// point.
+    PredictionWrong,
+    /// The board was led to the right place without a break until the contact, but only since the least time was over: too late
+    /// from the waiting posture, and from where the arm stood.
+    PredictionLate,
+    /// The board was led to the right place early enough, but not sent there early enough: it waited, had another goal, or had
+    /// been sent away so far before that it could no longer come back.
+    Policy,
+    /// A configuration that serves the touch was the goal early enough, but the way to it took longer than the least time.
+    Arm,
+}
+
+impl Miss {
+    /// In the order of the enumeration.
+    pub const ALL: [Self; 6] = [
+        Self::Unreachable,
+        Self::Impossible,
+        Self::PredictionWrong,
+        Self::PredictionLate,
+        Self::Policy,
+        Self::Arm,
+    ];
+
+    /// For tables and files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unreachable => "unreachable",
+            Self::Impossible => "impossible",
+            Self::PredictionWrong => "prediction_wrong",
+            Self::PredictionLate => "prediction_late",
+            Self::Policy => "policy",
+            Self::Arm => "arm",
+        }
+    }
+}
+
+/// What was possible at one touch. Least times are from rest to rest, without the delay of the arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Regret {
+    /// When the target could be known, s: [`NOTICE_S`] after the gaze has landed on it, or, where it never does, after the
+    /// hand has started.
+    pub known_s: f64,
+    /// What was left of the time then until the contact, less the delay of the arm, s.
+    pub budget_s: f64,
+    /// Least time from the waiting posture, s; `None` if there is no way.
+    pub from_waiting_s: Option<f64>,
+    /// Least time from where the arm stood when the target could be known, as if it stood still there, s.
+    pub from_there_s: Option<f64>,
+    /// Could the board have been there in time? Depends on the person, the arm and its waiting posture alone.
+    pub possible: bool,
+    /// Why the board was not in place; `None` if it was.
+    pub miss: Option<Miss>,
+    /// How long before the contact the board was led to the right place without a break, s; `None`: not at the contact.
+    pub foreseen_s: Option<f64>,
+    /// Boards that turned back or went in vain.
+    pub detours: Detours,
+}
+
+/// What a run left behind, in order of time.
+#[derive(Debug, Clone, Copy)]
+pub struct RunLog<'a> {
+    /// One entry for each control step.
+    pub ticks: &'a [Tick],
+    /// Where the board was led, frame by frame.
+    pub led: &'a [Led],
+    /// Where it was sent, change by change.
+    pub sent: &'a [Sent],
+}
+
+/// Works out what was possible.
+pub struct Regrets<'a> {
+    /// Least times of the arm.
+    pub least: &'a LeastTime<'a>,
+    /// The arm, with the face of the board as its tool.
+    pub arm: &'a dyn ArmKinematics,
+    /// The board.
+    pub board: &'a Board,
+    /// What is touched.
+    pub scene: &'a Scene,
+    /// Where the arm waits, rad.
+    pub waiting: JointPositions,
+    /// From a command to its first effect, s.
+    pub delay_s: f64,
+}
+
+/// A goal that was replaced by another turn of the arm, with joints further away than this, is not the same goal, rad.
+const SAME_GOAL_RAD: f64 = 0.3;
+
+impl Regrets<'_> {
+    /// One for each outcome, in order of time.
+    ///
+    /// # Errors
+    /// A touch before the run began, or with a normal that has no direction.
+    pub fn of_run(&self, log: &RunLog<'_>, outcomes: &[Outcome]) -> anyhow::Result<Vec<Regret>> {
+        let touched: Vec<TouchedPlace> = outcomes
+            .iter()
+            .map(|Outcome { touch, .. }| TouchedPlace {
+                place: place(touch),
+                contact_s: touch.contact_s,
+                end_s: touch.end_s,
+            })
+            .collect();
+        let courses = courses::courses(log.sent, log.ticks, self.board);
+        let detours = courses::detours(&courses, &touched);
+        let mut since_s = f64::NEG_INFINITY;
+        outcomes
+            .iter()
+            .zip(detours)
+            .map(|(outcome, detours)| {
+                let regret = self.of_touch(log, outcome, since_s, detours);
+                since_s = outcome.touch.end_s;
+                regret
+            })
+            .collect()
+    }
+
+    fn of_touch(
+        &self,
+        log: &RunLog<'_>,
+        outcome: &Outcome,
+        since_s: f64,
+        detours: Detours,
+    ) -> anyhow::Result<Regret> {
+        let touch = &outcome.touch;
+        let known_s = touch.landed_s.unwrap_or(touch.start_s) + NOTICE_S;
+        let budget_s = touch.contact_s - known_s - self.delay_s;
+        let foreseen_s = self.foreseen_s(log.led, touch, since_s)?;
+        // Where the arm stood when the target could be known, and when it was known.
+        let there = at(log.ticks, known_s)?.q;
+        let told = at(log.ticks, touch.contact_s - foreseen_s.unwrap_or(0.0))?.q;
+        let starts = [self.waiting, there, told];
+        let [waiting, there, told] = if outcome.unreachable.is_some() {
+            [None; 3]
+        } else {
+            let ways = self.least.to_touch(touch.point_m, touch.normal, &starts)?;
+            ways.map(|way: Option<Quickest>| way.map(|way| way.time_s))
+        };
+        let fits = |way: Option<f64>, left_s: f64| way.is_some_and(|time_s| time_s <= left_s);
+        let possible = outcome.unreachable.is_none() && fits(waiting, budget_s);
+        let miss = if outcome.in_place() {
+            None
+        } else if outcome.unreachable.is_some() {
+            Some(Miss::Unreachable)
+        } else if !possible {
+            Some(Miss::Impossible)
+        } else {
+            Some(match foreseen_s {
+                None => Miss::PredictionWrong,
+                Some(foreseen_s) => {
+                    let left_s = foreseen_s - self.delay_s;
+                    if !fits(waiting, left_s) && !fits(told, left_s) {
+                        Miss::PredictionLate
+                    } else if self.sent_in_time(log, touch)? {
+                        Miss::Arm
+                    } else {
+                        Miss::Policy
+                    }
+                }
+            })
+        };
+        Ok(Regret {
+            known_s,
+            budget_s,
+            from_waiting_s: waiting,
+            from_there_s: there,
+            possible,
+            miss,
+            foreseen_s,
+            detours,
+        })
+    }
+
+    /// How long before the contact the led place was on the touched surface, and so near that a board whose middle is
+    /// there holds the touched point.
+    fn foreseen_s(&self, led: &[Led], touch: &Touch, since_s: f64) -> anyhow::Result<Option<f64>> {
+        let upright = board_pose(touch.point_m, touch.normal, 0.0)?;
+        let [x_m, y_m] = self.least.slack_m();
+        let right = |led: &&Led| {
+            led.place.is_some_and(|place| {
+                let off_m = upright.inverse_transform_point(place.point_m);
+                self.scene.surface(place.surface).name == touch.surface
+                    && off_m.x.abs() <= x_m
+                    && off_m.y.abs() <= y_m
+            })
+        };
+        let from = led.partition_point(|led| led.t_s <= since_s);
+        let until = led.partition_point(|led| led.t_s <= touch.contact_s);
+        let before = led[from.min(until)..until].iter().rev();
+        let first = before.take_while(right).last();
+        Ok(first.map(|led| touch.contact_s - led.t_s))
+    }
+
+    /// Was the goal in force at the contact one that serves the touch, and did it become the goal early enough for the least
+    /// time of the way to it?
+    fn sent_in_time(&self, log: &RunLog<'_>, touch: &Touch) -> anyhow::Result<bool> {
+        let place = PlaceTolerance::default();
+        let serves = |goal: &JointPositions| {
+            let pose = self.arm.forward(goal);
+            place.holds(self.board, &pose, touch.point_m, touch.normal)
+        };
+        let until = log.sent.partition_point(|sent| sent.t_s <= touch.contact_s);
+        let Some(last) = log.sent[..until].last().and_then(|sent| sent.goal) else {
+            return Ok(false);
+        };
+        let same = |sent: &&Sent| {
+            sent.goal.is_some_and(|goal| {
+                serves(&goal) && goal.max_abs_difference(&last) <= SAME_GOAL_RAD
+            })
+        };
+        let Some(first) = log.sent[..until].iter().rev().take_while(same).last() else {
+            return Ok(false);
+        };
+        let Some(goal) = first.goal else {
+            return Ok(false);
+        };
+        let from = at(log.ticks, first.t_s)?.q;
+        let needed_s = self.least.limits().travel_time_s(&from, &goal) + self.delay_s;
+        Ok(needed_s <= touch.contact_s - first.t_s)
+    }
+}
+
+fn place(touch: &Touch) -> WallPlace {
+    WallPlace {
+        point_m: touch.point_m,
+        normal: touch.normal,
+    }
+}
+
+/// The last step not later than this; the first one for what was before.
+fn at(ticks: &[Tick], t_s: f64) -> anyhow::Result<&Tick> {
+    let after = ticks.partition_point(|tick| tick.t_s <= t_s);
+    ticks
+        .get(after.saturating_sub(1))
+        .context("a run without a step")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,178 @@
+//! Several people in one go, and what others read of them.
+
+use hwall_haptics::Board;
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::person::kinds::PersonKind;
+use hwall_stage::person::participants::{self, Participant};
+use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
+use hwall_stage::report::{json, summary::Summary, tables};
+use hwall_stage::run::people::{self, PersonRun, Stage};
+use hwall_stage::setting::load_scene;
+use serde_json::Value;
+
+/// Fifteen touches by two people, judged together; then each alone, the second one first.
+#[test]
+fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
+    let board = Board::default();
+    let arm = BoardArm::named("iiwa7", &board).unwrap();
+    let (scene, _) = load_scene(None).unwrap();
+    let maps = arm.maps_of(&scene).unwrap();
+    let fused = Some(PredictorKind::Fused);
+    let people_like = TrainingPeople::default();
+    let (predictors, _) = Predictors::train(&scene, &arm, &people_like, fused).unwrap();
+    let stage = Stage {
+        arm: &arm,
+        board: &board,
+        scene: &scene,
+        maps: &maps,
+        predictors: &predictors,
+        waiting: Some(arm.waiting()),
+        textured: true,
+        period_s: 4e-3,
+    };
+    let glancing = PersonKind::Glancing;
+    let cast = |touches| participants::simulated(&scene, &arm, glancing, touches, 3).unwrap();
+    let both = cast(15);
+    assert_eq!(counts(&both), [12, 3]);
+    assert_eq!(both[0].seed, 3);
+    assert_ne!(both[1].seed, 3);
+    assert_eq!(counts(&cast(12)), [12]);
+    assert_eq!(counts(&cast(25)), [12, 12, 1]);
+    let mut shares = Vec::new();
+    let together = people::run(&stage, &both, |share| shares.push(share)).unwrap();
+    assert!(shares.windows(2).all(|s| s[0] <= s[1]) && shares.last() == Some(&1.0));
+    for number in [1, 0] {
+        let alone = people::run(&stage, &both[number..=number], |_| {}).unwrap();
+        assert_eq!(facts(&alone), facts(&together[number..=number]));
+    }
+    // The first dozen is the same whether or not more are asked for.
+    let dozen = people::run(&stage, &cast(12), |_| {}).unwrap();
+    assert_eq!(facts(&dozen), facts(&together[..1]));
+
+    let text = json::text(&together).unwrap();
+    let value: Value = serde_json::from_str(&text).unwrap();
+    check_json(&value, &Summary::new(&together));
+    let table = tables::table(&together, &maps, std::time::Duration::ZERO).to_string();
+    for line in [
+        "people, each",
+        "could have been",
+        "by reason",
+        "turned back",
+    ] {
+        assert!(table.contains(line), "{line} is not in\n{table}");
+    }
+    assert!(!table.contains("NaN"), "{table}");
+    let regrets = tables::regrets(&together).to_string();
+    assert_eq!(regrets.lines().count(), 2 + 15, "{regrets}");
+}
+
+fn counts(cast: &[Participant]) -> Vec<usize> {
+    cast.iter().map(|one| one.touches.len()).collect()
+}
+
+/// Everything but the times that steps took.
+fn facts(runs: &[PersonRun]) -> String {
+    let fact = |run: &PersonRun| format!("{:?} {}", run.touches, run.run.step_ns.len());
+    runs.iter().map(fact).collect()
+}
+
+fn check_json(value: &Value, summary: &Summary) {
+    let touches = value["touches"].as_array().unwrap();
+    assert_eq!(touches.len(), 15);
+    let mut keys = [
+        "surface",
+        "point_m",
+        "contact_s",
+        "reachable",
+        "possible",
+        "in_place",
+        "lead_s",
+        "offset_m",
+        "gap_m",
+        "tilt_deg",
+        "reason",
+        "foreseen_s",
+        "reversals",
+    ];
+    keys.sort_unstable();
+    let count = |what: &dyn Fn(&Value) -> bool| touches.iter().filter(|t| what(t)).count();
+    for touch in touches {
+        let mut own: Vec<&str> = touch.as_object().unwrap().keys().map(|k| &**k).collect();
+        own.sort_unstable();
+        assert_eq!(own, keys);
+        assert!(touch["surface"].is_string());
+        let point_m = touch["point_m"].as_array().unwrap();
+        assert!(point_m.len() == 3 && point_m.iter().all(Value::is_number));
+        for number in ["contact_s", "offset_m", "gap_m", "tilt_deg"] {
+            assert!(touch[number].is_number(), "{number}: {touch}");
+        }
+        assert!(touch["reversals"].is_u64());
+        let is = |key: &str| touch[key].as_bool().unwrap();
+        assert_eq!(is("in_place"), touch["lead_s"].is_number());
+        assert_eq!(is("in_place"), touch["reason"].is_null());
+        assert!(is("reachable") || !is("possible"));
+        assert_eq!(!is("reachable"), touch["reason"] == "unreachable");
+    }
+    let of = |key: &str| &value["summary"][key];
+    for key in ["reachable", "possible", "in_place"] {
+        assert!(of(key).is_u64(), "{key}");
+    }
+    for key in [
+        "gap_p90_m",
+        "felt_median_s",
+        "step_p99_us",
+        "in_vain_per_touch",
+    ] {
+        assert!(of(key).is_f64(), "{key}");
+    }
+    assert_eq!(*of("reachable"), count(&|t| t["reachable"] == true));
+    assert_eq!(*of("possible"), count(&|t| t["possible"] == true));
+    let in_place = |t: &Value| t["in_place"] == true && t["reachable"] == true;
+    assert_eq!(*of("in_place"), count(&in_place));
+    let both = count(&|t| t["possible"] == true && in_place(t));
+    let share = both as f64 / summary.possible as f64;
+    assert!((of("in_place_of_possible").as_f64().unwrap() - share).abs() < 1e-12);
+    let misses = of("misses").as_object().unwrap().values();
+    let missed: u64 = misses.map(|m| m.as_u64().unwrap()).sum();
+    assert_eq!(missed as usize, count(&|t| t["in_place"] == false));
+}
+
+#[test]
+fn nobody_at_all_is_a_summary_without_values() {
+    let summary = Summary::new(&[]);
+    assert_eq!((summary.people, summary.touches), (0, 0));
+    assert_eq!(summary.in_place_of_possible(), None);
+    let value: Value = serde_json::from_str(&json::text(&[]).unwrap()).unwrap();
+    for key in [
+        "in_place_of_possible",
+        "gap_p90_m",
+        "felt_median_s",
+        "step_p99_us",
+    ] {
+        assert!(value["summary"][key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn people_of_every_kind_find_something_to_touch() {
+    let board = Board::default();
+    let arm = BoardArm::named("iiwa7", &board).unwrap();
+    let (scene, _) = load_scene(None).unwrap();
+    for kind in PersonKind::ALL {
+        for seed in 0..4 {
+            let cast = participants::simulated(&scene, &arm, kind, 24, seed).unwrap();
+            assert_eq!(counts(&cast), [12, 12], "{} {seed}", kind.name());
+            let touches = cast.iter().flat_map(|one| &one.touches);
+            let (mut landed, mut all) = (0, 0);
+            for touch in touches {
+                let closest = scene.closest_touchable(touch.point_m, 0.05).unwrap();
+                assert!(closest.is_some_and(|c| c.distance_m < 1e-6));
+                assert!(touch.landed_s.is_none_or(|t_s| t_s < touch.contact_s));
+                landed += usize::from(touch.landed_s.is_some());
+                all += 1;
+            }
+            let misses = kind == PersonKind::Varied;
+            assert!(landed == all || misses && landed > all / 2);
+        }
+    }
+}
