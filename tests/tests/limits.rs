@@ -91,12 +91,7 @@ impl Around {
             // A hand that drifts.
             *point_m += s.unit_vector() * 5e-4;
         }
-        control.target = self.wanted.map(|(point_m, normal)| BoardTarget {
-            point_m,
-            normal,
-            stamp_s: self.now_s(),
-            roll_rad: None,
-        });
+        control.target = self.wanted.map(|(point_m, normal)| BoardTarget::new(point_m, normal, self.now_s()));
     }
 }
 

@@ -34,12 +34,7 @@ impl Rig {
 
     fn step(&mut self, point_m: DVec3) -> RenderStep {
         self.state.t_s += DT_S;
-        let target = BoardTarget {
-            point_m,
-            normal: DVec3::X,
-            stamp_s: self.state.t_s,
-            roll_rad: None,
-        };
+        let target = BoardTarget::new(point_m, DVec3::X, self.state.t_s);
         let step = self
             .renderer
             .step(self.state.t_s, &self.state, Some(&target));

@@ -28,12 +28,7 @@ fn follower(config: FollowerConfig) -> Follower {
 }
 
 fn target(point_m: DVec3, normal: DVec3) -> BoardTarget {
-    BoardTarget {
-        point_m,
-        normal,
-        stamp_s: 0.0,
-        roll_rad: None,
-    }
+    BoardTarget::new(point_m, normal, 0.0)
 }
 
 /// Where a random configuration puts the board: reachable, at any place within the limits.

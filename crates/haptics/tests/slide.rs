@@ -18,12 +18,7 @@ fn arm() -> SrsArm {
 }
 
 fn target(roll_rad: Option<f64>) -> BoardTarget {
-    BoardTarget {
-        point_m: DVec3::new(0.55, 0.1, 0.6),
-        normal: DVec3::X,
-        stamp_s: 0.0,
-        roll_rad,
-    }
+    BoardTarget { roll_rad, ..BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0) }
 }
 
 /// A follower at rest on the target.

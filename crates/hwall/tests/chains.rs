@@ -92,12 +92,7 @@ fn gives_up_in_time(name: &str, arm: &Arc<dyn ArmKinematics>) {
     for step in 0..4000 {
         let turn = f64::from(step) * 1e-3;
         let way = DVec3::new(turn.cos(), turn.sin(), 0.3 * (3.0 * turn).sin());
-        let target = BoardTarget {
-            point_m: DVec3::Z * 0.3 + way * (0.25 + 0.2 * turn),
-            normal: DVec3::X,
-            stamp_s: 0.0,
-            roll_rad: None,
-        };
+        let target = BoardTarget::new(DVec3::Z * 0.3 + way * (0.25 + 0.2 * turn), DVec3::X, 0.0);
         let began = Instant::now();
         let reason = follower.set_target(&target).expect("a target");
         follower.step(1e-3).expect("a step");

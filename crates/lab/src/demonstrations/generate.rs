@@ -377,12 +377,7 @@ struct GuidedArm {
 impl Controller for GuidedArm {
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         let known = known_target(&self.touch, self.told_s + now_s);
-        self.control.target = known.map(|plan| BoardTarget {
-            point_m: plan.target_m,
-            normal: plan.normal,
-            stamp_s: now_s,
-            roll_rad: None,
-        });
+        self.control.target = known.map(|plan| BoardTarget::new(plan.target_m, plan.normal, now_s));
         self.control.step(now_s, state)
     }
 }
