@@ -107,7 +107,7 @@ impl MotionLimits {
 
     /// Least time from rest at one configuration to rest at another, s: that of the slowest joint.
     ///
-    /// Closed form, exact to 1e-12 of itself; NaN in gives NaN or an infinity.
+    /// Closed form, exact to 1e-12 of itself; NaN in gives NaN.
     #[must_use]
     pub fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
         let of_joint = |i: usize| {

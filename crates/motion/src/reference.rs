@@ -10,6 +10,9 @@ use rsruckig::prelude::*;
 /// By how much the rounding of a plan may leave a joint limit, rad.
 const ROUNDING_RAD: f64 = 1e-9;
 
+/// How near to the largest speed a state counts as on its edge, as a share of it.
+const SPEED_EDGE: f64 = 1e-9;
+
 /// Position, velocity and acceleration of all joints at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
@@ -97,7 +100,8 @@ enum Course {
 ///
 /// Nothing is allocated after construction, but for the message of a failure of the solver. Planning:
 /// [Berscheid and Kröger 2021], by the crate `rsruckig`. Error: at its end a plan is up to 1e-8 rad off the
-/// goal, which is then set exactly; durations agree with the closed form to 1e-9 s.
+/// goal, which is then set exactly; durations are the least of the slowest joint to 1e-9 s (tests/reference.rs).
+/// From speeds above the limit, after a smaller share was set, they are up to 20 ms longer: it slows down first.
 #[derive(Clone)]
 pub struct ReferenceMotion {
     otg: Ruckig<MOST_JOINTS, ThrowErrorHandler>,
@@ -431,7 +435,15 @@ impl ReferenceMotion {
         }
         for i in 0..MOST_JOINTS {
             let bounds = self.bounds[i].at_share(self.speed_share);
-            input.max_velocity[i] = bounds.velocity_rad_per_s();
+            // On the very edge of the speed limit the solver may take rounding for a speed beyond it, and stops first.
+            let v = bounds.velocity_rad_per_s();
+            let coming = self.state.joint(i).coming_velocity_rad_per_s(&bounds);
+            let is_edge = (coming.abs() - v).abs() < SPEED_EDGE * v;
+            input.max_velocity[i] = if is_edge {
+                v * (1.0 + 2.0 * SPEED_EDGE)
+            } else {
+                v
+            };
             input.current_position[i] = self.state.q[i];
             input.current_velocity[i] = self.state.qd[i];
             input.current_acceleration[i] = self.state.qdd_rad_per_s2[i];

@@ -171,6 +171,50 @@ fn braking_ends_at_the_stopping_point() {
     }
 }
 
+/// A goal in a frame that moves at the joint's own limit is never met, and is not leapt to.
+#[test]
+fn a_frame_that_leaves_no_speed_is_not_caught_up_with() {
+    let none_left = bounds().beside(LIMITS[0], [0.0, 0.0]);
+    let mut at = JointPoint::at_rest(-0.1);
+    for _ in 0..1000 {
+        at = at.towards(0.0, &none_left, 1e-3);
+        assert_eq!(at, JointPoint::at_rest(-0.1));
+    }
+    // Nor is one that leaves no acceleration.
+    let none_left = bounds().beside(0.0, [-LIMITS[1], LIMITS[1]]);
+    for dt_s in [1e-3, 1.0] {
+        let next = at.towards(0.0, &none_left, dt_s);
+        assert!((-0.1..-0.1 + 1e-6).contains(&next.q_rad), "{next:?}");
+    }
+}
+
+#[test]
+fn the_least_time_is_when_it_arrives() {
+    let mut sampler = Sampler::new(9);
+    for _ in 0..2000 {
+        let start = random_state(&mut sampler);
+        let goal = sampler.uniform(-1.5, 1.5);
+        let time_s = start.time_to_s(goal, &bounds());
+        let rest = JointPoint::at_rest(goal);
+        assert_eq!(
+            start.towards(goal, &bounds(), time_s * (1.0 + 1e-12) + 1e-12),
+            rest
+        );
+        assert_ne!(
+            start.towards(goal, &bounds(), time_s * (1.0 - 1e-9) - 1e-9),
+            rest
+        );
+        let stop_s = start.time_to_stop_s(&bounds());
+        assert_eq!(start.braked(&bounds(), stop_s + 1e-12).qd_rad_per_s, 0.0);
+    }
+    let at = JointPoint::at_rest(0.3);
+    assert_eq!(
+        (at.time_to_s(0.3, &bounds()), at.time_to_stop_s(&bounds())),
+        (0.0, 0.0)
+    );
+    assert!(at.time_to_s(f64::NAN, &bounds()).is_nan());
+}
+
 #[test]
 fn very_long_and_very_short_steps_and_nan() {
     let start = JointPoint::at_rest(0.0);

@@ -52,6 +52,8 @@ impl Track {
             }
             servo.advance(1e-3).expect("a step");
             track.q.push(servo.q().0);
+            let (qd, most) = (servo.qd(), *servo.model().max_velocity_rad_per_s());
+            assert!((0..7).all(|i| qd[i].abs() <= most[i]), "{qd:?}");
         }
         track
     }

@@ -72,6 +72,7 @@ impl Tracking {
             };
             let (q, qd, qdd) = (coasted.q_rad, coasted.qd_rad_per_s, coasted.qdd_rad_per_s2);
             end.qd_rad_per_s.abs() <= v * (1.0 + 1e-9)
+                && end.coming_velocity_rad_per_s(&self.bounds).abs() <= v * (1.0 + 1e-9)
                 && end.qdd_rad_per_s2.abs() <= a * (1.0 + 1e-6)
                 && change(end.q_rad, q, dt_s.powi(3) / 6.0, THERE_RAD)
                 && change(end.qd_rad_per_s, qd, dt_s * dt_s / 2.0, 1e-9 * v)
@@ -80,11 +81,17 @@ impl Tracking {
         if !as_asked {
             return None;
         }
-        let next = JointPoint {
+        let mut next = JointPoint {
             q_rad: end.q_rad,
             qd_rad_per_s: end.qd_rad_per_s.clamp(-v, v),
             qdd_rad_per_s2: end.qdd_rad_per_s2.clamp(-a, a),
         };
+        let coming = next.coming_velocity_rad_per_s(&self.bounds);
+        if coming.abs() > v {
+            // As much acceleration as full speed leaves.
+            let left = (2.0 * j * (v - next.qd_rad_per_s.abs())).sqrt();
+            next.qdd_rad_per_s2 = left.copysign(coming);
+        }
         // A stream that ends abruptly near a limit of the joint must not carry it beyond.
         let [least, most] = self.range_rad;
         let is_far =
@@ -146,8 +153,13 @@ impl Tracking {
             qdd_rad_per_s2: a + relative.qdd_rad_per_s2,
         };
         let coming = next.coming_velocity_rad_per_s(bounds);
-        if coming.abs() > v_max * (1.0 + 1e-9) {
-            next = joint.at_speed(v_max.copysign(coming), bounds, dt_s);
+        let fastest = if coming.abs() > next.qd_rad_per_s.abs() {
+            coming
+        } else {
+            next.qd_rad_per_s
+        };
+        if fastest.abs() > v_max {
+            next = joint.at_speed(v_max.copysign(fastest), bounds, dt_s);
         }
         if !met && !is_beside {
             let asked = JointPoint {
@@ -199,9 +211,11 @@ impl Tracking {
         self.within_range(joint.braked(&self.bounds, dt_s))
     }
 
-    /// A joint within its range stops within it; this removes the last rounding.
+    /// A joint within its range stops within it, and none exceeds its speed; this removes the last rounding.
     fn within_range(&self, mut joint: JointPoint) -> JointPoint {
+        let v = self.bounds.velocity_rad_per_s();
         joint.q_rad = joint.q_rad.clamp(self.range_rad[0], self.range_rad[1]);
+        joint.qd_rad_per_s = joint.qd_rad_per_s.clamp(-v, v);
         joint
     }
 }
