@@ -212,7 +212,7 @@ impl Room<'_> {
             .sum()
     }
 
-    fn from_base(&self, place: Place) -> Result<FromBase, ArrivalError> {
+    fn seen_from(&self, place: Place) -> Result<FromBase, ArrivalError> {
         let rotation = DMat3::from_rotation_z(place.heading_rad);
         let room_from_base = Pose::new(rotation, place.base_m)?;
         let base_from_room = room_from_base.inverse();
@@ -260,7 +260,7 @@ impl Room<'_> {
         if !self.has_space_at(place.base_m) {
             return Ok(None);
         }
-        let seen = self.from_base(place)?;
+        let seen = self.seen_from(place)?;
         let waiting: &WaitingConfig = &self.config.waiting;
         let passage = Passage {
             arm: self.arm,
@@ -317,7 +317,7 @@ impl Room<'_> {
     }
 
     fn judge_closely(&self, place: Place) -> Result<ArrivalPlacement, ArrivalError> {
-        let seen = self.from_base(place)?;
+        let seen = self.seen_from(place)?;
         let waiting = &self.config.waiting;
         let (arm, board, limits) = (self.arm, self.board, self.limits);
         let found = waiting_posture(arm, &seen.targets, &seen.surfaces, board, limits, waiting)?;
