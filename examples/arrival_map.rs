@@ -106,7 +106,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
         postures.push(("beside", judged(&q)?));
     }
     let start = Instant::now();
-    let atlas = Atlas::build(&arm, &maps, extent, &limits, &waiting, &AtlasConfig::default())?;
+    let atlas = Atlas::build(
+        &arm,
+        &maps,
+        extent,
+        &limits,
+        &waiting,
+        &AtlasConfig::default(),
+    )?;
     let atlas_took = start.elapsed().as_secs_f64();
     let (plain, slack) = (
         arrival::time_look_ups(&atlas, None).median_ns,

@@ -19,7 +19,7 @@ pub enum ArrivalError {
     #[error("no wall in front of the arm is near enough")]
     NoWalls,
     /// There are walls or targets, but the arm can hold the board at none of their places.
-    #[error("none of {places} places is within reach")]
+    #[error("no place is within reach, of {places} tried")]
     OutOfReach {
         /// How many were tried.
         places: usize,

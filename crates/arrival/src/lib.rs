@@ -2,6 +2,7 @@
 
 mod board;
 mod error;
+mod length;
 mod passage;
 mod presentation;
 mod strain;
@@ -23,7 +24,8 @@ pub use target::{TouchRange, WallShare, WeightedTarget, targets_of_facets, targe
 pub use atlas::{Atlas, AtlasConfig, AtlasEntry, AtlasNode, AtlasWall, NodePlace};
 // Where to wait.
 pub use waiting::{
-    PostureArrivals, WaitingConfig, WaitingPosture, judge_posture, waiting_posture, waiting_posture_of_maps,
+    PostureArrivals, WaitingConfig, WaitingPosture, judge_posture, waiting_posture,
+    waiting_posture_of_maps,
 };
 // Where to stand.
 pub use placement::{

@@ -4,12 +4,12 @@
 //! A place before one surface may lie behind another that stands nearer to the person (the front of a shelf on a
 //! wall): that place is inside something, and no person is there.
 
+use crate::error::ArrivalError;
+use crate::length::longest_m;
 use glam::DVec3;
 use hwall_kinematics::SrsArm;
 use hwall_numeric::check::{finite, non_negative};
 use hwall_reachability::{WallFacet, WallMaps, WallPlane};
-
-use crate::error::ArrivalError;
 
 /// A nearer surface hides what lies at most this far behind it, m: the depth of a shelf or a cupboard.
 const HIDES_M: f64 = 0.35;
@@ -96,10 +96,8 @@ impl Surfaces {
     /// Only those that come near enough to the base for the arm or its board to meet them.
     #[must_use]
     pub fn within_reach_of(mut self, arm: &SrsArm) -> Self {
-        let g = arm.geometry();
-        let tool_m = g.d_wf_m.abs() + arm.flange_from_tool().position_m().length();
         // The diagonal of a board is far below half a metre.
-        let longest_m = g.d_bs_m.abs() + g.d_se_m + g.d_ew_m + tool_m + 0.5;
+        let longest_m = longest_m(arm) + 0.5;
         self.rectangles.retain(|r| {
             let s_m = 0.0_f64.clamp(r.s_m[0], r.s_m[1].max(r.s_m[0]));
             r.distance_m.hypot(s_m) <= longest_m

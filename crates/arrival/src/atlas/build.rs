@@ -199,6 +199,9 @@ pub(crate) fn check_waiting(arm: &SrsArm, waiting: &JointPositions) -> Result<()
     Ok(())
 }
 
+/// Nodes on the ends of a stretch may be beyond it by rounding, m.
+const END_M: f64 = 1e-9;
+
 /// Where the nodes of one plane lie: the part of it that holds reachable stretches.
 struct Frame<'a> {
     map: &'a ReachabilityMap,
@@ -275,7 +278,7 @@ impl<'a> Frame<'a> {
                 let at = WallPoint::new(s_m, self.heights.at(row));
                 let point_m = self.plane.point_m(at);
                 let reached = self.map.intervals(index).iter();
-                let found = if reached.into_iter().any(|i| i.span.contains(s_m)) {
+                let found = if reached.into_iter().any(|i| i.span.distance_m(s_m) <= END_M) {
                     candidates::of_node(presenter, pricing, &self.plane, point_m, &mut scratch)
                 } else {
                     Candidates::default()

@@ -60,9 +60,11 @@ impl Atlas {
         normal: DVec3,
         slack_m: f64,
     ) -> Option<AtlasEntry> {
-        let (wall, at) = self.find_within(point_m, normal, slack_m.max(0.0))?;
+        // NaN too becomes zero.
+        let slack_m = slack_m.max(0.0);
+        let (wall, at) = self.find_within(point_m, normal, slack_m)?;
         let here = self.entry(wall, at);
-        if !(slack_m > 0.0) {
+        if slack_m == 0.0 {
             return here;
         }
         // A hair less, so that rounding does not lead beyond it.

@@ -3,10 +3,13 @@
 use super::config::ArrivalPlacementConfig;
 use crate::board::BoardExtent;
 use crate::error::ArrivalError;
+use crate::length::longest_m;
 use crate::passage::Passage;
 use crate::surfaces::Surfaces;
 use crate::target::WeightedTarget;
-use crate::waiting::{PostureArrivals, Quick, WaitingConfig, judge_posture, waiting_posture};
+use crate::waiting::{
+    PostureArrivals, Quick, WaitingConfig, check_targets, judge_posture, waiting_posture,
+};
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 use hwall_kinematics::SrsArm;
@@ -58,6 +61,7 @@ pub fn place_base_by_arrival(
     config.validate()?;
     board.validate()?;
     limits.validate()?;
+    check_targets(targets)?;
     let plain: Vec<Target> = targets.iter().map(|t| t.target).collect();
     let from_behind = PlacementConfig {
         least_behind_m: config.placement.least_behind_m.or(Some(0.0)),
@@ -198,17 +202,17 @@ impl Room<'_> {
 
     /// The sum of the normals of the targets about within reach.
     fn normals_near(&self, base_m: DVec3) -> DVec3 {
-        let range = self.arm.shoulder_wrist_range();
+        let longest_m = longest_m(self.arm);
         let near = self.targets.iter().filter(|t| {
             let way_m = t.target.point_m - base_m;
             let normal = t.target.normal.normalize_or_zero();
-            way_m.length() <= range.longest_m && normal.dot(way_m) >= self.least_behind_m
+            way_m.length() <= longest_m && normal.dot(way_m) >= self.least_behind_m
         });
         near.map(|t| t.target.normal.normalize_or_zero() * t.weight)
             .sum()
     }
 
-    fn from_base(&self, place: Place) -> Result<FromBase, ArrivalError> {
+    fn seen_from(&self, place: Place) -> Result<FromBase, ArrivalError> {
         let rotation = DMat3::from_rotation_z(place.heading_rad);
         let room_from_base = Pose::new(rotation, place.base_m)?;
         let base_from_room = room_from_base.inverse();
@@ -256,7 +260,7 @@ impl Room<'_> {
         if !self.has_space_at(place.base_m) {
             return Ok(None);
         }
-        let seen = self.from_base(place)?;
+        let seen = self.seen_from(place)?;
         let waiting: &WaitingConfig = &self.config.waiting;
         let passage = Passage {
             arm: self.arm,
@@ -313,7 +317,7 @@ impl Room<'_> {
     }
 
     fn judge_closely(&self, place: Place) -> Result<ArrivalPlacement, ArrivalError> {
-        let seen = self.from_base(place)?;
+        let seen = self.seen_from(place)?;
         let waiting = &self.config.waiting;
         let (arm, board, limits) = (self.arm, self.board, self.limits);
         let found = waiting_posture(arm, &seen.targets, &seen.surfaces, board, limits, waiting)?;

@@ -11,3 +11,4 @@ pub use posture::{
 };
 
 pub(crate) use posture::Quick;
+pub(crate) use problem::check_targets;

@@ -2,11 +2,12 @@
 
 use super::config::WaitingConfig;
 use crate::error::ArrivalError;
+use crate::length::longest_m;
 use crate::passage::Passage;
 use crate::presentation::{Presentation, Presenter};
 use crate::target::WeightedTarget;
 use glam::DVec3;
-use hwall_kinematics::{JointPositions, MOST_JOINTS, SrsArm};
+use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_motion::MotionLimits;
 use hwall_numeric::check::{all_finite, non_negative};
 use hwall_reachability::WallPlane;
@@ -298,15 +299,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// No place of the board is further from the base than this, m.
-fn longest_m(arm: &SrsArm) -> f64 {
-    let g = arm.geometry();
-    let tool_m = g.d_wf_m.abs() + arm.flange_from_tool().position_m().length();
-    g.d_bs_m.abs() + g.d_se_m + g.d_ew_m + tool_m
-}
-
 /// Rejects targets that make no sense.
-pub(super) fn check_targets(targets: &[WeightedTarget]) -> Result<(), ArrivalError> {
+pub(crate) fn check_targets(targets: &[WeightedTarget]) -> Result<(), ArrivalError> {
     if targets.is_empty() {
         return Err(ArrivalError::Empty { what: "targets" });
     }

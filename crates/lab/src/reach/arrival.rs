@@ -3,9 +3,7 @@
 use anyhow::{Context, bail, ensure};
 use glam::DVec3;
 use hwall_arrival::reachability::{Interval, WallFacet, WallMaps};
-use hwall_arrival::{
-    Atlas, AtlasWall, BoardExtent, PostureArrivals, TouchRange, WallShare,
-};
+use hwall_arrival::{Atlas, AtlasWall, BoardExtent, PostureArrivals, TouchRange, WallShare};
 use hwall_haptics::Board;
 use hwall_kinematics::{JointPositions, Pose};
 use hwall_scene::Scene;
@@ -64,7 +62,11 @@ impl TouchTexts<'_> {
     /// Anything but the numbers named.
     pub fn parse(&self) -> anyhow::Result<TouchRange> {
         let [low, high] = arms::parse_list::<2>(self.heights).context("--heights")?;
-        ensure!(low <= high, "--heights {}: {low} is above {high}", self.heights);
+        ensure!(
+            low <= high,
+            "--heights {}: {low} is above {high}",
+            self.heights
+        );
         let near = self.near.map(arms::parse_list::<4>);
         let ball = near
             .transpose()
@@ -119,7 +121,10 @@ pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
         row.extend(WITHIN_S.map(|time_s| percent(arrivals.share_within(time_s))));
         row.push(format!("{:.2} s", arrivals.quantile_s(0.5)));
         row.push(format!("{:.2} s", arrivals.quantile_s(0.9)));
-        row.push(format!("{:.0} ms", 1e3 * arrivals.posture.expected_lateness_s));
+        row.push(format!(
+            "{:.0} ms",
+            1e3 * arrivals.posture.expected_lateness_s
+        ));
         row.push(percent(arrivals.posture.clear_share));
         row.push(format!("{:.0} mm", 1e3 * arrivals.posture.standoff_m));
         table.row(row);
@@ -131,7 +136,15 @@ pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
 #[must_use]
 pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
-        "wall", "nodes", "holes", "ways clear", "seams", "soonest", "median", "p90", "latest",
+        "wall",
+        "nodes",
+        "holes",
+        "ways clear",
+        "seams",
+        "soonest",
+        "median",
+        "p90",
+        "latest",
     ]);
     for (name, wall) in walls {
         let nodes: Vec<_> = wall.places().filter_map(|place| wall.node(place)).collect();

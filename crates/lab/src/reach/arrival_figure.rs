@@ -63,7 +63,10 @@ impl<'a> Panel<'a> {
         let pixels = |ends: [f64; 2]| (SCALE * (ends[1] - ends[0])).ceil() as u32;
         // Room for the name.
         let width = pixels(self.s_m).max(110);
-        (width + FRAME[0] + FRAME[1], pixels(self.z_m) + FRAME[2] + FRAME[3])
+        (
+            width + FRAME[0] + FRAME[1],
+            pixels(self.z_m) + FRAME[2] + FRAME[3],
+        )
     }
 
     /// Corners of a node's cell.
@@ -91,7 +94,11 @@ impl<'a> Panel<'a> {
 /// No walls, a file that cannot be written.
 pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
     ensure!(!figure.walls.is_empty(), "no wall to draw");
-    let panels: Vec<Panel> = figure.walls.iter().map(|(name, wall)| Panel::new(name, wall)).collect();
+    let panels: Vec<Panel> = figure
+        .walls
+        .iter()
+        .map(|(name, wall)| Panel::new(name, wall))
+        .collect();
     let times = figure.walls.iter().flat_map(|(_, wall)| {
         let nodes = wall.places().filter_map(|place| wall.node(place));
         nodes.map(|node| node.arrival_s)
@@ -103,22 +110,40 @@ pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
     let most = (10.0 * quantile(&times_s, MOST_SHOWN)).ceil() / 10.0;
     let range = [least, most.max(least + 0.1)];
     let places = arranged(&panels);
-    let width = places.iter().zip(&panels).map(|(at, p)| at.0 + p.size().0).max();
-    let height = places.iter().zip(&panels).map(|(at, p)| at.1 + p.size().1).max();
-    let size = (width.unwrap_or(0) + KEY, height.unwrap_or(0).max(HEAD + 330));
+    let width = places
+        .iter()
+        .zip(&panels)
+        .map(|(at, p)| at.0 + p.size().0)
+        .max();
+    let height = places
+        .iter()
+        .zip(&panels)
+        .map(|(at, p)| at.1 + p.size().1)
+        .max();
+    let size = (
+        width.unwrap_or(0) + KEY,
+        height.unwrap_or(0).max(HEAD + 330),
+    );
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let text = |text: &str, style: (&'static str, u32), at: (i32, i32)| {
-        root.draw_text(text, &TextStyle::from(style), at).map_err(plot_error)
+        root.draw_text(text, &TextStyle::from(style), at)
+            .map_err(plot_error)
     };
-    text("How soon the board can be there, from the waiting posture", TITLE, (16, 10))?;
+    text(
+        "How soon the board can be there, from the waiting posture",
+        TITLE,
+        (16, 10),
+    )?;
     text(figure.waiting, TEXT, (16, 36))?;
     for (at, panel) in places.into_iter().zip(&panels) {
         let (w, h) = panel.size();
         let area = root.clone().shrink((at.0, at.1), (w, h));
         draw_panel(&area, panel, figure, range)?;
     }
-    let key = root.clone().shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
+    let key = root
+        .clone()
+        .shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
     draw_key(&key, range, figure.budget_s)?;
     root.present().map_err(plot_error)
 }
@@ -176,14 +201,19 @@ fn draw_panel(
         .draw()
         .map_err(plot_error)?;
     let cells = wall.places().map(|place| {
-        let fill = wall.node(place).map_or(HOLE, |node| colour(node.arrival_s, range));
+        let fill = wall
+            .node(place)
+            .map_or(HOLE, |node| colour(node.arrival_s, range));
         Rectangle::new(panel.cell(place), fill.filled())
     });
     chart.draw_series(cells).map_err(plot_error)?;
     let holes = wall.places().filter(|&place| wall.node(place).is_none());
-    let hatches = holes.map(|place| PathElement::new(panel.cell(place).to_vec(), HATCH.stroke_width(1)));
+    let hatches =
+        holes.map(|place| PathElement::new(panel.cell(place).to_vec(), HATCH.stroke_width(1)));
     chart.draw_series(hatches).map_err(plot_error)?;
-    let blocked = wall.places().filter(|&place| wall.node(place).is_some_and(|node| !node.clear));
+    let blocked = wall
+        .places()
+        .filter(|&place| wall.node(place).is_some_and(|node| !node.clear));
     let dots = blocked.map(|place| {
         let [a, b] = panel.cell(place);
         let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
@@ -192,7 +222,10 @@ fn draw_panel(
             + Circle::new((0, 0), 2, BLACK.stroke_width(1))
     });
     chart.draw_series(dots).map_err(plot_error)?;
-    let in_time = |place: NodePlace| wall.node(place).map(|node| node.arrival_s <= figure.budget_s);
+    let in_time = |place: NodePlace| {
+        wall.node(place)
+            .map(|node| node.arrival_s <= figure.budget_s)
+    };
     let neighbours = |place: NodePlace| {
         let right = NodePlace {
             column: place.column + 1,
@@ -221,7 +254,8 @@ fn draw_key(area: &Area, range: [f64; 2], budget_s: f64) -> anyhow::Result<()> {
     const TOP: i32 = 34;
     const STEPS: i32 = 60;
     let label = |text: &str, y: i32| {
-        area.draw_text(text, &TextStyle::from(TEXT), (46, y)).map_err(plot_error)
+        area.draw_text(text, &TextStyle::from(TEXT), (46, y))
+            .map_err(plot_error)
     };
     let y_of = |share: f64| TOP + (f64::from(3 * STEPS) * share) as i32;
     label("time, s", 8)?;
@@ -236,22 +270,32 @@ fn draw_key(area: &Area, range: [f64; 2], budget_s: f64) -> anyhow::Result<()> {
     for i in (0..=tenths).step_by(every as usize) {
         let time_s = range[0] + 0.1 * f64::from(i);
         let later = if i + every > tenths { " and later" } else { "" };
-        label(&format!("{time_s:.1}{later}"), y_of(f64::from(i) / f64::from(tenths)) - 8)?;
+        label(
+            &format!("{time_s:.1}{later}"),
+            y_of(f64::from(i) / f64::from(tenths)) - 8,
+        )?;
     }
     let y = TOP + 3 * STEPS + 24;
     let line = |y: i32, style: ShapeStyle| PathElement::new(vec![(14, y), (38, y)], style);
-    area.draw(&Rectangle::new([(14, y - 7), (38, y + 7)], colour(range[0], range).filled()))
+    area.draw(&Rectangle::new(
+        [(14, y - 7), (38, y + 7)],
+        colour(range[0], range).filled(),
+    ))
+    .map_err(plot_error)?;
+    area.draw(&line(y, WHITE.stroke_width(3)))
         .map_err(plot_error)?;
-    area.draw(&line(y, WHITE.stroke_width(3))).map_err(plot_error)?;
     label(&format!("within {budget_s:.2} s"), y - 9)?;
-    area.draw(&line(y + 28, SEAM.stroke_width(2))).map_err(plot_error)?;
+    area.draw(&line(y + 28, SEAM.stroke_width(2)))
+        .map_err(plot_error)?;
     label("seam", y + 19)?;
     let hole = [(14, y + 49), (38, y + 63)];
-    area.draw(&Rectangle::new(hole, HOLE.filled())).map_err(plot_error)?;
+    area.draw(&Rectangle::new(hole, HOLE.filled()))
+        .map_err(plot_error)?;
     let hatch = PathElement::new(vec![(14, y + 63), (38, y + 49)], HATCH.stroke_width(1));
     area.draw(&hatch).map_err(plot_error)?;
     label("out of reach", y + 47)?;
-    area.draw(&Circle::new((26, y + 84), 2, BLACK.stroke_width(1))).map_err(plot_error)?;
+    area.draw(&Circle::new((26, y + 84), 2, BLACK.stroke_width(1)))
+        .map_err(plot_error)?;
     label("straight way", y + 72)?;
     label("not clear", y + 88)
 }

@@ -67,7 +67,10 @@ pub fn run(wanted: &ByArrival, out: &Path) -> anyhow::Result<String> {
         let figure = ArrivalFigure {
             walls: &named_walls(&scene, &atlas),
             budget_s: wanted.budget_s,
-            waiting: &format!("base at {base} (x,y,z,yaw), waiting at {} degrees", degrees(&waiting)),
+            waiting: &format!(
+                "base at {base} (x,y,z,yaw), waiting at {} degrees",
+                degrees(&waiting)
+            ),
         };
         arrival_figure::draw(&out.join("arrival.svg"), &figure)?;
     }
@@ -137,7 +140,11 @@ fn csv(path: &Path, places: &[ArrivalPlacement]) -> anyhow::Result<()> {
     for place in places {
         let base_m = place.room_from_base.position_m();
         let arrivals = &place.arrivals;
-        let mut row: Vec<String> = base_m.to_array().iter().map(|x| format!("{x:.9}")).collect();
+        let mut row: Vec<String> = base_m
+            .to_array()
+            .iter()
+            .map(|x| format!("{x:.9}"))
+            .collect();
         row.push(place.heading_rad.to_string());
         row.push(place.in_time_share.to_string());
         row.push(arrivals.posture.reached_share.to_string());
@@ -148,4 +155,3 @@ fn csv(path: &Path, places: &[ArrivalPlacement]) -> anyhow::Result<()> {
     }
     Ok(writer.flush()?)
 }
-
