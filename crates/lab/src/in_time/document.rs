@@ -101,7 +101,8 @@ pub fn write(
 /// What the columns mean.
 const EXPLAINED: &str = "\
 - **In place**: from before the contact until then the face was within 5 mm and 2 degrees of the surface, the touched point
-  2 cm inside its edge. Counted are touches that the arm can reach.
+  2 cm inside its edge. Counted are touches that the arm can reach: *reachable* means that it can hold the middle of the board
+  there, at one of the quarter turns. Beside those the edge of a board may serve a few more; they are not counted.
 - **Possible**: the least time from the waiting posture fits between the instant at which the target could be known (0.1 s
   after the gaze has landed on it, or, where it never does, 0.1 s after the hand has started) and the contact, with the arm's
   delay of 22 ms. Least times come from a search of all branches, arm angles, quarter turns and places of the board that hold
