@@ -3,8 +3,9 @@
 //! `cargo run --release --example base_placement`
 
 use anyhow::Context;
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use hwall_haptics::Board;
+use hwall_lab::reach::arrival_placement::{self, ByArrival};
 use hwall_lab::reach::placement::{self, Search, TargetChoice};
 use hwall_reachability::{Interval, place_base};
 use hwall_stage::{arms, exit, setting};
@@ -13,10 +14,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Scores base positions and headings by how many points of the walls the board reaches.
+/// Scores base positions and headings by how many points of the walls the board reaches, or reaches in time.
 ///
-/// Prints the best placements; writes placement.svg (heat map) and placements.csv. All
-/// coordinates are those of the scene, metres, z up.
+/// Prints the best placements; writes placement.svg (heat map) and placements.csv, by arrival also
+/// placements_by_arrival.csv and arrival.svg. All coordinates are those of the scene, metres, z up.
 #[derive(Parser)]
 struct Args {
     /// OBJ scene [default: the built-in room]
@@ -46,12 +47,28 @@ struct Args {
     /// The base must stand at least this far behind the wall of each target it serves, m [default: any side of the wall]
     #[arg(long, allow_hyphen_values = true)]
     behind_m: Option<f64>,
+    /// What the best place is best in: targets reached, or targets reached in time from a waiting posture of its own, with
+    /// the board coming from behind the walls
+    #[arg(long, value_enum, default_value = "coverage")]
+    objective: Objective,
+    /// Time from when a target is known to the touch, s (by arrival)
+    #[arg(long, default_value_t = 0.7)]
+    budget_s: f64,
+    /// The middle of the board may be this far from a target, m (by arrival)
+    #[arg(long, default_value_t = 0.055)]
+    slack_m: f64,
     /// iiwa7 or iiwa14
     #[arg(long, default_value = "iiwa7")]
     arm: String,
     /// Output folder
     #[arg(long, default_value = "out/placement")]
     out: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Objective {
+    Coverage,
+    Arrival,
 }
 
 fn main() -> ExitCode {
@@ -100,5 +117,17 @@ fn run(args: &Args) -> anyhow::Result<()> {
         placement::table(&scores),
         args.out.display()
     )?;
+    if args.objective == Objective::Arrival {
+        let by_arrival = ByArrival {
+            arm: &arm,
+            scene: &scene,
+            targets: &targets,
+            config: &config,
+            budget_s: args.budget_s,
+            slack_m: args.slack_m,
+        };
+        let report = arrival_placement::run(&by_arrival, &args.out)?;
+        writeln!(io::stdout(), "{report}")?;
+    }
     Ok(())
 }

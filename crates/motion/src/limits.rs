@@ -1,7 +1,7 @@
 //! How fast the joints of an arm may move.
 
 use crate::error::MotionError;
-use crate::travel_time::travel_time_s;
+use crate::travel_time::{farthest_rad, travel_time_s};
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use hwall_numeric::check::{positive, that};
 
@@ -106,6 +106,24 @@ impl MotionLimits {
             } else {
                 time.max(most)
             }
+        })
+    }
+
+    /// How far every joint gets from rest to rest in a time, rad: a configuration is within `time_s` of another if
+    /// no joint differs by more, so a search for the nearest of many in time needs comparisons only.
+    ///
+    /// The inverse of [`travel_time_s`](Self::travel_time_s) joint by joint, exact to 1e-9 of itself. A time of zero or
+    /// less gives zeros; NaN in gives NaN.
+    #[must_use]
+    pub fn farthest_rad(&self, time_s: f64) -> [f64; MOST_JOINTS] {
+        let time_s = if time_s < 0.0 { 0.0 } else { time_s };
+        std::array::from_fn(|i| {
+            farthest_rad(
+                time_s,
+                self.velocity_rad_per_s[i],
+                self.acceleration_rad_per_s2[i],
+                self.jerk_rad_per_s3[i],
+            )
         })
     }
 }

@@ -25,3 +25,25 @@ pub(crate) fn travel_time_s(distance: f64, velocity: f64, acceleration: f64, jer
         4.0 * (distance / (2.0 * jerk)).cbrt()
     }
 }
+
+/// The farthest that a joint gets from rest to rest in a time (s, not negative), rad: the inverse of
+/// [`travel_time_s`].
+pub(crate) fn farthest_rad(time_s: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
+    let full_rise_s = acceleration / jerk;
+    let speed_up_s = if velocity >= acceleration * full_rise_s {
+        full_rise_s + velocity / acceleration
+    } else {
+        2.0 * (velocity / jerk).sqrt()
+    };
+    if time_s >= 2.0 * speed_up_s {
+        return velocity * (time_s - speed_up_s);
+    }
+    if time_s >= 4.0 * full_rise_s {
+        let half = 0.5 * full_rise_s;
+        let root = 0.5 * time_s - half;
+        acceleration * (root * root - half * half)
+    } else {
+        let quarter = 0.25 * time_s;
+        2.0 * jerk * quarter * quarter * quarter
+    }
+}

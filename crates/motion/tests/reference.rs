@@ -34,6 +34,27 @@ fn from_rest_to_rest_takes_the_closed_form_time() {
     }
 }
 
+#[test]
+fn how_far_and_how_soon_are_inverse() {
+    let (arm, limits) = arm();
+    let mut sampler = Sampler::new(6);
+    for _ in 0..2000 {
+        let from = random_q(&mut sampler, &arm);
+        let joint = sampler.index(7);
+        // All cases of the profile, from rising only to full speed.
+        let way = sampler.uniform(0.0, 3.0) * [1.0, 0.1, 0.01, 1e-4][sampler.index(4)];
+        let mut to = from;
+        to[joint] += way;
+        let way = (to[joint] - from[joint]).abs();
+        let far = limits.farthest_rad(limits.travel_time_s(&from, &to))[joint];
+        assert!((far - way).abs() < 1e-9 * way.max(1e-3), "{far} {way}");
+    }
+    assert_eq!(limits.farthest_rad(-1.0), [0.0; 7]);
+    assert_eq!(limits.farthest_rad(0.0), [0.0; 7]);
+    assert!(limits.farthest_rad(f64::NAN)[0].is_nan());
+    assert_eq!(limits.farthest_rad(f64::INFINITY), [f64::INFINITY; 7]);
+}
+
 /// Goals that change every few milliseconds: largest speed, acceleration and jerk as shares of their limits.
 fn retargeted(timing: JointTiming) -> [f64; 3] {
     let (arm, limits) = arm();

@@ -105,6 +105,10 @@ fn places_without_a_wall_are_unknown() {
     let there = DVec3::new(2.0, 0.0, 0.5);
     assert_eq!(far.present(there, DVec3::X), Presented::Unknown);
     assert!(maps(&[]).map().is_none());
+    // The facets that were near enough are kept as they were given.
+    let both = [wall(0.0, 2.0), wall(0.3, 0.65)];
+    assert_eq!(maps(&both).facets(), &both[1..]);
+    assert!(far.facets().is_empty());
 }
 
 #[test]

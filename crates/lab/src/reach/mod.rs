@@ -1,5 +1,8 @@
-//! Reachability maps and base placement from the command line, and the maps published with the 2018 paper.
+//! Reachability maps, arrival maps and base placement from the command line, and the maps published with the 2018 paper.
 
+pub mod arrival;
+pub mod arrival_figure;
+pub mod arrival_placement;
 pub mod disagreement;
 pub mod figures;
 pub mod maps;

@@ -204,7 +204,7 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
 }
 
 /// From dark (0) to light (1), readable without colours too.
-fn shade(share: f64) -> RGBColor {
+pub(super) fn shade(share: f64) -> RGBColor {
     let stops = [
         (68, 1, 84),
         (59, 82, 139),

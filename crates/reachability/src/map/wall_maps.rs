@@ -85,6 +85,7 @@ pub enum Presented {
 pub struct WallMaps {
     /// `None` where no wall is near enough.
     map: Option<ReachabilityMap>,
+    facets: Vec<WallFacet>,
     inset_m: f64,
 }
 
@@ -105,6 +106,7 @@ impl WallMaps {
             g.d_se_m + g.d_ew_m + g.d_wf_m + arm.flange_from_tool().position_m().length();
         non_negative("inset_m", config.inset_m)?;
         let mut walls = Vec::new();
+        let mut near = Vec::new();
         for facet in facets {
             // Here, because clipping would hide NaN.
             finite("lower border", facet.heights.lo_m)?;
@@ -117,6 +119,7 @@ impl WallMaps {
             if heights.lo_m >= heights.hi_m || distance > longest_m {
                 continue;
             }
+            near.push(facet.clone());
             for normal in [facet.normal, -facet.normal] {
                 let wall = WallGrid::for_wall(facet.point_m, normal, heights, config.spacing_m)?
                     .within(facet.outline_m.iter().copied())?;
@@ -132,6 +135,7 @@ impl WallMaps {
         };
         Ok(Self {
             map,
+            facets: near,
             inset_m: config.inset_m,
         })
     }
@@ -140,6 +144,12 @@ impl WallMaps {
     #[must_use]
     pub const fn map(&self) -> Option<&ReachabilityMap> {
         self.map.as_ref()
+    }
+
+    /// The facets that were near enough, as they were given.
+    #[must_use]
+    pub fn facets(&self) -> &[WallFacet] {
+        &self.facets
     }
 
     /// Where the board can be for a place on a wall and the wall's normal towards the person.

@@ -1,0 +1,353 @@
+//! Making an atlas.
+
+use super::candidates::{self, Candidates, Pricing, Scratch};
+use super::config::AtlasConfig;
+use super::refine;
+use super::sweep::{Grid, PairPrice};
+use super::wall::{AtlasNode, AtlasWall};
+use crate::board::BoardExtent;
+use crate::error::ArrivalError;
+use crate::passage::Passage;
+use crate::presentation::{Presentation, Presenter};
+use crate::surfaces::Surfaces;
+use glam::DVec3;
+use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_motion::MotionLimits;
+use hwall_numeric::check::all_finite;
+use hwall_reachability::{
+    Interval, LineIndex, ReachabilityMap, Steps, WallGrid, WallMaps, WallPlane, WallPoint,
+};
+
+/// More nodes than this are refused before memory is taken: a room has thousands.
+pub(super) const MOST_NODES: u128 = 1 << 21;
+
+/// The configuration from which to present each place of the walls, with its time of arrival.
+///
+/// ```
+/// use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
+/// use hwall_arrival::glam::DVec3;
+/// use hwall_arrival::kinematics::{JointPositions, SrsArm};
+/// use hwall_arrival::motion::{MotionConfig, MotionLimits};
+/// use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
+///
+/// let wall = WallFacet {
+///     point_m: DVec3::new(0.6, 0.0, 0.0),
+///     normal: DVec3::X,
+///     heights: Interval::new(0.2, 0.8),
+///     outline_m: vec![DVec3::new(0.6, -0.4, 0.2), DVec3::new(0.6, 0.4, 0.8)],
+/// };
+/// let arm = SrsArm::iiwa7();
+/// let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
+/// let maps = WallMaps::build(&arm, &[wall], WallMapsConfig::default())?;
+/// let waiting = JointPositions::from_deg([-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0]);
+/// let config = AtlasConfig { spacing_m: 0.1, ..AtlasConfig::default() };
+/// let atlas = Atlas::build(&arm, &maps, BoardExtent::default(), &limits, &waiting, &config)?;
+///
+/// let point_m = DVec3::new(0.6, 0.1, 0.5);
+/// let entry = atlas.look_up(point_m, DVec3::X).expect("within reach");
+/// assert!(arm.forward(&entry.q).position_m().distance(point_m) < 0.02);
+/// assert!(entry.arrival_s < 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Atlas {
+    pub(super) arm: SrsArm,
+    pub(super) limits: MotionLimits,
+    pub(super) board: BoardExtent,
+    pub(super) waiting: JointPositions,
+    pub(super) rolls_rad: Vec<f64>,
+    pub(super) walls: Vec<AtlasWall>,
+    pub(super) off_m: f64,
+    pub(super) least_cosine: f64,
+    pub(super) tilt_rad: f64,
+    pub(super) seam_rad: f64,
+}
+
+impl Atlas {
+    /// Chooses a configuration for every node of the maps' walls, seen from the side away from the base.
+    ///
+    /// The tool of `arm` is the face of the board. A node's price is the least time from `waiting`, plus what nearness
+    /// to limits, singular poses and a way that is not clear cost; neighbours whose configurations differ cost
+    /// something too. The sum is made small by dynamic programming, row by row and column by column; then arm angles are
+    /// refined. The same input gives the same atlas to the last bit.
+    ///
+    /// # Errors
+    /// A setting or limit outside its range, a waiting posture that is not finite or outside the limits, no walls in
+    /// front of the arm, none within reach, more nodes than fit.
+    pub fn build(
+        arm: &SrsArm,
+        maps: &WallMaps,
+        board: BoardExtent,
+        limits: &MotionLimits,
+        waiting: &JointPositions,
+        config: &AtlasConfig,
+    ) -> Result<Self, ArrivalError> {
+        config.validate()?;
+        board.validate()?;
+        limits.validate()?;
+        check_waiting(arm, waiting)?;
+        let map = maps.map().ok_or(ArrivalError::NoWalls)?;
+        let surfaces = Surfaces::from_maps(maps, config.clearance.margin_m)?;
+        let pricing = Pricing {
+            passage: Passage {
+                arm,
+                board,
+                surfaces: &surfaces,
+                clearance: config.clearance,
+            },
+            limits,
+            waiting,
+            config,
+        };
+        let presenter = Presenter::new(arm, &config.rolls_rad, config.arm_angle_step_rad)?;
+        let mut frames = Vec::new();
+        let mut seen = 0;
+        for (wall, grid) in map.walls().enumerate() {
+            for plane in 0..grid.distances.count() {
+                if config.both_sides || grid.distances.at(plane) >= 0.0 {
+                    seen += 1;
+                    frames.extend(Frame::of(map, wall, plane, grid, config.spacing_m)?);
+                }
+            }
+        }
+        if seen == 0 {
+            return Err(ArrivalError::NoWalls);
+        }
+        let places: u128 = frames.iter().map(|f| f.count() as u128).sum();
+        if places > MOST_NODES {
+            return Err(ArrivalError::TooMany {
+                what: "nodes",
+                count: places,
+                limit: MOST_NODES,
+            });
+        }
+        let walls: Vec<AtlasWall> = frames
+            .iter()
+            .map(|frame| frame.solve(&presenter, &pricing))
+            .filter(|wall| wall.nodes.iter().any(Option::is_some))
+            .collect();
+        if walls.is_empty() {
+            return Err(ArrivalError::OutOfReach {
+                places: places as usize,
+            });
+        }
+        Ok(Self {
+            arm: arm.clone(),
+            limits: *limits,
+            board,
+            waiting: *waiting,
+            rolls_rad: config.rolls_rad.clone(),
+            walls,
+            off_m: config.off_m,
+            least_cosine: config.tilt_rad.cos(),
+            tilt_rad: config.tilt_rad,
+            seam_rad: config.seam_rad,
+        })
+    }
+
+    /// Where the arm waits, and from where times count.
+    #[must_use]
+    pub const fn waiting(&self) -> &JointPositions {
+        &self.waiting
+    }
+
+    /// The arm it was made for, with its tool.
+    #[must_use]
+    pub const fn arm(&self) -> &SrsArm {
+        &self.arm
+    }
+
+    /// The limits that its times keep.
+    #[must_use]
+    pub const fn limits(&self) -> &MotionLimits {
+        &self.limits
+    }
+
+    /// The face that it keeps behind surfaces.
+    #[must_use]
+    pub const fn board(&self) -> BoardExtent {
+        self.board
+    }
+
+    /// The walls with a place within reach.
+    #[must_use]
+    pub fn walls(&self) -> &[AtlasWall] {
+        &self.walls
+    }
+
+    /// All nodes of all walls.
+    pub fn nodes(&self) -> impl Iterator<Item = &AtlasNode> {
+        self.walls
+            .iter()
+            .flat_map(|wall| wall.nodes.iter().flatten())
+    }
+}
+
+/// Rejects a posture that the arm cannot take.
+pub(crate) fn check_waiting(arm: &SrsArm, waiting: &JointPositions) -> Result<(), ArrivalError> {
+    all_finite("waiting", &waiting.0)?;
+    for (joint, (limit, &value_rad)) in arm.limits().iter().zip(&waiting.0).enumerate() {
+        if !limit.contains(value_rad) {
+            return Err(ArrivalError::WaitingOutsideLimits {
+                joint,
+                value_rad,
+                min_rad: limit.min_rad,
+                max_rad: limit.max_rad,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Nodes on the ends of a stretch may be beyond it by rounding, m.
+const END_M: f64 = 1e-9;
+
+/// Where the nodes of one plane lie: the part of it that holds reachable stretches.
+struct Frame<'a> {
+    map: &'a ReachabilityMap,
+    wall: usize,
+    plane_index: usize,
+    plane: WallPlane,
+    along: Steps,
+    heights: Steps,
+    /// Map line of each row.
+    lines: Vec<usize>,
+}
+
+impl<'a> Frame<'a> {
+    /// `None` where no line of the plane is reachable anywhere.
+    fn of(
+        map: &'a ReachabilityMap,
+        wall: usize,
+        plane_index: usize,
+        grid: &WallGrid,
+        spacing_m: f64,
+    ) -> Result<Option<Self>, ArrivalError> {
+        let index = |height| LineIndex {
+            wall,
+            plane: plane_index,
+            height,
+        };
+        let reached: Vec<usize> = (0..grid.heights.count())
+            .filter(|&height| !map.intervals(index(height)).is_empty())
+            .collect();
+        let (Some(&low), Some(&high)) = (reached.first(), reached.last()) else {
+            return Ok(None);
+        };
+        let stride = ((spacing_m / grid.heights.spacing_m() + 1e-9).floor() as usize).max(1);
+        let lines: Vec<usize> = (low..=high).step_by(stride).collect();
+        let first_m = grid.heights.at(low);
+        let step_m = (grid.heights.at(low + 1) - first_m) * stride as f64;
+        let heights = Steps::new(first_m, step_m, lines.len())?;
+        let spans = reached
+            .iter()
+            .flat_map(|&height| map.intervals(index(height)));
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for interval in spans {
+            lo = lo.min(interval.span.lo_m);
+            hi = hi.max(interval.span.hi_m);
+        }
+        Ok(Some(Self {
+            map,
+            wall,
+            plane_index,
+            plane: grid.plane(plane_index)?,
+            along: evenly(Interval::new(lo, hi), spacing_m)?,
+            heights,
+            lines,
+        }))
+    }
+
+    fn count(&self) -> usize {
+        self.along.count() * self.heights.count()
+    }
+
+    fn solve(&self, presenter: &Presenter, pricing: &Pricing) -> AtlasWall {
+        let (columns, rows) = (self.along.count(), self.heights.count());
+        let mut scratch = Scratch::default();
+        let mut ways: Vec<Vec<Presentation>> = Vec::with_capacity(self.count());
+        let mut choices = Vec::with_capacity(self.count());
+        let mut points_m: Vec<DVec3> = Vec::with_capacity(self.count());
+        for (row, &height) in self.lines.iter().enumerate() {
+            let index = LineIndex {
+                wall: self.wall,
+                plane: self.plane_index,
+                height,
+            };
+            for s_m in self.along.iter() {
+                let at = WallPoint::new(s_m, self.heights.at(row));
+                let point_m = self.plane.point_m(at);
+                let reached = self.map.intervals(index).iter();
+                let found = if reached.into_iter().any(|i| i.span.distance_m(s_m) <= END_M) {
+                    candidates::of_node(presenter, pricing, &self.plane, point_m, &mut scratch)
+                } else {
+                    Candidates::default()
+                };
+                points_m.push(point_m);
+                ways.push(found.ways);
+                choices.push(found.choices);
+            }
+        }
+        let grid = Grid {
+            columns,
+            rows,
+            choices: &choices,
+            pair: PairPrice {
+                seam_rad: pricing.config.seam_rad,
+                seam_price_s: pricing.config.seam_price_s,
+            },
+        };
+        let mut chosen = refine::chosen(&ways, &grid, &grid.choose());
+        refine::arm_angles(
+            presenter,
+            pricing,
+            &grid,
+            &self.plane,
+            &points_m,
+            &mut chosen,
+        );
+        let nodes = chosen
+            .iter()
+            .map(|found| found.map(|(way, _)| finished(&way, presenter, pricing)));
+        AtlasWall {
+            plane: self.plane,
+            along: self.along,
+            heights: self.heights,
+            nodes: nodes.collect(),
+            seam_rad: pricing.config.seam_rad,
+        }
+    }
+}
+
+/// The node of a way, looked at closely.
+fn finished(way: &Presentation, presenter: &Presenter, pricing: &Pricing) -> AtlasNode {
+    /// How often the way is looked at.
+    const LOOKS: u32 = 40;
+    let shares = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
+    let excess_m = pricing.passage.excess_m(pricing.waiting, &way.q, shares);
+    AtlasNode {
+        q: way.q,
+        roll_rad: presenter.rolls_rad()[usize::from(way.roll)],
+        arrival_s: pricing.limits.travel_time_s(pricing.waiting, &way.q),
+        clear: excess_m == 0.0,
+        excess_m,
+        overhang_m: pricing.passage.standing(&way.q).face_m.max(0.0),
+    }
+}
+
+/// Places from end to end, no more than a spacing apart.
+fn evenly(span: Interval, spacing_m: f64) -> Result<Steps, ArrivalError> {
+    let length = span.length_m();
+    let steps = (length / spacing_m - 1e-9).ceil().max(0.0);
+    if steps >= MOST_NODES as f64 {
+        return Err(ArrivalError::TooMany {
+            what: "nodes",
+            count: steps as u128,
+            limit: MOST_NODES,
+        });
+    }
+    if steps == 0.0 {
+        return Ok(Steps::single(span.lo_m, 0.5 * spacing_m)?);
+    }
+    Ok(Steps::new(span.lo_m, length / steps, steps as usize + 1)?)
+}

@@ -1,0 +1,98 @@
+//! What may be chosen at a node: the fastest ways to hold the board there, with their prices.
+
+use super::config::AtlasConfig;
+use super::sweep::Choice;
+use crate::passage::{MEDIUM, Passage};
+use crate::presentation::{Presentation, Presenter};
+use glam::DVec3;
+use hwall_kinematics::JointPositions;
+use hwall_motion::MotionLimits;
+use hwall_reachability::WallPlane;
+
+/// At most this share of the candidates is of one branch and roll.
+const OF_A_KIND: usize = 3;
+
+/// What prices are made of.
+pub(super) struct Pricing<'a> {
+    pub(super) passage: Passage<'a>,
+    pub(super) limits: &'a MotionLimits,
+    pub(super) waiting: &'a JointPositions,
+    pub(super) config: &'a AtlasConfig,
+}
+
+impl Pricing<'_> {
+    /// Arrival and strain, s.
+    fn alone_s(&self, q: &JointPositions) -> f64 {
+        let strain = self.config.strain.price_of_s(self.passage.arm, q);
+        self.limits.travel_time_s(self.waiting, q) + strain
+    }
+
+    /// The price of a way that is not clear, s; it rises with what is lacking, at ten seconds a metre.
+    fn blocked_s(&self, q: &JointPositions) -> f64 {
+        let shares = MEDIUM.iter().copied();
+        let excess_m = self.passage.excess_m(self.waiting, q, shares);
+        if excess_m > 0.0 {
+            self.config.blocked_price_s * (1.0 + 10.0 * excess_m)
+        } else {
+            0.0
+        }
+    }
+
+    /// The price of a choice apart from its neighbours, s.
+    pub(super) fn price_s(&self, q: &JointPositions) -> f64 {
+        self.alone_s(q) + self.blocked_s(q)
+    }
+}
+
+/// The candidates of a node and the same as choices.
+#[derive(Default)]
+pub(super) struct Candidates {
+    pub(super) ways: Vec<Presentation>,
+    pub(super) choices: Vec<Choice>,
+}
+
+/// Memory of the enumeration.
+#[derive(Default)]
+pub(super) struct Scratch {
+    ways: Vec<Presentation>,
+    order: Vec<(f64, usize)>,
+}
+
+/// The candidates for a place; none where the arm cannot hold the board.
+pub(super) fn of_node(
+    presenter: &Presenter,
+    pricing: &Pricing,
+    plane: &WallPlane,
+    point_m: DVec3,
+    scratch: &mut Scratch,
+) -> Candidates {
+    let config = pricing.config;
+    scratch.ways.clear();
+    presenter.present(plane, point_m, pricing.waiting, &mut scratch.ways);
+    scratch.order.clear();
+    let alone = scratch.ways.iter().map(|way| pricing.alone_s(&way.q));
+    scratch.order.extend(alone.enumerate().map(|(i, s)| (s, i)));
+    scratch
+        .order
+        .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut found = Candidates::default();
+    let mut kinds = vec![0_usize; 8 * presenter.rolls_rad().len()];
+    let most_of_a_kind = config.candidates.div_ceil(OF_A_KIND);
+    for &(alone_s, i) in &scratch.order {
+        let way = scratch.ways[i];
+        let kind = &mut kinds[usize::from(way.roll) * 8 + way.branch.index()];
+        if *kind >= most_of_a_kind {
+            continue;
+        }
+        *kind += 1;
+        found.ways.push(way);
+        found.choices.push(Choice {
+            q: way.q,
+            price_s: alone_s + pricing.blocked_s(&way.q),
+        });
+        if found.ways.len() == config.candidates {
+            break;
+        }
+    }
+    found
+}

@@ -1,0 +1,108 @@
+//! How an atlas is made.
+
+use crate::error::ArrivalError;
+use crate::passage::ClearanceConfig;
+use crate::strain::StrainConfig;
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// How an atlas is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtlasConfig {
+    /// Rolls of the board about its normal that may be used, rad; default the four quarter turns.
+    pub rolls_rad: Vec<f64>,
+    /// Largest distance between neighbouring nodes, m; default 0.05.
+    pub spacing_m: f64,
+    /// Also the sides of walls that face the base? Default no: the board is to come from behind.
+    pub both_sides: bool,
+    /// Distance between the arm angles that are tried, rad; default 10 degrees. What is chosen is refined to a tenth of it.
+    pub arm_angle_step_rad: f64,
+    /// Configurations kept for each node, the fastest first; default 24.
+    pub candidates: usize,
+    /// Neighbouring nodes whose configurations differ by more than this in a joint have a seam between them, rad;
+    /// default 0.3 at a spacing of 0.05 m.
+    pub seam_rad: f64,
+    /// Price of a seam between two neighbours, in seconds of arrival; less than a seam costs less, with the square of the
+    /// difference. Default 0.08.
+    pub seam_price_s: f64,
+    /// Price of a way that is not clear, s; default 0.4.
+    pub blocked_price_s: f64,
+    /// Price of limits and singular poses.
+    pub strain: StrainConfig,
+    /// Distances that the board and the arm keep on the way.
+    pub clearance: ClearanceConfig,
+    /// A look-up may ask for a point this far off a wall, m; default 0.1.
+    pub off_m: f64,
+    /// A look-up may ask for a normal that differs this much from the wall's, rad; default 15 degrees.
+    pub tilt_rad: f64,
+}
+
+impl Default for AtlasConfig {
+    fn default() -> Self {
+        Self {
+            rolls_rad: vec![0.0, FRAC_PI_2, PI, -FRAC_PI_2],
+            spacing_m: 0.05,
+            both_sides: false,
+            arm_angle_step_rad: 10_f64.to_radians(),
+            candidates: 24,
+            seam_rad: 0.3,
+            seam_price_s: 0.08,
+            blocked_price_s: 0.4,
+            strain: StrainConfig::default(),
+            clearance: ClearanceConfig::default(),
+            off_m: 0.1,
+            tilt_rad: 15_f64.to_radians(),
+        }
+    }
+}
+
+impl AtlasConfig {
+    /// Rejects settings out of range.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), ArrivalError> {
+        check_rolls(&self.rolls_rad)?;
+        positive("spacing_m", self.spacing_m)?;
+        check_arm_angle_step(self.arm_angle_step_rad)?;
+        let candidates = self.candidates as f64;
+        let some = (1..=1000).contains(&self.candidates);
+        that(some, "candidates", candidates, "between 1 and 1000")?;
+        positive("seam_rad", self.seam_rad)?;
+        non_negative("seam_price_s", self.seam_price_s)?;
+        non_negative("blocked_price_s", self.blocked_price_s)?;
+        self.strain.validate()?;
+        self.clearance.validate()?;
+        non_negative("off_m", self.off_m)?;
+        let tilt = self.tilt_rad;
+        let acute = (0.0..FRAC_PI_2).contains(&tilt);
+        that(acute, "tilt_rad", tilt, "between 0 and a quarter turn")?;
+        Ok(())
+    }
+}
+
+/// Most rolls: they are counted in a byte.
+const MOST_ROLLS: usize = 64;
+
+/// Rejects rolls that are none, too many or not finite.
+pub(crate) fn check_rolls(rolls_rad: &[f64]) -> Result<(), ArrivalError> {
+    if rolls_rad.is_empty() {
+        return Err(ArrivalError::Empty { what: "rolls" });
+    }
+    if rolls_rad.len() > MOST_ROLLS {
+        return Err(ArrivalError::TooMany {
+            what: "rolls",
+            count: rolls_rad.len() as u128,
+            limit: MOST_ROLLS as u128,
+        });
+    }
+    Ok(all_finite("rolls_rad", rolls_rad)?)
+}
+
+/// Rejects arm angles so dense that enumerating them would take minutes.
+pub(crate) fn check_arm_angle_step(step_rad: f64) -> Result<(), ArrivalError> {
+    let some = (0.01..=PI).contains(&step_rad);
+    let wanted = "between 0.01 and half a turn";
+    that(some, "arm_angle_step_rad", step_rad, wanted)?;
+    Ok(())
+}

@@ -1,0 +1,282 @@
+//! Atlases as files: versioned, checksummed, the same bytes on every machine.
+//!
+//! Layout: 8 bytes `HWALLATL`, format (u16), length of the body (u64), the body (postcard), CRC-32 of everything before
+//! it (u32); integers little-endian, as in the files of reachability maps. Nothing is rounded. Times are not stored:
+//! they follow from the limits.
+
+use super::build::{Atlas, MOST_NODES, check_waiting};
+use super::config::{AtlasConfig, check_rolls};
+use super::wall::{AtlasNode, AtlasWall, StoredNode};
+use crate::board::BoardExtent;
+use crate::error::ArrivalError;
+use hwall_kinematics::{JointPositions, MOST_JOINTS, SrsArm, SrsParameters};
+use hwall_motion::MotionLimits;
+use hwall_reachability::{Steps, WallPlane};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+const MAGIC: &[u8; 8] = b"HWALLATL";
+const FORMAT: u16 = 1;
+const HEADER: usize = 8 + 2 + 8;
+const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// A stored configuration must hold the board at its node as exactly as this, m and rad.
+const HELD: f64 = 1e-6;
+
+#[derive(Serialize, Deserialize)]
+struct Body {
+    arm: SrsParameters,
+    velocity_rad_per_s: [f64; MOST_JOINTS],
+    acceleration_rad_per_s2: [f64; MOST_JOINTS],
+    jerk_rad_per_s3: [f64; MOST_JOINTS],
+    board: BoardExtent,
+    waiting: [f64; MOST_JOINTS],
+    rolls_rad: Vec<f64>,
+    off_m: f64,
+    tilt_rad: f64,
+    seam_rad: f64,
+    walls: Vec<StoredWall>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredWall {
+    heading_rad: f64,
+    distance_m: f64,
+    along: Steps,
+    heights: Steps,
+    nodes: Vec<Option<StoredNode>>,
+}
+
+impl Atlas {
+    /// The atlas as bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let stored_node = |node: &AtlasNode| {
+            let is_roll = |roll: &f64| roll.to_bits() == node.roll_rad.to_bits();
+            StoredNode {
+                q: node.q.0,
+                roll: self.rolls_rad.iter().position(is_roll).unwrap_or(0) as u8,
+                excess_m: node.excess_m,
+                overhang_m: node.overhang_m,
+            }
+        };
+        let stored_wall = |wall: &AtlasWall| StoredWall {
+            heading_rad: wall.plane.heading_rad(),
+            distance_m: wall.plane.distance_m(),
+            along: wall.along,
+            heights: wall.heights,
+            nodes: wall
+                .nodes
+                .iter()
+                .map(|node| node.as_ref().map(stored_node))
+                .collect(),
+        };
+        let body = Body {
+            arm: *self.arm.parameters(),
+            velocity_rad_per_s: self.limits.velocity_rad_per_s,
+            acceleration_rad_per_s2: self.limits.acceleration_rad_per_s2,
+            jerk_rad_per_s3: self.limits.jerk_rad_per_s3,
+            board: self.board,
+            waiting: self.waiting.0,
+            rolls_rad: self.rolls_rad.clone(),
+            off_m: self.off_m,
+            tilt_rad: self.tilt_rad,
+            seam_rad: self.seam_rad,
+            walls: self.walls.iter().map(stored_wall).collect(),
+        };
+        // Plain numbers and lists of known length: postcard has no reason to refuse.
+        let body = postcard::to_stdvec(&body).unwrap_or_default();
+        let mut bytes = Vec::with_capacity(HEADER + body.len() + 4);
+        bytes.extend_from_slice(MAGIC);
+        bytes.extend_from_slice(&FORMAT.to_le_bytes());
+        bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(&body);
+        let checksum = CHECKSUM.checksum(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    /// An atlas from bytes that [`to_bytes`](Self::to_bytes) made.
+    ///
+    /// # Errors
+    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ArrivalError> {
+        let body = checked_body(bytes)?;
+        let malformed = |what| ArrivalError::MalformedFile { what };
+        let (body, rest) =
+            postcard::take_from_bytes::<Body>(body).map_err(|_| malformed("body"))?;
+        if !rest.is_empty() {
+            return Err(malformed("bytes behind the body"));
+        }
+        body.into_atlas()
+    }
+
+    /// Writes the atlas to a file.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ArrivalError> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_bytes()).map_err(|error| ArrivalError::file(path, &error))
+    }
+
+    /// Reads an atlas from a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or as [`from_bytes`](Self::from_bytes).
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ArrivalError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|error| ArrivalError::file(path, &error))?;
+        Self::from_bytes(&bytes)
+    }
+}
+
+/// The body between header and checksum, both of which must be right.
+fn checked_body(bytes: &[u8]) -> Result<&[u8], ArrivalError> {
+    let number = |at: usize, count: usize| {
+        let mut value = [0; 8];
+        value[..count].copy_from_slice(bytes.get(at..at + count)?);
+        Some(u64::from_le_bytes(value))
+    };
+    if !bytes.starts_with(MAGIC) {
+        return Err(ArrivalError::ForeignFile);
+    }
+    let too_short = ArrivalError::WrongFileLength {
+        expected: (HEADER + 4) as u64,
+        found: bytes.len() as u64,
+    };
+    let (Some(format), Some(length)) = (number(8, 2), number(10, 8)) else {
+        return Err(too_short);
+    };
+    if format == 0 {
+        return Err(ArrivalError::MalformedFile { what: "format 0" });
+    }
+    if format > u64::from(FORMAT) {
+        return Err(ArrivalError::NewerFile {
+            found: format as u16,
+            known: FORMAT,
+        });
+    }
+    let expected = length.saturating_add(HEADER as u64 + 4);
+    if bytes.len() as u64 != expected {
+        return Err(ArrivalError::WrongFileLength {
+            expected,
+            found: bytes.len() as u64,
+        });
+    }
+    let end = bytes.len() - 4;
+    let stored = number(end, 4).ok_or(too_short)? as u32;
+    let found = CHECKSUM.checksum(&bytes[..end]);
+    if found != stored {
+        return Err(ArrivalError::DamagedFile {
+            expected: stored,
+            found,
+        });
+    }
+    Ok(&bytes[HEADER..end])
+}
+
+impl Body {
+    fn into_atlas(self) -> Result<Atlas, ArrivalError> {
+        let malformed = |what| ArrivalError::MalformedFile { what };
+        let arm = SrsArm::new(self.arm).map_err(|_| malformed("arm"))?;
+        let limits = MotionLimits {
+            velocity_rad_per_s: self.velocity_rad_per_s,
+            acceleration_rad_per_s2: self.acceleration_rad_per_s2,
+            jerk_rad_per_s3: self.jerk_rad_per_s3,
+        };
+        limits.validate()?;
+        self.board.validate()?;
+        let waiting = JointPositions(self.waiting);
+        check_waiting(&arm, &waiting)?;
+        check_rolls(&self.rolls_rad)?;
+        AtlasConfig {
+            off_m: self.off_m,
+            tilt_rad: self.tilt_rad,
+            seam_rad: self.seam_rad,
+            ..AtlasConfig::default()
+        }
+        .validate()?;
+        let count: u128 = self.walls.iter().map(|w| w.nodes.len() as u128).sum();
+        if count > MOST_NODES {
+            return Err(ArrivalError::TooMany {
+                what: "nodes",
+                count,
+                limit: MOST_NODES,
+            });
+        }
+        let mut atlas = Atlas {
+            arm,
+            limits,
+            board: self.board,
+            waiting,
+            rolls_rad: self.rolls_rad,
+            walls: Vec::with_capacity(self.walls.len()),
+            off_m: self.off_m,
+            least_cosine: self.tilt_rad.cos(),
+            tilt_rad: self.tilt_rad,
+            seam_rad: self.seam_rad,
+        };
+        for wall in self.walls {
+            let wall = wall.checked(&atlas)?;
+            atlas.walls.push(wall);
+        }
+        if atlas.walls.is_empty() {
+            return Err(malformed("no walls"));
+        }
+        Ok(atlas)
+    }
+}
+
+impl StoredWall {
+    /// The wall, if every node is held where it says.
+    fn checked(self, atlas: &Atlas) -> Result<AtlasWall, ArrivalError> {
+        let malformed = |what| ArrivalError::MalformedFile { what };
+        let places = self.along.count() as u128 * self.heights.count() as u128;
+        if places != self.nodes.len() as u128 {
+            return Err(malformed("count of nodes"));
+        }
+        let mut wall = AtlasWall {
+            plane: WallPlane::new(self.heading_rad, self.distance_m)?,
+            along: self.along,
+            heights: self.heights,
+            nodes: vec![None; self.nodes.len()],
+            seam_rad: atlas.seam_rad,
+        };
+        for (index, place) in wall.places().enumerate() {
+            let Some(stored) = self.nodes[index] else {
+                continue;
+            };
+            let roll = atlas.rolls_rad.get(usize::from(stored.roll));
+            let roll_rad = *roll.ok_or(malformed("roll of a node"))?;
+            let q = JointPositions(stored.q);
+            check_waiting(&atlas.arm, &q).map_err(|_| malformed("configuration of a node"))?;
+            let point_m = wall.point_m(place);
+            let pose = atlas.arm.forward(&q);
+            let turned = wall.plane.board_rotation(roll_rad) - pose.rotation();
+            let off = pose.position_m().distance(point_m);
+            // NaN, which huge places give, is not within either.
+            let within = |error: f64| error.abs() <= HELD;
+            if !(within(off) && turned.to_cols_array().into_iter().all(within)) {
+                return Err(malformed("a node that its configuration does not hold"));
+            }
+            for (what, length_m) in [
+                ("excess of a node", stored.excess_m),
+                ("overhang of a node", stored.overhang_m),
+            ] {
+                if !(length_m >= 0.0 && length_m.is_finite()) {
+                    return Err(malformed(what));
+                }
+            }
+            wall.nodes[index] = Some(AtlasNode {
+                q,
+                roll_rad,
+                arrival_s: atlas.limits.travel_time_s(&atlas.waiting, &q),
+                clear: stored.excess_m == 0.0,
+                excess_m: stored.excess_m,
+                overhang_m: stored.overhang_m,
+            });
+        }
+        Ok(wall)
+    }
+}

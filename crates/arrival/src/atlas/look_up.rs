@@ -1,0 +1,224 @@
+//! Look-ups: from a place and a normal to a configuration.
+
+use super::build::Atlas;
+use super::wall::{AtlasNode, AtlasWall, NodePlace};
+use glam::DVec3;
+use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use hwall_reachability::{Steps, WallPoint};
+use std::f64::consts::TAU;
+
+/// Directions in which a look-up with slack tries the end of the slack.
+const DIRECTIONS: u32 = 8;
+
+/// Where the arm should go to present a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtlasEntry {
+    /// Joint positions that hold the board at `point_m`, rad: to 1e-9 m where they are those of a node, else between
+    /// nodes, which is millimetres off. Refine them by a local inverse kinematics.
+    pub q: JointPositions,
+    /// Middle of the board, base frame, m: the place asked for on the wall, that of the nearest node where neighbours
+    /// do not agree, another within the slack.
+    pub point_m: DVec3,
+    /// Normal of the wall towards the person.
+    pub normal: DVec3,
+    /// Roll of the board about its normal, rad.
+    pub roll_rad: f64,
+    /// Least time from the waiting posture to `q`, s.
+    pub arrival_s: f64,
+    /// Do all nodes it was made from have a clear way from the waiting posture?
+    pub clear: bool,
+    /// Was it made from neighbours that agree? If not, it is that of the nearest node, and there is a seam or a hole beside
+    /// it.
+    pub smooth: bool,
+    /// How far the board held here stands before a surface, m: the most of the nodes it was made from.
+    pub overhang_m: f64,
+    /// Index of the wall in [`Atlas::walls`].
+    pub wall: usize,
+}
+
+impl Atlas {
+    /// The configuration to present a place of a wall from; `point_m` (base frame) may be a little off the wall, `normal`
+    /// points towards the person and may be of any length and a little off too, as the atlas was configured.
+    ///
+    /// Between the four nodes around the place where these agree, else that of the nearest node. `None`: no wall there, or
+    /// a hole: no node around the place is within reach. Also for NaN. It takes less than a microsecond and allocates
+    /// nothing.
+    #[must_use]
+    pub fn look_up(&self, point_m: DVec3, normal: DVec3) -> Option<AtlasEntry> {
+        let (wall, at) = self.find(point_m, normal)?;
+        self.entry(wall, at)
+    }
+
+    /// As [`look_up`](Self::look_up), with the middle of the board anywhere within `slack_m` of the place along the
+    /// wall: the entry that arrives first. Holes narrower than the slack are no longer ones.
+    ///
+    /// A clear way counts more than an early arrival. A slack that is negative or NaN counts as zero.
+    #[must_use]
+    pub fn look_up_within(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        slack_m: f64,
+    ) -> Option<AtlasEntry> {
+        // NaN too becomes zero.
+        let slack_m = slack_m.max(0.0);
+        let (wall, at) = self.find_within(point_m, normal, slack_m)?;
+        let here = self.entry(wall, at);
+        if slack_m == 0.0 {
+            return here;
+        }
+        // A hair less, so that rounding does not lead beyond it.
+        let radius_m = slack_m * (1.0 - 1e-9);
+        let around = (0..2 * DIRECTIONS).filter_map(|i| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
+            let radius_m = if i < DIRECTIONS {
+                radius_m
+            } else {
+                0.5 * radius_m
+            };
+            let entry = self.entry(
+                wall,
+                WallPoint::new(at.s_m + radius_m * cos, at.z_m + radius_m * sin),
+            )?;
+            let projection = self.walls[wall].plane.project(entry.point_m);
+            (projection.at.distance_m(at) <= slack_m).then_some(entry)
+        });
+        here.into_iter().chain(around).min_by(|a, b| {
+            let blocked = a.clear.cmp(&b.clear).reverse();
+            blocked.then(a.arrival_s.total_cmp(&b.arrival_s))
+        })
+    }
+
+    fn find(&self, point_m: DVec3, normal: DVec3) -> Option<(usize, WallPoint)> {
+        self.find_within(point_m, normal, 0.0)
+    }
+
+    /// The nearest wall that is alike, and the place on it.
+    fn find_within(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        slack_m: f64,
+    ) -> Option<(usize, WallPoint)> {
+        let length = normal.length();
+        if !(length > 0.0 && length.is_finite()) {
+            return None;
+        }
+        let mut best: Option<(f64, usize, WallPoint)> = None;
+        for (index, wall) in self.walls.iter().enumerate() {
+            let cosine = wall.plane.normal().dot(normal) / length;
+            let projection = wall.plane.project(point_m);
+            let off_m = projection.off_m.abs();
+            let near = cosine >= self.least_cosine
+                && off_m <= self.off_m
+                && wall.holds(projection.at, slack_m)
+                && best.is_none_or(|(least, ..)| off_m < least);
+            if near {
+                best = Some((off_m, index, projection.at));
+            }
+        }
+        best.map(|(_, wall, at)| (wall, at))
+    }
+
+    /// The entry of a place on a wall.
+    fn entry(&self, wall_index: usize, at: WallPoint) -> Option<AtlasEntry> {
+        let wall = &self.walls[wall_index];
+        if !wall.holds(at, 0.0) {
+            return None;
+        }
+        let (columns, s) = around(&wall.along, at.s_m);
+        let (rows, z) = around(&wall.heights, at.z_m);
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| NodePlace {
+            column: columns[i],
+            row: rows[j],
+        });
+        let nodes = corners.map(|place| wall.node(place));
+        let entry = |q: JointPositions, point_m, roll_rad, clear, smooth, overhang_m| AtlasEntry {
+            arrival_s: self.limits.travel_time_s(&self.waiting, &q),
+            q,
+            point_m,
+            normal: wall.plane.normal(),
+            roll_rad,
+            clear,
+            smooth,
+            overhang_m,
+            wall: wall_index,
+        };
+        let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&z);
+        if let ([Some(a), Some(b), Some(c), Some(d)], true) = (nodes, inside) {
+            let all = [a, b, c, d];
+            let agree = all[1..].iter().all(|n| {
+                n.q.max_abs_difference(&a.q) <= 1.5 * self.seam_rad && n.roll_rad == a.roll_rad
+            }) && b.q.max_abs_difference(&d.q) <= self.seam_rad
+                && c.q.max_abs_difference(&d.q) <= self.seam_rad
+                && b.q.max_abs_difference(&a.q) <= self.seam_rad
+                && c.q.max_abs_difference(&a.q) <= self.seam_rad;
+            if agree {
+                let weights = [(1.0 - s) * (1.0 - z), s * (1.0 - z), (1.0 - s) * z, s * z];
+                let q = mixed(all, weights);
+                let clear = all.iter().all(|n| n.clear);
+                let overhang_m = all.iter().fold(0.0, |m: f64, n| m.max(n.overhang_m));
+                let point_m = wall.plane.point_m(at);
+                return Some(entry(q, point_m, a.roll_rad, clear, true, overhang_m));
+            }
+        }
+        let distance_m = |place: NodePlace| {
+            let (ds, dz) = (
+                wall.along.at(place.column) - at.s_m,
+                wall.heights.at(place.row) - at.z_m,
+            );
+            ds.hypot(dz)
+        };
+        let present = corners.into_iter().zip(nodes);
+        let (place, node) = present
+            .filter_map(|(place, node)| Some((place, node?)))
+            .min_by(|a, b| distance_m(a.0).total_cmp(&distance_m(b.0)))?;
+        let AtlasNode {
+            q,
+            roll_rad,
+            clear,
+            overhang_m,
+            ..
+        } = *node;
+        Some(entry(
+            q,
+            wall.point_m(place),
+            roll_rad,
+            clear,
+            false,
+            overhang_m,
+        ))
+    }
+}
+
+impl AtlasWall {
+    /// Does the grid hold the place, or lie within half a spacing and `slack_m` of it?
+    fn holds(&self, at: WallPoint, slack_m: f64) -> bool {
+        let within = |steps: &Steps, value: f64| {
+            let beyond = 0.5 * steps.spacing_m() + slack_m;
+            let (first, last) = (steps.at(0), steps.at(steps.count() - 1));
+            first.min(last) - beyond <= value && value <= first.max(last) + beyond
+        };
+        within(&self.along, at.s_m) && within(&self.heights, at.z_m)
+    }
+}
+
+/// The values before and after, and the share of the way between them, outside 0 to 1 beyond the ends. There is
+/// nothing between one value and itself.
+fn around(steps: &Steps, value: f64) -> ([usize; 2], f64) {
+    let last = steps.count() - 1;
+    if last == 0 {
+        return ([0, 0], if value == steps.at(0) { 0.0 } else { -1.0 });
+    }
+    let steps_in = (value - steps.at(0)) / (steps.at(1) - steps.at(0));
+    let first = (steps_in.max(0.0) as usize).min(last - 1);
+    ([first, first + 1], steps_in - first as f64)
+}
+
+fn mixed(nodes: [&AtlasNode; 4], weights: [f64; 4]) -> JointPositions {
+    let mut q = JointPositions::default();
+    for joint in 0..MOST_JOINTS {
+        q[joint] = nodes.iter().zip(weights).map(|(n, w)| w * n.q[joint]).sum();
+    }
+    q
+}

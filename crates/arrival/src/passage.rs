@@ -1,0 +1,163 @@
+//! Is the way free? Straight motions of the joints, seen from the surfaces.
+
+use crate::board::BoardExtent;
+use crate::error::ArrivalError;
+use crate::surfaces::Surfaces;
+use glam::DVec3;
+use hwall_kinematics::{JointPositions, MOST_JOINTS, SrsArm};
+use hwall_numeric::check::non_negative;
+
+/// Distances that the board and the arm keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClearanceConfig {
+    /// On its way the face may be before a surface by this much, m, or by what it is before it at the end anyway
+    /// (a board near an outer corner of a room overhangs it); default 0.002.
+    pub tolerance_m: f64,
+    /// How far the plane beyond the border of a surface must not be passed either, m; default 0.05.
+    pub margin_m: f64,
+    /// Elbow and wrist stay behind surfaces by this much, m; default 0.07, about the radius of the iiwa's links.
+    pub link_radius_m: f64,
+    /// Least distance of the board's corners and middle from the axes of the base column and of the upper arm, m;
+    /// default 0.12. Nothing else of the arm's own body is considered.
+    pub own_body_m: f64,
+}
+
+impl Default for ClearanceConfig {
+    fn default() -> Self {
+        Self {
+            tolerance_m: 0.002,
+            margin_m: 0.05,
+            link_radius_m: 0.07,
+            own_body_m: 0.12,
+        }
+    }
+}
+
+impl ClearanceConfig {
+    /// Rejects distances below zero.
+    ///
+    /// # Errors
+    /// The first that is negative, NaN or infinite.
+    pub fn validate(&self) -> Result<(), ArrivalError> {
+        non_negative("tolerance_m", self.tolerance_m)?;
+        non_negative("margin_m", self.margin_m)?;
+        non_negative("link_radius_m", self.link_radius_m)?;
+        non_negative("own_body_m", self.own_body_m)?;
+        Ok(())
+    }
+}
+
+/// Shares of a way at which it is looked at: few, for a search.
+pub(crate) const COARSE: &[f64] = &[0.88, 0.7, 0.97, 0.4];
+/// The same for a choice; towards the end more densely, where the face comes to the surface.
+pub(crate) const MEDIUM: &[f64] = &[0.87, 0.7, 0.58, 0.93, 0.97, 0.45, 0.8, 0.3, 0.15];
+
+/// What is needed to look at ways.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage<'a> {
+    pub(crate) arm: &'a SrsArm,
+    pub(crate) board: BoardExtent,
+    pub(crate) surfaces: &'a Surfaces,
+    pub(crate) clearance: ClearanceConfig,
+}
+
+/// How a configuration stands to the surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Standing {
+    /// How far the face lies before a surface, m; negative behind.
+    pub(crate) face_m: f64,
+    /// The same of elbow and wrist with their radius, m.
+    pub(crate) links_m: f64,
+    /// Distance of the face from the arm's own column and upper arm, m.
+    pub(crate) own_body_m: f64,
+}
+
+impl Passage<'_> {
+    pub(crate) fn standing(&self, q: &JointPositions) -> Standing {
+        let g = self.arm.geometry();
+        let pose = self.arm.forward(q);
+        let shoulder = DVec3::Z * g.d_bs_m;
+        let ((s1, c1), (s2, c2)) = (q[0].sin_cos(), q[1].sin_cos());
+        let elbow = shoulder + DVec3::new(c1 * s2, s1 * s2, c2) * g.d_se_m;
+        let wrist = shoulder + self.arm.wrist_from_shoulder_m(&pose);
+        let mut face_m = f64::NEG_INFINITY;
+        let mut own_body_m = f64::INFINITY;
+        for point in self.board.points_m(&pose) {
+            face_m = face_m.max(self.surfaces.intrusion_m(point));
+            own_body_m = own_body_m
+                .min(segment_distance_m(point, DVec3::ZERO, shoulder))
+                .min(segment_distance_m(point, shoulder, elbow));
+        }
+        let link = |middle_m| self.surfaces.intrusion_m(middle_m) + self.clearance.link_radius_m;
+        Standing {
+            face_m,
+            links_m: link(elbow).max(link(wrist)),
+            own_body_m,
+        }
+    }
+
+    /// By how much a standing is too near, m, if the face may be before surfaces by `allowed_m`.
+    fn excess_of_m(&self, standing: Standing, allowed_m: f64) -> f64 {
+        (standing.face_m - allowed_m)
+            .max(standing.links_m)
+            .max(self.clearance.own_body_m - standing.own_body_m)
+    }
+
+    /// How far the face may be before surfaces on a way that ends so, m.
+    fn allowed_m(&self, end: Standing) -> f64 {
+        end.face_m.max(0.0) + self.clearance.tolerance_m
+    }
+
+    /// By how much a straight motion of the joints comes too near, m, at these shares of it and at its end: zero where
+    /// it keeps all distances.
+    pub(crate) fn excess_m(
+        &self,
+        from: &JointPositions,
+        to: &JointPositions,
+        shares: impl IntoIterator<Item = f64>,
+    ) -> f64 {
+        let end = self.standing(to);
+        let allowed_m = self.allowed_m(end);
+        let on_way = shares
+            .into_iter()
+            .map(|share| self.standing(&between(from, to, share)))
+            .map(|standing| self.excess_of_m(standing, allowed_m));
+        on_way.fold(self.excess_of_m(end, allowed_m).max(0.0), f64::max)
+    }
+
+    /// Does a straight motion of the joints keep all distances, at these shares of it and at its end?
+    pub(crate) fn is_clear(
+        &self,
+        from: &JointPositions,
+        to: &JointPositions,
+        shares: &[f64],
+    ) -> bool {
+        let end = self.standing(to);
+        let allowed_m = self.allowed_m(end);
+        let keeps = |standing| self.excess_of_m(standing, allowed_m) <= 0.0;
+        keeps(end)
+            && shares
+                .iter()
+                .all(|&share| keeps(self.standing(&between(from, to, share))))
+    }
+}
+
+/// The configuration at a share of the straight way.
+pub(crate) fn between(from: &JointPositions, to: &JointPositions, share: f64) -> JointPositions {
+    let mut q = *from;
+    for joint in 0..MOST_JOINTS {
+        q[joint] += share * (to[joint] - from[joint]);
+    }
+    q
+}
+
+fn segment_distance_m(point: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let way = to - from;
+    let square = way.length_squared();
+    let share = if square > 0.0 {
+        ((point - from).dot(way) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    point.distance(from + way * share)
+}

@@ -1,0 +1,81 @@
+//! What a search for the base's place by arrival is asked for.
+
+use crate::error::ArrivalError;
+use crate::target::WeightedTarget;
+use crate::waiting::WaitingConfig;
+use glam::DVec3;
+use hwall_kinematics::SrsArm;
+use hwall_numeric::check::{non_negative, that};
+use hwall_reachability::{PlacementConfig, Roll, Steps};
+
+/// Which places to try, and what they are judged by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArrivalPlacementConfig {
+    /// Positions and headings. Without [`least_behind_m`](PlacementConfig::least_behind_m) a base must stand behind the
+    /// walls of the targets that it serves: the board comes from behind.
+    pub placement: PlacementConfig,
+    /// How the waiting posture of each place is sought and judged.
+    pub waiting: WaitingConfig,
+    /// Positions that are judged by arrival: those that reach most targets; default 60.
+    pub judged: usize,
+    /// Of these, the best around which positions between those of the grid are tried; default 2.
+    pub refined: usize,
+    /// The base's column stands at least this far from walls, m; default 0.15.
+    pub base_radius_m: f64,
+    /// How many places to return; default 5.
+    pub best: usize,
+}
+
+impl ArrivalPlacementConfig {
+    /// The defaults for some positions.
+    #[must_use]
+    pub fn new(placement: PlacementConfig) -> Self {
+        Self {
+            placement,
+            waiting: WaitingConfig::default(),
+            judged: 60,
+            refined: 2,
+            base_radius_m: 0.15,
+            best: 5,
+        }
+    }
+
+    /// The defaults for all positions from which the arm may reach a target, `grid_m` apart, the base at `base_height_m`:
+    /// eight headings, quarter turns of the board.
+    ///
+    /// # Errors
+    /// No targets, NaN or infinity, a grid that is not positive or has too many positions.
+    pub fn around(
+        arm: &SrsArm,
+        targets: &[WeightedTarget],
+        grid_m: f64,
+        base_height_m: f64,
+    ) -> Result<Self, ArrivalError> {
+        let points = || targets.iter().map(|t| t.target.point_m);
+        let (Some(min), Some(max)) = (points().reduce(DVec3::min), points().reduce(DVec3::max))
+        else {
+            return Err(ArrivalError::Empty { what: "targets" });
+        };
+        let far_m = arm.shoulder_wrist_range().longest_m + 0.2;
+        let x = Steps::spanning(min.x - far_m, max.x + far_m, grid_m)?;
+        let y = Steps::spanning(min.y - far_m, max.y + far_m, grid_m)?;
+        Ok(Self::new(PlacementConfig {
+            roll: Roll::quarter_turns(),
+            ..PlacementConfig::new(x, y, base_height_m)
+        }))
+    }
+
+    /// Rejects settings out of range.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), ArrivalError> {
+        self.waiting.validate()?;
+        non_negative("base_radius_m", self.base_radius_m)?;
+        for (what, count) in [("judged", self.judged), ("best", self.best)] {
+            let some = (1..=100_000).contains(&count);
+            that(some, what, count as f64, "between 1 and 100000")?;
+        }
+        Ok(())
+    }
+}

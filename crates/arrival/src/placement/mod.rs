@@ -1,0 +1,7 @@
+//! Where the base should stand, by arrival.
+
+mod config;
+mod search;
+
+pub use config::ArrivalPlacementConfig;
+pub use search::{ArrivalPlacement, ArrivalPlacements, place_base_by_arrival};

@@ -1,0 +1,341 @@
+//! The search: many places judged quickly, a few closely.
+
+use super::config::ArrivalPlacementConfig;
+use crate::board::BoardExtent;
+use crate::error::ArrivalError;
+use crate::length::longest_m;
+use crate::passage::Passage;
+use crate::surfaces::Surfaces;
+use crate::target::WeightedTarget;
+use crate::waiting::{
+    PostureArrivals, Quick, WaitingConfig, check_targets, judge_posture, waiting_posture,
+};
+use glam::{DMat3, DVec3};
+use hwall_geometry::Pose;
+use hwall_kinematics::SrsArm;
+use hwall_motion::MotionLimits;
+use hwall_reachability::{
+    Interval, PlacementConfig, PlacementScores, Target, WallFacet, place_base,
+};
+
+/// One place for the base, and how soon its arm is where people touch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArrivalPlacement {
+    /// The base frame in the room.
+    pub room_from_base: Pose,
+    /// Turn of the base about the vertical, rad.
+    pub heading_rad: f64,
+    /// Share of all targets, by weight, that are reached within the budget.
+    pub in_time_share: f64,
+    /// The waiting posture, and the time to each target from it.
+    pub arrivals: PostureArrivals,
+}
+
+/// The best places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArrivalPlacements {
+    /// By the share in time, best first.
+    pub best: Vec<ArrivalPlacement>,
+    /// Places that were judged by arrival.
+    pub judged: usize,
+    /// How many targets each position and heading of the grid reaches, from behind.
+    pub coverage: PlacementScores,
+}
+
+/// Scores places by how many targets are reached in time from a waiting posture of their own.
+///
+/// `targets` and `facets` (with normals to the side that is touched) in the room. Positions that reach most targets
+/// are judged quickly; around the best of them positions between those of the grid and other headings are tried; the best of
+/// all are judged closely. The same input gives the same places.
+///
+/// # Errors
+/// As [`place_base`] and [`waiting_posture`].
+pub fn place_base_by_arrival(
+    arm: &SrsArm,
+    targets: &[WeightedTarget],
+    facets: &[WallFacet],
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &ArrivalPlacementConfig,
+) -> Result<ArrivalPlacements, ArrivalError> {
+    config.validate()?;
+    board.validate()?;
+    limits.validate()?;
+    check_targets(targets)?;
+    let plain: Vec<Target> = targets.iter().map(|t| t.target).collect();
+    let from_behind = PlacementConfig {
+        least_behind_m: config.placement.least_behind_m.or(Some(0.0)),
+        best: 1,
+        ..config.placement.clone()
+    };
+    let coverage = place_base(arm, &plain, &from_behind)?;
+    let room = Room {
+        arm,
+        targets,
+        facets,
+        board,
+        limits,
+        config,
+        least_behind_m: from_behind.least_behind_m.unwrap_or(0.0),
+    };
+    let mut judged: Vec<Judged> = Vec::new();
+    for place in most_covering(&room, &coverage, config.judged) {
+        judged.extend(room.judge(place)?);
+    }
+    if judged.is_empty() {
+        return Err(ArrivalError::OutOfReach {
+            places: targets.len(),
+        });
+    }
+    let by_share = |a: &Judged, b: &Judged| b.share.total_cmp(&a.share);
+    judged.sort_by(by_share);
+    let spacing_m = from_behind.x.spacing_m().max(from_behind.y.spacing_m());
+    for i in 0..config.refined.min(judged.len()) {
+        let refined = room.refine(judged[i], spacing_m, &mut judged)?;
+        judged.push(refined);
+    }
+    judged.sort_by(by_share);
+    let mut best: Vec<ArrivalPlacement> = Vec::with_capacity(config.best);
+    let mut taken: Vec<Place> = Vec::with_capacity(config.best);
+    for candidate in &judged {
+        let place = candidate.place;
+        let near = |other: &Place| other.base_m.distance(place.base_m) < 0.5 * spacing_m;
+        if taken.iter().any(near) {
+            continue;
+        }
+        taken.push(place);
+        best.push(room.judge_closely(place)?);
+        if best.len() == config.best {
+            break;
+        }
+    }
+    best.sort_by(|a, b| b.in_time_share.total_cmp(&a.in_time_share));
+    Ok(ArrivalPlacements {
+        best,
+        judged: judged.len(),
+        coverage,
+    })
+}
+
+/// Where the base may stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Place {
+    base_m: DVec3,
+    heading_rad: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Judged {
+    place: Place,
+    /// Of the targets in time, softly.
+    share: f64,
+}
+
+/// The positions of the grid that reach most targets, each at the heading that does, and of equal headings the one that
+/// looks most along the normals of the targets nearby.
+fn most_covering(room: &Room, coverage: &PlacementScores, count: usize) -> Vec<Place> {
+    let config = coverage.config();
+    let mut found = Vec::new();
+    for (iy, y) in config.y.iter().enumerate() {
+        for (ix, x) in config.x.iter().enumerate() {
+            let base_m = DVec3::new(x, y, config.z_m);
+            let reached = coverage.cell(ix, iy).map_or(0, |cell| cell.reachable);
+            if reached > 0 && room.has_space_at(base_m) {
+                found.push((reached, base_m, [ix, iy]));
+            }
+        }
+    }
+    found.sort_by_key(|(reached, ..)| std::cmp::Reverse(*reached));
+    found.truncate(count);
+    let with_heading = |(reached, base_m, [ix, iy]): (usize, DVec3, [usize; 2])| {
+        let towards = room.normals_near(base_m);
+        let ahead =
+            |heading_rad: f64| DVec3::new(heading_rad.cos(), heading_rad.sin(), 0.0).dot(towards);
+        let headings = config.headings_rad.iter().enumerate();
+        let best = headings
+            .filter(|(i, _)| coverage.reachable(ix, iy, *i) == Some(reached))
+            .map(|(_, heading_rad)| *heading_rad)
+            .max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)));
+        best.map(|heading_rad| Place {
+            base_m,
+            heading_rad,
+        })
+    };
+    found.into_iter().filter_map(with_heading).collect()
+}
+
+/// What all places have in common.
+struct Room<'a> {
+    arm: &'a SrsArm,
+    targets: &'a [WeightedTarget],
+    facets: &'a [WallFacet],
+    board: BoardExtent,
+    limits: &'a MotionLimits,
+    config: &'a ArrivalPlacementConfig,
+    least_behind_m: f64,
+}
+
+/// The room from a base.
+struct FromBase {
+    room_from_base: Pose,
+    targets: Vec<WeightedTarget>,
+    surfaces: Surfaces,
+}
+
+impl Room<'_> {
+    /// Does the base's column stand clear behind the walls that it is behind?
+    fn has_space_at(&self, base_m: DVec3) -> bool {
+        let radius_m = self.config.base_radius_m;
+        let upper_m = self.arm.geometry().d_bs_m.max(0.0);
+        self.facets.iter().all(|facet| {
+            let along = DVec3::Z.cross(facet.normal).normalize_or_zero();
+            let off_m = facet.normal.normalize_or_zero().dot(base_m - facet.point_m);
+            let s_m = facet.outline_m.iter().map(|p| along.dot(*p - base_m));
+            let (lo, hi) = s_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), s| {
+                (lo.min(s), hi.max(s))
+            });
+            let apart = off_m.abs() >= radius_m || lo >= radius_m || hi <= -radius_m;
+            let (low_m, high_m) = (facet.heights.lo_m - base_m.z, facet.heights.hi_m - base_m.z);
+            apart || low_m >= upper_m || high_m <= 0.0
+        })
+    }
+
+    /// The sum of the normals of the targets about within reach.
+    fn normals_near(&self, base_m: DVec3) -> DVec3 {
+        let longest_m = longest_m(self.arm);
+        let near = self.targets.iter().filter(|t| {
+            let way_m = t.target.point_m - base_m;
+            let normal = t.target.normal.normalize_or_zero();
+            way_m.length() <= longest_m && normal.dot(way_m) >= self.least_behind_m
+        });
+        near.map(|t| t.target.normal.normalize_or_zero() * t.weight)
+            .sum()
+    }
+
+    fn seen_from(&self, place: Place) -> Result<FromBase, ArrivalError> {
+        let rotation = DMat3::from_rotation_z(place.heading_rad);
+        let room_from_base = Pose::new(rotation, place.base_m)?;
+        let base_from_room = room_from_base.inverse();
+        let turned = |v: DVec3| base_from_room.rotation() * v;
+        let seen = |p: DVec3| turned(p) + base_from_room.position_m();
+        let targets = self.targets.iter().map(|t| {
+            let point_m = seen(t.target.point_m);
+            let normal = turned(t.target.normal);
+            let behind = normal.normalize_or_zero().dot(point_m) >= self.least_behind_m;
+            WeightedTarget {
+                // One that it may not serve is moved out of reach, and still counts.
+                target: Target {
+                    point_m: if behind { point_m } else { DVec3::Z * 1e3 },
+                    normal,
+                },
+                weight: t.weight,
+            }
+        });
+        let facets: Vec<WallFacet> = self
+            .facets
+            .iter()
+            .map(|facet| WallFacet {
+                point_m: seen(facet.point_m),
+                normal: turned(facet.normal),
+                heights: Interval::new(
+                    facet.heights.lo_m - place.base_m.z,
+                    facet.heights.hi_m - place.base_m.z,
+                ),
+                outline_m: facet.outline_m.iter().map(|&p| seen(p)).collect(),
+            })
+            .collect();
+        let margin_m = self.config.waiting.clearance.margin_m;
+        let surfaces = Surfaces::from_facets(&facets, margin_m)?;
+        Ok(FromBase {
+            room_from_base,
+            targets: targets.collect(),
+            surfaces: surfaces.within_reach_of(self.arm),
+        })
+    }
+
+    /// A quick judgement; `None` where nothing is within reach.
+    fn judge(&self, place: Place) -> Result<Option<Judged>, ArrivalError> {
+        /// Starts followed for a place.
+        const STARTS: usize = 2;
+        if !self.has_space_at(place.base_m) {
+            return Ok(None);
+        }
+        let seen = self.seen_from(place)?;
+        let waiting: &WaitingConfig = &self.config.waiting;
+        let passage = Passage {
+            arm: self.arm,
+            board: self.board,
+            surfaces: &seen.surfaces,
+            clearance: waiting.clearance,
+        };
+        let quick = Quick::new(passage, &seen.targets, self.limits, waiting)?;
+        match quick.descents(STARTS) {
+            Ok(ends) => {
+                let best = ends.first().map(|(q, _)| quick.in_time_share(q));
+                Ok(best.map(|share| Judged { place, share }))
+            }
+            Err(ArrivalError::OutOfReach { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The best of a place and its surroundings, by steps that are halved.
+    fn refine(
+        &self,
+        from: Judged,
+        spacing_m: f64,
+        judged: &mut Vec<Judged>,
+    ) -> Result<Judged, ArrivalError> {
+        let mut best = from;
+        let mut step = 0.5;
+        while step > 0.2 {
+            let turn_rad = step * 0.5;
+            let moves = [
+                (DVec3::X * spacing_m * step, 0.0),
+                (DVec3::NEG_X * spacing_m * step, 0.0),
+                (DVec3::Y * spacing_m * step, 0.0),
+                (DVec3::NEG_Y * spacing_m * step, 0.0),
+                (DVec3::ZERO, turn_rad),
+                (DVec3::ZERO, -turn_rad),
+            ];
+            let centre = best.place;
+            for (shift, turn) in moves {
+                let place = Place {
+                    base_m: centre.base_m + shift,
+                    heading_rad: centre.heading_rad + turn,
+                };
+                if let Some(found) = self.judge(place)? {
+                    judged.push(found);
+                    if found.share > best.share {
+                        best = found;
+                    }
+                }
+            }
+            step *= 0.5;
+        }
+        Ok(best)
+    }
+
+    fn judge_closely(&self, place: Place) -> Result<ArrivalPlacement, ArrivalError> {
+        let seen = self.seen_from(place)?;
+        let waiting = &self.config.waiting;
+        let (arm, board, limits) = (self.arm, self.board, self.limits);
+        let found = waiting_posture(arm, &seen.targets, &seen.surfaces, board, limits, waiting)?;
+        let arrivals = judge_posture(
+            &found.q,
+            arm,
+            &seen.targets,
+            &seen.surfaces,
+            board,
+            limits,
+            waiting,
+        )?;
+        let reached = arrivals.posture.reached_share;
+        Ok(ArrivalPlacement {
+            room_from_base: seen.room_from_base,
+            heading_rad: place.heading_rad,
+            in_time_share: reached * (1.0 - arrivals.posture.late_share),
+            arrivals,
+        })
+    }
+}

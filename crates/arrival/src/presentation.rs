@@ -1,0 +1,191 @@
+//! All ways to hold the board at a place: branches, arm angles and rolls.
+
+use glam::DVec3;
+use hwall_geometry::Pose;
+use hwall_kinematics::{Branch, JointLimit, JointPositions, MOST_JOINTS, SrsArm};
+use hwall_reachability::WallPlane;
+use std::f64::consts::{PI, TAU};
+
+use crate::error::ArrivalError;
+
+/// One way to hold the board at a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Presentation {
+    pub(crate) q: JointPositions,
+    pub(crate) branch: Branch,
+    pub(crate) arm_angle_rad: f64,
+    /// Index of the roll.
+    pub(crate) roll: u8,
+}
+
+/// The arm as a presenter of boards.
+#[derive(Debug, Clone)]
+pub(crate) struct Presenter {
+    arm: SrsArm,
+    /// Without the limit of joint 7, where a roll changes joint 7 only.
+    free_turn: Option<SrsArm>,
+    rolls_rad: Vec<f64>,
+    arm_angles_rad: Vec<f64>,
+}
+
+impl Presenter {
+    /// Arm angles `spacing_rad` apart are tried, or less.
+    pub(crate) fn new(
+        arm: &SrsArm,
+        rolls_rad: &[f64],
+        spacing_rad: f64,
+    ) -> Result<Self, ArrivalError> {
+        let tool = arm.flange_from_tool();
+        let (offset, axis) = (tool.position_m(), tool.rotation().z_axis);
+        // The rounding of a tool that was meant to be centred.
+        let centred = offset.truncate().length() < 1e-14 && axis.truncate().length() < 1e-14;
+        let free_turn = if centred && axis.z > 0.0 {
+            let mut limits = *arm.limits();
+            limits[6] = JointLimit::FREE;
+            arm.with_limits(limits).ok()
+        } else {
+            None
+        };
+        let count = (TAU / spacing_rad).ceil().clamp(1.0, 3600.0) as usize;
+        let arm_angles_rad = (0..count).map(|i| TAU * i as f64 / count as f64 - PI);
+        Ok(Self {
+            arm: arm.clone(),
+            free_turn,
+            rolls_rad: rolls_rad.to_vec(),
+            arm_angles_rad: arm_angles_rad.collect(),
+        })
+    }
+
+    pub(crate) fn rolls_rad(&self) -> &[f64] {
+        &self.rolls_rad
+    }
+
+    fn pose(&self, plane: &WallPlane, point_m: DVec3, roll: usize) -> Option<Pose> {
+        Pose::new(plane.board_rotation(self.rolls_rad[roll]), point_m).ok()
+    }
+
+    /// Appends the configurations that hold the board at a point of a plane. Joints without limit, or with more than a
+    /// turn, are turned towards `near`. None is appended where the arm cannot hold it.
+    pub(crate) fn present(
+        &self,
+        plane: &WallPlane,
+        point_m: DVec3,
+        near: &JointPositions,
+        out: &mut Vec<Presentation>,
+    ) {
+        /// Fewer than this: the place is near the end of what can be reached, and the arcs are asked.
+        const FEW: usize = 6;
+        let before = out.len();
+        if let Some(arm) = &self.free_turn {
+            let Some(pose) = self.pose(plane, point_m, 0) else {
+                return;
+            };
+            for &arm_angle_rad in &self.arm_angles_rad {
+                let found = arm.solutions(&pose, arm_angle_rad);
+                for (branch, q) in Branch::ALL.into_iter().zip(found) {
+                    let Some(q) = q else { continue };
+                    for (roll, roll_rad) in self.rolls_rad.iter().enumerate() {
+                        let mut q = q;
+                        q[6] += roll_rad - self.rolls_rad[0];
+                        self.push(q, near, branch, arm_angle_rad, roll, out);
+                    }
+                }
+            }
+        } else {
+            for roll in 0..self.rolls_rad.len() {
+                let Some(pose) = self.pose(plane, point_m, roll) else {
+                    return;
+                };
+                for &arm_angle_rad in &self.arm_angles_rad {
+                    let found = self.arm.solutions(&pose, arm_angle_rad);
+                    for (branch, q) in Branch::ALL.into_iter().zip(found) {
+                        if let Some(q) = q {
+                            self.push(q, near, branch, arm_angle_rad, roll, out);
+                        }
+                    }
+                }
+            }
+        }
+        if out.len() < before + FEW {
+            self.present_on_arcs(plane, point_m, near, out);
+        }
+    }
+
+    /// The arm angles of a grid may miss narrow arcs: these are exact.
+    fn present_on_arcs(
+        &self,
+        plane: &WallPlane,
+        point_m: DVec3,
+        near: &JointPositions,
+        out: &mut Vec<Presentation>,
+    ) {
+        for roll in 0..self.rolls_rad.len() {
+            let Some(pose) = self.pose(plane, point_m, roll) else {
+                return;
+            };
+            let Ok(angles) = self.arm.feasible_arm_angles(&pose) else {
+                continue;
+            };
+            for branch in angles.branches() {
+                for arc in angles.arcs(branch) {
+                    for share in [0.5, 0.1, 0.9] {
+                        let arm_angle_rad = arc.start_rad + share * arc.width_rad();
+                        let q = angles.configuration(&self.arm, branch, arm_angle_rad, near);
+                        if let Some(q) = q {
+                            self.push(q, near, branch, arm_angle_rad, roll, out);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The configuration of a branch and roll at one arm angle, if it is within the limits.
+    pub(crate) fn at(
+        &self,
+        plane: &WallPlane,
+        point_m: DVec3,
+        like: &Presentation,
+        arm_angle_rad: f64,
+    ) -> Option<Presentation> {
+        let pose = self.pose(plane, point_m, usize::from(like.roll))?;
+        let q = self.arm.solutions(&pose, arm_angle_rad)[like.branch.index()]?;
+        let mut q = q;
+        self.turn_towards(&mut q, &like.q)?;
+        Some(Presentation {
+            q,
+            arm_angle_rad,
+            ..*like
+        })
+    }
+
+    fn push(
+        &self,
+        mut q: JointPositions,
+        near: &JointPositions,
+        branch: Branch,
+        arm_angle_rad: f64,
+        roll: usize,
+        out: &mut Vec<Presentation>,
+    ) {
+        if self.turn_towards(&mut q, near).is_some() {
+            out.push(Presentation {
+                q,
+                branch,
+                arm_angle_rad,
+                roll: roll as u8,
+            });
+        }
+    }
+
+    /// Turns each joint by full turns to the place within its limit nearest to `near`; `None` if there is none.
+    fn turn_towards(&self, q: &mut JointPositions, near: &JointPositions) -> Option<()> {
+        for joint in (0..MOST_JOINTS).step_by(2) {
+            let limit = &self.arm.limits()[joint];
+            let ideal = q[joint] - TAU * ((q[joint] - near[joint]) / TAU).round();
+            let turned = [ideal, ideal - TAU, ideal + TAU];
+            q[joint] = turned.into_iter().find(|angle| limit.contains(*angle))?;
+        }
+        Some(())
+    }
+}

@@ -1,0 +1,85 @@
+//! What a waiting posture is asked for.
+
+use crate::atlas::{check_arm_angle_step, check_rolls};
+use crate::error::ArrivalError;
+use crate::passage::ClearanceConfig;
+use crate::strain::StrainConfig;
+use hwall_kinematics::JointPositions;
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// What a waiting posture is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WaitingConfig {
+    /// Time between the instant at which a target is known and the touch, s; default 0.7, about what is left of a
+    /// reach when the gaze has landed and was noticed.
+    pub budget_s: f64,
+    /// How sharply lateness begins at the budget, s: an arrival this much before it counts a little already, because
+    /// budgets differ from touch to touch. Default 0.05.
+    pub softness_s: f64,
+    /// The board waits at least this far behind every surface that is in front of it, m; default 0.08.
+    pub standoff_m: f64,
+    /// The middle of the board may be this far from a target along the wall, m; default 0.
+    pub slack_m: f64,
+    /// Rolls of the board that may be used at the targets, rad; default the four quarter turns.
+    pub rolls_rad: Vec<f64>,
+    /// Distance between the arm angles that are tried, rad; default 10 degrees, twice that while searching.
+    pub arm_angle_step_rad: f64,
+    /// Most targets looked at while searching; default 50, three times that at the end. What is reported is of all.
+    pub most_targets: usize,
+    /// Starts followed to their end; default 12.
+    pub starts: usize,
+    /// Postures to start from besides those that are made from the targets; default none.
+    pub start_from: Vec<JointPositions>,
+    /// A way to a target that is not clear counts this much longer, s; default 0.3.
+    pub blocked_price_s: f64,
+    /// Price of limits and singular poses, of the posture itself too.
+    pub strain: StrainConfig,
+    /// Distances that the board and the arm keep on the way.
+    pub clearance: ClearanceConfig,
+}
+
+impl Default for WaitingConfig {
+    fn default() -> Self {
+        Self {
+            budget_s: 0.7,
+            softness_s: 0.05,
+            standoff_m: 0.08,
+            slack_m: 0.0,
+            rolls_rad: vec![0.0, FRAC_PI_2, PI, -FRAC_PI_2],
+            arm_angle_step_rad: 10_f64.to_radians(),
+            most_targets: 50,
+            starts: 12,
+            start_from: Vec::new(),
+            blocked_price_s: 0.3,
+            strain: StrainConfig::default(),
+            clearance: ClearanceConfig::default(),
+        }
+    }
+}
+
+impl WaitingConfig {
+    /// Rejects settings out of range.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), ArrivalError> {
+        positive("budget_s", self.budget_s)?;
+        positive("softness_s", self.softness_s)?;
+        non_negative("standoff_m", self.standoff_m)?;
+        non_negative("slack_m", self.slack_m)?;
+        check_rolls(&self.rolls_rad)?;
+        check_arm_angle_step(self.arm_angle_step_rad)?;
+        for (what, count) in [("most_targets", self.most_targets), ("starts", self.starts)] {
+            let some = (1..=10_000).contains(&count);
+            that(some, what, count as f64, "between 1 and 10000")?;
+        }
+        for start in &self.start_from {
+            all_finite("start_from", &start.0)?;
+        }
+        non_negative("blocked_price_s", self.blocked_price_s)?;
+        self.strain.validate()?;
+        self.clearance.validate()?;
+        Ok(())
+    }
+}

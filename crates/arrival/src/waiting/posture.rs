@@ -1,0 +1,282 @@
+//! The waiting posture, and what a posture is worth.
+
+use super::config::WaitingConfig;
+use super::problem::{Problem, check_targets};
+use super::search::{self, StepRange};
+use crate::board::BoardExtent;
+use crate::error::ArrivalError;
+use crate::passage::{COARSE, MEDIUM, Passage};
+use crate::presentation::Presenter;
+use crate::surfaces::Surfaces;
+use crate::target::{TouchRange, WeightedTarget, targets_of_maps};
+use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_motion::MotionLimits;
+use hwall_reachability::WallMaps;
+
+/// Where the arm waits, and what it is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WaitingPosture {
+    /// Joint positions within the limits, rad.
+    pub q: JointPositions,
+    /// Mean time to the targets within reach, by weight, s.
+    pub mean_arrival_s: f64,
+    /// Share of the targets within reach, by weight, whose time is beyond the budget.
+    pub late_share: f64,
+    /// Mean of what the times are beyond the budget, s.
+    pub expected_lateness_s: f64,
+    /// Share of the targets within reach, by weight, to which a clear way leads.
+    pub clear_share: f64,
+    /// Share of all targets, by weight, that are within reach.
+    pub reached_share: f64,
+    /// How far the board is behind the surfaces in front of it, m: less than asked for only if the scene leaves no
+    /// more. Infinite without surfaces.
+    pub standoff_m: f64,
+}
+
+/// The time to every target from a posture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PostureArrivals {
+    /// What they amount to.
+    pub posture: WaitingPosture,
+    /// Least time to each target, s, clear ways first; `None` out of reach.
+    pub arrivals_s: Vec<Option<f64>>,
+    /// Weights of the targets.
+    pub weights: Vec<f64>,
+}
+
+impl PostureArrivals {
+    /// Share of the targets within reach, by weight, that are reached within a time (s); NaN gives 0.
+    #[must_use]
+    pub fn share_within(&self, time_s: f64) -> f64 {
+        let (mut within, mut all) = (0.0, 0.0);
+        for (arrival, weight) in self.arrivals_s.iter().zip(&self.weights) {
+            if let Some(arrival_s) = arrival {
+                all += weight;
+                within += if *arrival_s <= time_s { *weight } else { 0.0 };
+            }
+        }
+        if all > 0.0 { within / all } else { 0.0 }
+    }
+
+    /// The time within which a share (0 to 1) of the targets within reach, by weight, is reached, s.
+    #[must_use]
+    pub fn quantile_s(&self, share: f64) -> f64 {
+        let reached = self.arrivals_s.iter().zip(&self.weights);
+        let mut sorted: Vec<(f64, f64)> = reached
+            .filter_map(|(arrival, weight)| Some(((*arrival)?, *weight)))
+            .collect();
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: f64 = sorted.iter().map(|(_, weight)| weight).sum();
+        let mut sum = 0.0;
+        for (arrival_s, weight) in &sorted {
+            sum += weight;
+            if sum >= share * all * (1.0 - 1e-12) {
+                return *arrival_s;
+            }
+        }
+        sorted.last().map_or(f64::NAN, |last| last.0)
+    }
+}
+
+/// The posture of least expected lateness for a distribution of touches.
+///
+/// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. The loss of a posture
+/// is the mean over the targets of how late the fastest clear way arrives, with a soft beginning at the budget; the
+/// board must stand behind the surfaces by a standoff. Starts are made from the targets and followed by a descent; the
+/// same input gives the same posture.
+///
+/// # Errors
+/// A setting, limit or target that makes no sense, no targets, none within reach.
+pub fn waiting_posture(
+    arm: &SrsArm,
+    targets: &[WeightedTarget],
+    surfaces: &Surfaces,
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+) -> Result<WaitingPosture, ArrivalError> {
+    let q = found(arm, targets, surfaces, board, limits, config)?;
+    Ok(judge_posture(&q, arm, targets, surfaces, board, limits, config)?.posture)
+}
+
+/// As [`waiting_posture`], for the walls of a room and the heights at which people touch.
+///
+/// # Errors
+/// As [`waiting_posture`] and [`targets_of_maps`].
+pub fn waiting_posture_of_maps(
+    arm: &SrsArm,
+    maps: &WallMaps,
+    range: &TouchRange,
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+) -> Result<WaitingPosture, ArrivalError> {
+    config.validate()?;
+    let targets = targets_of_maps(maps, range)?;
+    let surfaces = Surfaces::from_maps(maps, config.clearance.margin_m)?;
+    waiting_posture(arm, &targets, &surfaces, board, limits, config)
+}
+
+/// The time to every target from a given posture.
+///
+/// # Errors
+/// As [`waiting_posture`], and a posture outside the limits.
+pub fn judge_posture(
+    q: &JointPositions,
+    arm: &SrsArm,
+    targets: &[WeightedTarget],
+    surfaces: &Surfaces,
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+) -> Result<PostureArrivals, ArrivalError> {
+    check(targets, board, limits, config)?;
+    crate::atlas::check_waiting(arm, q)?;
+    let passage = Passage {
+        arm,
+        board,
+        surfaces,
+        clearance: config.clearance,
+    };
+    let step_rad = config.arm_angle_step_rad;
+    let all = targets.len();
+    let problem = Problem::new(passage, limits, config, targets, all, step_rad, MEDIUM)?;
+    if problem.places().is_empty() {
+        return Err(ArrivalError::OutOfReach {
+            places: targets.len(),
+        });
+    }
+    let mut arrivals_s = vec![None; targets.len()];
+    let [mut weight, mut mean_s, mut late, mut lateness_s, mut clear] = [0.0; 5];
+    for place in problem.places() {
+        let arrival = problem.arrival(place, q);
+        arrivals_s[place.index] = Some(arrival.time_s);
+        let beyond_s = (arrival.time_s - config.budget_s).max(0.0);
+        weight += place.weight;
+        mean_s += place.weight * arrival.time_s;
+        late += if beyond_s > 0.0 { place.weight } else { 0.0 };
+        lateness_s += place.weight * beyond_s;
+        clear += if arrival.clear { place.weight } else { 0.0 };
+    }
+    Ok(PostureArrivals {
+        posture: WaitingPosture {
+            q: *q,
+            mean_arrival_s: mean_s / weight,
+            late_share: late / weight,
+            expected_lateness_s: lateness_s / weight,
+            clear_share: clear / weight,
+            reached_share: weight / problem.total_weight,
+            standoff_m: problem.standoff_m(q),
+        },
+        arrivals_s,
+        weights: targets.iter().map(|t| t.weight).collect(),
+    })
+}
+
+fn check(
+    targets: &[WeightedTarget],
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+) -> Result<(), ArrivalError> {
+    config.validate()?;
+    board.validate()?;
+    limits.validate()?;
+    check_targets(targets)
+}
+
+fn found(
+    arm: &SrsArm,
+    targets: &[WeightedTarget],
+    surfaces: &Surfaces,
+    board: BoardExtent,
+    limits: &MotionLimits,
+    config: &WaitingConfig,
+) -> Result<JointPositions, ArrivalError> {
+    check(targets, board, limits, config)?;
+    let passage = Passage {
+        arm,
+        board,
+        surfaces,
+        clearance: config.clearance,
+    };
+    let quick = Quick::new(passage, targets, limits, config)?;
+    let candidates = quick.descents(config.starts)?;
+    let step_rad = config.arm_angle_step_rad;
+    let most = config.most_targets.saturating_mul(3);
+    let fine = Problem::new(passage, limits, config, targets, most, step_rad, MEDIUM)?;
+    let last = StepRange {
+        first_rad: 0.06,
+        last_rad: 0.005,
+    };
+    let mut best: Option<(JointPositions, f64)> = None;
+    for (q, _) in candidates.iter().take(2) {
+        let found = search::descend(&fine, *q, last);
+        if best.is_none_or(|(_, least)| found.1 < least) {
+            best = Some(found);
+        }
+    }
+    best.map(|(q, _)| q).ok_or(ArrivalError::OutOfReach {
+        places: targets.len(),
+    })
+}
+
+/// A search over few targets and arm angles.
+pub(crate) struct Quick<'a> {
+    problem: Problem<'a>,
+    presenter: Presenter,
+    targets: usize,
+}
+
+impl<'a> Quick<'a> {
+    /// The settings and targets must have been checked.
+    pub(crate) fn new(
+        passage: Passage<'a>,
+        targets: &[WeightedTarget],
+        limits: &'a MotionLimits,
+        config: &'a WaitingConfig,
+    ) -> Result<Self, ArrivalError> {
+        let step_rad = 2.0 * config.arm_angle_step_rad;
+        let most = config.most_targets;
+        let problem = Problem::new(passage, limits, config, targets, most, step_rad, COARSE)?;
+        let start_step_rad = search::start_angle_step_rad();
+        let presenter = Presenter::new(passage.arm, &config.rolls_rad, start_step_rad)?;
+        Ok(Self {
+            problem,
+            presenter,
+            targets: targets.len(),
+        })
+    }
+
+    /// The ends of the best starts' descents with their losses, best first.
+    pub(crate) fn descents(
+        &self,
+        starts: usize,
+    ) -> Result<Vec<(JointPositions, f64)>, ArrivalError> {
+        if self.problem.places().is_empty() {
+            return Err(ArrivalError::OutOfReach {
+                places: self.targets,
+            });
+        }
+        let starts = search::starts(&self.problem, &self.presenter, starts);
+        let mut ends: Vec<(JointPositions, f64)> = starts.into_iter().map(|q| (q, 0.0)).collect();
+        // Large steps for all, small ones for those that were then best.
+        for (first_rad, last_rad) in [(0.2, 0.1), (0.05, 0.025)] {
+            let steps = StepRange {
+                first_rad,
+                last_rad,
+            };
+            for end in &mut ends {
+                *end = search::descend(&self.problem, end.0, steps);
+            }
+            ends.sort_by(|a, b| a.1.total_cmp(&b.1));
+            ends.truncate(ends.len().div_ceil(4));
+        }
+        Ok(ends)
+    }
+
+    /// Share of all targets, by weight, that a posture reaches within the budget, counted softly.
+    pub(crate) fn in_time_share(&self, q: &JointPositions) -> f64 {
+        self.problem.in_time_share(q)
+    }
+}

@@ -1,0 +1,318 @@
+//! What a posture is worth: the time from it to every target, by the fastest way to hold the board there.
+
+use super::config::WaitingConfig;
+use crate::error::ArrivalError;
+use crate::length::longest_m;
+use crate::passage::Passage;
+use crate::presentation::{Presentation, Presenter};
+use crate::target::WeightedTarget;
+use glam::DVec3;
+use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use hwall_motion::MotionLimits;
+use hwall_numeric::check::{all_finite, non_negative};
+use hwall_reachability::WallPlane;
+
+/// A way that is not clear is passed over for a slower one this often.
+const DETOURS: usize = 3;
+
+/// What a lack of distance costs a posture, s/m.
+const LACK_S_PER_M: f64 = 20.0;
+
+/// Arrivals count a little even where none is late, so that a posture in the middle is preferred.
+const SHARE_OF_MEAN: f64 = 0.05;
+
+/// The targets that can be reached, with all ways to present them.
+#[derive(Debug, Clone)]
+pub(crate) struct Problem<'a> {
+    pub(super) passage: Passage<'a>,
+    pub(super) limits: &'a MotionLimits,
+    pub(super) config: &'a WaitingConfig,
+    pub(super) shares: &'static [f64],
+    places: Vec<Place>,
+    /// Weight of all targets, out of reach or not.
+    pub(super) total_weight: f64,
+}
+
+/// One target within reach.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// Its index in the list of targets.
+    pub(super) index: usize,
+    pub(super) weight: f64,
+    pub(super) plane: WallPlane,
+    pub(super) point_m: DVec3,
+    ways: Vec<Way>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    q: JointPositions,
+    /// Price of strain, s.
+    strain_s: f64,
+}
+
+/// A time that sorts; NaN last.
+#[derive(PartialEq)]
+struct OrderedTime(f64);
+
+impl Eq for OrderedTime {}
+
+impl PartialOrd for OrderedTime {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OrderedTime {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// An arrival from a posture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Arrival {
+    pub(super) time_s: f64,
+    pub(super) clear: bool,
+}
+
+impl<'a> Problem<'a> {
+    /// Targets with a weight and near enough, and no more than `most` of them, evenly out of the list.
+    pub(crate) fn new(
+        passage: Passage<'a>,
+        limits: &'a MotionLimits,
+        config: &'a WaitingConfig,
+        targets: &[WeightedTarget],
+        most: usize,
+        arm_angle_step_rad: f64,
+        shares: &'static [f64],
+    ) -> Result<Self, ArrivalError> {
+        let presenter = Presenter::new(passage.arm, &config.rolls_rad, arm_angle_step_rad)?;
+        let longest_m = longest_m(passage.arm) + config.slack_m;
+        let possible: Vec<usize> = (0..targets.len())
+            .filter(|&i| targets[i].target.point_m.length() <= longest_m && targets[i].weight > 0.0)
+            .collect();
+        let stride = (possible.len() as f64 / most as f64).max(1.0);
+        let count = (possible.len() as f64 / stride).round() as usize;
+        let mut places = Vec::with_capacity(count);
+        let mut found: Vec<Presentation> = Vec::new();
+        let near = JointPositions(passage.arm.limits().map(|l| l.middle_rad()));
+        let mut sampled_weight = 0.0;
+        for i in 0..count {
+            let index = possible[(((i as f64 + 0.5) * stride) as usize).min(possible.len() - 1)];
+            let WeightedTarget { target, weight } = targets[index];
+            sampled_weight += weight;
+            let plane = WallPlane::through(target.point_m, target.normal)?;
+            found.clear();
+            let (across, up) = (plane.along() * config.slack_m, DVec3::Z * config.slack_m);
+            presenter.present(&plane, target.point_m, &near, &mut found);
+            if config.slack_m > 0.0 {
+                for shift in [across, -across, up, -up] {
+                    presenter.present(&plane, target.point_m + shift, &near, &mut found);
+                }
+            }
+            if found.is_empty() {
+                continue;
+            }
+            let ways = found.iter().map(|way| Way {
+                q: way.q,
+                strain_s: config.strain.price_of_s(passage.arm, &way.q),
+            });
+            places.push(Place {
+                index,
+                weight,
+                plane,
+                point_m: target.point_m,
+                ways: ways.collect(),
+            });
+        }
+        // Those that were looked at stand for those that were not.
+        let possible_weight: f64 = possible.iter().map(|&i| targets[i].weight).sum();
+        for place in &mut places {
+            place.weight *= possible_weight / sampled_weight;
+        }
+        Ok(Self {
+            passage,
+            limits,
+            config,
+            shares,
+            places,
+            total_weight: targets.iter().map(|t| t.weight).sum(),
+        })
+    }
+
+    pub(super) fn places(&self) -> &[Place] {
+        &self.places
+    }
+
+    /// Only the ways that may be the fastest from postures near `q`: at most `more_s` slower than the fastest.
+    pub(super) fn near(&self, q: &JointPositions, more_s: f64) -> Self {
+        let near = |place: &Place| {
+            let least_s = self
+                .fastest(place, q, &[])
+                .map_or(0.0, |(way, time_s)| time_s + place.ways[way].strain_s);
+            let reach_rad = self.limits.farthest_rad(least_s + more_s);
+            let within =
+                |way: &&Way| (0..MOST_JOINTS).all(|j| (way.q[j] - q[j]).abs() <= reach_rad[j]);
+            let mut ways: Vec<Way> = place.ways.iter().filter(within).copied().collect();
+            // The first way that is looked at then rules out most others.
+            let time_s = |way: &Way| self.limits.travel_time_s(q, &way.q) + way.strain_s;
+            ways.sort_by_cached_key(|way| OrderedTime(time_s(way)));
+            Place { ways, ..*place }
+        };
+        Self {
+            places: self.places.iter().map(near).collect(),
+            ..*self
+        }
+    }
+
+    /// The time to a place from a posture.
+    pub(super) fn arrival(&self, place: &Place, q: &JointPositions) -> Arrival {
+        let mut refused = [usize::MAX; DETOURS];
+        let mut first: Option<Arrival> = None;
+        for attempt in 0..=DETOURS {
+            let Some((way, time_s)) = self.fastest(place, q, &refused) else {
+                break;
+            };
+            if self.passage.is_clear(q, &place.ways[way].q, self.shares) {
+                let blocked_s =
+                    first.map_or(f64::INFINITY, |f| f.time_s + self.config.blocked_price_s);
+                if time_s <= blocked_s {
+                    return Arrival {
+                        time_s,
+                        clear: true,
+                    };
+                }
+                break;
+            }
+            first = first.or(Some(Arrival {
+                time_s,
+                clear: false,
+            }));
+            if attempt < DETOURS {
+                refused[attempt] = way;
+            }
+        }
+        first.unwrap_or(Arrival {
+            time_s: f64::INFINITY,
+            clear: false,
+        })
+    }
+
+    /// The way of the least time and strain, and its time. Most ways are passed over by comparing joints with
+    /// how far they get in the best time so far.
+    fn fastest(
+        &self,
+        place: &Place,
+        q: &JointPositions,
+        refused: &[usize],
+    ) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        let mut least_s = f64::INFINITY;
+        let mut reach_rad = [f64::INFINITY; MOST_JOINTS];
+        for (index, way) in place.ways.iter().enumerate() {
+            let beyond = (0..MOST_JOINTS).any(|j| (way.q[j] - q[j]).abs() > reach_rad[j]);
+            if beyond || refused.contains(&index) {
+                continue;
+            }
+            let time_s = self.limits.travel_time_s(q, &way.q);
+            if time_s + way.strain_s < least_s {
+                least_s = time_s + way.strain_s;
+                best = Some((index, time_s));
+                reach_rad = self.limits.farthest_rad(least_s);
+            }
+        }
+        best
+    }
+
+    /// How late on average, softly, over the targets within reach, plus what the posture itself lacks; s. Infinite
+    /// outside the limits.
+    pub(super) fn loss_s(&self, q: &JointPositions) -> f64 {
+        let lack_s = self.lack_s(q);
+        if !lack_s.is_finite() {
+            return f64::INFINITY;
+        }
+        let (mut sum_s, mut weight) = (0.0, 0.0);
+        for place in &self.places {
+            let arrival = self.arrival(place, q);
+            let price_s = if arrival.clear {
+                0.0
+            } else {
+                self.config.blocked_price_s
+            };
+            let time_s = arrival.time_s + price_s;
+            sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
+            weight += place.weight;
+        }
+        sum_s / weight + lack_s
+    }
+
+    /// As [`loss_s`](Self::loss_s) with every way taken for clear and without what the posture lacks: cheaper.
+    pub(super) fn unblocked_s(&self, q: &JointPositions) -> f64 {
+        let (mut sum_s, mut weight) = (0.0, 0.0);
+        for place in &self.places {
+            let time_s = self
+                .fastest(place, q, &[])
+                .map_or(f64::INFINITY, |(_, time_s)| time_s);
+            sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
+            weight += place.weight;
+        }
+        sum_s / weight
+    }
+
+    /// What the posture itself lacks: distance to surfaces, to its own body, to limits.
+    pub(super) fn lack_s(&self, q: &JointPositions) -> f64 {
+        let arm = self.passage.arm;
+        if !arm.limits().iter().zip(q.0).all(|(l, q)| l.contains(q)) {
+            return f64::INFINITY;
+        }
+        let standing = self.passage.standing(q);
+        let lack_m = (standing.face_m + self.config.standoff_m).max(0.0)
+            + standing.links_m.max(0.0)
+            + (self.passage.clearance.own_body_m - standing.own_body_m).max(0.0);
+        LACK_S_PER_M * lack_m + self.config.strain.price_of_s(arm, q)
+    }
+
+    /// Lateness with a soft beginning: `τ ln(1 + exp((t - budget) / τ))`.
+    fn soft_lateness_s(&self, time_s: f64) -> f64 {
+        let softness_s = self.config.softness_s;
+        let x = (time_s - self.config.budget_s) / softness_s;
+        // Beyond 30 the logarithm is x to the last digit.
+        softness_s * if x > 30.0 { x } else { x.exp().ln_1p() }
+    }
+
+    /// Share of all targets, by weight, that are reached within the budget by a clear way; an arrival at the budget
+    /// counts one half.
+    pub(super) fn in_time_share(&self, q: &JointPositions) -> f64 {
+        let of_place = |place: &Place| {
+            let arrival = self.arrival(place, q);
+            let beyond = (arrival.time_s - self.config.budget_s) / self.config.softness_s;
+            let clear = if arrival.clear { 1.0 } else { 0.5 };
+            place.weight * clear / (1.0 + beyond.exp())
+        };
+        self.places.iter().map(of_place).sum::<f64>() / self.total_weight
+    }
+
+    /// How far behind the surfaces in front of it the board is, m.
+    pub(super) fn standoff_m(&self, q: &JointPositions) -> f64 {
+        -self.passage.standing(q).face_m
+    }
+}
+
+/// Rejects targets that make no sense.
+pub(crate) fn check_targets(targets: &[WeightedTarget]) -> Result<(), ArrivalError> {
+    if targets.is_empty() {
+        return Err(ArrivalError::Empty { what: "targets" });
+    }
+    let mut total = 0.0;
+    for WeightedTarget { target, weight } in targets {
+        all_finite("target", &target.point_m.to_array())?;
+        total += non_negative("weight of a target", *weight)?;
+    }
+    if total <= 0.0 || !total.is_finite() {
+        return Err(ArrivalError::Empty {
+            what: "targets with a weight",
+        });
+    }
+    Ok(())
+}

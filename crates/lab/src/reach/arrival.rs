@@ -1,0 +1,234 @@
+//! How soon the arm is where people touch: the numbers, for the command line.
+
+use anyhow::{Context, bail, ensure};
+use glam::DVec3;
+use hwall_arrival::reachability::{Interval, WallFacet, WallMaps};
+use hwall_arrival::{Atlas, AtlasWall, BoardExtent, PostureArrivals, TouchRange, WallShare};
+use hwall_haptics::Board;
+use hwall_kinematics::{JointPositions, Pose};
+use hwall_scene::Scene;
+use hwall_stage::arms;
+use hwall_stage::input::floor_pose::FloorPose;
+use hwall_testkit::{MarkdownTable, Timing, quantile, time_batches};
+
+/// Times for which shares are printed, s.
+const WITHIN_S: [f64; 3] = [0.5, 0.6, 0.7];
+
+/// The face of a board.
+#[must_use]
+pub fn extent(board: &Board) -> BoardExtent {
+    BoardExtent {
+        half_width_m: board.half_width_m,
+        half_height_m: board.half_height_m,
+    }
+}
+
+/// The scene from the base of an arm that stands in it.
+///
+/// # Errors
+/// A pose that is not finite.
+pub fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
+    Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
+}
+
+/// The vertical surfaces of a scene that can be touched, seen from outside.
+#[must_use]
+pub fn facets(scene: &Scene) -> Vec<WallFacet> {
+    let facet = |facet: hwall_scene::Facet| WallFacet {
+        point_m: facet.point_m,
+        normal: facet.normal,
+        heights: Interval::new(facet.lowest_m, facet.highest_m),
+        outline_m: facet.outline_m,
+    };
+    scene.vertical_facets().into_iter().map(facet).collect()
+}
+
+/// Where people touch, from the texts of the command line.
+pub struct TouchTexts<'a> {
+    /// `low,high`, m.
+    pub heights: &'a str,
+    /// `x,y,z,radius` of a ball, m.
+    pub near: Option<&'a str>,
+    /// Distance between places, m.
+    pub spacing_m: f64,
+    /// In proportion to the area instead of equally over the walls?
+    pub by_area: bool,
+}
+
+impl TouchTexts<'_> {
+    /// The range.
+    ///
+    /// # Errors
+    /// Anything but the numbers named.
+    pub fn parse(&self) -> anyhow::Result<TouchRange> {
+        let [low, high] = arms::parse_list::<2>(self.heights).context("--heights")?;
+        ensure!(
+            low <= high,
+            "--heights {}: {low} is above {high}",
+            self.heights
+        );
+        let near = self.near.map(arms::parse_list::<4>);
+        let ball = near
+            .transpose()
+            .context("--near")?
+            .map(|[x, y, z, radius_m]| (DVec3::new(x, y, z), radius_m));
+        Ok(TouchRange {
+            heights: Interval::new(low, high),
+            spacing_m: self.spacing_m,
+            share: if self.by_area {
+                WallShare::Area
+            } else {
+                WallShare::Equal
+            },
+            ball,
+            ..TouchRange::default()
+        })
+    }
+}
+
+/// A configuration from seven numbers in degrees.
+///
+/// # Errors
+/// Anything but seven finite numbers.
+pub fn configuration(text: &str) -> anyhow::Result<JointPositions> {
+    Ok(JointPositions::from_deg(arms::parse_list::<7>(text)?))
+}
+
+/// A configuration as seven numbers in degrees.
+#[must_use]
+pub fn degrees(q: &JointPositions) -> String {
+    let joints = q.0.map(|q| format!("{:.1}", q.to_degrees()));
+    joints.join(",")
+}
+
+/// One row for each posture: how soon it is at the targets.
+#[must_use]
+pub fn posture_table(postures: &[(&str, PostureArrivals)]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "posture",
+        "joints, deg",
+        "within 0.5 s",
+        "0.6 s",
+        "0.7 s",
+        "median",
+        "p90",
+        "late on average",
+        "ways clear",
+        "behind surfaces",
+    ]);
+    for (name, arrivals) in postures {
+        let mut row = vec![(*name).to_owned(), degrees(&arrivals.posture.q)];
+        row.extend(WITHIN_S.map(|time_s| percent(arrivals.share_within(time_s))));
+        row.push(format!("{:.2} s", arrivals.quantile_s(0.5)));
+        row.push(format!("{:.2} s", arrivals.quantile_s(0.9)));
+        row.push(format!(
+            "{:.0} ms",
+            1e3 * arrivals.posture.expected_lateness_s
+        ));
+        row.push(percent(arrivals.posture.clear_share));
+        row.push(format!("{:.0} mm", 1e3 * arrivals.posture.standoff_m));
+        table.row(row);
+    }
+    table
+}
+
+/// One row for each wall of an atlas that can be touched.
+#[must_use]
+pub fn wall_table(walls: &[(String, &AtlasWall)]) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "wall",
+        "nodes",
+        "holes",
+        "ways clear",
+        "seams",
+        "soonest",
+        "median",
+        "p90",
+        "latest",
+    ]);
+    for (name, wall) in walls {
+        let nodes: Vec<_> = wall.places().filter_map(|place| wall.node(place)).collect();
+        let mut times_s: Vec<f64> = nodes.iter().map(|node| node.arrival_s).collect();
+        times_s.sort_by(f64::total_cmp);
+        let clear = nodes.iter().filter(|node| node.clear).count();
+        let at = |share: f64| format!("{:.2} s", quantile(&times_s, share));
+        table.row([
+            name.clone(),
+            nodes.len().to_string(),
+            (wall.places().count() - nodes.len()).to_string(),
+            percent(clear as f64 / nodes.len() as f64),
+            wall.seams().count().to_string(),
+            at(0.0),
+            at(0.5),
+            at(0.9),
+            at(1.0),
+        ]);
+    }
+    table
+}
+
+/// The walls of an atlas that are the outer side of a surface of the scene, with the surface's name.
+#[must_use]
+pub fn named_walls<'a>(scene: &Scene, atlas: &'a Atlas) -> Vec<(String, &'a AtlasWall)> {
+    /// Planes and borders that differ by less are the same, m.
+    const SAME_M: f64 = 1e-6;
+    let facets = scene.vertical_facets();
+    let name_of = |wall: &AtlasWall| {
+        let plane = wall.plane();
+        let along = wall.along();
+        let ends = [along.at(0), along.at(along.count() - 1)];
+        let of_plane = facets.iter().filter_map(|facet| {
+            let same = facet.normal.dot(plane.normal()) > 1.0 - SAME_M
+                && plane.project(facet.point_m).off_m.abs() < SAME_M;
+            let places = facet.outline_m.iter().map(|p| plane.along().dot(*p));
+            let (lo, hi) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), s| {
+                (lo.min(s), hi.max(s))
+            });
+            let holds = lo - SAME_M <= ends[0] && ends[1] <= hi + SAME_M;
+            (same && holds).then_some((hi - lo, facet))
+        });
+        let narrowest = of_plane.min_by(|a, b| a.0.total_cmp(&b.0));
+        narrowest.map(|(_, facet)| scene.surface(facet.surface).name.clone())
+    };
+    let named = |wall: &'a AtlasWall| Some((name_of(wall)?, wall));
+    atlas.walls().iter().filter_map(named).collect()
+}
+
+/// How long look-ups take: at the nodes' places moved by a fraction of the spacing, so that four nodes count.
+#[must_use]
+pub fn time_look_ups(atlas: &Atlas, slack_m: Option<f64>) -> Timing {
+    /// Calls in a batch, and batches.
+    const CALLS: [usize; 2] = [1000, 50];
+    let places: Vec<(DVec3, DVec3)> = atlas
+        .walls()
+        .iter()
+        .flat_map(|wall| {
+            let normal = wall.plane().normal();
+            let beside_m = wall.plane().along() * 0.013 + DVec3::Z * 0.017;
+            let nodes = wall.places().filter(|&place| wall.node(place).is_some());
+            nodes.map(move |place| (wall.point_m(place) + beside_m, normal))
+        })
+        .collect();
+    time_batches(CALLS[1], CALLS[0], |i| {
+        let (point_m, normal) = places[i % places.len()];
+        match slack_m {
+            Some(slack_m) => atlas.look_up_within(point_m, normal, slack_m),
+            None => atlas.look_up(point_m, normal),
+        }
+    })
+}
+
+/// Rejects a scene whose walls are all too far away, in words for the command line.
+///
+/// # Errors
+/// No wall near enough.
+pub fn check_maps(maps: &WallMaps) -> anyhow::Result<()> {
+    if maps.map().is_none() {
+        bail!("no wall of the scene is within the length of the arm");
+    }
+    Ok(())
+}
+
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}

@@ -1,0 +1,301 @@
+//! The figure of arrival times: a panel for each wall, as the person sees it.
+
+use super::placement::shade;
+use anyhow::ensure;
+use hwall_arrival::{AtlasWall, NodePlace};
+use hwall_stage::figures::{TEXT, TITLE, plot_error};
+use hwall_testkit::quantile;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// What the figure shows.
+pub struct ArrivalFigure<'a> {
+    /// Walls by name.
+    pub walls: &'a [(String, &'a AtlasWall)],
+    /// A line is drawn between places that are reached within this time and those that are not, s.
+    pub budget_s: f64,
+    /// Under the title: where the arm waits.
+    pub waiting: &'a str,
+}
+
+/// Later than this share of the places has one colour.
+const MOST_SHOWN: f64 = 0.98;
+/// Pixels of a metre of wall.
+const SCALE: f64 = 330.0;
+/// Pixels around a panel: left, right, top, bottom.
+const FRAME: [u32; 4] = [70, 14, 34, 50];
+/// Widest row of panels, pixels.
+const WIDEST: u32 = 1150;
+/// Height of the title, width of the key.
+const HEAD: u32 = 62;
+const KEY: u32 = 190;
+
+const HOLE: RGBColor = RGBColor(214, 214, 214);
+const HATCH: RGBColor = RGBColor(150, 150, 150);
+const SEAM: RGBColor = RGBColor(213, 94, 0);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// A wall with the rectangle of its cells.
+struct Panel<'a> {
+    name: &'a str,
+    wall: &'a AtlasWall,
+    s_m: [f64; 2],
+    z_m: [f64; 2],
+}
+
+impl<'a> Panel<'a> {
+    fn new(name: &'a str, wall: &'a AtlasWall) -> Self {
+        let ends = |steps: &hwall_reachability::Steps| {
+            let half = 0.5 * steps.spacing_m();
+            [steps.at(0) - half, steps.at(steps.count() - 1) + half]
+        };
+        Self {
+            name,
+            wall,
+            s_m: ends(wall.along()),
+            z_m: ends(wall.heights()),
+        }
+    }
+
+    fn size(&self) -> (u32, u32) {
+        let pixels = |ends: [f64; 2]| (SCALE * (ends[1] - ends[0])).ceil() as u32;
+        // Room for the name.
+        let width = pixels(self.s_m).max(110);
+        (
+            width + FRAME[0] + FRAME[1],
+            pixels(self.z_m) + FRAME[2] + FRAME[3],
+        )
+    }
+
+    /// Corners of a node's cell.
+    fn cell(&self, place: NodePlace) -> [(f64, f64); 2] {
+        let (along, heights) = (self.wall.along(), self.wall.heights());
+        let (s, z) = (along.at(place.column), heights.at(place.row));
+        let (ds, dz) = (0.5 * along.spacing_m(), 0.5 * heights.spacing_m());
+        [(s - ds, z - dz), (s + ds, z + dz)]
+    }
+
+    /// The edge between neighbouring cells.
+    fn edge(&self, a: NodePlace, b: NodePlace) -> Vec<(f64, f64)> {
+        let [(s0, z0), (s1, z1)] = self.cell(a);
+        if a.row == b.row {
+            vec![(s1, z0), (s1, z1)]
+        } else {
+            vec![(s0, z1), (s1, z1)]
+        }
+    }
+}
+
+/// Writes the figure.
+///
+/// # Errors
+/// No walls, a file that cannot be written.
+pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
+    ensure!(!figure.walls.is_empty(), "no wall to draw");
+    let panels: Vec<Panel> = figure
+        .walls
+        .iter()
+        .map(|(name, wall)| Panel::new(name, wall))
+        .collect();
+    let times = figure.walls.iter().flat_map(|(_, wall)| {
+        let nodes = wall.places().filter_map(|place| wall.node(place));
+        nodes.map(|node| node.arrival_s)
+    });
+    let mut times_s: Vec<f64> = times.collect();
+    times_s.sort_by(f64::total_cmp);
+    // Whole tenths, so that the key has round ends; a few late places share the last colour.
+    let least = (10.0 * quantile(&times_s, 0.0)).floor() / 10.0;
+    let most = (10.0 * quantile(&times_s, MOST_SHOWN)).ceil() / 10.0;
+    let range = [least, most.max(least + 0.1)];
+    let places = arranged(&panels);
+    let width = places
+        .iter()
+        .zip(&panels)
+        .map(|(at, p)| at.0 + p.size().0)
+        .max();
+    let height = places
+        .iter()
+        .zip(&panels)
+        .map(|(at, p)| at.1 + p.size().1)
+        .max();
+    let size = (
+        width.unwrap_or(0) + KEY,
+        height.unwrap_or(0).max(HEAD + 330),
+    );
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE).map_err(plot_error)?;
+    let text = |text: &str, style: (&'static str, u32), at: (i32, i32)| {
+        root.draw_text(text, &TextStyle::from(style), at)
+            .map_err(plot_error)
+    };
+    text(
+        "How soon the board can be there, from the waiting posture",
+        TITLE,
+        (16, 10),
+    )?;
+    text(figure.waiting, TEXT, (16, 36))?;
+    for (at, panel) in places.into_iter().zip(&panels) {
+        let (w, h) = panel.size();
+        let area = root.clone().shrink((at.0, at.1), (w, h));
+        draw_panel(&area, panel, figure, range)?;
+    }
+    let key = root
+        .clone()
+        .shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
+    draw_key(&key, range, figure.budget_s)?;
+    root.present().map_err(plot_error)
+}
+
+/// Places of the panels' corners: in rows, as they come.
+fn arranged(panels: &[Panel]) -> Vec<(u32, u32)> {
+    let mut places = Vec::with_capacity(panels.len());
+    let (mut x, mut y, mut row_height) = (0, HEAD, 0);
+    for panel in panels {
+        let (w, h) = panel.size();
+        if x > 0 && x + w > WIDEST {
+            (x, y, row_height) = (0, y + row_height, 0);
+        }
+        places.push((x, y));
+        x += w;
+        row_height = row_height.max(h);
+    }
+    places
+}
+
+/// Soon is light.
+fn colour(time_s: f64, range: [f64; 2]) -> RGBColor {
+    shade(1.0 - (time_s - range[0]) / (range[1] - range[0]).max(1e-9))
+}
+
+fn draw_panel(
+    area: &Area,
+    panel: &Panel,
+    figure: &ArrivalFigure,
+    range: [f64; 2],
+) -> anyhow::Result<()> {
+    let wall = panel.wall;
+    // The cells are square: a panel that is wider than its wall because of its name keeps the scale.
+    let (width, _) = panel.size();
+    let cells_wide = f64::from(width - FRAME[0] - FRAME[1]) / SCALE;
+    let s_end = panel.s_m[0] + cells_wide;
+    let mut chart = ChartBuilder::on(area)
+        .caption(panel.name, ("sans-serif", 17))
+        .margin_right(FRAME[1])
+        .margin_top(6)
+        .x_label_area_size(FRAME[3])
+        .y_label_area_size(FRAME[0])
+        .build_cartesian_2d(panel.s_m[0]..s_end, panel.z_m[0]..panel.z_m[1])
+        .map_err(plot_error)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc("along the wall, m")
+        .y_desc("height, m")
+        .x_labels(((cells_wide / 0.25) as usize).clamp(2, 8))
+        .x_label_formatter(&|s| format!("{s:.1}"))
+        .y_labels(((SCALE * (panel.z_m[1] - panel.z_m[0]) / 45.0) as usize).clamp(2, 8))
+        .y_label_formatter(&|z| format!("{z:.1}"))
+        .label_style(TEXT)
+        .draw()
+        .map_err(plot_error)?;
+    let cells = wall.places().map(|place| {
+        let fill = wall
+            .node(place)
+            .map_or(HOLE, |node| colour(node.arrival_s, range));
+        Rectangle::new(panel.cell(place), fill.filled())
+    });
+    chart.draw_series(cells).map_err(plot_error)?;
+    let holes = wall.places().filter(|&place| wall.node(place).is_none());
+    let hatches =
+        holes.map(|place| PathElement::new(panel.cell(place).to_vec(), HATCH.stroke_width(1)));
+    chart.draw_series(hatches).map_err(plot_error)?;
+    let blocked = wall
+        .places()
+        .filter(|&place| wall.node(place).is_some_and(|node| !node.clear));
+    let dots = blocked.map(|place| {
+        let [a, b] = panel.cell(place);
+        let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+        EmptyElement::at(middle)
+            + Circle::new((0, 0), 2, WHITE.filled())
+            + Circle::new((0, 0), 2, BLACK.stroke_width(1))
+    });
+    chart.draw_series(dots).map_err(plot_error)?;
+    let in_time = |place: NodePlace| {
+        wall.node(place)
+            .map(|node| node.arrival_s <= figure.budget_s)
+    };
+    let neighbours = |place: NodePlace| {
+        let right = NodePlace {
+            column: place.column + 1,
+            ..place
+        };
+        let above = NodePlace {
+            row: place.row + 1,
+            ..place
+        };
+        [right, above].map(move |other| (place, other))
+    };
+    let ends = wall
+        .places()
+        .flat_map(neighbours)
+        .filter(|&(a, b)| matches!((in_time(a), in_time(b)), (Some(x), Some(y)) if x != y))
+        .map(|(a, b)| PathElement::new(panel.edge(a, b), WHITE.stroke_width(3)));
+    chart.draw_series(ends).map_err(plot_error)?;
+    let seams = wall
+        .seams()
+        .map(|[a, b]| PathElement::new(panel.edge(a, b), SEAM.stroke_width(2)));
+    chart.draw_series(seams).map_err(plot_error)?;
+    Ok(())
+}
+
+fn draw_key(area: &Area, range: [f64; 2], budget_s: f64) -> anyhow::Result<()> {
+    const TOP: i32 = 34;
+    const STEPS: i32 = 60;
+    let label = |text: &str, y: i32| {
+        area.draw_text(text, &TextStyle::from(TEXT), (46, y))
+            .map_err(plot_error)
+    };
+    let y_of = |share: f64| TOP + (f64::from(3 * STEPS) * share) as i32;
+    label("time, s", 8)?;
+    for i in 0..STEPS {
+        let time_s = range[0] + (range[1] - range[0]) * (f64::from(i) + 0.5) / f64::from(STEPS);
+        let y = TOP + 3 * i;
+        let bar = Rectangle::new([(14, y), (38, y + 3)], colour(time_s, range).filled());
+        area.draw(&bar).map_err(plot_error)?;
+    }
+    let tenths = (10.0 * (range[1] - range[0])).round() as i32;
+    let every = (tenths / 6).max(1);
+    for i in (0..=tenths).step_by(every as usize) {
+        let time_s = range[0] + 0.1 * f64::from(i);
+        let later = if i + every > tenths { " and later" } else { "" };
+        label(
+            &format!("{time_s:.1}{later}"),
+            y_of(f64::from(i) / f64::from(tenths)) - 8,
+        )?;
+    }
+    let y = TOP + 3 * STEPS + 24;
+    let line = |y: i32, style: ShapeStyle| PathElement::new(vec![(14, y), (38, y)], style);
+    area.draw(&Rectangle::new(
+        [(14, y - 7), (38, y + 7)],
+        colour(range[0], range).filled(),
+    ))
+    .map_err(plot_error)?;
+    area.draw(&line(y, WHITE.stroke_width(3)))
+        .map_err(plot_error)?;
+    label(&format!("within {budget_s:.2} s"), y - 9)?;
+    area.draw(&line(y + 28, SEAM.stroke_width(2)))
+        .map_err(plot_error)?;
+    label("seam", y + 19)?;
+    let hole = [(14, y + 49), (38, y + 63)];
+    area.draw(&Rectangle::new(hole, HOLE.filled()))
+        .map_err(plot_error)?;
+    let hatch = PathElement::new(vec![(14, y + 63), (38, y + 49)], HATCH.stroke_width(1));
+    area.draw(&hatch).map_err(plot_error)?;
+    label("out of reach", y + 47)?;
+    area.draw(&Circle::new((26, y + 84), 2, BLACK.stroke_width(1)))
+        .map_err(plot_error)?;
+    label("straight way", y + 72)?;
+    label("not clear", y + 88)
+}
