@@ -7,8 +7,8 @@ pub enum MotionError {
     /// A number is NaN, infinite or outside its range.
     #[error(transparent)]
     Argument(#[from] hwall_numeric::ArgumentError),
-    /// The solver found no motion to a goal, which happens beside a limit: the motion in force goes on.
-    #[error("no motion to the goal was found from a speed of up to {speed_rad_per_s} rad/s")]
+    /// The solver found no motion that could be considered; the motion in force goes on.
+    #[error("no motion was found from a speed of up to {speed_rad_per_s} rad/s")]
     NoMotion {
         /// The largest speed of a joint at the start, rad/s.
         speed_rad_per_s: f64,

@@ -1,11 +1,13 @@
 #![doc = include_str!("../README.md")]
 
 mod error;
+mod joint;
 mod limits;
 mod reference;
 mod travel_time;
 
 pub use error::MotionError;
+pub use joint::{JointBounds, JointPoint};
 pub use limits::{IIWA7_ACCELERATION_RAD_PER_S2, MotionConfig, MotionLimits};
 pub use reference::{JointState, JointTiming, ReferenceMotion};
 

@@ -1,6 +1,7 @@
 //! How fast the joints of an arm may move.
 
 use crate::error::MotionError;
+use crate::joint::JointBounds;
 use crate::travel_time::{farthest_rad, travel_time_s};
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use hwall_numeric::check::{positive, that};
@@ -87,9 +88,26 @@ impl MotionLimits {
         Ok(())
     }
 
+    /// The bounds of each joint.
+    ///
+    /// # Errors
+    /// As [`validate`](Self::validate).
+    pub fn bounds(&self) -> Result<[JointBounds; MOST_JOINTS], MotionError> {
+        self.validate()?;
+        let mut bounds = [JointBounds::new(1.0, 1.0, 1.0)?; MOST_JOINTS];
+        for (i, bounds) in bounds.iter_mut().enumerate() {
+            *bounds = JointBounds::new(
+                self.velocity_rad_per_s[i],
+                self.acceleration_rad_per_s2[i],
+                self.jerk_rad_per_s3[i],
+            )?;
+        }
+        Ok(bounds)
+    }
+
     /// Least time from rest at one configuration to rest at another, s: that of the slowest joint.
     ///
-    /// Closed form, exact to 1e-12 of itself; NaN in gives NaN or an infinity.
+    /// Closed form, exact to 1e-12 of itself; NaN in gives NaN.
     #[must_use]
     pub fn travel_time_s(&self, from: &JointPositions, to: &JointPositions) -> f64 {
         let of_joint = |i: usize| {
@@ -100,11 +118,12 @@ impl MotionLimits {
                 self.jerk_rad_per_s3[i],
             )
         };
-        (0..MOST_JOINTS).map(of_joint).fold(0.0, |most, time| {
-            if time.is_nan() {
-                f64::NAN
+        // `f64::max` would drop NaN.
+        (0..MOST_JOINTS).map(of_joint).fold(0.0, |most: f64, time| {
+            if most.is_nan() || time <= most {
+                most
             } else {
-                time.max(most)
+                time
             }
         })
     }

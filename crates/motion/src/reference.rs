@@ -1,10 +1,17 @@
 //! The motion that the arm is told to make.
 
 use crate::error::MotionError;
+use crate::joint::{JointBounds, JointPoint};
 use crate::limits::MotionLimits;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_numeric::check::{all_finite, non_negative, that};
 use rsruckig::prelude::*;
+
+/// By how much the rounding of a plan may leave a joint limit, rad.
+const ROUNDING_RAD: f64 = 1e-9;
+
+/// How near to the largest speed a state counts as on its edge, as a share of it.
+const SPEED_EDGE: f64 = 1e-9;
 
 /// Position, velocity and acceleration of all joints at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -25,6 +32,22 @@ impl JointState {
             q,
             ..Self::default()
         }
+    }
+
+    /// One joint of it.
+    #[must_use]
+    pub fn joint(&self, joint: usize) -> JointPoint {
+        JointPoint {
+            q_rad: self.q[joint],
+            qd_rad_per_s: self.qd[joint],
+            qdd_rad_per_s2: self.qdd_rad_per_s2[joint],
+        }
+    }
+
+    fn set_joint(&mut self, joint: usize, to: &JointPoint) {
+        self.q[joint] = to.q_rad;
+        self.qd[joint] = to.qd_rad_per_s;
+        self.qdd_rad_per_s2[joint] = to.qdd_rad_per_s2;
     }
 
     fn validate(&self) -> Result<(), MotionError> {
@@ -48,11 +71,38 @@ pub enum JointTiming {
     Soonest,
 }
 
+/// A motion that was planned and is not in force.
+#[derive(Debug, Clone, Copy)]
+struct Considered {
+    goal: JointPositions,
+    by_way_of: Option<JointPositions>,
+}
+
+/// How the joints move at present.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Course {
+    Rest,
+    /// Along the trajectory that was planned last.
+    Planned,
+    /// Each joint by itself, to the goal or to rest.
+    Alone {
+        from: JointState,
+        duration_s: f64,
+    },
+}
+
 /// A jerk-limited, time-optimal motion of all joints to a goal at rest, which may be replaced at any time.
 ///
 /// Planned once for each goal, then only evaluated. The limits of speed, acceleration, jerk and position are kept from any
-/// state within them; a state beyond a limit is first brought back within it. Nothing is allocated after construction.
-/// Planning: [Berscheid and Kröger 2021], by the crate `rsruckig`.
+/// state from which they can be; a state beyond a limit is first brought back within it. Braking and the rare states for
+/// which the solver finds nothing (about one in 250,000) are left to each joint by itself,
+/// [`JointPoint`], which always finds a motion.
+///
+/// Nothing is allocated after construction, but for the message of a failure of the solver. Planning:
+/// [Berscheid and Kröger 2021], by the crate `rsruckig`. Error: at its end a plan is up to 1e-8 rad off the
+/// goal, which is then set exactly; durations are the least of the slowest joint to 1e-9 s (tests/reference.rs).
+/// From speeds above the limit, after a smaller share was set, they are up to 20 ms longer: it slows down first.
+#[derive(Clone)]
 pub struct ReferenceMotion {
     otg: Ruckig<MOST_JOINTS, ThrowErrorHandler>,
     input: InputParameter<MOST_JOINTS>,
@@ -60,10 +110,16 @@ pub struct ReferenceMotion {
     /// Planned into, so that a failure leaves the motion in force as it is.
     next: Trajectory<MOST_JOINTS>,
     limits: MotionLimits,
+    /// At full speed.
+    bounds: [JointBounds; MOST_JOINTS],
     range_rad: [[f64; 2]; MOST_JOINTS],
     speed_share: f64,
     goal: Option<JointPositions>,
-    under_way: bool,
+    /// A configuration to pass on the way, while it lies ahead.
+    by_way_of: Option<JointPositions>,
+    /// What `next` leads to, if it was planned from the present state and is not in force.
+    considered: Option<Considered>,
+    course: Course,
     elapsed_s: f64,
     state: JointState,
 }
@@ -78,19 +134,6 @@ impl std::fmt::Debug for ReferenceMotion {
     }
 }
 
-impl Clone for ReferenceMotion {
-    /// The same motion from the present state on.
-    fn clone(&self) -> Self {
-        let mut copy = Self::with_ranges(self.range_rad, &self.limits, self.state);
-        copy.speed_share = self.speed_share;
-        copy.input.synchronization = self.input.synchronization;
-        copy.input.copy_from(&self.input);
-        copy.trajectory = self.trajectory.clone();
-        (copy.goal, copy.under_way, copy.elapsed_s) = (self.goal, self.under_way, self.elapsed_s);
-        copy
-    }
-}
-
 impl ReferenceMotion {
     /// A motion that has not begun.
     ///
@@ -101,41 +144,39 @@ impl ReferenceMotion {
         limits: &MotionLimits,
         start: &JointPositions,
     ) -> Result<Self, MotionError> {
-        limits.validate()?;
         all_finite("start", &start.0)?;
-        let range_rad = arm.limits().map(|l| [l.min_rad, l.max_rad]);
-        Ok(Self::with_ranges(
-            range_rad,
-            limits,
-            JointState::at_rest(*start),
-        ))
-    }
-
-    fn with_ranges(
-        range_rad: [[f64; 2]; MOST_JOINTS],
-        limits: &MotionLimits,
-        state: JointState,
-    ) -> Self {
-        let mut input = InputParameter::new(None);
+        let bounds = limits.bounds()?;
+        let mut otg = Ruckig::with_waypoints(None, 1e-3, 1);
+        // Refining takes milliseconds and wins a hundredth of the time.
+        otg.waypoint_refinement_sweeps = 0;
+        let reserved = || {
+            let mut trajectory = Trajectory::new(None);
+            trajectory.reserve_sections(2);
+            trajectory
+        };
+        let mut input = InputParameter::with_waypoints(None, 1);
         for i in 0..MOST_JOINTS {
             input.max_acceleration[i] = limits.acceleration_rad_per_s2[i];
             input.max_jerk[i] = limits.jerk_rad_per_s3[i];
         }
         input.max_position = Some(DataArrayOrVec::new(None, f64::INFINITY));
         input.min_position = Some(DataArrayOrVec::new(None, f64::NEG_INFINITY));
-        Self {
-            otg: Ruckig::new(None, 1e-3),
+        Ok(Self {
+            otg,
             input,
-            trajectory: Trajectory::new(None),
-            next: Trajectory::new(None),
+            trajectory: reserved(),
+            next: reserved(),
             limits: *limits,
-            range_rad,
+            bounds,
+            range_rad: arm.limits().map(|l| [l.min_rad, l.max_rad]),
             speed_share: 1.0,
             goal: None,
-            under_way: false,
+            by_way_of: None,
+            considered: None,
+            course: Course::Rest,
             elapsed_s: 0.0,
-            state,
-        }
+            state: JointState::at_rest(*start),
+        })
     }
 
     /// How the joints share the time of the motions that are planned from now on.
@@ -170,31 +211,32 @@ impl ReferenceMotion {
     /// Time until the motion ends, s; 0 at rest.
     #[must_use]
     pub fn left_s(&self) -> f64 {
-        if self.under_way {
-            (self.trajectory.duration - self.elapsed_s).max(0.0)
-        } else {
-            0.0
+        (self.duration_s() - self.elapsed_s).max(0.0)
+    }
+
+    fn duration_s(&self) -> f64 {
+        match self.course {
+            Course::Rest => self.elapsed_s,
+            Course::Planned => self.trajectory.duration,
+            Course::Alone { duration_s, .. } => duration_s,
         }
     }
 
-    /// Goes on from another state, without a goal.
+    /// Goes on from another state, without a goal: a state in motion comes to rest.
     ///
     /// # Errors
     /// NaN or infinity; nothing is then changed.
     pub fn restart(&mut self, state: &JointState) -> Result<(), MotionError> {
         state.validate()?;
         self.state = *state;
-        self.goal = None;
-        self.under_way = false;
-        // A state in motion comes to rest.
-        self.brake();
+        self.brake_from_here();
         Ok(())
     }
 
     /// Sets where the motion ends, from the present state on. A goal equal to the last one costs nothing.
     ///
     /// # Errors
-    /// A goal that is not finite or outside the joint limits, or no motion was found; the motion in force then goes on.
+    /// A goal that is not finite or outside the joint limits; the motion in force then goes on.
     pub fn set_goal(&mut self, goal: &JointPositions) -> Result<(), MotionError> {
         if self.goal.as_ref() == Some(goal) {
             return Ok(());
@@ -204,40 +246,100 @@ impl ReferenceMotion {
             let inside = (least..=most).contains(q);
             that(inside, "goal", *q, "within the joint limits")?;
         }
-        self.plan(Some(goal))?;
-        self.goal = Some(*goal);
+        self.plan(goal, None);
         Ok(())
     }
 
-    /// Sets the share of the speeds that may be used, in (0, 1]; the motion in force is planned anew if it changes.
+    /// Plans a motion to a goal without beginning it: [`considered`](Self::considered) tells what it would be, and
+    /// [`accept`](Self::accept) begins it. Returns its duration, s.
+    ///
+    /// If a configuration is given to go by, the motion passes it without stopping, all joints at the same time. From rest to
+    /// rest that takes about a hundredth longer than the straight way if the configuration lies beside that; it is not the least
+    /// time in general.
     ///
     /// # Errors
-    /// A share outside its range, or no motion was found; the motion in force then goes on.
-    pub fn set_speed_share(&mut self, share: f64) -> Result<(), MotionError> {
-        let in_range = share > 0.0 && share <= 1.0;
-        that(in_range, "speed_share", share, "in (0, 1]")?;
-        if share == self.speed_share {
-            return Ok(());
+    /// As for [`set_goal`](Self::set_goal), or no motion was found; the motion in force goes on.
+    pub fn consider(
+        &mut self,
+        goal: &JointPositions,
+        by_way_of: Option<&JointPositions>,
+    ) -> Result<f64, MotionError> {
+        for (what, q) in [("goal", Some(goal)), ("by_way_of", by_way_of)] {
+            let Some(q) = q else { continue };
+            all_finite(what, &q.0)?;
+            for (q, [least, most]) in q.0.iter().zip(self.range_rad) {
+                let inside = (least..=most).contains(q);
+                that(inside, what, *q, "within the joint limits")?;
+            }
         }
-        let before = std::mem::replace(&mut self.speed_share, share);
-        if let Some(goal) = self.goal {
-            self.plan(Some(&goal))
-                .inspect_err(|_| self.speed_share = before)?;
+        self.considered = None;
+        if !self.calculate(goal, by_way_of) {
+            let speed_rad_per_s = self.state.qd.0.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            return Err(MotionError::NoMotion { speed_rad_per_s });
+        }
+        self.considered = Some(Considered {
+            goal: *goal,
+            by_way_of: by_way_of.copied(),
+        });
+        Ok(self.next.duration)
+    }
+
+    /// The state of the considered motion after a time, s; that of the motion in force if nothing is considered.
+    #[must_use]
+    pub fn considered(&self, t_s: f64) -> JointState {
+        match self.considered {
+            Some(_) if !t_s.is_nan() => evaluated(&self.next, t_s.clamp(0.0, self.next.duration)),
+            _ => self.ahead(t_s),
+        }
+    }
+
+    /// Begins the motion that was considered last, if the state has not changed since; else nothing happens.
+    pub fn accept(&mut self) {
+        if let Some(Considered { goal, by_way_of }) = self.considered.take() {
+            self.begin();
+            (self.goal, self.by_way_of) = (Some(goal), by_way_of);
+        }
+    }
+
+    /// A configuration that the motion still has to pass.
+    #[must_use]
+    pub const fn by_way_of(&self) -> Option<&JointPositions> {
+        self.by_way_of.as_ref()
+    }
+
+    /// Sets the share of the speeds that may be used, at least 0.001 and at most 1; a motion to a goal is planned anew if it
+    /// changes. Accelerations stay as they are.
+    ///
+    /// # Errors
+    /// A share outside its range; the motion in force then goes on.
+    pub fn set_speed_share(&mut self, share: f64) -> Result<(), MotionError> {
+        let in_range = (1e-3..=1.0).contains(&share);
+        that(in_range, "speed_share", share, "between 0.001 and 1")?;
+        if share != self.speed_share {
+            self.speed_share = share;
+            if let Some(goal) = self.goal.filter(|_| self.course != Course::Rest) {
+                let by_way_of = self.by_way_of;
+                self.plan(&goal, by_way_of.as_ref());
+            }
         }
         Ok(())
     }
 
-    /// Comes to rest as fast as the limits allow and forgets the goal.
+    /// Comes to rest, each joint as fast as its limits allow, and forgets the goal.
     pub fn brake(&mut self) {
-        if self.goal.take().is_none() && self.under_way {
-            return;
+        let is_braking = self.goal.is_none() && self.course != Course::Rest;
+        if !is_braking {
+            self.brake_from_here();
         }
-        let at_rest = self.state.qd.0 == [0.0; MOST_JOINTS]
-            && self.state.qdd_rad_per_s2 == [0.0; MOST_JOINTS];
-        // Braking from a state within the limits is always possible; a failure keeps what is in force.
-        self.under_way = !at_rest && (self.plan(None).is_ok() || self.under_way);
-        if !self.under_way {
-            self.state = JointState::at_rest(self.state.q);
+    }
+
+    fn brake_from_here(&mut self) {
+        (self.goal, self.by_way_of, self.considered) = (None, None, None);
+        let at_rest = self.state == JointState::at_rest(self.state.q);
+        if at_rest {
+            self.course = Course::Rest;
+        } else {
+            self.go_alone(|joint, bounds, _| joint.time_to_stop_s(bounds));
         }
     }
 
@@ -247,84 +349,157 @@ impl ReferenceMotion {
     /// A step that is negative, NaN or infinite; nothing then moves.
     pub fn step(&mut self, dt_s: f64) -> Result<JointState, MotionError> {
         non_negative("dt_s", dt_s)?;
-        if self.under_way {
+        if self.course != Course::Rest {
+            self.considered = None;
             self.elapsed_s += dt_s;
-            self.state = self.within_ranges(self.state_at(self.elapsed_s));
-            if self.elapsed_s >= self.trajectory.duration {
-                // Exactly at the goal, and exactly at rest.
-                let q = self.goal.unwrap_or(self.state.q);
-                self.state = JointState::at_rest(q);
-                self.under_way = false;
+            self.state = self.state_at(self.elapsed_s);
+            let passed_s = self.trajectory.cumulative_times.first();
+            if passed_s.is_some_and(|passed_s| self.elapsed_s >= *passed_s) {
+                self.by_way_of = None;
+            }
+            if self.elapsed_s >= self.duration_s() {
+                self.course = Course::Rest;
             }
         }
         Ok(self.state)
     }
 
-    /// The state that the motion in force will have further on.
+    /// The state that the motion in force will have further on; NaN if the time is.
     #[must_use]
     pub fn ahead(&self, ahead_s: f64) -> JointState {
-        if self.under_way {
-            self.state_at(self.elapsed_s + ahead_s.max(0.0))
-        } else {
-            self.state
+        match self.course {
+            Course::Rest => self.state,
+            _ if ahead_s <= 0.0 => self.state,
+            _ => self.state_at(self.elapsed_s + ahead_s),
         }
     }
 
+    /// The state at a time since the motion in force was planned.
     fn state_at(&self, t_s: f64) -> JointState {
         let mut state = JointState::default();
-        let mut section = 0;
-        let t_s = t_s.min(self.trajectory.duration);
-        self.trajectory
-            .state_to_integrate_from(t_s, &mut section, |i, t, p, v, a, j| {
-                state.q[i] = p + t * (v + t * (a / 2.0 + t * j / 6.0));
-                state.qd[i] = v + t * (a + t * j / 2.0);
-                state.qdd_rad_per_s2[i] = a + t * j;
-            });
-        state
-    }
-
-    /// Rounding may leave a limit by an ulp; a start outside the limits stays legal.
-    fn within_ranges(&self, mut state: JointState) -> JointState {
-        for (i, [least, most]) in self.range_rad.into_iter().enumerate() {
-            let before = self.state.q[i];
-            state.q[i] = state.q[i].clamp(least.min(before), most.max(before));
+        match &self.course {
+            Course::Rest => return self.state,
+            // The trajectory has no answer to that.
+            _ if t_s.is_nan() => return JointState::at_rest(JointPositions([t_s; MOST_JOINTS])),
+            Course::Planned => {
+                state = evaluated(&self.trajectory, t_s);
+            }
+            Course::Alone { from, .. } => {
+                for i in 0..MOST_JOINTS {
+                    let (joint, bounds) = (from.joint(i), self.bounds_of(i));
+                    let joint = match &self.goal {
+                        Some(goal) => joint.towards(goal[i], &bounds, t_s),
+                        None => joint.braked(&bounds, t_s),
+                    };
+                    state.set_joint(i, &joint);
+                }
+            }
+        }
+        if t_s >= self.duration_s() {
+            // Exactly at the goal, and exactly at rest.
+            return JointState::at_rest(self.goal.unwrap_or(state.q));
+        }
+        for (q, [least, most]) in state.q.0.iter_mut().zip(self.range_rad) {
+            // Rounding may leave a limit; a start outside may not be moved.
+            if (*q - most).abs() < ROUNDING_RAD || (*q - least).abs() < ROUNDING_RAD {
+                *q = q.clamp(least, most);
+            }
         }
         state
     }
 
-    /// Plans to a goal, or to rest anywhere.
-    fn plan(&mut self, goal: Option<&JointPositions>) -> Result<(), MotionError> {
-        let input = &mut self.input;
-        input.control_interface = match goal {
-            Some(_) => ControlInterface::Position,
-            None => ControlInterface::Velocity,
+    fn bounds_of(&self, joint: usize) -> JointBounds {
+        self.bounds[joint].at_share(self.speed_share)
+    }
+
+    /// Moves each joint by itself from the present state, for the longest of their times.
+    fn go_alone(&mut self, time_s: impl Fn(&JointPoint, &JointBounds, usize) -> f64) {
+        let times = (0..MOST_JOINTS).map(|i| time_s(&self.state.joint(i), &self.bounds_of(i), i));
+        self.course = Course::Alone {
+            from: self.state,
+            duration_s: times.fold(0.0, f64::max),
         };
+        self.elapsed_s = 0.0;
+    }
+
+    /// Plans into `next`; was a motion found?
+    fn calculate(&mut self, goal: &JointPositions, by_way_of: Option<&JointPositions>) -> bool {
+        let input = &mut self.input;
+        input.intermediate_positions.clear();
+        if let Some(q) = by_way_of {
+            let mut passed = DataArrayOrVec::new(None, 0.0);
+            for i in 0..MOST_JOINTS {
+                passed[i] = q[i];
+            }
+            input.intermediate_positions.push(passed);
+        }
         for i in 0..MOST_JOINTS {
-            input.max_velocity[i] = self.speed_share * self.limits.velocity_rad_per_s[i];
+            let bounds = self.bounds[i].at_share(self.speed_share);
+            // On the very edge of the speed limit the solver may take rounding for a speed beyond it, and stops first.
+            let v = bounds.velocity_rad_per_s();
+            let coming = self.state.joint(i).coming_velocity_rad_per_s(&bounds);
+            let is_edge = (coming.abs() - v).abs() < SPEED_EDGE * v;
+            input.max_velocity[i] = if is_edge {
+                v * (1.0 + 2.0 * SPEED_EDGE)
+            } else {
+                v
+            };
             input.current_position[i] = self.state.q[i];
             input.current_velocity[i] = self.state.qd[i];
             input.current_acceleration[i] = self.state.qdd_rad_per_s2[i];
-            input.target_position[i] = goal.map_or(0.0, |goal| goal[i]);
-        }
-        // Only a start inside the joint limits can be kept inside them.
-        let [least, most] = [&mut input.min_position, &mut input.max_position];
-        for (i, [least_rad, most_rad]) in self.range_rad.into_iter().enumerate() {
-            let inside = (least_rad..=most_rad).contains(&self.state.q[i]);
-            if let (Some(least), Some(most)) = (least.as_mut(), most.as_mut()) {
-                least[i] = if inside { least_rad } else { f64::NEG_INFINITY };
-                most[i] = if inside { most_rad } else { f64::INFINITY };
+            input.target_position[i] = goal[i];
+            // Only what can stop inside the joint limits can be kept inside them.
+            let [least, most] = self.range_rad[i];
+            let stop = self.state.joint(i).stopping_point_rad(&bounds);
+            let kept = [self.state.q[i], stop]
+                .iter()
+                .all(|q| (least..=most).contains(q));
+            let [least, most] = match kept {
+                true => [least, most],
+                false => [f64::NEG_INFINITY, f64::INFINITY],
+            };
+            if let Some(position) = input.min_position.as_mut() {
+                position[i] = least;
+            }
+            if let Some(position) = input.max_position.as_mut() {
+                position[i] = most;
             }
         }
-        self.otg
-            .calculate(input, &mut self.next)
-            .ok()
-            .filter(|_| self.next.duration.is_finite())
-            .ok_or_else(|| MotionError::NoMotion {
-                speed_rad_per_s: self.state.qd.0.iter().fold(0.0, |m: f64, v| m.max(v.abs())),
-            })?;
-        std::mem::swap(&mut self.trajectory, &mut self.next);
-        self.elapsed_s = 0.0;
-        self.under_way = true;
-        Ok(())
+        let found = self.otg.calculate(&self.input, &mut self.next).is_ok();
+        found && self.next.duration.is_finite()
     }
+
+    fn plan(&mut self, goal: &JointPositions, by_way_of: Option<&JointPositions>) {
+        if self.calculate(goal, by_way_of) {
+            self.begin();
+            self.by_way_of = by_way_of.copied();
+        } else {
+            self.goal = Some(*goal);
+            (self.by_way_of, self.considered) = (None, None);
+            self.go_alone(|joint, bounds, i| joint.time_to_s(goal[i], bounds));
+        }
+        self.goal = Some(*goal);
+    }
+
+    /// The motion planned last is in force from now on.
+    fn begin(&mut self) {
+        std::mem::swap(&mut self.trajectory, &mut self.next);
+        self.considered = None;
+        self.course = Course::Planned;
+        self.elapsed_s = 0.0;
+    }
+}
+
+/// The state of a trajectory at a time, s.
+fn evaluated(trajectory: &Trajectory<MOST_JOINTS>, t_s: f64) -> JointState {
+    let mut state = JointState::default();
+    trajectory.state_to_integrate_from(t_s, &mut 0, |i, t, p, v, a, j| {
+        let from = JointPoint {
+            q_rad: p,
+            qd_rad_per_s: v,
+            qdd_rad_per_s2: a,
+        };
+        state.set_joint(i, &from.jerked(j, t));
+    });
+    state
 }
