@@ -10,7 +10,7 @@ use hwall_contact::{
     ContactError, FusedConfig, FusedPredictor, GazeModel, PredictionSource, Predictor,
     PredictorInput,
 };
-use hwall_hand::{GazeRay, HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{Gaze, GazeRay, HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
 #[test]
@@ -51,7 +51,7 @@ fn no_number_that_is_none_comes_out() {
     let seen = PredictorInput {
         frame: &HandFrame::empty(f64::NAN),
         hand: Some(&nan),
-        gaze: None,
+        gaze: Gaze::Lost,
     };
     assert!(fused.predictor.predict(&scene, &seen).is_empty());
     // And it recovers.

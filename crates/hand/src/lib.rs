@@ -19,6 +19,6 @@ pub use reach::{
 pub use recording::{Quantity, Recording, Sample, read_recordings, write_recordings};
 pub use rigid_fit::{PointPair, RigidFit};
 pub use track::{
-    FreezeConfig, FreezeKind, GazeFilter, HandFilter, HandFilterConfig, HandState, LostReason,
-    Tracking,
+    Fixation, FreezeConfig, FreezeKind, Gaze, GazeFilter, GazeFilterConfig, HandFilter,
+    HandFilterConfig, HandState, LostReason, Tracking,
 };

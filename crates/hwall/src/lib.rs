@@ -9,7 +9,7 @@ mod walls;
 
 pub use error::SessionError;
 pub use session::{
-    Control, Controller, Cycle, Event, EventKind, Foreseen, GazeConfig, Goal, Perception, Session,
+    Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, Perception, Session,
     SessionConfig, SessionState, Surroundings, TargetControl, WorldPose, drive,
 };
 pub use walls::maps_of;

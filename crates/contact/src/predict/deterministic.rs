@@ -222,7 +222,7 @@ impl Predictor for DeterministicPredictor {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         self.prediction = input
             .hand
-            .and_then(|hand| self.contact(scene, hand, input.gaze));
+            .and_then(|hand| self.contact(scene, hand, input.gaze.ray()));
         self.prediction.as_slice()
     }
 }

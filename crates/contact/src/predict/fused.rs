@@ -432,8 +432,11 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         self.ranked.clear();
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
-        self.gaze
-            .step(input.frame.t_s, input.gaze, self.config.gaze.saccade_rad());
+        self.gaze.step(
+            input.frame.t_s,
+            input.gaze.ray(),
+            self.config.gaze.saccade_rad(),
+        );
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let Some(hand) = input.hand.filter(usable) else {
             self.rest.forget();

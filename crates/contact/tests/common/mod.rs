@@ -6,7 +6,7 @@ use hwall_contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
     PredictorInput, TimeToContact,
 };
-use hwall_hand::{GazeRay, HandFrame, HandPoint, HandState};
+use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame, HandPoint, HandState};
 use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::Sampler;
 
@@ -145,7 +145,7 @@ impl Fused {
         let input = PredictorInput {
             frame: &frame,
             hand: Some(&state),
-            gaze: gaze.as_ref(),
+            gaze: fixed(self.t_s, gaze),
         };
         self.predictor.predict(scene, &input)
     }
@@ -163,6 +163,13 @@ pub(crate) fn hand(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandSta
         unseen_s: 0.0,
         palm_m: Some(point_m),
     }
+}
+
+/// A line of sight that has rested for half a second; lost where there is none.
+pub(crate) fn fixed(t_s: f64, ray: Option<GazeRay>) -> Gaze {
+    ray.map_or(Gaze::Lost, |ray| {
+        Gaze::Fixed(Fixation::of_ray(t_s - 0.5, t_s, ray))
+    })
 }
 
 pub(crate) fn gaze_at(eye_m: DVec3, target_m: DVec3) -> GazeRay {

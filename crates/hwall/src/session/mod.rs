@@ -10,7 +10,7 @@ mod perception;
 mod target_control;
 mod world;
 
-pub use config::{GazeConfig, SessionConfig};
+pub use config::SessionConfig;
 pub use control::{Control, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
@@ -79,7 +79,7 @@ impl<P: Predictor> Session<P> {
             maps,
             predictor,
             hand: HandFilter::new(config.hand)?,
-            gaze: GazeFilter::new(config.gaze.time_constant_s, config.gaze.saccade_rad)?,
+            gaze: GazeFilter::new(config.gaze)?,
             steady: SteadyPoint::new(config.steady_m)?,
             world: World::default(),
             #[cfg(feature = "texture")]

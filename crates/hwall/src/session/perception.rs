@@ -60,29 +60,26 @@ impl<P: Predictor> Perception<P> {
     /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so.
     pub fn frame(&mut self, frame: &HandFrame) {
         let tracking = self.hand.step(frame);
-        let gaze = frame
-            .gaze_ray()
-            .and_then(|ray| self.gaze.step(frame.t_s, &ray));
+        let gaze = self.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
         let arm_s = frame.t_s + self.arm_minus_tracker_s;
         // Surfaces keep their coordinates in the virtual world: the hand is transformed into it.
         let world_from_base = self.world.world_from_base();
-        let (frame_there, hand_there, gaze_there);
+        let (frame_there, hand_there);
         let input = match &world_from_base {
             None => PredictorInput {
                 frame,
                 hand: tracking.state(),
-                gaze: gaze.as_ref(),
+                gaze,
             },
             Some(pose) => {
                 frame_there = frame.transformed(pose);
                 hand_there = tracking
                     .state()
                     .map(|state| self.world.hand_in_world(state, pose));
-                gaze_there = gaze.map(|ray| ray.transformed(pose));
                 PredictorInput {
                     frame: &frame_there,
                     hand: hand_there.as_ref(),
-                    gaze: gaze_there.as_ref(),
+                    gaze: gaze.transformed(pose),
                 }
             }
         };

@@ -7,7 +7,7 @@ use hwall_contact::{
     GazeModel, LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorInput,
     StreamEstimator,
 };
-use hwall_hand::{LabelledReach, WatchConfig};
+use hwall_hand::{Gaze, LabelledReach, WatchConfig};
 use hwall_scene::Scene;
 
 /// The dissertation's predictor, which leads are gained over.
@@ -208,7 +208,7 @@ impl Predictor for WithoutGaze {
             &PredictorInput {
                 frame: &frame,
                 hand: seen.hand,
-                gaze: None,
+                gaze: Gaze::Lost,
             },
         )
     }

@@ -200,11 +200,10 @@ pub fn run(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
-    condition: &Condition,
     mut record: impl FnMut(&PredictedSample<'_>),
 ) -> anyhow::Result<()> {
     for (person, stream) in streams.iter().enumerate() {
-        let mut filters = Filters::new(condition.person.gaze_noise_rad)?;
+        let mut filters = Filters::new()?;
         let mut due = 0;
         for frame in &stream.frames {
             let over = |t: &SurfaceTouch| frame.t_s >= t.contact_s;
@@ -213,13 +212,11 @@ pub fn run(
                 break;
             };
             let tracking = filters.hand.step(frame);
-            let gaze = frame
-                .gaze_ray()
-                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let gaze = filters.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             let seen = PredictorInput {
                 frame,
                 hand: tracking.state(),
-                gaze: gaze.as_ref(),
+                gaze,
             };
             let began = Instant::now();
             let predictions = predictor.predict(&room.scene, &seen);
@@ -246,7 +243,6 @@ pub fn predictions(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
-    condition: &Condition,
 ) -> anyhow::Result<Vec<TouchPredictions>> {
     let mut touches: Vec<TouchPredictions> = Vec::new();
     let mut firsts = Vec::with_capacity(streams.len());
@@ -257,7 +253,7 @@ pub fn predictions(
             samples: Vec::new(),
         }));
     }
-    run(predictor, room, streams, condition, |sample| {
+    run(predictor, room, streams, |sample| {
         let touch = &mut touches[firsts[sample.person] + sample.touch];
         touch.samples.push(TimedPrediction {
             t_s: sample.seen.frame.t_s,

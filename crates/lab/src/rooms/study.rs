@@ -92,7 +92,7 @@ impl Setting {
             training,
             participants,
         } = people::people(&room, &condition, size).with_context(name)?;
-        let learnt = reaches(&training, condition.person.gaze_noise_rad)?;
+        let learnt = reaches(&training)?;
         let training = SharedTraining::new(learnt).with_context(name)?;
         Ok(Self {
             surfaces,
@@ -117,12 +117,7 @@ impl Setting {
             mut predictor,
         } in contenders?
         {
-            let touches = people::predictions(
-                predictor.as_mut(),
-                &self.room,
-                &self.participants,
-                &self.condition,
-            )?;
+            let touches = people::predictions(predictor.as_mut(), &self.room, &self.participants)?;
             self.results.push(PredictorResult { name, touches });
         }
         Ok(())
@@ -402,22 +397,16 @@ fn picture(s: &Setting) -> anyhow::Result<TouchPicture> {
     let mut hand_m = Vec::new();
     let mut all = Vec::new();
     let mut fused = s.training.fused(&s.training.config)?;
-    people::run(
-        fused.predictor.as_mut(),
-        &s.room,
-        one,
-        &s.condition,
-        |sample| {
-            if sample.touch == before {
-                hand_m.extend(sample.seen.hand.map(|h| h.point_m));
-                all.push((
-                    sample.seen.frame.t_s,
-                    sample.predictions.first().copied(),
-                    sample.seen.gaze.copied(),
-                ));
-            }
-        },
-    )?;
+    people::run(fused.predictor.as_mut(), &s.room, one, |sample| {
+        if sample.touch == before {
+            hand_m.extend(sample.seen.hand.map(|h| h.point_m));
+            all.push((
+                sample.seen.frame.t_s,
+                sample.predictions.first().copied(),
+                sample.seen.gaze.ray().copied(),
+            ));
+        }
+    })?;
     let shown = SHOWN.into_iter().filter_map(|share| {
         let index = Moment::Share(share).index(all.iter().map(|a| a.0), cast.span())?;
         let (_, fused, gaze) = all[index];

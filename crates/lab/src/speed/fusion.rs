@@ -11,6 +11,7 @@ use hwall_contact::{
     Combination, ContactPrediction, FusedConfig, FusedPredictor, GazeModel, LearnedConfig,
     LearnedEstimator, LearnedModel, Predictor, PredictorInput,
 };
+use hwall_hand::Gaze;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_stage::training::{self, Stream};
 use hwall_testkit::{MarkdownTable, Timing, format_ns};
@@ -35,7 +36,7 @@ struct RecordingPredictor {
 impl Predictor for RecordingPredictor {
     fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         let seen = PredictorInput {
-            gaze: seen.gaze.filter(|_| self.gaze),
+            gaze: if self.gaze { seen.gaze } else { Gaze::Lost },
             ..*seen
         };
         let predictions = self.predictor.predict(scene, &seen);
@@ -63,7 +64,6 @@ fn run(
     gaze: bool,
     room: &Room,
     people: &[Stream],
-    condition: &Condition,
 ) -> anyhow::Result<Run> {
     let mut all = Vec::new();
     let (mut scores, mut predictions) = (Vec::new(), 0);
@@ -74,7 +74,7 @@ fn run(
             recorded: Vec::with_capacity(1 << 16),
         };
         let person = std::slice::from_ref(person);
-        let touches = people::predictions(&mut recording, room, person, condition)?;
+        let touches = people::predictions(&mut recording, room, person)?;
         let recorded = &recording.recorded;
         for touch in touches.iter().map(|t| &t.touch) {
             for share in SHARES {
@@ -131,7 +131,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             training: train,
             participants,
         } = people::people(&room, &condition, &size)?;
-        let reaches = training::reaches(&train, condition.person.gaze_noise_rad)?;
+        let reaches = training::reaches(&train)?;
         let estimator = LearnedModel::train(
             &reaches,
             &LearnedConfig {
@@ -156,7 +156,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             }
             let sees = hypotheses > 1;
             let predictor = FusedPredictor::new(estimator.clone(), config)?;
-            let run = run(&predictor, sees, &room, &participants, &condition)?;
+            let run = run(&predictor, sees, &room, &participants)?;
             let samples = run.touches.iter().flat_map(|t| &t.samples);
             let timing = Timing::from_samples_ns(samples.map(|s| 1e3 * s.took_us).collect());
             let at = SHARES.map(|share| scores::summary(&run.touches, Moment::Share(share)));

@@ -261,7 +261,7 @@ fn demonstrations(
             stream(scene, &person.plan(&plans)?, people)
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
-    training::reaches(&streams, people.person.gaze_noise_rad)
+    training::reaches(&streams)
 }
 
 fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {

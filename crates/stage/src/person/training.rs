@@ -7,9 +7,6 @@ use hwall_hand::{
 };
 use hwall_scene::SurfaceId;
 
-/// A leap of the gaze beyond this is a saccade, in standard deviations of its noise.
-const SACCADE_SDS: f64 = 3.5;
-
 /// One touch that is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceTouch {
@@ -45,20 +42,19 @@ impl Stream {
 pub struct Filters {
     /// Smooths the hand.
     pub hand: HandFilter,
-    /// Smooths the gaze.
+    /// Tells fixations from saccades.
     pub gaze: GazeFilter,
 }
 
 impl Filters {
-    /// For a gaze of this noise, rad.
+    /// For simulated people.
     ///
     /// # Errors
     /// Settings that a filter refuses.
-    pub fn new(gaze_noise_rad: f64) -> anyhow::Result<Self> {
-        let saccade_rad = (SACCADE_SDS * gaze_noise_rad).clamp(0.07, 0.35);
+    pub fn new() -> anyhow::Result<Self> {
         Ok(Self {
             hand: HandFilter::new(HandFilterConfig::simulated())?,
-            gaze: GazeFilter::new(0.15, saccade_rad)?,
+            gaze: GazeFilter::default(),
         })
     }
 }
@@ -68,10 +64,10 @@ impl Filters {
 ///
 /// # Errors
 /// Settings that a filter refuses.
-pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<LabelledReach>> {
+pub fn reaches(streams: &[Stream]) -> anyhow::Result<Vec<LabelledReach>> {
     let mut all = Vec::new();
     for (person, stream) in streams.iter().enumerate() {
-        let mut filters = Filters::new(gaze_noise_rad)?;
+        let mut filters = Filters::new()?;
         let mut watch = ReachWatch::new(WatchConfig::default())?;
         // The samples of the reach under way.
         let mut so_far: Vec<HandFrame> = Vec::new();
@@ -99,11 +95,9 @@ pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<La
                 next = due.next();
             }
             let tracking = filters.hand.step(frame);
-            let gaze = frame
-                .gaze_ray()
-                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let gaze = filters.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             let mut kept = *frame;
-            kept.gaze = gaze.map(|ray| ray.direction);
+            kept.gaze = gaze.ray().map(|ray| ray.direction);
             match watch.step(&kept, tracking.state()) {
                 WatchUpdate::Begun { samples } => {
                     so_far.clear();
