@@ -20,6 +20,7 @@ use std::sync::OnceLock;
 struct Setting {
     room: Room,
     participants: Vec<Stream>,
+    training: Vec<Stream>,
     reaches: Vec<LabelledReach>,
 }
 
@@ -29,6 +30,7 @@ impl Setting {
         let people = people(&room, &condition, &StudySize::default()).unwrap();
         Self {
             reaches: reaches(&people.training).unwrap(),
+            training: people.training,
             participants: people.participants,
             room,
         }
@@ -131,7 +133,7 @@ fn held(touches: &[TouchPredictions]) -> [f64; 3] {
 #[test]
 fn the_direction_of_motion_is_not_counted_twice() {
     let setting = Setting::usual();
-    let training = SharedTraining::new(setting.reaches.clone()).unwrap();
+    let training = SharedTraining::new(&setting.training).unwrap();
     let regions = |bend: Option<f64>, registration_sd_m: f64| {
         let config = FusedConfig {
             bend,

@@ -41,6 +41,8 @@ pub struct ContactPrediction {
     pub probability: f64,
     /// What the surface was found by.
     pub source: PredictionSource,
+    /// Since when the eyes have rested on the predicted place, s; `None` if they do not.
+    pub looked_at_since_s: Option<f64>,
 }
 
 /// What a predicted surface was found by.

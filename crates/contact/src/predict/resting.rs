@@ -1,5 +1,6 @@
-//! Where the hand is beside the surfaces: in front of them all, through one, or at rest on one.
+//! Whether the hand rests on a surface.
 
+use super::free_side::FreeSide;
 use glam::DVec3;
 use hwall_hand::{HandState, WatchConfig};
 use hwall_scene::{Hit, Scene, SurfaceId};
@@ -13,31 +14,14 @@ pub(super) struct SurfacePlace {
     pub(super) normal: DVec3,
 }
 
-/// The side of the surfaces that the hand came from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FreeSide {
-    /// The place to look for surfaces from, m.
-    pub(super) from_m: DVec3,
-    /// The surface that the hand has gone through.
-    pub(super) behind: Option<Hit>,
-}
-
-/// Follows the hand on the free side of the surfaces, and tells when it rests on one.
+/// Tells when a hand rests on a surface.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RestWatch {
-    /// Last place of the hand on the free side of all surfaces, m.
-    free_m: Option<DVec3>,
     /// Displacement of the hand over its last decimetre before it came to rest on something, m.
     approach_m: DVec3,
     last_s: Option<f64>,
     place: Option<SurfacePlace>,
 }
-
-/// How far behind a surface a hand is still taken to touch it from the front, m.
-const DEEPEST_M: f64 = 0.25;
-
-/// A hand nearer than this to a surface is on it and not through it, m: rounding.
-const ON_SURFACE_M: f64 = 1e-6;
 
 /// The direction of an approach is taken over this length, m.
 const APPROACH_M: f64 = 0.1;
@@ -59,45 +43,8 @@ impl RestWatch {
         *self = Self::default();
     }
 
-    /// The side of the surfaces that the hand is on, or that it came from when it has gone through one.
-    pub(super) fn free_side(
-        &mut self,
-        scene: &Scene,
-        hand_m: DVec3,
-        eye_m: Option<DVec3>,
-    ) -> FreeSide {
-        let through = |from_m: DVec3| {
-            let way = hand_m - from_m;
-            let hit = scene.ray_cast(from_m, way).ok()??;
-            let before = hit.distance_m < way.length() - ON_SURFACE_M;
-            (before && scene.surface(hit.surface).touchable()).then_some(hit)
-        };
-        let behind = match (self.free_m, eye_m) {
-            (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
-            (None, Some(eye_m)) => through(eye_m).map(|hit| (hit, hit.point_m.lerp(eye_m, 1e-3))),
-            (None, None) => None,
-        };
-        match behind {
-            // A hand that is deeper went round, or the tracker lost it on the way.
-            Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
-                self.free_m = Some(free_m);
-                FreeSide {
-                    from_m: free_m,
-                    behind: Some(hit),
-                }
-            }
-            _ => {
-                self.free_m = Some(hand_m);
-                FreeSide {
-                    from_m: hand_m,
-                    behind: None,
-                }
-            }
-        }
-    }
-
-    /// The place that the hand rests on, if it does: the point of a surface below it. `side` is that of
-    /// [`free_side`](Self::free_side).
+    /// The place that the hand rests on, if it does: the point of a surface below it. `side` is the one that it
+    /// came from.
     ///
     /// A slow hand is on a surface that it has gone through, or that is no further away than half a finger
     /// plus the error of the registration. Of several it is on the one with the best product of the

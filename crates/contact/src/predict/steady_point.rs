@@ -83,6 +83,7 @@ mod tests {
             time_to_contact_s,
             probability: 1.0,
             source: PredictionSource::Gaze,
+            looked_at_since_s: None,
         }
     }
 

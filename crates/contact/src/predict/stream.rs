@@ -2,6 +2,7 @@
 
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator};
+use glam::DVec3;
 use hwall_hand::{HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate};
 
 /// Feeds an estimator the reaches of an unbroken stream, each from its true start.
@@ -14,6 +15,8 @@ pub struct StreamEstimator<E> {
     watch: ReachWatch,
     estimator: E,
     estimate: Option<ContactEstimate>,
+    /// Where the touching point was when the reach under way began, m.
+    began_m: Option<DVec3>,
 }
 
 impl<E: ContactEstimator> StreamEstimator<E> {
@@ -26,6 +29,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
             watch: ReachWatch::new(watch)?,
             estimator,
             estimate: None,
+            began_m: None,
         })
     }
 
@@ -47,10 +51,17 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimate.as_ref()
     }
 
+    /// Where the touching point was when the reach under way began, m; `None` at rest.
+    #[must_use]
+    pub const fn began_m(&self) -> Option<DVec3> {
+        self.began_m
+    }
+
     /// Forgets every sample.
     pub fn reset(&mut self) {
         self.watch.reset();
         self.estimate = None;
+        self.began_m = None;
     }
 
     /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
@@ -59,11 +70,19 @@ impl<E: ContactEstimator> StreamEstimator<E> {
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
         match self.watch.step(frame, hand) {
             WatchUpdate::Repeated => {}
-            WatchUpdate::AtRest => self.estimate = None,
+            WatchUpdate::AtRest => {
+                self.estimate = None;
+                self.began_m = None;
+            }
             WatchUpdate::UnderWay => self.estimate = self.estimator.step(frame),
             WatchUpdate::Begun { samples } => {
                 self.estimator.begin();
                 self.estimate = None;
+                let mut seen = self
+                    .watch
+                    .latest(samples)
+                    .filter_map(HandFrame::contact_point);
+                self.began_m = seen.next().map(|first| first.position_m);
                 for frame in self.watch.latest(samples) {
                     self.estimate = self.estimator.step(frame);
                 }

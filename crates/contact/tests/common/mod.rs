@@ -3,8 +3,8 @@
 
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
-    PredictorInput, TimeToContact,
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, LookShares,
+    Predictor, PredictorInput, ReachPhase, TargetShares, TimeToContact,
 };
 use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame, HandPoint, HandState};
 use hwall_scene::{Scene, SurfaceId};
@@ -194,6 +194,24 @@ pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     let draw = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * sd_m;
     let covariance = turn * DMat3::from_diagonal(sd_m * sd_m) * turn.transpose();
     (turn * draw, covariance)
+}
+
+/// Share of the looks elsewhere of [`following_the_motion`].
+pub(crate) const ELSEWHERE: f64 = 0.15;
+
+/// The default settings, for people who always touch where their motion leads.
+pub(crate) fn following_the_motion() -> FusedConfig {
+    let mut config = FusedConfig::default();
+    let as_moves = TargetShares {
+        now: 0.75 * (1.0 - ELSEWHERE),
+        before: 0.25 * (1.0 - ELSEWHERE),
+        elsewhere: ELSEWHERE,
+    };
+    let anew = TargetShares::default();
+    for phase in [ReachPhase::Onset, ReachPhase::UnderWay, ReachPhase::End] {
+        config.gaze.looks.set(phase, LookShares { as_moves, anew });
+    }
+    config
 }
 
 pub(crate) const EYE: DVec3 = DVec3::new(-0.25, 0.1, 1.6);

@@ -165,13 +165,8 @@ fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
             contact_s: truth.contact_s,
         };
         if room.way_is_free(hand, span) {
-            touches.push(SurfaceTouch {
-                surface: room.surface_at(truth.target_m)?,
-                target_m: truth.target_m,
-                normal: truth.normal,
-                start_s: truth.start_s,
-                contact_s: truth.contact_s,
-            });
+            let surface = room.surface_at(truth.target_m)?;
+            touches.push(SurfaceTouch::of(surface, hand, truth));
         }
     }
     Ok(Stream::new(frames, touches))

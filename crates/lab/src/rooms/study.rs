@@ -11,7 +11,7 @@ use crate::rooms::tables::{self, PooledResult, PredictionRows, PredictorResult, 
 use anyhow::Context;
 use hwall_stage::figures::COLOURS;
 use hwall_stage::numbers::counted;
-use hwall_stage::training::{Stream, reaches};
+use hwall_stage::training::Stream;
 use hwall_testkit::MarkdownTable;
 use plotters::style::Color;
 use rayon::prelude::*;
@@ -92,8 +92,7 @@ impl Setting {
             training,
             participants,
         } = people::people(&room, &condition, size).with_context(name)?;
-        let learnt = reaches(&training)?;
-        let training = SharedTraining::new(learnt).with_context(name)?;
+        let training = SharedTraining::new(&training).with_context(name)?;
         Ok(Self {
             surfaces,
             room,

@@ -8,8 +8,8 @@ use crate::speed::contact::{AT, SHARES};
 use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::section::{Figure, Section, SummaryRow};
 use hwall_contact::{
-    Combination, ContactPrediction, FusedConfig, FusedPredictor, GazeModel, LearnedConfig,
-    LearnedEstimator, LearnedModel, Predictor, PredictorInput,
+    Combination, ContactPrediction, FusedConfig, FusedPredictor, LearnedConfig, LearnedEstimator,
+    LearnedModel, Predictor, PredictorInput,
 };
 use hwall_hand::Gaze;
 use hwall_scene::{Scene, SurfaceId};
@@ -140,7 +140,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             },
         )?
         .estimator();
-        let gaze = GazeModel::default().fit(&reaches)?;
+        let gaze = training::gaze_model(&train, estimator.clone())?;
         let mut line = [Vec::new(), Vec::new()];
         let hypotheses = [(1, 19), (2, 19)].into_iter();
         let rays = [3, 7, 19, 37, 75].map(|rays| (3, rays));

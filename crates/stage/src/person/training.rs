@@ -1,11 +1,13 @@
 //! Reaches that a predictor learns from: people as the live filters see them.
 
 use glam::DVec3;
+use hwall_contact::{ContactEstimator, GazeModel, LabelledStream, StreamContact, StreamFilters};
 use hwall_hand::{
     GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach, ReachWatch,
     WatchConfig, WatchUpdate,
 };
 use hwall_scene::SurfaceId;
+use hwall_sim::{TouchSequence, TouchTruth};
 
 /// One touch that is judged.
 #[derive(Debug, Clone, Copy)]
@@ -16,10 +18,55 @@ pub struct SurfaceTouch {
     pub target_m: DVec3,
     /// Unit normal towards the person.
     pub normal: DVec3,
+    /// When the gaze leaves for what is to be touched, s.
+    pub look_s: f64,
+    /// When the eyes have landed on the point touched, s; `None` if they never do before the contact.
+    pub landed_s: Option<f64>,
     /// When the hand starts, s.
     pub start_s: f64,
     /// When the hand touches, s.
     pub contact_s: f64,
+}
+
+impl SurfaceTouch {
+    /// A touch of a simulated person on a surface.
+    #[must_use]
+    pub fn of(surface: SurfaceId, hand: &TouchSequence, truth: &TouchTruth) -> Self {
+        Self {
+            surface,
+            target_m: truth.target_m,
+            normal: truth.normal,
+            look_s: truth.look_s,
+            landed_s: landed_s(hand, truth),
+            start_s: truth.start_s,
+            contact_s: truth.contact_s,
+        }
+    }
+}
+
+/// The eyes rest on a point when the true line of sight passes it by less than this, rad: 4 degrees, four times the
+/// standard deviation of the aim of simulated people.
+const ON_TARGET_RAD: f64 = 0.07;
+/// For this long at least, s: eyes that only sweep over it do not.
+const RESTS_S: f64 = 0.03;
+
+/// When the eyes have landed on the target of a touch.
+fn landed_s(hand: &TouchSequence, truth: &TouchTruth) -> Option<f64> {
+    const STEP_S: f64 = 0.002;
+    let on_target = |t_s: f64| {
+        let seen = hand.truth(t_s);
+        seen.gaze.angle_between(truth.target_m - seen.head_m) < ON_TARGET_RAD
+    };
+    let steps = ((truth.contact_s - truth.look_s) / STEP_S) as usize;
+    let mut since_s = None;
+    for t_s in (0..steps).map(|i| truth.look_s + STEP_S * i as f64) {
+        if !on_target(t_s) {
+            since_s = None;
+        } else if t_s - *since_s.get_or_insert(t_s) >= RESTS_S {
+            return since_s;
+        }
+    }
+    None
 }
 
 /// A person's samples and touches.
@@ -57,6 +104,38 @@ impl Filters {
             gaze: GazeFilter::default(),
         })
     }
+}
+
+/// How people look and where they touch seen from their resting hand, learnt from all that was seen of them. `estimator` is the
+/// one that will be used.
+///
+/// # Errors
+/// Too few touches.
+pub fn gaze_model(
+    streams: &[Stream],
+    estimator: impl ContactEstimator,
+) -> anyhow::Result<GazeModel> {
+    let contact = |touch: &SurfaceTouch| StreamContact {
+        point_m: touch.target_m,
+        contact_s: touch.contact_s,
+    };
+    let contacts: Vec<Vec<_>> = streams
+        .iter()
+        .map(|stream| stream.touches.iter().map(contact).collect())
+        .collect();
+    let labelled: Vec<LabelledStream<'_>> = streams
+        .iter()
+        .zip(&contacts)
+        .map(|(stream, contacts)| LabelledStream {
+            frames: &stream.frames,
+            contacts,
+        })
+        .collect();
+    let filters = StreamFilters {
+        hand: HandFilterConfig::simulated(),
+        ..StreamFilters::default()
+    };
+    Ok(GazeModel::default().fit_streams(&labelled, estimator, &filters)?)
 }
 
 /// Reaches to learn from, each with the samples that a live estimator would see of it, and with the

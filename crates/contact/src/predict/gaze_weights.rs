@@ -1,0 +1,202 @@
+//! Hypotheses about the contact point, weighed by hand and eyes.
+
+use super::gaussian::{Gaussian, log_density_2d};
+use super::gaze_memory::{GazeMemory, Look};
+use super::gaze_model::GazeModel;
+use super::look_shares::{LookShares, ReachPhase};
+use crate::outer_product::square;
+use glam::DMat3;
+use hwall_hand::GazeRay;
+
+/// What the hand alone says about the contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ByHand {
+    pub(super) phase: ReachPhase,
+    /// Where its motion leads; `None` at rest.
+    pub(super) as_moves: Option<Gaussian>,
+    /// Where a person at rest here may touch next.
+    pub(super) anew: Gaussian,
+}
+
+/// One hypothesis about the contact point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hypothesis {
+    /// Its share times the density of the looks; those of all add up to 1.
+    pub(super) weight: f64,
+    pub(super) gaussian: Gaussian,
+    /// The line of sight that it stems from.
+    pub(super) sight: Option<GazeRay>,
+    /// Is it that of the present look?
+    pub(super) looked_at: bool,
+    /// Does it follow the motion of the hand?
+    pub(super) as_moves: bool,
+}
+
+/// At most this many: three for each of two.
+pub(super) const HYPOTHESES: usize = 6;
+
+/// Share of the estimates that are astray, and how many times their standard deviation they then are off.
+pub(super) const ASTRAY_SHARE: f64 = 0.1;
+pub(super) const ASTRAY_STRETCH: f64 = 3.0;
+/// The same for the places about a resting hand; a look leads along its line by the wider spread.
+pub(super) const FAR_SHARE: f64 = 0.1;
+pub(super) const FAR_STRETCH: f64 = 2.0;
+
+/// Share of the weight below which a hypothesis is dropped.
+const NEGLIGIBLE: f64 = 0.005;
+
+/// Looks at no place that the hand has told of yet spread over this, sr: half the room before the person.
+pub(super) const LOOKS_SR: f64 = 2.0;
+
+/// Nobody looks at a place nearer to the eyes than this in order to touch it, m.
+const NEAREST_LOOK_M: f64 = 0.1;
+
+/// A line of sight beside what the hand says.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    ray: GazeRay,
+    gaussian: Gaussian,
+    log_on_target: f64,
+    log_elsewhere: f64,
+}
+
+impl GazeModel {
+    /// The hypotheses about the contact point once the gaze is known; their weights add up to 1.
+    pub(super) fn weigh(
+        &self,
+        hand: &ByHand,
+        memory: &GazeMemory,
+        t_s: f64,
+    ) -> [Option<Hypothesis>; HYPOTHESES] {
+        let (now, before) = memory.looks(t_s, self.memory_s);
+        let age_s = now.map_or(0.0, |look| look.age_s(t_s));
+        let fade = before.map_or(0.0, |(_, ago_s)| 1.0 - ago_s / self.memory_s);
+        let shares = self.looks.at(hand.phase, age_s);
+        let LookShares { as_moves, anew } = shares.among(now.is_some(), fade);
+        let mut all = [None; HYPOTHESES];
+        let (moves, resting) = all.split_at_mut(3);
+        if let Some(motion) = &hand.as_moves {
+            let seen = |look: &Look| self.seen_anyhow(motion, look);
+            let now = now.and_then(seen);
+            let before = before.and_then(|(look, _)| seen(look));
+            // In every hypothesis each look is accounted for, on the target or elsewhere.
+            let off = |seen: Option<Seen>| seen.map_or(0.0, |seen| seen.log_elsewhere);
+            let candidate = |log_weight: f64, seen: Option<Seen>, looked_at: bool| Hypothesis {
+                weight: log_weight,
+                gaussian: seen.map_or(*motion, |seen| seen.gaussian),
+                sight: seen.map(|seen| seen.ray),
+                looked_at,
+                as_moves: true,
+            };
+            let on = |share: f64, seen: Seen, other: Option<Seen>| {
+                share.ln() + seen.log_on_target + off(other)
+            };
+            moves[0] = now.map(|seen| candidate(on(as_moves.now, seen, before), now, true));
+            moves[1] = before.map(|seen| candidate(on(as_moves.before, seen, now), before, false));
+            let unseen = as_moves.elsewhere.ln() + off(now) + off(before);
+            moves[2] = Some(candidate(unseen, None, false));
+        }
+        // Before the hand has said anything, people look at any place as probably as at another, and touch it as probably.
+        let looks = f64::from(u8::from(now.is_some()) + u8::from(before.is_some()));
+        let log_looks = -looks * LOOKS_SR.ln();
+        let cone = |look: &Look| {
+            let far = hand.anew.stretched(FAR_STRETCH)?;
+            Some((self.seen(&far, look)?.gaussian, look.ray))
+        };
+        let candidate = |share: f64, gaussian: Gaussian, sight: Option<GazeRay>| Hypothesis {
+            weight: share.ln() + log_looks,
+            gaussian,
+            sight,
+            looked_at: false,
+            as_moves: false,
+        };
+        resting[0] = now.and_then(cone).map(|(gaussian, ray)| Hypothesis {
+            looked_at: true,
+            ..candidate(anew.now, gaussian, Some(ray))
+        });
+        resting[1] = before
+            .and_then(|(look, _)| cone(look))
+            .map(|(gaussian, ray)| candidate(anew.before, gaussian, Some(ray)));
+        resting[2] = Some(candidate(anew.elsewhere, hand.anew, None));
+        normalized(all)
+    }
+
+    /// A look beside an estimate that is sometimes wrong: errors have longer tails, and a look far away from an estimate is more
+    /// often the estimate's fault than the eye's.
+    fn seen_anyhow(&self, estimate: &Gaussian, look: &Look) -> Option<Seen> {
+        let usual = self.seen(estimate, look);
+        let stretched = estimate.stretched(ASTRAY_STRETCH);
+        let astray = stretched.and_then(|g| self.seen(&g, look));
+        let (Some(usual), Some(astray)) = (usual, astray) else {
+            return usual;
+        };
+        let (often, seldom) = ((1.0 - ASTRAY_SHARE).ln(), ASTRAY_SHARE.ln());
+        let mixed = |usual: f64, astray: f64| log_sum([often + usual, seldom + astray]);
+        let is_usual = often + usual.log_on_target >= seldom + astray.log_on_target;
+        Some(Seen {
+            gaussian: if is_usual { usual } else { astray }.gaussian,
+            log_on_target: mixed(usual.log_on_target, astray.log_on_target),
+            log_elsewhere: mixed(usual.log_elsewhere, astray.log_elsewhere),
+            ..usual
+        })
+    }
+
+    /// The Gaussian along a line of sight, and how well it agrees with the hand.
+    fn seen(&self, by_hand: &Gaussian, look: &Look) -> Option<Seen> {
+        let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
+        let on_target_rad = self.on_target_sd_rad.hypot(look.noise_rad);
+        let across = DMat3::IDENTITY - square(sight);
+        // The spread across grows with the distance, which the product itself improves.
+        let mut gaussian = *by_hand;
+        for _ in 0..2 {
+            let distance_m = (gaussian.mean_m - origin_m).dot(sight);
+            if distance_m < NEAREST_LOOK_M {
+                return None;
+            }
+            let sd_m = on_target_rad * distance_m;
+            gaussian = by_hand.times(origin_m, across * (1.0 / (sd_m * sd_m)))?;
+        }
+        let distance_m = (gaussian.mean_m - origin_m).dot(sight).max(NEAREST_LOOK_M);
+        let (u, v) = sight.any_orthonormal_pair();
+        let off = (by_hand.mean_m - origin_m) / distance_m;
+        let spread = by_hand
+            .across_m2(u, v)
+            .map(|c| c / (distance_m * distance_m));
+        let log_density = |sd_rad: f64| {
+            let [uu, uv, vv] = spread;
+            let variance = sd_rad * sd_rad;
+            log_density_2d([off.dot(u), off.dot(v)], [uu + variance, uv, vv + variance])
+        };
+        Some(Seen {
+            ray: look.ray,
+            gaussian,
+            log_on_target: log_density(on_target_rad),
+            log_elsewhere: log_density(self.elsewhere_sd_rad.hypot(look.noise_rad)),
+        })
+    }
+}
+
+/// Logarithm of the sum of exponentials.
+pub(super) fn log_sum<const N: usize>(logs: [f64; N]) -> f64 {
+    let most = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    if most == f64::NEG_INFINITY {
+        return most;
+    }
+    most + logs.iter().map(|l| (l - most).exp()).sum::<f64>().ln()
+}
+
+/// Turns logarithms into weights that add up to 1, without those that are not worth their rays.
+fn normalized(mut all: [Option<Hypothesis>; HYPOTHESES]) -> [Option<Hypothesis>; HYPOTHESES] {
+    let logs = all.map(|h| h.map_or(f64::NEG_INFINITY, |h| h.weight));
+    let total = log_sum(logs);
+    for hypothesis in &mut all {
+        if let Some(h) = hypothesis {
+            h.weight = (h.weight - total).exp();
+            // NaN fails the comparison.
+            if !(h.weight > NEGLIGIBLE) {
+                *hypothesis = None;
+            }
+        }
+    }
+    all
+}
