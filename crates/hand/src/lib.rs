@@ -2,6 +2,7 @@
 
 mod error;
 mod frame;
+mod noise;
 pub mod reach;
 pub mod recording;
 mod rigid_fit;

@@ -6,8 +6,8 @@ use super::free_side::{FreeSide, SideWatch};
 use super::fused_config::FusedConfig;
 use super::gaussian::Gaussian;
 use super::gaze_memory::GazeMemory;
-use super::gaze_training::{HandPlace, gaussian_of};
-use super::gaze_weights::{ByHand, Hypothesis};
+use super::gaze_weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
+use super::hand_place::{HandPlace, gaussian_of, near};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::resting::{RestWatch, SurfacePlace};
 use super::stream::StreamEstimator;
@@ -128,12 +128,16 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let estimate = self.estimate.as_ref();
         let estimated = estimate.and_then(|e| gaussian_of(e, default_sd_m));
         let began_m = self.stream.began_m();
-        let place = HandPlace::new(hand.point_m, began_m, estimate, estimated.is_some());
+        let place = HandPlace::new(hand, began_m, estimate, &self.config.watch);
         let narrowed = |g: Gaussian| self.straight_on(scene, hand, &g).unwrap_or(g);
+        let near = near(hand.point_m)?;
+        let ahead = place.moves.then(|| self.straight_on(scene, hand, &near));
+        let rest = || self.config.gaze.rest.about(place.rest_m);
         Some(ByHand {
             phase: place.phase,
             as_moves: estimated.map(narrowed),
-            anew: self.config.gaze.rest.about(place.rest_m)?,
+            near,
+            anew: ahead.flatten().or_else(rest)?,
         })
     }
 
@@ -181,18 +185,29 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 gaussian,
                 ..hypothesis
             };
-            self.shares.add(scene, &from, &registered, seen);
+            let met = self.shares.add(scene, &from, &registered, seen);
+            if !met && hypothesis.as_moves && hypothesis.sight.is_none() {
+                self.add_closest(scene, side, &gaussian, hypothesis.weight);
+            }
         }
         if self.shares.compare() {
             return true;
         }
         if let Some(gaussian) = by_hand.as_moves {
-            // The estimate lies beyond the edges of all surfaces.
-            let radius_m = 4.0 * gaussian.sd_m();
-            self.shares
-                .add_closest(scene, side.from_m, &gaussian, radius_m);
+            self.add_closest(scene, side, &gaussian, 1.0);
         }
         self.shares.compare()
+    }
+
+    /// An estimate that lies beyond the edges of all surfaces is astray, and means the closest.
+    fn add_closest(&mut self, scene: &Scene, side: &FreeSide, estimate: &Gaussian, weight: f64) {
+        let radius_m = 4.0 * estimate.sd_m();
+        let Some(astray) = estimate.stretched(ASTRAY_STRETCH) else {
+            return;
+        };
+        let weight = weight * ASTRAY_SHARE;
+        self.shares
+            .add_closest(scene, side.from_m, (&astray, weight), radius_m);
     }
 
     /// Where the surfaces of a hypothesis are looked for from: a hand that moves meets what lies on its way, one that has not

@@ -6,6 +6,7 @@ use super::gaze_model::GazeModel;
 use super::gaze_weights::{
     ASTRAY_SHARE, ASTRAY_STRETCH, FAR_SHARE, FAR_STRETCH, LOOKS_SR, log_sum,
 };
+use super::hand_place::{HandPlace, gaussian_of};
 use super::look_shares::{LOOK_AGES_S, LookShares, LookTable, ReachPhase, TargetShares, nodes};
 use super::stream::StreamEstimator;
 use crate::error::ContactError;
@@ -62,6 +63,9 @@ const AWAY_M: f64 = 0.08;
 
 /// Spread of an estimate without one, m.
 const DEFAULT_SD_M: f64 = 0.1;
+
+/// Error of the contacts that are learnt from, in each axis, m: a tracked tip is a point inside the finger.
+const LABEL_SD_M: f64 = 0.008;
 
 /// Rounds of expectation maximisation.
 const ROUNDS: usize = 40;
@@ -148,13 +152,12 @@ impl GazeModel {
     pub fn fit_streams<E: ContactEstimator>(
         self,
         streams: &[LabelledStream<'_>],
-        estimator: E,
+        mut estimator: impl FnMut(usize) -> E,
         filters: &StreamFilters,
     ) -> Result<Self, ContactError> {
         let mut collected = Collected::default();
-        let mut estimator = StreamEstimator::new(estimator, filters.watch)?;
-        for stream in streams {
-            estimator.reset();
+        for (number, stream) in streams.iter().enumerate() {
+            let mut estimator = StreamEstimator::new(estimator(number), filters.watch)?;
             self.collect(stream, &mut estimator, filters, &mut collected)?;
         }
         if collected.touches < LEAST_TOUCHES {
@@ -206,7 +209,8 @@ impl GazeModel {
             on_the_way |= !estimator.reaching() && away_m > AWAY_M;
             if on_the_way && frame.t_s - last_s >= STEP_S {
                 last_s = frame.t_s;
-                let row = self.row(state, estimate, estimator.began_m(), &memory, contact);
+                let began_m = estimator.began_m();
+                let row = self.row((state, began_m), estimate, &memory, contact, &filters.watch);
                 let touch = collected.touches;
                 collected.rows.extend(row.map(|row| Row { touch, ..row }));
             }
@@ -217,24 +221,30 @@ impl GazeModel {
     /// What one sample says about a contact.
     fn row(
         &self,
-        hand: &HandState,
+        (hand, began_m): (&HandState, Option<DVec3>),
         estimate: Option<ContactEstimate>,
-        began_m: Option<DVec3>,
         memory: &GazeMemory,
         contact: &StreamContact,
+        watch: &WatchConfig,
     ) -> Option<Row> {
         let moves = estimate.and_then(|e| gaussian_of(&e, DEFAULT_SD_M));
-        let place = HandPlace::new(hand.point_m, began_m, estimate.as_ref(), moves.is_some());
+        let place = HandPlace::new(hand, began_m, estimate.as_ref(), watch);
         let (now, before) = memory.looks(hand.t_s, self.memory_s);
         let row = Row {
             touch: 0,
             phase: place.phase,
             age_s: now.map_or(0.0, |look| look.age_s(hand.t_s)),
             weight: 0.0,
-            log_as_moves: moves.map_or(f64::NEG_INFINITY, |g| {
-                log_tailed(&g, contact.point_m, ASTRAY_SHARE, ASTRAY_STRETCH)
-            }),
+            log_as_moves: moves
+                .and_then(|g| g.widened(LABEL_SD_M))
+                .map_or(f64::NEG_INFINITY, |g| {
+                    log_tailed(&g, contact.point_m, ASTRAY_SHARE, ASTRAY_STRETCH)
+                }),
             from_rest: contact.point_m - place.rest_m,
+            log_ahead: hand
+                .direction
+                .filter(|_| place.moves)
+                .map(|ahead| log_ahead(contact.point_m - hand.point_m, ahead)),
             now: now.map(|look| Angle::new(look, contact.point_m)),
             before: before.map(|(look, ago_s)| {
                 let fade = 1.0 - ago_s / self.memory_s;
@@ -242,37 +252,6 @@ impl GazeModel {
             }),
         };
         row.from_rest.is_finite().then_some(row)
-    }
-}
-
-/// The Gaussian of an estimate; `default_sd_m` where it states no covariance.
-pub(super) fn gaussian_of(estimate: &ContactEstimate, default_sd_m: f64) -> Option<Gaussian> {
-    let ball = DMat3::from_diagonal(DVec3::splat(default_sd_m * default_sd_m));
-    Gaussian::new(estimate.point_m, estimate.covariance_m2.unwrap_or(ball))
-}
-
-/// Where the hand is with its reach.
-pub(super) struct HandPlace {
-    pub(super) phase: ReachPhase,
-    /// Where it rests, or rested before the reach, m.
-    pub(super) rest_m: DVec3,
-}
-
-impl HandPlace {
-    pub(super) fn new(
-        hand_m: DVec3,
-        began_m: Option<DVec3>,
-        estimate: Option<&ContactEstimate>,
-        moves: bool,
-    ) -> Self {
-        let rest_m = began_m.unwrap_or(hand_m);
-        let left_s = estimate.and_then(|e| Some(e.time_to_contact_s?.mean_s));
-        let phase = if moves {
-            ReachPhase::of(hand_m.distance(rest_m), left_s)
-        } else {
-            ReachPhase::Rest
-        };
-        Self { phase, rest_m }
     }
 }
 
@@ -332,10 +311,25 @@ struct Row {
     /// Logarithm of the density of the contact by the estimate, per m³.
     log_as_moves: f64,
     from_rest: DVec3,
+    /// Logarithm of its density by the direction of a moving hand alone, per m³.
+    log_ahead: Option<f64>,
     now: Option<Angle>,
     /// The look before, and how much of it is left.
     before: Option<(Angle, f64)>,
 }
+
+/// Logarithm of the density of a contact by the direction of motion: ahead at any distance, beside it by a share of that.
+fn log_ahead(to_contact: DVec3, ahead: DVec3) -> f64 {
+    let way_m = to_contact.dot(ahead);
+    let aside_m = (to_contact - ahead * way_m).length();
+    let sd_m = BEND * way_m.max(0.0) + LABEL_SD_M;
+    let usual = -0.5 * (aside_m / sd_m).powi(2) - (TAU * sd_m * sd_m).ln();
+    // Behind the hand, or far beside its way.
+    log_sum([usual, FAR_SHARE.ln()]) - ALONG_M.ln()
+}
+
+/// How far beside its direction of motion a hand touches, as a share of the way left.
+const BEND: f64 = 0.25;
 
 /// Density of a point by a Gaussian with a tail.
 fn log_tailed(gaussian: &Gaussian, point_m: DVec3, tail: f64, stretch: f64) -> f64 {
@@ -391,7 +385,7 @@ impl Collected {
                     let Some(angle) = look else { continue };
                     if is_on { &mut on } else { &mut off }.add(weight, &angle);
                 }
-                if i >= 3 {
+                if i >= 3 && row.log_ahead.is_none() {
                     rest.add(weight, row.from_rest);
                 }
             }
@@ -468,7 +462,7 @@ impl Row {
             // The eyes rest anywhere, and what is touched lies on their line.
             anew + now_on + along(self.now),
             anew + before_on + along(before),
-            anew + log_anew,
+            anew + self.log_ahead.unwrap_or(log_anew),
         ];
         for (log, share) in logs.iter_mut().zip(shares) {
             *log += share.ln();

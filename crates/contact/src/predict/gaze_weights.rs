@@ -14,7 +14,10 @@ pub(super) struct ByHand {
     pub(super) phase: ReachPhase,
     /// Where its motion leads; `None` at rest.
     pub(super) as_moves: Option<Gaussian>,
-    /// Where a person at rest here may touch next.
+    /// Anywhere near.
+    pub(super) near: Gaussian,
+    /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
+    /// hand.
     pub(super) anew: Gaussian,
 }
 
@@ -38,7 +41,7 @@ pub(super) const HYPOTHESES: usize = 6;
 /// Share of the estimates that are astray, and how many times their standard deviation they then are off.
 pub(super) const ASTRAY_SHARE: f64 = 0.1;
 pub(super) const ASTRAY_STRETCH: f64 = 3.0;
-/// The same for the places about a resting hand; a look leads along its line by the wider spread.
+/// The same for the places about a resting hand.
 pub(super) const FAR_SHARE: f64 = 0.1;
 pub(super) const FAR_STRETCH: f64 = 2.0;
 
@@ -99,10 +102,7 @@ impl GazeModel {
         // Before the hand has said anything, people look at any place as probably as at another, and touch it as probably.
         let looks = f64::from(u8::from(now.is_some()) + u8::from(before.is_some()));
         let log_looks = -looks * LOOKS_SR.ln();
-        let cone = |look: &Look| {
-            let far = hand.anew.stretched(FAR_STRETCH)?;
-            Some((self.seen(&far, look)?.gaussian, look.ray))
-        };
+        let cone = |look: &Look| Some((self.seen(&hand.near, look)?.gaussian, look.ray));
         let candidate = |share: f64, gaussian: Gaussian, sight: Option<GazeRay>| Hypothesis {
             weight: share.ln() + log_looks,
             gaussian,

@@ -10,6 +10,7 @@ mod gaze_memory;
 mod gaze_model;
 mod gaze_training;
 mod gaze_weights;
+mod hand_place;
 mod look_shares;
 mod prediction;
 mod resting;

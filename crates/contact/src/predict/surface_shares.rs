@@ -191,14 +191,14 @@ impl SurfaceShares {
     }
 
     /// Adds the faces that hold a part of a hypothesis and are met first from a viewpoint. The weights of all hypotheses add up
-    /// to 1.
+    /// to 1. Returns whether there are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,
         from: &Viewpoint,
         hypothesis: &Hypothesis,
         seen: Option<SeenFace>,
-    ) {
+    ) -> bool {
         let first = self.faces.len();
         let (gaussian, weight) = (&hypothesis.gaussian, hypothesis.weight);
         self.cast(scene, from, gaussian, first, weight >= LITTLE);
@@ -218,6 +218,8 @@ impl SurfaceShares {
             face.evidence = evidence;
             face.log_mass += scale;
         }
+        let met = |face: &Face| face.log_mass > f64::NEG_INFINITY;
+        self.faces[first..].iter().any(met)
     }
 
     /// What brings the faces from `first` on to the weight of a hypothesis that owes nothing to the motion: where it puts a
@@ -237,7 +239,7 @@ impl SurfaceShares {
         &mut self,
         scene: &Scene,
         origin_m: DVec3,
-        gaussian: &Gaussian,
+        (gaussian, weight): (&Gaussian, f64),
         radius_m: f64,
     ) {
         let closest = scene.closest_touchable(gaussian.mean_m, radius_m);
@@ -255,7 +257,7 @@ impl SurfaceShares {
             surface: closest.surface,
             normal,
             met_m: closest.point_m,
-            log_mass: cut.log_density,
+            log_mass: cut.log_density + weight.ln(),
             mass: 0.0,
             mean_m: closest.point_m,
             covariance_m2: cut.covariance_m2,

@@ -1,9 +1,9 @@
 //! Fixations and saccades in the samples of an eye tracker.
 
 use super::gaze::{Fixation, Gaze};
-use super::gaze_noise::GazeNoise;
 use crate::error::HandError;
 use crate::frame::GazeRay;
+use crate::noise::MedianSize;
 use glam::DVec3;
 use hwall_numeric::check::{non_negative, positive};
 
@@ -81,7 +81,8 @@ impl GazeFilterConfig {
 #[derive(Debug, Clone, Copy)]
 pub struct GazeFilter {
     config: GazeFilterConfig,
-    noise: GazeNoise,
+    /// Angles between successive directions, rad.
+    noise: MedianSize,
     /// The newest samples in order of time, those of the fixation under way or of the flight.
     recent: Recent,
     under_way: Option<UnderWay>,
@@ -95,6 +96,9 @@ pub struct GazeFilter {
     last: Option<(f64, Gaze)>,
 }
 
+/// The length of the difference of two directions, each with unit noise in two directions, has this median: √2 times the
+/// median √(2 ln 2) of a Rayleigh distribution.
+const MEDIAN_OF_DIFFERENCE: f64 = 1.665_109_222_315_395_4;
 /// Samples closer together than this count once, s: those of a faster stream repeat each other.
 const LEAST_STEP_S: f64 = 0.004;
 /// Samples of a fixation that may still turn out to be those of the next one.
@@ -123,7 +127,7 @@ impl GazeFilter {
     fn unchecked(config: GazeFilterConfig) -> Self {
         Self {
             config,
-            noise: GazeNoise::new(config.noise_rad),
+            noise: MedianSize::new(config.noise_rad * MEDIAN_OF_DIFFERENCE),
             recent: Recent::default(),
             under_way: None,
             ended: None,
@@ -167,8 +171,8 @@ impl GazeFilter {
 
     /// The noise of single samples as measured, standard deviation in each of two directions, rad.
     #[must_use]
-    pub const fn noise_rad(&self) -> f64 {
-        self.noise.sd_rad()
+    pub fn noise_rad(&self) -> f64 {
+        self.noise.median() / MEDIAN_OF_DIFFERENCE
     }
 
     fn answer(&self, t_s: f64) -> Gaze {
@@ -180,7 +184,7 @@ impl GazeFilter {
         }
         match &self.under_way {
             Some(fixation) => fixation
-                .published(&self.recent, self.strays, self.noise.sd_rad())
+                .published(&self.recent, self.strays, self.noise_rad())
                 .map_or(Gaze::Lost, Gaze::Fixed),
             None => Gaze::InFlight {
                 since_s: self.flight_since_s,
@@ -220,7 +224,7 @@ impl GazeFilter {
 
     /// A sample during a fixation.
     fn follow(&mut self, sample: Sample) {
-        let off_rad = (OFF_SDS * self.noise.sd_rad()).max(self.config.least_shift_rad);
+        let off_rad = (OFF_SDS * self.noise_rad()).max(self.config.least_shift_rad);
         let Some(fixation) = &mut self.under_way else {
             return;
         };
@@ -272,7 +276,7 @@ impl GazeFilter {
         if self.recent.len() < WINDOW || n < 4.0 {
             return false;
         }
-        let sd_rad = self.noise.sd_rad() * (1.0 / n + 1.0 / m).sqrt();
+        let sd_rad = self.noise_rad() * (1.0 / n + 1.0 / m).sqrt();
         let limit_rad = (SHIFT_SDS * sd_rad).max(self.config.least_shift_rad);
         before.away_rad(&now, self.config.distance_m) > limit_rad
     }
@@ -297,7 +301,7 @@ impl GazeFilter {
         let Some(run) = self.recent.settled(self.config.settle_s) else {
             return;
         };
-        let (speed, noise_rad) = (self.config.saccade_rad_per_s, self.noise.sd_rad());
+        let (speed, noise_rad) = (self.config.saccade_rad_per_s, self.noise_rad());
         let limit_rad = |from: &Sample, to: &Sample| {
             let noise_rad = LANDED_SDS * noise_rad * std::f64::consts::SQRT_2;
             (speed * (to.t_s - from.t_s)).max(noise_rad)
@@ -344,7 +348,7 @@ impl GazeFilter {
         let ended = self.ended?;
         let (before, now) = (ended.sums.mean()?, self.recent.mean()?);
         let (n, m) = (ended.sums.effective(), self.recent.len() as f64);
-        let sd_rad = self.noise.sd_rad() * (1.0 / n + 1.0 / m).sqrt();
+        let sd_rad = self.noise_rad() * (1.0 / n + 1.0 / m).sqrt();
         let limit_rad = (OFF_SDS * sd_rad).max(self.config.least_shift_rad);
         let soon = landed_s - ended.until_s <= self.config.resume_s;
         let same = before.away_rad(&now, self.config.distance_m) <= limit_rad;

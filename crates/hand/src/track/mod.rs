@@ -4,7 +4,6 @@ mod filter;
 mod freeze;
 mod gaze;
 mod gaze_filter;
-mod gaze_noise;
 
 pub use filter::{HandFilter, HandFilterConfig, HandState, LostReason, Tracking};
 pub use freeze::{FreezeConfig, FreezeKind};

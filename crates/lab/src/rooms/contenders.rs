@@ -98,7 +98,7 @@ impl SharedTraining {
         let reaches = training::reaches(streams)?;
         let learned = LearnedModel::train(&reaches, &LearnedConfig::default());
         let learned = learned.context("the learned estimator")?;
-        let gaze = training::gaze_model(streams, learned.estimator()).context("the gaze")?;
+        let gaze = training::gaze_model(streams, |_| learned.estimator()).context("the gaze")?;
         Ok(Self {
             learned,
             config: FusedConfig {

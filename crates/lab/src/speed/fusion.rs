@@ -140,7 +140,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             },
         )?
         .estimator();
-        let gaze = training::gaze_model(&train, estimator.clone())?;
+        let gaze = training::gaze_model(&train, |_| estimator.clone())?;
         let mut line = [Vec::new(), Vec::new()];
         let hypotheses = [(1, 19), (2, 19)].into_iter();
         let rays = [3, 7, 19, 37, 75].map(|rays| (3, rays));

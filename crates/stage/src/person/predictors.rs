@@ -228,7 +228,7 @@ fn fused(
     let streams = training_streams(scene, arm, people)?;
     let reaches = training::reaches(&streams)?;
     let model = LearnedModel::train(&reaches, &LearnedConfig::default())?;
-    let gaze = training::gaze_model(&streams, model.estimator())?;
+    let gaze = training::gaze_model(&streams, |_| model.estimator())?;
     let config = FusedConfig {
         gaze,
         ..FusedConfig::default()

@@ -111,9 +111,9 @@ impl Filters {
 ///
 /// # Errors
 /// Too few touches.
-pub fn gaze_model(
+pub fn gaze_model<E: ContactEstimator>(
     streams: &[Stream],
-    estimator: impl ContactEstimator,
+    estimator: impl FnMut(usize) -> E,
 ) -> anyhow::Result<GazeModel> {
     let contact = |touch: &SurfaceTouch| StreamContact {
         point_m: touch.target_m,
