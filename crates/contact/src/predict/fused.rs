@@ -16,7 +16,7 @@ use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
-use hwall_hand::HandState;
+use hwall_hand::{GazeRay, HandState};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// Fuses an estimate of where the hand's motion ends with the gaze and the surfaces of the scene.
@@ -130,14 +130,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let began_m = self.stream.began_m();
         let place = HandPlace::new(hand, began_m, estimate, &self.config.watch);
         let narrowed = |g: Gaussian| self.straight_on(scene, hand, &g).unwrap_or(g);
-        let near = near(hand.point_m)?;
-        let ahead = place.moves.then(|| self.straight_on(scene, hand, &near));
+        let ahead = || self.straight_on(scene, hand, &near(hand.point_m)?);
         let rest = || self.config.gaze.rest.about(place.rest_m);
         Some(ByHand {
             phase: place.phase,
             as_moves: estimated.map(narrowed),
-            near,
-            anew: ahead.flatten().or_else(rest)?,
+            anew: if place.moves { ahead() } else { None }.or_else(rest)?,
         })
     }
 
@@ -167,7 +165,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let Some(by_hand) = self.by_hand(scene, hand) else {
             return false;
         };
-        let hypotheses = self.config.gaze.weigh(&by_hand, &self.gaze, hand.t_s);
+        let distance_m = |ray: &GazeRay| {
+            let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
+            Some(hit.distance_m)
+        };
+        let gaze = &self.config.gaze;
+        let hypotheses = gaze.weigh(&by_hand, &self.gaze, hand.t_s, distance_m);
         for hypothesis in hypotheses.into_iter().flatten() {
             let from = self.viewpoint(hand, side, &hypothesis);
             // What the line of sight meets may be meant although the straight way there is blocked.

@@ -65,6 +65,8 @@ const SAME_SDS: f64 = 3.0;
 const WIDEST_RAD: f64 = 0.35;
 /// Shorter looks are not remembered, s: nobody saw anything there.
 const SHORTEST_S: f64 = 0.08;
+/// A look back at a place that was left no longer ago than this goes on, s: after a glance, not after a touch.
+const BACK_S: f64 = 1.0;
 /// The last look counts as the present one for this long without a line of sight, s: saccades and blinks.
 const HOLD_S: f64 = 0.3;
 
@@ -90,7 +92,9 @@ impl GazeMemory {
                 return;
             }
         }
-        let back = self.before.filter(|look| look.holds(fixation, apart_rad));
+        let back = self
+            .before
+            .filter(|look| t_s - look.until_s <= BACK_S && look.holds(fixation, apart_rad));
         self.pass();
         let mut next = Look::new(fixation);
         if let Some(back) = back {

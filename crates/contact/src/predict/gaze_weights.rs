@@ -14,8 +14,6 @@ pub(super) struct ByHand {
     pub(super) phase: ReachPhase,
     /// Where its motion leads; `None` at rest.
     pub(super) as_moves: Option<Gaussian>,
-    /// Anywhere near.
-    pub(super) near: Gaussian,
     /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
     /// hand.
     pub(super) anew: Gaussian,
@@ -54,6 +52,11 @@ pub(super) const LOOKS_SR: f64 = 2.0;
 /// Nobody looks at a place nearer to the eyes than this in order to touch it, m.
 const NEAREST_LOOK_M: f64 = 0.1;
 
+/// How far away the place is that is looked at where the line of sight meets nothing, m, and how far before or behind what it meets
+/// a person may mean, past an edge, standard deviation, m.
+const USUAL_LOOK_M: f64 = 0.8;
+const DEPTH_SD_M: f64 = 0.4;
+
 /// A line of sight beside what the hand says.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
@@ -64,12 +67,14 @@ struct Seen {
 }
 
 impl GazeModel {
-    /// The hypotheses about the contact point once the gaze is known; their weights add up to 1.
+    /// The hypotheses about the contact point once the gaze is known; their weights add up to 1. `distance_m`: at which a line of sight
+    /// meets something.
     pub(super) fn weigh(
         &self,
         hand: &ByHand,
         memory: &GazeMemory,
         t_s: f64,
+        distance_m: impl Fn(&GazeRay) -> Option<f64>,
     ) -> [Option<Hypothesis>; HYPOTHESES] {
         let (now, before) = memory.looks(t_s, self.memory_s);
         let age_s = now.map_or(0.0, |look| look.age_s(t_s));
@@ -102,7 +107,10 @@ impl GazeModel {
         // Before the hand has said anything, people look at any place as probably as at another, and touch it as probably.
         let looks = f64::from(u8::from(now.is_some()) + u8::from(before.is_some()));
         let log_looks = -looks * LOOKS_SR.ln();
-        let cone = |look: &Look| Some((self.seen(&hand.near, look)?.gaussian, look.ray));
+        let cone = |look: &Look| {
+            let distance_m = distance_m(&look.ray).unwrap_or(USUAL_LOOK_M);
+            Some((self.cone(look, distance_m)?, look.ray))
+        };
         let candidate = |share: f64, gaussian: Gaussian, sight: Option<GazeRay>| Hypothesis {
             weight: share.ln() + log_looks,
             gaussian,
@@ -119,6 +127,20 @@ impl GazeModel {
             .map(|(gaussian, ray)| candidate(anew.before, gaussian, Some(ray)));
         resting[2] = Some(candidate(anew.elsewhere, hand.anew, None));
         normalized(all)
+    }
+
+    /// What a line of sight means by itself: the place that it meets, or one before or behind it.
+    fn cone(&self, look: &Look, distance_m: f64) -> Option<Gaussian> {
+        let GazeRay {
+            origin_m,
+            direction: sight,
+        } = look.ray;
+        let distance_m = distance_m.max(NEAREST_LOOK_M);
+        let across_m = self.on_target_sd_rad.hypot(look.noise_rad) * distance_m;
+        let along = square(sight);
+        let covariance_m2 =
+            along * (DEPTH_SD_M * DEPTH_SD_M) + (DMat3::IDENTITY - along) * (across_m * across_m);
+        Gaussian::new(origin_m + sight * distance_m, covariance_m2)
     }
 
     /// A look beside an estimate that is sometimes wrong: errors have longer tails, and a look far away from an estimate is more
