@@ -22,6 +22,6 @@ pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
     FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,
-    PredictorInput, RayLead, ReachPhase, RestingHand, SteadyPoint, StreamContact, StreamEstimator,
-    StreamFilters, TargetLook, TargetShares,
+    PredictorInput, RayLead, ReachBeginning, ReachPhase, RestingHand, SteadyPoint, StreamContact,
+    StreamEstimator, StreamFilters, TargetLook, TargetShares,
 };

@@ -284,13 +284,10 @@ impl Predictor for DeterministicPredictor {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let aim = self.look(scene, input.frame.t_s, &input.gaze);
-        self.prediction = match input.hand.filter(usable) {
-            Some(hand) => self.contact(scene, hand, aim),
-            None => {
-                self.side.forget();
-                None
-            }
-        };
+        self.prediction = input
+            .hand
+            .filter(usable)
+            .and_then(|hand| self.contact(scene, hand, aim));
         self.prediction.as_slice()
     }
 
@@ -334,7 +331,7 @@ impl DeterministicPredictor {
         looked_at: Option<Aim>,
     ) -> Option<ContactPrediction> {
         let eye_m = looked_at.and_then(|aim| Some(aim.look?.ray.origin_m));
-        let side = self.side.free_side(scene, hand.point_m, eye_m);
+        let side = self.side.free_side(scene, hand, eye_m);
         let by_gaze = || self.project(scene, looked_at?, hand, &side, PredictionSource::Gaze);
         // Without a gaze, the way that the hand has come says what it went through.
         let through = || {

@@ -1,6 +1,7 @@
 //! The side of the surfaces that the hand is on, or came from.
 
 use glam::DVec3;
+use hwall_hand::HandState;
 use hwall_scene::{Hit, Scene};
 
 /// The side of the surfaces that the hand came from.
@@ -17,10 +18,15 @@ pub(super) struct FreeSide {
 pub(super) struct SideWatch {
     /// Last place of the hand on the free side of all surfaces, m.
     free_m: Option<DVec3>,
+    /// When the hand was seen last, s.
+    seen_s: f64,
 }
 
 /// How far behind a surface a hand is still taken to touch it from the front, m.
 const DEEPEST_M: f64 = 0.25;
+
+/// A hand that was lost for longer than this may be anywhere, s.
+const LONGEST_LOSS_S: f64 = 0.5;
 
 /// A hand nearer than this to a surface is on it and not through it, m: rounding.
 const ON_SURFACE_M: f64 = 1e-6;
@@ -34,9 +40,15 @@ impl SideWatch {
     pub(super) fn free_side(
         &mut self,
         scene: &Scene,
-        hand_m: DVec3,
+        hand: &HandState,
         eye_m: Option<DVec3>,
     ) -> FreeSide {
+        let hand_m = hand.point_m;
+        // Also for a clock that was set back.
+        if !(0.0..=LONGEST_LOSS_S).contains(&(hand.t_s - self.seen_s)) {
+            self.forget();
+        }
+        self.seen_s = hand.t_s;
         let through = |from_m: DVec3| {
             let way = hand_m - from_m;
             let hit = scene.ray_cast(from_m, way).ok()??;

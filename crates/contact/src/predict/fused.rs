@@ -7,7 +7,7 @@ use super::fused_config::FusedConfig;
 use super::gaussian::Gaussian;
 use super::gaze_memory::GazeMemory;
 use super::gaze_weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
-use super::hand_place::{HandPlace, gaussian_of, near};
+use super::hand_place::{HandPlace, close, gaussian_of, near};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use super::resting::{RestWatch, SurfacePlace};
 use super::stream::StreamEstimator;
@@ -127,15 +127,19 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let default_sd_m = self.config.default_sd_m;
         let estimate = self.estimate.as_ref();
         let estimated = estimate.and_then(|e| gaussian_of(e, default_sd_m));
-        let began_m = self.stream.began_m();
-        let place = HandPlace::new(hand, began_m, estimate, &self.config.watch);
+        let began = self.stream.began();
+        let place = HandPlace::new(hand, began, estimate, &self.config.watch);
         let narrowed = |g: Gaussian| self.straight_on(scene, hand, &g).unwrap_or(g);
-        let ahead = || self.straight_on(scene, hand, &near(hand.point_m)?);
-        let rest = || self.config.gaze.rest.about(place.rest_m);
+        let anew = if place.moves {
+            self.straight_on(scene, hand, &near(hand.point_m)?)
+                .or_else(|| close(hand.point_m))
+        } else {
+            self.config.gaze.rest.about(place.rest_m)
+        };
         Some(ByHand {
             phase: place.phase,
             as_moves: estimated.map(narrowed),
-            anew: if place.moves { ahead() } else { None }.or_else(rest)?,
+            anew: anew?,
         })
     }
 
@@ -414,13 +418,12 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         let by_ray = self.fallback.predict(scene, input).first().copied();
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let Some(hand) = input.hand.filter(usable) else {
-            self.side.forget();
             self.rest.forget();
             return &self.ranked;
         };
         if self.experience() == Experience::Enough {
             let eye_m = self.gaze.now().map(|look| look.ray.origin_m);
-            let side = self.side.free_side(scene, hand.point_m, eye_m);
+            let side = self.side.free_side(scene, hand, eye_m);
             let registration_sd_m = self.config.registration_sd_m;
             let watch = &self.config.watch;
             let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);

@@ -8,7 +8,7 @@ use super::gaze_weights::{
 };
 use super::hand_place::{HandPlace, gaussian_of};
 use super::look_shares::{LOOK_AGES_S, LookShares, LookTable, ReachPhase, TargetShares, nodes};
-use super::stream::StreamEstimator;
+use super::stream::{ReachBeginning, StreamEstimator};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator};
 use crate::outer_product::square;
@@ -209,8 +209,8 @@ impl GazeModel {
             on_the_way |= !estimator.reaching() && away_m > AWAY_M;
             if on_the_way && frame.t_s - last_s >= STEP_S {
                 last_s = frame.t_s;
-                let began_m = estimator.began_m();
-                let row = self.row((state, began_m), estimate, &memory, contact, &filters.watch);
+                let began = estimator.began();
+                let row = self.row((state, began), estimate, &memory, contact, &filters.watch);
                 let touch = collected.touches;
                 collected.rows.extend(row.map(|row| Row { touch, ..row }));
             }
@@ -221,14 +221,14 @@ impl GazeModel {
     /// What one sample says about a contact.
     fn row(
         &self,
-        (hand, began_m): (&HandState, Option<DVec3>),
+        (hand, began): (&HandState, Option<&ReachBeginning>),
         estimate: Option<ContactEstimate>,
         memory: &GazeMemory,
         contact: &StreamContact,
         watch: &WatchConfig,
     ) -> Option<Row> {
         let moves = estimate.and_then(|e| gaussian_of(&e, DEFAULT_SD_M));
-        let place = HandPlace::new(hand, began_m, estimate.as_ref(), watch);
+        let place = HandPlace::new(hand, began, estimate.as_ref(), watch);
         let (now, before) = memory.looks(hand.t_s, self.memory_s);
         let row = Row {
             touch: 0,

@@ -2,6 +2,7 @@
 
 use super::gaussian::Gaussian;
 use super::look_shares::ReachPhase;
+use super::stream::ReachBeginning;
 use crate::estimate::ContactEstimate;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandState, WatchConfig};
@@ -12,33 +13,34 @@ pub(super) struct HandPlace {
     pub(super) phase: ReachPhase,
     /// Where it rests, or rested before the reach, m.
     pub(super) rest_m: DVec3,
-    /// Is it on its way? Before that its direction says nothing.
+    /// Is it on its way? While it sets off from rest its direction says nothing yet.
     pub(super) moves: bool,
 }
 
 impl HandPlace {
-    /// `began_m`: where the reach under way began.
+    /// `began`: how the reach under way did.
     pub(super) fn new(
         hand: &HandState,
-        began_m: Option<DVec3>,
+        began: Option<&ReachBeginning>,
         estimate: Option<&ContactEstimate>,
         watch: &WatchConfig,
     ) -> Self {
         let speed_m_per_s = hand.velocity_m_per_s.length();
         let slow = speed_m_per_s < watch.offset_m_per_s;
-        let rest_m = began_m.filter(|_| !slow).unwrap_or(hand.point_m);
-        let phase = match (estimate, began_m) {
-            (Some(estimate), Some(began_m)) => {
+        let from_m = began.filter(|_| !slow).map(|began| began.place_m);
+        let phase = match (estimate, began) {
+            (Some(estimate), Some(began)) => {
                 let left_s = estimate.time_to_contact_s.map(|time| time.mean_s);
-                ReachPhase::of(hand.point_m.distance(began_m), left_s)
+                ReachPhase::of(hand.point_m.distance(began.place_m), left_s)
             }
             (Some(_), None) => ReachPhase::Onset,
             (None, _) => ReachPhase::Rest,
         };
         Self {
             phase,
-            rest_m,
-            moves: matches!(phase, ReachPhase::UnderWay | ReachPhase::End),
+            rest_m: from_m.unwrap_or(hand.point_m),
+            moves: matches!(phase, ReachPhase::UnderWay | ReachPhase::End)
+                || (phase == ReachPhase::Onset && began.is_some_and(|began| began.turned)),
         }
     }
 }
@@ -52,8 +54,19 @@ pub(super) fn gaussian_of(estimate: &ContactEstimate, default_sd_m: f64) -> Opti
 /// What a hand can reach from here, m: an arm's length and a step are two standard deviations.
 const NEAR_SD_M: f64 = 0.6;
 
+/// What a hand on its way may touch that moves towards nothing, m: it turns.
+const CLOSE_SD_M: f64 = 0.15;
+
 /// Anywhere near.
 pub(super) fn near(hand_m: DVec3) -> Option<Gaussian> {
-    let ball = DMat3::from_diagonal(DVec3::splat(NEAR_SD_M * NEAR_SD_M));
-    Gaussian::new(hand_m, ball)
+    ball(hand_m, NEAR_SD_M)
+}
+
+/// Close to the hand.
+pub(super) fn close(hand_m: DVec3) -> Option<Gaussian> {
+    ball(hand_m, CLOSE_SD_M)
+}
+
+fn ball(mean_m: DVec3, sd_m: f64) -> Option<Gaussian> {
+    Gaussian::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
 }

@@ -28,4 +28,4 @@ pub use look_shares::{LOOK_AGES_S, LookShares, LookTable, ReachPhase, TargetShar
 pub use prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 pub use resting_hand::RestingHand;
 pub use steady_point::SteadyPoint;
-pub use stream::StreamEstimator;
+pub use stream::{ReachBeginning, StreamEstimator};

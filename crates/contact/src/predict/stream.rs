@@ -15,8 +15,16 @@ pub struct StreamEstimator<E> {
     watch: ReachWatch,
     estimator: E,
     estimate: Option<ContactEstimate>,
-    /// Where the touching point was when the reach under way began, m.
-    began_m: Option<DVec3>,
+    began: Option<ReachBeginning>,
+}
+
+/// How the reach under way began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReachBeginning {
+    /// Where the touching point was, m.
+    pub place_m: DVec3,
+    /// Did the hand turn to it in the middle of a movement, and not from rest?
+    pub turned: bool,
 }
 
 impl<E: ContactEstimator> StreamEstimator<E> {
@@ -29,7 +37,7 @@ impl<E: ContactEstimator> StreamEstimator<E> {
             watch: ReachWatch::new(watch)?,
             estimator,
             estimate: None,
-            began_m: None,
+            began: None,
         })
     }
 
@@ -51,28 +59,29 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.estimate.as_ref()
     }
 
-    /// Where the touching point was when the reach under way began, m; `None` at rest.
+    /// How the reach under way began; `None` at rest.
     #[must_use]
-    pub const fn began_m(&self) -> Option<DVec3> {
-        self.began_m
+    pub const fn began(&self) -> Option<&ReachBeginning> {
+        self.began.as_ref()
     }
 
     /// Forgets every sample.
     pub fn reset(&mut self) {
         self.watch.reset();
         self.estimate = None;
-        self.began_m = None;
+        self.began = None;
     }
 
     /// Takes the next sample, and the filtered hand unless it is lost; the estimate is `None` at rest. A
     /// sample that repeats the time of the one before gets the same estimate; when the clock is set back, the
     /// stream starts anew.
     pub fn step(&mut self, frame: &HandFrame, hand: Option<&HandState>) -> Option<ContactEstimate> {
+        let turned = self.watch.reaching();
         match self.watch.step(frame, hand) {
             WatchUpdate::Repeated => {}
             WatchUpdate::AtRest => {
                 self.estimate = None;
-                self.began_m = None;
+                self.began = None;
             }
             WatchUpdate::UnderWay => self.estimate = self.estimator.step(frame),
             WatchUpdate::Begun { samples } => {
@@ -82,7 +91,10 @@ impl<E: ContactEstimator> StreamEstimator<E> {
                     .watch
                     .latest(samples)
                     .filter_map(HandFrame::contact_point);
-                self.began_m = seen.next().map(|first| first.position_m);
+                self.began = seen.next().map(|first| ReachBeginning {
+                    place_m: first.position_m,
+                    turned,
+                });
                 for frame in self.watch.latest(samples) {
                     self.estimate = self.estimator.step(frame);
                 }
