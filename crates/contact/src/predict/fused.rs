@@ -138,6 +138,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         };
         Some(ByHand {
             phase: place.phase,
+            began_s: began.map(|began| began.since_s),
             as_moves: estimated.map(narrowed),
             anew: anew?,
         })

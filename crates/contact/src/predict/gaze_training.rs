@@ -240,6 +240,12 @@ impl GazeModel {
                 .map_or(f64::NEG_INFINITY, |g| {
                     log_tailed(&g, contact.point_m, ASTRAY_SHARE, ASTRAY_STRETCH)
                 }),
+            log_changed: self.log_changed(
+                moves.as_ref(),
+                began.map(|began| began.since_s),
+                memory,
+                hand.t_s,
+            ),
             from_rest: contact.point_m - place.rest_m,
             log_ahead: hand
                 .direction
@@ -310,6 +316,8 @@ struct Row {
     weight: f64,
     /// Logarithm of the density of the contact by the estimate, per m³.
     log_as_moves: f64,
+    /// [`GazeModel::log_changed`].
+    log_changed: f64,
     from_rest: DVec3,
     /// Logarithm of its density by the direction of a moving hand alone, per m³.
     log_ahead: Option<f64>,
@@ -460,7 +468,7 @@ impl Row {
             self.log_as_moves + now_off + before_on,
             self.log_as_moves + now_off + before_off,
             // The eyes rest anywhere, and what is touched lies on their line.
-            anew + now_on + along(self.now),
+            anywhere(self.now) + now_on + along(self.now) + anywhere(before) + self.log_changed,
             anew + before_on + along(before),
             anew + self.log_ahead.unwrap_or(log_anew),
         ];

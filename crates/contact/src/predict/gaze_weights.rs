@@ -12,6 +12,8 @@ use hwall_hand::GazeRay;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ByHand {
     pub(super) phase: ReachPhase,
+    /// When the reach under way began, s.
+    pub(super) began_s: Option<f64>,
     /// Where its motion leads; `None` at rest.
     pub(super) as_moves: Option<Gaussian>,
     /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
@@ -31,6 +33,8 @@ pub(super) struct Hypothesis {
     pub(super) looked_at: bool,
     /// Does it follow the motion of the hand?
     pub(super) as_moves: bool,
+    /// Is it that of a look that began after the reach did: has the mind changed?
+    pub(super) changed: bool,
 }
 
 /// At most this many: three for each of two.
@@ -51,6 +55,9 @@ pub(super) const LOOKS_SR: f64 = 2.0;
 
 /// Nobody looks at a place nearer to the eyes than this in order to touch it, m.
 const NEAREST_LOOK_M: f64 = 0.1;
+
+/// Share of the changes of mind among the cases in which the hand moves and its motion says nothing; the rest are false starts.
+const CHANGED_SHARE: f64 = 0.5;
 
 /// How far away the place is that is looked at where the line of sight meets nothing, m, and how far before or behind what it meets
 /// a person may mean, past an edge, standard deviation, m.
@@ -95,6 +102,7 @@ impl GazeModel {
                 sight: seen.map(|seen| seen.ray),
                 looked_at,
                 as_moves: true,
+                changed: false,
             };
             let on = |share: f64, seen: Seen, other: Option<Seen>| {
                 share.ln() + seen.log_on_target + off(other)
@@ -117,16 +125,47 @@ impl GazeModel {
             sight,
             looked_at: false,
             as_moves: false,
+            changed: false,
         };
-        resting[0] = now.and_then(cone).map(|(gaussian, ray)| Hypothesis {
-            looked_at: true,
-            ..candidate(anew.now, gaussian, Some(ray))
+        // Who has changed their mind was looking before at what the motion still leads to.
+        let meant_before = self.log_changed(hand.as_moves.as_ref(), hand.began_s, memory, t_s);
+        resting[0] = now.and_then(cone).map(|(gaussian, ray)| {
+            let hypothesis = candidate(anew.now, gaussian, Some(ray));
+            Hypothesis {
+                weight: hypothesis.weight + meant_before,
+                looked_at: true,
+                changed: meant_before != 0.0,
+                ..hypothesis
+            }
         });
         resting[1] = before
             .and_then(|(look, _)| cone(look))
             .map(|(gaussian, ray)| candidate(anew.before, gaussian, Some(ray)));
         resting[2] = Some(candidate(anew.elsewhere, hand.anew, None));
         normalized(all)
+    }
+
+    /// Logarithm of how much more probable the look before is when the mind may have changed since than when it had nothing to do
+    /// with the motion. Only a look that began after the reach did tells of a change; the first one leads the hand.
+    pub(super) fn log_changed(
+        &self,
+        motion: Option<&Gaussian>,
+        began_s: Option<f64>,
+        memory: &GazeMemory,
+        t_s: f64,
+    ) -> f64 {
+        let (Some(now), Some((before, _))) = memory.looks(t_s, self.memory_s) else {
+            return 0.0;
+        };
+        let seen = motion
+            .filter(|_| began_s.is_some_and(|began_s| now.since_s > began_s))
+            .and_then(|motion| self.seen_anyhow(motion, before));
+        seen.map_or(0.0, |seen| {
+            log_sum([
+                (1.0 - CHANGED_SHARE).ln(),
+                CHANGED_SHARE.ln() + seen.log_on_target + LOOKS_SR.ln(),
+            ])
+        })
     }
 
     /// What a line of sight means by itself: the place that it meets, or one before or behind it.

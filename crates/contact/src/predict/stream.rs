@@ -21,6 +21,8 @@ pub struct StreamEstimator<E> {
 /// How the reach under way began.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachBeginning {
+    /// When, s.
+    pub since_s: f64,
     /// Where the touching point was, m.
     pub place_m: DVec3,
     /// Did the hand turn to it in the middle of a movement, and not from rest?
@@ -90,8 +92,9 @@ impl<E: ContactEstimator> StreamEstimator<E> {
                 let mut seen = self
                     .watch
                     .latest(samples)
-                    .filter_map(HandFrame::contact_point);
-                self.began = seen.next().map(|first| ReachBeginning {
+                    .filter_map(|frame| Some((frame.t_s, frame.contact_point()?)));
+                self.began = seen.next().map(|(since_s, first)| ReachBeginning {
+                    since_s,
                     place_m: first.position_m,
                     turned,
                 });

@@ -100,6 +100,8 @@ pub(super) struct SurfaceShares {
     few: usize,
     rays: Vec<Ray>,
     faces: Vec<Face>,
+    /// Sum of the weights of the hypotheses that follow the motion.
+    moved_weight: f64,
 }
 
 /// A point of a standard normal distribution in the plane, and what it stands for.
@@ -165,6 +167,7 @@ impl SurfaceShares {
             few: each(true).count(),
             rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
+            moved_weight: 0.0,
         }
     }
 
@@ -175,6 +178,7 @@ impl SurfaceShares {
 
     pub(super) fn clear(&mut self) {
         self.faces.clear();
+        self.moved_weight = 0.0;
     }
 
     /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns whether
@@ -210,9 +214,15 @@ impl SurfaceShares {
         }
         let evidence = Evidence::of(hypothesis);
         let scale = if hypothesis.as_moves {
+            self.moved_weight += weight;
             0.0
         } else {
-            self.anew_scale(first, weight, seen.map_or(0.0, |seen| seen.share))
+            let per_m = if hypothesis.changed {
+                self.surfaces_per_m()
+            } else {
+                SURFACES_PER_M
+            };
+            self.anew_scale(first, weight * per_m, seen.map_or(0.0, |seen| seen.share))
         };
         for face in &mut self.faces[first..] {
             face.evidence = evidence;
@@ -220,6 +230,19 @@ impl SurfaceShares {
         }
         let met = |face: &Face| face.log_mass > f64::NEG_INFINITY;
         self.faces[first..].iter().any(met)
+    }
+
+    /// How many surfaces a straight line through the places that the motion leads to meets, 1/m: where the motion leads to a surface it
+    /// was made for that surface, also if that is no longer meant.
+    fn surfaces_per_m(&self) -> f64 {
+        let moved = |f: &&Face| matches!(f.evidence, Evidence::Motion { .. });
+        let mass: f64 = self
+            .faces
+            .iter()
+            .filter(moved)
+            .map(|f| f.log_mass.exp())
+            .sum();
+        (mass / self.moved_weight).max(SURFACES_PER_M)
     }
 
     /// What brings the faces from `first` on to the weight of a hypothesis that owes nothing to the motion: where it puts a
@@ -230,7 +253,7 @@ impl SurfaceShares {
         let log_masses = || self.faces[first..].iter().map(|f| f.log_mass);
         let most = log_masses().fold(f64::NEG_INFINITY, f64::max);
         let total = most + log_masses().map(|l| (l - most).exp()).sum::<f64>().ln();
-        let scale = (weight * met * SURFACES_PER_M).ln() - total;
+        let scale = (weight * met).ln() - total;
         if scale.is_finite() { scale } else { 0.0 }
     }
 
