@@ -129,7 +129,10 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let estimated = estimate.and_then(|e| gaussian_of(e, default_sd_m));
         let began = self.stream.began();
         let place = HandPlace::new(hand, began, estimate, &self.config.watch);
-        let narrowed = |g: Gaussian| self.straight_on(scene, hand, &g).unwrap_or(g);
+        let narrowed = |g: Gaussian| {
+            let narrower = place.moves.then(|| self.straight_on(scene, hand, &g));
+            narrower.flatten().unwrap_or(g)
+        };
         let anew = if place.moves {
             self.straight_on(scene, hand, &near(hand.point_m)?)
                 .or_else(|| close(hand.point_m))

@@ -83,7 +83,8 @@ impl<P: Predictor> Perception<P> {
                 }
             }
         };
-        let likeliest = self.predictor.predict(&self.scene, &input).first().copied();
+        let ranked = self.predictor.predict(&self.scene, &input);
+        let contact = self.steady.step_ranked(ranked);
         let fingertip = tracking.state().and_then(|state| {
             Some(Fingertip {
                 point_m: frame.contact_point()?.position_m,
@@ -92,7 +93,7 @@ impl<P: Predictor> Perception<P> {
         });
         self.newest = Newest {
             tracking: Some(tracking),
-            contact: likeliest.map(|contact| self.steady.step(contact)),
+            contact,
             fingertip,
             stamp_s: arm_s,
             goal: self.newest.goal,

@@ -186,8 +186,8 @@ pub struct PredictedSample<'a> {
     pub took_us: f64,
 }
 
-/// Runs a predictor over people, frame by frame; `record` gets every sample from the start of a touch to its
-/// contact.
+/// Runs a predictor over people, frame by frame; `record` gets every sample of a touch from the time at which the gaze leaves for it
+/// to its contact.
 ///
 /// # Errors
 /// Settings that a filter refuses.
@@ -199,6 +199,7 @@ pub fn run(
 ) -> anyhow::Result<()> {
     for (person, stream) in streams.iter().enumerate() {
         let mut filters = Filters::new()?;
+        predictor.reset();
         let mut due = 0;
         for frame in &stream.frames {
             let over = |t: &SurfaceTouch| frame.t_s >= t.contact_s;
@@ -216,7 +217,7 @@ pub fn run(
             let began = Instant::now();
             let predictions = predictor.predict(&room.scene, &seen);
             let took_us = began.elapsed().as_secs_f64() * 1e6;
-            if frame.t_s >= touch.start_s {
+            if frame.t_s >= touch.look_s.min(touch.start_s) {
                 record(&PredictedSample {
                     person,
                     touch: due,
@@ -230,7 +231,7 @@ pub fn run(
     Ok(())
 }
 
-/// The predictions for every touch, sample by sample from the start of the hand to the contact.
+/// The predictions for every touch, sample by sample from the time at which the gaze leaves for it to the contact.
 ///
 /// # Errors
 /// Settings that a filter refuses.
@@ -245,12 +246,18 @@ pub fn predictions(
         firsts.push(touches.len());
         touches.extend(stream.touches.iter().map(|&touch| TouchPredictions {
             touch,
+            early: Vec::new(),
             samples: Vec::new(),
         }));
     }
     run(predictor, room, streams, |sample| {
         let touch = &mut touches[firsts[sample.person] + sample.touch];
-        touch.samples.push(TimedPrediction {
+        let due = if sample.seen.frame.t_s < touch.touch.start_s {
+            &mut touch.early
+        } else {
+            &mut touch.samples
+        };
+        due.push(TimedPrediction {
             t_s: sample.seen.frame.t_s,
             first: sample.predictions.first().copied(),
             took_us: sample.took_us,

@@ -142,19 +142,19 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
         .estimator();
         let gaze = training::gaze_model(&train, |_| estimator.clone())?;
         let mut line = [Vec::new(), Vec::new()];
-        let hypotheses = [(1, 19), (2, 19)].into_iter();
-        let rays = [3, 7, 19, 37, 75].map(|rays| (3, rays));
+        let hypotheses = [(2, 19), (4, 19)].into_iter();
+        let rays = [3, 7, 19, 37, 75].map(|rays| (6, rays));
         for (hypotheses, rays) in hypotheses.chain(rays) {
             let mut config = FusedConfig {
                 gaze,
                 rays,
                 ..FusedConfig::default()
             };
-            if hypotheses == 2 {
-                // The fixation before is forgotten at once.
+            if hypotheses == 4 {
+                // The look before is forgotten at once.
                 config.gaze.memory_s = 1e-6;
             }
-            let sees = hypotheses > 1;
+            let sees = hypotheses > 2;
             let predictor = FusedPredictor::new(estimator.clone(), config)?;
             let run = run(&predictor, sees, &room, &participants)?;
             let samples = run.touches.iter().flat_map(|t| &t.samples);
@@ -171,7 +171,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
                 at.map(|s| format!("{:.1}", 1e3 * s.median_m)).join(" / "),
                 format!("{:.1}", run.predictions),
             ]);
-            if hypotheses == 3 {
+            if hypotheses == 6 {
                 let point = |y: f64| Point {
                     at: (timing.median_ns, y),
                     label: rays.to_string(),
@@ -180,7 +180,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
                 line[0].push(point(1e3 * at[1].median_m));
                 line[1].push(point(run.log_score));
             }
-            if hypotheses == 3 && rays == FusedConfig::default().rays && count == 6 {
+            if hypotheses == 6 && rays == FusedConfig::default().rays && count == 6 {
                 quoted = vec![SummaryRow::new(
                     "contact",
                     "ranked surfaces and points, 6 surfaces",
@@ -218,7 +218,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             "### Fusion with gaze and surfaces\n\nSimulated people touch rooms of 1, 6 and 12 touchable surfaces: 12 people to \
              learn from, 16 others to be judged by, {} touches of each, seed {seed}. Times are of a prediction, the \
              estimator included. Log score: mean of -ln p of the touched surface at 50, 70 and 90 % of the time, p at \
-             least {LEAST}; 0 is perfect. One hypothesis: no gaze; two: the present line of sight too; three: also the fixation before.\n\n{table}",
+             least {LEAST}; 0 is perfect. Two hypotheses, where the motion leads and whatever else: no gaze; four: the present look too; six: also the look before.\n\n{table}",
             size.touches
         ),
         figure: Some(Figure::panels(
