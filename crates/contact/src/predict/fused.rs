@@ -130,7 +130,8 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let began = self.stream.began();
         let place = HandPlace::new(hand, began, estimate, &self.config.watch);
         let narrowed = |g: Gaussian| {
-            let narrower = place.moves.then(|| self.straight_on(scene, hand, &g));
+            let directed = place.moves || place.is_fast;
+            let narrower = directed.then(|| self.straight_on(scene, hand, &g));
             narrower.flatten().unwrap_or(g)
         };
         let anew = if place.moves {

@@ -15,6 +15,8 @@ pub(super) struct HandPlace {
     pub(super) rest_m: DVec3,
     /// Is it on its way? While it sets off from rest its direction says nothing yet.
     pub(super) moves: bool,
+    /// Has it set off so fast that its direction says something?
+    pub(super) is_fast: bool,
 }
 
 impl HandPlace {
@@ -41,9 +43,13 @@ impl HandPlace {
             rest_m: from_m.unwrap_or(hand.point_m),
             moves: matches!(phase, ReachPhase::UnderWay | ReachPhase::End)
                 || (phase == ReachPhase::Onset && began.is_some_and(|began| began.turned)),
+            is_fast: speed_m_per_s >= FAST_ONSETS * watch.onset_m_per_s,
         }
     }
 }
+
+/// A hand this many times as fast as at the onset of a reach has a direction.
+const FAST_ONSETS: f64 = 2.0;
 
 /// The Gaussian of an estimate; `default_sd_m` where it states no covariance.
 pub(super) fn gaussian_of(estimate: &ContactEstimate, default_sd_m: f64) -> Option<Gaussian> {
