@@ -1,6 +1,6 @@
 //! Prediction by one ray, as in the dissertation.
 
-use super::free_side::{FreeSide, SideWatch};
+use super::hand::free_side::{FreeSide, SideWatch};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;

@@ -2,14 +2,14 @@
 
 use super::deterministic::DeterministicPredictor;
 use super::face_moments::Moments;
-use super::free_side::{FreeSide, SideWatch};
 use super::fused_config::FusedConfig;
 use super::gaussian::Gaussian;
-use super::gaze_memory::GazeMemory;
-use super::gaze_weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
-use super::hand_place::{HandPlace, close, gaussian_of, near};
+use super::gaze::memory::GazeMemory;
+use super::gaze::weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
+use super::hand::free_side::{FreeSide, SideWatch};
+use super::hand::place::{HandPlace, close, gaussian_of, near};
+use super::hand::resting::{RestWatch, SurfacePlace};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-use super::resting::{RestWatch, SurfacePlace};
 use super::stream::StreamEstimator;
 use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;

@@ -1,7 +1,7 @@
 //! Settings of the fusion.
 
 use super::deterministic::DeterministicConfig;
-use super::gaze_model::GazeModel;
+use super::gaze::model::GazeModel;
 use crate::error::ContactError;
 use hwall_hand::WatchConfig;
 use hwall_numeric::check::{non_negative, positive, that};

@@ -1,7 +1,7 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
 use super::gaussian::{Gaussian, spiral};
-use super::gaze_weights::Hypothesis;
+use super::gaze::weights::Hypothesis;
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};

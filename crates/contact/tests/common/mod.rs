@@ -122,9 +122,26 @@ impl Fused {
     pub(crate) fn see(
         &mut self,
         scene: &Scene,
-        (hand_m, velocity): (DVec3, DVec3),
+        state: (DVec3, DVec3),
         estimate: Option<(DVec3, DMat3)>,
         gaze: Option<GazeRay>,
+    ) -> &[ContactPrediction] {
+        let gaze = fixed(self.t_s + 0.01, gaze);
+        self.see_with(scene, state, estimate, gaze)
+    }
+
+    /// Time of the last sample, s.
+    pub(crate) fn now_s(&self) -> f64 {
+        self.t_s
+    }
+
+    /// One sample, 0.01 s after the last one, with this state of the gaze.
+    pub(crate) fn see_with(
+        &mut self,
+        scene: &Scene,
+        (hand_m, velocity): (DVec3, DVec3),
+        estimate: Option<(DVec3, DMat3)>,
+        gaze: Gaze,
     ) -> &[ContactPrediction] {
         self.t_s += 0.01;
         let state = hand(self.t_s, hand_m, velocity);
@@ -145,7 +162,7 @@ impl Fused {
         let input = PredictorInput {
             frame: &frame,
             hand: Some(&state),
-            gaze: fixed(self.t_s, gaze),
+            gaze,
         };
         self.predictor.predict(scene, &input)
     }

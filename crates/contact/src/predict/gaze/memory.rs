@@ -4,14 +4,14 @@ use hwall_hand::{Fixation, Gaze, GazeRay};
 
 /// A look at one place: one fixation, or several that hardly differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Look {
+pub(in crate::predict) struct Look {
     /// The mean line of sight of the newest fixation.
-    pub(super) ray: GazeRay,
+    pub(in crate::predict) ray: GazeRay,
     /// What the noise of the tracker adds to it, rad.
-    pub(super) noise_rad: f64,
+    pub(in crate::predict) noise_rad: f64,
     /// When the eyes came to rest there, s.
-    pub(super) since_s: f64,
-    pub(super) until_s: f64,
+    pub(in crate::predict) since_s: f64,
+    pub(in crate::predict) until_s: f64,
     /// Time spent on the place in earlier looks at it, s.
     before_s: f64,
 }
@@ -28,7 +28,7 @@ impl Look {
     }
 
     /// How long the eyes have rested on the place, s.
-    pub(super) fn age_s(&self, t_s: f64) -> f64 {
+    pub(in crate::predict) fn age_s(&self, t_s: f64) -> f64 {
         (t_s - self.since_s).max(0.0) + self.before_s
     }
 
@@ -51,13 +51,13 @@ impl Look {
 /// While the eye is in flight, or lost for a moment, the last look stays the present one: nothing is known yet that
 /// speaks against it. A look back at the place before is the same look again.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct GazeMemory {
+pub(in crate::predict) struct GazeMemory {
     now: Option<Look>,
     before: Option<Look>,
 }
 
 /// A look that has ended, and how long ago.
-pub(super) type Ended<'a> = (&'a Look, f64);
+pub(in crate::predict) type Ended<'a> = (&'a Look, f64);
 
 /// Two mean lines of sight lie on one place within this many standard deviations of their noise ...
 const SAME_SDS: f64 = 3.0;
@@ -73,7 +73,7 @@ const HOLD_S: f64 = 0.3;
 impl GazeMemory {
     /// Takes the gaze of the next sample. Lines of sight that differ by no more than `apart_rad`, beyond their noise, are on
     /// one place.
-    pub(super) fn step(&mut self, t_s: f64, gaze: &Gaze, apart_rad: f64) {
+    pub(in crate::predict) fn step(&mut self, t_s: f64, gaze: &Gaze, apart_rad: f64) {
         let later = |look: &Option<Look>| look.is_some_and(|look| t_s < look.until_s);
         if later(&self.now) || later(&self.before) {
             // The clock was set back.
@@ -107,7 +107,7 @@ impl GazeMemory {
         self.now = Some(next);
     }
 
-    pub(super) fn forget(&mut self) {
+    pub(in crate::predict) fn forget(&mut self) {
         *self = Self::default();
     }
 
@@ -121,7 +121,11 @@ impl GazeMemory {
     }
 
     /// The present look, and the one before it unless it is longer ago than `memory_s`.
-    pub(super) fn looks(&self, t_s: f64, memory_s: f64) -> (Option<&Look>, Option<Ended<'_>>) {
+    pub(in crate::predict) fn looks(
+        &self,
+        t_s: f64,
+        memory_s: f64,
+    ) -> (Option<&Look>, Option<Ended<'_>>) {
         let before = self
             .before
             .as_ref()
@@ -131,7 +135,7 @@ impl GazeMemory {
     }
 
     /// The present look.
-    pub(super) const fn now(&self) -> Option<&Look> {
+    pub(in crate::predict) const fn now(&self) -> Option<&Look> {
         self.now.as_ref()
     }
 }

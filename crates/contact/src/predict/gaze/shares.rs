@@ -1,41 +1,8 @@
 //! How often a look of some age is at the place that will be touched.
 
+use super::super::hand::phase::ReachPhase;
 use crate::error::ContactError;
 use hwall_numeric::check::that;
-
-/// How far a hand is with its reach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ReachPhase {
-    /// No reach is under way.
-    Rest,
-    /// A reach seems to have begun; the hand has come less than 8 cm.
-    Onset,
-    /// The reach is under way.
-    UnderWay,
-    /// Less than 0.3 s are left until the contact.
-    End,
-}
-
-impl ReachPhase {
-    /// All four, in order.
-    pub const ALL: [Self; 4] = [Self::Rest, Self::Onset, Self::UnderWay, Self::End];
-
-    /// The way up to which a reach is at its onset, m.
-    const ONSET_M: f64 = 0.08;
-    /// The time before contact from which it is at its end, s.
-    const END_S: f64 = 0.3;
-
-    /// The phase of a reach after a way, m, with some time left, s.
-    pub(super) fn of(way_m: f64, left_s: Option<f64>) -> Self {
-        if way_m < Self::ONSET_M {
-            Self::Onset
-        } else if left_s.is_some_and(|left_s| left_s < Self::END_S) {
-            Self::End
-        } else {
-            Self::UnderWay
-        }
-    }
-}
 
 /// Which look is at the place that will be touched; the three are shares of one whole.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,7 +17,7 @@ pub struct TargetShares {
 
 impl TargetShares {
     /// The same whole among the looks that there are: the present one or not, and as much of the one before as is left.
-    pub(super) fn among(self, has_now: bool, before_left: f64) -> Self {
+    pub(in crate::predict) fn among(self, has_now: bool, before_left: f64) -> Self {
         let whole = self.now + self.before + self.elsewhere;
         let kept = Self {
             now: if has_now { self.now } else { 0.0 },
@@ -83,12 +50,12 @@ pub struct LookShares {
 }
 
 impl LookShares {
-    pub(super) const fn to_array(self) -> [f64; 6] {
+    pub(in crate::predict) const fn to_array(self) -> [f64; 6] {
         let (a, b) = (self.as_moves, self.anew);
         [a.now, a.before, a.elsewhere, b.now, b.before, b.elsewhere]
     }
 
-    pub(super) const fn from_array(shares: [f64; 6]) -> Self {
+    pub(in crate::predict) const fn from_array(shares: [f64; 6]) -> Self {
         let [a, b, c, d, e, f] = shares;
         Self {
             as_moves: TargetShares {
@@ -105,7 +72,7 @@ impl LookShares {
     }
 
     /// Among the looks that there are.
-    pub(super) fn among(self, has_now: bool, before_left: f64) -> Self {
+    pub(in crate::predict) fn among(self, has_now: bool, before_left: f64) -> Self {
         Self {
             as_moves: self.as_moves.among(has_now, before_left),
             anew: self.anew.among(has_now, before_left),
@@ -125,7 +92,7 @@ pub const LOOK_AGES_S: [f64; 6] = [0.05, 0.15, 0.27, 0.45, 0.8, 1.5];
 /// The shares by the phase of the reach and the age of the present look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookTable {
-    pub(super) shares: [[[f64; 6]; LOOK_AGES_S.len()]; 4],
+    pub(in crate::predict) shares: [[[f64; 6]; LOOK_AGES_S.len()]; 4],
 }
 
 /// Shares that nothing was learnt about: people look at what they touch in five of six cases.
@@ -155,7 +122,7 @@ impl LookTable {
         self.shares[phase as usize] = [shares.to_array(); LOOK_AGES_S.len()];
     }
 
-    pub(super) fn validate(&self) -> Result<(), ContactError> {
+    pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
         for row in self.shares.iter().flatten() {
             for &share in row {
                 that((0.0..=1.0).contains(&share), "share", share, "in [0, 1]")?;
@@ -168,7 +135,7 @@ impl LookTable {
 }
 
 /// The two nodes around an age, with the weight of each.
-pub(super) fn nodes(age_s: f64) -> [(usize, f64); 2] {
+pub(in crate::predict) fn nodes(age_s: f64) -> [(usize, f64); 2] {
     let last = LOOK_AGES_S.len() - 1;
     let above = LOOK_AGES_S.partition_point(|&node_s| node_s <= age_s);
     match above {

@@ -7,16 +7,16 @@ use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// A place on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SurfacePlace {
-    pub(super) surface: SurfaceId,
-    pub(super) point_m: DVec3,
+pub(in crate::predict) struct SurfacePlace {
+    pub(in crate::predict) surface: SurfaceId,
+    pub(in crate::predict) point_m: DVec3,
     /// Unit normal there, on the person's side.
-    pub(super) normal: DVec3,
+    pub(in crate::predict) normal: DVec3,
 }
 
 /// Tells when a hand rests on a surface.
 #[derive(Debug, Clone, Default)]
-pub(super) struct RestWatch {
+pub(in crate::predict) struct RestWatch {
     /// Displacement of the hand over its last decimetre before it came to rest on something, m.
     approach_m: DVec3,
     last_s: Option<f64>,
@@ -39,7 +39,7 @@ const LEAST_COS: f64 = 0.05;
 const KEPT: f64 = 2.0;
 
 impl RestWatch {
-    pub(super) fn forget(&mut self) {
+    pub(in crate::predict) fn forget(&mut self) {
         *self = Self::default();
     }
 
@@ -50,7 +50,7 @@ impl RestWatch {
     /// plus the error of the registration. Of several it is on the one with the best product of the
     /// density of its distance and the cosine of the angle at which the hand came. It stays on it
     /// until it is as fast as at the onset of a reach or further away than that.
-    pub(super) fn rest(
+    pub(in crate::predict) fn rest(
         &mut self,
         scene: &Scene,
         hand: &HandState,
@@ -139,7 +139,7 @@ impl SurfacePlace {
 
     /// The place of the same surface that a point is brought to along the normal; `None` where the surface
     /// has a hole or an end.
-    pub(super) fn below(&self, scene: &Scene, point_m: DVec3) -> Option<Self> {
+    pub(in crate::predict) fn below(&self, scene: &Scene, point_m: DVec3) -> Option<Self> {
         let off_m = (point_m - self.point_m).dot(self.normal).abs();
         let from_m = point_m + self.normal * (off_m + STAND_OFF_M);
         let hit = scene.ray_cast(from_m, -self.normal).ok().flatten()?;

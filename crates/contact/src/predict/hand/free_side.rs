@@ -6,16 +6,16 @@ use hwall_scene::{Hit, Scene};
 
 /// The side of the surfaces that the hand came from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FreeSide {
+pub(in crate::predict) struct FreeSide {
     /// The place to look for surfaces from, m.
-    pub(super) from_m: DVec3,
+    pub(in crate::predict) from_m: DVec3,
     /// The surface that the hand has gone through.
-    pub(super) behind: Option<Hit>,
+    pub(in crate::predict) behind: Option<Hit>,
 }
 
 /// Remembers the side from which a hand came to a surface.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct SideWatch {
+pub(in crate::predict) struct SideWatch {
     /// Last place of the hand on the free side of all surfaces, m.
     free_m: Option<DVec3>,
     /// When the hand was seen last, s.
@@ -32,12 +32,12 @@ const LONGEST_LOSS_S: f64 = 0.5;
 const ON_SURFACE_M: f64 = 1e-6;
 
 impl SideWatch {
-    pub(super) fn forget(&mut self) {
+    pub(in crate::predict) fn forget(&mut self) {
         *self = Self::default();
     }
 
     /// The side of the surfaces that the hand is on, or that it came from when it has gone through one.
-    pub(super) fn free_side(
+    pub(in crate::predict) fn free_side(
         &mut self,
         scene: &Scene,
         hand: &HandState,

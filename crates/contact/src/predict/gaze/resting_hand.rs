@@ -1,6 +1,6 @@
 //! Where a person touches whose hand rests.
 
-use super::gaussian::Gaussian;
+use super::super::gaussian::Gaussian;
 use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_numeric::check::{all_finite, that};
@@ -28,11 +28,11 @@ impl Default for RestingHand {
 
 impl RestingHand {
     /// About a hand that rests at a place.
-    pub(super) fn about(&self, hand_m: DVec3) -> Option<Gaussian> {
+    pub(in crate::predict) fn about(&self, hand_m: DVec3) -> Option<Gaussian> {
         Gaussian::new(hand_m + self.mean_m, self.covariance_m2)
     }
 
-    pub(super) fn validate(&self) -> Result<(), ContactError> {
+    pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
         all_finite("mean_m", &self.mean_m.to_array())?;
         all_finite("covariance_m2", &self.covariance_m2.to_cols_array())?;
         let determinant = self.covariance_m2.determinant();

@@ -1,27 +1,27 @@
 //! Where a hand is with its reach, and what that says about the contact.
 
-use super::gaussian::Gaussian;
-use super::look_shares::ReachPhase;
-use super::stream::ReachBeginning;
+use super::super::gaussian::Gaussian;
+use super::super::stream::ReachBeginning;
+use super::phase::ReachPhase;
 use crate::estimate::ContactEstimate;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandState, WatchConfig};
 
 /// Where the hand is with its reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct HandPlace {
-    pub(super) phase: ReachPhase,
+pub(in crate::predict) struct HandPlace {
+    pub(in crate::predict) phase: ReachPhase,
     /// Where it rests, or rested before the reach, m.
-    pub(super) rest_m: DVec3,
+    pub(in crate::predict) rest_m: DVec3,
     /// Is it on its way? While it sets off from rest its direction says nothing yet.
-    pub(super) moves: bool,
+    pub(in crate::predict) moves: bool,
     /// Has it set off so fast that its direction says something?
-    pub(super) is_fast: bool,
+    pub(in crate::predict) is_fast: bool,
 }
 
 impl HandPlace {
     /// `began`: how the reach under way did.
-    pub(super) fn new(
+    pub(in crate::predict) fn new(
         hand: &HandState,
         began: Option<&ReachBeginning>,
         estimate: Option<&ContactEstimate>,
@@ -52,7 +52,10 @@ impl HandPlace {
 const FAST_ONSETS: f64 = 2.0;
 
 /// The Gaussian of an estimate; `default_sd_m` where it states no covariance.
-pub(super) fn gaussian_of(estimate: &ContactEstimate, default_sd_m: f64) -> Option<Gaussian> {
+pub(in crate::predict) fn gaussian_of(
+    estimate: &ContactEstimate,
+    default_sd_m: f64,
+) -> Option<Gaussian> {
     let ball = DMat3::from_diagonal(DVec3::splat(default_sd_m * default_sd_m));
     Gaussian::new(estimate.point_m, estimate.covariance_m2.unwrap_or(ball))
 }
@@ -64,12 +67,12 @@ const NEAR_SD_M: f64 = 0.6;
 const CLOSE_SD_M: f64 = 0.15;
 
 /// Anywhere near.
-pub(super) fn near(hand_m: DVec3) -> Option<Gaussian> {
+pub(in crate::predict) fn near(hand_m: DVec3) -> Option<Gaussian> {
     ball(hand_m, NEAR_SD_M)
 }
 
 /// Close to the hand.
-pub(super) fn close(hand_m: DVec3) -> Option<Gaussian> {
+pub(in crate::predict) fn close(hand_m: DVec3) -> Option<Gaussian> {
     ball(hand_m, CLOSE_SD_M)
 }
 

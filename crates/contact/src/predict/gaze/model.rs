@@ -1,7 +1,7 @@
 //! How people look at what they are going to touch.
 
-use super::look_shares::LookTable;
 use super::resting_hand::RestingHand;
+use super::shares::LookTable;
 use crate::error::ContactError;
 use hwall_numeric::check::positive;
 
@@ -48,7 +48,7 @@ const APART_SDS: f64 = 2.5;
 const APART_RAD: [f64; 2] = [0.035, 0.35];
 
 impl GazeModel {
-    pub(super) fn validate(&self) -> Result<(), ContactError> {
+    pub(in crate::predict) fn validate(&self) -> Result<(), ContactError> {
         positive("on_target_sd_rad", self.on_target_sd_rad)?;
         positive("elsewhere_sd_rad", self.elsewhere_sd_rad)?;
         positive("memory_s", self.memory_s)?;
@@ -57,7 +57,7 @@ impl GazeModel {
     }
 
     /// Lines of sight further apart than this are on different places, rad.
-    pub(super) fn apart_rad(&self) -> f64 {
+    pub(in crate::predict) fn apart_rad(&self) -> f64 {
         let [least, most] = APART_RAD;
         (APART_SDS * self.on_target_sd_rad).clamp(least, most)
     }

@@ -1,57 +1,58 @@
 //! Hypotheses about the contact point, weighed by hand and eyes.
 
-use super::gaussian::{Gaussian, log_density_2d};
-use super::gaze_memory::{GazeMemory, Look};
-use super::gaze_model::GazeModel;
-use super::look_shares::{LookShares, ReachPhase};
+use super::super::gaussian::{Gaussian, log_density_2d};
+use super::super::hand::phase::ReachPhase;
+use super::memory::{GazeMemory, Look};
+use super::model::GazeModel;
+use super::shares::LookShares;
 use crate::outer_product::square;
 use glam::DMat3;
 use hwall_hand::GazeRay;
 
 /// What the hand alone says about the contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ByHand {
-    pub(super) phase: ReachPhase,
+pub(in crate::predict) struct ByHand {
+    pub(in crate::predict) phase: ReachPhase,
     /// When the reach under way began, s.
-    pub(super) began_s: Option<f64>,
+    pub(in crate::predict) began_s: Option<f64>,
     /// Where its motion leads; `None` at rest.
-    pub(super) as_moves: Option<Gaussian>,
+    pub(in crate::predict) as_moves: Option<Gaussian>,
     /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
     /// hand.
-    pub(super) anew: Gaussian,
+    pub(in crate::predict) anew: Gaussian,
 }
 
 /// One hypothesis about the contact point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Hypothesis {
+pub(in crate::predict) struct Hypothesis {
     /// Its share times the density of the looks; those of all add up to 1.
-    pub(super) weight: f64,
-    pub(super) gaussian: Gaussian,
+    pub(in crate::predict) weight: f64,
+    pub(in crate::predict) gaussian: Gaussian,
     /// The line of sight that it stems from.
-    pub(super) sight: Option<GazeRay>,
+    pub(in crate::predict) sight: Option<GazeRay>,
     /// Is it that of the present look?
-    pub(super) looked_at: bool,
+    pub(in crate::predict) looked_at: bool,
     /// Does it follow the motion of the hand?
-    pub(super) as_moves: bool,
+    pub(in crate::predict) as_moves: bool,
     /// Is it that of a look that began after the reach did: has the mind changed?
-    pub(super) changed: bool,
+    pub(in crate::predict) changed: bool,
 }
 
 /// At most this many: three for each of two.
-pub(super) const HYPOTHESES: usize = 6;
+pub(in crate::predict) const HYPOTHESES: usize = 6;
 
 /// Share of the estimates that are astray, and how many times their standard deviation they then are off.
-pub(super) const ASTRAY_SHARE: f64 = 0.1;
-pub(super) const ASTRAY_STRETCH: f64 = 3.0;
+pub(in crate::predict) const ASTRAY_SHARE: f64 = 0.1;
+pub(in crate::predict) const ASTRAY_STRETCH: f64 = 3.0;
 /// The same for the places about a resting hand.
-pub(super) const FAR_SHARE: f64 = 0.1;
-pub(super) const FAR_STRETCH: f64 = 2.0;
+pub(in crate::predict) const FAR_SHARE: f64 = 0.1;
+pub(in crate::predict) const FAR_STRETCH: f64 = 2.0;
 
 /// Share of the weight below which a hypothesis is dropped.
 const NEGLIGIBLE: f64 = 0.005;
 
 /// Looks at no place that the hand has told of yet spread over this, sr: half the room before the person.
-pub(super) const LOOKS_SR: f64 = 2.0;
+pub(in crate::predict) const LOOKS_SR: f64 = 2.0;
 
 /// Nobody looks at a place nearer to the eyes than this in order to touch it, m.
 const NEAREST_LOOK_M: f64 = 0.1;
@@ -76,7 +77,7 @@ struct Seen {
 impl GazeModel {
     /// The hypotheses about the contact point once the gaze is known; their weights add up to 1. `distance_m`: at which a line of sight
     /// meets something.
-    pub(super) fn weigh(
+    pub(in crate::predict) fn weigh(
         &self,
         hand: &ByHand,
         memory: &GazeMemory,
@@ -147,7 +148,7 @@ impl GazeModel {
 
     /// Logarithm of how much more probable the look before is when the mind may have changed since than when it had nothing to do
     /// with the motion. Only a look that began after the reach did tells of a change; the first one leads the hand.
-    pub(super) fn log_changed(
+    pub(in crate::predict) fn log_changed(
         &self,
         motion: Option<&Gaussian>,
         began_s: Option<f64>,
@@ -238,7 +239,7 @@ impl GazeModel {
 }
 
 /// Logarithm of the sum of exponentials.
-pub(super) fn log_sum<const N: usize>(logs: [f64; N]) -> f64 {
+pub(in crate::predict) fn log_sum<const N: usize>(logs: [f64; N]) -> f64 {
     let most = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
     if most == f64::NEG_INFINITY {
         return most;
