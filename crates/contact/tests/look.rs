@@ -78,7 +78,7 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
         .map(|i| {
             let t_s = i as f64 * PERIOD_S;
             let mut frame = HandFrame::empty(t_s);
-            let hand_m = ways.iter().filter(|w| w.0 <= t_s).next_back();
+            let hand_m = ways.iter().rfind(|w| w.0 <= t_s);
             let hand_m = hand_m.map_or(REST, |&(from_s, to_s, from_m, to_m)| {
                 let s = ((t_s - from_s) / (to_s - from_s)).min(1.0);
                 from_m.lerp(to_m, s * s * s * (10.0 - 15.0 * s + 6.0 * s * s))
@@ -86,7 +86,7 @@ fn person(habits: &Habits, touches: usize, seed: u64) -> (Vec<HandFrame>, Vec<St
             let noise = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * 5e-4;
             frame.set_point(HandPoint::Index, Some(hand_m + noise));
             frame.head_m = Some(EYE);
-            let seen_m = looks.iter().filter(|l| l.0 <= t_s).next_back().unwrap().1;
+            let seen_m = looks.iter().rfind(|l| l.0 <= t_s).unwrap().1;
             let exact = gaze_at(EYE, seen_m).direction;
             frame.gaze = Some(blurred(&mut sampler, exact, 0.009));
             frame

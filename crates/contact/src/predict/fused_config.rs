@@ -6,7 +6,7 @@ use crate::error::ContactError;
 use hwall_hand::WatchConfig;
 use hwall_numeric::check::{non_negative, positive, that};
 
-/// Settings of a [`FusedPredictor`].
+/// Settings of a [`FusedPredictor`](super::FusedPredictor).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FusedConfig {
     /// How people look while they reach. It is worth fitting to the eye tracker in use.

@@ -132,6 +132,7 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 mod tests {
     use super::super::prediction::PredictionSource;
     use super::*;
+    use glam::DMat3;
     use hwall_scene::SurfaceId;
 
     fn at(surface: usize, point_m: DVec3, normal: DVec3) -> ContactPrediction {
@@ -175,6 +176,44 @@ mod tests {
             DVec3::Y * 0.02
         );
         assert_eq!(steady.step(at(1, DVec3::ZERO, DVec3::Y)).normal, DVec3::Y);
+    }
+
+    #[test]
+    fn guesses_that_know_no_better_move_nothing() {
+        let spread = |p: ContactPrediction, sd_m: f64| ContactPrediction {
+            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+            ..p
+        };
+        let away = at(0, DVec3::Y * 0.1, DVec3::X);
+        let mut steady = SteadyPoint::new(0.04).expect("positive");
+        steady.step(spread(at(0, DVec3::ZERO, DVec3::X), 0.1));
+        // Within its own deviation of the held point, and no surer: held, with the covariance about the held point.
+        let held = steady.step(spread(away, 0.12));
+        assert_eq!(held.point_m, DVec3::ZERO);
+        let c = held.covariance_m2.expect("given");
+        assert!((c.y_axis.y - (0.12 * 0.12 + 0.01)).abs() < 1e-12);
+        // Surer, or too far for what it says of itself: followed.
+        assert_eq!(steady.step(spread(away, 0.02)).point_m, away.point_m);
+        let back = spread(at(0, DVec3::ZERO, DVec3::X), 0.05);
+        assert_eq!(steady.step(back).point_m, DVec3::ZERO);
+    }
+
+    #[test]
+    fn another_surface_must_be_clearly_more_probable() {
+        let of = |surface, probability| ContactPrediction {
+            probability,
+            ..at(surface, DVec3::Y * surface as f64, DVec3::X)
+        };
+        let mut steady = SteadyPoint::new(0.04).expect("positive");
+        let mut served =
+            |ranked: &[ContactPrediction]| steady.step_ranked(ranked).map(|p| p.surface.0);
+        assert_eq!(served(&[of(0, 0.6), of(1, 0.4)]), Some(0));
+        assert_eq!(served(&[of(1, 0.6), of(0, 0.4)]), Some(0));
+        assert_eq!(served(&[]), None);
+        assert_eq!(served(&[of(1, 0.7), of(0, 0.3)]), Some(1));
+        assert_eq!(served(&[of(0, 0.6), of(1, 0.4)]), Some(1));
+        // One that is no longer among them is not held.
+        assert_eq!(served(&[of(2, 0.4)]), Some(2));
     }
 
     #[test]

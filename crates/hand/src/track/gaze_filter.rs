@@ -205,10 +205,10 @@ impl GazeFilter {
     fn take(&mut self, sample: Sample) {
         // Whatever lies before a gap does not belong to what comes after.
         self.miss(sample.t_s);
-        if let Some(seen) = self.seen {
-            if sample.t_s - seen.t_s <= self.config.max_gap_s {
-                self.noise.add(angle_rad(seen.direction, sample.direction));
-            }
+        if let Some(seen) = self.seen
+            && sample.t_s - seen.t_s <= self.config.max_gap_s
+        {
+            self.noise.add(angle_rad(seen.direction, sample.direction));
         }
         if self.under_way.is_none() && self.recent.is_empty() {
             self.flight_since_s = sample.t_s;
@@ -247,10 +247,10 @@ impl GazeFilter {
         // One that was off alone was noise.
         self.recent.drop_last(self.strays);
         self.strays = 0;
-        if self.recent.len() == WINDOW {
-            if let Some(old) = self.recent.pop_first() {
-                fixation.take_in(&old, self.config.memory_s);
-            }
+        if self.recent.len() == WINDOW
+            && let Some(old) = self.recent.pop_first()
+        {
+            fixation.take_in(&old, self.config.memory_s);
         }
         self.recent.push(sample);
         fixation.until_s = sample.t_s;

@@ -86,11 +86,11 @@ impl GazeMemory {
             }
             return;
         };
-        if let Some(now) = &mut self.now {
-            if fixation.since_s == now.since_s || now.holds(fixation, apart_rad) {
-                now.goes_on(fixation);
-                return;
-            }
+        if let Some(now) = &mut self.now
+            && (fixation.since_s == now.since_s || now.holds(fixation, apart_rad))
+        {
+            now.goes_on(fixation);
+            return;
         }
         let back = self
             .before
@@ -113,10 +113,10 @@ impl GazeMemory {
 
     /// The present look ends.
     fn pass(&mut self) {
-        if let Some(ended) = self.now.take() {
-            if ended.age_s(ended.until_s) >= SHORTEST_S {
-                self.before = Some(ended);
-            }
+        if let Some(ended) = self.now.take()
+            && ended.age_s(ended.until_s) >= SHORTEST_S
+        {
+            self.before = Some(ended);
         }
     }
 

@@ -127,7 +127,8 @@ impl GazeModel {
 
     /// Learns all of it from streams: spreads, where people touch seen from their resting hand, and how often the present look,
     /// the one before it, or neither is at the place of the next contact, by the age of the look and the phase of the reach. The
-    /// estimator is the one that will be used: how far its word can be taken in each phase is learnt with it.
+    /// estimator (given the number of the stream) is one as will be used, best not learnt from that stream: how far its word can
+    /// be taken in each phase is learnt with it.
     ///
     /// Samples from the time at which the hand rests after a contact until the next contact are used; the touches count, not
     /// the samples. Streams without a gaze teach what they can.

@@ -254,8 +254,7 @@ fn normalized(mut all: [Option<Hypothesis>; HYPOTHESES]) -> [Option<Hypothesis>;
     for hypothesis in &mut all {
         if let Some(h) = hypothesis {
             h.weight = (h.weight - total).exp();
-            // NaN fails the comparison.
-            if !(h.weight > NEGLIGIBLE) {
+            if h.weight.is_nan() || h.weight <= NEGLIGIBLE {
                 *hypothesis = None;
             }
         }
