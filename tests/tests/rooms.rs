@@ -5,7 +5,7 @@ use hwall_contact::{
     ContactPrediction, FusedConfig, FusedPredictor, GazeModel, Predictor, PredictorInput,
     RidgeWindow,
 };
-use hwall_hand::{HandFilter, HandFilterConfig, LabelledReach};
+use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, LabelledReach};
 use hwall_lab::contact::moments::Moment;
 use hwall_lab::rooms::contenders::{Contender, SharedTraining};
 use hwall_lab::rooms::people::{Condition, StudySize, people, predictions};
@@ -19,8 +19,8 @@ use std::sync::OnceLock;
 /// Participants in a room, and the reaches of the training people.
 struct Setting {
     room: Room,
-    condition: Condition,
     participants: Vec<Stream>,
+    training: Vec<Stream>,
     reaches: Vec<LabelledReach>,
 }
 
@@ -29,10 +29,10 @@ impl Setting {
         let room = Room::new(6).unwrap();
         let people = people(&room, &condition, &StudySize::default()).unwrap();
         Self {
-            reaches: reaches(&people.training, condition.person.gaze_noise_rad).unwrap(),
+            reaches: reaches(&people.training).unwrap(),
+            training: people.training,
             participants: people.participants,
             room,
-            condition,
         }
     }
 
@@ -44,7 +44,7 @@ impl Setting {
 
     fn predictions(&self, mut contender: Contender) -> Vec<TouchPredictions> {
         let predictor = contender.predictor.as_mut();
-        predictions(predictor, &self.room, &self.participants, &self.condition).unwrap()
+        predictions(predictor, &self.room, &self.participants).unwrap()
     }
 }
 
@@ -93,7 +93,7 @@ fn where_the_eyes_are_no_help_the_hand_is() {
             let setting = Setting::new(condition);
             let all = all_predictions(&setting);
             let [cast, fused] = [0, 3].map(|i| summary(&all[i], Moment::Share(0.7)));
-            println!("{}: {cast:?} {fused:?}", setting.condition.name);
+            println!("{cast:?} {fused:?}");
             assert!(fused.right >= 0.95 && fused.missed <= 0.05);
             assert!(fused.right > cast.right + 0.1);
         }
@@ -133,7 +133,7 @@ fn held(touches: &[TouchPredictions]) -> [f64; 3] {
 #[test]
 fn the_direction_of_motion_is_not_counted_twice() {
     let setting = Setting::usual();
-    let training = SharedTraining::new(setting.reaches.clone()).unwrap();
+    let training = SharedTraining::new(&setting.training).unwrap();
     let regions = |bend: Option<f64>, registration_sd_m: f64| {
         let config = FusedConfig {
             bend,
@@ -193,14 +193,16 @@ fn people_who_hold_on_a_wall_are_on_it_until_they_leave() {
         let hand = population.person(number as u64).plan(&plans).unwrap();
         let mut predictor = FusedPredictor::new(ridge.clone(), FusedConfig::default()).unwrap();
         let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+        let mut look = GazeFilter::default();
         let (mut right, mut wrong) = (0, 0);
         for i in 0..(hand.duration_s() * 90.0) as usize {
             let frame = hand.tracked(i as f64 / 90.0);
-            let (tracking, gaze) = (filter.step(&frame), frame.gaze_ray());
+            let tracking = filter.step(&frame);
+            let gaze = look.step(frame.t_s, frame.gaze_ray().as_ref());
             let seen = PredictorInput {
                 frame: &frame,
                 hand: tracking.state(),
-                gaze: gaze.as_ref(),
+                gaze,
             };
             let answers = predictor.predict(&scene, &seen);
             let touch = hand

@@ -5,7 +5,9 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Fused, blurred, error, gaze_at, room, scene, target};
+use common::{
+    ELSEWHERE, Fused, blurred, error, following_the_motion, gaze_at, room, scene, target,
+};
 use glam::DVec3;
 use hwall_contact::FusedConfig;
 use hwall_testkit::{ErrorStats, Machine, Sampler, SpeedErrorTable, Timing};
@@ -23,7 +25,7 @@ fn main() {
         for rays in [7, 13, 19, 37, 75] {
             let config = FusedConfig {
                 rays,
-                ..FusedConfig::default()
+                ..following_the_motion()
             };
             let mut sampler = Sampler::new(7);
             let (mut times_ns, mut errors_m, mut right) = (Vec::new(), Vec::new(), 0);
@@ -33,7 +35,7 @@ fn main() {
                 let (surface, contact_m) = target(&mut sampler, &scene, &quads, hand_m);
                 let (off_m, covariance) = error(&mut sampler, DVec3::new(0.08, 0.05, 0.02));
                 let mut gaze = gaze_at(EYE, contact_m);
-                let elsewhere = sampler.uniform(0.0, 1.0) < config.gaze.elsewhere_share;
+                let elsewhere = sampler.uniform(0.0, 1.0) < ELSEWHERE;
                 let spread_rad = if elsewhere {
                     config.gaze.elsewhere_sd_rad
                 } else {

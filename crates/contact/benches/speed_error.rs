@@ -11,7 +11,7 @@ use hwall_contact::{
     Hold, LearnedConfig, LearnedModel, MinimumJerk, NearestNeighbour, Predictor, PredictorInput,
     RidgeWindow,
 };
-use hwall_hand::{GazeRay, HandFilter, HandFilterConfig, LabelledReach};
+use hwall_hand::{Fixation, Gaze, GazeRay, HandFilter, HandFilterConfig, LabelledReach};
 use hwall_scene::Scene;
 use hwall_testkit::{ErrorStats, Machine, SpeedErrorTable, Timing, format_ns};
 use reaches::reaches;
@@ -126,7 +126,9 @@ fn fused(table: &mut SpeedErrorTable, rays: usize) {
         let seen = PredictorInput {
             frame,
             hand: tracking.state(),
-            gaze: gaze.as_ref(),
+            gaze: gaze.map_or(Gaze::Lost, |ray| {
+                Gaze::Fixed(Fixation::of_ray(reach.frames[0].t_s, frame.t_s, ray))
+            }),
         };
         let (point_m, ns) = timed(|| {
             let answers = predictor.predict(&scene, &seen);

@@ -4,7 +4,7 @@
 
 use hwall_contact::glam::DVec3;
 use hwall_contact::hwall_hand::{
-    HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach,
+    Gaze, HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach,
 };
 use hwall_contact::hwall_scene::Scene;
 use hwall_contact::*;
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut filter = HandFilter::new(HandFilterConfig::simulated())?;
     let new = reach(5, DVec3::new(0.6, 0.2, 1.15), 0.76);
     for (k, frame) in new.frames.iter().enumerate() {
-        let (tracking, gaze) = (filter.step(frame), None); // no gaze: the hand has to do
+        let (tracking, gaze) = (filter.step(frame), Gaze::Lost); // no gaze: the hand has to do
         let hand = tracking.state();
         let ranked = predictor.predict(&scene, &PredictorInput { frame, hand, gaze });
         if k % 8 == 7 {

@@ -69,6 +69,11 @@ pub trait ContactEstimator {
     /// Takes the next sample of the reach; `None` while there is no estimate, as before the first
     /// sample in which a point of the hand is seen. All numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
+
+    /// How many reaches it was learnt from; `None` for one that nothing was learnt for, or that does not say.
+    fn training_reaches(&self) -> Option<usize> {
+        None
+    }
 }
 
 impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
@@ -78,5 +83,9 @@ impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         (**self).step(frame)
+    }
+
+    fn training_reaches(&self) -> Option<usize> {
+        (**self).training_reaches()
     }
 }

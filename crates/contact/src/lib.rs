@@ -20,6 +20,8 @@ pub use hwall_numeric::ArgumentError;
 pub use hwall_scene;
 pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
 pub use predict::{
-    ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
-    GazeModel, PredictionSource, Predictor, PredictorInput, RayLead, SteadyPoint, StreamEstimator,
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
+    FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,
+    PredictorInput, RayLead, ReachBeginning, ReachPhase, RestingHand, SteadyPoint, StreamContact,
+    StreamEstimator, StreamFilters, TargetLook, TargetShares,
 };

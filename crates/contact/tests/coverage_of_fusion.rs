@@ -3,9 +3,10 @@
 
 mod common;
 
-use common::{Fused, blurred, error, gaze_at, room, scene, target};
+use common::{
+    ELSEWHERE, Fused, blurred, error, following_the_motion, gaze_at, room, scene, target,
+};
 use glam::DVec3;
-use hwall_contact::FusedConfig;
 use hwall_testkit::Sampler;
 
 const HAND: DVec3 = DVec3::new(0.0, 0.0, 1.2);
@@ -30,15 +31,16 @@ fn tally(surfaces: usize, sd_m: DVec3, with_gaze: bool, reaches: usize) -> Tally
     let quads = room(surfaces);
     let scene = scene(&quads, None);
     let mut sampler = Sampler::new(100 + surfaces as u64);
-    let config = FusedConfig::default();
+    let config = following_the_motion();
     let model = config.gaze;
+    let elsewhere = ELSEWHERE;
     let mut tally = Tally::default();
     for _ in 0..reaches {
         let hand_m = HAND + sampler.unit_vector() * sampler.uniform(0.0, 0.15);
         let (surface, contact_m) = target(&mut sampler, &scene, &quads, hand_m);
         let (off_m, covariance) = error(&mut sampler, sd_m);
         let mut gaze = gaze_at(EYE, contact_m);
-        let spread_rad = if sampler.uniform(0.0, 1.0) < model.elsewhere_share {
+        let spread_rad = if sampler.uniform(0.0, 1.0) < elsewhere {
             model.elsewhere_sd_rad
         } else {
             model.on_target_sd_rad

@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{EYE, Fused, WALL, ball, front, fused, gaze_at, room, scene, side};
+use common::{
+    EYE, Fused, WALL, ball, following_the_motion, front, fused, gaze_at, room, scene, side,
+};
 use glam::{DMat3, DVec3};
 use hwall_contact::{FusedConfig, PredictionSource};
 use hwall_hand::GazeRay;
@@ -14,7 +16,7 @@ fn by_estimate() -> Fused {
     Fused::new(FusedConfig {
         bend: None,
         registration_sd_m: 0.0,
-        ..FusedConfig::default()
+        ..following_the_motion()
     })
 }
 

@@ -8,9 +8,9 @@ use common::{
 use glam::{DMat3, DVec3};
 use hwall_contact::{
     ContactError, FusedConfig, FusedPredictor, GazeModel, PredictionSource, Predictor,
-    PredictorInput,
+    PredictorInput, ReachPhase,
 };
-use hwall_hand::{GazeRay, HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{Gaze, GazeRay, HandFrame, HandPoint, LabelledReach};
 use hwall_testkit::{Sampler, Tol, assert_close};
 
 #[test]
@@ -51,7 +51,7 @@ fn no_number_that_is_none_comes_out() {
     let seen = PredictorInput {
         frame: &HandFrame::empty(f64::NAN),
         hand: Some(&nan),
-        gaze: None,
+        gaze: Gaze::Lost,
     };
     assert!(fused.predictor.predict(&scene, &seen).is_empty());
     // And it recovers.
@@ -163,7 +163,6 @@ fn a_prediction_does_not_allocate() {
 fn how_people_look_is_learnt_from_their_reaches() {
     let planted = GazeModel {
         on_target_sd_rad: 0.05,
-        elsewhere_share: 0.3,
         elsewhere_sd_rad: 0.4,
         ..GazeModel::default()
     };
@@ -176,7 +175,7 @@ fn how_people_look_is_learnt_from_their_reaches() {
                     let mut frame = HandFrame::empty(0.1 * f64::from(i));
                     frame.palm_m = Some(DVec3::ZERO);
                     frame.head_m = Some(EYE);
-                    let spread = if sampler.uniform(0.0, 1.0) < planted.elsewhere_share {
+                    let spread = if sampler.uniform(0.0, 1.0) < 0.3 {
                         planted.elsewhere_sd_rad
                     } else {
                         planted.on_target_sd_rad
@@ -208,11 +207,9 @@ fn how_people_look_is_learnt_from_their_reaches() {
         planted.elsewhere_sd_rad,
         Tol::new(0.0, 0.1)
     );
-    assert_close!(
-        learnt.elsewhere_share,
-        planted.elsewhere_share,
-        Tol::abs(0.05)
-    );
+    let shares = learnt.looks.at(ReachPhase::UnderWay, 0.3);
+    let elsewhere = shares.as_moves.elsewhere + shares.anew.elsewhere;
+    assert_close!(elsewhere, 0.3, Tol::abs(0.05));
     assert!(matches!(
         GazeModel::default().fit(&reaches[..2]),
         Err(ContactError::TooFewReaches { .. })
@@ -229,7 +226,8 @@ fn settings_outside_their_range_are_refused() {
     assert!(bad(&|c| c.rays = 0));
     assert!(bad(&|c| c.registration_sd_m = f64::NAN));
     assert!(bad(&|c| c.bend = Some(0.0)));
-    assert!(bad(&|c| c.gaze.elsewhere_share = 1.5));
+    assert!(bad(&|c| c.gaze.elsewhere_sd_rad = f64::NAN));
+    assert!(bad(&|c| c.gaze.rest.covariance_m2 = DMat3::ZERO));
     assert!(bad(&|c| c.min_probability = 1.0));
     assert!(bad(&|c| c.watch.offset_m_per_s = 1.0));
     assert!(bad(&|c| c.fallback.max_distance_m = 0.0));

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scene;
+use common::{fixed, scene};
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, PredictionSource, Predictor,
@@ -53,7 +53,7 @@ fn predict_with(
     let seen = PredictorInput {
         frame: &HandFrame::empty(hand.t_s),
         hand: Some(hand),
-        gaze: gaze.as_ref(),
+        gaze: fixed(hand.t_s, gaze),
     };
     predictor.predict(scene, &seen).first().copied()
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{front, gaze_at, side};
+use common::{fixed, front, gaze_at, side};
 use glam::{DMat3, DVec3};
 use hwall_contact::{
     ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
@@ -75,7 +75,7 @@ fn follow(scene: &Scene, way: Way, look_m: DVec3, seed: u64) -> Vec<(f64, Vec<Co
             let seen = PredictorInput {
                 frame: &frame,
                 hand: tracking.state(),
-                gaze: Some(&gaze),
+                gaze: fixed(t_s, Some(gaze)),
             };
             (t_s, predictor.predict(scene, &seen).to_vec())
         })

@@ -2,6 +2,7 @@
 
 mod error;
 mod frame;
+mod noise;
 pub mod reach;
 pub mod recording;
 mod rigid_fit;
@@ -19,6 +20,6 @@ pub use reach::{
 pub use recording::{Quantity, Recording, Sample, read_recordings, write_recordings};
 pub use rigid_fit::{PointPair, RigidFit};
 pub use track::{
-    FreezeConfig, FreezeKind, GazeFilter, HandFilter, HandFilterConfig, HandState, LostReason,
-    Tracking,
+    Fixation, FreezeConfig, FreezeKind, Gaze, GazeFilter, GazeFilterConfig, HandFilter,
+    HandFilterConfig, HandState, LostReason, Tracking,
 };

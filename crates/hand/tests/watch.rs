@@ -4,6 +4,7 @@ use glam::DVec3;
 use hwall_hand::{
     HandFilter, HandFilterConfig, HandFrame, HandState, ReachWatch, WatchConfig, WatchUpdate,
 };
+use hwall_testkit::Sampler;
 
 /// Writes down the samples of each reach.
 #[derive(Debug, Default)]
@@ -134,4 +135,54 @@ fn a_clock_that_is_set_back_starts_anew_and_a_repeated_sample_is_passed_over() {
     }
     let nan = HandFrame::empty(f64::NAN);
     assert_eq!(watch.step(&nan, None), WatchUpdate::AtRest);
+}
+
+/// Runs a trembling hand at 90 Hz along x; noise in each axis, m.
+fn run_trembling(
+    until_s: f64,
+    noise_m: f64,
+    seed: u64,
+    x: impl Fn(f64) -> f64,
+) -> (Diary, Vec<f64>) {
+    let mut filter = HandFilter::new(HandFilterConfig::simulated()).unwrap();
+    let mut watch = ReachWatch::new(WatchConfig::default()).unwrap();
+    let mut sampler = Sampler::new(seed);
+    let (mut diary, mut reaching_s) = (Diary::default(), Vec::new());
+    for i in 0..(until_s * 90.0) as usize {
+        let t_s = i as f64 / 90.0;
+        let mut frame = HandFrame::empty(t_s);
+        let noise = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * noise_m;
+        frame.palm_m = Some(DVec3::new(x(t_s), 0.0, 1.0) + noise);
+        let tracking = filter.step(&frame);
+        diary.step(&mut watch, &frame, tracking.state());
+        if watch.reaching() {
+            reaching_s.push(t_s);
+        }
+    }
+    (diary, reaching_s)
+}
+
+#[test]
+fn a_hand_at_rest_does_not_reach_however_the_tracker_trembles() {
+    for noise_m in [0.0, 0.001, 0.002, 0.005] {
+        let (_, reaching_s) = run_trembling(60.0, noise_m, 3, |_| 0.0);
+        // The noise has been measured after a second.
+        let late = reaching_s.iter().filter(|t| **t > 1.0).count();
+        assert!(late < 27, "{noise_m}: {late} samples");
+    }
+}
+
+#[test]
+fn a_trembling_reach_is_seen_in_time_and_ends_at_rest() {
+    for (noise_m, onset_s, end_s) in [(0.001, 0.16, 0.25), (0.005, 0.28, 0.3)] {
+        for seed in 0..20 {
+            // At rest until 2 s, 0.6 m in 0.8 s, at rest again.
+            let place = |t: f64| 0.6 * minimum_jerk((t - 2.0) / 0.8);
+            let (_, reaching_s) = run_trembling(5.0, noise_m, seed, place);
+            let first = reaching_s.iter().find(|t| **t > 1.9).unwrap();
+            assert!((2.0..2.0 + onset_s).contains(first), "{noise_m}: {first}");
+            let last = reaching_s.last().unwrap();
+            assert!((2.7..2.8 + end_s).contains(last), "{noise_m}: {last}");
+        }
+    }
 }

@@ -9,9 +9,8 @@ mod walls;
 
 pub use error::SessionError;
 pub use session::{
-    Control, Controller, Cycle, Event, EventKind, Foreseen, GazeConfig, Goal, Perception,
-    PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
-    drive,
+    Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, Perception, PolicyConfig,
+    Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose, drive,
 };
 pub use walls::{Walls, WallsConfig, barriers_of, maps_of};
 

@@ -36,6 +36,7 @@ impl Fixed {
                 time_to_contact_s: None,
                 probability: 1.0,
                 source: PredictionSource::Gaze,
+                looked_at_since_s: None,
             },
             velocities: Vec::new(),
         }

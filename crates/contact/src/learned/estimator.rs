@@ -51,6 +51,10 @@ pub struct LearnedEstimator {
 }
 
 impl ContactEstimator for LearnedEstimator {
+    fn training_reaches(&self) -> Option<usize> {
+        Some(self.learnt.origin.reaches)
+    }
+
     fn begin(&mut self) {
         self.last = None;
         self.track.begin();

@@ -1,10 +1,12 @@
 //! Prediction by one ray, as in the dissertation.
 
+use super::hand::free_side::{FreeSide, SideWatch};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
 use crate::error::ContactError;
 use crate::estimate::TimeToContact;
-use glam::DVec3;
-use hwall_hand::{GazeRay, HandState};
+use crate::outer_product::square;
+use glam::{DMat3, DVec3};
+use hwall_hand::{Fixation, Gaze, GazeRay, HandState};
 use hwall_numeric::check::positive;
 use hwall_scene::{Hit, Scene, SurfaceId};
 
@@ -22,6 +24,9 @@ pub struct DeterministicConfig {
     /// Lets the ray that found the surface lead the point while the hand is far. Default `None`: the
     /// point is always the projection of the hand, as in the dissertation.
     pub ray_lead: Option<RayLead>,
+    /// How far the line of sight misses the place that is meant, standard deviation in each of two directions, rad; the noise of the
+    /// fixation comes on top. It gives points that are led by the gaze a covariance. Default `None`: they have none.
+    pub gaze_sd_rad: Option<f64>,
 }
 
 /// How far from the surface the ray leads the predicted point.
@@ -44,12 +49,14 @@ impl Default for DeterministicConfig {
             nearest_radius_m: 0.3,
             min_closing_speed_m_per_s: 0.02,
             ray_lead: None,
+            gaze_sd_rad: None,
         }
     }
 }
 
 impl DeterministicConfig {
-    /// The ray leads while the hand is more than 0.06 m away, and counts for nothing below 0.02 m.
+    /// The ray leads while the hand is more than 0.06 m away, and counts for nothing below 0.02 m; points led by the gaze have
+    /// a covariance, of 0.03 rad (1.7 degrees): an eye tracker of 1 degree and a person who is about as accurate.
     ///
     /// A person looks at the place before the hand gets there, so an arm that is slower than the
     /// hand gains the time of the reach. The hand's own way there is curved and becomes the better
@@ -62,6 +69,7 @@ impl DeterministicConfig {
                 near_m: 0.02,
                 far_m: 0.06,
             }),
+            gaze_sd_rad: Some(0.03),
             ..Self::default()
         }
     }
@@ -76,15 +84,21 @@ impl DeterministicConfig {
 /// every case, so a change of source within one surface does not make the board leap;
 /// [`DeterministicConfig::ray_led`] trades that for earlier points.
 ///
+/// While the gaze is in flight, or lost for less than 0.3 s, the last place looked at counts on. A hand that has gone through a
+/// surface touches it from the side it came from.
+///
 /// Known failures, kept as tests: if the gaze meets another object in front of the one that is meant, the
 /// other one is predicted; near a corner the prediction changes wall as soon as the gaze does; a hand that
 /// approaches at a slant touches beside its projection, the more so the further away it is; without a
-/// gaze, a hand that has passed through a wall seems to stand behind it.
+/// gaze, a hand that is seen for the first time when it has passed through a wall seems to stand behind it.
 ///
-/// It names one surface, with probability 1 and no covariance: it does not know how certain it is.
+/// It names one surface, with probability 1: it does not know how certain that is.
 #[derive(Debug, Clone, Default)]
 pub struct DeterministicPredictor {
     config: DeterministicConfig,
+    side: SideWatch,
+    /// The place that was looked at last, and when.
+    held: Option<(Aim, f64)>,
     prediction: Option<ContactPrediction>,
 }
 
@@ -104,9 +118,12 @@ impl DeterministicPredictor {
             positive("near_m", near_m)?;
             positive("far_m - near_m", far_m - near_m)?;
         }
+        if let Some(gaze_sd_rad) = config.gaze_sd_rad {
+            positive("gaze_sd_rad", gaze_sd_rad)?;
+        }
         Ok(Self {
             config,
-            prediction: None,
+            ..Self::default()
         })
     }
 
@@ -117,6 +134,7 @@ impl DeterministicPredictor {
         let aim = Aim {
             surface: hit.surface,
             point_m: Some(hit.point_m),
+            look: None,
         };
         scene.surface(hit.surface).touchable().then_some(aim)
     }
@@ -128,13 +146,15 @@ impl DeterministicPredictor {
         Aim {
             surface,
             point_m: aimed_m,
+            look,
         }: Aim,
         hand: &HandState,
-        gaze: Option<&GazeRay>,
+        side: &FreeSide,
         source: PredictionSource,
     ) -> Option<ContactPrediction> {
         let hand_m = hand.point_m;
-        let behind = gaze.and_then(|gaze| entry(scene, surface, gaze.origin_m, hand_m));
+        let by_eye = look.and_then(|look| entry(scene, surface, look.ray.origin_m, hand_m));
+        let behind = by_eye.or(side.behind.filter(|hit| hit.surface == surface));
         let (point_m, normal, distance_m) = match behind {
             Some(Hit {
                 point_m: face_m,
@@ -160,35 +180,50 @@ impl DeterministicPredictor {
             let closing = hand.velocity_m_per_s.dot(point_m - hand_m) / distance_m;
             (closing >= self.config.min_closing_speed_m_per_s).then(|| distance_m / closing)
         };
+        let mut led = 0.0;
         let (point_m, normal) = match self.config.ray_lead {
             Some(RayLead { near_m, far_m }) if distance_m > 0.0 => {
                 let ahead_m = self
                     .ahead(scene, surface, hand, time_to_contact_s)
                     .unwrap_or(point_m);
                 let share = ((distance_m - near_m) / (far_m - near_m)).clamp(0.0, 1.0);
-                let led = scene
+                led = if aimed_m.is_some() { share } else { 0.0 };
+                let place = scene
                     .project_on(surface, ahead_m.lerp(aimed_m.unwrap_or(ahead_m), share))
                     .ok()?;
                 // The normal on the hand's side, from whichever side the point was met.
-                let facing = if led.normal.dot(normal) < 0.0 {
-                    -led.normal
+                let facing = if place.normal.dot(normal) < 0.0 {
+                    -place.normal
                 } else {
-                    led.normal
+                    place.normal
                 };
-                (led.point_m, facing)
+                (place.point_m, facing)
             }
             _ => (point_m, normal),
         };
+        let covariance_m2 = look
+            .filter(|_| led > 0.0)
+            .and_then(|look| Some((look, self.config.gaze_sd_rad?)))
+            .map(|(look, sd_rad)| {
+                let by_gaze = sight_covariance_m2(&look, sd_rad, point_m, normal);
+                let by_hand_m = (1.0 - led) * (BEND * distance_m + TRACKED_M);
+                let in_plane = DMat3::IDENTITY - square(normal);
+                let least = DMat3::from_diagonal(DVec3::splat(LEAST_SD_M * LEAST_SD_M));
+                by_gaze * (led * led) + in_plane * (by_hand_m * by_hand_m) + least
+            })
+            // Beyond all rooms it overflows.
+            .filter(|c| c.is_finite());
         Some(ContactPrediction {
             surface,
             point_m,
-            covariance_m2: None,
+            covariance_m2,
             normal,
             roughness: scene.surface(surface).roughness,
             distance_m,
             time_to_contact_s: time_to_contact_s.map(|mean_s| TimeToContact { mean_s, sd_s: None }),
             probability: 1.0,
             source,
+            looked_at_since_s: look.map(|look| look.since_s),
         })
     }
 }
@@ -211,41 +246,105 @@ impl DeterministicPredictor {
 /// The direction of motion counts this long before contact, s; earlier the hand still turns.
 const AHEAD_S: f64 = 0.4;
 
-/// A surface, and where the ray that found it meets it.
-#[derive(Clone, Copy)]
+/// How far beside its direction of motion a hand touches, as a share of the way left, and what its tracking adds, m.
+const BEND: f64 = 0.25;
+const TRACKED_M: f64 = 0.004;
+/// Least standard deviation of a point, m.
+const LEAST_SD_M: f64 = 1e-3;
+/// Least sine of the angle at which a line of sight meets a surface: beyond, its error has no length.
+const LEAST_SLOPE: f64 = 0.05;
+/// The place looked at last counts for this long while the gaze is in flight or lost, s.
+const HOLD_S: f64 = 0.3;
+
+/// A surface, where the ray that found it meets it, and the look, if it was one.
+#[derive(Debug, Clone, Copy)]
 struct Aim {
     surface: SurfaceId,
     point_m: Option<DVec3>,
+    look: Option<Fixation>,
+}
+
+/// Covariance in a plane of the point that a line of sight meets there, for an error across the sight in each of two
+/// directions, rad: along a plane that is seen at a slant, many times that across.
+fn sight_covariance_m2(look: &Fixation, sd_rad: f64, point_m: DVec3, normal: DVec3) -> DMat3 {
+    let GazeRay {
+        origin_m,
+        direction: sight,
+    } = look.ray;
+    let sd_m = sd_rad.hypot(look.noise_rad) * (point_m - origin_m).length();
+    let slope = normal.dot(sight);
+    let slope = slope.abs().max(LEAST_SLOPE).copysign(slope);
+    let (u, v) = sight.any_orthonormal_pair();
+    // A shift across the sight, carried along it into the plane.
+    let [a, b] = [u, v].map(|e| (e - sight * (normal.dot(e) / slope)) * sd_m);
+    square(a) + square(b)
 }
 
 impl Predictor for DeterministicPredictor {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
+        let aim = self.look(scene, input.frame.t_s, &input.gaze);
         self.prediction = input
             .hand
-            .and_then(|hand| self.contact(scene, hand, input.gaze));
+            .filter(usable)
+            .and_then(|hand| self.contact(scene, hand, aim));
         self.prediction.as_slice()
+    }
+
+    fn reset(&mut self) {
+        *self = Self {
+            config: self.config,
+            ..Self::default()
+        };
     }
 }
 
 impl DeterministicPredictor {
+    /// The place looked at, or the last one while the gaze is on its way.
+    fn look(&mut self, scene: &Scene, t_s: f64, gaze: &Gaze) -> Option<Aim> {
+        match gaze.fixation().filter(|fixation| fixation.is_usable()) {
+            Some(&fixation) => {
+                let GazeRay {
+                    origin_m,
+                    direction,
+                } = fixation.ray;
+                let aim = Self::aimed_at(scene, origin_m, direction).map(|aim| Aim {
+                    look: Some(fixation),
+                    ..aim
+                });
+                self.held = aim.map(|aim| (aim, t_s));
+                aim
+            }
+            None => {
+                // Also false for a clock that was set back, and for NaN.
+                let fresh = |(_, at_s): &(Aim, f64)| (0.0..=HOLD_S).contains(&(t_s - at_s));
+                self.held.filter(fresh).map(|(aim, _)| aim)
+            }
+        }
+    }
+
     /// The contact that comes next; `None` when none is in sight.
     fn contact(
-        &self,
+        &mut self,
         scene: &Scene,
         hand: &HandState,
-        gaze: Option<&GazeRay>,
+        looked_at: Option<Aim>,
     ) -> Option<ContactPrediction> {
-        if !(hand.point_m.is_finite() && hand.velocity_m_per_s.is_finite()) {
-            return None;
-        }
-        let by_gaze = || {
-            let ray = gaze?;
-            let aim = Self::aimed_at(scene, ray.origin_m, ray.direction)?;
-            self.project(scene, aim, hand, gaze, PredictionSource::Gaze)
+        let eye_m = looked_at.and_then(|aim| Some(aim.look?.ray.origin_m));
+        let side = self.side.free_side(scene, hand, eye_m);
+        let by_gaze = || self.project(scene, looked_at?, hand, &side, PredictionSource::Gaze);
+        // Without a gaze, the way that the hand has come says what it went through.
+        let through = || {
+            let aim = Aim {
+                surface: side.behind?.surface,
+                point_m: None,
+                look: None,
+            };
+            self.project(scene, aim, hand, &side, PredictionSource::HandDirection)
         };
         let by_hand = || {
             let aim = Self::aimed_at(scene, hand.point_m, hand.direction?)?;
-            self.project(scene, aim, hand, gaze, PredictionSource::HandDirection)
+            self.project(scene, aim, hand, &side, PredictionSource::HandDirection)
         };
         let by_distance = || {
             let closest = scene
@@ -254,10 +353,14 @@ impl DeterministicPredictor {
             let aim = Aim {
                 surface: closest.surface,
                 point_m: None,
+                look: None,
             };
-            self.project(scene, aim, hand, gaze, PredictionSource::Nearest)
+            self.project(scene, aim, hand, &side, PredictionSource::Nearest)
         };
-        by_gaze().or_else(by_hand).or_else(by_distance)
+        by_gaze()
+            .or_else(through)
+            .or_else(by_hand)
+            .or_else(by_distance)
     }
 }
 

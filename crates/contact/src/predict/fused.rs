@@ -1,102 +1,51 @@
 //! Prediction from all evidence: the hand's motion, the gaze, the surfaces and the time.
 
-use super::deterministic::{DeterministicConfig, DeterministicPredictor};
+use super::deterministic::DeterministicPredictor;
+use super::face_moments::Moments;
+use super::fused_config::FusedConfig;
 use super::gaussian::Gaussian;
-use super::gaze_model::{GazeMemory, GazeModel};
+use super::gaze::memory::GazeMemory;
+use super::gaze::weights::{ASTRAY_SHARE, ASTRAY_STRETCH, ByHand, Hypothesis};
+use super::hand::free_side::{FreeSide, SideWatch};
+use super::hand::place::{HandPlace, close, gaussian_of, near};
+use super::hand::resting::{RestWatch, SurfacePlace};
 use super::prediction::{ContactPrediction, PredictionSource, Predictor, PredictorInput};
-use super::resting::{RestWatch, SurfacePlace};
 use super::stream::StreamEstimator;
-use super::surface_shares::{Face, SeenFace, SurfaceShares, Viewpoint};
+use super::surface_shares::{Evidence, Face, SeenFace, SurfaceShares, Viewpoint};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
-use hwall_hand::{HandState, WatchConfig};
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_hand::{GazeRay, HandState};
 use hwall_scene::{Hit, Scene, SurfaceId};
-
-/// Settings of a [`FusedPredictor`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct FusedConfig {
-    /// How people look while they reach. It is worth fitting to the eye tracker in use.
-    pub gaze: GazeModel,
-    /// What begins and ends a reach.
-    pub watch: WatchConfig,
-    /// Standard deviation of an estimate that comes without a covariance, in each axis, m. Default 0.1.
-    pub default_sd_m: f64,
-    /// Standard deviation of the registration of the tracker to the scene in each axis, m. It adds to every
-    /// covariance, and a hand at rest within a few of it from a surface is on that surface. Default 0.008;
-    /// measure it with [`RigidFit`](hwall_hand::RigidFit), and take 0 for simulations. It shifts hand, gaze
-    /// and estimate alike, so it does not move them apart.
-    pub registration_sd_m: f64,
-    /// How far beside its direction of motion a hand touches, as a share of the way left: standard deviation
-    /// in each of two directions. `None` ignores the direction of motion. Default 0.25: on simulated
-    /// reaches it takes a third off the error of a regression at 90 % of the time. The learned estimator
-    /// knows the direction itself; its 50 / 70 / 90 % regions hold 64 / 80 / 91 % of simulated contacts with
-    /// this and 64 / 78 / 92 % without (no error of registration), so the direction is not counted twice.
-    pub bend: Option<f64>,
-    /// Where a hand at rest may touch next: standard deviation about the hand in each axis, m. Default 0.4.
-    pub rest_sd_m: f64,
-    /// Probability that a hand at rest on a surface is about to leave for another one, in [0, 1). It is
-    /// divided among the others as for a hand at rest elsewhere. Default 0.1.
-    pub leaving_share: f64,
-    /// Surfaces further than this from the hand are not about to be touched, m. Default 1.5.
-    pub max_distance_m: f64,
-    /// Most rays for each hypothesis; only seven are cast for one that weighs little, or that is narrow and
-    /// meets one plane alone. Default 19; take more for scenes of many small surfaces.
-    pub rays: usize,
-    /// Share of the places looked at that can be reached although the straight way from the hand is
-    /// blocked, in [0, 1). Default 0.1.
-    pub round_about_share: f64,
-    /// Predictions below this probability are left out, except the best one; the rest add up to 1 again. In
-    /// [0, 1). Default 0.005.
-    pub min_probability: f64,
-    /// The predictor used when no surface lies where the evidence points.
-    pub fallback: DeterministicConfig,
-}
-
-impl Default for FusedConfig {
-    fn default() -> Self {
-        Self {
-            gaze: GazeModel::default(),
-            watch: WatchConfig::default(),
-            default_sd_m: 0.1,
-            registration_sd_m: 0.008,
-            bend: Some(0.25),
-            rest_sd_m: 0.4,
-            leaving_share: 0.1,
-            max_distance_m: 1.5,
-            rays: 19,
-            round_about_share: 0.1,
-            min_probability: 0.005,
-            fallback: DeterministicConfig::ray_led(),
-        }
-    }
-}
 
 /// Fuses an estimate of where the hand's motion ends with the gaze and the surfaces of the scene.
 ///
 /// For every sample:
 /// 1. The estimator gives N(m, C) for the contact point. It is narrowed across the direction of motion
-///    in proportion to the way left to the next surface; a hand at rest may touch anywhere near.
-/// 2. The gaze makes it a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
-///    sight, the same about the fixation before, and the Gaussian alone, for a person who does not look at
-///    the target. Each is weighed by how probable it makes both lines of sight ([`GazeModel`]). One
-///    estimate in ten is assumed to be three times as far off as it states, so that a look far away from it
-///    still counts.
+///    in proportion to the way left to the next surface. Beside it stands where people touch whose hand rests where this one
+///    rests, or rested before it moved: a hand at rest says little, and the first moments of a reach may be no reach, or one for
+///    another place than the one that was meant.
+/// 2. The gaze makes each of the two a mixture of three hypotheses: the Gaussian times a Gaussian about the present line of
+///    sight, the same about the look before, and the Gaussian alone, for a person who does not look at
+///    the target. Each is weighed by how probable it makes both lines of sight, and by how often it is the true one in this phase
+///    of a reach at this age of the look, which is learnt ([`GazeModel`](super::GazeModel)). Some estimates are assumed to be
+///    further off than they state, so that a look far away from one still counts.
 /// 3. Each hypothesis is divided among the surfaces: density in the plane of a face, times the share of it
-///    that straight ways from the hand meet first, times the sine of the angle at which they meet it.
-///    Surfaces that cannot be touched block the way.
+///    that straight ways from the hand meet first, times the sine of the angle at which they meet it; for hypotheses that owe
+///    nothing to the motion, ways from the eyes. Surfaces that cannot be touched block the way.
 /// 4. For each surface the parts add up to a probability and a covariance; the point is the mean of those
 ///    that agree with the most probable one.
 ///
 /// Estimates of successive samples share their history, and a fixation has one error, not one per sample.
-/// So nothing is multiplied over time: a prediction follows from the estimate and the two fixations at that
-/// time. A change of mind is followed as fast as the estimator and the eyes follow it.
+/// So nothing is multiplied over time: a prediction follows from the estimate and the two looks at that
+/// time. A change of mind is followed as fast as the estimator and the eyes follow it. While the gaze is in flight, or lost for
+/// less than 0.3 s, the last look counts on.
 ///
 /// The error of registration of the tracker to the scene widens every part of the mixture and every covariance
 /// across its surface, so covariances are positive definite. The covariance of a surface mixes all parts that
-/// end there. For a hand at rest on nothing it is as wide as what that hand may do.
+/// end there: of a place that is looked at it has the error of the gaze in each direction of the surface, which along a
+/// surface seen at a slant is many times that across.
 ///
 /// A hand at rest on a surface touches it: that surface comes first, with the error of registration as its
 /// covariance and time 0, and `leaving_share` goes to all other surfaces, until the hand is faster than the
@@ -106,16 +55,18 @@ impl Default for FusedConfig {
 /// tell which is meant.
 ///
 /// A hand that has gone through a surface touches that surface, from the side it came from. When no surface
-/// lies where the evidence points, a [`DeterministicPredictor`] takes over. Nothing is allocated after the
-/// first samples, except by the estimator.
+/// lies where the evidence points, a [`DeterministicPredictor`] takes over; it also leads where the estimator was learnt from too
+/// little ([`FusedPredictor::experience`]). Nothing is allocated after the first samples, except by the estimator.
 #[derive(Debug, Clone)]
 pub struct FusedPredictor<E> {
     stream: StreamEstimator<E>,
     config: FusedConfig,
     gaze: GazeMemory,
     shares: SurfaceShares,
+    side: SideWatch,
     rest: RestWatch,
     estimate: Option<ContactEstimate>,
+    look: Option<TargetLook>,
     fallback: DeterministicPredictor,
     /// Of the last sample, the most probable first.
     ranked: Vec<ContactPrediction>,
@@ -127,28 +78,17 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     /// # Errors
     /// A setting outside its range.
     pub fn new(estimator: E, config: FusedConfig) -> Result<Self, ContactError> {
-        config.gaze.validate()?;
-        positive("default_sd_m", config.default_sd_m)?;
-        non_negative("registration_sd_m", config.registration_sd_m)?;
-        positive("rest_sd_m", config.rest_sd_m)?;
-        config.bend.map_or(Ok(0.0), |bend| positive("bend", bend))?;
-        positive("max_distance_m", config.max_distance_m)?;
-        positive("rays", config.rays as f64)?;
-        for (what, value) in [
-            ("leaving_share", config.leaving_share),
-            ("round_about_share", config.round_about_share),
-            ("min_probability", config.min_probability),
-        ] {
-            that((0.0..1.0).contains(&value), what, value, "in [0, 1)")?;
-        }
+        config.validate()?;
         Ok(Self {
             stream: StreamEstimator::new(estimator, config.watch)?,
             shares: SurfaceShares::new(config.rays),
             fallback: DeterministicPredictor::new(config.fallback)?,
             config,
             gaze: GazeMemory::default(),
+            side: SideWatch::default(),
             rest: RestWatch::default(),
             estimate: None,
+            look: None,
             ranked: Vec::with_capacity(16),
         })
     }
@@ -165,19 +105,47 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         self.stream.estimator()
     }
 
-    /// The contact point by the motion alone: about the estimate, or about a hand at rest.
-    fn by_motion(&self, hand: &HandState) -> Option<ByMotion> {
-        let spread = |covariance: Option<DMat3>| {
-            let sd = self.config.default_sd_m;
-            covariance.unwrap_or(DMat3::from_diagonal(DVec3::splat(sd * sd)))
-        };
-        let estimated = self
-            .estimate
-            .and_then(|e| Gaussian::new(e.point_m, spread(e.covariance_m2)));
-        match estimated {
-            Some(gaussian) => Some(ByMotion::Estimated(gaussian)),
-            None => Gaussian::ball(hand.point_m, self.config.rest_sd_m).map(ByMotion::AtRest),
+    /// Is the estimator believed?
+    #[must_use]
+    pub fn experience(&self) -> Experience {
+        let needed = self.config.least_reaches;
+        match self.stream.estimator().training_reaches() {
+            Some(reaches) if reaches < needed => Experience::TooLittle { reaches, needed },
+            _ => Experience::Enough,
         }
+    }
+
+    /// The present look, and how probably it is at the place of the next contact; `None` without one, for a lost hand, and
+    /// while the ray leads.
+    #[must_use]
+    pub const fn look(&self) -> Option<&TargetLook> {
+        self.look.as_ref()
+    }
+
+    /// What the hand alone says: where its motion leads, and where a hand at rest here may touch.
+    fn by_hand(&self, scene: &Scene, hand: &HandState) -> Option<ByHand> {
+        let default_sd_m = self.config.default_sd_m;
+        let estimate = self.estimate.as_ref();
+        let estimated = estimate.and_then(|e| gaussian_of(e, default_sd_m));
+        let began = self.stream.began();
+        let place = HandPlace::new(hand, began, estimate, &self.config.watch);
+        let narrowed = |g: Gaussian| {
+            let directed = place.moves || place.is_fast;
+            let narrower = directed.then(|| self.straight_on(scene, hand, &g));
+            narrower.flatten().unwrap_or(g)
+        };
+        let anew = if place.moves {
+            self.straight_on(scene, hand, &near(hand.point_m)?)
+                .or_else(|| close(hand.point_m))
+        } else {
+            self.config.gaze.rest.about(place.rest_m)
+        };
+        Some(ByHand {
+            phase: place.phase,
+            began_s: began.map(|began| began.since_s),
+            as_moves: estimated.map(narrowed),
+            anew: anew?,
+        })
     }
 
     /// The estimate narrowed by the direction of motion: the rest of the way is nearly straight, so
@@ -201,54 +169,75 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 
     /// Finds the faces of every hypothesis. Returns whether any is met.
-    fn divide(&mut self, scene: &Scene, hand: &HandState, origin_m: DVec3) -> bool {
+    fn divide(&mut self, scene: &Scene, hand: &HandState, side: &FreeSide) -> bool {
         self.shares.clear();
-        let (gaussian, moving) = match self.by_motion(hand) {
-            None => return false,
-            Some(ByMotion::AtRest(gaussian)) => (gaussian, false),
-            Some(ByMotion::Estimated(estimated)) => {
-                let narrowed = self.straight_on(scene, hand, &estimated);
-                (narrowed.unwrap_or(estimated), true)
-            }
+        let Some(by_hand) = self.by_hand(scene, hand) else {
+            return false;
         };
-        // A resting hand has no direction yet: it may go to whatever the person sees.
-        let (from_m, heading) = match (moving, self.gaze.ray()) {
-            (false, Some(ray)) => (ray.origin_m, Some(ray.direction)),
-            _ => (origin_m, hand.direction),
+        let distance_m = |ray: &GazeRay| {
+            let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
+            Some(hit.distance_m)
         };
-        let from = Viewpoint {
-            origin_m: from_m,
-            heading,
-            max_distance_m: self.config.max_distance_m + from_m.distance(hand.point_m),
-        };
-        let hypotheses = self.config.gaze.weigh(&gaussian, &self.gaze, hand.t_s);
+        let gaze = &self.config.gaze;
+        let hypotheses = gaze.weigh(&by_hand, &self.gaze, hand.t_s, distance_m);
         for hypothesis in hypotheses.into_iter().flatten() {
+            let from = self.viewpoint(hand, side, &hypothesis);
             // What the line of sight meets may be meant although the straight way there is blocked.
             let seen = hypothesis.sight.and_then(|ray| {
                 let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
                 let near = hit.point_m.distance(hand.point_m) <= self.config.max_distance_m;
                 (near && scene.surface(hit.surface).touchable()).then(|| SeenFace {
-                    hit: facing(&hit, origin_m),
+                    hit: facing(&hit, side.from_m),
                     share: self.config.round_about_share,
                 })
             });
-            let Some(registered) = hypothesis.gaussian.widened(self.config.registration_sd_m)
-            else {
-                continue;
+            let widened = hypothesis.gaussian.widened(self.config.registration_sd_m);
+            let Some(gaussian) = widened else { continue };
+            let registered = Hypothesis {
+                gaussian,
+                ..hypothesis
             };
-            self.shares
-                .add(scene, &from, &registered, hypothesis.weight, seen);
+            let met = self.shares.add(scene, &from, &registered, seen);
+            if !met && hypothesis.as_moves && hypothesis.sight.is_none() {
+                self.add_closest(scene, side, &gaussian, hypothesis.weight);
+            }
         }
         if self.shares.compare() {
             return true;
         }
-        if moving {
-            // The estimate lies beyond the edges of all surfaces.
-            let radius_m = 4.0 * gaussian.sd_m();
-            self.shares
-                .add_closest(scene, origin_m, &gaussian, radius_m);
+        if let Some(gaussian) = by_hand.as_moves {
+            self.add_closest(scene, side, &gaussian, 1.0);
         }
         self.shares.compare()
+    }
+
+    /// An estimate that lies beyond the edges of all surfaces is astray, and means the closest.
+    fn add_closest(&mut self, scene: &Scene, side: &FreeSide, estimate: &Gaussian, weight: f64) {
+        let radius_m = 4.0 * estimate.sd_m();
+        let Some(astray) = estimate.stretched(ASTRAY_STRETCH) else {
+            return;
+        };
+        let weight = weight * ASTRAY_SHARE;
+        self.shares
+            .add_closest(scene, side.from_m, (&astray, weight), radius_m);
+    }
+
+    /// Where the surfaces of a hypothesis are looked for from: a hand that moves meets what lies on its way, one that has not
+    /// chosen its way yet may go to whatever the person sees.
+    fn viewpoint(&self, hand: &HandState, side: &FreeSide, hypothesis: &Hypothesis) -> Viewpoint {
+        let (origin_m, heading) = match self.gaze.now() {
+            Some(look) if !hypothesis.as_moves => (look.ray.origin_m, Some(look.ray.direction)),
+            _ => {
+                let slow_m_per_s = self.config.watch.offset_m_per_s;
+                let moves = hypothesis.as_moves || hand.velocity_m_per_s.length() > slow_m_per_s;
+                (side.from_m, hand.direction.filter(|_| moves))
+            }
+        };
+        Viewpoint {
+            origin_m,
+            heading,
+            max_distance_m: self.config.max_distance_m + origin_m.distance(hand.point_m),
+        }
     }
 
     /// Adds up the faces of each surface; a surface that the hand rests on is added separately.
@@ -262,6 +251,15 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         let faces = self.shares.faces();
         let total: f64 = faces.iter().map(|f| f.mass).sum();
         let others = touched.map_or(1.0, |_| self.config.leaving_share);
+        let look = self.gaze.now();
+        let looked_at_since_s = look.map(|look| look.since_s);
+        let looked_at = faces.iter().filter(|f| f.evidence.looked_at());
+        let on_target = looked_at.map(|f| f.mass).sum::<f64>() / total;
+        self.look = look.map(|look| TargetLook {
+            since_s: look.since_s,
+            age_s: look.age_s(hand.t_s),
+            probability: if total > 0.0 { others * on_target } else { 0.0 },
+        });
         let of = |surface: SurfaceId| faces.iter().filter(move |f| f.surface == surface);
         let weight_of = |surface: SurfaceId| of(surface).map(|f| f.mass).sum::<f64>();
         let is_touched = |f: &Face| touched.is_some_and(|t| t.surface == f.surface);
@@ -312,11 +310,12 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 distance_m,
                 time_to_contact_s: self.time_to(hand, point_m, behind && distance_m <= 0.0),
                 probability: p,
-                source: match (self.estimate, self.gaze.ray()) {
-                    (Some(_), _) => PredictionSource::Motion,
-                    (None, Some(_)) => PredictionSource::Gaze,
-                    (None, None) => PredictionSource::Nearest,
+                source: match best.evidence {
+                    Evidence::Motion { .. } => PredictionSource::Motion,
+                    Evidence::Gaze { .. } => PredictionSource::Gaze,
+                    Evidence::Nearness => PredictionSource::Nearest,
                 },
+                looked_at_since_s: looked_at_since_s.filter(|_| best.evidence.looked_at()),
             });
         }
         if let Some(touched) = touched {
@@ -331,6 +330,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
                 time_to_contact_s: Some(NOW),
                 probability: 1.0 - probability,
                 source: PredictionSource::Nearest,
+                looked_at_since_s: None,
             });
             probability = 1.0;
         }
@@ -362,12 +362,29 @@ impl<E: ContactEstimator> FusedPredictor<E> {
     }
 }
 
-/// The contact point by the motion of the hand alone.
-enum ByMotion {
-    /// About the estimate.
-    Estimated(Gaussian),
-    /// About a hand at rest, which may touch anywhere near.
-    AtRest(Gaussian),
+/// What an estimator's word is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Experience {
+    /// It is believed.
+    Enough,
+    /// It was learnt from too little, and the ray leads.
+    TooLittle {
+        /// The reaches it was learnt from.
+        reaches: usize,
+        /// How many there must be ([`FusedConfig::least_reaches`]).
+        needed: usize,
+    },
+}
+
+/// A look, and what it means for the next contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetLook {
+    /// When the eyes came to rest on the place, s.
+    pub since_s: f64,
+    /// How long they have rested on it, looks at it just before included, s.
+    pub age_s: f64,
+    /// Probability that the place of the next contact is the one looked at.
+    pub probability: f64,
 }
 
 /// The hand is there.
@@ -382,9 +399,6 @@ const LONGEST_S: f64 = 2.0;
 /// Least standard deviation of a prediction, m, so that no covariance is singular.
 const LEAST_SD_M: f64 = 1e-3;
 
-/// Faces agree on a place when it is no further apart than this many times their summed variance.
-const AGREE: f64 = 1.0;
-
 /// Error of the tracked point across its motion, filter included, m.
 const TRACKED_M: f64 = 0.004;
 
@@ -397,64 +411,34 @@ fn facing(hit: &Hit, towards_m: DVec3) -> Hit {
     }
 }
 
-/// Mean and covariance of a contact by the faces of one surface.
-struct Moments {
-    /// Of the faces that agree with the best one, m: between two places that a person may mean, neither is
-    /// touched.
-    mean_m: DVec3,
-    /// About that mean, of all faces, m²: positive semidefinite, as that of every face is.
-    covariance_m2: DMat3,
-}
-
-impl Moments {
-    fn of<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> Self {
-        let agree = |f: &&Face| {
-            let sum = f.covariance_m2 + best.covariance_m2;
-            let variance_m2 = sum.x_axis.x + sum.y_axis.y + sum.z_axis.z;
-            f.mean_m.distance_squared(best.mean_m) <= AGREE * variance_m2
-        };
-        let agreed = || faces().filter(agree);
-        let mean_m = agreed().map(|f| f.mean_m * f.mass).sum::<DVec3>()
-            / agreed().map(|f| f.mass).sum::<f64>();
-        let weight: f64 = faces().map(|f| f.mass).sum();
-        let covariance_m2 = faces()
-            .map(|f| (f.covariance_m2 + square(f.mean_m - mean_m)) * (f.mass / weight))
-            .fold(DMat3::ZERO, |sum, c| sum + c);
-        Self {
-            mean_m,
-            covariance_m2,
-        }
-    }
-}
-
 impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         self.ranked.clear();
+        self.look = None;
         let finite = |e: &ContactEstimate| e.point_m.is_finite();
         self.estimate = self.stream.step(input.frame, input.hand).filter(finite);
-        self.gaze
-            .step(input.frame.t_s, input.gaze, self.config.gaze.saccade_rad());
+        let apart_rad = self.config.gaze.apart_rad();
+        self.gaze.step(input.frame.t_s, &input.gaze, apart_rad);
+        // It follows every sample, so that it can take over at any.
+        let by_ray = self.fallback.predict(scene, input).first().copied();
         let usable = |h: &&HandState| h.point_m.is_finite() && h.velocity_m_per_s.is_finite();
         let Some(hand) = input.hand.filter(usable) else {
             self.rest.forget();
             return &self.ranked;
         };
-        let eye_m = self.gaze.ray().map(|ray| ray.origin_m);
-        let side = self.rest.free_side(scene, hand.point_m, eye_m);
-        let touched = self.rest.rest(
-            scene,
-            hand,
-            &side,
-            self.config.registration_sd_m,
-            &self.config.watch,
-        );
-        let met = self.divide(scene, hand, side.from_m);
-        if met || touched.is_some() {
-            self.rank(scene, hand, side.behind.is_some(), touched);
+        if self.experience() == Experience::Enough {
+            let eye_m = self.gaze.now().map(|look| look.ray.origin_m);
+            let side = self.side.free_side(scene, hand, eye_m);
+            let registration_sd_m = self.config.registration_sd_m;
+            let watch = &self.config.watch;
+            let touched = self.rest.rest(scene, hand, &side, registration_sd_m, watch);
+            let met = self.divide(scene, hand, &side);
+            if met || touched.is_some() {
+                self.rank(scene, hand, side.behind.is_some(), touched);
+            }
         }
         if self.ranked.is_empty() {
-            let fallback = self.fallback.predict(scene, input);
-            self.ranked.extend_from_slice(fallback);
+            self.ranked.extend(by_ray);
         }
         &self.ranked
     }
@@ -462,8 +446,11 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
     fn reset(&mut self) {
         self.stream.reset();
         self.gaze.forget();
+        self.side.forget();
         self.rest.forget();
+        self.fallback.reset();
         self.estimate = None;
+        self.look = None;
         self.ranked.clear();
     }
 }

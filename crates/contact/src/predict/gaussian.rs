@@ -41,11 +41,6 @@ impl Gaussian {
         })
     }
 
-    /// The same spread in all directions, m.
-    pub(super) fn ball(mean_m: DVec3, sd_m: f64) -> Option<Self> {
-        Self::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
-    }
-
     pub(super) fn variance_along_m2(&self, direction: DVec3) -> f64 {
         direction.dot(self.covariance_m2 * direction)
     }
@@ -60,6 +55,11 @@ impl Gaussian {
     pub(super) fn mahalanobis_squared(&self, point_m: DVec3) -> f64 {
         let off = point_m - self.mean_m;
         off.dot(self.precision * off)
+    }
+
+    /// Logarithm of the density at a point, per m³.
+    pub(super) fn log_density(&self, point_m: DVec3) -> f64 {
+        -0.5 * (self.mahalanobis_squared(point_m) + self.determinant.ln() + 3.0 * TAU.ln())
     }
 
     /// Covariance across a direction, in the axes `u` and `v`: `[uu, uv, vv]`, m².
@@ -202,8 +202,9 @@ mod tests {
             )
             .is_none()
         );
-        assert!(Gaussian::ball(DVec3::ZERO, f64::INFINITY).is_none());
-        assert!(Gaussian::ball(DVec3::ZERO, 0.0).is_some());
+        let endless = DMat3::IDENTITY * f64::INFINITY;
+        assert!(Gaussian::new(DVec3::ZERO, endless).is_none());
+        assert!(Gaussian::new(DVec3::ZERO, DMat3::ZERO).is_some());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::estimate::TimeToContact;
 use glam::{DMat3, DVec3};
-use hwall_hand::{GazeRay, HandFrame, HandState};
+use hwall_hand::{Gaze, HandFrame, HandState};
 use hwall_scene::{Scene, SurfaceId};
 
 /// What a predictor is given at one time: a sample and what the filters made of it, all in the frame of the
@@ -13,8 +13,8 @@ pub struct PredictorInput<'a> {
     pub frame: &'a HandFrame,
     /// The hand, filtered; `None` while it is lost.
     pub hand: Option<&'a HandState>,
-    /// The line of sight, filtered; `None` where there is none.
-    pub gaze: Option<&'a GazeRay>,
+    /// The gaze, filtered: where it rests and since when, in flight, or lost.
+    pub gaze: Gaze,
 }
 
 /// Where and when the hand may be about to touch, in the frame of the scene.
@@ -41,6 +41,8 @@ pub struct ContactPrediction {
     pub probability: f64,
     /// What the surface was found by.
     pub source: PredictionSource,
+    /// Since when the eyes have rested on the predicted place, s; `None` if they do not.
+    pub looked_at_since_s: Option<f64>,
 }
 
 /// What a predicted surface was found by.

@@ -2,22 +2,38 @@
 
 use super::prediction::ContactPrediction;
 use crate::error::ContactError;
+use crate::outer_product::square;
 use glam::DVec3;
 use hwall_numeric::check::positive;
 
-/// Holds the predicted point while new ones fall near it.
+/// Holds the predicted point while new ones fall near it, or know no better where it is, and the predicted surface while no
+/// other is clearly more probable.
 ///
 /// A board is larger than a fingertip: it matters that it stands still when the hand lands, not
-/// that its middle follows every sample of a noisy gaze. The rest of the prediction passes
-/// through.
+/// that its middle follows every sample of a noisy gaze, nor the first guesses of a hand that sets off. The rest of the prediction
+/// passes through; the covariance is that about the held point.
 #[derive(Debug, Clone, Copy)]
 pub struct SteadyPoint {
     radius_m: f64,
-    held: Option<ContactPrediction>,
+    held: Option<Held>,
+}
+
+/// A point that is held.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    prediction: ContactPrediction,
+    /// Standard deviation of the point when it was taken, m; 0 for one that has none.
+    sd_m: f64,
 }
 
 /// Normals that differ by less than this belong to one wall, rad.
 const SAME_NORMAL_RAD: f64 = 0.02;
+/// A point is held against new ones within this many of their own standard deviations, if theirs are at least this share of the
+/// point's ...
+const HELD_SDS: f64 = 1.0;
+const HELD_SHARE: f64 = 0.8;
+/// ... and a surface against others that are less than this many times as probable.
+const HELD_ODDS: f64 = 2.0;
 
 impl SteadyPoint {
     /// Holds within this radius, m: half the width of the board, less the margin at its edge within which
@@ -33,30 +49,78 @@ impl SteadyPoint {
         })
     }
 
-    /// The prediction with the point and normal held, or with its own if they have left the radius
-    /// or the surface.
+    /// The prediction to serve, of those of one sample, the most probable first: the first one, or that of the surface held before
+    /// unless another is clearly more probable; with its point held as by [`step`](Self::step). `None` if there is none.
+    pub fn step_ranked(&mut self, ranked: &[ContactPrediction]) -> Option<ContactPrediction> {
+        let first = ranked.first()?;
+        let held = self.held.and_then(|held| {
+            let same = |p: &&ContactPrediction| p.surface == held.prediction.surface;
+            let of_surface = ranked.iter().find(same)?;
+            let clearly = first.probability > HELD_ODDS * of_surface.probability;
+            (!clearly).then_some(of_surface)
+        });
+        Some(self.step(*held.unwrap_or(first)))
+    }
+
+    /// The prediction with the point and normal held, or with its own if they have left the radius and their own uncertainty, or
+    /// the surface.
     pub fn step(&mut self, prediction: ContactPrediction) -> ContactPrediction {
-        let holds = |held: &ContactPrediction| {
-            held.surface == prediction.surface
-                && held.point_m.distance(prediction.point_m) <= self.radius_m
-                && angle(held.normal, prediction.normal) <= SAME_NORMAL_RAD
+        let sd_m = prediction.covariance_m2.map_or(0.0, |c| {
+            let [xx, _, _, _, yy, _, _, _, zz] = c.to_cols_array();
+            (xx + yy + zz).sqrt()
+        });
+        let holds = |held: &Held| {
+            let Held {
+                prediction: before,
+                sd_m: before_sd_m,
+            } = held;
+            let off = prediction.point_m - before.point_m;
+            let near = off.length() <= self.radius_m;
+            let no_better = sd_m >= HELD_SHARE * before_sd_m && is_unsure_of(&prediction, off);
+            before.surface == prediction.surface
+                && angle(before.normal, prediction.normal) <= SAME_NORMAL_RAD
+                && (near || no_better)
         };
-        let steady = match self.held {
-            Some(held) if holds(&held) => ContactPrediction {
-                point_m: held.point_m,
-                normal: held.normal,
-                ..prediction
-            },
-            _ => prediction,
+        let held = match self.held {
+            Some(held) if holds(&held) => {
+                let ContactPrediction {
+                    point_m, normal, ..
+                } = held.prediction;
+                let off = prediction.point_m - point_m;
+                Held {
+                    prediction: ContactPrediction {
+                        point_m,
+                        normal,
+                        covariance_m2: prediction.covariance_m2.map(|c| c + square(off)),
+                        ..prediction
+                    },
+                    sd_m: held.sd_m,
+                }
+            }
+            _ => Held { prediction, sd_m },
         };
-        self.held = Some(steady);
-        steady
+        self.held = Some(held);
+        held.prediction
     }
 
     /// Forgets what is held, for another person or trial: the next prediction passes as it is.
     pub fn reset(&mut self) {
         self.held = None;
     }
+}
+
+/// Does a prediction not exclude a place that lies `off` from its point, m, in the plane of its surface?
+fn is_unsure_of(prediction: &ContactPrediction, off: DVec3) -> bool {
+    let Some(c) = prediction.covariance_m2 else {
+        return false;
+    };
+    let (u, v) = prediction.normal.any_orthonormal_pair();
+    let (cu, cv) = (c * u, c * v);
+    let [uu, uv, vv] = [u.dot(cu), u.dot(cv), v.dot(cv)];
+    let [a, b] = [off.dot(u), off.dot(v)];
+    // NaN fails the comparison.
+    let squared = (vv * a * a - 2.0 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
+    squared <= HELD_SDS * HELD_SDS
 }
 
 /// Angle between unit vectors, rad.
@@ -68,6 +132,7 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 mod tests {
     use super::super::prediction::PredictionSource;
     use super::*;
+    use glam::DMat3;
     use hwall_scene::SurfaceId;
 
     fn at(surface: usize, point_m: DVec3, normal: DVec3) -> ContactPrediction {
@@ -83,6 +148,7 @@ mod tests {
             time_to_contact_s,
             probability: 1.0,
             source: PredictionSource::Gaze,
+            looked_at_since_s: None,
         }
     }
 
@@ -110,6 +176,44 @@ mod tests {
             DVec3::Y * 0.02
         );
         assert_eq!(steady.step(at(1, DVec3::ZERO, DVec3::Y)).normal, DVec3::Y);
+    }
+
+    #[test]
+    fn guesses_that_know_no_better_move_nothing() {
+        let spread = |p: ContactPrediction, sd_m: f64| ContactPrediction {
+            covariance_m2: Some(DMat3::from_diagonal(DVec3::splat(sd_m * sd_m))),
+            ..p
+        };
+        let away = at(0, DVec3::Y * 0.1, DVec3::X);
+        let mut steady = SteadyPoint::new(0.04).expect("positive");
+        steady.step(spread(at(0, DVec3::ZERO, DVec3::X), 0.1));
+        // Within its own deviation of the held point, and no surer: held, with the covariance about the held point.
+        let held = steady.step(spread(away, 0.12));
+        assert_eq!(held.point_m, DVec3::ZERO);
+        let c = held.covariance_m2.expect("given");
+        assert!((c.y_axis.y - (0.12 * 0.12 + 0.01)).abs() < 1e-12);
+        // Surer, or too far for what it says of itself: followed.
+        assert_eq!(steady.step(spread(away, 0.02)).point_m, away.point_m);
+        let back = spread(at(0, DVec3::ZERO, DVec3::X), 0.05);
+        assert_eq!(steady.step(back).point_m, DVec3::ZERO);
+    }
+
+    #[test]
+    fn another_surface_must_be_clearly_more_probable() {
+        let of = |surface, probability| ContactPrediction {
+            probability,
+            ..at(surface, DVec3::Y * surface as f64, DVec3::X)
+        };
+        let mut steady = SteadyPoint::new(0.04).expect("positive");
+        let mut served =
+            |ranked: &[ContactPrediction]| steady.step_ranked(ranked).map(|p| p.surface.0);
+        assert_eq!(served(&[of(0, 0.6), of(1, 0.4)]), Some(0));
+        assert_eq!(served(&[of(1, 0.6), of(0, 0.4)]), Some(0));
+        assert_eq!(served(&[]), None);
+        assert_eq!(served(&[of(1, 0.7), of(0, 0.3)]), Some(1));
+        assert_eq!(served(&[of(0, 0.6), of(1, 0.4)]), Some(1));
+        // One that is no longer among them is not held.
+        assert_eq!(served(&[of(2, 0.4)]), Some(2));
     }
 
     #[test]

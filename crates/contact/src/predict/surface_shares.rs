@@ -1,6 +1,7 @@
 //! How a Gaussian over the contact point divides among the surfaces of a scene.
 
 use super::gaussian::{Gaussian, spiral};
+use super::gaze::weights::Hypothesis;
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 use hwall_scene::{Hit, Scene, SurfaceId};
@@ -24,6 +25,43 @@ pub(super) struct Face {
     /// Mean and covariance of the contact on the face, m and m².
     pub(super) mean_m: DVec3,
     pub(super) covariance_m2: DMat3,
+    pub(super) evidence: Evidence,
+}
+
+/// What speaks for a contact on a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Evidence {
+    /// Neither motion nor gaze: it is near the resting hand.
+    Nearness,
+    /// The motion of the hand leads there.
+    Motion {
+        /// It is looked at now.
+        looked_at: bool,
+    },
+    /// It is looked at, or was, whatever the hand does.
+    Gaze {
+        /// It is looked at now.
+        looked_at: bool,
+    },
+}
+
+impl Evidence {
+    fn of(hypothesis: &Hypothesis) -> Self {
+        let looked_at = hypothesis.looked_at;
+        match (hypothesis.as_moves, hypothesis.sight) {
+            (true, _) => Self::Motion { looked_at },
+            (false, Some(_)) => Self::Gaze { looked_at },
+            (false, None) => Self::Nearness,
+        }
+    }
+
+    /// Is the face looked at now?
+    pub(super) const fn looked_at(self) -> bool {
+        match self {
+            Self::Nearness => false,
+            Self::Motion { looked_at } | Self::Gaze { looked_at } => looked_at,
+        }
+    }
 }
 
 /// Where surfaces are looked for from.
@@ -62,6 +100,8 @@ pub(super) struct SurfaceShares {
     few: usize,
     rays: Vec<Ray>,
     faces: Vec<Face>,
+    /// Sum of the weights of the hypotheses that follow the motion.
+    moved_weight: f64,
 }
 
 /// A point of a standard normal distribution in the plane, and what it stands for.
@@ -105,6 +145,10 @@ const LEAST_SLOPE: f64 = 0.05;
 /// Faces that weigh less than this beside the heaviest one are left out.
 const NEGLIGIBLE: f64 = 1e-5;
 
+/// A straight line through the space about a resting hand meets about this many surfaces, 1/m: what stands beside the density of
+/// an estimate at a surface where there is no estimate.
+const SURFACES_PER_M: f64 = 1.0;
+
 /// No more faces than this are kept.
 const MAX_FACES: usize = 96;
 
@@ -123,6 +167,7 @@ impl SurfaceShares {
             few: each(true).count(),
             rays: Vec::with_capacity(rays),
             faces: Vec::with_capacity(MAX_FACES),
+            moved_weight: 0.0,
         }
     }
 
@@ -133,6 +178,7 @@ impl SurfaceShares {
 
     pub(super) fn clear(&mut self) {
         self.faces.clear();
+        self.moved_weight = 0.0;
     }
 
     /// Makes the weights of the faces comparable and drops those that weigh next to nothing. Returns whether
@@ -148,17 +194,17 @@ impl SurfaceShares {
         !self.faces.is_empty()
     }
 
-    /// Adds the faces that hold a part of `gaussian` and are met first from a viewpoint. `weight`: of the
-    /// Gaussian; all add up to 1.
+    /// Adds the faces that hold a part of a hypothesis and are met first from a viewpoint. The weights of all hypotheses add up
+    /// to 1. Returns whether there are any.
     pub(super) fn add(
         &mut self,
         scene: &Scene,
         from: &Viewpoint,
-        gaussian: &Gaussian,
-        weight: f64,
+        hypothesis: &Hypothesis,
         seen: Option<SeenFace>,
-    ) {
+    ) -> bool {
         let first = self.faces.len();
+        let (gaussian, weight) = (&hypothesis.gaussian, hypothesis.weight);
         self.cast(scene, from, gaussian, first, weight >= LITTLE);
         let seen_index = seen.and_then(|seen| self.face_of(&seen.hit, first));
         for index in first..self.faces.len() {
@@ -166,6 +212,49 @@ impl SurfaceShares {
             let least = seen.filter(|_| is_seen).map_or(0.0, |seen| seen.share);
             self.weigh(index, from.origin_m, gaussian, weight.ln(), least);
         }
+        let evidence = Evidence::of(hypothesis);
+        let scale = if hypothesis.as_moves {
+            self.moved_weight += weight;
+            0.0
+        } else {
+            let per_m = if hypothesis.changed {
+                self.surfaces_per_m()
+            } else {
+                SURFACES_PER_M
+            };
+            self.anew_scale(first, weight * per_m, seen.map_or(0.0, |seen| seen.share))
+        };
+        for face in &mut self.faces[first..] {
+            face.evidence = evidence;
+            face.log_mass += scale;
+        }
+        let met = |face: &Face| face.log_mass > f64::NEG_INFINITY;
+        self.faces[first..].iter().any(met)
+    }
+
+    /// How many surfaces a straight line through the places that the motion leads to meets, 1/m: where the motion leads to a surface it
+    /// was made for that surface, also if that is no longer meant.
+    fn surfaces_per_m(&self) -> f64 {
+        let moved = |f: &&Face| matches!(f.evidence, Evidence::Motion { .. });
+        let mass: f64 = self
+            .faces
+            .iter()
+            .filter(moved)
+            .map(|f| f.log_mass.exp())
+            .sum();
+        (mass / self.moved_weight).max(SURFACES_PER_M)
+    }
+
+    /// What brings the faces from `first` on to the weight of a hypothesis that owes nothing to the motion: where it puts a
+    /// contact does not speak for it, only that there is something to touch.
+    fn anew_scale(&self, first: usize, weight: f64, least: f64) -> f64 {
+        let met = self.rays.iter().filter(|ray| ray.met.is_some()).count();
+        let met = (met as f64 / self.rays.len().max(1) as f64).max(least);
+        let log_masses = || self.faces[first..].iter().map(|f| f.log_mass);
+        let most = log_masses().fold(f64::NEG_INFINITY, f64::max);
+        let total = most + log_masses().map(|l| (l - most).exp()).sum::<f64>().ln();
+        let scale = (weight * met).ln() - total;
+        if scale.is_finite() { scale } else { 0.0 }
     }
 
     /// Adds only the face closest to the mean, for when no ray meets any.
@@ -173,7 +262,7 @@ impl SurfaceShares {
         &mut self,
         scene: &Scene,
         origin_m: DVec3,
-        gaussian: &Gaussian,
+        (gaussian, weight): (&Gaussian, f64),
         radius_m: f64,
     ) {
         let closest = scene.closest_touchable(gaussian.mean_m, radius_m);
@@ -191,10 +280,11 @@ impl SurfaceShares {
             surface: closest.surface,
             normal,
             met_m: closest.point_m,
-            log_mass: cut.log_density,
+            log_mass: cut.log_density + weight.ln(),
             mass: 0.0,
             mean_m: closest.point_m,
             covariance_m2: cut.covariance_m2,
+            evidence: Evidence::Motion { looked_at: false },
         });
     }
 
@@ -278,6 +368,7 @@ impl SurfaceShares {
                 mass: 0.0,
                 mean_m: hit.point_m,
                 covariance_m2: DMat3::ZERO,
+                evidence: Evidence::Nearness,
             });
             self.faces.len() - 1
         })

@@ -3,10 +3,10 @@
 
 use glam::{DMat3, DVec3};
 use hwall_contact::{
-    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, Predictor,
-    PredictorInput, TimeToContact,
+    ContactEstimate, ContactEstimator, ContactPrediction, FusedConfig, FusedPredictor, LookShares,
+    Predictor, PredictorInput, ReachPhase, TargetShares, TimeToContact,
 };
-use hwall_hand::{GazeRay, HandFrame, HandPoint, HandState};
+use hwall_hand::{Fixation, Gaze, GazeRay, HandFrame, HandPoint, HandState};
 use hwall_scene::{Scene, SurfaceId};
 use hwall_testkit::Sampler;
 
@@ -122,9 +122,26 @@ impl Fused {
     pub(crate) fn see(
         &mut self,
         scene: &Scene,
-        (hand_m, velocity): (DVec3, DVec3),
+        state: (DVec3, DVec3),
         estimate: Option<(DVec3, DMat3)>,
         gaze: Option<GazeRay>,
+    ) -> &[ContactPrediction] {
+        let gaze = fixed(self.t_s + 0.01, gaze);
+        self.see_with(scene, state, estimate, gaze)
+    }
+
+    /// Time of the last sample, s.
+    pub(crate) fn now_s(&self) -> f64 {
+        self.t_s
+    }
+
+    /// One sample, 0.01 s after the last one, with this state of the gaze.
+    pub(crate) fn see_with(
+        &mut self,
+        scene: &Scene,
+        (hand_m, velocity): (DVec3, DVec3),
+        estimate: Option<(DVec3, DMat3)>,
+        gaze: Gaze,
     ) -> &[ContactPrediction] {
         self.t_s += 0.01;
         let state = hand(self.t_s, hand_m, velocity);
@@ -145,7 +162,7 @@ impl Fused {
         let input = PredictorInput {
             frame: &frame,
             hand: Some(&state),
-            gaze: gaze.as_ref(),
+            gaze,
         };
         self.predictor.predict(scene, &input)
     }
@@ -163,6 +180,13 @@ pub(crate) fn hand(t_s: f64, point_m: DVec3, velocity_m_per_s: DVec3) -> HandSta
         unseen_s: 0.0,
         palm_m: Some(point_m),
     }
+}
+
+/// A line of sight that has rested for half a second; lost where there is none.
+pub(crate) fn fixed(t_s: f64, ray: Option<GazeRay>) -> Gaze {
+    ray.map_or(Gaze::Lost, |ray| {
+        Gaze::Fixed(Fixation::of_ray(t_s - 0.5, t_s, ray))
+    })
 }
 
 pub(crate) fn gaze_at(eye_m: DVec3, target_m: DVec3) -> GazeRay {
@@ -187,6 +211,24 @@ pub(crate) fn error(sampler: &mut Sampler, sd_m: DVec3) -> (DVec3, DMat3) {
     let draw = DVec3::new(sampler.normal(), sampler.normal(), sampler.normal()) * sd_m;
     let covariance = turn * DMat3::from_diagonal(sd_m * sd_m) * turn.transpose();
     (turn * draw, covariance)
+}
+
+/// Share of the looks elsewhere of [`following_the_motion`].
+pub(crate) const ELSEWHERE: f64 = 0.15;
+
+/// The default settings, for people who always touch where their motion leads.
+pub(crate) fn following_the_motion() -> FusedConfig {
+    let mut config = FusedConfig::default();
+    let as_moves = TargetShares {
+        now: 0.75 * (1.0 - ELSEWHERE),
+        before: 0.25 * (1.0 - ELSEWHERE),
+        elsewhere: ELSEWHERE,
+    };
+    let anew = TargetShares::default();
+    for phase in [ReachPhase::Onset, ReachPhase::UnderWay, ReachPhase::End] {
+        config.gaze.looks.set(phase, LookShares { as_moves, anew });
+    }
+    config
 }
 
 pub(crate) const EYE: DVec3 = DVec3::new(-0.25, 0.1, 1.6);

@@ -2,6 +2,7 @@
 
 use crate::error::HandError;
 use crate::frame::HandFrame;
+use crate::noise::MedianSize;
 use crate::track::HandState;
 use glam::DVec3;
 use hwall_numeric::ArgumentError;
@@ -70,6 +71,10 @@ pub enum WatchUpdate {
 
 /// Finds the reaches of an unbroken stream, each from its true start.
 ///
+/// A tracker that trembles makes a hand at rest seem fast. Its noise is measured: where it could alone make the speed of an onset,
+/// the hand must have gone on at that speed over 0.1 s; and where it could make the speed of a hand that goes nowhere over 0.2 s,
+/// that hand is at rest.
+///
 /// An onset is seen only some samples after the movement began; the watch keeps the last
 /// [`WatchConfig::buffer`] samples to look back. A hand that turns back while it moves, after a touch or
 /// by a change of mind, begins a new reach where it was slowest. Nothing is allocated after the construction.
@@ -80,6 +85,8 @@ pub struct ReachWatch {
     recent: VecDeque<(HandFrame, f64)>,
     reach: Option<Reaching>,
     last_s: f64,
+    /// Second differences of the point that stands for the contact, m.
+    trembling: MedianSize,
 }
 
 /// A reach under way.
@@ -105,6 +112,7 @@ impl ReachWatch {
             config,
             reach: None,
             last_s: f64::NEG_INFINITY,
+            trembling: MedianSize::new(0.0),
         })
     }
 
@@ -119,6 +127,7 @@ impl ReachWatch {
         self.recent.clear();
         self.reach = None;
         self.last_s = f64::NEG_INFINITY;
+        self.trembling = MedianSize::new(0.0);
     }
 
     /// The newest samples, oldest first; at most as many as are kept.
@@ -145,11 +154,17 @@ impl ReachWatch {
         self.last_s = t_s;
         let velocity = hand.map(|h| h.velocity_m_per_s).filter(|v| v.is_finite());
         self.remember(frame, velocity.map(DVec3::length));
-        let begins = match (&mut self.reach, velocity) {
-            (None, Some(v)) => v.length() >= self.config.onset_m_per_s,
+        self.measure_noise();
+        let begins = match (&self.reach, velocity) {
+            (None, Some(v)) => v.length() >= self.config.onset_m_per_s && self.goes_on(v.length()),
             (None, None) => false,
-            (Some(reach), v) => {
-                let turned = reach.follow(t_s, v, &self.config);
+            (Some(_), v) => {
+                let slow = v.is_some_and(|v| self.is_slow(v.length()));
+                let goes_on = v.is_some_and(|v| self.goes_on(v.length()));
+                let Some(reach) = &mut self.reach else {
+                    return WatchUpdate::AtRest;
+                };
+                let turned = reach.follow(t_s, v, slow, &self.config) && goes_on;
                 if reach.over(t_s, &self.config) {
                     // A hand that comes back after a loss does not come from where it was lost.
                     if reach.unseen_since_s.is_some() {
@@ -202,6 +217,77 @@ impl ReachWatch {
         self.recent.len() - first
     }
 
+    /// Is the hand slow, or only seems to move because the tracker trembles?
+    fn is_slow(&self, speed_m_per_s: f64) -> bool {
+        let offset_m_per_s = self.config.offset_m_per_s;
+        speed_m_per_s <= offset_m_per_s
+            || (speed_m_per_s <= TREMBLING_AT_REST_SDS * self.speed_noise_m_per_s()
+                && self
+                    .drift_m_per_s(REST_WINDOW_S)
+                    .is_some_and(|drift| drift <= offset_m_per_s))
+    }
+
+    /// Can a speed not be the noise of the tracker alone, or has the hand gone on at the speed of an onset?
+    fn goes_on(&self, speed_m_per_s: f64) -> bool {
+        speed_m_per_s >= TREMBLING_SDS * self.speed_noise_m_per_s()
+            || self
+                .drift_m_per_s(ONSET_WINDOW_S)
+                .is_some_and(|drift| drift >= self.config.onset_m_per_s)
+    }
+
+    /// Standard deviation in each axis that the noise of the tracker gives the filtered velocity, m/s.
+    fn speed_noise_m_per_s(&self) -> f64 {
+        let times_s = || self.recent.iter().rev().map(|(frame, _)| frame.t_s);
+        let step_s = times_s().zip(times_s().skip(1)).map(|(b, a)| b - a).next();
+        let noise_m = self.trembling.median() / MEDIAN_OF_SECOND_DIFFERENCE;
+        // What the filter makes of white noise at even steps.
+        step_s.map_or(0.0, |step_s| 0.5 * noise_m / step_s)
+    }
+
+    /// Takes the newest second difference.
+    fn measure_noise(&mut self) {
+        let mut newest = self.recent.iter().rev().map(|(frame, _)| frame);
+        let (Some(c), Some(b), Some(a)) = (newest.next(), newest.next(), newest.next()) else {
+            return;
+        };
+        let Some(now) = c.contact_point() else { return };
+        let (Some(b_m), Some(a_m)) = (b.point(now.point), a.point(now.point)) else {
+            return;
+        };
+        // Uneven steps would take motion for noise.
+        if ((c.t_s - b.t_s) - (b.t_s - a.t_s)).abs() <= 0.1 * (c.t_s - b.t_s) {
+            self.trembling
+                .add((now.position_m - 2.0 * b_m + a_m).length());
+        }
+    }
+
+    /// Speed between the mean places of the two halves of the last `window_s`, m/s; `None` if too little of it was seen.
+    fn drift_m_per_s(&self, window_s: f64) -> Option<f64> {
+        let (newest, _) = self.recent.back()?;
+        let which = newest.contact_point()?.point;
+        // Sums of time, place and number, of the newer half first.
+        let mut halves = [(0.0, DVec3::ZERO, 0.0); 2];
+        let mut oldest_s = 0.0;
+        for (frame, _) in self.recent.iter().rev() {
+            let ago_s = newest.t_s - frame.t_s;
+            if ago_s > window_s {
+                break;
+            }
+            let Some(place_m) = frame.point(which) else {
+                continue;
+            };
+            let (time, place, count) = &mut halves[usize::from(ago_s > 0.5 * window_s)];
+            *time += ago_s;
+            *place += place_m;
+            *count += 1.0;
+            oldest_s = ago_s;
+        }
+        let [(now_s, now_m, n), (before_s, before_m, m)] = halves;
+        let enough = n >= 2.0 && m >= 2.0 && oldest_s >= 0.8 * window_s;
+        let moved_m = (now_m / n).distance(before_m / m);
+        enough.then(|| moved_m / (before_s / m - now_s / n))
+    }
+
     /// Keeps a sample and the speed of the hand at it.
     fn remember(&mut self, frame: &HandFrame, filtered_m_per_s: Option<f64>) {
         let seen = frame.contact_point();
@@ -231,22 +317,39 @@ impl ReachWatch {
     }
 }
 
+/// A speed beyond this many standard deviations of its noise in one axis is none of it alone.
+const TREMBLING_SDS: f64 = 6.0;
+/// One below this many is seldom anything else.
+const TREMBLING_AT_REST_SDS: f64 = 4.0;
+/// White noise of unit variance in three axes gives second differences with this median length: √6 times 1.5382, the
+/// median of the length of a standard normal vector.
+const MEDIAN_OF_SECOND_DIFFERENCE: f64 = 3.767_8;
+/// Times over which a hand goes on, and stays where it is, s.
+const ONSET_WINDOW_S: f64 = 0.1;
+const REST_WINDOW_S: f64 = 0.2;
+
 /// Unfiltered speeds are taken over this long, s.
 const SPEED_WINDOW_S: f64 = 0.06;
 
 impl Reaching {
     /// Takes the present velocity; has the hand turned back?
-    fn follow(&mut self, t_s: f64, velocity: Option<DVec3>, config: &WatchConfig) -> bool {
+    fn follow(
+        &mut self,
+        t_s: f64,
+        velocity: Option<DVec3>,
+        slow: bool,
+        config: &WatchConfig,
+    ) -> bool {
         let Some(velocity) = velocity else {
             self.unseen_since_s.get_or_insert(t_s);
             return false;
         };
         self.unseen_since_s = None;
         let speed = velocity.length();
-        if speed > config.offset_m_per_s {
-            self.slow_since_s = None;
-        } else {
+        if slow {
             self.slow_since_s.get_or_insert(t_s);
+        } else {
+            self.slow_since_s = None;
         }
         if speed > self.peak_m_per_s && velocity.dot(self.heading) > 0.0 {
             self.peak_m_per_s = speed;

@@ -1,132 +1,102 @@
-//! A gaze without the noise of the eye tracker.
+//! Where a person looks: at one place, on the way to another, or unknown.
 
-use crate::error::HandError;
 use crate::frame::GazeRay;
-use glam::DVec3;
-use hwall_numeric::check::positive;
+use hwall_geometry::Pose;
 
-/// Averages the gaze while it rests, and follows at once when it leaps.
-///
-/// A resting gaze trembles by about half a degree from sample to sample; on a wall seen at a
-/// slant that is a hand's breadth. A saccade is not noise: it starts the average anew.
-#[derive(Debug, Clone, Copy)]
-pub struct GazeFilter {
-    time_constant_s: f64,
-    saccade_rad: f64,
-    last: Option<(f64, DVec3)>,
+/// What is known of the gaze at one time; the answer of a [`GazeFilter`](super::GazeFilter).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Gaze {
+    /// No line of sight: no eye tracker, or none for longer than is bridged.
+    #[default]
+    Lost,
+    /// The eye is on its way to another place, or has landed too recently to say where.
+    InFlight {
+        /// When it left, s; the first sample where nothing was known before.
+        since_s: f64,
+    },
+    /// The eye rests.
+    Fixed(Fixation),
 }
 
-impl GazeFilter {
-    /// `time_constant_s`: of the average, s. `saccade_rad`: a leap from the average beyond this is
-    /// a saccade, rad.
-    ///
-    /// # Errors
-    /// A setting that is not positive and finite.
-    pub fn new(time_constant_s: f64, saccade_rad: f64) -> Result<Self, HandError> {
-        positive("time_constant_s", time_constant_s)?;
-        positive("saccade_rad", saccade_rad)?;
-        Ok(Self {
-            time_constant_s,
-            saccade_rad,
-            last: None,
-        })
-    }
-
-    /// The ray with its direction averaged; the origin passes through. A direction that is NaN or
-    /// has no length gives no ray.
-    pub fn step(&mut self, t_s: f64, ray: &GazeRay) -> Option<GazeRay> {
-        let seen = ray.direction.try_normalize()?;
-        let direction = match self.last {
-            Some((before_s, average))
-                if average.dot(seen) >= self.saccade_rad.cos() && t_s >= before_s =>
-            {
-                let share = 1.0 - (-(t_s - before_s) / self.time_constant_s).exp();
-                average.lerp(seen, share).try_normalize()?
-            }
-            _ => seen,
-        };
-        self.last = Some((t_s, direction));
-        Some(GazeRay { direction, ..*ray })
-    }
-
-    /// Forgets the average, for another person or a clock that starts anew; the settings stay.
-    pub fn reset(&mut self) {
-        self.last = None;
-    }
+/// A place that the eye rests on, seen along one line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fixation {
+    /// The mean line of sight: through the mean place of the head, along the mean direction. For an eye that rests on
+    /// a point while the head moves, this line passes that point; each single line does so only at its own time.
+    pub ray: GazeRay,
+    /// When the eye landed, s.
+    pub since_s: f64,
+    /// Time of the newest sample in it, s. It stays behind while samples are missing.
+    pub until_s: f64,
+    /// Samples in it, older ones included that the mean has forgotten.
+    pub samples: u32,
+    /// Standard deviation of the mean direction by the noise of the tracker alone, in each of two directions, rad. The
+    /// calibration of the tracker and the person's aim are constant during a fixation and come on top.
+    pub noise_rad: f64,
 }
 
-impl Default for GazeFilter {
-    /// 0.15 s and 4 degrees: a fixation lasts 0.2 s and more, trackers are good to about a degree.
-    fn default() -> Self {
+impl Fixation {
+    /// A line of sight taken as it is, for callers without a filter: one sample without noise.
+    #[must_use]
+    pub const fn of_ray(since_s: f64, t_s: f64, ray: GazeRay) -> Self {
         Self {
-            time_constant_s: 0.15,
-            saccade_rad: 0.07,
-            last: None,
+            ray,
+            since_s,
+            until_s: t_s,
+            samples: 1,
+            noise_rad: 0.0,
         }
+    }
+
+    /// How long the eye has rested there at a time, s; not negative.
+    #[must_use]
+    pub fn age_s(&self, t_s: f64) -> f64 {
+        (t_s - self.since_s).max(0.0)
+    }
+
+    /// The same fixation in another frame, its times as they are.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        Self {
+            ray: self.ray.transformed(a_from_b),
+            ..*self
+        }
+    }
+
+    /// All numbers are finite and the direction is a unit vector.
+    #[must_use]
+    pub fn is_usable(&self) -> bool {
+        self.ray.origin_m.is_finite()
+            && self.ray.direction.is_finite()
+            && self.ray.direction.is_normalized()
+            && self.since_s.is_finite()
+            && self.until_s.is_finite()
+            && self.noise_rad.is_finite()
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn ray(angle_rad: f64) -> GazeRay {
-        GazeRay {
-            origin_m: DVec3::Z,
-            direction: DVec3::new(angle_rad.cos(), angle_rad.sin(), 0.0),
+impl Gaze {
+    /// The fixation; `None` in flight and while the gaze is lost.
+    #[must_use]
+    pub const fn fixation(&self) -> Option<&Fixation> {
+        match self {
+            Self::Fixed(fixation) => Some(fixation),
+            Self::Lost | Self::InFlight { .. } => None,
         }
     }
 
-    #[test]
-    fn averages_noise_and_follows_a_leap_at_once() {
-        let mut filter = GazeFilter::default();
-        let mut worst: f64 = 0.0;
-        for i in 0..200 {
-            let noise = if i % 2 == 0 { 0.01 } else { -0.01 };
-            let seen = filter
-                .step(f64::from(i) * 0.011, &ray(noise))
-                .expect("a direction");
-            if i > 60 {
-                worst = worst.max(seen.direction.y.abs());
-            }
-        }
-        assert!(worst < 1e-3, "{worst}");
-        let leapt = filter.step(2.3, &ray(0.5)).expect("a direction");
-        assert!((leapt.direction.y - 0.5_f64.sin()).abs() < 1e-15);
+    /// The mean line of sight of the fixation; `None` in flight and while the gaze is lost.
+    #[must_use]
+    pub fn ray(&self) -> Option<&GazeRay> {
+        self.fixation().map(|fixation| &fixation.ray)
     }
 
-    #[test]
-    fn after_a_reset_the_next_ray_passes_as_it_is() {
-        let mut filter = GazeFilter::default();
-        filter.step(5.0, &ray(0.0)).expect("a direction");
-        let mut other = filter;
-        let averaged = filter.step(5.01, &ray(0.02)).expect("a direction");
-        assert!(averaged.direction.y < 0.01);
-        other.reset();
-        assert_eq!(other.step(0.0, &ray(0.02)), Some(ray(0.02)));
-        // What follows is that of a filter that has seen nothing else.
-        let mut fresh = GazeFilter::default();
-        fresh.step(0.0, &ray(0.02));
-        assert_eq!(other.step(0.1, &ray(0.0)), fresh.step(0.1, &ray(0.0)));
-    }
-
-    #[test]
-    fn nan_and_zero_give_no_ray() {
-        let mut filter = GazeFilter::default();
-        for bad in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
-            assert!(
-                filter
-                    .step(
-                        0.0,
-                        &GazeRay {
-                            origin_m: DVec3::Z,
-                            direction: bad
-                        }
-                    )
-                    .is_none()
-            );
+    /// The same gaze in another frame.
+    #[must_use]
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        match self {
+            Self::Fixed(fixation) => Self::Fixed(fixation.transformed(a_from_b)),
+            other => *other,
         }
-        assert!(filter.step(0.1, &ray(0.1)).is_some());
-        assert!(GazeFilter::new(f64::NAN, 0.1).is_err());
     }
 }

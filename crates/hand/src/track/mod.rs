@@ -3,8 +3,10 @@
 mod filter;
 mod freeze;
 mod gaze;
+mod gaze_filter;
 
 pub use filter::{HandFilter, HandFilterConfig, HandState, LostReason, Tracking};
 pub use freeze::{FreezeConfig, FreezeKind};
 pub(crate) use freeze::{FreezeWatch, Frozen};
-pub use gaze::GazeFilter;
+pub use gaze::{Fixation, Gaze};
+pub use gaze_filter::{GazeFilter, GazeFilterConfig};

@@ -298,7 +298,6 @@ impl Follower {
             Some(destination) => {
                 let due = self.route.is_retry_due(dt_s);
                 let is_new = self.is_to_plan || self.reference.goal().is_none();
-                if is_new && std::env::var_os("WAYS").is_some() { eprintln!("new {} {:?}", self.reference.goal().is_none(), match destination { Destination::Goal(g) => (g.behind_m, g.point_m, g.roll_rad), _ => (9.0, DVec3::ZERO, 0.0) }); }
                 if is_new || due {
                     self.is_to_plan = false;
                     let solver = &mut self.goals.solver;

@@ -28,10 +28,7 @@ pub struct ApproachConfig {
 impl Default for ApproachConfig {
     fn default() -> Self {
         Self {
-            allowed_m: std::env::var("ALLOW")
-                .ok()
-                .and_then(|a| a.parse().ok())
-                .unwrap_or(0.003),
+            allowed_m: 0.003,
             detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
             extent_m: 0.3,
             retry_s: 0.008,
@@ -261,7 +258,6 @@ impl Route {
     }
 
     fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
-        if std::env::var_os("WAYS").is_some() { eprintln!("way {} {} {}", if way.is_detour {"detour"} else if way.by_way_of.is_some() {"bend"} else {"straight"}, if way.protrusion_m > 0.006 {"bad"} else {"ok"}, (way.protrusion_m*1e3).round()); }
         // At the end of a detour with no better way the goal is next.
         self.is_detour = way.is_detour;
         if reference.goal() != Some(&way.q) || way.by_way_of.is_some() {

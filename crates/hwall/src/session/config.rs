@@ -1,7 +1,7 @@
 //! Settings of a session.
 
 use super::policy::PolicyConfig;
-use hwall_hand::HandFilterConfig;
+use hwall_hand::{GazeFilterConfig, HandFilterConfig};
 use hwall_haptics::{PlaceTolerance, RendererConfig};
 
 /// Settings of a [`Session`](crate::Session).
@@ -11,8 +11,8 @@ pub struct SessionConfig {
     pub renderer: RendererConfig,
     /// How frames of the hand are smoothed, and when a hand is lost.
     pub hand: HandFilterConfig,
-    /// How the line of sight is smoothed.
-    pub gaze: GazeConfig,
+    /// What counts as a fixation, and how the line of sight is averaged over it.
+    pub gaze: GazeFilterConfig,
     /// When the board goes where.
     pub policy: PolicyConfig,
     /// What is added to the time of the tracker to get that of the arm, s; default 0.
@@ -28,30 +28,11 @@ impl Default for SessionConfig {
         Self {
             renderer: RendererConfig::default(),
             hand: HandFilterConfig::default(),
-            gaze: GazeConfig::default(),
+            gaze: GazeFilterConfig::default(),
             policy: PolicyConfig::default(),
             arm_minus_tracker_s: 0.0,
             in_place: PlaceTolerance::default(),
             texture: true,
-        }
-    }
-}
-
-/// How the line of sight is smoothed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GazeConfig {
-    /// Time constant, s; default 0.15.
-    pub time_constant_s: f64,
-    /// A leap by more than this counts as a saccade, and smoothing starts anew, rad; default 0.07.
-    pub saccade_rad: f64,
-}
-
-impl Default for GazeConfig {
-    /// A fixation lasts 0.2 s or more, and trackers are accurate to about a degree.
-    fn default() -> Self {
-        Self {
-            time_constant_s: 0.15,
-            saccade_rad: 0.07,
         }
     }
 }

@@ -11,7 +11,7 @@ mod policy;
 mod target_control;
 mod world;
 
-pub use config::{GazeConfig, SessionConfig};
+pub use config::SessionConfig;
 pub use control::{Control, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
@@ -85,7 +85,7 @@ impl<P: Predictor> Session<P> {
             walls,
             predictor,
             hand: HandFilter::new(config.hand)?,
-            gaze: GazeFilter::new(config.gaze.time_constant_s, config.gaze.saccade_rad)?,
+            gaze: GazeFilter::new(config.gaze)?,
             policy: Policy::new(config.policy)?,
             board: *board,
             in_place: config.in_place,

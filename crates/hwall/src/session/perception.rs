@@ -74,34 +74,31 @@ impl<P: Predictor> Perception<P> {
     /// ([`EventKind::Frame`]); it is never a failure. Nothing is allocated unless the predictor does so.
     pub fn frame(&mut self, frame: &HandFrame) {
         let tracking = self.hand.step(frame);
-        let gaze = frame
-            .gaze_ray()
-            .and_then(|ray| self.gaze.step(frame.t_s, &ray));
+        let gaze = self.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
         let arm_s = frame.t_s + self.arm_minus_tracker_s;
         // Surfaces keep their coordinates in the virtual world: the hand is transformed into it.
         let world_from_base = self.world.world_from_base();
-        let (frame_there, hand_there, gaze_there);
+        let (frame_there, hand_there);
         let input = match &world_from_base {
             None => PredictorInput {
                 frame,
                 hand: tracking.state(),
-                gaze: gaze.as_ref(),
+                gaze,
             },
             Some(pose) => {
                 frame_there = frame.transformed(pose);
                 hand_there = tracking
                     .state()
                     .map(|state| self.world.hand_in_world(state, pose));
-                gaze_there = gaze.map(|ray| ray.transformed(pose));
                 PredictorInput {
                     frame: &frame_there,
                     hand: hand_there.as_ref(),
-                    gaze: gaze_there.as_ref(),
+                    gaze: gaze.transformed(pose),
                 }
             }
         };
-        let likeliest = self.predictor.predict(&self.scene, &input).first().copied();
-        let decision = self.policy.step(frame.t_s, likeliest.as_ref(), input.hand);
+        let ranked = self.predictor.predict(&self.scene, &input);
+        let decided = self.policy.step(frame.t_s, ranked, input.hand);
         let fingertip = tracking.state().and_then(|state| {
             Some(Fingertip {
                 point_m: frame.contact_point()?.position_m,
@@ -110,16 +107,15 @@ impl<P: Predictor> Perception<P> {
         });
         self.newest = Newest {
             tracking: Some(tracking),
-            contact: match decision {
-                Some(Decision::Present(contact) | Decision::Ready(contact)) => Some(contact),
-                _ => likeliest,
-            },
-            intent: match decision {
-                Some(Decision::Present(_)) => Some(Intent::Present),
-                Some(Decision::Ready(_)) => Some(Intent::Ready),
-                Some(Decision::Wait) => Some(Intent::Wait),
-                None => None,
-            },
+            contact: decided.map(|(contact, decision)| match decision {
+                Decision::Present(contact) | Decision::Ready(contact) => contact,
+                Decision::Wait => contact,
+            }),
+            intent: decided.map(|(_, decision)| match decision {
+                Decision::Present(_) => Intent::Present,
+                Decision::Ready(_) => Intent::Ready,
+                Decision::Wait => Intent::Wait,
+            }),
             fingertip,
             palm_m: tracking.state().and(frame.palm_m),
             stamp_s: arm_s,

@@ -2,7 +2,7 @@
 
 use crate::error::SessionError;
 use glam::DVec3;
-use hwall_contact::ContactPrediction;
+use hwall_contact::{ContactPrediction, SteadyPoint};
 use hwall_hand::HandState;
 use hwall_haptics::{Board, PlaceTolerance, surface_axes};
 use hwall_numeric::check::{non_negative, positive};
@@ -15,6 +15,8 @@ use hwall_scene::SurfaceId;
 /// waiting posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
+    /// The predicted place stays while it moves less than this, m; default 0.05, half of the half width of a board.
+    pub steady_m: f64,
     /// A predicted place counts once it has stayed for this long, s; default 0.05. A saccade in flight names many places.
     pub settle_s: f64,
     /// A predicted place that moves by less than this between frames stays, m; default 0.06.
@@ -40,6 +42,7 @@ pub struct PolicyConfig {
 impl Default for PolicyConfig {
     fn default() -> Self {
         Self {
+            steady_m: 0.05,
             settle_s: 0.05,
             settle_m: 0.06,
             ready_m: 0.02,
@@ -72,6 +75,7 @@ impl PolicyConfig {
         ] {
             non_negative(what, value)?;
         }
+        positive("steady_m", self.steady_m)?;
         positive("settle_m", self.settle_m)?;
         positive("reach_m_per_s", self.reach_m_per_s)?;
         Ok(())
@@ -111,6 +115,7 @@ enum Motion {
 #[derive(Debug, Clone)]
 pub(super) struct Policy {
     config: PolicyConfig,
+    steady: SteadyPoint,
     candidate: Option<Candidate>,
     decision: Decision,
     /// When the hand was last seen to reach, s.
@@ -122,6 +127,7 @@ impl Policy {
     pub(super) fn new(config: PolicyConfig) -> Result<Self, SessionError> {
         config.validate()?;
         Ok(Self {
+            steady: SteadyPoint::new(config.steady_m)?,
             config,
             candidate: None,
             decision: Decision::Wait,
@@ -131,29 +137,42 @@ impl Policy {
     }
 
     /// Forgets everything, for a world that leapt.
-    pub(super) const fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
+        self.steady.reset();
         self.candidate = None;
         self.decision = Decision::Wait;
         (self.reached_s, self.last_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     }
 
-    /// The decision after a frame: the likeliest contact and the hand, both in one frame. `None` without a contact in sight.
+    /// The contact that counts after a frame and what is done about it: the ranked contacts and the hand, all in one frame.
+    /// `None` without a contact in sight.
     pub(super) fn step(
         &mut self,
         t_s: f64,
-        contact: Option<&ContactPrediction>,
+        ranked: &[ContactPrediction],
         hand: Option<&HandState>,
-    ) -> Option<Decision> {
+    ) -> Option<(ContactPrediction, Decision)> {
         if t_s < self.last_s {
             // The clock was set back.
             self.reset();
         }
         self.last_s = t_s;
-        let Some(contact) = contact else {
+        let Some(contact) = self.steady.step_ranked(ranked) else {
+            self.steady.reset();
             self.candidate = None;
             self.decision = Decision::Wait;
             return None;
         };
+        self.decision = self.decide(t_s, &contact, hand);
+        Some((contact, self.decision))
+    }
+
+    fn decide(
+        &mut self,
+        t_s: f64,
+        contact: &ContactPrediction,
+        hand: Option<&HandState>,
+    ) -> Decision {
         let c = self.config;
         let stays = self.candidate.filter(|candidate| {
             candidate.surface == contact.surface
@@ -173,7 +192,7 @@ impl Policy {
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
         let looked_s = t_s - candidate.since_s;
-        self.decision = match (self.decision, motion) {
+        match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
             }
@@ -191,8 +210,7 @@ impl Policy {
             }
             _ if settled => Decision::Wait,
             (last, _) => last,
-        };
-        Some(self.decision)
+        }
     }
 
     pub(super) const fn ready_m(&self) -> f64 {

@@ -4,11 +4,11 @@ use crate::contact::candidates::{self, BoxedEstimator, Role};
 use anyhow::Context;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
-    GazeModel, LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorInput,
-    StreamEstimator,
+    LearnedConfig, LearnedModel, PredictionSource, Predictor, PredictorInput, StreamEstimator,
 };
-use hwall_hand::{LabelledReach, WatchConfig};
+use hwall_hand::{Gaze, LabelledReach, WatchConfig};
 use hwall_scene::Scene;
+use hwall_stage::training::{self, Stream};
 
 /// The dissertation's predictor, which leads are gained over.
 pub const RAY_CAST: &str = "ray cast";
@@ -94,12 +94,15 @@ impl SharedTraining {
     ///
     /// # Errors
     /// Too few reaches, or too few looks.
-    pub fn new(reaches: Vec<LabelledReach>) -> anyhow::Result<Self> {
+    pub fn new(streams: &[Stream]) -> anyhow::Result<Self> {
+        let reaches = training::reaches(streams)?;
         let learned = LearnedModel::train(&reaches, &LearnedConfig::default());
+        let learned = learned.context("the learned estimator")?;
+        let gaze = training::gaze_model(streams, |_| learned.estimator()).context("the gaze")?;
         Ok(Self {
-            learned: learned.context("the learned estimator")?,
+            learned,
             config: FusedConfig {
-                gaze: GazeModel::default().fit(&reaches).context("the gaze")?,
+                gaze,
                 ..FusedConfig::default()
             },
             reaches,
@@ -190,6 +193,7 @@ impl Predictor for Projected {
                 time_to_contact_s: e.time_to_contact_s,
                 probability: 1.0,
                 source: PredictionSource::Motion,
+                looked_at_since_s: None,
             })
         });
         self.prediction.as_slice()
@@ -208,7 +212,7 @@ impl Predictor for WithoutGaze {
             &PredictorInput {
                 frame: &frame,
                 hand: seen.hand,
-                gaze: None,
+                gaze: Gaze::Lost,
             },
         )
     }

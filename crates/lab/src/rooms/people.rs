@@ -165,13 +165,8 @@ fn stream(room: &Room, hand: &TouchSequence) -> anyhow::Result<Stream> {
             contact_s: truth.contact_s,
         };
         if room.way_is_free(hand, span) {
-            touches.push(SurfaceTouch {
-                surface: room.surface_at(truth.target_m)?,
-                target_m: truth.target_m,
-                normal: truth.normal,
-                start_s: truth.start_s,
-                contact_s: truth.contact_s,
-            });
+            let surface = room.surface_at(truth.target_m)?;
+            touches.push(SurfaceTouch::of(surface, hand, truth));
         }
     }
     Ok(Stream::new(frames, touches))
@@ -191,8 +186,8 @@ pub struct PredictedSample<'a> {
     pub took_us: f64,
 }
 
-/// Runs a predictor over people, frame by frame; `record` gets every sample from the start of a touch to its
-/// contact.
+/// Runs a predictor over people, frame by frame; `record` gets every sample of a touch from the time at which the gaze leaves for it
+/// to its contact.
 ///
 /// # Errors
 /// Settings that a filter refuses.
@@ -200,11 +195,11 @@ pub fn run(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
-    condition: &Condition,
     mut record: impl FnMut(&PredictedSample<'_>),
 ) -> anyhow::Result<()> {
     for (person, stream) in streams.iter().enumerate() {
-        let mut filters = Filters::new(condition.person.gaze_noise_rad)?;
+        let mut filters = Filters::new()?;
+        predictor.reset();
         let mut due = 0;
         for frame in &stream.frames {
             let over = |t: &SurfaceTouch| frame.t_s >= t.contact_s;
@@ -213,18 +208,16 @@ pub fn run(
                 break;
             };
             let tracking = filters.hand.step(frame);
-            let gaze = frame
-                .gaze_ray()
-                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let gaze = filters.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             let seen = PredictorInput {
                 frame,
                 hand: tracking.state(),
-                gaze: gaze.as_ref(),
+                gaze,
             };
             let began = Instant::now();
             let predictions = predictor.predict(&room.scene, &seen);
             let took_us = began.elapsed().as_secs_f64() * 1e6;
-            if frame.t_s >= touch.start_s {
+            if frame.t_s >= touch.look_s.min(touch.start_s) {
                 record(&PredictedSample {
                     person,
                     touch: due,
@@ -238,7 +231,7 @@ pub fn run(
     Ok(())
 }
 
-/// The predictions for every touch, sample by sample from the start of the hand to the contact.
+/// The predictions for every touch, sample by sample from the time at which the gaze leaves for it to the contact.
 ///
 /// # Errors
 /// Settings that a filter refuses.
@@ -246,7 +239,6 @@ pub fn predictions(
     predictor: &mut dyn Predictor,
     room: &Room,
     streams: &[Stream],
-    condition: &Condition,
 ) -> anyhow::Result<Vec<TouchPredictions>> {
     let mut touches: Vec<TouchPredictions> = Vec::new();
     let mut firsts = Vec::with_capacity(streams.len());
@@ -254,12 +246,18 @@ pub fn predictions(
         firsts.push(touches.len());
         touches.extend(stream.touches.iter().map(|&touch| TouchPredictions {
             touch,
+            early: Vec::new(),
             samples: Vec::new(),
         }));
     }
-    run(predictor, room, streams, condition, |sample| {
+    run(predictor, room, streams, |sample| {
         let touch = &mut touches[firsts[sample.person] + sample.touch];
-        touch.samples.push(TimedPrediction {
+        let due = if sample.seen.frame.t_s < touch.touch.start_s {
+            &mut touch.early
+        } else {
+            &mut touch.samples
+        };
+        due.push(TimedPrediction {
             t_s: sample.seen.frame.t_s,
             first: sample.predictions.first().copied(),
             took_us: sample.took_us,

@@ -31,6 +31,8 @@ pub struct TimedPrediction {
 pub struct TouchPredictions {
     /// The touch.
     pub touch: SurfaceTouch,
+    /// Sample by sample from the time at which the gaze leaves for the target, before the hand starts.
+    pub early: Vec<TimedPrediction>,
     /// Sample by sample from the start of the hand to the contact.
     pub samples: Vec<TimedPrediction>,
 }
@@ -91,6 +93,37 @@ impl TouchPredictions {
         };
         let since = self.samples.iter().rev().take_while(right).last();
         since.map_or(0.0, |sample| self.touch.contact_s - sample.t_s)
+    }
+}
+
+/// From the gaze to the goal, or from the hand to it where the eyes never rest on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GoalLatency {
+    /// Did the eyes rest on the target before the contact? Times are from their landing, else from the start of the hand.
+    pub landed: bool,
+    /// Time until the surface is right and stays right, s; infinite if it never is.
+    pub surface_s: f64,
+    /// Time until surface and point are right and stay right, s; infinite if they never are.
+    pub point_s: f64,
+}
+
+impl TouchPredictions {
+    /// Time from the landing of the eyes on the target to the first prediction that is right to stay.
+    #[must_use]
+    pub fn goal_latency(&self) -> GoalLatency {
+        let from_s = self.touch.landed_s.unwrap_or(self.touch.start_s);
+        let stays = |right: &dyn Fn(&ContactPrediction) -> bool| {
+            let samples = self.early.iter().chain(&self.samples).rev();
+            samples
+                .take_while(|s| s.t_s >= from_s && s.first.as_ref().is_some_and(right))
+                .last()
+                .map_or(f64::INFINITY, |s| s.t_s - from_s)
+        };
+        GoalLatency {
+            landed: self.touch.landed_s.is_some(),
+            surface_s: stays(&|p| self.right(p)),
+            point_s: stays(&|p| self.right(p) && self.off_m(p).length() <= RIGHT_M),
+        }
     }
 }
 

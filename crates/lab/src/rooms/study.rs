@@ -11,7 +11,7 @@ use crate::rooms::tables::{self, PooledResult, PredictionRows, PredictorResult, 
 use anyhow::Context;
 use hwall_stage::figures::COLOURS;
 use hwall_stage::numbers::counted;
-use hwall_stage::training::{Stream, reaches};
+use hwall_stage::training::Stream;
 use hwall_testkit::MarkdownTable;
 use plotters::style::Color;
 use rayon::prelude::*;
@@ -92,8 +92,7 @@ impl Setting {
             training,
             participants,
         } = people::people(&room, &condition, size).with_context(name)?;
-        let learnt = reaches(&training, condition.person.gaze_noise_rad)?;
-        let training = SharedTraining::new(learnt).with_context(name)?;
+        let training = SharedTraining::new(&training).with_context(name)?;
         Ok(Self {
             surfaces,
             room,
@@ -117,12 +116,7 @@ impl Setting {
             mut predictor,
         } in contenders?
         {
-            let touches = people::predictions(
-                predictor.as_mut(),
-                &self.room,
-                &self.participants,
-                &self.condition,
-            )?;
+            let touches = people::predictions(predictor.as_mut(), &self.room, &self.participants)?;
             self.results.push(PredictorResult { name, touches });
         }
         Ok(())
@@ -206,13 +200,38 @@ fn markdown(size: &StudySize, settings: &[Setting]) -> anyhow::Result<String> {
             .collect();
         tables::condition_rows(&mut table, &s.condition.name, &results);
     }
+    write!(text, "{table}\n{}", latencies(settings))?;
     write!(
         text,
-        "{table}\n### Are the stated probabilities of the surface right?\n\nAll rooms and conditions together, \
+        "\n### Are the stated probabilities of the surface right?\n\nAll rooms and conditions together, \
          30 to 90 % of the time: share in which the surface was right.\n\n{}",
         tables::reliabilities(&pooled(settings))
     )?;
     Ok(text)
+}
+
+/// From the landing of the eyes to the goal, in all rooms and conditions.
+fn latencies(settings: &[Setting]) -> String {
+    let mut table = tables::latencies();
+    for s in settings {
+        let condition = match s.condition == Condition::usual() {
+            true => format!("usual, {}", counted_surfaces(s.surfaces)),
+            false => s.condition.name.clone(),
+        };
+        let results: Vec<PredictorResult> = [RAY_LED, FUSED, NO_GAZE]
+            .iter()
+            .map(|name| PredictorResult {
+                name: (*name).to_owned(),
+                touches: s.touches(name).to_vec(),
+            })
+            .collect();
+        tables::latency_rows(&mut table, &condition, &results);
+    }
+    format!(
+        "### Gaze-to-goal latency\n\nTime from the landing of the eyes on the target (within 4 degrees) to the first prediction that is \
+         right and stays right until the contact: the surface, and the surface with the point within 0.05 m. Where the eyes never rest on \
+         the target, time from the start of the hand. `never`: not even at the contact.\n\n{table}"
+    )
 }
 
 /// The predictions in all settings.
@@ -402,22 +421,16 @@ fn picture(s: &Setting) -> anyhow::Result<TouchPicture> {
     let mut hand_m = Vec::new();
     let mut all = Vec::new();
     let mut fused = s.training.fused(&s.training.config)?;
-    people::run(
-        fused.predictor.as_mut(),
-        &s.room,
-        one,
-        &s.condition,
-        |sample| {
-            if sample.touch == before {
-                hand_m.extend(sample.seen.hand.map(|h| h.point_m));
-                all.push((
-                    sample.seen.frame.t_s,
-                    sample.predictions.first().copied(),
-                    sample.seen.gaze.copied(),
-                ));
-            }
-        },
-    )?;
+    people::run(fused.predictor.as_mut(), &s.room, one, |sample| {
+        if sample.touch == before && sample.seen.frame.t_s >= touch.start_s {
+            hand_m.extend(sample.seen.hand.map(|h| h.point_m));
+            all.push((
+                sample.seen.frame.t_s,
+                sample.predictions.first().copied(),
+                sample.seen.gaze.ray().copied(),
+            ));
+        }
+    })?;
     let shown = SHOWN.into_iter().filter_map(|share| {
         let index = Moment::Share(share).index(all.iter().map(|a| a.0), cast.span())?;
         let (_, fused, gaze) = all[index];

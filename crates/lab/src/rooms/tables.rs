@@ -3,7 +3,8 @@
 use crate::contact::moments::{BEFORE_S, Moment, Span, written};
 use crate::rooms::room::Room;
 use crate::rooms::scores::{
-    Summary, TouchPredictions, gained_s, leads_s, reliability, summary, took_us, under_way,
+    GoalLatency, Summary, TouchPredictions, gained_s, leads_s, reliability, summary, took_us,
+    under_way,
 };
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
@@ -168,6 +169,67 @@ pub fn conditions() -> MarkdownTable {
         "right for good before contact, ms (quartiles)",
         "gained over the ray cast, ms (quartiles)",
     ])
+}
+
+/// The table of latencies without its rows: one a condition and predictor.
+#[must_use]
+pub fn latencies() -> MarkdownTable {
+    MarkdownTable::new([
+        "condition",
+        "predictor",
+        "touches looked at",
+        "surface, ms from landing, median / p90 / never",
+        "surface and point, ms from landing, median / p90 / never",
+        "touches never looked at",
+        "surface, ms from the hand's start, median / p90 / never",
+        "surface and point, ms from the hand's start, median / p90 / never",
+    ])
+}
+
+/// Rows of the table of latencies.
+pub fn latency_rows(table: &mut MarkdownTable, condition: &str, all: &[PredictorResult]) {
+    for PredictorResult { name, touches } in all {
+        let latencies: Vec<GoalLatency> = touches.iter().map(|t| t.goal_latency()).collect();
+        let of = |landed: bool| latencies.iter().filter(move |l| l.landed == landed);
+        let cell = |landed: bool, time_s: &dyn Fn(&GoalLatency) -> f64| {
+            latency_cell(of(landed).map(time_s).collect())
+        };
+        let cells = [true, false].into_iter().flat_map(|landed| {
+            [
+                of(landed).count().to_string(),
+                cell(landed, &|l| l.surface_s),
+                cell(landed, &|l| l.point_s),
+            ]
+        });
+        table.row(
+            [condition.to_owned(), name.clone()]
+                .into_iter()
+                .chain(cells),
+        );
+    }
+}
+
+/// `median / 90 % / share that is infinite`; a quantile that is infinite is "never".
+fn latency_cell(mut times_s: Vec<f64>) -> String {
+    if times_s.is_empty() {
+        return "none".to_owned();
+    }
+    times_s.sort_by(f64::total_cmp);
+    let never = times_s.iter().filter(|t| t.is_infinite()).count();
+    let quantile_ms = |share: f64| {
+        // The next rank above: no mean of a time and an infinity.
+        let rank = (share * (times_s.len() - 1) as f64).ceil() as usize;
+        match times_s[rank] {
+            t if t.is_finite() => format!("{:.0}", 1e3 * t),
+            _ => "never".to_owned(),
+        }
+    };
+    format!(
+        "{} / {} / {:.1} %",
+        quantile_ms(0.5),
+        quantile_ms(0.9),
+        100.0 * never as f64 / times_s.len() as f64
+    )
 }
 
 /// Rows of the table of conditions.

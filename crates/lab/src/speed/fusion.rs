@@ -8,9 +8,10 @@ use crate::speed::contact::{AT, SHARES};
 use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::section::{Figure, Section, SummaryRow};
 use hwall_contact::{
-    Combination, ContactPrediction, FusedConfig, FusedPredictor, GazeModel, LearnedConfig,
-    LearnedEstimator, LearnedModel, Predictor, PredictorInput,
+    Combination, ContactPrediction, FusedConfig, FusedPredictor, LearnedConfig, LearnedEstimator,
+    LearnedModel, Predictor, PredictorInput,
 };
+use hwall_hand::Gaze;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_stage::training::{self, Stream};
 use hwall_testkit::{MarkdownTable, Timing, format_ns};
@@ -35,7 +36,7 @@ struct RecordingPredictor {
 impl Predictor for RecordingPredictor {
     fn predict(&mut self, scene: &Scene, seen: &PredictorInput<'_>) -> &[ContactPrediction] {
         let seen = PredictorInput {
-            gaze: seen.gaze.filter(|_| self.gaze),
+            gaze: if self.gaze { seen.gaze } else { Gaze::Lost },
             ..*seen
         };
         let predictions = self.predictor.predict(scene, &seen);
@@ -63,7 +64,6 @@ fn run(
     gaze: bool,
     room: &Room,
     people: &[Stream],
-    condition: &Condition,
 ) -> anyhow::Result<Run> {
     let mut all = Vec::new();
     let (mut scores, mut predictions) = (Vec::new(), 0);
@@ -74,7 +74,7 @@ fn run(
             recorded: Vec::with_capacity(1 << 16),
         };
         let person = std::slice::from_ref(person);
-        let touches = people::predictions(&mut recording, room, person, condition)?;
+        let touches = people::predictions(&mut recording, room, person)?;
         let recorded = &recording.recorded;
         for touch in touches.iter().map(|t| &t.touch) {
             for share in SHARES {
@@ -131,7 +131,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             training: train,
             participants,
         } = people::people(&room, &condition, &size)?;
-        let reaches = training::reaches(&train, condition.person.gaze_noise_rad)?;
+        let reaches = training::reaches(&train)?;
         let estimator = LearnedModel::train(
             &reaches,
             &LearnedConfig {
@@ -140,23 +140,23 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             },
         )?
         .estimator();
-        let gaze = GazeModel::default().fit(&reaches)?;
+        let gaze = training::gaze_model(&train, |_| estimator.clone())?;
         let mut line = [Vec::new(), Vec::new()];
-        let hypotheses = [(1, 19), (2, 19)].into_iter();
-        let rays = [3, 7, 19, 37, 75].map(|rays| (3, rays));
+        let hypotheses = [(2, 19), (4, 19)].into_iter();
+        let rays = [3, 7, 19, 37, 75].map(|rays| (6, rays));
         for (hypotheses, rays) in hypotheses.chain(rays) {
             let mut config = FusedConfig {
                 gaze,
                 rays,
                 ..FusedConfig::default()
             };
-            if hypotheses == 2 {
-                // The fixation before is forgotten at once.
+            if hypotheses == 4 {
+                // The look before is forgotten at once.
                 config.gaze.memory_s = 1e-6;
             }
-            let sees = hypotheses > 1;
+            let sees = hypotheses > 2;
             let predictor = FusedPredictor::new(estimator.clone(), config)?;
-            let run = run(&predictor, sees, &room, &participants, &condition)?;
+            let run = run(&predictor, sees, &room, &participants)?;
             let samples = run.touches.iter().flat_map(|t| &t.samples);
             let timing = Timing::from_samples_ns(samples.map(|s| 1e3 * s.took_us).collect());
             let at = SHARES.map(|share| scores::summary(&run.touches, Moment::Share(share)));
@@ -171,7 +171,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
                 at.map(|s| format!("{:.1}", 1e3 * s.median_m)).join(" / "),
                 format!("{:.1}", run.predictions),
             ]);
-            if hypotheses == 3 {
+            if hypotheses == 6 {
                 let point = |y: f64| Point {
                     at: (timing.median_ns, y),
                     label: rays.to_string(),
@@ -180,7 +180,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
                 line[0].push(point(1e3 * at[1].median_m));
                 line[1].push(point(run.log_score));
             }
-            if hypotheses == 3 && rays == FusedConfig::default().rays && count == 6 {
+            if hypotheses == 6 && rays == FusedConfig::default().rays && count == 6 {
                 quoted = vec![SummaryRow::new(
                     "contact",
                     "ranked surfaces and points, 6 surfaces",
@@ -218,7 +218,7 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             "### Fusion with gaze and surfaces\n\nSimulated people touch rooms of 1, 6 and 12 touchable surfaces: 12 people to \
              learn from, 16 others to be judged by, {} touches of each, seed {seed}. Times are of a prediction, the \
              estimator included. Log score: mean of -ln p of the touched surface at 50, 70 and 90 % of the time, p at \
-             least {LEAST}; 0 is perfect. One hypothesis: no gaze; two: the present line of sight too; three: also the fixation before.\n\n{table}",
+             least {LEAST}; 0 is perfect. Two hypotheses, where the motion leads and whatever else: no gaze; four: the present look too; six: also the look before.\n\n{table}",
             size.touches
         ),
         figure: Some(Figure::panels(

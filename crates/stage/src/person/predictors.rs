@@ -8,9 +8,9 @@ use clap::ValueEnum;
 use glam::DVec3;
 use hwall_contact::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, FusedConfig, FusedPredictor,
-    GazeModel, LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
+    LearnedConfig, LearnedEstimator, LearnedModel, Predictor, PredictorInput,
 };
-use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use hwall_hand::{HandFrame, HandPoint};
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{PersonConfig, Population, TouchPlan, TouchSequence};
 use std::time::Instant;
@@ -252,12 +252,10 @@ fn fused(
     arm: &BoardArm,
     people: &TrainingPeople,
 ) -> anyhow::Result<(FusedPredictor<LearnedEstimator>, usize)> {
-    let reaches = demonstrations(scene, arm, people)?;
+    let streams = training_streams(scene, arm, people)?;
+    let reaches = training::reaches(&streams)?;
     let model = LearnedModel::train(&reaches, &LearnedConfig::default())?;
-    let mut gaze = GazeModel::default();
-    if people.gaze {
-        gaze = gaze.fit(&reaches)?;
-    }
+    let gaze = training::gaze_model(&streams, |_| model.estimator())?;
     let config = FusedConfig {
         gaze,
         ..FusedConfig::default()
@@ -268,14 +266,17 @@ fn fused(
     ))
 }
 
-/// Reaches of other people for places in the scene, as the live filters see them.
-fn demonstrations(
+/// Samples and touches of other people in the scene.
+///
+/// # Errors
+/// A scene in which they find nothing to touch.
+pub fn training_streams(
     scene: &Scene,
     arm: &BoardArm,
     people: &TrainingPeople,
-) -> anyhow::Result<Vec<LabelledReach>> {
+) -> anyhow::Result<Vec<Stream>> {
     let population = Population::new(people.person, SEED)?;
-    let streams = (0..PEOPLE)
+    (0..PEOPLE)
         .map(|number| {
             let person = population.person(number);
             let places = Standing {
@@ -287,8 +288,7 @@ fn demonstrations(
             plans.retain(|plan| before_m(plan) > CLEAR_M);
             stream(scene, &person.plan(&plans)?, people)
         })
-        .collect::<anyhow::Result<Vec<_>>>()?;
-    training::reaches(&streams, people.person.gaze_noise_rad)
+        .collect()
 }
 
 fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyhow::Result<Stream> {
@@ -307,13 +307,7 @@ fn stream(scene: &Scene, hand: &TouchSequence, people: &TrainingPeople) -> anyho
         // The outline of a facet encloses its holes: a place in one of them is not on the surface.
         .filter_map(|truth| {
             let closest = scene.closest_touchable(truth.target_m, 0.05).transpose()?;
-            Some(closest.map(|closest| training::SurfaceTouch {
-                surface: closest.surface,
-                target_m: truth.target_m,
-                normal: truth.normal,
-                start_s: truth.start_s,
-                contact_s: truth.contact_s,
-            }))
+            Some(closest.map(|c| training::SurfaceTouch::of(c.surface, hand, truth)))
         })
         .collect::<Result<Vec<_>, _>>()?;
     Ok(Stream::new(frames, touches))

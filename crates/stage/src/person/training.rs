@@ -1,14 +1,13 @@
 //! Reaches that a predictor learns from: people as the live filters see them.
 
 use glam::DVec3;
+use hwall_contact::{ContactEstimator, GazeModel, LabelledStream, StreamContact, StreamFilters};
 use hwall_hand::{
     GazeFilter, HandFilter, HandFilterConfig, HandFrame, HandPoint, LabelledReach, ReachWatch,
     WatchConfig, WatchUpdate,
 };
 use hwall_scene::SurfaceId;
-
-/// A leap of the gaze beyond this is a saccade, in standard deviations of its noise.
-const SACCADE_SDS: f64 = 3.5;
+use hwall_sim::{TouchSequence, TouchTruth};
 
 /// One touch that is judged.
 #[derive(Debug, Clone, Copy)]
@@ -19,10 +18,55 @@ pub struct SurfaceTouch {
     pub target_m: DVec3,
     /// Unit normal towards the person.
     pub normal: DVec3,
+    /// When the gaze leaves for what is to be touched, s.
+    pub look_s: f64,
+    /// When the eyes have landed on the point touched, s; `None` if they never do before the contact.
+    pub landed_s: Option<f64>,
     /// When the hand starts, s.
     pub start_s: f64,
     /// When the hand touches, s.
     pub contact_s: f64,
+}
+
+impl SurfaceTouch {
+    /// A touch of a simulated person on a surface.
+    #[must_use]
+    pub fn of(surface: SurfaceId, hand: &TouchSequence, truth: &TouchTruth) -> Self {
+        Self {
+            surface,
+            target_m: truth.target_m,
+            normal: truth.normal,
+            look_s: truth.look_s,
+            landed_s: landed_s(hand, truth),
+            start_s: truth.start_s,
+            contact_s: truth.contact_s,
+        }
+    }
+}
+
+/// The eyes rest on a point when the true line of sight passes it by less than this, rad: 4 degrees, four times the
+/// standard deviation of the aim of simulated people.
+const ON_TARGET_RAD: f64 = 0.07;
+/// For this long at least, s: eyes that only sweep over it do not.
+const RESTS_S: f64 = 0.03;
+
+/// When the eyes have landed on the target of a touch.
+fn landed_s(hand: &TouchSequence, truth: &TouchTruth) -> Option<f64> {
+    const STEP_S: f64 = 0.002;
+    let on_target = |t_s: f64| {
+        let seen = hand.truth(t_s);
+        seen.gaze.angle_between(truth.target_m - seen.head_m) < ON_TARGET_RAD
+    };
+    let steps = ((truth.contact_s - truth.look_s) / STEP_S) as usize;
+    let mut since_s = None;
+    for t_s in (0..steps).map(|i| truth.look_s + STEP_S * i as f64) {
+        if !on_target(t_s) {
+            since_s = None;
+        } else if t_s - *since_s.get_or_insert(t_s) >= RESTS_S {
+            return since_s;
+        }
+    }
+    None
 }
 
 /// A person's samples and touches.
@@ -45,22 +89,53 @@ impl Stream {
 pub struct Filters {
     /// Smooths the hand.
     pub hand: HandFilter,
-    /// Smooths the gaze.
+    /// Tells fixations from saccades.
     pub gaze: GazeFilter,
 }
 
 impl Filters {
-    /// For a gaze of this noise, rad.
+    /// For simulated people.
     ///
     /// # Errors
     /// Settings that a filter refuses.
-    pub fn new(gaze_noise_rad: f64) -> anyhow::Result<Self> {
-        let saccade_rad = (SACCADE_SDS * gaze_noise_rad).clamp(0.07, 0.35);
+    pub fn new() -> anyhow::Result<Self> {
         Ok(Self {
             hand: HandFilter::new(HandFilterConfig::simulated())?,
-            gaze: GazeFilter::new(0.15, saccade_rad)?,
+            gaze: GazeFilter::default(),
         })
     }
+}
+
+/// How people look and where they touch seen from their resting hand, learnt from all that was seen of them. `estimator` is the
+/// one that will be used.
+///
+/// # Errors
+/// Too few touches.
+pub fn gaze_model<E: ContactEstimator>(
+    streams: &[Stream],
+    estimator: impl FnMut(usize) -> E,
+) -> anyhow::Result<GazeModel> {
+    let contact = |touch: &SurfaceTouch| StreamContact {
+        point_m: touch.target_m,
+        contact_s: touch.contact_s,
+    };
+    let contacts: Vec<Vec<_>> = streams
+        .iter()
+        .map(|stream| stream.touches.iter().map(contact).collect())
+        .collect();
+    let labelled: Vec<LabelledStream<'_>> = streams
+        .iter()
+        .zip(&contacts)
+        .map(|(stream, contacts)| LabelledStream {
+            frames: &stream.frames,
+            contacts,
+        })
+        .collect();
+    let filters = StreamFilters {
+        hand: HandFilterConfig::simulated(),
+        ..StreamFilters::default()
+    };
+    Ok(GazeModel::default().fit_streams(&labelled, estimator, &filters)?)
 }
 
 /// Reaches to learn from, each with the samples that a live estimator would see of it, and with the
@@ -68,10 +143,10 @@ impl Filters {
 ///
 /// # Errors
 /// Settings that a filter refuses.
-pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<LabelledReach>> {
+pub fn reaches(streams: &[Stream]) -> anyhow::Result<Vec<LabelledReach>> {
     let mut all = Vec::new();
     for (person, stream) in streams.iter().enumerate() {
-        let mut filters = Filters::new(gaze_noise_rad)?;
+        let mut filters = Filters::new()?;
         let mut watch = ReachWatch::new(WatchConfig::default())?;
         // The samples of the reach under way.
         let mut so_far: Vec<HandFrame> = Vec::new();
@@ -99,11 +174,9 @@ pub fn reaches(streams: &[Stream], gaze_noise_rad: f64) -> anyhow::Result<Vec<La
                 next = due.next();
             }
             let tracking = filters.hand.step(frame);
-            let gaze = frame
-                .gaze_ray()
-                .and_then(|ray| filters.gaze.step(frame.t_s, &ray));
+            let gaze = filters.gaze.step(frame.t_s, frame.gaze_ray().as_ref());
             let mut kept = *frame;
-            kept.gaze = gaze.map(|ray| ray.direction);
+            kept.gaze = gaze.ray().map(|ray| ray.direction);
             match watch.step(&kept, tracking.state()) {
                 WatchUpdate::Begun { samples } => {
                     so_far.clear();

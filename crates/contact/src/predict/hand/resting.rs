@@ -1,43 +1,27 @@
-//! Where the hand is beside the surfaces: in front of them all, through one, or at rest on one.
+//! Whether the hand rests on a surface.
 
+use super::free_side::FreeSide;
 use glam::DVec3;
 use hwall_hand::{HandState, WatchConfig};
 use hwall_scene::{Hit, Scene, SurfaceId};
 
 /// A place on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SurfacePlace {
-    pub(super) surface: SurfaceId,
-    pub(super) point_m: DVec3,
+pub(in crate::predict) struct SurfacePlace {
+    pub(in crate::predict) surface: SurfaceId,
+    pub(in crate::predict) point_m: DVec3,
     /// Unit normal there, on the person's side.
-    pub(super) normal: DVec3,
+    pub(in crate::predict) normal: DVec3,
 }
 
-/// The side of the surfaces that the hand came from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FreeSide {
-    /// The place to look for surfaces from, m.
-    pub(super) from_m: DVec3,
-    /// The surface that the hand has gone through.
-    pub(super) behind: Option<Hit>,
-}
-
-/// Follows the hand on the free side of the surfaces, and tells when it rests on one.
+/// Tells when a hand rests on a surface.
 #[derive(Debug, Clone, Default)]
-pub(super) struct RestWatch {
-    /// Last place of the hand on the free side of all surfaces, m.
-    free_m: Option<DVec3>,
+pub(in crate::predict) struct RestWatch {
     /// Displacement of the hand over its last decimetre before it came to rest on something, m.
     approach_m: DVec3,
     last_s: Option<f64>,
     place: Option<SurfacePlace>,
 }
-
-/// How far behind a surface a hand is still taken to touch it from the front, m.
-const DEEPEST_M: f64 = 0.25;
-
-/// A hand nearer than this to a surface is on it and not through it, m: rounding.
-const ON_SURFACE_M: f64 = 1e-6;
 
 /// The direction of an approach is taken over this length, m.
 const APPROACH_M: f64 = 0.1;
@@ -55,55 +39,18 @@ const LEAST_COS: f64 = 0.05;
 const KEPT: f64 = 2.0;
 
 impl RestWatch {
-    pub(super) fn forget(&mut self) {
+    pub(in crate::predict) fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// The side of the surfaces that the hand is on, or that it came from when it has gone through one.
-    pub(super) fn free_side(
-        &mut self,
-        scene: &Scene,
-        hand_m: DVec3,
-        eye_m: Option<DVec3>,
-    ) -> FreeSide {
-        let through = |from_m: DVec3| {
-            let way = hand_m - from_m;
-            let hit = scene.ray_cast(from_m, way).ok()??;
-            let before = hit.distance_m < way.length() - ON_SURFACE_M;
-            (before && scene.surface(hit.surface).touchable()).then_some(hit)
-        };
-        let behind = match (self.free_m, eye_m) {
-            (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
-            (None, Some(eye_m)) => through(eye_m).map(|hit| (hit, hit.point_m.lerp(eye_m, 1e-3))),
-            (None, None) => None,
-        };
-        match behind {
-            // A hand that is deeper went round, or the tracker lost it on the way.
-            Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
-                self.free_m = Some(free_m);
-                FreeSide {
-                    from_m: free_m,
-                    behind: Some(hit),
-                }
-            }
-            _ => {
-                self.free_m = Some(hand_m);
-                FreeSide {
-                    from_m: hand_m,
-                    behind: None,
-                }
-            }
-        }
-    }
-
-    /// The place that the hand rests on, if it does: the point of a surface below it. `side` is that of
-    /// [`free_side`](Self::free_side).
+    /// The place that the hand rests on, if it does: the point of a surface below it. `side` is the one that it
+    /// came from.
     ///
     /// A slow hand is on a surface that it has gone through, or that is no further away than half a finger
     /// plus the error of the registration. Of several it is on the one with the best product of the
     /// density of its distance and the cosine of the angle at which the hand came. It stays on it
     /// until it is as fast as at the onset of a reach or further away than that.
-    pub(super) fn rest(
+    pub(in crate::predict) fn rest(
         &mut self,
         scene: &Scene,
         hand: &HandState,
@@ -192,7 +139,7 @@ impl SurfacePlace {
 
     /// The place of the same surface that a point is brought to along the normal; `None` where the surface
     /// has a hole or an end.
-    pub(super) fn below(&self, scene: &Scene, point_m: DVec3) -> Option<Self> {
+    pub(in crate::predict) fn below(&self, scene: &Scene, point_m: DVec3) -> Option<Self> {
         let off_m = (point_m - self.point_m).dot(self.normal).abs();
         let from_m = point_m + self.normal * (off_m + STAND_OFF_M);
         let hit = scene.ray_cast(from_m, -self.normal).ok().flatten()?;

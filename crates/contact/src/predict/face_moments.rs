@@ -1,0 +1,54 @@
+//! Where on a surface a contact is, by all its faces.
+
+use super::surface_shares::Face;
+use crate::outer_product::square;
+use glam::{DMat3, DVec3};
+
+/// Faces agree on a place when it is no further apart than this many times their summed variance.
+const AGREE: f64 = 1.0;
+
+/// Mean and covariance of a contact by the faces of one surface.
+pub(super) struct Moments {
+    /// Of the faces that agree with the best one, m: between two places that a person may mean, neither is
+    /// touched.
+    pub(super) mean_m: DVec3,
+    /// About that mean, of all faces, m²: positive semidefinite, as that of every face is.
+    pub(super) covariance_m2: DMat3,
+}
+
+impl Moments {
+    pub(super) fn of<'a, I: Iterator<Item = &'a Face>>(faces: impl Fn() -> I, best: &Face) -> Self {
+        let agree = |f: &&Face| {
+            let sum_m2 = variance_m2(f) + variance_m2(best);
+            f.mean_m.distance_squared(best.mean_m) <= AGREE * sum_m2
+        };
+        // A vague part must not pull at the place that a sharp one names.
+        let best_m2 = variance_m2(best);
+        let sharp = |f: &Face| {
+            let vaguer = variance_m2(f) > best_m2;
+            f.mass
+                * if vaguer {
+                    best_m2 / variance_m2(f)
+                } else {
+                    1.0
+                }
+        };
+        let agreed = || faces().filter(agree);
+        let mean_m =
+            agreed().map(|f| f.mean_m * sharp(f)).sum::<DVec3>() / agreed().map(sharp).sum::<f64>();
+        let weight: f64 = faces().map(|f| f.mass).sum();
+        let covariance_m2 = faces()
+            .map(|f| (f.covariance_m2 + square(f.mean_m - mean_m)) * (f.mass / weight))
+            .fold(DMat3::ZERO, |sum, c| sum + c);
+        Self {
+            mean_m,
+            covariance_m2,
+        }
+    }
+}
+
+/// Summed over the axes, m².
+fn variance_m2(face: &Face) -> f64 {
+    let c = face.covariance_m2;
+    c.x_axis.x + c.y_axis.y + c.z_axis.z
+}

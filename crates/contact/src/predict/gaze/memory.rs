@@ -1,0 +1,195 @@
+//! The places that the eyes rest on and rested on before.
+
+use hwall_hand::{Fixation, Gaze, GazeRay};
+
+/// A look at one place: one fixation, or several that hardly differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::predict) struct Look {
+    /// The mean line of sight of the newest fixation.
+    pub(in crate::predict) ray: GazeRay,
+    /// What the noise of the tracker adds to it, rad.
+    pub(in crate::predict) noise_rad: f64,
+    /// When the eyes came to rest there, s.
+    pub(in crate::predict) since_s: f64,
+    pub(in crate::predict) until_s: f64,
+    /// Time spent on the place in earlier looks at it, s.
+    before_s: f64,
+}
+
+impl Look {
+    const fn new(fixation: &Fixation) -> Self {
+        Self {
+            ray: fixation.ray,
+            noise_rad: fixation.noise_rad,
+            since_s: fixation.since_s,
+            until_s: fixation.until_s,
+            before_s: 0.0,
+        }
+    }
+
+    /// How long the eyes have rested on the place, s.
+    pub(in crate::predict) fn age_s(&self, t_s: f64) -> f64 {
+        (t_s - self.since_s).max(0.0) + self.before_s
+    }
+
+    /// Does a fixation lie on the same place?
+    fn holds(&self, fixation: &Fixation, apart_rad: f64) -> bool {
+        let noise_rad = SAME_SDS * self.noise_rad.hypot(fixation.noise_rad);
+        let (a, b) = (self.ray.direction, fixation.ray.direction);
+        a.dot(b) >= apart_rad.hypot(noise_rad).min(WIDEST_RAD).cos()
+    }
+
+    fn goes_on(&mut self, fixation: &Fixation) {
+        self.ray = fixation.ray;
+        self.noise_rad = fixation.noise_rad;
+        self.until_s = fixation.until_s;
+    }
+}
+
+/// The present look and the one before it.
+///
+/// While the eye is in flight, or lost for a moment, the last look stays the present one: nothing is known yet that
+/// speaks against it. A look back at the place before is the same look again.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::predict) struct GazeMemory {
+    now: Option<Look>,
+    before: Option<Look>,
+}
+
+/// A look that has ended, and how long ago.
+pub(in crate::predict) type Ended<'a> = (&'a Look, f64);
+
+/// Two mean lines of sight lie on one place within this many standard deviations of their noise ...
+const SAME_SDS: f64 = 3.0;
+/// ... but never beyond this angle, rad.
+const WIDEST_RAD: f64 = 0.35;
+/// Shorter looks are not remembered, s: nobody saw anything there.
+const SHORTEST_S: f64 = 0.08;
+/// A look back at a place that was left no longer ago than this goes on, s: after a glance, not after a touch.
+const BACK_S: f64 = 1.0;
+/// The last look counts as the present one for this long without a line of sight, s: saccades and blinks.
+const HOLD_S: f64 = 0.3;
+
+impl GazeMemory {
+    /// Takes the gaze of the next sample. Lines of sight that differ by no more than `apart_rad`, beyond their noise, are on
+    /// one place.
+    pub(in crate::predict) fn step(&mut self, t_s: f64, gaze: &Gaze, apart_rad: f64) {
+        let later = |look: &Option<Look>| look.is_some_and(|look| t_s < look.until_s);
+        if later(&self.now) || later(&self.before) {
+            // The clock was set back.
+            *self = Self::default();
+        }
+        let usable = gaze.fixation().filter(|fixation| fixation.is_usable());
+        let Some(fixation) = usable else {
+            if self.now.is_some_and(|now| t_s - now.until_s > HOLD_S) {
+                self.pass();
+            }
+            return;
+        };
+        if let Some(now) = &mut self.now
+            && (fixation.since_s == now.since_s || now.holds(fixation, apart_rad))
+        {
+            now.goes_on(fixation);
+            return;
+        }
+        let back = self
+            .before
+            .filter(|look| t_s - look.until_s <= BACK_S && look.holds(fixation, apart_rad));
+        self.pass();
+        let mut next = Look::new(fixation);
+        if let Some(back) = back {
+            next.before_s = back.age_s(back.until_s);
+            // It is the present one again; a short look between leaves nothing before it.
+            if self.before.is_some_and(|look| look.since_s == back.since_s) {
+                self.before = None;
+            }
+        }
+        self.now = Some(next);
+    }
+
+    pub(in crate::predict) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The present look ends.
+    fn pass(&mut self) {
+        if let Some(ended) = self.now.take()
+            && ended.age_s(ended.until_s) >= SHORTEST_S
+        {
+            self.before = Some(ended);
+        }
+    }
+
+    /// The present look, and the one before it unless it is longer ago than `memory_s`.
+    pub(in crate::predict) fn looks(
+        &self,
+        t_s: f64,
+        memory_s: f64,
+    ) -> (Option<&Look>, Option<Ended<'_>>) {
+        let before = self
+            .before
+            .as_ref()
+            .map(|look| (look, (t_s - look.until_s).max(0.0)))
+            .filter(|(_, ago_s)| *ago_s < memory_s);
+        (self.now.as_ref(), before)
+    }
+
+    /// The present look.
+    pub(in crate::predict) const fn now(&self) -> Option<&Look> {
+        self.now.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn fixed(since_s: f64, t_s: f64, y: f64) -> Gaze {
+        let ray = GazeRay {
+            origin_m: DVec3::Z,
+            direction: DVec3::new(1.0, y, 0.0).normalize(),
+        };
+        Gaze::Fixed(Fixation::of_ray(since_s, t_s, ray))
+    }
+
+    #[test]
+    fn a_flight_holds_the_look_and_a_landing_ends_it() {
+        let mut memory = GazeMemory::default();
+        memory.step(0.0, &fixed(0.0, 0.0, 0.0), 0.07);
+        memory.step(0.5, &fixed(0.0, 0.5, 0.0), 0.07);
+        memory.step(0.55, &Gaze::InFlight { since_s: 0.5 }, 0.07);
+        assert!(memory.now().is_some_and(|look| look.since_s == 0.0));
+        memory.step(0.6, &fixed(0.58, 0.6, 0.5), 0.07);
+        let (now, before) = memory.looks(0.6, 0.8);
+        assert_eq!(now.map(|look| look.since_s), Some(0.58));
+        assert!(before.is_some_and(|(look, ago)| look.since_s == 0.0 && (ago - 0.1).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_look_back_goes_on() {
+        let mut memory = GazeMemory::default();
+        for (since_s, until_s, y) in [(0.0, 0.4, 0.0), (0.5, 0.7, 0.5), (0.8, 0.9, 0.0)] {
+            memory.step(since_s, &fixed(since_s, since_s, y), 0.07);
+            memory.step(until_s, &fixed(since_s, until_s, y), 0.07);
+        }
+        let (now, before) = memory.looks(0.9, 0.8);
+        assert!(now.is_some_and(|look| (look.age_s(0.9) - 0.5).abs() < 1e-9));
+        assert!(before.is_some_and(|(look, _)| look.since_s == 0.5));
+    }
+
+    #[test]
+    fn a_gaze_that_stays_lost_ends_the_look() {
+        let mut memory = GazeMemory::default();
+        memory.step(0.0, &fixed(0.0, 0.0, 0.0), 0.07);
+        memory.step(0.2, &fixed(0.0, 0.2, 0.0), 0.07);
+        memory.step(0.4, &Gaze::Lost, 0.07);
+        assert!(memory.now().is_some());
+        memory.step(0.6, &Gaze::Lost, 0.07);
+        let (now, before) = memory.looks(0.6, 0.8);
+        assert!(now.is_none() && before.is_some());
+        // A clock that is set back starts anew.
+        memory.step(0.1, &Gaze::Lost, 0.07);
+        assert_eq!(memory.looks(0.1, 0.8), (None, None));
+    }
+}

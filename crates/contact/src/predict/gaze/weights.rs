@@ -1,0 +1,263 @@
+//! Hypotheses about the contact point, weighed by hand and eyes.
+
+use super::super::gaussian::{Gaussian, log_density_2d};
+use super::super::hand::phase::ReachPhase;
+use super::memory::{GazeMemory, Look};
+use super::model::GazeModel;
+use super::shares::LookShares;
+use crate::outer_product::square;
+use glam::DMat3;
+use hwall_hand::GazeRay;
+
+/// What the hand alone says about the contact.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::predict) struct ByHand {
+    pub(in crate::predict) phase: ReachPhase,
+    /// When the reach under way began, s.
+    pub(in crate::predict) began_s: Option<f64>,
+    /// Where its motion leads; `None` at rest.
+    pub(in crate::predict) as_moves: Option<Gaussian>,
+    /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
+    /// hand.
+    pub(in crate::predict) anew: Gaussian,
+}
+
+/// One hypothesis about the contact point.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::predict) struct Hypothesis {
+    /// Its share times the density of the looks; those of all add up to 1.
+    pub(in crate::predict) weight: f64,
+    pub(in crate::predict) gaussian: Gaussian,
+    /// The line of sight that it stems from.
+    pub(in crate::predict) sight: Option<GazeRay>,
+    /// Is it that of the present look?
+    pub(in crate::predict) looked_at: bool,
+    /// Does it follow the motion of the hand?
+    pub(in crate::predict) as_moves: bool,
+    /// Is it that of a look that began after the reach did: has the mind changed?
+    pub(in crate::predict) changed: bool,
+}
+
+/// At most this many: three for each of two.
+pub(in crate::predict) const HYPOTHESES: usize = 6;
+
+/// Share of the estimates that are astray, and how many times their standard deviation they then are off.
+pub(in crate::predict) const ASTRAY_SHARE: f64 = 0.1;
+pub(in crate::predict) const ASTRAY_STRETCH: f64 = 3.0;
+/// The same for the places about a resting hand.
+pub(in crate::predict) const FAR_SHARE: f64 = 0.1;
+pub(in crate::predict) const FAR_STRETCH: f64 = 2.0;
+
+/// Share of the weight below which a hypothesis is dropped.
+const NEGLIGIBLE: f64 = 0.005;
+
+/// Looks at no place that the hand has told of yet spread over this, sr: half the room before the person.
+pub(in crate::predict) const LOOKS_SR: f64 = 2.0;
+
+/// Nobody looks at a place nearer to the eyes than this in order to touch it, m.
+const NEAREST_LOOK_M: f64 = 0.1;
+
+/// Share of the changes of mind among the cases in which the hand moves and its motion says nothing; the rest are false starts.
+const CHANGED_SHARE: f64 = 0.5;
+
+/// How far away the place is that is looked at where the line of sight meets nothing, m, and how far before or behind what it meets
+/// a person may mean, past an edge, standard deviation, m.
+const USUAL_LOOK_M: f64 = 0.8;
+const DEPTH_SD_M: f64 = 0.4;
+
+/// A line of sight beside what the hand says.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    ray: GazeRay,
+    gaussian: Gaussian,
+    log_on_target: f64,
+    log_elsewhere: f64,
+}
+
+impl GazeModel {
+    /// The hypotheses about the contact point once the gaze is known; their weights add up to 1. `distance_m`: at which a line of sight
+    /// meets something.
+    pub(in crate::predict) fn weigh(
+        &self,
+        hand: &ByHand,
+        memory: &GazeMemory,
+        t_s: f64,
+        distance_m: impl Fn(&GazeRay) -> Option<f64>,
+    ) -> [Option<Hypothesis>; HYPOTHESES] {
+        let (now, before) = memory.looks(t_s, self.memory_s);
+        let age_s = now.map_or(0.0, |look| look.age_s(t_s));
+        let fade = before.map_or(0.0, |(_, ago_s)| 1.0 - ago_s / self.memory_s);
+        let shares = self.looks.at(hand.phase, age_s);
+        let LookShares { as_moves, anew } = shares.among(now.is_some(), fade);
+        let mut all = [None; HYPOTHESES];
+        let (moves, resting) = all.split_at_mut(3);
+        if let Some(motion) = &hand.as_moves {
+            let seen = |look: &Look| self.seen_anyhow(motion, look);
+            let now = now.and_then(seen);
+            let before = before.and_then(|(look, _)| seen(look));
+            // In every hypothesis each look is accounted for, on the target or elsewhere.
+            let off = |seen: Option<Seen>| seen.map_or(0.0, |seen| seen.log_elsewhere);
+            let candidate = |log_weight: f64, seen: Option<Seen>, looked_at: bool| Hypothesis {
+                weight: log_weight,
+                gaussian: seen.map_or(*motion, |seen| seen.gaussian),
+                sight: seen.map(|seen| seen.ray),
+                looked_at,
+                as_moves: true,
+                changed: false,
+            };
+            let on = |share: f64, seen: Seen, other: Option<Seen>| {
+                share.ln() + seen.log_on_target + off(other)
+            };
+            moves[0] = now.map(|seen| candidate(on(as_moves.now, seen, before), now, true));
+            moves[1] = before.map(|seen| candidate(on(as_moves.before, seen, now), before, false));
+            let unseen = as_moves.elsewhere.ln() + off(now) + off(before);
+            moves[2] = Some(candidate(unseen, None, false));
+        }
+        // Before the hand has said anything, people look at any place as probably as at another, and touch it as probably.
+        let looks = f64::from(u8::from(now.is_some()) + u8::from(before.is_some()));
+        let log_looks = -looks * LOOKS_SR.ln();
+        let cone = |look: &Look| {
+            let distance_m = distance_m(&look.ray).unwrap_or(USUAL_LOOK_M);
+            Some((self.cone(look, distance_m)?, look.ray))
+        };
+        let candidate = |share: f64, gaussian: Gaussian, sight: Option<GazeRay>| Hypothesis {
+            weight: share.ln() + log_looks,
+            gaussian,
+            sight,
+            looked_at: false,
+            as_moves: false,
+            changed: false,
+        };
+        // Who has changed their mind was looking before at what the motion still leads to.
+        let meant_before = self.log_changed(hand.as_moves.as_ref(), hand.began_s, memory, t_s);
+        resting[0] = now.and_then(cone).map(|(gaussian, ray)| {
+            let hypothesis = candidate(anew.now, gaussian, Some(ray));
+            Hypothesis {
+                weight: hypothesis.weight + meant_before,
+                looked_at: true,
+                changed: meant_before != 0.0,
+                ..hypothesis
+            }
+        });
+        resting[1] = before
+            .and_then(|(look, _)| cone(look))
+            .map(|(gaussian, ray)| candidate(anew.before, gaussian, Some(ray)));
+        resting[2] = Some(candidate(anew.elsewhere, hand.anew, None));
+        normalized(all)
+    }
+
+    /// Logarithm of how much more probable the look before is when the mind may have changed since than when it had nothing to do
+    /// with the motion. Only a look that began after the reach did tells of a change; the first one leads the hand.
+    pub(in crate::predict) fn log_changed(
+        &self,
+        motion: Option<&Gaussian>,
+        began_s: Option<f64>,
+        memory: &GazeMemory,
+        t_s: f64,
+    ) -> f64 {
+        let (Some(now), Some((before, _))) = memory.looks(t_s, self.memory_s) else {
+            return 0.0;
+        };
+        let seen = motion
+            .filter(|_| began_s.is_some_and(|began_s| now.since_s > began_s))
+            .and_then(|motion| self.seen_anyhow(motion, before));
+        seen.map_or(0.0, |seen| {
+            log_sum([
+                (1.0 - CHANGED_SHARE).ln(),
+                CHANGED_SHARE.ln() + seen.log_on_target + LOOKS_SR.ln(),
+            ])
+        })
+    }
+
+    /// What a line of sight means by itself: the place that it meets, or one before or behind it.
+    fn cone(&self, look: &Look, distance_m: f64) -> Option<Gaussian> {
+        let GazeRay {
+            origin_m,
+            direction: sight,
+        } = look.ray;
+        let distance_m = distance_m.max(NEAREST_LOOK_M);
+        let across_m = self.on_target_sd_rad.hypot(look.noise_rad) * distance_m;
+        let along = square(sight);
+        let covariance_m2 =
+            along * (DEPTH_SD_M * DEPTH_SD_M) + (DMat3::IDENTITY - along) * (across_m * across_m);
+        Gaussian::new(origin_m + sight * distance_m, covariance_m2)
+    }
+
+    /// A look beside an estimate that is sometimes wrong: errors have longer tails, and a look far away from an estimate is more
+    /// often the estimate's fault than the eye's.
+    fn seen_anyhow(&self, estimate: &Gaussian, look: &Look) -> Option<Seen> {
+        let usual = self.seen(estimate, look);
+        let stretched = estimate.stretched(ASTRAY_STRETCH);
+        let astray = stretched.and_then(|g| self.seen(&g, look));
+        let (Some(usual), Some(astray)) = (usual, astray) else {
+            return usual;
+        };
+        let (often, seldom) = ((1.0 - ASTRAY_SHARE).ln(), ASTRAY_SHARE.ln());
+        let mixed = |usual: f64, astray: f64| log_sum([often + usual, seldom + astray]);
+        let is_usual = often + usual.log_on_target >= seldom + astray.log_on_target;
+        Some(Seen {
+            gaussian: if is_usual { usual } else { astray }.gaussian,
+            log_on_target: mixed(usual.log_on_target, astray.log_on_target),
+            log_elsewhere: mixed(usual.log_elsewhere, astray.log_elsewhere),
+            ..usual
+        })
+    }
+
+    /// The Gaussian along a line of sight, and how well it agrees with the hand.
+    fn seen(&self, by_hand: &Gaussian, look: &Look) -> Option<Seen> {
+        let (origin_m, sight) = (look.ray.origin_m, look.ray.direction);
+        let on_target_rad = self.on_target_sd_rad.hypot(look.noise_rad);
+        let across = DMat3::IDENTITY - square(sight);
+        // The spread across grows with the distance, which the product itself improves.
+        let mut gaussian = *by_hand;
+        for _ in 0..2 {
+            let distance_m = (gaussian.mean_m - origin_m).dot(sight);
+            if distance_m < NEAREST_LOOK_M {
+                return None;
+            }
+            let sd_m = on_target_rad * distance_m;
+            gaussian = by_hand.times(origin_m, across * (1.0 / (sd_m * sd_m)))?;
+        }
+        let distance_m = (gaussian.mean_m - origin_m).dot(sight).max(NEAREST_LOOK_M);
+        let (u, v) = sight.any_orthonormal_pair();
+        let off = (by_hand.mean_m - origin_m) / distance_m;
+        let spread = by_hand
+            .across_m2(u, v)
+            .map(|c| c / (distance_m * distance_m));
+        let log_density = |sd_rad: f64| {
+            let [uu, uv, vv] = spread;
+            let variance = sd_rad * sd_rad;
+            log_density_2d([off.dot(u), off.dot(v)], [uu + variance, uv, vv + variance])
+        };
+        Some(Seen {
+            ray: look.ray,
+            gaussian,
+            log_on_target: log_density(on_target_rad),
+            log_elsewhere: log_density(self.elsewhere_sd_rad.hypot(look.noise_rad)),
+        })
+    }
+}
+
+/// Logarithm of the sum of exponentials.
+pub(in crate::predict) fn log_sum<const N: usize>(logs: [f64; N]) -> f64 {
+    let most = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    if most == f64::NEG_INFINITY {
+        return most;
+    }
+    most + logs.iter().map(|l| (l - most).exp()).sum::<f64>().ln()
+}
+
+/// Turns logarithms into weights that add up to 1, without those that are not worth their rays.
+fn normalized(mut all: [Option<Hypothesis>; HYPOTHESES]) -> [Option<Hypothesis>; HYPOTHESES] {
+    let logs = all.map(|h| h.map_or(f64::NEG_INFINITY, |h| h.weight));
+    let total = log_sum(logs);
+    for hypothesis in &mut all {
+        if let Some(h) = hypothesis {
+            h.weight = (h.weight - total).exp();
+            if h.weight.is_nan() || h.weight <= NEGLIGIBLE {
+                *hypothesis = None;
+            }
+        }
+    }
+    all
+}

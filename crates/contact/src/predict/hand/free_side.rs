@@ -1,0 +1,81 @@
+//! The side of the surfaces that the hand is on, or came from.
+
+use glam::DVec3;
+use hwall_hand::HandState;
+use hwall_scene::{Hit, Scene};
+
+/// The side of the surfaces that the hand came from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::predict) struct FreeSide {
+    /// The place to look for surfaces from, m.
+    pub(in crate::predict) from_m: DVec3,
+    /// The surface that the hand has gone through.
+    pub(in crate::predict) behind: Option<Hit>,
+}
+
+/// Remembers the side from which a hand came to a surface.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::predict) struct SideWatch {
+    /// Last place of the hand on the free side of all surfaces, m.
+    free_m: Option<DVec3>,
+    /// When the hand was seen last, s.
+    seen_s: f64,
+}
+
+/// How far behind a surface a hand is still taken to touch it from the front, m.
+const DEEPEST_M: f64 = 0.25;
+
+/// A hand that was lost for longer than this may be anywhere, s.
+const LONGEST_LOSS_S: f64 = 0.5;
+
+/// A hand nearer than this to a surface is on it and not through it, m: rounding.
+const ON_SURFACE_M: f64 = 1e-6;
+
+impl SideWatch {
+    pub(in crate::predict) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The side of the surfaces that the hand is on, or that it came from when it has gone through one.
+    pub(in crate::predict) fn free_side(
+        &mut self,
+        scene: &Scene,
+        hand: &HandState,
+        eye_m: Option<DVec3>,
+    ) -> FreeSide {
+        let hand_m = hand.point_m;
+        // Also for a clock that was set back.
+        if !(0.0..=LONGEST_LOSS_S).contains(&(hand.t_s - self.seen_s)) {
+            self.forget();
+        }
+        self.seen_s = hand.t_s;
+        let through = |from_m: DVec3| {
+            let way = hand_m - from_m;
+            let hit = scene.ray_cast(from_m, way).ok()??;
+            let before = hit.distance_m < way.length() - ON_SURFACE_M;
+            (before && scene.surface(hit.surface).touchable()).then_some(hit)
+        };
+        let behind = match (self.free_m, eye_m) {
+            (Some(free_m), _) => through(free_m).map(|hit| (hit, free_m)),
+            (None, Some(eye_m)) => through(eye_m).map(|hit| (hit, hit.point_m.lerp(eye_m, 1e-3))),
+            (None, None) => None,
+        };
+        match behind {
+            // A hand that is deeper went round, or the tracker lost it on the way.
+            Some((hit, free_m)) if hit.point_m.distance(hand_m) <= DEEPEST_M => {
+                self.free_m = Some(free_m);
+                FreeSide {
+                    from_m: free_m,
+                    behind: Some(hit),
+                }
+            }
+            _ => {
+                self.free_m = Some(hand_m);
+                FreeSide {
+                    from_m: hand_m,
+                    behind: None,
+                }
+            }
+        }
+    }
+}

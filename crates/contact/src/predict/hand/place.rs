@@ -1,0 +1,81 @@
+//! Where a hand is with its reach, and what that says about the contact.
+
+use super::super::gaussian::Gaussian;
+use super::super::stream::ReachBeginning;
+use super::phase::ReachPhase;
+use crate::estimate::ContactEstimate;
+use glam::{DMat3, DVec3};
+use hwall_hand::{HandState, WatchConfig};
+
+/// Where the hand is with its reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::predict) struct HandPlace {
+    pub(in crate::predict) phase: ReachPhase,
+    /// Where it rests, or rested before the reach, m.
+    pub(in crate::predict) rest_m: DVec3,
+    /// Is it on its way? While it sets off from rest its direction says nothing yet.
+    pub(in crate::predict) moves: bool,
+    /// Has it set off so fast that its direction says something?
+    pub(in crate::predict) is_fast: bool,
+}
+
+impl HandPlace {
+    /// `began`: how the reach under way did.
+    pub(in crate::predict) fn new(
+        hand: &HandState,
+        began: Option<&ReachBeginning>,
+        estimate: Option<&ContactEstimate>,
+        watch: &WatchConfig,
+    ) -> Self {
+        let speed_m_per_s = hand.velocity_m_per_s.length();
+        let slow = speed_m_per_s < watch.offset_m_per_s;
+        let from_m = began.filter(|_| !slow).map(|began| began.place_m);
+        let phase = match (estimate, began) {
+            (Some(estimate), Some(began)) => {
+                let left_s = estimate.time_to_contact_s.map(|time| time.mean_s);
+                ReachPhase::of(hand.point_m.distance(began.place_m), left_s)
+            }
+            (Some(_), None) => ReachPhase::Onset,
+            (None, _) => ReachPhase::Rest,
+        };
+        Self {
+            phase,
+            rest_m: from_m.unwrap_or(hand.point_m),
+            moves: matches!(phase, ReachPhase::UnderWay | ReachPhase::End)
+                || (phase == ReachPhase::Onset && began.is_some_and(|began| began.turned)),
+            is_fast: speed_m_per_s >= FAST_ONSETS * watch.onset_m_per_s,
+        }
+    }
+}
+
+/// A hand this many times as fast as at the onset of a reach has a direction.
+const FAST_ONSETS: f64 = 2.0;
+
+/// The Gaussian of an estimate; `default_sd_m` where it states no covariance.
+pub(in crate::predict) fn gaussian_of(
+    estimate: &ContactEstimate,
+    default_sd_m: f64,
+) -> Option<Gaussian> {
+    let ball = DMat3::from_diagonal(DVec3::splat(default_sd_m * default_sd_m));
+    Gaussian::new(estimate.point_m, estimate.covariance_m2.unwrap_or(ball))
+}
+
+/// What a hand can reach from here, m: an arm's length and a step are two standard deviations.
+const NEAR_SD_M: f64 = 0.6;
+
+/// What a hand on its way may touch that moves towards nothing, m: it turns.
+const CLOSE_SD_M: f64 = 0.15;
+
+/// Anywhere near.
+pub(in crate::predict) fn near(hand_m: DVec3) -> Option<Gaussian> {
+    ball(hand_m, NEAR_SD_M)
+}
+
+/// Close to the hand.
+pub(in crate::predict) fn close(hand_m: DVec3) -> Option<Gaussian> {
+    ball(hand_m, CLOSE_SD_M)
+}
+
+fn ball(mean_m: DVec3, sd_m: f64) -> Option<Gaussian> {
+    Gaussian::new(mean_m, DMat3::from_diagonal(DVec3::splat(sd_m * sd_m)))
+}

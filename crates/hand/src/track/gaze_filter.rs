@@ -1,0 +1,561 @@
+//! Fixations and saccades in the samples of an eye tracker.
+
+use super::gaze::{Fixation, Gaze};
+use crate::error::HandError;
+use crate::frame::GazeRay;
+use crate::noise::MedianSize;
+use glam::DVec3;
+use hwall_numeric::check::{non_negative, positive};
+
+/// What counts as a fixation.
+///
+/// Sources: velocities below 100 degrees/s are fixations and above 300 saccades (identification by velocity threshold,
+/// I-VT, \[Salvucci 2000\]); fixations last 0.2 to 0.35 s on average,
+/// depending on the task, saccades 0.02 to 0.1 s (\[Rayner 2009\]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GazeFilterConfig {
+    /// A faster line of sight is a saccade, rad/s. Default 1.4 (80 degrees/s), unless the measured noise of the tracker
+    /// alone makes it faster than that.
+    pub saccade_rad_per_s: f64,
+    /// A shift of the line of sight below this is none, rad: drift, tremor, small corrections. Default 0.02 (1.1 degrees).
+    pub least_shift_rad: f64,
+    /// Noise of one sample that is assumed until some have been seen, standard deviation in each of two directions, rad.
+    /// Default 0.0087 (0.5 degrees). From then on it is measured.
+    pub noise_rad: f64,
+    /// The eye has landed once its samples agree over this time, s. Default 0.02: three samples at 90 Hz, two at 30 Hz.
+    pub settle_s: f64,
+    /// Longest time without samples in which a fixation goes on, s. Default 0.1.
+    pub max_gap_s: f64,
+    /// A fixation that was cut off and is found again at the same place within this time is the same one, s. Default
+    /// 0.4: a blink takes 0.1 to 0.4 s.
+    pub resume_s: f64,
+    /// Older samples are forgotten in the mean with this time constant, s. Default 1: a longer average wins nothing over the
+    /// calibration of the tracker, and a person may walk.
+    pub memory_s: f64,
+    /// What is looked at is assumed to be this far away where the movement of the head turns the line of sight, m.
+    /// Default 0.8: what can be touched.
+    pub distance_m: f64,
+}
+
+impl Default for GazeFilterConfig {
+    fn default() -> Self {
+        Self {
+            saccade_rad_per_s: 1.4,
+            least_shift_rad: 0.02,
+            noise_rad: 0.0087,
+            settle_s: 0.02,
+            max_gap_s: 0.1,
+            resume_s: 0.4,
+            memory_s: 1.0,
+            distance_m: 0.8,
+        }
+    }
+}
+
+impl GazeFilterConfig {
+    fn validate(&self) -> Result<(), HandError> {
+        positive("saccade_rad_per_s", self.saccade_rad_per_s)?;
+        positive("least_shift_rad", self.least_shift_rad)?;
+        non_negative("noise_rad", self.noise_rad)?;
+        positive("settle_s", self.settle_s)?;
+        positive("max_gap_s", self.max_gap_s)?;
+        non_negative("resume_s", self.resume_s)?;
+        positive("memory_s", self.memory_s)?;
+        positive("distance_m", self.distance_m)?;
+        Ok(())
+    }
+}
+
+/// Tells fixations from saccades and averages the line of sight over each fixation.
+///
+/// - A sample belongs to the fixation while it is no further from its mean than the noise of the tracker, which is
+///   measured, explains. One that is further off is ignored; two in a row are a saccade. A smaller step is found by
+///   comparing the last five samples with those before.
+/// - While the eye is in flight there is no line of sight. It has landed when its samples agree over
+///   [`settle_s`](GazeFilterConfig::settle_s): some 30 ms after the true landing at 90 Hz.
+/// - The line of sight is the mean over the whole fixation, from its first sample on, so its error falls with the
+///   square root of their number. It is a mean *line*, which a moving head does not blur.
+/// - Lost samples are bridged; after a blink the same fixation goes on.
+///
+/// Nothing is allocated, and no NaN comes out.
+#[derive(Debug, Clone, Copy)]
+pub struct GazeFilter {
+    config: GazeFilterConfig,
+    /// Angles between successive directions, rad.
+    noise: MedianSize,
+    /// The newest samples in order of time, those of the fixation under way or of the flight.
+    recent: Recent,
+    under_way: Option<UnderWay>,
+    /// The last fixation that ended.
+    ended: Option<UnderWay>,
+    /// Samples in a row that do not belong to the fixation; they are the last ones of `recent`.
+    strays: usize,
+    flight_since_s: f64,
+    /// Time of the newest usable sample, and its direction.
+    seen: Option<Sample>,
+    last: Option<(f64, Gaze)>,
+}
+
+/// The length of the difference of two directions, each with unit noise in two directions, has this median: √2 times the
+/// median √(2 ln 2) of a Rayleigh distribution.
+const MEDIAN_OF_DIFFERENCE: f64 = 1.665_109_222_315_395_4;
+/// Samples closer together than this count once, s: those of a faster stream repeat each other.
+const LEAST_STEP_S: f64 = 0.004;
+/// Samples of a fixation that may still turn out to be those of the next one.
+const WINDOW: usize = 5;
+/// A sample beyond this many standard deviations of the noise is off: 0.2 % of those of a resting eye.
+const OFF_SDS: f64 = 3.5;
+/// Two samples that differ by less than this many standard deviations agree: the eye has landed.
+const LANDED_SDS: f64 = 3.0;
+/// A mean of five is off beyond this many of its standard deviations: it is asked at every sample.
+const SHIFT_SDS: f64 = 4.5;
+/// Samples in a row that are off make a saccade.
+const STRAYS: usize = 2;
+/// A shorter fixation leaves the one before it to be resumed, s.
+const BRIEF_S: f64 = 0.06;
+
+impl GazeFilter {
+    /// A filter that has seen nothing.
+    ///
+    /// # Errors
+    /// A setting that is not finite, or not positive where it must be.
+    pub fn new(config: GazeFilterConfig) -> Result<Self, HandError> {
+        config.validate()?;
+        Ok(Self::unchecked(config))
+    }
+
+    fn unchecked(config: GazeFilterConfig) -> Self {
+        Self {
+            config,
+            noise: MedianSize::new(config.noise_rad * MEDIAN_OF_DIFFERENCE),
+            recent: Recent::default(),
+            under_way: None,
+            ended: None,
+            strays: 0,
+            flight_since_s: 0.0,
+            seen: None,
+            last: None,
+        }
+    }
+
+    /// Takes the line of sight of the next sample, or `None` where the tracker has none; both need to be told.
+    ///
+    /// Samples come in order of time. One that repeats the time of the last gets the same answer; an earlier one
+    /// restarts the filter; one without a usable time is answered with [`Gaze::Lost`] and otherwise ignored. A ray with
+    /// a NaN or without a direction counts as none.
+    pub fn step(&mut self, t_s: f64, ray: Option<&GazeRay>) -> Gaze {
+        if !t_s.is_finite() {
+            return Gaze::Lost;
+        }
+        match self.last {
+            Some((last_s, gaze)) if t_s == last_s => return gaze,
+            Some((last_s, _)) if t_s < last_s => self.reset(),
+            _ => {}
+        }
+        let sample = ray.and_then(|ray| Sample::new(t_s, ray));
+        match (sample, self.seen) {
+            // A stream faster than its tracker.
+            (Some(_), Some(seen)) if t_s - seen.t_s < LEAST_STEP_S => {}
+            (Some(sample), _) => self.take(sample),
+            (None, _) => self.miss(t_s),
+        }
+        let gaze = self.answer(t_s);
+        self.last = Some((t_s, gaze));
+        gaze
+    }
+
+    /// Forgets the samples and the measured noise, for another person or a clock that starts anew; the settings stay.
+    pub fn reset(&mut self) {
+        *self = Self::unchecked(self.config);
+    }
+
+    /// The noise of single samples as measured, standard deviation in each of two directions, rad.
+    #[must_use]
+    pub fn noise_rad(&self) -> f64 {
+        self.noise.median() / MEDIAN_OF_DIFFERENCE
+    }
+
+    fn answer(&self, t_s: f64) -> Gaze {
+        let Some(seen) = self.seen else {
+            return Gaze::Lost;
+        };
+        if t_s - seen.t_s > self.config.max_gap_s {
+            return Gaze::Lost;
+        }
+        match &self.under_way {
+            Some(fixation) => fixation
+                .published(&self.recent, self.strays, self.noise_rad())
+                .map_or(Gaze::Lost, Gaze::Fixed),
+            None => Gaze::InFlight {
+                since_s: self.flight_since_s,
+            },
+        }
+    }
+
+    fn miss(&mut self, t_s: f64) {
+        let gone = self
+            .seen
+            .is_none_or(|seen| t_s - seen.t_s > self.config.max_gap_s);
+        if gone {
+            self.end();
+            self.recent.clear();
+        }
+    }
+
+    fn take(&mut self, sample: Sample) {
+        // Whatever lies before a gap does not belong to what comes after.
+        self.miss(sample.t_s);
+        if let Some(seen) = self.seen
+            && sample.t_s - seen.t_s <= self.config.max_gap_s
+        {
+            self.noise.add(angle_rad(seen.direction, sample.direction));
+        }
+        if self.under_way.is_none() && self.recent.is_empty() {
+            self.flight_since_s = sample.t_s;
+        }
+        self.seen = Some(sample);
+        if self.under_way.is_some() {
+            self.follow(sample);
+        } else {
+            self.recent.push(sample);
+            self.land();
+        }
+    }
+
+    /// A sample during a fixation.
+    fn follow(&mut self, sample: Sample) {
+        let off_rad = (OFF_SDS * self.noise_rad()).max(self.config.least_shift_rad);
+        let Some(fixation) = &mut self.under_way else {
+            return;
+        };
+        let mean = fixation.mean(&self.recent, self.strays);
+        let away_rad = mean.map_or(0.0, |mean| mean.away_rad(&sample, self.config.distance_m));
+        if away_rad > off_rad {
+            if self.strays == 0 {
+                self.flight_since_s = sample.t_s;
+            }
+            self.recent.push(sample);
+            self.strays += 1;
+            if self.strays >= STRAYS {
+                let strays = self.strays;
+                self.end();
+                self.recent.keep_last(strays);
+                self.land();
+            }
+            return;
+        }
+        // One that was off alone was noise.
+        self.recent.drop_last(self.strays);
+        self.strays = 0;
+        if self.recent.len() == WINDOW
+            && let Some(old) = self.recent.pop_first()
+        {
+            fixation.take_in(&old, self.config.memory_s);
+        }
+        self.recent.push(sample);
+        fixation.until_s = sample.t_s;
+        fixation.samples = fixation.samples.saturating_add(1);
+        if self.shifted() {
+            if let Some(fixation) = &mut self.under_way {
+                fixation.until_s = fixation.sums.t_s;
+            }
+            self.end();
+            self.under_way = Some(self.begun(self.recent.first_s()));
+        }
+    }
+
+    /// Do the newest samples lie apart from those before?
+    fn shifted(&self) -> bool {
+        let Some(fixation) = &self.under_way else {
+            return false;
+        };
+        let (Some(before), Some(now)) = (fixation.sums.mean(), self.recent.mean()) else {
+            return false;
+        };
+        let (n, m) = (fixation.sums.effective(), self.recent.len() as f64);
+        if self.recent.len() < WINDOW || n < 4.0 {
+            return false;
+        }
+        let sd_rad = self.noise_rad() * (1.0 / n + 1.0 / m).sqrt();
+        let limit_rad = (SHIFT_SDS * sd_rad).max(self.config.least_shift_rad);
+        before.away_rad(&now, self.config.distance_m) > limit_rad
+    }
+
+    /// The fixation ends.
+    fn end(&mut self) {
+        self.strays = 0;
+        if let Some(mut fixation) = self.under_way.take() {
+            let until_s = fixation.until_s;
+            for sample in self.recent.iter().filter(|s| s.t_s <= until_s) {
+                fixation.take_in(sample, self.config.memory_s);
+            }
+            let brief = until_s - fixation.since_s < BRIEF_S;
+            if !brief || self.ended.is_none() {
+                self.ended = Some(fixation);
+            }
+        }
+    }
+
+    /// Begins a fixation if the newest samples agree.
+    fn land(&mut self) {
+        let Some(run) = self.recent.settled(self.config.settle_s) else {
+            return;
+        };
+        let (speed, noise_rad) = (self.config.saccade_rad_per_s, self.noise_rad());
+        let limit_rad = |from: &Sample, to: &Sample| {
+            let noise_rad = LANDED_SDS * noise_rad * std::f64::consts::SQRT_2;
+            (speed * (to.t_s - from.t_s)).max(noise_rad)
+        };
+        let distance_m = self.config.distance_m;
+        let newest = &self.recent.as_slice()[self.recent.len() - run..];
+        let agree = newest.iter().enumerate().all(|(i, to)| {
+            let mut before = newest[..i].iter();
+            before.all(|from| from.away_rad(to, distance_m) <= limit_rad(from, to))
+        });
+        if !agree {
+            return;
+        }
+        self.recent.keep_last(run);
+        let since_s = self.recent.first_s();
+        if run > 2 {
+            // The first of them may be the end of the flight.
+            self.recent.pop_first();
+        }
+        let begun = self.begun(since_s);
+        let resumed = self.resumed(since_s).map(|ended| UnderWay {
+            until_s: begun.until_s,
+            samples: ended.samples.saturating_add(begun.samples),
+            ..ended
+        });
+        if resumed.is_some() {
+            self.ended = None;
+        }
+        self.under_way = Some(resumed.unwrap_or(begun));
+    }
+
+    /// A fixation of the newest samples.
+    fn begun(&self, since_s: f64) -> UnderWay {
+        UnderWay {
+            since_s,
+            until_s: self.seen.map_or(since_s, |seen| seen.t_s),
+            samples: self.recent.len() as u32,
+            sums: Sums::default(),
+        }
+    }
+
+    /// The fixation that ended, if the eye is back at its place.
+    fn resumed(&self, landed_s: f64) -> Option<UnderWay> {
+        let ended = self.ended?;
+        let (before, now) = (ended.sums.mean()?, self.recent.mean()?);
+        let (n, m) = (ended.sums.effective(), self.recent.len() as f64);
+        let sd_rad = self.noise_rad() * (1.0 / n + 1.0 / m).sqrt();
+        let limit_rad = (OFF_SDS * sd_rad).max(self.config.least_shift_rad);
+        let soon = landed_s - ended.until_s <= self.config.resume_s;
+        let same = before.away_rad(&now, self.config.distance_m) <= limit_rad;
+        (soon && same).then_some(ended)
+    }
+}
+
+impl Default for GazeFilter {
+    /// With the default settings.
+    fn default() -> Self {
+        Self::unchecked(GazeFilterConfig::default())
+    }
+}
+
+/// A usable line of sight at a time.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sample {
+    t_s: f64,
+    origin_m: DVec3,
+    direction: DVec3,
+}
+
+impl Sample {
+    fn new(t_s: f64, ray: &GazeRay) -> Option<Self> {
+        let direction = ray.direction.try_normalize()?;
+        ray.origin_m.is_finite().then_some(Self {
+            t_s,
+            origin_m: ray.origin_m,
+            direction,
+        })
+    }
+
+    /// How far another line of sight points past the place that this one meets at a distance, rad.
+    fn away_rad(&self, other: &Self, distance_m: f64) -> f64 {
+        let place_m = self.origin_m + self.direction * distance_m;
+        let expected = (place_m - other.origin_m).normalize_or(self.direction);
+        angle_rad(expected, other.direction)
+    }
+}
+
+/// Angle between unit vectors, rad, exact for small ones too.
+fn angle_rad(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}
+
+/// A fixation under way: its older samples as sums, the newest ones are in [`Recent`].
+#[derive(Debug, Clone, Copy)]
+struct UnderWay {
+    since_s: f64,
+    until_s: f64,
+    samples: u32,
+    sums: Sums,
+}
+
+impl UnderWay {
+    fn take_in(&mut self, sample: &Sample, memory_s: f64) {
+        self.sums.add(sample, memory_s);
+    }
+
+    /// The mean over all samples but the last `strays`.
+    fn mean(&self, recent: &Recent, strays: usize) -> Option<Sample> {
+        self.with(recent, strays).mean()
+    }
+
+    fn with(&self, recent: &Recent, strays: usize) -> Sums {
+        let mut sums = self.sums;
+        let own = recent.len().saturating_sub(strays);
+        for sample in &recent.as_slice()[..own] {
+            sums.add(sample, f64::INFINITY);
+        }
+        sums
+    }
+
+    fn published(&self, recent: &Recent, strays: usize, noise_rad: f64) -> Option<Fixation> {
+        let sums = self.with(recent, strays);
+        let Sample {
+            origin_m,
+            direction,
+            ..
+        } = sums.mean()?;
+        Some(Fixation {
+            ray: GazeRay {
+                origin_m,
+                direction,
+            },
+            since_s: self.since_s,
+            until_s: self.until_s,
+            samples: self.samples,
+            noise_rad: noise_rad / sums.effective().max(1.0).sqrt(),
+        })
+    }
+}
+
+/// Weighted sums of samples.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    t_s: f64,
+    weight: f64,
+    weight_squared: f64,
+    origin_m: DVec3,
+    direction: DVec3,
+}
+
+impl Sums {
+    /// Adds a sample, after the older ones have faded.
+    fn add(&mut self, sample: &Sample, memory_s: f64) {
+        let fade = (-(sample.t_s - self.t_s).max(0.0) / memory_s).exp();
+        self.t_s = sample.t_s;
+        self.weight = self.weight * fade + 1.0;
+        self.weight_squared = self.weight_squared * fade * fade + 1.0;
+        self.origin_m = self.origin_m * fade + sample.origin_m;
+        self.direction = self.direction * fade + sample.direction;
+    }
+
+    /// How many samples of equal weight would say as much.
+    fn effective(&self) -> f64 {
+        if self.weight_squared > 0.0 {
+            self.weight * self.weight / self.weight_squared
+        } else {
+            0.0
+        }
+    }
+
+    fn mean(&self) -> Option<Sample> {
+        Some(Sample {
+            t_s: self.t_s,
+            origin_m: self.origin_m / self.weight,
+            direction: self.direction.try_normalize()?,
+        })
+        .filter(|mean| mean.origin_m.is_finite())
+    }
+}
+
+/// Most samples that are kept: those of a flight of 32 ms at the fastest stream, or a window and its strays.
+const RECENT: usize = 8;
+
+/// The newest samples, oldest first.
+#[derive(Debug, Clone, Copy, Default)]
+struct Recent {
+    samples: [Sample; RECENT],
+    len: usize,
+}
+
+impl Recent {
+    fn as_slice(&self) -> &[Sample] {
+        &self.samples[..self.len]
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &Sample> {
+        self.as_slice().iter()
+    }
+
+    const fn len(&self) -> usize {
+        self.len
+    }
+
+    const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    fn first_s(&self) -> f64 {
+        self.as_slice().first().map_or(0.0, |s| s.t_s)
+    }
+
+    const fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    fn push(&mut self, sample: Sample) {
+        if self.len == RECENT {
+            self.pop_first();
+        }
+        self.samples[self.len] = sample;
+        self.len += 1;
+    }
+
+    fn pop_first(&mut self) -> Option<Sample> {
+        let first = *self.as_slice().first()?;
+        self.samples.copy_within(1..self.len, 0);
+        self.len -= 1;
+        Some(first)
+    }
+
+    fn keep_last(&mut self, count: usize) {
+        let dropped = self.len.saturating_sub(count);
+        self.samples.copy_within(dropped..self.len, 0);
+        self.len -= dropped;
+    }
+
+    fn drop_last(&mut self, count: usize) {
+        self.len = self.len.saturating_sub(count);
+    }
+
+    fn mean(&self) -> Option<Sample> {
+        let mut sums = Sums::default();
+        for sample in self.iter() {
+            sums.add(sample, f64::INFINITY);
+        }
+        sums.mean()
+    }
+
+    /// How many of the newest samples span this time; `None` if all of them are too short.
+    fn settled(&self, settle_s: f64) -> Option<usize> {
+        let newest_s = self.as_slice().last()?.t_s;
+        // Rounding of the times must not cost a sample.
+        let spans = |s: &Sample| newest_s - s.t_s >= settle_s - 1e-6;
+        let first = self.as_slice().iter().rposition(spans)?;
+        Some(self.len - first)
+    }
+}
