@@ -3,7 +3,8 @@
 use crate::error::SessionError;
 use glam::DVec3;
 use hwall_arrival::{
-    ArrivalError, Atlas, AtlasConfig, BoardExtent, TouchRange, WaitingConfig, waiting_posture_of_maps,
+    ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
+    WeightedTarget, targets_of_maps, waiting_posture,
 };
 use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
@@ -31,13 +32,28 @@ pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
     Ok(WallMaps::build(arm, &facets, WallMapsConfig::default())?)
 }
 
+/// Which places people touch: what the arm waits for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LikelyTouches {
+    /// Any place of the walls in a range.
+    InRange(TouchRange),
+    /// Places such as these, for instance those that people touched before. Those out of reach do not count.
+    Such(Vec<WeightedTarget>),
+}
+
+impl Default for LikelyTouches {
+    fn default() -> Self {
+        Self::InRange(TouchRange::default())
+    }
+}
+
 /// What is found out about the walls of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct WallsConfig {
     /// Limits of the motion; those of the session.
     pub motion: MotionConfig,
     /// Which places people touch.
-    pub touches: TouchRange,
+    pub touches: LikelyTouches,
     /// How the waiting posture is found.
     pub waiting: WaitingConfig,
     /// How the atlas is made.
@@ -73,10 +89,9 @@ impl Walls {
             half_height_m: board.half_height_m,
         };
         let limits = MotionLimits::of_arm(arm, &config.motion)?;
-        let touches = &config.touches;
-        let found = waiting_posture_of_maps(arm, &maps, touches, extent, &limits, &config.waiting);
+        let found = waiting_of(arm, &maps, extent, &limits, config);
         let waiting = match found {
-            Ok(posture) => posture.q,
+            Ok(q) => q,
             Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => return Ok(maps.into()),
             Err(error) => return Err(error.into()),
         };
@@ -105,6 +120,25 @@ impl Walls {
         }
         Ok(())
     }
+}
+
+fn waiting_of(
+    arm: &SrsArm,
+    maps: &WallMaps,
+    extent: BoardExtent,
+    limits: &MotionLimits,
+    config: &WallsConfig,
+) -> Result<JointPositions, ArrivalError> {
+    let in_range;
+    let targets = match &config.touches {
+        LikelyTouches::InRange(range) => {
+            in_range = targets_of_maps(maps, range)?;
+            &in_range
+        }
+        LikelyTouches::Such(touches) => touches,
+    };
+    let surfaces = Surfaces::from_maps(maps, config.waiting.clearance.margin_m)?;
+    Ok(waiting_posture(arm, targets, &surfaces, extent, limits, &config.waiting)?.q)
 }
 
 impl From<WallMaps> for Walls {

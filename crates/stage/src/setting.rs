@@ -9,7 +9,7 @@ use crate::person::participants::{self, Participant};
 use crate::person::predictors::TrainingPeople;
 use crate::person::touches;
 use anyhow::{anyhow, bail};
-use glam::DVec3;
+use hwall::LikelyTouches;
 use hwall_hand::{HandFilterConfig, Pose, Recording};
 use hwall_scene::{LoadReport, Scene};
 use std::path::Path;
@@ -52,8 +52,8 @@ pub struct Setting {
     pub participants: Vec<Participant>,
     /// People like the ones whose hands these are, for a predictor to learn from.
     pub training_people: TrainingPeople,
-    /// Middle and radius, m, of what the person reaches from where they are first seen.
-    pub within_reach: Option<(DVec3, f64)>,
+    /// Places such as they may touch.
+    pub likely_touches: LikelyTouches,
     /// What was chosen or repaired, for the user.
     pub remarks: Vec<String>,
 }
@@ -66,7 +66,7 @@ impl Setting {
     pub fn new(arm: &BoardArm, options: &SettingOptions) -> anyhow::Result<Self> {
         let (scene, remarks) = load_scene(options.scene)?;
         match options.hand {
-            Some(path) => Self::recorded(scene, path, options, remarks),
+            Some(path) => Self::recorded(arm, scene, path, options, remarks),
             None => Self::simulated(arm, scene, options, remarks),
         }
     }
@@ -83,17 +83,18 @@ impl Setting {
         let scene = in_base(&scene, options.base.unwrap_or(FloorPose::ORIGIN))?;
         let (touches, seed) = (options.touches, options.seed);
         let participants = participants::simulated(&scene, arm, options.person, touches, seed)?;
-        let within_reach = participants::within_reach(&participants);
+        let likely_touches = participants::likely_touches(&scene, arm, &participants);
         Ok(Self {
             scene,
             participants,
-            within_reach,
+            likely_touches,
             training_people: TrainingPeople::default(),
             remarks,
         })
     }
 
     fn recorded(
+        arm: &BoardArm,
         scene: Scene,
         path: &Path,
         options: &SettingOptions,
@@ -154,8 +155,8 @@ impl Setting {
             seed: options.seed,
         }];
         Ok(Self {
+            likely_touches: participants::likely_touches(&scene, arm, &participants),
             scene,
-            within_reach: participants::within_reach(&participants),
             participants,
             training_people,
             remarks,

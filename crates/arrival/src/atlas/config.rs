@@ -25,7 +25,7 @@ pub struct AtlasConfig {
     /// Price of a seam between two neighbours, in seconds of arrival; less than a seam costs less, with the square of the
     /// difference. Default 0.08.
     pub seam_price_s: f64,
-    /// Price of a way that is not clear, s; default 0.4.
+    /// Price of a way that is not clear, s; default 0.1: most can be bent a little.
     pub blocked_price_s: f64,
     /// Price of limits and singular poses.
     pub strain: StrainConfig,
@@ -47,7 +47,7 @@ impl Default for AtlasConfig {
             candidates: 24,
             seam_rad: 0.3,
             seam_price_s: 0.08,
-            blocked_price_s: 0.4,
+            blocked_price_s: 0.1,
             strain: StrainConfig::default(),
             clearance: ClearanceConfig::default(),
             off_m: 0.1,

@@ -14,24 +14,24 @@ pub struct WaitingConfig {
     /// Time between the instant at which a target is known and the touch, s; default 0.7, about what is left of a
     /// reach when the gaze has landed and was noticed.
     pub budget_s: f64,
-    /// How sharply lateness begins at the budget, s: an arrival this much before it counts a little already, because
-    /// budgets differ from touch to touch. Default 0.05.
+    /// How far budgets differ from touch to touch, s, the scale of a logistic distribution: an arrival this much before the
+    /// budget is late in one case of four. Default 0.06.
     pub softness_s: f64,
-    /// The board waits at least this far behind every surface that is in front of it, m; default 0.08.
+    /// The board waits at least this far behind every surface that is in front of it, m; default 0.04.
     pub standoff_m: f64,
-    /// The middle of the board may be this far from a target along the wall, m; default 0.
+    /// The middle of the board may be this far from a target along the wall, m; default 0.05.
     pub slack_m: f64,
     /// Rolls of the board that may be used at the targets, rad; default the four quarter turns.
     pub rolls_rad: Vec<f64>,
     /// Distance between the arm angles that are tried, rad; default 10 degrees, twice that while searching.
     pub arm_angle_step_rad: f64,
-    /// Most targets looked at while searching; default 50, three times that at the end. What is reported is of all.
+    /// Most targets looked at while searching; default 80, three times that at the end. What is reported is of all.
     pub most_targets: usize,
     /// Starts followed to their end; default 12.
     pub starts: usize,
     /// Postures to start from besides those that are made from the targets; default none.
     pub start_from: Vec<JointPositions>,
-    /// A way to a target that is not clear counts this much longer, s; default 0.3.
+    /// A way to a target that is not clear counts this much longer, s; default 0.15: most can be bent a little.
     pub blocked_price_s: f64,
     /// Price of limits and singular poses, of the posture itself too.
     pub strain: StrainConfig,
@@ -43,15 +43,15 @@ impl Default for WaitingConfig {
     fn default() -> Self {
         Self {
             budget_s: 0.7,
-            softness_s: 0.05,
-            standoff_m: 0.08,
-            slack_m: 0.0,
+            softness_s: 0.06,
+            standoff_m: 0.04,
+            slack_m: 0.05,
             rolls_rad: vec![0.0, FRAC_PI_2, PI, -FRAC_PI_2],
             arm_angle_step_rad: 10_f64.to_radians(),
-            most_targets: 50,
+            most_targets: 80,
             starts: 12,
             start_from: Vec::new(),
-            blocked_price_s: 0.3,
+            blocked_price_s: 0.15,
             strain: StrainConfig::default(),
             clearance: ClearanceConfig::default(),
         }

@@ -78,10 +78,10 @@ impl PostureArrivals {
     }
 }
 
-/// The posture of least expected lateness for a distribution of touches.
+/// The posture from which the fewest touches of a distribution are expected to be late.
 ///
 /// `targets` and `surfaces` in the arm's base frame, the tool of `arm` is the face of the board. The loss of a posture
-/// is the mean over the targets of how late the fastest clear way arrives, with a soft beginning at the budget; the
+/// is the share of the targets that the fastest clear way reaches late, budgets being spread about their mean; the
 /// board must stand behind the surfaces by a standoff. Starts are made from the targets and followed by a descent; the
 /// same input gives the same posture.
 ///

@@ -225,7 +225,7 @@ impl<'a> Problem<'a> {
         best
     }
 
-    /// How late on average, softly, over the targets within reach, plus what the posture itself lacks; s. Infinite
+    /// How likely to be late on average over the targets within reach, as a time, plus what the posture itself lacks; s. Infinite
     /// outside the limits.
     pub(super) fn loss_s(&self, q: &JointPositions) -> f64 {
         let lack_s = self.lack_s(q);
@@ -273,12 +273,11 @@ impl<'a> Problem<'a> {
         LACK_S_PER_M * lack_m + self.config.strain.price_of_s(arm, q)
     }
 
-    /// Lateness with a soft beginning: `τ ln(1 + exp((t - budget) / τ))`.
+    /// How likely it is to be late, as a time: `4 τ / (1 + exp((budget - t) / τ))`, the slope of which is 1 at the budget. What is
+    /// hopeless then counts no more than what is just too late, where a mean of lateness would serve the hopeless.
     fn soft_lateness_s(&self, time_s: f64) -> f64 {
         let softness_s = self.config.softness_s;
-        let x = (time_s - self.config.budget_s) / softness_s;
-        // Beyond 30 the logarithm is x to the last digit.
-        softness_s * if x > 30.0 { x } else { x.exp().ln_1p() }
+        4.0 * softness_s / (1.0 + ((self.config.budget_s - time_s) / softness_s).exp())
     }
 
     /// Share of all targets, by weight, that are reached within the budget by a clear way; an arrival at the budget

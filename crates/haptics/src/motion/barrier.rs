@@ -1,21 +1,19 @@
 //! Surfaces that the board must stay behind.
 
-use crate::board::Board;
+use crate::board::{Board, surface_axes};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::{Pose, direction};
 use hwall_numeric::check::{all_finite, positive};
-
-/// A board further in front of a barrier than this is on the other side of the room and not before it, m.
-const DEEPEST_M: f64 = 0.3;
 
 /// A flat part of a surface with the person on the side of its normal: the board stays behind it. Base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barrier {
     middle_m: DVec3,
     normal: DVec3,
-    /// Two directions within the surface, each as long as the surface reaches from the middle: `1 / half extent`.
-    inverse_half: [DVec3; 2],
+    /// Unit directions within the surface.
+    axes: [DVec3; 2],
+    half_extent_m: [f64; 2],
 }
 
 impl Barrier {
@@ -34,56 +32,230 @@ impl Barrier {
             positive("half_extent_m", half)?;
         }
         let normal = direction("normal", outward_normal)?;
-        let axes = crate::board::surface_axes(normal)?;
         Ok(Self {
             middle_m,
             normal,
-            inverse_half: [axes[0] / half_extent_m[0], axes[1] / half_extent_m[1]],
+            axes: surface_axes(normal)?,
+            half_extent_m,
         })
     }
 
-    /// Distance of a point in front of the barrier, m; negative behind it, `None` beside it or far in front.
-    #[must_use]
-    pub fn in_front_m(&self, point_m: DVec3) -> Option<f64> {
+    /// Distance of a point in front of the plane, m, and how far it is beside the rectangle, m.
+    fn place_of(&self, point_m: DVec3) -> Beside {
         let off = point_m - self.middle_m;
-        let front_m = off.dot(self.normal);
-        let beside = self.inverse_half.iter().any(|a| off.dot(*a).abs() > 1.0);
-        (!beside && front_m <= DEEPEST_M).then_some(front_m)
+        let beyond = |i: usize| (off.dot(self.axes[i]).abs() - self.half_extent_m[i]).max(0.0);
+        Beside {
+            in_front_m: off.dot(self.normal),
+            beside_m: beyond(0).hypot(beyond(1)),
+        }
     }
 
-    /// The outward normal.
-    pub(super) const fn normal(&self) -> DVec3 {
-        self.normal
-    }
-
-    /// How far the corners of the face and its middle come in front of the barrier, m; `None` if none of them is before
-    /// or behind it.
-    #[must_use]
-    pub fn protrusion_m(&self, board: &Board, base_from_board: &Pose) -> Option<f64> {
-        let most = self.most_in_front(board, base_from_board)?;
-        Some(most.in_front_m)
-    }
-
-    /// The point of the face, of its corners and its middle, that comes furthest in front of the barrier.
-    pub(super) fn most_in_front(&self, board: &Board, base_from_board: &Pose) -> Option<FacePoint> {
-        let at = |(x, y): (f64, f64)| {
-            let corner = DVec3::new(x * board.half_width_m, y * board.half_height_m, 0.0);
-            let point_m = base_from_board.transform_point(corner);
-            let in_front_m = self.in_front_m(point_m)?;
-            Some(FacePoint {
-                point_m,
-                in_front_m,
-            })
-        };
-        let points = [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
-        let found = points.into_iter().filter_map(at);
-        found.reduce(|a, b| if b.in_front_m > a.in_front_m { b } else { a })
+    /// Does a plane through a point coincide with this one there?
+    fn is_at(&self, point_m: DVec3, normal: DVec3) -> bool {
+        let place = self.place_of(point_m);
+        place.beside_m == 0.0
+            && place.in_front_m.abs() <= SAME_PLANE_M
+            && self.normal.dot(normal) >= SAME_PLANE_COS
     }
 }
 
-/// A point of the face of the board beside a barrier.
+/// A plane this near to a barrier is that barrier, m and as a cosine.
+const SAME_PLANE_M: f64 = 1e-3;
+const SAME_PLANE_COS: f64 = 0.9999;
+/// Distances that differ by less are those to a common edge, m.
+const EDGE_M: f64 = 1e-9;
+
+/// Where a point is with regard to a rectangle.
 #[derive(Debug, Clone, Copy)]
+struct Beside {
+    in_front_m: f64,
+    beside_m: f64,
+}
+
+impl Beside {
+    fn distance_m(self) -> f64 {
+        self.in_front_m.hypot(self.beside_m)
+    }
+}
+
+/// The face of the board at a place that it serves or served: what it covers there it may cover.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Footprint {
+    face: Pose,
+    half_m: [f64; 2],
+}
+
+impl Footprint {
+    /// The face and a margin around it.
+    pub(super) fn new(face: Pose, board: &Board, margin_m: f64) -> Self {
+        Self {
+            face,
+            half_m: [board.half_width_m + margin_m, board.half_height_m + margin_m],
+        }
+    }
+
+    fn covers(&self, point_m: DVec3) -> bool {
+        let p = self.face.inverse_transform_point(point_m);
+        p.x.abs() <= self.half_m[0] && p.y.abs() <= self.half_m[1]
+    }
+}
+
+/// A point of the face of the board beside a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FacePoint {
     pub(super) point_m: DVec3,
+    /// Of the surface that it is nearest to.
+    pub(super) normal: DVec3,
+    /// Negative behind it, m.
     pub(super) in_front_m: f64,
+}
+
+/// All surfaces that the board stays behind.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Barriers {
+    all: Vec<Barrier>,
+}
+
+impl Barriers {
+    pub(super) fn set(&mut self, barriers: &[Barrier]) {
+        self.all.clear();
+        self.all.extend_from_slice(barriers);
+    }
+
+    /// Is a plane through a point one of the barriers?
+    pub(super) fn have(&self, point_m: DVec3, normal: DVec3) -> bool {
+        self.all.iter().any(|barrier| barrier.is_at(point_m, normal))
+    }
+
+    /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle; those within a
+    /// footprint do not count. Besides the barriers, planes count that end nowhere.
+    ///
+    /// The surface nearest to a point decides on which side the point is, as for a closed mesh: next to a shelf the board is
+    /// behind the wall, not beside the shelf.
+    pub(super) fn most_in_front(
+        &self,
+        board: &Board,
+        face: &Pose,
+        footprints: &[Option<Footprint>],
+        planes: &[Option<Plane>],
+    ) -> Option<FacePoint> {
+        let points = [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        let corner = |(x, y): (f64, f64)| {
+            face.transform_point(DVec3::new(
+                x * board.half_width_m,
+                y * board.half_height_m,
+                0.0,
+            ))
+        };
+        let covered = |point_m: DVec3| footprints.iter().flatten().any(|f| f.covers(point_m));
+        let mut most: Option<FacePoint> = None;
+        for point_m in points.map(corner) {
+            let of_scene = match covered(point_m) {
+                true => None,
+                false => self.nearest(point_m),
+            };
+            let of_planes = planes.iter().flatten().filter_map(|plane| plane.side(point_m));
+            for found in of_scene.into_iter().chain(of_planes) {
+                if most.is_none_or(|most| found.in_front_m > most.in_front_m) {
+                    most = Some(found);
+                }
+            }
+        }
+        most
+    }
+
+    /// On which side of the nearest surface is a point?
+    fn nearest(&self, point_m: DVec3) -> Option<FacePoint> {
+        let mut nearest: Option<(Beside, DVec3)> = None;
+        for barrier in &self.all {
+            let place = barrier.place_of(point_m);
+            let nearer = nearest.is_none_or(|(least, _)| {
+                let less_m = least.distance_m() - place.distance_m();
+                // Beyond a common edge the surface that faces the point decides.
+                let faces = place.in_front_m.abs() > least.in_front_m.abs();
+                less_m > EDGE_M || (less_m >= -EDGE_M && faces)
+            });
+            if nearer {
+                nearest = Some((place, barrier.normal));
+            }
+        }
+        let (place, normal) = nearest?;
+        Some(FacePoint {
+            point_m,
+            normal,
+            in_front_m: place.in_front_m,
+        })
+    }
+}
+
+/// A plane about a place that the board serves, where no barrier is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plane {
+    pub(super) point_m: DVec3,
+    /// Unit normal.
+    pub(super) normal: DVec3,
+    pub(super) radius_m: f64,
+}
+
+impl Plane {
+    fn side(&self, point_m: DVec3) -> Option<FacePoint> {
+        let off = point_m - self.point_m;
+        (off.length() <= self.radius_m).then_some(FacePoint {
+            point_m,
+            normal: self.normal,
+            in_front_m: off.dot(self.normal),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    /// A wall at x = 0.6 with a box of 0.12 m in front of it.
+    fn wall_and_box() -> Barriers {
+        let mut barriers = Barriers::default();
+        let new = |middle: [f64; 3], normal: DVec3, half| {
+            Barrier::new(DVec3::from_array(middle), normal, half).expect("a rectangle")
+        };
+        barriers.set(&[
+            new([0.6, 0.0, 0.5], DVec3::X, [1.0, 1.0]),
+            new([0.72, 0.0, 0.3], DVec3::X, [0.2, 0.1]),
+            new([0.66, 0.2, 0.3], DVec3::Y, [0.06, 0.1]),
+            new([0.66, -0.2, 0.3], DVec3::NEG_Y, [0.06, 0.1]),
+        ]);
+        barriers
+    }
+
+    fn in_front_m(barriers: &Barriers, at: [f64; 3]) -> f64 {
+        let point_m = DVec3::from_array(at);
+        barriers.nearest(point_m).expect("there are some").in_front_m
+    }
+
+    #[test]
+    fn the_nearest_surface_decides() {
+        let barriers = wall_and_box();
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} instead of {b}");
+        close(in_front_m(&barriers, [0.5, 0.0, 0.7]), -0.1);
+        close(in_front_m(&barriers, [0.601, 0.3, 0.3]), 0.001);
+        close(in_front_m(&barriers, [0.7, 0.0, 0.3]), -0.02);
+        close(in_front_m(&barriers, [0.75, 0.0, 0.3]), 0.03);
+        close(in_front_m(&barriers, [0.66, 0.21, 0.3]), 0.01);
+    }
+
+    #[test]
+    fn what_the_goal_covers_may_be_covered() {
+        let barriers = wall_and_box();
+        let board = Board::default();
+        let facing_x = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
+        let face = Pose::new(facing_x, DVec3::new(0.72, 0.15, 0.3)).expect("finite");
+        let out = barriers
+            .most_in_front(&board, &face, &[None], &[None])
+            .expect("there are some");
+        assert!(out.in_front_m > 0.04, "{out:?}");
+        let footprint = Footprint::new(face, &board, 0.01);
+        let out = barriers.most_in_front(&board, &face, &[Some(footprint)], &[None]);
+        assert_eq!(out, None);
+    }
 }

@@ -10,7 +10,7 @@ use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, Unreachable};
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, Twist, Unreachable};
 use hwall_motion::{JointState, MotionConfig, MotionLimits, ReferenceMotion};
 use hwall_numeric::check::{all_finite, non_negative, that};
 use std::sync::Arc;
@@ -130,10 +130,17 @@ impl Follower {
         self
     }
 
-    /// Surfaces that the board stays behind, besides the one that it serves. Only the first 64 may be passed by a goal
-    /// that lies in front of them.
+    /// Surfaces that the board stays behind, besides the one that it serves.
     pub fn set_barriers(&mut self, barriers: &[Barrier]) {
         self.route.set_barriers(barriers);
+    }
+
+    /// How far corners or middle of the commanded face are in front of a barrier, m, negative behind all of them; those that
+    /// the goal covers do not count. `None` without a board or barriers.
+    #[must_use]
+    pub fn protrusion_m(&self) -> Option<f64> {
+        self.route
+            .protrusion_m(&self.commanded_pose(), self.goals.goal())
     }
 
     /// Forgets target and goal and goes on from a measured state. Velocities above the limits
@@ -265,6 +272,13 @@ impl Follower {
     #[must_use]
     pub fn commanded_pose(&self) -> Pose {
         self.arm().forward(&self.commanded())
+    }
+
+    /// Velocity of the face at the configuration commanded last.
+    #[must_use]
+    pub fn commanded_twist(&self) -> Twist {
+        let state = self.reference.state();
+        self.arm().jacobian(&state.q).twist(&state.qd)
     }
 
     /// The limits of the motion.

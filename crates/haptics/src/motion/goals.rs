@@ -34,6 +34,11 @@ pub(super) struct Goal {
 }
 
 impl Goal {
+    /// The place on the surface itself.
+    pub(super) fn on_surface(&self) -> Place {
+        self.place(-self.behind_m)
+    }
+
     /// The place further behind the surface.
     pub(super) fn place(&self, further_m: f64) -> Place {
         Place {

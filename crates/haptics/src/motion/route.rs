@@ -1,11 +1,10 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
-use super::barrier::{Barrier, FacePoint};
+use super::barrier::{Barrier, Barriers, FacePoint, Footprint, Plane};
 use super::goals::Goal;
 use super::solver::{Place, Solver};
-use crate::board::Board;
+use crate::board::{Board, board_pose};
 use crate::error::HapticsError;
-use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
@@ -19,8 +18,11 @@ pub struct ApproachConfig {
     /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
     /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
     pub detours_m: [f64; 6],
-    /// Half side of the square about goal and departure in which the plane of the touched surface counts, m; default 0.3.
+    /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
     pub extent_m: f64,
+    /// What the face covers at its goal, and this margin around it, it may cover on its way, m; default 0.03: a shelf
+    /// stands out of its wall, and a board at an outer corner of a room overhangs it.
+    pub footprint_m: f64,
     /// While the board is on a detour the straight way is tried again after this time, s; default 0.008.
     pub retry_s: f64,
 }
@@ -31,6 +33,7 @@ impl Default for ApproachConfig {
             allowed_m: 0.003,
             detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
             extent_m: 0.3,
+            footprint_m: 0.03,
             retry_s: 0.008,
         }
     }
@@ -47,6 +50,7 @@ impl ApproachConfig {
             non_negative("detours_m", detour)?;
         }
         positive("extent_m", self.extent_m)?;
+        non_negative("footprint_m", self.footprint_m)?;
         positive("retry_s", self.retry_s)?;
         Ok(())
     }
@@ -63,10 +67,6 @@ const BEND_GAIN: f64 = 1.3;
 const BEND_MARGIN_M: f64 = 0.002;
 /// Instants at which a way is looked at.
 const SAMPLES: usize = 12;
-/// A surface that the goal itself lies in front of counts only further than this from the goal, m: a shelf stands out
-/// of its wall.
-const BESIDE_GOAL_M: f64 = 0.03;
-
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Destination {
@@ -90,12 +90,11 @@ impl Destination {
 pub(super) struct Route {
     config: ApproachConfig,
     board: Option<Board>,
-    barriers: Vec<Barrier>,
-    /// The surface that the board served last.
-    left: Option<(Barrier, Place)>,
-    is_detour: bool,
-    /// How far behind the goal the detour under way ends, m; infinite for one behind the departure.
-    detour_m: f64,
+    barriers: Barriers,
+    /// The place that the board served last.
+    left: Option<Place>,
+    /// How far behind the goal the detour under way ends, m; infinite for one behind the departure. `None`: no detour.
+    detour_m: Option<f64>,
     retry_in_s: f64,
 }
 
@@ -104,7 +103,8 @@ pub(super) struct Route {
 struct Way {
     q: JointPositions,
     by_way_of: Option<JointPositions>,
-    is_detour: bool,
+    /// See [`Route::detour_m`].
+    detour_m: Option<f64>,
     protrusion_m: f64,
     /// Where it is worst.
     worst: Option<Worst>,
@@ -114,50 +114,70 @@ struct Way {
 #[derive(Debug, Clone, Copy)]
 struct Worst {
     q: JointPositions,
-    point_m: DVec3,
-    normal: DVec3,
-    in_front_m: f64,
+    point: FacePoint,
 }
 
 impl Route {
-    pub(super) const fn new(config: ApproachConfig, board: Option<Board>) -> Self {
+    pub(super) fn new(config: ApproachConfig, board: Option<Board>) -> Self {
         Self {
             config,
             board,
-            barriers: Vec::new(),
+            barriers: Barriers::default(),
             left: None,
-            is_detour: false,
-            detour_m: f64::INFINITY,
+            detour_m: None,
             retry_in_s: 0.0,
         }
     }
 
     pub(super) fn set_barriers(&mut self, barriers: &[Barrier]) {
-        self.barriers.clear();
-        self.barriers.extend_from_slice(barriers);
+        self.barriers.set(barriers);
     }
 
     pub(super) const fn is_detour(&self) -> bool {
-        self.is_detour
+        self.detour_m.is_some()
     }
 
     pub(super) const fn forget(&mut self) {
-        (self.left, self.is_detour) = (None, false);
+        (self.left, self.detour_m) = (None, None);
     }
 
     /// Time passes; is the straight way due to be tried again?
     pub(super) fn is_retry_due(&mut self, dt_s: f64) -> bool {
         self.retry_in_s -= dt_s;
-        self.is_detour && self.retry_in_s <= 0.0
+        self.is_detour() && self.retry_in_s <= 0.0
     }
 
-    /// The surface of a goal is left behind for another destination.
+    /// The place of a goal is left for another destination.
     pub(super) fn leave(&mut self, goal: &Goal) {
-        let extent_m = [self.config.extent_m; 2];
-        // The goal was accepted, so its plane is one.
-        self.left = Barrier::new(goal.point_m, goal.normal, extent_m)
-            .ok()
-            .map(|barrier| (barrier, goal.place(0.0)));
+        self.left = Some(goal.on_surface());
+    }
+
+    /// How far a face is in front of the surfaces on the way from the place served last to a goal, m.
+    pub(super) fn protrusion_m(&self, face: &Pose, goal: Option<&Goal>) -> Option<f64> {
+        let check = self.check(self.board.as_ref()?, goal).ok()?;
+        Some(check.most_in_front(face)?.in_front_m)
+    }
+
+    fn check<'a>(&'a self, board: &'a Board, goal: Option<&Goal>) -> Result<Check<'a>, HapticsError> {
+        let mut check = Check {
+            board,
+            barriers: &self.barriers,
+            footprints: [None; 2],
+            planes: [None; 2],
+        };
+        let ahead = goal.map(Goal::on_surface);
+        for (i, place) in [ahead, self.left].into_iter().enumerate() {
+            let Some(place) = place else { continue };
+            let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
+            check.footprints[i] = Some(Footprint::new(face, board, self.config.footprint_m));
+            let known = self.barriers.have(place.point_m, place.normal);
+            check.planes[i] = (!known).then_some(Plane {
+                point_m: place.point_m,
+                normal: place.normal,
+                radius_m: self.config.extent_m,
+            });
+        }
+        Ok(check)
     }
 
     /// Begins the motion to the destination, or to a detour on the way there; `is_new`: not the destination of the last call.
@@ -171,7 +191,7 @@ impl Route {
         let config = self.config;
         self.retry_in_s = config.retry_s;
         let Some(board) = self.board else {
-            self.is_detour = false;
+            self.detour_m = None;
             reference.set_goal(destination.q())?;
             return Ok(());
         };
@@ -179,22 +199,10 @@ impl Route {
             Destination::Goal(goal) => Some(goal),
             Destination::Posture(_) => None,
         };
-        let extent_m = [self.config.extent_m; 2];
-        let ahead = match goal {
-            Some(goal) => Some(Barrier::new(goal.point_m, goal.normal, extent_m)?),
-            None => None,
-        };
-        let goal_pose = solver.arm().forward(destination.q());
-        let check = Check {
-            board: &board,
-            barriers: &self.barriers,
-            near: [ahead, self.left.map(|(barrier, _)| barrier)],
-            goal: goal_pose,
-            passes: passes(&self.barriers, &board, &goal_pose, self.config.allowed_m),
-        };
+        let check = self.check(&board, goal)?;
         let here = solver.arm().forward(&reference.state().q);
         let allowed_m = self.config.allowed_m.max(check.protrusion_m(&here) + 1e-3);
-        let straight = check.way(*destination.q(), None, false, reference, solver)?;
+        let straight = check.way(*destination.q(), None, None, reference, solver)?;
         if straight.protrusion_m <= allowed_m {
             return self.take(straight, reference);
         }
@@ -206,7 +214,7 @@ impl Route {
                 break;
             };
             let q = *destination.q();
-            let Ok(way) = check.way(q, Some(by_way_of), false, reference, solver) else {
+            let Ok(way) = check.way(q, Some(by_way_of), None, reference, solver) else {
                 break;
             };
             if way.protrusion_m <= allowed_m {
@@ -218,36 +226,38 @@ impl Route {
             bent = way;
         }
         // A detour under way is only exchanged for a shorter one.
-        let keeps = !is_new && self.is_detour && reference.left_s() > config.retry_s;
-        let shorter_than_m = if keeps { self.detour_m } else { f64::INFINITY };
+        let keeps = !is_new && self.is_detour() && reference.left_s() > config.retry_s;
+        let under_way_m = self.detour_m.filter(|_| keeps);
+        let shorter_than_m = under_way_m.unwrap_or(f64::INFINITY);
         let before_goal = goal.map(|goal| (goal.place(0.0), goal.q, true));
-        let behind_here = self.left.filter(|_| !keeps).map(|(_, left)| {
+        let behind_here = self.left.filter(|_| !keeps).map(|left| {
             let point_m = here.position_m();
             (Place { point_m, ..left }, reference.state().q, false)
         });
-        for (place, near, is_before_goal) in before_goal.into_iter().chain(behind_here) {
-            for behind_m in config.detours().filter(|m| *m < shorter_than_m) {
-                let place = Place {
-                    point_m: place.point_m - place.normal * behind_m,
-                    ..place
-                };
-                let Ok(found) = solver.on_place(&place, &near, BranchPolicy::Keep)? else {
-                    continue;
-                };
-                let Ok(way) = check.way(found.q, None, true, reference, solver) else {
-                    continue;
-                };
-                let detour_m = if is_before_goal {
-                    behind_m
-                } else {
-                    f64::INFINITY
-                };
-                if way.protrusion_m <= allowed_m {
-                    self.detour_m = detour_m;
-                    return self.take(way, reference);
-                }
-                if way.protrusion_m < best.protrusion_m {
-                    (best, self.detour_m) = (way, detour_m);
+        // Passing such a place costs less than stopping there.
+        for stops in [false, true] {
+            for (place, near, is_before_goal) in before_goal.into_iter().chain(behind_here) {
+                for behind_m in config.detours().filter(|m| *m < shorter_than_m) {
+                    let place = Place {
+                        point_m: place.point_m - place.normal * behind_m,
+                        ..place
+                    };
+                    let Ok(found) = solver.on_place(&place, &near, BranchPolicy::Keep)? else {
+                        continue;
+                    };
+                    let detour_m = if is_before_goal { behind_m } else { f64::INFINITY };
+                    let way = if stops {
+                        check.way(found.q, None, Some(detour_m), reference, solver)
+                    } else {
+                        check.way(*destination.q(), Some(found.q), None, reference, solver)
+                    };
+                    let Ok(way) = way else { continue };
+                    if way.protrusion_m <= allowed_m {
+                        return self.take(way, reference);
+                    }
+                    if way.protrusion_m < best.protrusion_m {
+                        best = way;
+                    }
                 }
             }
         }
@@ -259,7 +269,7 @@ impl Route {
 
     fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
         // At the end of a detour with no better way the goal is next.
-        self.is_detour = way.is_detour;
+        self.detour_m = way.detour_m;
         if reference.goal() != Some(&way.q) || way.by_way_of.is_some() {
             reference.consider(&way.q, way.by_way_of.as_ref())?;
             reference.accept();
@@ -279,7 +289,7 @@ fn pushed_behind(
     let worst = way.worst?;
     let arm = solver.arm();
     let jacobian = arm.jacobian(&worst.q);
-    let lever = worst.point_m - arm.forward(&worst.q).position_m();
+    let lever = worst.point.point_m - arm.forward(&worst.q).position_m();
     // How fast the point comes forward for each joint, m/rad.
     let mut gradient = [0.0; MOST_JOINTS];
     let mut square = 0.0;
@@ -289,13 +299,13 @@ fn pushed_behind(
         qd[joint] = 1.0;
         let twist = jacobian.twist(&qd);
         let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
-        *forward = worst.normal.dot(velocity);
+        *forward = worst.point.normal.dot(velocity);
         square += (*forward * speeds[joint]).powi(2);
     }
     if square < 1e-12 {
         return None;
     }
-    let back_m = BEND_GAIN * (worst.in_front_m - allowed_m) + BEND_MARGIN_M;
+    let back_m = BEND_GAIN * (worst.point.in_front_m - allowed_m) + BEND_MARGIN_M;
     let mut q = way.by_way_of.unwrap_or(worst.q);
     for (joint, limit) in arm.limits().iter().enumerate() {
         let change = back_m * gradient[joint] * speeds[joint].powi(2) / square;
@@ -304,61 +314,32 @@ fn pushed_behind(
     Some(q)
 }
 
-/// One bit for each barrier that the goal itself lies in front of.
-fn passes(barriers: &[Barrier], board: &Board, goal: &Pose, allowed_m: f64) -> u64 {
-    barriers
-        .iter()
-        .take(64)
-        .enumerate()
-        .filter(|(_, b)| b.protrusion_m(board, goal).is_some_and(|m| m > allowed_m))
-        .fold(0, |bits, (i, _)| bits | 1 << i)
-}
-
 /// Everything that a way is checked against.
 struct Check<'a> {
     board: &'a Board,
-    barriers: &'a [Barrier],
-    near: [Option<Barrier>; 2],
-    goal: Pose,
-    passes: u64,
+    barriers: &'a Barriers,
+    footprints: [Option<Footprint>; 2],
+    planes: [Option<Plane>; 2],
 }
 
 impl Check<'_> {
-    /// How far the board comes in front of a barrier, m; negative if it stays behind all.
-    fn protrusion_m(&self, pose: &Pose) -> f64 {
-        self.most_in_front(pose)
-            .map_or(f64::NEG_INFINITY, |(point, _)| point.in_front_m)
+    /// How far the board comes in front of a surface, m; negative if it stays behind all.
+    fn protrusion_m(&self, face: &Pose) -> f64 {
+        self.most_in_front(face)
+            .map_or(f64::NEG_INFINITY, |point| point.in_front_m)
     }
 
-    /// The point of the face that comes furthest in front of a barrier, and the normal of that.
-    fn most_in_front(&self, pose: &Pose) -> Option<(FacePoint, DVec3)> {
-        let mut most: Option<(FacePoint, DVec3)> = None;
-        let mut look_at = |barrier: &Barrier| {
-            if let Some(point) = barrier.most_in_front(self.board, pose)
-                && most.is_none_or(|(most, _)| point.in_front_m > most.in_front_m)
-            {
-                most = Some((point, barrier.normal()));
-            }
-        };
-        self.near.iter().flatten().for_each(&mut look_at);
-        let to_goal = pose.position_m() - self.goal.position_m();
-        let beside_m = to_goal
-            .reject_from_normalized(self.goal.rotation().z_axis)
-            .length();
-        for (i, barrier) in self.barriers.iter().enumerate() {
-            let passed = i < 64 && self.passes >> i & 1 == 1;
-            if !(passed && beside_m <= BESIDE_GOAL_M) {
-                look_at(barrier);
-            }
-        }
-        most
+    /// The point of the face that comes furthest in front of a surface.
+    fn most_in_front(&self, face: &Pose) -> Option<FacePoint> {
+        self.barriers
+            .most_in_front(self.board, face, &self.footprints, &self.planes)
     }
 
     fn way(
         &self,
         q: JointPositions,
         by_way_of: Option<JointPositions>,
-        is_detour: bool,
+        detour_m: Option<f64>,
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Result<Way, HapticsError> {
@@ -368,23 +349,17 @@ impl Check<'_> {
             let t_s = duration_s * i as f64 / SAMPLES as f64;
             let q = reference.considered(t_s).q;
             let found = self.most_in_front(&solver.arm().forward(&q));
-            let Some((FacePoint { point_m, in_front_m }, normal)) = found else {
-                continue;
-            };
-            if worst.is_none_or(|worst| in_front_m > worst.in_front_m) {
-                worst = Some(Worst {
-                    q,
-                    point_m,
-                    normal,
-                    in_front_m,
-                });
+            if let Some(point) = found
+                && worst.is_none_or(|worst| point.in_front_m > worst.point.in_front_m)
+            {
+                worst = Some(Worst { q, point });
             }
         }
-        let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.in_front_m);
+        let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.point.in_front_m);
         Ok(Way {
             q,
             by_way_of,
-            is_detour,
+            detour_m,
             protrusion_m,
             worst,
         })

@@ -4,9 +4,13 @@ use crate::board::Board;
 use crate::error::HapticsError;
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_numeric::check::{non_negative, positive, that};
+use hwall_kinematics::Twist;
+use hwall_numeric::check::{non_negative, positive};
 
-/// The speed of the board falls with its distance from the nearest known point of the person.
+/// The speed at which the board may come nearer to the nearest known point of the person falls with its distance.
+///
+/// What counts is how fast the gap closes, as in speed and separation monitoring ([ISO/TS 15066]): a board that slides along
+/// behind its wall does not come nearer to a finger in front of it, one that comes out of the wall does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProximityConfig {
     /// Distance that the board keeps from the person until it is touched, m; default 0.02.
@@ -16,8 +20,6 @@ pub struct ProximityConfig {
     /// Speed that is allowed at any distance, m/s; default 0.25, that of reduced speed of an industrial robot
     /// ([ISO 10218-1]).
     pub crawl_m_per_s: f64,
-    /// Speed of the board when all joints may use their full speed, m/s; default 1.6.
-    pub full_m_per_s: f64,
 }
 
 impl Default for ProximityConfig {
@@ -26,7 +28,6 @@ impl Default for ProximityConfig {
             clearance_m: 0.02,
             braking_m_per_s2: 5.0,
             crawl_m_per_s: 0.25,
-            full_m_per_s: 1.6,
         }
     }
 }
@@ -45,33 +46,38 @@ impl ProximityConfig {
         non_negative("clearance_m", self.clearance_m)?;
         positive("braking_m_per_s2", self.braking_m_per_s2)?;
         positive("crawl_m_per_s", self.crawl_m_per_s)?;
-        positive("full_m_per_s", self.full_m_per_s)?;
-        let slower = self.crawl_m_per_s <= self.full_m_per_s;
-        that(
-            slower,
-            "crawl_m_per_s",
-            self.crawl_m_per_s,
-            "at most full_m_per_s",
-        )?;
         Ok(())
     }
 
-    /// The share of the joint speeds for a board and the person's points (base frame, m), given the share in force.
+    /// How fast the board may come nearer to a point at a distance, m/s.
+    #[must_use]
+    pub fn allowed_m_per_s(&self, distance_m: f64) -> f64 {
+        let beyond_m = (distance_m - self.clearance_m).max(0.0);
+        let can_stop_m_per_s = (2.0 * self.braking_m_per_s2 * beyond_m).sqrt();
+        can_stop_m_per_s.max(self.crawl_m_per_s)
+    }
+
+    /// The share of the joint speeds for a moving board and the person's points (base frame, m), given the share in force.
     #[must_use]
     pub fn speed_share(
         &self,
         board: &Board,
         base_from_board: &Pose,
+        twist: &Twist,
         person_m: &[DVec3],
         in_force: f64,
     ) -> f64 {
-        let nearest_m = person_m
+        let allowed = person_m
             .iter()
-            .map(|point| distance_m(board, base_from_board, *point))
-            .fold(f64::INFINITY, f64::min);
-        let beyond_m = (nearest_m - self.clearance_m).max(0.0);
-        let can_stop_m_per_s = (2.0 * self.braking_m_per_s2 * beyond_m).sqrt();
-        let allowed = can_stop_m_per_s.max(self.crawl_m_per_s) / self.full_m_per_s;
+            .map(|point_m| {
+                let nearest_m = nearest_m(board, base_from_board, *point_m);
+                let way = *point_m - nearest_m;
+                let lever = nearest_m - base_from_board.position_m();
+                let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
+                let closing_m_per_s = velocity.dot(way.normalize_or_zero());
+                in_force * self.allowed_m_per_s(way.length()) / closing_m_per_s.max(SLOWEST_M_PER_S)
+            })
+            .fold(1.0, f64::min);
         let most = |allowed: f64| {
             let fitting = SHARES.into_iter().filter(|share| *share <= allowed);
             fitting.fold(SHARES[0], f64::max)
@@ -85,14 +91,15 @@ impl ProximityConfig {
     }
 }
 
-/// Distance of a point from the face of a board, m.
-fn distance_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> f64 {
+/// Slower than this nothing is slowed down, m/s.
+const SLOWEST_M_PER_S: f64 = 1e-3;
+
+/// The point of the face of a board that is nearest to a point, m.
+fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {
     let p = base_from_board.inverse_transform_point(point_m);
-    let beside = |x: f64, half: f64| (x.abs() - half).max(0.0);
-    DVec3::new(
-        beside(p.x, board.half_width_m),
-        beside(p.y, board.half_height_m),
-        p.z,
-    )
-    .length()
+    base_from_board.transform_point(DVec3::new(
+        p.x.clamp(-board.half_width_m, board.half_width_m),
+        p.y.clamp(-board.half_height_m, board.half_height_m),
+        0.0,
+    ))
 }

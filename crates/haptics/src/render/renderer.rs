@@ -479,8 +479,10 @@ impl Renderer {
             1.0
         } else {
             let face = self.follower.commanded_pose();
+            let twist = self.follower.commanded_twist();
+            let in_force = self.speed_share;
             self.proximity
-                .speed_share(&self.board, &face, person_m, self.speed_share)
+                .speed_share(&self.board, &face, &twist, person_m, in_force)
         };
         // If no slower motion is found, the one in force goes on; the next step tries again.
         if self.follower.set_speed_share(share).is_ok() {

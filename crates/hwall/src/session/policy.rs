@@ -99,8 +99,6 @@ struct Candidate {
     surface: SurfaceId,
     point_m: DVec3,
     since_s: f64,
-    /// Did the hand rest when it was predicted first? Where people look while the hand comes back is not yet where it goes next.
-    from_rest: bool,
 }
 
 /// What the hand is doing with regard to a prediction.
@@ -120,6 +118,8 @@ pub(super) struct Policy {
     decision: Decision,
     /// When the hand was last seen to reach, s.
     reached_s: f64,
+    /// When the hand was last seen to move towards or away from what was predicted, s.
+    moved_s: f64,
     last_s: f64,
 }
 
@@ -132,6 +132,7 @@ impl Policy {
             candidate: None,
             decision: Decision::Wait,
             reached_s: f64::NEG_INFINITY,
+            moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
         })
     }
@@ -141,7 +142,7 @@ impl Policy {
         self.steady.reset();
         self.candidate = None;
         self.decision = Decision::Wait;
-        (self.reached_s, self.last_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
     }
 
     /// The contact that counts after a frame and what is done about it: the ranked contacts and the hand, all in one frame.
@@ -179,8 +180,11 @@ impl Policy {
                 && candidate.point_m.distance(contact.point_m) <= c.settle_m
         });
         let motion = hand.map_or(Motion::Rests, |hand| self.motion(contact, hand));
+        // What was looked at before anything was known is no look either.
+        if motion != Motion::Rests || self.moved_s == f64::NEG_INFINITY {
+            self.moved_s = t_s;
+        }
         let candidate = Candidate {
-            from_rest: stays.map_or(motion == Motion::Rests, |candidate| candidate.from_rest),
             surface: contact.surface,
             point_m: contact.point_m,
             since_s: stays.map_or(t_s, |candidate| candidate.since_s),
@@ -191,7 +195,10 @@ impl Policy {
         }
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
-        let looked_s = t_s - candidate.since_s;
+        // Where people look while the hand comes back is not yet where it goes next.
+        let is_look = contact
+            .looked_at_since_s
+            .is_some_and(|since_s| since_s >= self.moved_s && t_s - since_s <= c.look_s);
         match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
@@ -201,13 +208,7 @@ impl Policy {
                 // Another place is named, not for long enough.
                 Decision::Present(if stays.is_some() { *contact } else { last })
             }
-            _ if settled
-                && candidate.from_rest
-                && looked_s <= c.look_s
-                && motion == Motion::Rests =>
-            {
-                Decision::Ready(*contact)
-            }
+            _ if settled && is_look && motion == Motion::Rests => Decision::Ready(*contact),
             _ if settled => Decision::Wait,
             (last, _) => last,
         }

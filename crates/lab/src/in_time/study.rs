@@ -61,7 +61,8 @@ pub fn run(
     let people_like = TrainingPeople::default();
     let (predictors, learnt) = Predictors::train(&scene, &arm, &people_like, request.leader)?;
     let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
-    let walls = arm.walls_of(&scene, &board, participants::within_reach(&plain))?;
+    let likely = participants::likely_touches(&scene, &arm, &plain);
+    let walls = arm.walls_of(&scene, &board, likely)?;
     let stage = Stage {
         arm: &arm,
         board: &board,

@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use hwall::haptics::{Board, QUARTER_TURNS_RAD, board_pose};
 use hwall::scene::Scene;
-use hwall::{Walls, WallsConfig};
+use hwall::{LikelyTouches, Walls, WallsConfig};
 use hwall_kinematics::{
     ArmKinematics, BranchPolicy, Chain, ChainArm, JointPositions, KinematicsError, NearestConfig,
     SrsArm, Unreachable, Verdict,
@@ -127,7 +127,7 @@ impl BoardArm {
         &self,
         scene: &Scene,
         board: &Board,
-        person: Option<(DVec3, f64)>,
+        touches: LikelyTouches,
     ) -> anyhow::Result<Walls> {
         let Some(arm) = &self.closed_form else {
             return Ok(Walls {
@@ -135,8 +135,10 @@ impl BoardArm {
                 ..Walls::default()
             });
         };
-        let mut config = WallsConfig::default();
-        config.touches.ball = person;
+        let config = WallsConfig {
+            touches,
+            ..WallsConfig::default()
+        };
         Ok(Walls::of(scene, arm, board, &config)?)
     }
 

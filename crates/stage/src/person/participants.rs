@@ -5,8 +5,10 @@ use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
 use crate::person::sights;
 use crate::person::touches::{self, Standing, Touch};
-use glam::DVec3;
+use hwall::LikelyTouches;
+use hwall::arrival::WeightedTarget;
 use hwall_hand::HandFrame;
+use hwall::reachability::Target;
 use hwall_scene::Scene;
 use hwall_sim::{Person, ReachPlan};
 
@@ -116,15 +118,43 @@ mod tests {
     }
 }
 
-/// What people reach around a resting hand, a step included, m.
-const REACH_M: f64 = 1.0;
+/// How many places stand for those that a person may touch.
+const LIKELY: usize = 144;
+/// Seed of their choice; no participant has it.
+const LIKELY_SEED: u64 = 0x0070_7563_6865_5f31;
 
-/// Middle and radius, m, of what the first participant reaches from where the hand is first seen.
+/// Places such as the first participant may touch: those that somebody can see and reach from where head and hand are first
+/// seen, drawn at random. In a scene without such places any place counts.
 #[must_use]
-pub fn within_reach(participants: &[Participant]) -> Option<(DVec3, f64)> {
-    let seen = match &participants.first()?.hand {
-        Hand::Simulated(sequence, _) => sequence.sample(0.0).hand_frame().contact_point(),
-        Hand::Recorded(frames, _) => frames.iter().find_map(HandFrame::contact_point),
+pub fn likely_touches(
+    scene: &Scene,
+    arm: &BoardArm,
+    participants: &[Participant],
+) -> LikelyTouches {
+    standing_of(participants)
+        .and_then(|standing| touches::plan(scene, arm, &standing, LIKELY, LIKELY_SEED).ok())
+        .map(|plans| {
+            let targets = plans.iter().map(|plan| {
+                WeightedTarget::from(Target {
+                    point_m: plan.target_m,
+                    normal: plan.normal,
+                })
+            });
+            LikelyTouches::Such(targets.collect())
+        })
+        .unwrap_or_default()
+}
+
+/// Where the first participant is seen first.
+fn standing_of(participants: &[Participant]) -> Option<Standing> {
+    let standing = |frame: &HandFrame| {
+        Some(Standing {
+            head_m: frame.head_m?,
+            hand_m: frame.contact_point()?.position_m,
+        })
     };
-    Some((seen?.position_m, REACH_M))
+    match &participants.first()?.hand {
+        Hand::Simulated(sequence, _) => standing(&sequence.sample(0.0).hand_frame()),
+        Hand::Recorded(frames, _) => frames.iter().find_map(standing),
+    }
 }

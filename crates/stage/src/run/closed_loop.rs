@@ -21,10 +21,25 @@ use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError};
 use std::sync::Arc;
 use std::time::Instant;
 
+/// Debug.
+#[derive(Debug, Clone)]
+#[allow(missing_docs)]
+pub struct Probe {
+    pub state: SessionState,
+    pub target: Option<hwall_haptics::BoardTarget>,
+    pub left_s: Option<f64>,
+    pub detour: bool,
+    pub bent: bool,
+    pub q: hwall_kinematics::JointPositions,
+    pub goal: Option<hwall_kinematics::JointPositions>,
+    pub contact: Option<hwall_contact::ContactPrediction>,
+    pub protrusion_m: Option<f64>,
+}
+
 /// A finished run.
 pub struct Run {
     /// Debug.
-    pub probe: Vec<String>,
+    pub probe: Vec<Probe>,
     /// One entry for each control step.
     pub ticks: Vec<Tick>,
     /// Time that each call of [`Session::step`] took, ns, in rising order.
@@ -119,7 +134,9 @@ pub fn run(
         ..ServoConfig::default()
     };
     let model = Arc::clone(session.control().arm());
-    let mut arm = ServoArm::new(model, setup.arm.start(), servo)?;
+    // The arm waits before anybody comes.
+    let start = setup.walls.waiting.unwrap_or(setup.arm.start());
+    let mut arm = ServoArm::new(model, start, servo)?;
     let mut simulation = Simulation {
         hand: setup.hand,
         finger: HandContact {
@@ -280,7 +297,7 @@ impl Fingertip {
 }
 
 struct Log {
-    probe: Vec<String>,
+    probe: Vec<Probe>,
     ticks: Vec<Tick>,
     led: Vec<Led>,
     sent: SentLog,
@@ -392,28 +409,18 @@ impl Log {
         self.trace
             .board(t_s, base_from_board.position_m(), control.target());
         if std::env::var_os("PROBE").is_some() {
-            let target = control.target().map(|t| (t.point_m, t.behind_m, t.slack_m));
-            let c = session.contact().map(|c| {
-                (
-                    c.surface.0,
-                    c.point_m,
-                    c.probability,
-                    c.time_to_contact_s.map(|t| t.mean_s),
-                )
-            });
-            let deg = |q: hwall_kinematics::JointPositions| q.0.map(|q| q.to_degrees().round());
             let f = control.renderer().follower();
-            self.probe.push(format!(
-                "{:?} left {:.3?} d{} q {:?} goal {:?} target {:.3?} p {:.2?} ttc {:.2?}",
-                control.state(),
-                f.left_s().unwrap_or(-1.0),
-                u8::from(f.is_detour()),
-                deg(f.commanded()),
-                f.goal().map(deg),
-                target,
-                c.map(|c| (c.0, c.1)),
-                c.and_then(|c| c.3)
-            ));
+            self.probe.push(Probe {
+                state: control.state(),
+                target: control.target().copied(),
+                left_s: f.left_s(),
+                detour: f.is_detour(),
+                bent: f.by_way_of().is_some(),
+                q: f.commanded(),
+                goal: f.goal(),
+                contact: session.contact(),
+                protrusion_m: f.protrusion_m(),
+            });
         }
         self.sent.step(Sent {
             t_s,
