@@ -30,7 +30,7 @@ struct Held {
 const SAME_NORMAL_RAD: f64 = 0.02;
 /// A point is held against new ones within this many of their own standard deviations, if theirs are at least this share of the
 /// point's ...
-const HELD_SDS: f64 = 1.0;
+const HELD_SDS: f64 = 2.0;
 const HELD_SHARE: f64 = 0.8;
 /// ... and a surface against others that are less than this many times as probable.
 const HELD_ODDS: f64 = 2.0;

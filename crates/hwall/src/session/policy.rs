@@ -35,6 +35,10 @@ pub struct PolicyConfig {
     pub deviations: f64,
     /// Standard deviation assumed of a prediction that comes without one, m; default 0.02.
     pub default_sd_m: f64,
+    /// Largest standard deviation that counts of a place that is looked at, m; default 0.03.
+    pub looked_sd_m: f64,
+    /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.2.
+    pub unsure_m: f64,
     /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.01.
     pub margin_m: f64,
 }
@@ -52,6 +56,8 @@ impl Default for PolicyConfig {
             pause_s: 0.3,
             deviations: 1.5,
             default_sd_m: 0.02,
+            looked_sd_m: 0.03,
+            unsure_m: 0.2,
             margin_m: 0.01,
         }
     }
@@ -71,6 +77,8 @@ impl PolicyConfig {
             ("pause_s", self.pause_s),
             ("deviations", self.deviations),
             ("default_sd_m", self.default_sd_m),
+            ("looked_sd_m", self.looked_sd_m),
+            ("unsure_m", self.unsure_m),
             ("margin_m", self.margin_m),
         ] {
             non_negative(what, value)?;
@@ -107,6 +115,13 @@ enum Motion {
     Rests,
     Reaches,
     Leaves,
+}
+
+/// Standard deviation of the predicted point, m; zero for one that comes without.
+fn spread_m(contact: &ContactPrediction) -> f64 {
+    contact.covariance_m2.map_or(0.0, |c| {
+        (c.x_axis.x + c.y_axis.y + c.z_axis.z).max(0.0).sqrt()
+    })
 }
 
 /// The memory of the decisions.
@@ -195,6 +210,7 @@ impl Policy {
         }
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
+        let is_unsure = contact.looked_at_since_s.is_none() && spread_m(contact) > c.unsure_m;
         // Where people look while the hand comes back is not yet where it goes next.
         let is_look = contact
             .looked_at_since_s
@@ -203,6 +219,8 @@ impl Policy {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
             }
+            (Decision::Wait, _) if is_unsure => Decision::Wait,
+            (last, _) if is_unsure && reaching => last,
             _ if settled && reaching => Decision::Present(*contact),
             (Decision::Present(last), _) if reaching => {
                 // Another place is named, not for long enough.
@@ -258,7 +276,12 @@ impl Policy {
                 .map_or(self.config.default_sd_m.powi(2), |c| {
                     (c * axes[i]).dot(axes[i])
                 });
-            let sd_m = variance_m2.max(0.0).sqrt();
+            // A covariance that holds other places too says little about the one that is looked at.
+            let most_m = match contact.looked_at_since_s {
+                Some(_) => self.config.looked_sd_m,
+                None => f64::INFINITY,
+            };
+            let sd_m = variance_m2.max(0.0).sqrt().min(most_m);
             let taken_m = place.inset_m + self.config.margin_m + self.config.deviations * sd_m;
             // NaN counts as no slack.
             (half_m - taken_m).max(0.0)
