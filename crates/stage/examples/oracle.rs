@@ -127,9 +127,13 @@ fn main() -> anyhow::Result<()> {
     }
     let atlas = walls.atlas.clone().unwrap();
     let barriers = hwall::barriers_of(&scene)?; if env("BARR",0.0)>0.0 { for b in &barriers { println!("{b:.2?}"); } for f in scene.vertical_facets() { println!("{f:.2?}"); } }
+    let mut per = std::collections::BTreeMap::<String, (usize, usize, Vec<f64>)>::new();
     let (mut ts, mut ok, mut prot, mut leasts, mut okl) = (vec![], 0, vec![], vec![], 0);
     for (p, n, b, name) in &touches {
-        let mut f = Follower::new(std::sync::Arc::new(srs.clone()), FollowerConfig::default(), &w)?.with_board(ApproachConfig::default(), board);
+        let approach = ApproachConfig { footprint_m: env("FOOT", 0.1), allowed_m: env("ALLOW", 0.003), ..ApproachConfig::default() };
+        let mut motion = MotionConfig::default(); motion.jerk_time_s = env("JERK", 0.02);
+        let fc = FollowerConfig { motion, ..FollowerConfig::default() };
+        let mut f = Follower::new(std::sync::Arc::new(srs.clone()), fc, &w)?.with_board(approach, board);
         f.set_barriers(&barriers);
         let t = BoardTarget { near: atlas.look_up(*p, *n).map(|e| e.q), slack_m: [env("SLACK", 0.05); 2], ..BoardTarget::new(*p, *n, 0.0) };
         f.set_target(&t)?;
@@ -145,11 +149,13 @@ fn main() -> anyhow::Result<()> {
             if f.commanded() == goal { break; }
         }
         if t_s <= *b { ok += 1; }
+        let e = per.entry(name.clone()).or_insert((0, 0, vec![])); e.0 += 1; e.1 += usize::from(t_s <= *b); e.2.push(t_s);
         if least_s <= *b { okl += 1; }
         if env("LIST", 0.0) > 0.0 { println!("{} {name} {p:.2} least {least_s:.2} took {t_s:.2} budget {b:.2} protrusion {:.0} mm atlas {:.2?} {first}", if t_s <= *b {"ok  "} else {"LATE"}, 1e3 * most, atlas.look_up(*p, *n).map(|e| (e.arrival_s, e.clear))); }
         ts.push(t_s); prot.push(most); leasts.push(least_s);
     }
     ts.sort_by(f64::total_cmp); leasts.sort_by(f64::total_cmp); prot.sort_by(f64::total_cmp);
+    for (name, e) in &mut per { e.2.sort_by(f64::total_cmp); println!("  {name} {} of {} median {:.2}", e.1, e.0, e.2[e.2.len()/2]); }
     let n = ts.len();
     let pose = hwall::kinematics::ArmKinematics::forward(&srs, &w);
     println!("W {:.0?} at {:.2}: took median {:.2} p90 {:.2}; goal least median {:.2} p90 {:.2}; of {n} in time {ok} = {:.1} %, by least {okl} = {:.1} %; protrusion median {:.0} p90 {:.0} max {:.0} mm", w.0.map(f64::to_degrees), pose.position_m(), ts[n/2], ts[9*n/10], leasts[n/2], leasts[9*n/10], 100.0*ok as f64/n as f64, 100.0*okl as f64/n as f64, 1e3*prot[n/2], 1e3*prot[9*n/10], 1e3*prot[n-1]);

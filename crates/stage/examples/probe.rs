@@ -23,7 +23,7 @@ fn main() -> anyhow::Result<()> {
     let (mut good, mut all) = (0, 0);
     let mut worst: Vec<f64> = vec![];
     for (w, who) in cast.iter().enumerate() {
-        let setup = closed_loop::RunSetup { arm: &arm, board: &board, scene: &scene, walls: &walls, hand: &who.hand, textured: true, period_s: 1e-3, seed: who.seed };
+        let setup = closed_loop::RunSetup { arm: &arm, board: &board, scene: &scene, walls: &walls, hand: &who.hand, textured: std::env::var_os("NOTEX").is_none(), period_s: 1e-3, seed: who.seed };
         let run = closed_loop::run(&setup, predictors.for_another_person(), |_| {})?;
         let outcomes = judge::judge(&arm, &board, &who.touches, &run.ticks)?;
         for p in &run.probe { if !matches!(p.state, hwall::SessionState::Touched) { worst.push(p.protrusion_m.unwrap_or(-1.0)); } }
@@ -33,6 +33,16 @@ fn main() -> anyhow::Result<()> {
             if o.lead_s.is_some() { good += 1; continue; }
             let t = &who.touches[i];
             println!("\n== person {w} touch {i} {} at {:.3} start {:.2} landed {:.2?} gap {:.1} mm offset {:.0} mm", o.touch.surface, t.point_m, t.start_s - t.contact_s, t.landed_s.map(|l| l - t.contact_s), 1e3 * o.gap_m, 1e3 * o.offset_m);
+            // Compact: since when the target was right until the end, and how long the motion then took.
+            let mut since: Option<(f64, f64, bool, bool, f64, bool)> = None;
+            for (k, p) in run.probe.iter().enumerate() {
+                let rel = run.ticks[k].t_s - t.contact_s;
+                if rel > 0.0 { break; }
+                let right = p.target.is_some_and(|x| { let off = t.point_m - x.point_m; off.length() < 0.075 && off.dot(t.normal).abs() < 0.01 });
+                if !right { since = None; } else if since.is_none() { since = Some((rel, p.left_s.unwrap_or(-1.0), p.detour, p.bent, p.target.unwrap().slack_m[0], p.q.max_abs_difference(&walls.waiting.unwrap()) < 0.2)); }
+            }
+            let budget = t.landed_s.map_or(0.0, |l| t.contact_s - l);
+            println!("SUM p{w} t{i} {} {:.2} budget {budget:.2} right since {:.2?}", o.touch.surface, t.point_m, since);
             let mut last: Option<(f64, String)> = None;
             for (k, p) in run.probe.iter().enumerate() {
                 let tick = &run.ticks[k];

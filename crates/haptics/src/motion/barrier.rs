@@ -78,7 +78,7 @@ impl Beside {
     }
 }
 
-/// The face of the board at a place that it serves or served: what it covers there it may cover.
+/// The face of the board at a place that it serves or served: around it, only what is before that face is in front.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Footprint {
     face: Pose,
@@ -94,9 +94,15 @@ impl Footprint {
         }
     }
 
-    fn covers(&self, point_m: DVec3) -> bool {
+    /// On which side of the face is a point behind or before it; `None` beside it.
+    fn side(&self, point_m: DVec3) -> Option<FacePoint> {
         let p = self.face.inverse_transform_point(point_m);
-        p.x.abs() <= self.half_m[0] && p.y.abs() <= self.half_m[1]
+        let covers = p.x.abs() <= self.half_m[0] && p.y.abs() <= self.half_m[1];
+        covers.then_some(FacePoint {
+            point_m,
+            normal: self.face.rotation().z_axis,
+            in_front_m: p.z,
+        })
     }
 }
 
@@ -127,8 +133,8 @@ impl Barriers {
         self.all.iter().any(|barrier| barrier.is_at(point_m, normal))
     }
 
-    /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle; those within a
-    /// footprint do not count. Besides the barriers, planes count that end nowhere.
+    /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle. Within a footprint the
+    /// barriers do not count, only its face. Besides the barriers, planes count that end nowhere.
     ///
     /// The surface nearest to a point decides on which side the point is, as for a closed mesh: next to a shelf the board is
     /// behind the wall, not beside the shelf.
@@ -147,13 +153,13 @@ impl Barriers {
                 0.0,
             ))
         };
-        let covered = |point_m: DVec3| footprints.iter().flatten().any(|f| f.covers(point_m));
+        let within = |point_m: DVec3| {
+            let sides = footprints.iter().flatten().filter_map(|f| f.side(point_m));
+            sides.reduce(|a, b| if b.in_front_m < a.in_front_m { b } else { a })
+        };
         let mut most: Option<FacePoint> = None;
         for point_m in points.map(corner) {
-            let of_scene = match covered(point_m) {
-                true => None,
-                false => self.nearest(point_m),
-            };
+            let of_scene = within(point_m).or_else(|| self.nearest(point_m));
             let of_planes = planes.iter().flatten().filter_map(|plane| plane.side(point_m));
             for found in of_scene.into_iter().chain(of_planes) {
                 if most.is_none_or(|most| found.in_front_m > most.in_front_m) {
@@ -255,7 +261,15 @@ mod tests {
             .expect("there are some");
         assert!(out.in_front_m > 0.04, "{out:?}");
         let footprint = Footprint::new(face, &board, 0.01);
-        let out = barriers.most_in_front(&board, &face, &[Some(footprint)], &[None]);
-        assert_eq!(out, None);
+        let out = barriers
+            .most_in_front(&board, &face, &[Some(footprint)], &[None])
+            .expect("there are some");
+        assert!(out.in_front_m.abs() < 1e-12, "{out:?}");
+        // But not what is before the goal.
+        let before = face.at(DVec3::new(0.74, 0.15, 0.3));
+        let out = barriers
+            .most_in_front(&board, &before, &[Some(footprint)], &[None])
+            .expect("there are some");
+        assert!((out.in_front_m - 0.02).abs() < 1e-12, "{out:?}");
     }
 }

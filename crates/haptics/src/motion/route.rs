@@ -20,8 +20,8 @@ pub struct ApproachConfig {
     pub detours_m: [f64; 6],
     /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
     pub extent_m: f64,
-    /// What the face covers at its goal, and this margin around it, it may cover on its way, m; default 0.03: a shelf
-    /// stands out of its wall, and a board at an outer corner of a room overhangs it.
+    /// Over what the face covers at its goal and this margin around it, only the surface that it presents counts, m; default
+    /// 0.1: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
     pub footprint_m: f64,
     /// While the board is on a detour the straight way is tried again after this time, s; default 0.008.
     pub retry_s: f64,
@@ -33,7 +33,7 @@ impl Default for ApproachConfig {
             allowed_m: 0.003,
             detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
             extent_m: 0.3,
-            footprint_m: 0.03,
+            footprint_m: 0.1,
             retry_s: 0.008,
         }
     }
@@ -60,6 +60,9 @@ impl ApproachConfig {
     }
 }
 
+/// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
+const GOOD_ENOUGH: f64 = 1.15;
+const GOOD_ENOUGH_S: f64 = 0.02;
 /// How often a bend is mended.
 const MOST_BENDS: usize = 6;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
@@ -106,8 +109,23 @@ struct Way {
     /// See [`Route::detour_m`].
     detour_m: Option<f64>,
     protrusion_m: f64,
+    /// How long the board takes to its goal, s.
+    duration_s: f64,
     /// Where it is worst.
     worst: Option<Worst>,
+}
+
+impl Way {
+    /// The way that stays behind; of two such the quicker one, of none the one that comes less far in front.
+    fn or_better(self, other: Self, allowed_m: f64) -> Self {
+        let stays = |way: &Self| way.protrusion_m <= allowed_m;
+        let is_better = match (stays(&self), stays(&other)) {
+            (true, true) => other.duration_s < self.duration_s,
+            (false, false) => other.protrusion_m < self.protrusion_m,
+            (_, other_stays) => other_stays,
+        };
+        if is_better { other } else { self }
+    }
 }
 
 /// Where a way comes furthest in front of a surface.
@@ -206,6 +224,7 @@ impl Route {
         if straight.protrusion_m <= allowed_m {
             return self.take(straight, reference);
         }
+        let good_s = straight.duration_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
         let mut best = straight;
         // A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
         let mut bent = straight;
@@ -217,13 +236,14 @@ impl Route {
             let Ok(way) = check.way(q, Some(by_way_of), None, reference, solver) else {
                 break;
             };
+            best = best.or_better(way, allowed_m);
             if way.protrusion_m <= allowed_m {
-                return self.take(way, reference);
-            }
-            if way.protrusion_m < best.protrusion_m {
-                best = way;
+                break;
             }
             bent = way;
+        }
+        if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
+            return self.take(best, reference);
         }
         // A detour under way is only exchanged for a shorter one.
         let keeps = !is_new && self.is_detour() && reference.left_s() > config.retry_s;
@@ -247,21 +267,23 @@ impl Route {
                     };
                     let detour_m = if is_before_goal { behind_m } else { f64::INFINITY };
                     let way = if stops {
-                        check.way(found.q, None, Some(detour_m), reference, solver)
+                        check.way(found.q, None, Some(detour_m), reference, solver).map(|way| {
+                            let rest_s = reference.limits().travel_time_s(&found.q, destination.q());
+                            Way { duration_s: way.duration_s + rest_s, ..way }
+                        })
                     } else {
                         check.way(*destination.q(), Some(found.q), None, reference, solver)
                     };
                     let Ok(way) = way else { continue };
+                    best = best.or_better(way, allowed_m);
+                    // A place further behind only takes longer.
                     if way.protrusion_m <= allowed_m {
-                        return self.take(way, reference);
-                    }
-                    if way.protrusion_m < best.protrusion_m {
-                        best = way;
+                        break;
                     }
                 }
             }
         }
-        if keeps {
+        if keeps && best.detour_m.is_none_or(|m| m >= shorter_than_m) && best.protrusion_m > allowed_m {
             return Ok(());
         }
         self.take(best, reference)
@@ -361,6 +383,7 @@ impl Check<'_> {
             by_way_of,
             detour_m,
             protrusion_m,
+            duration_s,
             worst,
         })
     }

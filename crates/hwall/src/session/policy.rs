@@ -23,6 +23,8 @@ pub struct PolicyConfig {
     pub settle_m: f64,
     /// How far behind a surface that is looked at the board gets ready, m; default 0.02.
     pub ready_m: f64,
+    /// A look counts if it began when the hand had rested for this long, s; default 0.1.
+    pub still_s: f64,
     /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
     pub look_s: f64,
     /// A hand this fast towards the predicted place reaches for it, m/s; default 0.1.
@@ -39,26 +41,31 @@ pub struct PolicyConfig {
     pub looked_sd_m: f64,
     /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.2.
     pub unsure_m: f64,
+    /// The same for one that would move the board away from a place that was looked at, m; default 0.08.
+    pub sure_m: f64,
     /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.01.
     pub margin_m: f64,
 }
 
+fn env(n: &str, d: f64) -> f64 { std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d) }
 impl Default for PolicyConfig {
     fn default() -> Self {
         Self {
             steady_m: 0.05,
-            settle_s: 0.05,
+            settle_s: env("SETTLE", 0.05),
             settle_m: 0.06,
-            ready_m: 0.02,
+            ready_m: env("READY", 0.005),
+            still_s: 0.1,
             look_s: 1.0,
             reach_m_per_s: 0.1,
             near_m: 0.06,
             pause_s: 0.3,
-            deviations: 1.5,
+            deviations: env("DEV", 1.0),
             default_sd_m: 0.02,
-            looked_sd_m: 0.03,
+            looked_sd_m: env("LSD", 0.026),
             unsure_m: 0.2,
-            margin_m: 0.01,
+            sure_m: env("SURE", 0.08),
+            margin_m: env("MARGIN", 0.005),
         }
     }
 }
@@ -72,6 +79,7 @@ impl PolicyConfig {
         for (what, value) in [
             ("settle_s", self.settle_s),
             ("ready_m", self.ready_m),
+            ("still_s", self.still_s),
             ("look_s", self.look_s),
             ("near_m", self.near_m),
             ("pause_s", self.pause_s),
@@ -79,6 +87,7 @@ impl PolicyConfig {
             ("default_sd_m", self.default_sd_m),
             ("looked_sd_m", self.looked_sd_m),
             ("unsure_m", self.unsure_m),
+            ("sure_m", self.sure_m),
             ("margin_m", self.margin_m),
         ] {
             non_negative(what, value)?;
@@ -210,11 +219,18 @@ impl Policy {
         }
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
-        let is_unsure = contact.looked_at_since_s.is_none() && spread_m(contact) > c.unsure_m;
+        let enough_m = match self.decision {
+            // To leave a place that was looked at takes more than a guess.
+            Decision::Present(last) | Decision::Ready(last) if last.looked_at_since_s.is_some() => {
+                c.sure_m
+            }
+            _ => c.unsure_m,
+        };
+        let is_unsure = contact.looked_at_since_s.is_none() && spread_m(contact) > enough_m;
         // Where people look while the hand comes back is not yet where it goes next.
         let is_look = contact
             .looked_at_since_s
-            .is_some_and(|since_s| since_s >= self.moved_s && t_s - since_s <= c.look_s);
+            .is_some_and(|since_s| since_s >= self.moved_s + c.still_s && t_s - since_s <= c.look_s);
         match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
