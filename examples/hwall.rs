@@ -131,7 +131,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let began = Instant::now();
-    let walls = arm.walls_of(scene, &board, setting.likely_touches)?;
+    let walls = arm.walls_of(scene, &board, setting.likely_touches, !args.plain)?;
     let mapping = began.elapsed();
     let stage = Stage {
         arm: &arm,

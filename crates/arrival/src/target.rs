@@ -12,6 +12,9 @@ pub struct WeightedTarget {
     pub target: Target,
     /// Not negative; only the ratios count.
     pub weight: f64,
+    /// Roll of the board about the normal that the place needs, rad, such as its texture; half a turn further does as well.
+    /// `None`: any roll of the settings.
+    pub roll_rad: Option<f64>,
 }
 
 impl From<Target> for WeightedTarget {
@@ -20,6 +23,7 @@ impl From<Target> for WeightedTarget {
         Self {
             target,
             weight: 1.0,
+            roll_rad: None,
         }
     }
 }

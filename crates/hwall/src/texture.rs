@@ -83,6 +83,14 @@ impl TextureLevels {
         predicted.ok()?.value()
     }
 
+    /// The roll of the board that presents a roughness, rad, half a turn more or less; `None` for a roughness that is not of the
+    /// scene.
+    #[must_use]
+    pub fn roll_of_rad(&self, roughness: f64) -> Option<f64> {
+        let level = self.encoding.level_for(roughness)?;
+        Some(self.motion.roll_for(level))
+    }
+
     /// The roll of the board for a contact, rad; `None` if the surface has no roughness or the arm
     /// cannot hold the board with that roll.
     pub(crate) fn roll_rad(
@@ -90,8 +98,7 @@ impl TextureLevels {
         presenter: &mut Presenter,
         contact: &ContactPrediction,
     ) -> Option<f64> {
-        let level = self.encoding.level_for(contact.roughness?)?;
-        let roll_rad = self.motion.roll_for(level);
+        let roll_rad = self.roll_of_rad(contact.roughness?)?;
         let mut presents =
             |roll_rad: f64| presenter.presents(contact.point_m, contact.normal, roll_rad);
         (presents(roll_rad) || presents(roll_rad + PI)).then_some(roll_rad)

@@ -1,6 +1,8 @@
 //! The walls of a scene, as maps of where the arm can present its board.
 
 use crate::error::SessionError;
+#[cfg(feature = "texture")]
+use crate::texture::TextureLevels;
 use glam::DVec3;
 use hwall_arrival::{
     ArrivalError, Atlas, AtlasConfig, BoardExtent, Surfaces, TouchRange, WaitingConfig,
@@ -48,7 +50,7 @@ impl Default for LikelyTouches {
 }
 
 /// What is found out about the walls of a scene.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct WallsConfig {
     /// Limits of the motion; those of the session.
     pub motion: MotionConfig,
@@ -58,6 +60,20 @@ pub struct WallsConfig {
     pub waiting: WaitingConfig,
     /// How the atlas is made.
     pub atlas: AtlasConfig,
+    /// Does the board present the roughness of surfaces, which takes a roll of its own? As in the session; default yes.
+    pub texture: bool,
+}
+
+impl Default for WallsConfig {
+    fn default() -> Self {
+        Self {
+            motion: MotionConfig::default(),
+            touches: LikelyTouches::default(),
+            waiting: WaitingConfig::default(),
+            atlas: AtlasConfig::default(),
+            texture: true,
+        }
+    }
 }
 
 /// What is known of the walls of a scene beforehand, for one arm.
@@ -89,10 +105,14 @@ impl Walls {
             half_height_m: board.half_height_m,
         };
         let limits = MotionLimits::of_arm(arm, &config.motion)?;
-        let found = waiting_of(arm, &maps, extent, &limits, config);
+        let targets = targets_of(scene, board, &maps, config)?;
+        let surfaces = Surfaces::from_maps(&maps, config.waiting.clearance.margin_m)?;
+        let found = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
         let waiting = match found {
-            Ok(q) => q,
-            Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => return Ok(maps.into()),
+            Ok(posture) => posture.q,
+            Err(
+                ArrivalError::NoWalls | ArrivalError::OutOfReach { .. } | ArrivalError::Empty { .. },
+            ) => return Ok(maps.into()),
             Err(error) => return Err(error.into()),
         };
         let atlas = Atlas::build(arm, &maps, extent, &limits, &waiting, &config.atlas)?;
@@ -122,24 +142,40 @@ impl Walls {
     }
 }
 
-fn waiting_of(
-    arm: &SrsArm,
+/// Places that people touch, with the rolls that their textures need.
+fn targets_of(
+    scene: &Scene,
+    board: &Board,
     maps: &WallMaps,
-    extent: BoardExtent,
-    limits: &MotionLimits,
     config: &WallsConfig,
-) -> Result<JointPositions, ArrivalError> {
-    let in_range;
+) -> Result<Vec<WeightedTarget>, SessionError> {
     let targets = match &config.touches {
-        LikelyTouches::InRange(range) => {
-            in_range = targets_of_maps(maps, range)?;
-            &in_range
-        }
-        LikelyTouches::Such(touches) => touches,
+        LikelyTouches::InRange(range) => match targets_of_maps(maps, range) {
+            Err(ArrivalError::NoWalls | ArrivalError::OutOfReach { .. }) => Vec::new(),
+            found => found?,
+        },
+        LikelyTouches::Such(touches) => touches.clone(),
     };
-    let surfaces = Surfaces::from_maps(maps, config.waiting.clearance.margin_m)?;
-    Ok(waiting_posture(arm, targets, &surfaces, extent, limits, &config.waiting)?.q)
+    #[cfg(feature = "texture")]
+    if let Some(levels) = TextureLevels::for_scene(scene, board)?.filter(|_| config.texture) {
+        let roll_rad = |target: &WeightedTarget| {
+            let place = scene.closest_touchable(target.target.point_m, BESIDE_M).ok()??;
+            levels.roll_of_rad(scene.surface(place.surface).roughness?)
+        };
+        let rolled = |target: WeightedTarget| WeightedTarget {
+            roll_rad: target.roll_rad.or_else(|| roll_rad(&target)),
+            ..target
+        };
+        return Ok(targets.into_iter().map(rolled).collect());
+    }
+    #[cfg(not(feature = "texture"))]
+    let _ = (scene, board);
+    Ok(targets)
 }
+
+/// A place this near to a surface is on it, m.
+#[cfg(feature = "texture")]
+const BESIDE_M: f64 = 0.05;
 
 impl From<WallMaps> for Walls {
     fn from(maps: WallMaps) -> Self {

@@ -17,7 +17,7 @@ fn main() -> anyhow::Result<()> {
     let (scene, _) = load_scene(None)?;
     let (predictors, _) = Predictors::train(&scene, &arm, &TrainingPeople::default(), Some(leader))?;
     let cast = participants::simulated(&scene, &arm, kind, 12 * people, seed)?;
-    let walls = arm.walls_of(&scene, &board, participants::likely_touches(&scene, &arm, &cast))?;
+    let walls = arm.walls_of(&scene, &board, participants::likely_touches(&scene, &arm, &cast), true)?;
     let deg = |q: hwall_kinematics::JointPositions| q.0.map(|q| q.to_degrees().round() as i32);
     println!("waiting {:?}", deg(walls.waiting.unwrap()));
     let (mut good, mut all) = (0, 0);

@@ -228,7 +228,7 @@ impl Room<'_> {
                     point_m: if behind { point_m } else { DVec3::Z * 1e3 },
                     normal,
                 },
-                weight: t.weight,
+                ..*t
             }
         });
         let facets: Vec<WallFacet> = self

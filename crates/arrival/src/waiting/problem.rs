@@ -11,6 +11,7 @@ use hwall_kinematics::{JointPositions, MOST_JOINTS};
 use hwall_motion::MotionLimits;
 use hwall_numeric::check::{all_finite, non_negative};
 use hwall_reachability::WallPlane;
+use std::f64::consts::PI;
 
 /// A way that is not clear is passed over for a slower one this often.
 const DETOURS: usize = 3;
@@ -88,6 +89,8 @@ impl<'a> Problem<'a> {
         shares: &'static [f64],
     ) -> Result<Self, ArrivalError> {
         let presenter = Presenter::new(passage.arm, &config.rolls_rad, arm_angle_step_rad)?;
+        // Those of the targets that need a roll of their own.
+        let mut rolled: Vec<(f64, Presenter)> = Vec::new();
         let longest_m = longest_m(passage.arm) + config.slack_m;
         let possible: Vec<usize> = (0..targets.len())
             .filter(|&i| targets[i].target.point_m.length() <= longest_m && targets[i].weight > 0.0)
@@ -100,7 +103,27 @@ impl<'a> Problem<'a> {
         let mut sampled_weight = 0.0;
         for i in 0..count {
             let index = possible[(((i as f64 + 0.5) * stride) as usize).min(possible.len() - 1)];
-            let WeightedTarget { target, weight } = targets[index];
+            let WeightedTarget {
+                target,
+                weight,
+                roll_rad,
+            } = targets[index];
+            let presenter = match roll_rad {
+                None => &presenter,
+                Some(roll_rad) => {
+                    let known = rolled.iter().position(|(roll, _)| *roll == roll_rad);
+                    let at = match known {
+                        Some(at) => at,
+                        None => {
+                            let rolls_rad = [roll_rad, roll_rad + PI];
+                            let new = Presenter::new(passage.arm, &rolls_rad, arm_angle_step_rad)?;
+                            rolled.push((roll_rad, new));
+                            rolled.len() - 1
+                        }
+                    };
+                    &rolled[at].1
+                }
+            };
             sampled_weight += weight;
             let plane = WallPlane::through(target.point_m, target.normal)?;
             found.clear();
@@ -304,8 +327,14 @@ pub(crate) fn check_targets(targets: &[WeightedTarget]) -> Result<(), ArrivalErr
         return Err(ArrivalError::Empty { what: "targets" });
     }
     let mut total = 0.0;
-    for WeightedTarget { target, weight } in targets {
+    for WeightedTarget {
+        target,
+        weight,
+        roll_rad,
+    } in targets
+    {
         all_finite("target", &target.point_m.to_array())?;
+        all_finite("roll_rad", roll_rad.as_slice())?;
         total += non_negative("weight of a target", *weight)?;
     }
     if total <= 0.0 || !total.is_finite() {

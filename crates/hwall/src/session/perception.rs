@@ -303,11 +303,11 @@ impl<P: Predictor> Perception<P> {
             _ => contact.point_m,
         };
         let roll_rad = self.roll_rad(&contact);
-        let slack_m = match presented {
-            // Beyond what the arm can present there is nothing to choose from.
-            Presented::Nearest(_) => [0.0; 2],
-            _ => self.policy.slack_m(&contact, &self.board, &self.in_place),
-        };
+        let off_m = point_m.distance(contact.point_m);
+        let slack_m = self
+            .policy
+            .slack_m(&contact, &self.board, &self.in_place)
+            .map(|slack_m| (slack_m - off_m).max(0.0));
         let target = BoardTarget {
             point_m,
             normal: contact.normal,

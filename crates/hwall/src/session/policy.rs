@@ -57,7 +57,7 @@ impl Default for PolicyConfig {
             ready_m: env("READY", 0.005),
             still_s: 0.1,
             look_s: 1.0,
-            reach_m_per_s: 0.1,
+            reach_m_per_s: env("REACH", 0.1),
             near_m: 0.06,
             pause_s: 0.3,
             deviations: env("DEV", 1.0),

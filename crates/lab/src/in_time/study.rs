@@ -62,7 +62,7 @@ pub fn run(
     let (predictors, learnt) = Predictors::train(&scene, &arm, &people_like, request.leader)?;
     let plain = participants::simulated(&scene, &arm, PersonKind::Plain, 1, request.seed)?;
     let likely = participants::likely_touches(&scene, &arm, &plain);
-    let walls = arm.walls_of(&scene, &board, likely)?;
+    let walls = arm.walls_of(&scene, &board, likely, request.textured)?;
     let stage = Stage {
         arm: &arm,
         board: &board,

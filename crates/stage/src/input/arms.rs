@@ -128,6 +128,7 @@ impl BoardArm {
         scene: &Scene,
         board: &Board,
         touches: LikelyTouches,
+        texture: bool,
     ) -> anyhow::Result<Walls> {
         let Some(arm) = &self.closed_form else {
             return Ok(Walls {
@@ -137,6 +138,7 @@ impl BoardArm {
         };
         let config = WallsConfig {
             touches,
+            texture,
             ..WallsConfig::default()
         };
         Ok(Walls::of(scene, arm, board, &config)?)
