@@ -226,6 +226,15 @@ impl Route {
         }
         let good_s = straight.duration_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
         let mut best = straight;
+        // What the way under way still has to pass serves a goal near the last one as well.
+        if let Some(by_way_of) = reference.by_way_of().copied()
+            && let Ok(way) = check.way(*destination.q(), Some(by_way_of), None, reference, solver)
+        {
+            best = best.or_better(way, allowed_m);
+            if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
+                return self.take(best, reference);
+            }
+        }
         // A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
         let mut bent = straight;
         for _ in 0..MOST_BENDS {

@@ -51,10 +51,10 @@ fn env(n: &str, d: f64) -> f64 { std::env::var(n).ok().and_then(|v| v.parse().ok
 impl Default for PolicyConfig {
     fn default() -> Self {
         Self {
-            steady_m: 0.05,
+            steady_m: env("STEADY", 0.05),
             settle_s: env("SETTLE", 0.05),
             settle_m: 0.06,
-            ready_m: env("READY", 0.005),
+            ready_m: env("READY", 0.0),
             still_s: 0.1,
             look_s: 1.0,
             reach_m_per_s: env("REACH", 0.1),
