@@ -26,6 +26,19 @@ fn main() -> anyhow::Result<()> {
         let setup = closed_loop::RunSetup { arm: &arm, board: &board, scene: &scene, walls: &walls, hand: &who.hand, textured: std::env::var_os("NOTEX").is_none(), period_s: 1e-3, seed: who.seed };
         let run = closed_loop::run(&setup, predictors.for_another_person(), |_| {})?;
         let outcomes = judge::judge(&arm, &board, &who.touches, &run.ticks)?;
+        if std::env::var_os("LINE").is_some() {
+            let mut last: Option<String> = None;
+            for (k, p) in run.probe.iter().enumerate() {
+                let st = format!("{:?}", p.state);
+                let key = format!("{} {}", &st[..st.len().min(8)], p.target.map(|x| format!("{:.1}", x.point_m)).unwrap_or_default());
+                if last.as_ref() != Some(&key) {
+                    let t = run.ticks[k].t_s;
+                    let next = who.touches.iter().find(|x| x.end_s > t);
+                    println!("L {t:.2} {key} {} c {}", next.map(|x| format!("next touch {} {:.2} starts {:.2} landed {:.2?} contact {:.2} ends {:.2}", x.surface, x.point_m, x.start_s - t, x.landed_s.map(|l| l - t), x.contact_s - t, x.end_s - t)).unwrap_or_default(), p.contact.map(|c| format!("{:.2} sd {:.3} p {:.2} looked {:.2?} d {:.2} ttc {:.2?}", c.point_m, c.covariance_m2.map_or(0.0, |c| (c.x_axis.x + c.y_axis.y + c.z_axis.z).sqrt()), c.probability, c.looked_at_since_s.map(|s| s - t), c.distance_m, c.time_to_contact_s.map(|t| t.mean_s))).unwrap_or_default());
+                    last = Some(key);
+                }
+            }
+        }
         for p in &run.probe { if !matches!(p.state, hwall::SessionState::Touched) { worst.push(p.protrusion_m.unwrap_or(-1.0)); } }
         for (i, o) in outcomes.iter().enumerate() {
             if o.unreachable.is_some() { continue; }

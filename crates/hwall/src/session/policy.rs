@@ -23,10 +23,15 @@ pub struct PolicyConfig {
     pub settle_m: f64,
     /// How far behind a surface that is looked at the board gets ready, m; default 0.02.
     pub ready_m: f64,
+    /// A hand slower than this rests, m/s; default 0.3: that of a resting hand is seen with an error of a third of it.
+    pub still_m_per_s: f64,
     /// A look counts if it began when the hand had rested for this long, s; default 0.1.
     pub still_s: f64,
     /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
     pub look_s: f64,
+    /// A look brings the board only while at least this share of the person's looks led to a reach; default 0.6. Whoever
+    /// looks around is served when the hand sets off.
+    pub trusted_share: f64,
     /// A hand this fast towards the predicted place reaches for it, m/s; default 0.1.
     pub reach_m_per_s: f64,
     /// A hand this near to the predicted surface is about to touch it, m; default 0.06.
@@ -55,8 +60,10 @@ impl Default for PolicyConfig {
             settle_s: env("SETTLE", 0.05),
             settle_m: 0.06,
             ready_m: env("READY", 0.0),
+            still_m_per_s: env("STILL", 0.3),
             still_s: 0.1,
             look_s: 1.0,
+            trusted_share: env("TRUST", 0.6),
             reach_m_per_s: env("REACH", 0.1),
             near_m: 0.06,
             pause_s: 0.3,
@@ -79,8 +86,10 @@ impl PolicyConfig {
         for (what, value) in [
             ("settle_s", self.settle_s),
             ("ready_m", self.ready_m),
+            ("still_m_per_s", self.still_m_per_s),
             ("still_s", self.still_s),
             ("look_s", self.look_s),
+            ("trusted_share", self.trusted_share),
             ("near_m", self.near_m),
             ("pause_s", self.pause_s),
             ("deviations", self.deviations),
@@ -118,6 +127,64 @@ struct Candidate {
     since_s: f64,
 }
 
+/// How many looks of this person led to a reach, counted with a memory that fades.
+#[derive(Debug, Clone, Copy)]
+struct Looks {
+    led: f64,
+    all: f64,
+    /// Since when the look under way has lasted, s, and until when it was seen.
+    under_way: Option<[f64; 2]>,
+}
+
+/// Looks count for so much less after each that follows.
+const FADES: f64 = 0.9;
+/// What is known of a person before the first look: that two of two led to a reach.
+const LED_BEFORE: f64 = 2.0;
+/// A glance this short is none, s.
+const SHORTEST_S: f64 = 0.1;
+/// A reach begins at most this long after its look ended, s.
+const FOLLOWS_S: f64 = 0.15;
+
+impl Default for Looks {
+    fn default() -> Self {
+        Self {
+            led: LED_BEFORE,
+            all: LED_BEFORE,
+            under_way: None,
+        }
+    }
+}
+
+impl Looks {
+    fn share(&self) -> f64 {
+        self.led / self.all
+    }
+
+    /// A frame: since when the eyes have rested on one place while the hand rested, and whether the hand reaches.
+    fn step(&mut self, t_s: f64, look: Option<f64>, reaches: bool) {
+        let is_over = |[since_s, seen_s]: [f64; 2]| match look {
+            Some(now_s) => now_s != since_s,
+            None => t_s - seen_s > FOLLOWS_S,
+        };
+        match self.under_way {
+            Some(_) if reaches => self.ended(true),
+            Some(seen) if is_over(seen) => self.ended(false),
+            _ => {}
+        }
+        if let Some(since_s) = look {
+            self.under_way = Some([since_s, t_s]);
+        }
+    }
+
+    fn ended(&mut self, led: bool) {
+        let lasted_s = self.under_way.take().map_or(0.0, |[since_s, seen_s]| seen_s - since_s);
+        if led || lasted_s >= SHORTEST_S {
+            self.led = self.led * FADES + f64::from(u8::from(led));
+            self.all = self.all * FADES + 1.0;
+        }
+    }
+}
+
 /// What the hand is doing with regard to a prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Motion {
@@ -145,6 +212,7 @@ pub(super) struct Policy {
     /// When the hand was last seen to move towards or away from what was predicted, s.
     moved_s: f64,
     last_s: f64,
+    looks: Looks,
 }
 
 impl Policy {
@@ -158,6 +226,7 @@ impl Policy {
             reached_s: f64::NEG_INFINITY,
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
+            looks: Looks::default(),
         })
     }
 
@@ -205,7 +274,10 @@ impl Policy {
         });
         let motion = hand.map_or(Motion::Rests, |hand| self.motion(contact, hand));
         // What was looked at before anything was known is no look either.
-        if motion != Motion::Rests || self.moved_s == f64::NEG_INFINITY {
+        let is_still = hand.is_none_or(|hand| {
+            hand.velocity_m_per_s.length() < c.still_m_per_s
+        });
+        if !is_still || self.moved_s == f64::NEG_INFINITY {
             self.moved_s = t_s;
         }
         let candidate = Candidate {
@@ -217,6 +289,8 @@ impl Policy {
         if motion == Motion::Reaches {
             self.reached_s = t_s;
         }
+        let look = contact.looked_at_since_s.filter(|since_s| is_still && *since_s >= self.moved_s + c.still_s);
+        self.looks.step(t_s, look, motion == Motion::Reaches);
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;
         let enough_m = match self.decision {
@@ -228,9 +302,7 @@ impl Policy {
         };
         let is_unsure = contact.looked_at_since_s.is_none() && spread_m(contact) > enough_m;
         // Where people look while the hand comes back is not yet where it goes next.
-        let is_look = contact
-            .looked_at_since_s
-            .is_some_and(|since_s| since_s >= self.moved_s + c.still_s && t_s - since_s <= c.look_s);
+        let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s);
         match (self.decision, motion) {
             (Decision::Present(_) | Decision::Ready(_), Motion::Leaves) if settled => {
                 Decision::Wait
@@ -242,7 +314,10 @@ impl Policy {
                 // Another place is named, not for long enough.
                 Decision::Present(if stays.is_some() { *contact } else { last })
             }
-            _ if settled && is_look && motion == Motion::Rests => Decision::Ready(*contact),
+            _ if settled && is_look && is_still => match self.looks.share() >= c.trusted_share {
+                true => Decision::Ready(*contact),
+                false => Decision::Wait,
+            },
             _ if settled => Decision::Wait,
             (last, _) => last,
         }
@@ -255,18 +330,20 @@ impl Policy {
     fn motion(&self, contact: &ContactPrediction, hand: &HandState) -> Motion {
         let way = contact.point_m - hand.point_m;
         let closing_m_per_s = hand.velocity_m_per_s.dot(way.normalize_or_zero());
+        let off_m_per_s = hand.velocity_m_per_s.dot(contact.normal);
+        let fast_m_per_s = self.config.reach_m_per_s;
         if contact.distance_m <= self.config.near_m {
             // Beside the surface the way to a point on it says little.
-            let off = hand.velocity_m_per_s.dot(contact.normal);
-            return if off > self.config.reach_m_per_s {
+            return if off_m_per_s > fast_m_per_s {
                 Motion::Leaves
             } else {
                 Motion::Reaches
             };
         }
-        if closing_m_per_s >= self.config.reach_m_per_s {
+        // A hand that comes back upwards comes nearer to what is looked at above it, but not to its surface.
+        if closing_m_per_s >= fast_m_per_s && off_m_per_s <= 0.0 {
             Motion::Reaches
-        } else if closing_m_per_s <= -self.config.reach_m_per_s {
+        } else if closing_m_per_s <= -fast_m_per_s || off_m_per_s >= fast_m_per_s {
             Motion::Leaves
         } else {
             Motion::Rests
