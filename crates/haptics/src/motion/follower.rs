@@ -135,12 +135,18 @@ impl Follower {
         self.route.set_barriers(barriers);
     }
 
-    /// How far corners or middle of the commanded face are in front of a barrier, m, negative behind all of them; those that
-    /// the goal covers do not count. `None` without a board or barriers.
+    /// How far corners or middle of the commanded face are in front of a surface, m, negative behind all of them; around the
+    /// goal only its own surface counts. `None` without a board or barriers.
     #[must_use]
     pub fn protrusion_m(&self) -> Option<f64> {
-        self.route
-            .protrusion_m(&self.commanded_pose(), self.goals.goal())
+        let face = self.commanded_pose();
+        self.route.protrusion_m(&face, self.goals.goal())
+    }
+
+    /// The same at a configuration that is no goal.
+    #[must_use]
+    pub fn protrusion_at_m(&self, q: &JointPositions) -> Option<f64> {
+        self.route.protrusion_m(&self.arm().forward(q), None)
     }
 
     /// Forgets target and goal and goes on from a measured state. Velocities above the limits

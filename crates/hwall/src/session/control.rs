@@ -23,6 +23,8 @@ pub struct Control {
     pub(super) in_place: PlaceTolerance,
     /// Where the arm waits, rad; `None`: where it is.
     pub(super) waiting: Option<JointPositions>,
+    /// Where it waits at present, rad.
+    pub(super) waits_at: Option<JointPositions>,
     #[cfg(feature = "texture")]
     pub(super) texture: Option<BoardTexture>,
     pub(super) receiver: Receiver,
@@ -91,6 +93,7 @@ impl Control {
             self.late_announced &= same;
             self.short &= same;
             self.guidance = guidance;
+            self.waits_at = self.posture();
         }
         let slide = self.slide(now_s, state);
         self.short = self.short || self.will_be_late(now_s);
@@ -101,7 +104,7 @@ impl Control {
             },
             ..target
         });
-        let posture = match (self.waiting, self.guidance.waits_s) {
+        let posture = match (self.waits_at, self.guidance.waits_s) {
             (Some(q), Some(stamp_s)) => Some(PostureTarget { q, stamp_s }),
             _ => None,
         };
@@ -125,6 +128,20 @@ impl Control {
         self.report(now_s, state, &step);
         self.step = Some(step);
         step.command
+    }
+
+    /// The waiting posture, or one on the way from there to where a touch may come, if the board is then behind the surfaces.
+    fn posture(&self) -> Option<JointPositions> {
+        let waiting = self.waiting?;
+        let Some(leans_to) = self.guidance.leans_to else {
+            return Some(waiting);
+        };
+        let q = JointPositions(std::array::from_fn(|i| {
+            waiting[i] + LEAN * (leans_to[i] - waiting[i])
+        }));
+        let protrusion_m = self.renderer.follower().protrusion_at_m(&q);
+        let is_behind = protrusion_m.is_none_or(|m| m <= -LEAN_BEHIND_M);
+        Some(if is_behind { q } else { waiting })
     }
 
     /// What the board is doing, as of the last step.
@@ -335,6 +352,10 @@ impl Control {
     }
 }
 
+/// How far an arm that waits leans towards a possible touch, as a share of the way ...
+const LEAN: f64 = 0.5;
+/// ... if its board then is behind the surfaces by this, m.
+const LEAN_BEHIND_M: f64 = 0.01;
 /// How far short of its surface a board stays that cannot be there in time, m.
 const SHORT_M: f64 = 0.03;
 /// A board that arrives this much after the expected contact is late, s: less is within the error of the expectation.

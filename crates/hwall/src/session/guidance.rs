@@ -21,6 +21,8 @@ pub(super) struct Guidance {
     pub(super) palm_m: Option<DVec3>,
     /// When it was decided that the arm waits, on the clock of the arm, s; counts while there is no target.
     pub(super) waits_s: Option<f64>,
+    /// A configuration towards which the arm leans while it waits, rad: where a touch might come.
+    pub(super) leans_to: Option<JointPositions>,
     /// When the hand is expected at the surface, on the clock of the arm, s.
     pub(super) contact_s: Option<f64>,
     /// How often the virtual world has moved.
@@ -28,7 +30,7 @@ pub(super) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 33;
+pub(super) const WORDS: usize = 40;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -40,6 +42,7 @@ const CONTACT: u64 = 32;
 const NEAR: u64 = 64;
 const PALM: u64 = 128;
 const WAITS: u64 = 256;
+const LEANS: u64 = 512;
 
 impl Guidance {
     /// As plain words, for the hand-over between threads.
@@ -78,6 +81,9 @@ impl Guidance {
         if let Some(waits_s) = self.waits_s {
             put(32, WAITS, &[waits_s]);
         }
+        if let Some(leans_to) = &self.leans_to {
+            put(33, LEANS, &leans_to.0);
+        }
         if let Some(contact_s) = self.contact_s {
             put(17, CONTACT, &[contact_s]);
         }
@@ -113,6 +119,7 @@ impl Guidance {
             }),
             palm_m: has(PALM).then(|| vector(29)),
             waits_s: has(WAITS).then(|| number(32)),
+            leans_to: has(LEANS).then(|| JointPositions(std::array::from_fn(|i| number(33 + i)))),
             contact_s: has(CONTACT).then(|| number(17)),
             world_moves: words[1],
         }
@@ -143,6 +150,7 @@ mod tests {
             }),
             palm_m: Some(DVec3::new(0.8, 0.0, 0.5)),
             waits_s: Some(12.0),
+            leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
             contact_s: Some(13.0),
             world_moves: 3,
         };
@@ -167,6 +175,7 @@ mod tests {
             without(&|g| g.target = g.target.map(|t| BoardTarget { near: None, ..t })),
             without(&|g| g.palm_m = None),
             without(&|g| g.waits_s = None),
+            without(&|g| g.leans_to = None),
             without(&|g| g.contact_s = None),
         ] {
             assert_eq!(Guidance::from_words(&guidance.to_words()), guidance);

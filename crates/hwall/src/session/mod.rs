@@ -104,6 +104,7 @@ impl<P: Predictor> Session<P> {
             .map(|levels| BoardTexture::new(levels, Arc::clone(renderer.arm())));
         let control = Control {
             waiting: perception.walls.waiting,
+            waits_at: perception.walls.waiting,
             renderer,
             board: *board,
             in_place: config.in_place,

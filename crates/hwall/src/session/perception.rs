@@ -60,6 +60,7 @@ pub(super) struct Newest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Intent {
     Wait,
+    Lean,
     Ready,
     Present,
 }
@@ -108,12 +109,15 @@ impl<P: Predictor> Perception<P> {
         self.newest = Newest {
             tracking: Some(tracking),
             contact: decided.map(|(contact, decision)| match decision {
-                Decision::Present(contact) | Decision::Ready(contact) => contact,
+                Decision::Present(contact) | Decision::Ready(contact) | Decision::Lean(contact) => {
+                    contact
+                }
                 Decision::Wait => contact,
             }),
             intent: decided.map(|(_, decision)| match decision {
                 Decision::Present(_) => Intent::Present,
                 Decision::Ready(_) => Intent::Ready,
+                Decision::Lean(_) => Intent::Lean,
                 Decision::Wait => Intent::Wait,
             }),
             fingertip,
@@ -283,6 +287,16 @@ impl<P: Predictor> Perception<P> {
         match (intent, foreseen) {
             (Some(Intent::Wait), _) if self.walls.waiting.is_some() => {
                 guidance.waits_s = Some(stamp_s);
+            }
+            (Some(Intent::Lean), foreseen) if self.walls.waiting.is_some() => {
+                guidance.waits_s = Some(stamp_s);
+                guidance.leans_to = foreseen.and_then(|Foreseen { contact, presented }| {
+                    let point_m = match presented {
+                        Presented::Nearest(point_m) => point_m,
+                        _ => contact.point_m,
+                    };
+                    self.walls.near(point_m, contact.normal)
+                });
             }
             (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
             // Nobody is seen, or nothing is about to be touched.

@@ -113,6 +113,8 @@ impl PolicyConfig {
 pub(super) enum Decision {
     /// Nothing is about to be touched.
     Wait,
+    /// Something may be: the arm waits nearer to it.
+    Lean(ContactPrediction),
     /// Behind the place that is looked at.
     Ready(ContactPrediction),
     /// On the place that is about to be touched.
@@ -316,7 +318,7 @@ impl Policy {
             }
             _ if settled && is_look && is_still => match self.looks.share() >= c.trusted_share {
                 true => Decision::Ready(*contact),
-                false => Decision::Wait,
+                false => Decision::Lean(*contact),
             },
             _ if settled => Decision::Wait,
             (last, _) => last,
