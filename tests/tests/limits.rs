@@ -91,7 +91,9 @@ impl Around {
             // A hand that drifts.
             *point_m += s.unit_vector() * 5e-4;
         }
-        control.target = self.wanted.map(|(point_m, normal)| BoardTarget::new(point_m, normal, self.now_s()));
+        control.target = self
+            .wanted
+            .map(|(point_m, normal)| BoardTarget::new(point_m, normal, self.now_s()));
     }
 }
 

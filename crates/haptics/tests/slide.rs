@@ -18,7 +18,10 @@ fn arm() -> SrsArm {
 }
 
 fn target(roll_rad: Option<f64>) -> BoardTarget {
-    BoardTarget { roll_rad, ..BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0) }
+    BoardTarget {
+        roll_rad,
+        ..BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0)
+    }
 }
 
 /// A follower at rest on the target.

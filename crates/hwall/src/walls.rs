@@ -111,7 +111,9 @@ impl Walls {
         let waiting = match found {
             Ok(posture) => posture.q,
             Err(
-                ArrivalError::NoWalls | ArrivalError::OutOfReach { .. } | ArrivalError::Empty { .. },
+                ArrivalError::NoWalls
+                | ArrivalError::OutOfReach { .. }
+                | ArrivalError::Empty { .. },
             ) => return Ok(maps.into()),
             Err(error) => return Err(error.into()),
         };
@@ -159,7 +161,9 @@ fn targets_of(
     #[cfg(feature = "texture")]
     if let Some(levels) = TextureLevels::for_scene(scene, board)?.filter(|_| config.texture) {
         let roll_rad = |target: &WeightedTarget| {
-            let place = scene.closest_touchable(target.target.point_m, BESIDE_M).ok()??;
+            let place = scene
+                .closest_touchable(target.target.point_m, BESIDE_M)
+                .ok()??;
             levels.roll_of_rad(scene.surface(place.surface).roughness?)
         };
         let rolled = |target: WeightedTarget| WeightedTarget {

@@ -7,7 +7,6 @@ use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, MOST_JOIN
 use hwall_numeric::check::{all_finite, non_negative, that};
 use rsruckig::prelude::*;
 
-
 /// How near to the largest speed a state counts as on its edge, as a share of it.
 const SPEED_EDGE: f64 = 1e-9;
 

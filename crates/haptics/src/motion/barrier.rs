@@ -90,7 +90,10 @@ impl Footprint {
     pub(super) fn new(face: Pose, board: &Board, margin_m: f64) -> Self {
         Self {
             face,
-            half_m: [board.half_width_m + margin_m, board.half_height_m + margin_m],
+            half_m: [
+                board.half_width_m + margin_m,
+                board.half_height_m + margin_m,
+            ],
         }
     }
 
@@ -130,7 +133,9 @@ impl Barriers {
 
     /// Is a plane through a point one of the barriers?
     pub(super) fn have(&self, point_m: DVec3, normal: DVec3) -> bool {
-        self.all.iter().any(|barrier| barrier.is_at(point_m, normal))
+        self.all
+            .iter()
+            .any(|barrier| barrier.is_at(point_m, normal))
     }
 
     /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle. Within a footprint the
@@ -145,7 +150,13 @@ impl Barriers {
         footprints: &[Option<Footprint>],
         planes: &[Option<Plane>],
     ) -> Option<FacePoint> {
-        let points = [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        let points = [
+            (0.0, 0.0),
+            (1.0, 1.0),
+            (1.0, -1.0),
+            (-1.0, 1.0),
+            (-1.0, -1.0),
+        ];
         let corner = |(x, y): (f64, f64)| {
             face.transform_point(DVec3::new(
                 x * board.half_width_m,
@@ -160,7 +171,10 @@ impl Barriers {
         let mut most: Option<FacePoint> = None;
         for point_m in points.map(corner) {
             let of_scene = within(point_m).or_else(|| self.nearest(point_m));
-            let of_planes = planes.iter().flatten().filter_map(|plane| plane.side(point_m));
+            let of_planes = planes
+                .iter()
+                .flatten()
+                .filter_map(|plane| plane.side(point_m));
             for found in of_scene.into_iter().chain(of_planes) {
                 if most.is_none_or(|most| found.in_front_m > most.in_front_m) {
                     most = Some(found);
@@ -236,7 +250,10 @@ mod tests {
 
     fn in_front_m(barriers: &Barriers, at: [f64; 3]) -> f64 {
         let point_m = DVec3::from_array(at);
-        barriers.nearest(point_m).expect("there are some").in_front_m
+        barriers
+            .nearest(point_m)
+            .expect("there are some")
+            .in_front_m
     }
 
     #[test]

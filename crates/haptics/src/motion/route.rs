@@ -176,7 +176,11 @@ impl Route {
         Some(check.most_in_front(face)?.in_front_m)
     }
 
-    fn check<'a>(&'a self, board: &'a Board, goal: Option<&Goal>) -> Result<Check<'a>, HapticsError> {
+    fn check<'a>(
+        &'a self,
+        board: &'a Board,
+        goal: Option<&Goal>,
+    ) -> Result<Check<'a>, HapticsError> {
         let mut check = Check {
             board,
             barriers: &self.barriers,
@@ -274,12 +278,22 @@ impl Route {
                     let Ok(found) = solver.on_place(&place, &near, BranchPolicy::Keep)? else {
                         continue;
                     };
-                    let detour_m = if is_before_goal { behind_m } else { f64::INFINITY };
+                    let detour_m = if is_before_goal {
+                        behind_m
+                    } else {
+                        f64::INFINITY
+                    };
                     let way = if stops {
-                        check.way(found.q, None, Some(detour_m), reference, solver).map(|way| {
-                            let rest_s = reference.limits().travel_time_s(&found.q, destination.q());
-                            Way { duration_s: way.duration_s + rest_s, ..way }
-                        })
+                        check
+                            .way(found.q, None, Some(detour_m), reference, solver)
+                            .map(|way| {
+                                let rest_s =
+                                    reference.limits().travel_time_s(&found.q, destination.q());
+                                Way {
+                                    duration_s: way.duration_s + rest_s,
+                                    ..way
+                                }
+                            })
                     } else {
                         check.way(*destination.q(), Some(found.q), None, reference, solver)
                     };
@@ -292,7 +306,10 @@ impl Route {
                 }
             }
         }
-        if keeps && best.detour_m.is_none_or(|m| m >= shorter_than_m) && best.protrusion_m > allowed_m {
+        if keeps
+            && best.detour_m.is_none_or(|m| m >= shorter_than_m)
+            && best.protrusion_m > allowed_m
+        {
             return Ok(());
         }
         self.take(best, reference)

@@ -52,27 +52,26 @@ pub struct PolicyConfig {
     pub margin_m: f64,
 }
 
-fn env(n: &str, d: f64) -> f64 { std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d) }
 impl Default for PolicyConfig {
     fn default() -> Self {
         Self {
-            steady_m: env("STEADY", 0.05),
-            settle_s: env("SETTLE", 0.05),
+            steady_m: 0.05,
+            settle_s: 0.05,
             settle_m: 0.06,
-            ready_m: env("READY", 0.0),
-            still_m_per_s: env("STILL", 0.3),
+            ready_m: 0.0,
+            still_m_per_s: 0.3,
             still_s: 0.1,
             look_s: 1.0,
-            trusted_share: env("TRUST", 0.6),
-            reach_m_per_s: env("REACH", 0.1),
+            trusted_share: 0.9,
+            reach_m_per_s: 0.1,
             near_m: 0.06,
             pause_s: 0.3,
-            deviations: env("DEV", 1.0),
+            deviations: 1.0,
             default_sd_m: 0.02,
-            looked_sd_m: env("LSD", 0.026),
+            looked_sd_m: 0.026,
             unsure_m: 0.2,
-            sure_m: env("SURE", 0.08),
-            margin_m: env("MARGIN", 0.005),
+            sure_m: 0.08,
+            margin_m: 0.005,
         }
     }
 }
@@ -140,8 +139,8 @@ struct Looks {
 
 /// Looks count for so much less after each that follows.
 const FADES: f64 = 0.9;
-/// What is known of a person before the first look: that two of two led to a reach.
-const LED_BEFORE: f64 = 2.0;
+/// What is known of a person before the first look: that one of one led to a reach.
+const LED_BEFORE: f64 = 1.0;
 /// A glance this short is none, s.
 const SHORTEST_S: f64 = 0.1;
 /// A reach begins at most this long after its look ended, s.
@@ -179,7 +178,10 @@ impl Looks {
     }
 
     fn ended(&mut self, led: bool) {
-        let lasted_s = self.under_way.take().map_or(0.0, |[since_s, seen_s]| seen_s - since_s);
+        let lasted_s = self
+            .under_way
+            .take()
+            .map_or(0.0, |[since_s, seen_s]| seen_s - since_s);
         if led || lasted_s >= SHORTEST_S {
             self.led = self.led * FADES + f64::from(u8::from(led));
             self.all = self.all * FADES + 1.0;
@@ -276,9 +278,7 @@ impl Policy {
         });
         let motion = hand.map_or(Motion::Rests, |hand| self.motion(contact, hand));
         // What was looked at before anything was known is no look either.
-        let is_still = hand.is_none_or(|hand| {
-            hand.velocity_m_per_s.length() < c.still_m_per_s
-        });
+        let is_still = hand.is_none_or(|hand| hand.velocity_m_per_s.length() < c.still_m_per_s);
         if !is_still || self.moved_s == f64::NEG_INFINITY {
             self.moved_s = t_s;
         }
@@ -291,7 +291,9 @@ impl Policy {
         if motion == Motion::Reaches {
             self.reached_s = t_s;
         }
-        let look = contact.looked_at_since_s.filter(|since_s| is_still && *since_s >= self.moved_s + c.still_s);
+        let look = contact
+            .looked_at_since_s
+            .filter(|since_s| is_still && *since_s >= self.moved_s + c.still_s);
         self.looks.step(t_s, look, motion == Motion::Reaches);
         let reaching = t_s - self.reached_s <= c.pause_s && motion != Motion::Leaves;
         let settled = t_s - candidate.since_s >= c.settle_s;

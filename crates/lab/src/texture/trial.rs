@@ -133,7 +133,10 @@ pub fn run(
     motion
         .scan_mut()
         .expect(trial.scan_rad + trial.unexpected_rad)?;
-    let target = |place: DVec2, roll_rad: f64, now_s: f64| BoardTarget { roll_rad: Some(roll_rad), ..BoardTarget::new(trial.point_m + lift(place), trial.normal, now_s) };
+    let target = |place: DVec2, roll_rad: f64, now_s: f64| BoardTarget {
+        roll_rad: Some(roll_rad),
+        ..BoardTarget::new(trial.point_m + lift(place), trial.normal, now_s)
+    };
     let roll_rad = motion.roll_for(&trial.level);
     // The elbow bent and up, as in a real set-up.
     let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, 60.0, 0.0]);

@@ -7,8 +7,8 @@ use crate::person::sights;
 use crate::person::touches::{self, Standing, Touch};
 use hwall::LikelyTouches;
 use hwall::arrival::WeightedTarget;
-use hwall_hand::HandFrame;
 use hwall::reachability::Target;
+use hwall_hand::HandFrame;
 use hwall_scene::Scene;
 use hwall_sim::{Person, ReachPlan};
 

@@ -21,25 +21,8 @@ use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Debug.
-#[derive(Debug, Clone)]
-#[allow(missing_docs)]
-pub struct Probe {
-    pub state: SessionState,
-    pub target: Option<hwall_haptics::BoardTarget>,
-    pub left_s: Option<f64>,
-    pub detour: bool,
-    pub bent: bool,
-    pub q: hwall_kinematics::JointPositions,
-    pub goal: Option<hwall_kinematics::JointPositions>,
-    pub contact: Option<hwall_contact::ContactPrediction>,
-    pub protrusion_m: Option<f64>,
-}
-
 /// A finished run.
 pub struct Run {
-    /// Debug.
-    pub probe: Vec<Probe>,
     /// One entry for each control step.
     pub ticks: Vec<Tick>,
     /// Time that each call of [`Session::step`] took, ns, in rising order.
@@ -297,7 +280,6 @@ impl Fingertip {
 }
 
 struct Log {
-    probe: Vec<Probe>,
     ticks: Vec<Tick>,
     led: Vec<Led>,
     sent: SentLog,
@@ -316,7 +298,6 @@ struct Log {
 impl Log {
     fn new(steps: usize, start_s: f64, span_m: f64) -> Self {
         Self {
-            probe: Vec::new(),
             ticks: Vec::with_capacity(steps + 1),
             led: Vec::new(),
             sent: SentLog::default(),
@@ -408,20 +389,6 @@ impl Log {
         let base_from_board = arm.pose();
         self.trace
             .board(t_s, base_from_board.position_m(), control.target());
-        if std::env::var_os("PROBE").is_some() {
-            let f = control.renderer().follower();
-            self.probe.push(Probe {
-                state: control.state(),
-                target: control.target().copied(),
-                left_s: f.left_s(),
-                detour: f.is_detour(),
-                bent: f.by_way_of().is_some(),
-                q: f.commanded(),
-                goal: f.goal(),
-                contact: session.contact(),
-                protrusion_m: f.protrusion_m(),
-            });
-        }
         self.sent.step(Sent {
             t_s,
             target: control.target().map(Into::into),
@@ -446,7 +413,6 @@ impl Log {
     ) -> Run {
         let end_s = self.ticks.last().map_or(0.0, |t| t.t_s);
         Run {
-            probe: self.probe,
             ticks: self.ticks,
             led: self.led,
             sent: self.sent.into_changes(),
