@@ -2,7 +2,9 @@
 
 use glam::{DAffine3, DVec3};
 use hwall::{Cycle, Surroundings, TargetControl, drive};
-use hwall_haptics::{ArmCommand, Board, BoardTarget, FollowerConfig, Phase, RendererConfig};
+use hwall_haptics::{
+    ArmCommand, Board, BoardTarget, FollowerConfig, MotionLimits, Phase, RendererConfig,
+};
 use hwall_kinematics::{JointPositions, SrsArm, Wrench};
 use hwall_scene::Scene;
 use hwall_sim::{ServoArm, ServoConfig, SimError};
@@ -119,6 +121,7 @@ impl Limits {
             panic!("{place}: all states are good")
         };
         let arm = servo.model();
+        let limits = MotionLimits::of_arm(&**arm, &self.follower.motion).expect("of an iiwa 7");
         let mut speed = [0.0; 7];
         for j in 0..7 {
             assert!(
@@ -130,14 +133,14 @@ impl Limits {
                 continue;
             };
             speed[j] = (q[j] - before[j]) / DT_S;
-            let most = self.follower.speed_share * arm.max_velocity_rad_per_s()[j];
+            let most = limits.velocity_rad_per_s[j];
             assert!(
                 speed[j].abs() <= most + 1e-9,
                 "{place} {j}: {} rad/s",
                 speed[j]
             );
             let change = (speed[j] - speed_before[j]) / DT_S;
-            let most = self.follower.acceleration_rad_per_s2[j];
+            let most = limits.acceleration_rad_per_s2[j];
             assert!(change.abs() <= most + 1e-6, "{place} {j}: {change} rad/s²");
         }
         self.before = Some((q, speed));

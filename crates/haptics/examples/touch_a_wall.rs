@@ -29,12 +29,8 @@ fn main() -> Result<(), HapticsError> {
             ..Wrench::default()
         };
         state.external_torque = Some(renderer.arm().torques_from_wrench(&state.q, &wrench));
-        let target = BoardTarget {
-            point_m: DVec3::new(0.55, 0.25, 0.7),
-            normal: DVec3::X,
-            stamp_s: if now_s < 2.5 { now_s } else { 2.5 },
-            roll_rad: None,
-        };
+        let point_m = DVec3::new(0.55, 0.25, 0.7);
+        let target = BoardTarget::new(point_m, DVec3::X, now_s.min(2.5));
         let step = renderer.step(now_s, &state, Some(&target));
         if let ArmCommand::Position(q) = step.command {
             state.q = q; // an arm that does at once what it is told

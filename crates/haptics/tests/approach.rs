@@ -1,135 +1,244 @@
-//! The board on its way along a wall: behind it, and exactly on it at the end.
+//! The board on its way: behind the surfaces, and exactly at its place at the end.
 
 use glam::DVec3;
 use hwall_haptics::{
-    ApproachConfig, ArmCommand, ArmState, Board, BoardTarget, RenderStep, Renderer, RendererConfig,
+    ApproachConfig, Barrier, Board, BoardTarget, Follower, FollowerConfig, HapticsError, board_pose,
 };
-use hwall_kinematics::{JointPositions, JointVelocities, SrsArm};
+use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_testkit::Sampler;
+use std::sync::Arc;
 
-const DT_S: f64 = 1e-3;
+const DT_S: f64 = 2e-3;
+/// A wall before the arm, one that meets it at an outer corner, a box that stands out of the first.
+const WALL_X_M: f64 = 0.6;
+const SIDE: DVec3 = DVec3::new(0.8, 0.6, 0.0);
 
-/// A renderer and an arm that does at once what it is told.
-struct Rig {
-    renderer: Renderer,
-    state: ArmState,
+fn barriers() -> Vec<Barrier> {
+    let new = |middle: [f64; 3], normal: DVec3, half: [f64; 2]| {
+        Barrier::new(DVec3::from_array(middle), normal, half).unwrap()
+    };
+    let along = DVec3::new(-0.6, 0.8, 0.0);
+    let corner = DVec3::new(WALL_X_M, 0.2, 0.6);
+    vec![
+        new([WALL_X_M, -0.5, 0.6], DVec3::X, [0.7, 1.2]),
+        new((corner + along * 0.8).to_array(), SIDE, [0.8, 1.2]),
+        new([0.7, -0.3, 0.35], DVec3::X, [0.2, 0.12]),
+        new([0.65, -0.5, 0.35], DVec3::NEG_Y, [0.05, 0.12]),
+        new([0.65, -0.1, 0.35], DVec3::Y, [0.05, 0.12]),
+    ]
 }
 
-impl Rig {
-    fn new(approach: ApproachConfig) -> Self {
-        let config = RendererConfig {
-            approach,
-            ..Default::default()
-        };
-        let q = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-        Self {
-            renderer: Renderer::new(&SrsArm::iiwa7(), &Board::default(), config).unwrap(),
-            state: ArmState {
-                t_s: 0.0,
-                q,
-                qd: JointVelocities::default(),
-                external_torque: None,
-            },
+fn arm() -> SrsArm {
+    let face = Board::default().flange_from_board_face().unwrap();
+    SrsArm::iiwa7().with_tool(face)
+}
+
+/// Elbow to the side, the board behind the first wall.
+fn waiting() -> JointPositions {
+    JointPositions::from_deg([24.0, 62.0, -104.0, -108.0, -37.0, -82.0, 36.0])
+}
+
+fn follower(barriers: &[Barrier]) -> Follower {
+    let mut follower = Follower::new(Arc::new(arm()), FollowerConfig::default(), &waiting())
+        .unwrap()
+        .with_board(ApproachConfig::default(), Board::default());
+    follower.set_barriers(barriers);
+    follower
+}
+
+/// A place on one of the surfaces.
+fn place(sampler: &mut Sampler, shelf: bool) -> (DVec3, DVec3) {
+    let z = sampler.uniform(0.2, 0.8);
+    match (sampler.uniform(0.0, 5.0)) as usize {
+        0 => {
+            let along = sampler.uniform(0.1, 0.5);
+            let corner = DVec3::new(WALL_X_M, 0.2, z);
+            (corner + DVec3::new(-0.6, 0.8, 0.0) * along, SIDE)
+        }
+        1 if shelf => {
+            let [y, z] = [sampler.uniform(-0.45, -0.15), sampler.uniform(0.28, 0.42)];
+            (DVec3::new(0.7, y, z), DVec3::X)
+        }
+        _ => {
+            let y = sampler.uniform(-0.5, 0.1);
+            (DVec3::new(WALL_X_M, y, z), DVec3::X)
         }
     }
+}
 
-    fn step(&mut self, point_m: DVec3) -> RenderStep {
-        self.state.t_s += DT_S;
-        let target = BoardTarget::new(point_m, DVec3::X, self.state.t_s);
-        let step = self
-            .renderer
-            .step(self.state.t_s, &self.state, Some(&target));
-        let ArmCommand::Position(q) = step.command else {
-            panic!("{step:?}")
+/// What a thousand targets did, most of them changed on the way.
+struct Outcome {
+    /// How far the face came before a surface in each step, m, in rising order.
+    in_front_m: Vec<f64>,
+    /// Targets that were left in peace, and those of them that were reached.
+    wanted: usize,
+    reached: usize,
+}
+
+fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool) -> Outcome {
+    let mut follower = follower(barriers);
+    let mut sampler = Sampler::new(seed);
+    let mut outcome = Outcome {
+        in_front_m: Vec::new(),
+        wanted: 0,
+        reached: 0,
+    };
+    for _ in 0..1000 {
+        let (point_m, normal) = place(&mut sampler, shelf);
+        let target = BoardTarget {
+            slack_m: [0.03; 2],
+            ..BoardTarget::new(point_m, normal, 0.0)
         };
-        self.state.q = q;
-        step
-    }
-
-    fn middle_m(&self) -> DVec3 {
-        self.renderer.arm().forward(&self.state.q).position_m()
-    }
-
-    /// Brings the board to rest at a point; how far its middle came in front of the wall, m.
-    fn settle(&mut self, point_m: DVec3) -> f64 {
-        let mut front_m = f64::NEG_INFINITY;
-        for _ in 0..3000 {
-            assert_eq!(self.step(point_m).unreachable, None, "{point_m}");
-            front_m = front_m.max(self.middle_m().x - point_m.x);
+        if sampler.uniform(0.0, 1.0) < 0.3 {
+            follower.set_posture(&waiting()).unwrap();
+        } else if follower.set_target(&target).unwrap().is_some() {
+            continue;
         }
-        // The way behind the wall has shrunk to nothing.
+        let stays = sampler.uniform(0.0, 1.0) < 0.5;
+        let for_s = if stays {
+            4.0
+        } else {
+            sampler.uniform(0.05, 0.6)
+        };
+        for _ in 0..(for_s / DT_S) as usize {
+            follower.step(DT_S).unwrap();
+            outcome.in_front_m.push(follower.protrusion_m().unwrap());
+        }
+        if stays {
+            outcome.wanted += 1;
+            let is_there = Some(follower.commanded()) == follower.goal();
+            outcome.reached += usize::from(is_there);
+        }
+    }
+    outcome.in_front_m.sort_by(f64::total_cmp);
+    outcome
+}
+
+#[test]
+fn random_targets_on_walls_keep_the_board_behind_them() {
+    let outcome = random_targets(&barriers()[..2], 41, false);
+    let n = outcome.in_front_m.len();
+    let [most_m, most_of_1000_m] = [n - 1, n - n / 1000].map(|i| outcome.in_front_m[i]);
+    println!(
+        "{most_m} {most_of_1000_m} {} of {}",
+        outcome.reached, outcome.wanted
+    );
+    assert!(most_m <= 5e-3, "{most_m} m before a wall");
+    assert!(outcome.reached * 100 >= outcome.wanted * 97);
+}
+
+/// A goal may change while the board is in the box, or on its way into it: it then comes out, which is before the wall.
+#[test]
+fn random_targets_on_a_box_are_nearly_as_well_kept() {
+    let outcome = random_targets(&barriers(), 42, true);
+    let n = outcome.in_front_m.len();
+    let [most_m, most_of_100_m] = [n - 1, n - n / 100].map(|i| outcome.in_front_m[i]);
+    println!(
+        "{most_m} {most_of_100_m} {} of {}",
+        outcome.reached, outcome.wanted
+    );
+    assert!(most_of_100_m <= 5e-3, "{most_of_100_m} m before a surface");
+    assert!(most_m <= 0.1, "{most_m} m before a surface");
+    assert!(outcome.reached * 100 >= outcome.wanted * 95);
+}
+
+#[test]
+fn a_free_way_is_straight_and_least_in_time() {
+    let mut follower = follower(&[]);
+    let target = BoardTarget::new(DVec3::new(0.6, -0.25, 0.55), DVec3::X, 0.0);
+    follower.set_target(&target).unwrap();
+    follower.step(1e-3).unwrap();
+    assert!(!follower.is_detour() && follower.by_way_of().is_none() && !follower.is_blocked());
+    let least_s = follower
+        .limits()
+        .travel_time_s(&waiting(), &follower.goal().unwrap());
+    let left_s = follower.left_s().unwrap() + 1e-3;
+    assert!(
+        (left_s - least_s).abs() < 1e-3,
+        "{left_s} instead of {least_s}"
+    );
+}
+
+#[test]
+fn the_board_ends_exactly_at_its_place() {
+    let mut follower = follower(&barriers());
+    let target = BoardTarget {
+        behind_m: 0.01,
+        ..BoardTarget::new(DVec3::new(WALL_X_M, -0.05, 0.6), DVec3::X, 0.0)
+    };
+    follower.set_target(&target).unwrap();
+    for _ in 0..2000 {
+        follower.step(DT_S).unwrap();
+    }
+    let face = follower.commanded_pose();
+    let wanted = DVec3::new(WALL_X_M - 0.01, -0.05, 0.6);
+    assert!(face.position_m().distance(wanted) < 1e-11);
+    assert_eq!(follower.left_s(), Some(0.0));
+}
+
+/// A box around the goal that only its front opens to: no straight way and no bend, only from behind.
+#[test]
+fn a_shelf_is_reached_from_behind_its_wall() {
+    let mut follower = follower(&barriers());
+    let point_m = DVec3::new(0.7, -0.3, 0.35);
+    follower
+        .set_target(&BoardTarget::new(point_m, DVec3::X, 0.0))
+        .unwrap();
+    let mut most_m = f64::NEG_INFINITY;
+    for _ in 0..2000 {
+        follower.step(DT_S).unwrap();
+        most_m = most_m.max(follower.protrusion_m().unwrap());
+    }
+    assert!(follower.commanded_pose().position_m().distance(point_m) < 1e-9);
+    assert!(most_m <= 5e-3, "{most_m}");
+}
+
+#[test]
+fn what_is_before_a_surface_is_told() {
+    let follower = follower(&barriers());
+    assert!(follower.protrusion_m().unwrap() < -0.05);
+    let arm = arm();
+    let before = board_pose(DVec3::new(WALL_X_M + 0.03, -0.2, 0.65), DVec3::X, 0.0).unwrap();
+    let q = arm
+        .nearest_solution(&before, &waiting(), &Default::default())
+        .unwrap()
+        .q;
+    let told_m = follower.protrusion_at_m(&q).unwrap();
+    assert!((told_m - 0.03).abs() < 1e-9, "{told_m}");
+}
+
+#[test]
+fn settings_and_barriers_out_of_range_are_refused() {
+    let wrong = [
+        ApproachConfig {
+            allowed_m: -1.0,
+            ..ApproachConfig::default()
+        },
+        ApproachConfig {
+            detours_m: [f64::NAN; 6],
+            ..ApproachConfig::default()
+        },
+        ApproachConfig {
+            extent_m: 0.0,
+            ..ApproachConfig::default()
+        },
+        ApproachConfig {
+            footprint_m: f64::INFINITY,
+            ..ApproachConfig::default()
+        },
+        ApproachConfig {
+            retry_s: 0.0,
+            ..ApproachConfig::default()
+        },
+    ];
+    for config in wrong {
         assert!(
-            self.middle_m().distance(point_m) < 1e-11,
-            "{}",
-            self.middle_m()
+            matches!(config.validate(), Err(HapticsError::Argument(_))),
+            "{config:?}"
         );
-        front_m
     }
-}
-
-#[test]
-fn a_move_along_the_wall_starts_behind_it_in_proportion_up_to_the_largest_distance() {
-    for (along_m, behind_m) in [(0.3, 0.03), (0.2, 0.02), (0.5, 0.04)] {
-        let mut rig = Rig::new(ApproachConfig::default());
-        let from = DVec3::new(0.6, 0.25, 0.5);
-        rig.settle(from);
-        let to = from - DVec3::Y * along_m;
-        let goal = rig.step(to).goal.unwrap();
-        let goal_m = rig.renderer.arm().forward(&goal).position_m();
-        assert!(goal_m.distance(to - DVec3::X * behind_m) < 1e-9, "{goal_m}");
-        rig.settle(to);
-    }
-}
-
-#[test]
-fn a_move_straight_at_the_wall_goes_straight_to_the_target() {
-    let mut rig = Rig::new(ApproachConfig::default());
-    rig.settle(DVec3::new(0.55, 0.1, 0.5));
-    let to = DVec3::new(0.65, 0.1, 0.5);
-    let goal = rig.step(to).goal.unwrap();
-    assert!(rig.renderer.arm().forward(&goal).position_m().distance(to) < 1e-9);
-}
-
-/// How far the middle of the board comes in front of the wall on moves between the two places,
-/// to and fro, over a grid of walls and heights, m.
-fn front_m(approach: ApproachConfig, y: [f64; 2]) -> Vec<f64> {
-    let mut found = Vec::new();
-    for x in [0.6, 0.65] {
-        for z in [0.3, 0.5] {
-            let mut rig = Rig::new(approach);
-            rig.settle(DVec3::new(x, y[0], z));
-            for y in [y[1], y[0], y[1], y[0]] {
-                found.push(rig.settle(DVec3::new(x, y, z)));
-            }
-        }
-    }
-    found
-}
-
-const STRAIGHT: ApproachConfig = ApproachConfig {
-    behind_m: 0.0,
-    slope: 0.0,
-};
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// Joints move each for itself, so the way between two places on a wall bulges towards the hand:
-/// 22 mm at most without the distance behind, 2.5 mm with it.
-#[test]
-fn across_the_arm_300_mm_along_the_wall_stay_behind_it_but_for_3_mm() {
-    let across = front_m(ApproachConfig::default(), [-0.15, 0.15]);
-    assert!(largest(&across) < 0.003, "{across:?}");
-    let straight = front_m(STRAIGHT, [-0.15, 0.15]);
-    assert!(largest(&straight) > 0.02, "{straight:?}");
-}
-
-/// Out to one side the joints part more, and the distance behind does not make up for it: 33 mm, 36 mm
-/// without.
-#[test]
-fn to_one_side_300_mm_along_the_wall_come_at_most_35_mm_in_front_of_it() {
-    for y in [0.3, -0.3] {
-        let aside = front_m(ApproachConfig::default(), [0.0, y]);
-        assert!(largest(&aside) < 0.035, "{aside:?}");
-    }
+    let at = DVec3::X;
+    assert!(Barrier::new(at * f64::NAN, DVec3::X, [1.0; 2]).is_err());
+    assert!(Barrier::new(at, DVec3::ZERO, [1.0; 2]).is_err());
+    assert!(Barrier::new(at, DVec3::X, [0.0, 1.0]).is_err());
 }

@@ -361,27 +361,6 @@ fn settings_out_of_range_are_named() {
     let d = FollowerConfig::default;
     assert_eq!(
         named(FollowerConfig {
-            speed_share: 1.1,
-            ..d()
-        }),
-        "speed_share"
-    );
-    assert_eq!(
-        named(FollowerConfig {
-            speed_share: f64::NAN,
-            ..d()
-        }),
-        "speed_share"
-    );
-    assert_eq!(
-        named(FollowerConfig {
-            acceleration_rad_per_s2: [0.0; 7],
-            ..d()
-        }),
-        "acceleration_rad_per_s2"
-    );
-    assert_eq!(
-        named(FollowerConfig {
             rolls_rad: vec![],
             ..d()
         }),

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use hwall_haptics::{
-    ApproachConfig, ArgumentError, ArmCommand, ArmState, Board, BoardTarget, ForceConfig,
-    HapticsError, HoldReason, Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    ArgumentError, ArmCommand, ArmState, Board, BoardTarget, ForceConfig, HapticsError, HoldReason,
+    Phase, RenderStep, Renderer, RendererConfig, WatchdogConfig,
 };
 use hwall_kinematics::{
     JointPositions, JointTorques, JointVelocities, SrsArm, Unreachable, Wrench,
@@ -47,10 +47,8 @@ impl Rig {
                 external_torque,
             },
             target: Some(BoardTarget {
-                point_m: DVec3::new(0.55, 0.1, 0.6),
-                normal: DVec3::X,
-                stamp_s: 0.0,
                 roll_rad: None,
+                ..BoardTarget::new(DVec3::new(0.55, 0.1, 0.6), DVec3::X, 0.0)
             }),
             press_n: 0.0,
         }
@@ -411,14 +409,10 @@ fn settings_out_of_range_are_named() {
             filter_s: bad,
             ..Default::default()
         };
-        let straight = ApproachConfig {
-            behind_m: bad,
-            ..Default::default()
-        };
-        let flat = ApproachConfig {
-            slope: bad,
-            ..Default::default()
-        };
+        let mut allowed = RendererConfig::default();
+        allowed.follower.approach.allowed_m = bad;
+        let mut clearance = RendererConfig::default();
+        clearance.proximity.clearance_m = bad;
         for (wanted, config) in [
             (
                 "filter_s",
@@ -427,20 +421,8 @@ fn settings_out_of_range_are_named() {
                     ..Default::default()
                 },
             ),
-            (
-                "behind_m",
-                RendererConfig {
-                    approach: straight,
-                    ..Default::default()
-                },
-            ),
-            (
-                "slope",
-                RendererConfig {
-                    approach: flat,
-                    ..Default::default()
-                },
-            ),
+            ("allowed_m", allowed),
+            ("clearance_m", clearance),
         ] {
             match Renderer::new(&SrsArm::iiwa7(), &Board::default(), config) {
                 Err(HapticsError::Argument(ArgumentError::OutOfRange { what, .. })) => {
@@ -464,5 +446,8 @@ fn settings_out_of_range_are_named() {
         "resync_rad"
     );
     assert_eq!(named(|c| c.contact.on_n = f64::NAN), "on_n");
-    assert_eq!(named(|c| c.follower.speed_share = 0.0), "speed_share");
+    assert_eq!(
+        named(|c| c.proximity.braking_m_per_s2 = 0.0),
+        "braking_m_per_s2"
+    );
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hwall_haptics::{
     ArgumentError, ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig,
-    HapticsError, Phase, Renderer, RendererConfig, Slide, board_pose, surface_axes,
+    HapticsError, Phase, RenderInput, Renderer, RendererConfig, Slide, board_pose, surface_axes,
 };
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, SrsArm, Wrench};
 use hwall_testkit::Sampler;
@@ -197,7 +197,15 @@ fn the_renderer_slides_in_contact_only() {
         // From 700 on the slide is broken: the board stands still.
         let bad = slide(DVec3::NAN);
         let asked = if i < 700 { &away } else { &bad };
-        let step = renderer.step_sliding(now_s, &state, Some(&aim), Some(asked));
+        let step = renderer.step_with(
+            now_s,
+            &state,
+            &RenderInput {
+                target: Some(&aim),
+                slide: Some(asked),
+                ..RenderInput::default()
+            },
+        );
         let touched = matches!(step.phase, Phase::Contact { .. });
         assert_eq!(step.sliding, touched && i < 700, "{i}");
         let ArmCommand::Position(next) = step.command else {

@@ -16,23 +16,23 @@ fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board).unwrap();
     let (scene, _) = load_scene(None).unwrap();
-    let maps = arm.maps_of(&scene).unwrap();
     let fused = Some(PredictorKind::Fused);
     let people_like = TrainingPeople::default();
     let (predictors, _) = Predictors::train(&scene, &arm, &people_like, fused).unwrap();
+    let glancing = PersonKind::Glancing;
+    let cast = |touches| participants::simulated(&scene, &arm, glancing, touches, 3).unwrap();
+    let both = cast(15);
+    let likely = participants::likely_touches(&scene, &arm, &both);
+    let walls = arm.walls_of(&scene, &board, likely, true).unwrap();
     let stage = Stage {
         arm: &arm,
         board: &board,
         scene: &scene,
-        maps: &maps,
+        walls: &walls,
         predictors: &predictors,
-        waiting: Some(arm.waiting()),
         textured: true,
         period_s: 4e-3,
     };
-    let glancing = PersonKind::Glancing;
-    let cast = |touches| participants::simulated(&scene, &arm, glancing, touches, 3).unwrap();
-    let both = cast(15);
     assert_eq!(counts(&both), [12, 3]);
     assert_eq!(both[0].seed, 3);
     assert_ne!(both[1].seed, 3);
@@ -52,7 +52,7 @@ fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
     let text = json::text(&together).unwrap();
     let value: Value = serde_json::from_str(&text).unwrap();
     check_json(&value, &Summary::new(&together));
-    let table = tables::table(&together, &maps, std::time::Duration::ZERO).to_string();
+    let table = tables::table(&together, &walls.maps, std::time::Duration::ZERO).to_string();
     for line in [
         "people, each",
         "could have been",

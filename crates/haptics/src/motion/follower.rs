@@ -194,7 +194,7 @@ impl Follower {
                 _ => true,
             };
             if is_new {
-                if let Some(before) = before.filter(|before| before.normal != goal.normal) {
+                if let Some(before) = before.filter(|before| !before.is_beside(goal)) {
                     self.route.leave(&before);
                 }
                 self.destination = Some(Destination::Goal(*goal));
@@ -254,6 +254,12 @@ impl Follower {
     #[must_use]
     pub const fn is_detour(&self) -> bool {
         self.route.is_detour()
+    }
+
+    /// Is there no way to the goal behind the surfaces? The board then ends the motion under way, and stands.
+    #[must_use]
+    pub const fn is_blocked(&self) -> bool {
+        self.route.is_blocked()
     }
 
     /// The configuration that the motion still has to pass on its way behind the surfaces, rad.
@@ -317,7 +323,8 @@ impl Follower {
         match &self.destination {
             Some(destination) => {
                 let due = self.route.is_retry_due(dt_s);
-                let is_new = self.is_to_plan || self.reference.goal().is_none();
+                let stands = self.reference.goal().is_none() && !self.route.is_blocked();
+                let is_new = self.is_to_plan || stands;
                 if is_new || due {
                     self.is_to_plan = false;
                     let solver = &mut self.goals.solver;

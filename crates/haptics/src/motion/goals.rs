@@ -34,6 +34,14 @@ pub(super) struct Goal {
 }
 
 impl Goal {
+    /// Is another goal so near on the same plane that one face covers both?
+    pub(super) fn is_beside(&self, other: &Self) -> bool {
+        let off = other.point_m - self.point_m;
+        self.normal.angle_between(other.normal) <= SAME_NORMAL_RAD
+            && off.dot(self.normal).abs() <= SAME_PLANE_M
+            && off.length() <= BESIDE_M
+    }
+
     /// The place on the surface itself.
     pub(super) fn on_surface(&self) -> Place {
         self.place(-self.behind_m)
@@ -53,6 +61,9 @@ impl Goal {
 const WORTH_S: f64 = 0.02;
 /// A goal that leaves the slack is moved to this share of it.
 const RECENTRED: f64 = 0.5;
+/// Points this far off a plane are on it, and goals this near on it are one place, m.
+const SAME_PLANE_M: f64 = 1e-3;
+const BESIDE_M: f64 = 0.05;
 /// Normals that differ by less belong to one plane, rad.
 const SAME_NORMAL_RAD: f64 = 0.01;
 

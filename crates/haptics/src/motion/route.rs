@@ -20,8 +20,8 @@ pub struct ApproachConfig {
     pub detours_m: [f64; 6],
     /// Where no barrier is known at a goal, its plane counts this far around it, m; default 0.3.
     pub extent_m: f64,
-    /// Over what the face covers at its goal and this margin around it, only the surface that it presents counts, m; default
-    /// 0.1: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
+    /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
+    /// this margin, m; default 0.1: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
     pub footprint_m: f64,
     /// While the board is on a detour the straight way is tried again after this time, s; default 0.008.
     pub retry_s: f64,
@@ -63,13 +63,20 @@ impl ApproachConfig {
 /// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
+/// A way that comes in front of a surface by this much more than allowed is taken if there is none better, m; beyond it the
+/// board stands.
+const SPARE_M: f64 = 0.001;
+/// A way may begin further before a surface than where the board is by this, m.
+const HERE_M: f64 = 1e-3;
 /// How often a bend is mended.
 const MOST_BENDS: usize = 6;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
 const BEND_GAIN: f64 = 1.3;
 const BEND_MARGIN_M: f64 = 0.002;
-/// Instants at which a way is looked at.
+/// Instants at which a way is looked at, and how far apart they are where it is looked at closely, s.
 const SAMPLES: usize = 12;
+const CLOSE_S: f64 = 0.012;
+const MOST_SAMPLES: usize = 200;
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Destination {
@@ -96,8 +103,13 @@ pub(super) struct Route {
     barriers: Barriers,
     /// The place that the board served last.
     left: Option<Place>,
+    /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
+    /// shelf.
+    departed: Option<Footprint>,
     /// How far behind the goal the detour under way ends, m; infinite for one behind the departure. `None`: no detour.
     detour_m: Option<f64>,
+    /// No way leads to the destination behind the surfaces.
+    is_blocked: bool,
     retry_in_s: f64,
 }
 
@@ -142,7 +154,9 @@ impl Route {
             board,
             barriers: Barriers::default(),
             left: None,
+            departed: None,
             detour_m: None,
+            is_blocked: false,
             retry_in_s: 0.0,
         }
     }
@@ -155,14 +169,20 @@ impl Route {
         self.detour_m.is_some()
     }
 
+    /// Does no way lead to the destination without coming in front of a surface?
+    pub(super) const fn is_blocked(&self) -> bool {
+        self.is_blocked
+    }
+
     pub(super) const fn forget(&mut self) {
-        (self.left, self.detour_m) = (None, None);
+        (self.left, self.departed) = (None, None);
+        (self.detour_m, self.is_blocked) = (None, false);
     }
 
     /// Time passes; is the straight way due to be tried again?
     pub(super) fn is_retry_due(&mut self, dt_s: f64) -> bool {
         self.retry_in_s -= dt_s;
-        self.is_detour() && self.retry_in_s <= 0.0
+        (self.is_detour() || self.is_blocked) && self.retry_in_s <= 0.0
     }
 
     /// The place of a goal is left for another destination.
@@ -184,7 +204,7 @@ impl Route {
         let mut check = Check {
             board,
             barriers: &self.barriers,
-            footprints: [None; 2],
+            footprints: [None, None, self.departed],
             planes: [None; 2],
         };
         let ahead = goal.map(Goal::on_surface);
@@ -213,7 +233,7 @@ impl Route {
         let config = self.config;
         self.retry_in_s = config.retry_s;
         let Some(board) = self.board else {
-            self.detour_m = None;
+            (self.is_blocked, self.detour_m) = (false, None);
             reference.set_goal(destination.q())?;
             return Ok(());
         };
@@ -221,10 +241,14 @@ impl Route {
             Destination::Goal(goal) => Some(goal),
             Destination::Posture(_) => None,
         };
-        let check = self.check(&board, goal)?;
         let here = solver.arm().forward(&reference.state().q);
-        let allowed_m = self.config.allowed_m.max(check.protrusion_m(&here) + 1e-3);
-        let straight = check.way(*destination.q(), None, None, reference, solver)?;
+        self.departed = None;
+        if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
+            self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+        }
+        let check = self.check(&board, goal)?;
+        let allowed_m = config.allowed_m.max(check.protrusion_m(&here) + HERE_M);
+        let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
         if straight.protrusion_m <= allowed_m {
             return self.take(straight, reference);
         }
@@ -232,7 +256,14 @@ impl Route {
         let mut best = straight;
         // What the way under way still has to pass serves a goal near the last one as well.
         if let Some(by_way_of) = reference.by_way_of().copied()
-            && let Ok(way) = check.way(*destination.q(), Some(by_way_of), None, reference, solver)
+            && let Ok(way) = check.way(
+                *destination.q(),
+                Some(by_way_of),
+                None,
+                allowed_m,
+                reference,
+                solver,
+            )
         {
             best = best.or_better(way, allowed_m);
             if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
@@ -246,7 +277,7 @@ impl Route {
                 break;
             };
             let q = *destination.q();
-            let Ok(way) = check.way(q, Some(by_way_of), None, reference, solver) else {
+            let Ok(way) = check.way(q, Some(by_way_of), None, allowed_m, reference, solver) else {
                 break;
             };
             best = best.or_better(way, allowed_m);
@@ -285,7 +316,7 @@ impl Route {
                     };
                     let way = if stops {
                         check
-                            .way(found.q, None, Some(detour_m), reference, solver)
+                            .way(found.q, None, Some(detour_m), allowed_m, reference, solver)
                             .map(|way| {
                                 let rest_s =
                                     reference.limits().travel_time_s(&found.q, destination.q());
@@ -295,7 +326,14 @@ impl Route {
                                 }
                             })
                     } else {
-                        check.way(*destination.q(), Some(found.q), None, reference, solver)
+                        check.way(
+                            *destination.q(),
+                            Some(found.q),
+                            None,
+                            allowed_m,
+                            reference,
+                            solver,
+                        )
                     };
                     let Ok(way) = way else { continue };
                     best = best.or_better(way, allowed_m);
@@ -312,12 +350,17 @@ impl Route {
         {
             return Ok(());
         }
+        if best.protrusion_m > allowed_m + SPARE_M {
+            // The motion under way is safe, and from further on there may be a way; from rest, the board stands.
+            (self.is_blocked, self.detour_m) = (true, None);
+            return Ok(());
+        }
         self.take(best, reference)
     }
 
     fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
         // At the end of a detour with no better way the goal is next.
-        self.detour_m = way.detour_m;
+        (self.is_blocked, self.detour_m) = (false, way.detour_m);
         if reference.goal() != Some(&way.q) || way.by_way_of.is_some() {
             reference.consider(&way.q, way.by_way_of.as_ref())?;
             reference.accept();
@@ -366,7 +409,7 @@ fn pushed_behind(
 struct Check<'a> {
     board: &'a Board,
     barriers: &'a Barriers,
-    footprints: [Option<Footprint>; 2],
+    footprints: [Option<Footprint>; 3],
     planes: [Option<Plane>; 2],
 }
 
@@ -383,25 +426,49 @@ impl Check<'_> {
             .most_in_front(self.board, face, &self.footprints, &self.planes)
     }
 
+    /// The considered motion where it comes furthest in front of a surface.
+    fn worst(
+        &self,
+        samples: usize,
+        duration_s: f64,
+        reference: &ReferenceMotion,
+        solver: &Solver,
+    ) -> Option<Worst> {
+        let mut worst: Option<Worst> = None;
+        for i in 1..=samples {
+            let t_s = duration_s * i as f64 / samples as f64;
+            let q = reference.considered(t_s).q;
+            if let Some(point) = self.most_in_front(&solver.arm().forward(&q))
+                && worst.is_none_or(|worst| point.in_front_m > worst.point.in_front_m)
+            {
+                worst = Some(Worst { q, point });
+            }
+        }
+        worst
+    }
+
+    /// A way to a configuration, looked at closely only if it seems to stay within `enough_m`.
     fn way(
         &self,
         q: JointPositions,
         by_way_of: Option<JointPositions>,
         detour_m: Option<f64>,
+        enough_m: f64,
         reference: &mut ReferenceMotion,
         solver: &Solver,
     ) -> Result<Way, HapticsError> {
         let duration_s = reference.consider(&q, by_way_of.as_ref())?;
-        let mut worst: Option<Worst> = None;
-        for i in 1..=SAMPLES {
-            let t_s = duration_s * i as f64 / SAMPLES as f64;
-            let q = reference.considered(t_s).q;
-            let found = self.most_in_front(&solver.arm().forward(&q));
-            if let Some(point) = found
-                && worst.is_none_or(|worst| point.in_front_m > worst.point.in_front_m)
-            {
-                worst = Some(Worst { q, point });
-            }
+        let mut worst = self.worst(SAMPLES, duration_s, reference, solver);
+        if worst.is_none_or(|worst| worst.point.in_front_m <= enough_m) {
+            // Good as far as was seen: looked at closely.
+            let samples = (duration_s / CLOSE_S) as usize;
+            let closely = self.worst(
+                samples.clamp(SAMPLES, MOST_SAMPLES),
+                duration_s,
+                reference,
+                solver,
+            );
+            worst = closely.or(worst);
         }
         let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.point.in_front_m);
         Ok(Way {

@@ -6,6 +6,7 @@ mod drive;
 mod event;
 mod guidance;
 mod handover;
+mod looks;
 mod perception;
 mod policy;
 mod target_control;

@@ -1,5 +1,6 @@
 //! When the board goes where: wait, be ready behind a surface, present it.
 
+use super::looks::Looks;
 use crate::error::SessionError;
 use glam::DVec3;
 use hwall_contact::{ContactPrediction, SteadyPoint};
@@ -10,9 +11,9 @@ use hwall_scene::SurfaceId;
 
 /// When the board goes where.
 ///
-/// People want a board that goes early and once and then stands still, rather than one that chases them. What is looked at
-/// brings the board behind the surface, what the hand reaches for brings it onto it, and after a touch the arm returns to its
-/// waiting posture.
+/// People want a board that goes early and once and then stands still, rather than one that chases them. What the hand reaches
+/// for brings the board; so does what is looked at, as long as the looks of this person lead to touches. Whoever looks around
+/// only makes the arm lean towards where they look. After a touch the arm returns to its waiting posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolicyConfig {
     /// The predicted place stays while it moves less than this, m; default 0.05, half of the half width of a board.
@@ -21,7 +22,8 @@ pub struct PolicyConfig {
     pub settle_s: f64,
     /// A predicted place that moves by less than this between frames stays, m; default 0.06.
     pub settle_m: f64,
-    /// How far behind a surface that is looked at the board gets ready, m; default 0.02.
+    /// How far behind a surface that is looked at the board gets ready, m; default 0: on it, for a board
+    /// that need not move again is there sooner.
     pub ready_m: f64,
     /// A hand slower than this rests, m/s; default 0.3: that of a resting hand is seen with an error of a third of it.
     pub still_m_per_s: f64,
@@ -38,17 +40,17 @@ pub struct PolicyConfig {
     pub near_m: f64,
     /// Time for which a reach that pauses still counts, s; default 0.3.
     pub pause_s: f64,
-    /// How many standard deviations of the predicted point must lie on the face; the rest of the face is slack. Default 1.5.
+    /// How many standard deviations of the predicted point must lie on the face; the rest of the face is slack. Default 1.
     pub deviations: f64,
     /// Standard deviation assumed of a prediction that comes without one, m; default 0.02.
     pub default_sd_m: f64,
-    /// Largest standard deviation that counts of a place that is looked at, m; default 0.03.
+    /// Largest standard deviation that counts of a place that is looked at, m; default 0.026, 1.5 degrees at 1 m.
     pub looked_sd_m: f64,
     /// A prediction whose standard deviation is larger than this moves nothing, m; default 0.2.
     pub unsure_m: f64,
     /// The same for one that would move the board away from a place that was looked at, m; default 0.08.
     pub sure_m: f64,
-    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.01.
+    /// Margin of the slack at the edge of the face besides that of [`PlaceTolerance::inset_m`], m; default 0.005.
     pub margin_m: f64,
 }
 
@@ -126,67 +128,6 @@ struct Candidate {
     surface: SurfaceId,
     point_m: DVec3,
     since_s: f64,
-}
-
-/// How many looks of this person led to a reach, counted with a memory that fades.
-#[derive(Debug, Clone, Copy)]
-struct Looks {
-    led: f64,
-    all: f64,
-    /// Since when the look under way has lasted, s, and until when it was seen.
-    under_way: Option<[f64; 2]>,
-}
-
-/// Looks count for so much less after each that follows.
-const FADES: f64 = 0.9;
-/// What is known of a person before the first look: that one of one led to a reach.
-const LED_BEFORE: f64 = 1.0;
-/// A glance this short is none, s.
-const SHORTEST_S: f64 = 0.1;
-/// A reach begins at most this long after its look ended, s.
-const FOLLOWS_S: f64 = 0.15;
-
-impl Default for Looks {
-    fn default() -> Self {
-        Self {
-            led: LED_BEFORE,
-            all: LED_BEFORE,
-            under_way: None,
-        }
-    }
-}
-
-impl Looks {
-    fn share(&self) -> f64 {
-        self.led / self.all
-    }
-
-    /// A frame: since when the eyes have rested on one place while the hand rested, and whether the hand reaches.
-    fn step(&mut self, t_s: f64, look: Option<f64>, reaches: bool) {
-        let is_over = |[since_s, seen_s]: [f64; 2]| match look {
-            Some(now_s) => now_s != since_s,
-            None => t_s - seen_s > FOLLOWS_S,
-        };
-        match self.under_way {
-            Some(_) if reaches => self.ended(true),
-            Some(seen) if is_over(seen) => self.ended(false),
-            _ => {}
-        }
-        if let Some(since_s) = look {
-            self.under_way = Some([since_s, t_s]);
-        }
-    }
-
-    fn ended(&mut self, led: bool) {
-        let lasted_s = self
-            .under_way
-            .take()
-            .map_or(0.0, |[since_s, seen_s]| seen_s - since_s);
-        if led || lasted_s >= SHORTEST_S {
-            self.led = self.led * FADES + f64::from(u8::from(led));
-            self.all = self.all * FADES + 1.0;
-        }
-    }
 }
 
 /// What the hand is doing with regard to a prediction.
