@@ -113,7 +113,9 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         "{:?}",
         setting.remarks
     );
-    let maps = arm.maps_of(&setting.scene).unwrap();
+    let walls = arm
+        .walls_of(&setting.scene, &board, setting.likely_touches.clone(), true)
+        .unwrap();
     let (predictors, learnt) = Predictors::train(
         &setting.scene,
         &arm,
@@ -126,7 +128,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         arm: &arm,
         board: &board,
         scene: &setting.scene,
-        maps: &maps,
+        walls: &walls,
         hand: &participant.hand,
         textured: true,
         period_s: 2e-3,

@@ -102,7 +102,11 @@ fn arrivals_are_what_they_amount_to() {
         )
         .expect("valid")
     };
-    let arrivals = judged(&config);
+    let exact = WaitingConfig {
+        slack_m: 0.0,
+        ..config.clone()
+    };
+    let arrivals = judged(&exact);
     assert_eq!(arrivals.arrivals_s.len(), targets.len());
     assert_eq!(arrivals.arrivals_s.last(), Some(&None));
     assert_eq!(arrivals.arrivals_s[0], None);
