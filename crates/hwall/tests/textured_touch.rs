@@ -11,8 +11,8 @@ use hwall::{EventKind, SessionState};
 
 /// The fault lasts from so long after the press begins until so long after it, s.
 const FAULT_S: [f64; 2] = [0.2, 0.5];
-/// How far the board may leave its plane, m: the joints each move for themselves.
-const OUT_OF_PLANE_M: f64 = 2e-4;
+/// How far the board may leave its plane, m: the joints of an arm that brakes by itself each come to rest for themselves.
+const OUT_OF_PLANE_M: f64 = 1e-3;
 
 type SpoilFrame = fn(HandFrame) -> Option<HandFrame>;
 type SpoilState = fn(usize, ArmState) -> ArmState;

@@ -7,6 +7,9 @@ use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, MOST_JOIN
 use hwall_numeric::check::{all_finite, non_negative, that};
 use rsruckig::prelude::*;
 
+/// By how much the rounding of a plan may leave a joint limit, rad.
+const ROUNDING_RAD: f64 = 1e-9;
+
 /// How near to the largest speed a state counts as on its edge, as a share of it.
 const SPEED_EDGE: f64 = 1e-9;
 
@@ -118,8 +121,6 @@ pub struct ReferenceMotion {
     considered: Option<Considered>,
     course: Course,
     elapsed_s: f64,
-    /// Where the motion in force began, rad.
-    from_q: JointPositions,
     state: JointState,
 }
 
@@ -174,7 +175,6 @@ impl ReferenceMotion {
             considered: None,
             course: Course::Rest,
             elapsed_s: 0.0,
-            from_q: *start,
             state: JointState::at_rest(*start),
         })
     }
@@ -395,23 +395,15 @@ impl ReferenceMotion {
                 }
             }
         }
-        for (joint, [least, most]) in self.range_rad.into_iter().enumerate() {
-            // Rounding may leave a limit, and so does braking from a state that came too fast to stop before it: the joint then
-            // stands at the limit. A start outside may not be moved.
-            let (q, from) = (state.q[joint], self.from_q[joint]);
-            let nearest = q.clamp(least.min(from), most.max(from));
-            if nearest != q {
-                let there = JointPoint {
-                    q_rad: nearest,
-                    qd_rad_per_s: 0.0,
-                    qdd_rad_per_s2: 0.0,
-                };
-                state.set_joint(joint, &there);
-            }
-        }
         if t_s >= self.duration_s() {
             // Exactly at the goal, and exactly at rest.
             return JointState::at_rest(self.goal.unwrap_or(state.q));
+        }
+        for (q, [least, most]) in state.q.0.iter_mut().zip(self.range_rad) {
+            // Rounding may leave a limit; a start outside may not be moved.
+            if (*q - most).abs() < ROUNDING_RAD || (*q - least).abs() < ROUNDING_RAD {
+                *q = q.clamp(least, most);
+            }
         }
         state
     }
@@ -428,7 +420,6 @@ impl ReferenceMotion {
             duration_s: times.fold(0.0, f64::max),
         };
         self.elapsed_s = 0.0;
-        self.from_q = self.state.q;
     }
 
     /// Plans into `next`; was a motion found?
@@ -496,7 +487,6 @@ impl ReferenceMotion {
         self.considered = None;
         self.course = Course::Planned;
         self.elapsed_s = 0.0;
-        self.from_q = self.state.q;
     }
 }
 

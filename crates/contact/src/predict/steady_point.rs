@@ -187,14 +187,14 @@ mod tests {
         let away = at(0, DVec3::Y * 0.1, DVec3::X);
         let mut steady = SteadyPoint::new(0.04).expect("positive");
         steady.step(spread(at(0, DVec3::ZERO, DVec3::X), 0.1));
-        // Within its own deviation of the held point, and no surer: held, with the covariance about the held point.
+        // Within its own deviations of the held point, and no surer: held, with the covariance about the held point.
         let held = steady.step(spread(away, 0.12));
         assert_eq!(held.point_m, DVec3::ZERO);
         let c = held.covariance_m2.expect("given");
         assert!((c.y_axis.y - (0.12 * 0.12 + 0.01)).abs() < 1e-12);
         // Surer, or too far for what it says of itself: followed.
         assert_eq!(steady.step(spread(away, 0.02)).point_m, away.point_m);
-        let back = spread(at(0, DVec3::ZERO, DVec3::X), 0.05);
+        let back = spread(at(0, DVec3::ZERO, DVec3::X), 0.04);
         assert_eq!(steady.step(back).point_m, DVec3::ZERO);
     }
 

@@ -18,7 +18,8 @@ use std::sync::Arc;
 /// Settings of [`Follower`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowerConfig {
-    /// Limits of speed, acceleration and jerk.
+    /// Limits of speed, acceleration and jerk; default those of the iiwa 7 with 0.999 of its speeds, so that rounding does not
+    /// pass them.
     pub motion: MotionConfig,
     /// How the board stays behind the surfaces on its way.
     pub approach: ApproachConfig,
@@ -34,7 +35,10 @@ pub struct FollowerConfig {
 impl Default for FollowerConfig {
     fn default() -> Self {
         Self {
-            motion: MotionConfig::default(),
+            motion: MotionConfig {
+                speed_share: 0.999,
+                ..MotionConfig::default()
+            },
             approach: ApproachConfig::default(),
             rolls_rad: QUARTER_TURNS_RAD.to_vec(),
             far_m: 0.05,
@@ -270,8 +274,8 @@ impl Follower {
 
     /// The configuration commanded last, rad.
     #[must_use]
-    pub const fn commanded(&self) -> JointPositions {
-        self.reference.state().q
+    pub fn commanded(&self) -> JointPositions {
+        self.legal(self.reference.state().q)
     }
 
     /// The velocity at the configuration commanded last, rad/s.
@@ -334,7 +338,16 @@ impl Follower {
             }
             None => self.reference.brake(),
         }
-        Ok(self.reference.step(dt_s)?.q)
+        let q = self.reference.step(dt_s)?.q;
+        Ok(self.legal(q))
+    }
+
+    /// The configuration within the limits of the arm: braking from a state that came too fast to stop before a limit passes it.
+    fn legal(&self, q: JointPositions) -> JointPositions {
+        let limits = self.arm().limits();
+        JointPositions(std::array::from_fn(|i| {
+            q[i].clamp(limits[i].min_rad, limits[i].max_rad)
+        }))
     }
 
     /// The next configuration while coming to rest as fast as the limits allow; the goal is kept.
@@ -345,7 +358,8 @@ impl Follower {
         non_negative("dt_s", dt_s)?;
         self.end_slide();
         self.reference.brake();
-        Ok(self.reference.step(dt_s)?.q)
+        let q = self.reference.step(dt_s)?.q;
+        Ok(self.legal(q))
     }
 
     fn end_slide(&mut self) {

@@ -91,7 +91,10 @@ impl Control {
             let same = same_place(self.guidance.target, guidance.target);
             self.late &= same;
             self.late_announced &= same;
-            self.short &= same;
+            let comes = guidance
+                .contact_s
+                .is_some_and(|due_s| due_s - now_s <= SOON_S);
+            self.short &= same && comes;
             self.guidance = guidance;
             self.waits_at = self.posture();
         }

@@ -338,13 +338,11 @@ impl<P: Predictor> Perception<P> {
         guidance.surface = Some(contact.surface);
         guidance.roughness = contact.roughness;
         guidance.contact_s = contact.time_to_contact_s.map(|time| stamp_s + time.mean_s);
-        if intent == Intent::Present {
-            self.announce(Goal {
-                surface: contact.surface,
-                target,
-                presented,
-            });
-        }
+        self.announce(Goal {
+            surface: contact.surface,
+            target,
+            presented,
+        });
     }
 
     /// The roll at which the board feels as rough as the surface, rad.
