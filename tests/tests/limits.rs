@@ -135,7 +135,8 @@ impl Limits {
             speed[j] = (q[j] - before[j]) / DT_S;
             let most = limits.velocity_rad_per_s[j];
             assert!(
-                speed[j].abs() <= most + 1e-9,
+                // A difference over a millisecond of positions that are good to 1e-11 rad.
+                speed[j].abs() <= most + 1e-8,
                 "{place} {j}: {} rad/s",
                 speed[j]
             );
@@ -220,7 +221,8 @@ fn no_command_leaves_the_limits_in_20_random_rooms() {
     assert!(
         [at_goal, out_of_reach, no_target, touched]
             .iter()
-            .all(|n| *n > 2000),
+            // A target that drifts in every step is seldom reached exactly.
+            .all(|n| *n > 500),
         "{counts:?}"
     );
 }

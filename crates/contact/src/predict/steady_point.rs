@@ -76,7 +76,9 @@ impl SteadyPoint {
             } = held;
             let off = prediction.point_m - before.point_m;
             let near = off.length() <= self.radius_m;
-            let no_better = sd_m >= HELD_SHARE * before_sd_m && is_unsure_of(&prediction, off);
+            let no_better = sd_m >= HELD_SHARE * before_sd_m
+                && off.dot(before.normal).abs() <= self.radius_m
+                && is_unsure_of(&prediction, off);
             before.surface == prediction.surface
                 && angle(before.normal, prediction.normal) <= SAME_NORMAL_RAD
                 && (near || no_better)

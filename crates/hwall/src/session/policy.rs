@@ -202,6 +202,13 @@ impl Policy {
             self.decision = Decision::Wait;
             return None;
         };
+        if !(contact.point_m.is_finite() && contact.normal.is_finite()) {
+            // The control side holds for it, and says so.
+            self.steady.reset();
+            self.candidate = None;
+            self.decision = Decision::Present(contact);
+            return Some((contact, self.decision));
+        }
         self.decision = self.decide(t_s, &contact, hand);
         Some((contact, self.decision))
     }
