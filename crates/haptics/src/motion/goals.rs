@@ -83,6 +83,9 @@ pub(super) struct Goals {
 /// A solution with its roll, or the reason why the board cannot be held.
 type Found = (Option<(ArmSolution, f64)>, Option<Unreachable>);
 
+/// The same with the number of rolls that wait for their search.
+type Searched = (Option<(ArmSolution, f64)>, Option<Unreachable>, usize);
+
 impl Goals {
     pub(super) fn new(solver: Solver, config: &FollowerConfig) -> Self {
         Self {
@@ -279,7 +282,7 @@ impl Goals {
         unit_normal: DVec3,
         here: &JointPositions,
         limits: &MotionLimits,
-    ) -> Result<(Option<(ArmSolution, f64)>, Option<Unreachable>, usize), HapticsError> {
+    ) -> Result<Searched, HapticsError> {
         let count = self.roll_count(target);
         let place = |roll_rad: f64| Place {
             point_m: target.point_m - unit_normal * target.behind_m,

@@ -103,21 +103,6 @@ fn seed_of(seed: u64, number: u64) -> u64 {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::HashSet;
-
-    #[test]
-    fn nobody_is_there_twice() {
-        let seeds: HashSet<u64> = (0..100)
-            .flat_map(|seed| (0..100).map(move |number| seed_of(seed, number)))
-            .collect();
-        assert_eq!(seeds.len(), 100 * 100);
-        assert_eq!(seed_of(7, 0), 7);
-    }
-}
-
 /// How many places stand for those that a person may touch.
 const LIKELY: usize = 144;
 /// Seed of their choice; no participant has it.
@@ -156,5 +141,20 @@ fn standing_of(participants: &[Participant]) -> Option<Standing> {
     match &participants.first()?.hand {
         Hand::Simulated(sequence, _) => standing(&sequence.sample(0.0).hand_frame()),
         Hand::Recorded(frames, _) => frames.iter().find_map(standing),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn nobody_is_there_twice() {
+        let seeds: HashSet<u64> = (0..100)
+            .flat_map(|seed| (0..100).map(move |number| seed_of(seed, number)))
+            .collect();
+        assert_eq!(seeds.len(), 100 * 100);
+        assert_eq!(seed_of(7, 0), 7);
     }
 }
