@@ -41,6 +41,9 @@ struct Args {
     /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
     #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     base: Option<FloorPose>,
+    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes half a minute
+    #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
+    base_from: Option<BaseFrom>,
     /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
     #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     hand_origin: Option<FloorPose>,
@@ -90,6 +93,11 @@ enum Place {
     None,
 }
 
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum BaseFrom {
+    Arrival,
+}
+
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
@@ -116,6 +124,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
             rigid_hand: args.rigid_hand,
             auto: args.place.map_or(args.hand.is_some(), |p| p == Place::Auto),
             base: args.base,
+            base_by_arrival: args.base_from.is_some(),
             hand_origin: args.hand_origin,
             person: args.person,
             touches: args.touches as usize,

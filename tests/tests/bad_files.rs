@@ -25,6 +25,7 @@ fn refusal(scene: Option<&Path>, hand: Option<&Path>, auto: bool) -> String {
         y_up: false,
         auto,
         base: None,
+        base_by_arrival: false,
         hand_origin: None,
         person: PersonKind::Plain,
         touches: 1,

@@ -69,6 +69,7 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         y_up: true,
         auto: true,
         base: None,
+        base_by_arrival: false,
         hand_origin: None,
         person: PersonKind::Plain,
         touches: 0,

@@ -12,7 +12,7 @@ pub use session::{
     Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, Perception, PolicyConfig,
     Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose, drive,
 };
-pub use walls::{LikelyTouches, Walls, WallsConfig, barriers_of, maps_of};
+pub use walls::{LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
 
 // The whole system through one dependency.
 pub use hwall_arrival as arrival;

@@ -12,8 +12,20 @@ use hwall_haptics::{Barrier, Board, MotionConfig, MotionLimits, surface_axes};
 use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
 use hwall_numeric::check::{all_finite, that};
 use hwall_reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
-use hwall_scene::Scene;
+use hwall_scene::{Facet, Scene};
 use std::sync::Arc;
+
+/// The vertical surfaces of a scene that can be touched.
+#[must_use]
+pub fn facets_of(scene: &Scene) -> Vec<WallFacet> {
+    let facet = |facet: Facet| WallFacet {
+        point_m: facet.point_m,
+        normal: facet.normal,
+        heights: Interval::new(facet.lowest_m, facet.highest_m),
+        outline_m: facet.outline_m,
+    };
+    scene.vertical_facets().into_iter().map(facet).collect()
+}
 
 /// Maps of the vertical surfaces of a scene in the arm's base frame: only their planes and their heights, and only of
 /// surfaces within the arm's length. The tool of the arm is the face of the board; any quarter turn of the board counts.
@@ -21,17 +33,7 @@ use std::sync::Arc;
 /// # Errors
 /// As for [`WallMaps::build`].
 pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
-    let facets: Vec<WallFacet> = scene
-        .vertical_facets()
-        .into_iter()
-        .map(|facet| WallFacet {
-            point_m: facet.point_m,
-            normal: facet.normal,
-            heights: Interval::new(facet.lowest_m, facet.highest_m),
-            outline_m: facet.outline_m,
-        })
-        .collect();
-    Ok(WallMaps::build(arm, &facets, WallMapsConfig::default())?)
+    Ok(WallMaps::build(arm, &facets_of(scene), WallMapsConfig::default())?)
 }
 
 /// Which places people touch: what the arm waits for.

@@ -1,6 +1,7 @@
 //! The setting of the main job: scene, hand and touches in the arm's base frame.
 
 use crate::input::arms::BoardArm;
+use crate::input::base_by_arrival::base_by_arrival;
 use crate::input::floor_pose::FloorPose;
 use crate::input::place::{self, Contacts};
 use crate::person::hand::Hand;
@@ -10,6 +11,7 @@ use crate::person::predictors::TrainingPeople;
 use crate::person::touches;
 use anyhow::{anyhow, bail};
 use hwall::LikelyTouches;
+use hwall::haptics::Board;
 use hwall_hand::{HandFilterConfig, Pose, Recording};
 use hwall_scene::{LoadReport, Scene};
 use std::path::Path;
@@ -32,6 +34,8 @@ pub struct SettingOptions<'a> {
     pub auto: bool,
     /// The arm's base in the scene.
     pub base: Option<FloorPose>,
+    /// Find the arm's base near the origin of the scene by arrival.
+    pub base_by_arrival: bool,
     /// The recording's origin in the scene.
     pub hand_origin: Option<FloorPose>,
     /// Is the recorded hand made up, its shape always the same?
@@ -80,9 +84,24 @@ impl Setting {
         if options.hand_origin.is_some() || options.auto {
             bail!("--hand-origin and --place auto place a recording: they need --hand");
         }
-        let scene = in_base(&scene, options.base.unwrap_or(FloorPose::ORIGIN))?;
-        let (touches, seed) = (options.touches, options.seed);
-        let participants = participants::simulated(&scene, arm, options.person, touches, seed)?;
+        let (kind, touches, seed) = (options.person, options.touches, options.seed);
+        let mut remarks = remarks;
+        let (scene, participants) = if options.base_by_arrival {
+            // People such as these, before anybody is there; they stand where they stand.
+            let people = participants::simulated(&scene, arm, kind, 1, seed)?;
+            let likely = participants::likely_touches(&scene, arm, &people);
+            let base = base_by_arrival(&scene, arm, &Board::default(), &likely)?;
+            remarks.push(format!(
+                "by arrival the arm's base stands best at {base} (x,y,z,yaw)"
+            ));
+            let scene = in_base(&scene, base)?;
+            let people = participants::simulated_at(base, &scene, arm, kind, touches, seed)?;
+            (scene, people)
+        } else {
+            let scene = in_base(&scene, options.base.unwrap_or(FloorPose::ORIGIN))?;
+            let people = participants::simulated(&scene, arm, kind, touches, seed)?;
+            (scene, people)
+        };
         let likely_touches = participants::likely_touches(&scene, arm, &participants);
         Ok(Self {
             scene,

@@ -31,7 +31,7 @@ pub struct PolicyConfig {
     pub still_s: f64,
     /// A look that has lasted this long without a reach no longer holds the board, s; default 1.
     pub look_s: f64,
-    /// A look brings the board only while at least this share of the person's looks led to a reach; default 0.6. Whoever
+    /// A look brings the board only while at least this share of the person's looks led to a reach; default 0.9. Whoever
     /// looks around is served when the hand sets off.
     pub trusted_share: f64,
     /// A hand this fast towards the predicted place reaches for it, m/s; default 0.1.

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail, ensure};
 use glam::DVec3;
-use hwall_arrival::reachability::{Interval, WallFacet, WallMaps};
+use hwall_arrival::reachability::{Interval, WallMaps};
 use hwall_arrival::{Atlas, AtlasWall, BoardExtent, PostureArrivals, TouchRange, WallShare};
 use hwall_haptics::Board;
 use hwall_kinematics::{JointPositions, Pose};
@@ -31,17 +31,7 @@ pub fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
     Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
 }
 
-/// The vertical surfaces of a scene that can be touched, seen from outside.
-#[must_use]
-pub fn facets(scene: &Scene) -> Vec<WallFacet> {
-    let facet = |facet: hwall_scene::Facet| WallFacet {
-        point_m: facet.point_m,
-        normal: facet.normal,
-        heights: Interval::new(facet.lowest_m, facet.highest_m),
-        outline_m: facet.outline_m,
-    };
-    scene.vertical_facets().into_iter().map(facet).collect()
-}
+pub use hwall::facets_of as facets;
 
 /// Where people touch, from the texts of the command line.
 pub struct TouchTexts<'a> {

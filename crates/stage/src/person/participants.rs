@@ -1,6 +1,7 @@
 //! Those who touch in a run: a recorded hand, or simulated people.
 
 use crate::input::arms::BoardArm;
+use crate::input::floor_pose::FloorPose;
 use crate::person::hand::Hand;
 use crate::person::kinds::PersonKind;
 use crate::person::sights;
@@ -10,7 +11,7 @@ use hwall::arrival::WeightedTarget;
 use hwall::reachability::Target;
 use hwall_hand::HandFrame;
 use hwall_scene::Scene;
-use hwall_sim::{Person, ReachPlan};
+use hwall_sim::{Person, PersonConfig, ReachPlan};
 
 /// Touches of one simulated person; whoever asks for more gets more people.
 pub const DOZEN: usize = 12;
@@ -46,11 +47,35 @@ pub fn simulated(
     touches: usize,
     seed: u64,
 ) -> anyhow::Result<Vec<Participant>> {
+    simulated_at(FloorPose::ORIGIN, scene, arm, kind, touches, seed)
+}
+
+/// As [`simulated`], for an arm whose base was moved: the people stand where they would have stood. The scene is seen from the
+/// base.
+///
+/// # Errors
+/// As [`simulated`].
+pub fn simulated_at(
+    base: FloorPose,
+    scene: &Scene,
+    arm: &BoardArm,
+    kind: PersonKind,
+    touches: usize,
+    seed: u64,
+) -> anyhow::Result<Vec<Participant>> {
+    let base_from_scene = base.outer_from_here().inverse();
+    let there = kind.config();
+    let config = PersonConfig {
+        head_m: base_from_scene.transform_point3(there.head_m),
+        hand_rest_m: base_from_scene.transform_point3(there.hand_rest_m),
+        facing: base_from_scene.transform_vector3(there.facing),
+        ..there
+    };
     let people = touches.div_ceil(DOZEN);
     (0..people)
         .map(|number| {
             let count = DOZEN.min(touches - number * DOZEN);
-            participant(scene, arm, kind, count, seed_of(seed, number as u64))
+            participant(scene, arm, config, count, seed_of(seed, number as u64))
         })
         .collect()
 }
@@ -58,11 +83,10 @@ pub fn simulated(
 fn participant(
     scene: &Scene,
     arm: &BoardArm,
-    kind: PersonKind,
+    config: PersonConfig,
     count: usize,
     seed: u64,
 ) -> anyhow::Result<Participant> {
-    let config = kind.config();
     let person = Person::new(config, seed)?;
     let standing = Standing {
         head_m: person.head_m(),
