@@ -33,7 +33,11 @@ pub fn facets_of(scene: &Scene) -> Vec<WallFacet> {
 /// # Errors
 /// As for [`WallMaps::build`].
 pub fn maps_of(scene: &Scene, arm: &SrsArm) -> Result<WallMaps, SessionError> {
-    Ok(WallMaps::build(arm, &facets_of(scene), WallMapsConfig::default())?)
+    Ok(WallMaps::build(
+        arm,
+        &facets_of(scene),
+        WallMapsConfig::default(),
+    )?)
 }
 
 /// Which places people touch: what the arm waits for.

@@ -44,7 +44,10 @@ pub fn base_by_arrival(
         ..PlacementConfig::new(steps, steps, 0.0)
     });
     let found = place_base_by_arrival(srs, targets, &facets_of(scene), extent, &limits, &config)?;
-    let best = found.best.first().context("--base-from arrival: no place for the base")?;
+    let best = found
+        .best
+        .first()
+        .context("--base-from arrival: no place for the base")?;
     Ok(FloorPose {
         origin_m: best.room_from_base.position_m(),
         yaw_rad: best.heading_rad,
