@@ -99,7 +99,10 @@ impl Control {
             self.waits_at = self.posture();
         }
         let slide = self.slide(now_s, state);
-        self.short = self.short || self.will_be_late(now_s);
+        // Once it has come to rest short of its goal, the rest of the way is short and slow.
+        let left_s = self.step.and_then(|step| step.left_s);
+        let rests = left_s.is_some_and(|left_s| left_s <= RESTS_S);
+        self.short = (self.short && !rests) || self.will_be_late(now_s);
         let target = self.guidance.target.map(|target| BoardTarget {
             behind_m: match self.short {
                 true => target.behind_m.max(SHORT_M),
@@ -365,6 +368,8 @@ const SHORT_M: f64 = 0.03;
 const LATE_S: f64 = 0.1;
 /// A board that is this near to its goal, s, is slow, and goes on.
 const SLOW_S: f64 = 0.2;
+/// A board that is this near to its goal has come to rest there, s.
+const RESTS_S: f64 = 0.02;
 /// Only a contact that is expected within this time makes a board stay short, s.
 const SOON_S: f64 = 0.3;
 
