@@ -77,6 +77,7 @@ const BEND_MARGIN_M: f64 = 0.002;
 const SAMPLES: usize = 12;
 const CLOSE_S: f64 = 0.012;
 const MOST_SAMPLES: usize = 200;
+
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Destination {

@@ -34,6 +34,11 @@ impl Looks {
         self.led / self.all
     }
 
+    /// The look under way is over and proves nothing; what is known of the person stays.
+    pub(super) const fn forget_look(&mut self) {
+        self.under_way = None;
+    }
+
     /// A frame: since when the eyes have rested on one place while the hand rested, and whether the hand reaches.
     pub(super) fn step(&mut self, t_s: f64, look: Option<f64>, reaches: bool) {
         let is_over = |[since_s, seen_s]: [f64; 2]| match look {

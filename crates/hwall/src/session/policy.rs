@@ -2,7 +2,7 @@
 
 use super::looks::Looks;
 use crate::error::SessionError;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use hwall_contact::{ContactPrediction, SteadyPoint};
 use hwall_hand::HandState;
 use hwall_haptics::{Board, PlaceTolerance, surface_axes};
@@ -138,11 +138,10 @@ enum Motion {
     Leaves,
 }
 
-/// Standard deviation of the predicted point, m; zero for one that comes without.
+/// Standard deviation of the predicted point, m; zero for one that comes without, NaN for a covariance that is none.
 fn spread_m(contact: &ContactPrediction) -> f64 {
-    contact.covariance_m2.map_or(0.0, |c| {
-        (c.x_axis.x + c.y_axis.y + c.z_axis.z).max(0.0).sqrt()
-    })
+    let variance_m2 = |c: DMat3| c.x_axis.x + c.y_axis.y + c.z_axis.z;
+    contact.covariance_m2.map_or(0.0, variance_m2).sqrt()
 }
 
 /// The memory of the decisions.
@@ -154,7 +153,7 @@ pub(super) struct Policy {
     decision: Decision,
     /// When the hand was last seen to reach, s.
     reached_s: f64,
-    /// When the hand was last seen to move towards or away from what was predicted, s.
+    /// When the hand was last seen not to rest, s.
     moved_s: f64,
     last_s: f64,
     looks: Looks,
@@ -181,6 +180,7 @@ impl Policy {
         self.candidate = None;
         self.decision = Decision::Wait;
         [self.reached_s, self.moved_s, self.last_s] = [f64::NEG_INFINITY; 3];
+        self.looks.forget_look();
     }
 
     /// The contact that counts after a frame and what is done about it: the ranked contacts and the hand, all in one frame.
@@ -252,7 +252,9 @@ impl Policy {
             }
             _ => c.unsure_m,
         };
-        let is_unsure = contact.looked_at_since_s.is_none() && spread_m(contact) > enough_m;
+        // NaN is unsure.
+        let is_sure = spread_m(contact) <= enough_m;
+        let is_unsure = contact.looked_at_since_s.is_none() && !is_sure;
         // Where people look while the hand comes back is not yet where it goes next.
         let is_look = look.is_some_and(|since_s| t_s - since_s <= c.look_s);
         match (self.decision, motion) {
@@ -326,10 +328,62 @@ impl Policy {
                 Some(_) => self.config.looked_sd_m,
                 None => f64::INFINITY,
             };
-            let sd_m = variance_m2.max(0.0).sqrt().min(most_m);
+            let sd_m = if variance_m2 >= 0.0 {
+                variance_m2.sqrt().min(most_m)
+            } else {
+                f64::NAN
+            };
             let taken_m = place.inset_m + self.config.margin_m + self.config.deviations * sd_m;
             // NaN counts as no slack.
             (half_m - taken_m).max(0.0)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_contact::PredictionSource;
+
+    fn contact(covariance_m2: Option<DMat3>) -> ContactPrediction {
+        ContactPrediction {
+            surface: SurfaceId(0),
+            point_m: DVec3::new(0.6, 0.0, 0.5),
+            covariance_m2,
+            normal: DVec3::X,
+            roughness: None,
+            distance_m: 0.3,
+            time_to_contact_s: None,
+            probability: 1.0,
+            source: PredictionSource::Gaze,
+            looked_at_since_s: None,
+        }
+    }
+
+    #[test]
+    fn what_is_known_of_a_point_is_the_slack_and_nan_is_none() {
+        let policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+        let slack_m = |variance_m2: f64| {
+            let covariance = DMat3::from_diagonal(DVec3::splat(variance_m2));
+            let (board, place) = (Board::default(), PlaceTolerance::default());
+            policy.slack_m(&contact(Some(covariance)), &board, &place)[0]
+        };
+        // Half a face less 20 mm of inset, 5 mm of margin and one standard deviation.
+        assert!((slack_m(0.0) - 0.075).abs() < 1e-12);
+        assert!((slack_m(0.03_f64.powi(2)) - 0.045).abs() < 1e-12);
+        assert_eq!(slack_m(1.0), 0.0);
+        assert_eq!([slack_m(f64::NAN), slack_m(-1.0)], [0.0; 2]);
+    }
+
+    #[test]
+    fn a_prediction_that_is_unsure_moves_nothing() {
+        for variance_m2 in [0.09, f64::NAN] {
+            let mut policy = Policy::new(PolicyConfig::default()).expect("the defaults");
+            let guess = contact(Some(DMat3::from_diagonal(DVec3::splat(variance_m2))));
+            for frame in 0..50 {
+                let step = policy.step(0.01 * f64::from(frame), &[guess], None);
+                assert!(matches!(step, Some((_, Decision::Wait))), "{step:?}");
+            }
+        }
     }
 }

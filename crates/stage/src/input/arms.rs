@@ -13,12 +13,14 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
+/// A posture of an iiwa 7 in front of walls, for tests.
+#[cfg(test)]
+pub(crate) fn waiting_iiwa7() -> JointPositions {
+    JointPositions::from_deg([-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0])
+}
+
 /// Where the dissertation's arm starts, degrees: board upright, facing the person.
 pub const START_DEG: [f64; 7] = [0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0];
-
-/// Where an iiwa 7 waits for touches of walls in front of it, degrees: least time to 94 % of the touches in the built-in
-/// room, found by search. Stands in for a posture that is worked out for each scene.
-pub const WAITING_DEG: [f64; 7] = [-6.0, 18.0, 0.0, -100.0, -13.0, -29.0, 101.0];
 
 /// An arm that carries the board: its tool is the middle of the face.
 #[derive(Debug, Clone)]
@@ -29,7 +31,6 @@ pub struct BoardArm {
     /// The links of an arm without a closed form.
     chain: Option<Chain>,
     start: JointPositions,
-    waiting: JointPositions,
 }
 
 impl BoardArm {
@@ -40,11 +41,7 @@ impl BoardArm {
     /// board anywhere in front of it.
     pub fn named(name: &str, board: &Board) -> anyhow::Result<Self> {
         if let Ok(arm) = closed_form(name) {
-            let mut arm = Self::from_srs(&arm, board)?;
-            if name == "iiwa7" {
-                arm.waiting = JointPositions::from_deg(WAITING_DEG);
-            }
-            return Ok(arm);
+            return Self::from_srs(&arm, board);
         }
         let chain = ChainArm::new(chain(name)?)?.with_tool(board.flange_from_board_face()?);
         let links = chain.chain().clone();
@@ -57,7 +54,6 @@ impl BoardArm {
             closed_form: None,
             chain: Some(links),
             start,
-            waiting: start,
         })
     }
 
@@ -73,7 +69,6 @@ impl BoardArm {
             closed_form: Some(arm),
             chain: None,
             start,
-            waiting: start,
         })
     }
 
@@ -87,13 +82,6 @@ impl BoardArm {
     #[must_use]
     pub const fn start(&self) -> JointPositions {
         self.start
-    }
-
-    /// Where it waits between touches, and from where regret counts the least time of a way: [`WAITING_DEG`] for the iiwa 7,
-    /// for all others where they start.
-    #[must_use]
-    pub const fn waiting(&self) -> JointPositions {
-        self.waiting
     }
 
     /// The closed form, where there is one.

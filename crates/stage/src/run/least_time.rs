@@ -291,6 +291,7 @@ fn moved(upright: &Pose, [u, v, _]: Choice) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::arms::waiting_iiwa7;
     use hwall_kinematics::SrsArm;
     use hwall_motion::MotionConfig;
     use hwall_testkit::Sampler;
@@ -315,7 +316,7 @@ mod tests {
     fn a_board_that_is_there_needs_no_time_and_what_is_found_is_in_place() {
         let (arm, board) = setup();
         let least = least(&arm, &board);
-        let starts = [arm.start(), arm.waiting()];
+        let starts = [arm.start(), waiting_iiwa7()];
         let place = PlaceTolerance {
             inset_m: 0.02 - 1e-9,
             gap_m: 1e-9,
@@ -353,7 +354,7 @@ mod tests {
             let yaw: f64 = sampler.uniform(-0.6, 0.6);
             let normal = DVec3::new(yaw.cos(), yaw.sin(), 0.0);
             let start = JointPositions(std::array::from_fn(|i| {
-                let q = arm.waiting()[i] + sampler.uniform(-0.3, 0.3);
+                let q = waiting_iiwa7()[i] + sampler.uniform(-0.3, 0.3);
                 q.clamp(limits[i].min_rad, limits[i].max_rad)
             }));
             let planted = (0..400).filter_map(|_| planted(&mut sampler, srs, point_m, normal));
@@ -394,7 +395,7 @@ mod tests {
         while compared < 6 {
             let point_m =
                 sampler.point_in_box(DVec3::new(0.55, -0.5, 0.3), DVec3::new(0.7, 0.5, 1.0));
-            let start = [arm.start(), arm.waiting()][compared % 2];
+            let start = [arm.start(), waiting_iiwa7()][compared % 2];
             let Some(found) = least.to_touch(point_m, DVec3::X, &[start]).unwrap()[0] else {
                 continue;
             };

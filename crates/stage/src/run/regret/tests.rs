@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::input::arms::BoardArm;
+use crate::input::arms::waiting_iiwa7;
 use crate::person::predictors::SurfacePlace;
 use crate::setting::load_scene;
 use glam::DVec3;
@@ -48,7 +49,7 @@ impl Planted {
             arm: &**self.arm.kinematics(),
             board: &self.board,
             scene: &self.scene,
-            waiting: self.arm.waiting(),
+            waiting: waiting_iiwa7(),
             delay_s: DELAY_S,
         };
         let ticks: Vec<Tick> = (0..300)
@@ -114,7 +115,7 @@ struct Story {
 
 /// The gaze lands at 1 s, the board is led to the touch from 1.1 s on, and never moves.
 fn story(planted: &Planted) -> Story {
-    let (waiting, surface) = (planted.arm.waiting(), planted.surface("front_wall"));
+    let (waiting, surface) = (waiting_iiwa7(), planted.surface("front_wall"));
     Story {
         landed_s: Some(1.0),
         start_s: 1.4,
@@ -224,7 +225,7 @@ fn a_prediction_that_is_wrong_at_the_contact_or_right_too_late_is_named() {
 fn an_arm_that_stood_near_could_have_used_a_late_prediction() {
     let planted = Planted::new();
     let least = planted.least();
-    let waiting = planted.arm.waiting();
+    let waiting = waiting_iiwa7();
     let ways = least.to_touch(POINT_M, DVec3::X, &[waiting]).unwrap();
     let near = ways[0].unwrap().q;
     let surface = planted.surface("front_wall");
@@ -244,7 +245,7 @@ fn an_arm_that_stood_near_could_have_used_a_late_prediction() {
 fn the_policy_is_blamed_for_what_it_did_not_order_and_the_arm_for_what_it_did_not_do() {
     let planted = Planted::new();
     let least = planted.least();
-    let waiting = planted.arm.waiting();
+    let waiting = waiting_iiwa7();
     let ways = least.to_touch(POINT_M, DVec3::X, &[waiting]).unwrap();
     let (goal, time_s) = (ways[0].unwrap().q, ways[0].unwrap().time_s);
     let latest_s = CONTACT_S - DELAY_S - time_s;
