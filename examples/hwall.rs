@@ -41,7 +41,7 @@ struct Args {
     /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
     #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
     base: Option<FloorPose>,
-    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes half a minute
+    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
     #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
     base_from: Option<BaseFrom>,
     /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]

@@ -1,7 +1,6 @@
 //! The setting of the main job: scene, hand and touches in the arm's base frame.
 
 use crate::input::arms::BoardArm;
-use crate::input::base_by_arrival::base_by_arrival;
 use crate::input::floor_pose::FloorPose;
 use crate::input::place::{self, Contacts};
 use crate::person::hand::Hand;
@@ -9,6 +8,7 @@ use crate::person::kinds::PersonKind;
 use crate::person::participants::{self, Participant};
 use crate::person::predictors::TrainingPeople;
 use crate::person::touches;
+use crate::run::base_by_arrival::base_by_arrival;
 use anyhow::{anyhow, bail};
 use hwall::LikelyTouches;
 use hwall::haptics::Board;
@@ -90,15 +90,18 @@ impl Setting {
             // People such as these, before anybody is there; they stand where they stand.
             let people = participants::simulated(&scene, arm, kind, 1, seed)?;
             let likely = participants::likely_touches(&scene, arm, &people);
-            let base = base_by_arrival(&scene, arm, &Board::default(), &likely)?;
+            let base = base_by_arrival(&scene, arm, &Board::default(), &likely, kind)?;
             remarks.push(format!(
                 "by arrival the arm's base stands best at {base} (x,y,z,yaw)"
             ));
-            let scene = in_base(&scene, base)?;
+            let scene = base.scene_seen(&scene)?;
             let people = participants::simulated_at(base, &scene, arm, kind, touches, seed)?;
             (scene, people)
         } else {
-            let scene = in_base(&scene, options.base.unwrap_or(FloorPose::ORIGIN))?;
+            let scene = options
+                .base
+                .unwrap_or(FloorPose::ORIGIN)
+                .scene_seen(&scene)?;
             let people = participants::simulated(&scene, arm, kind, touches, seed)?;
             (scene, people)
         };
@@ -152,7 +155,7 @@ impl Setting {
         });
         remarks.push(contacts.remark);
         let base_from_hand = base.outer_from_here().inverse() * hand.outer_from_here();
-        let scene = in_base(&scene, base)?;
+        let scene = base.scene_seen(&scene)?;
         let touches = touches::of_recording(&scene, &recording, base_from_hand, &contacts.reaches)?;
         if touches.is_empty() {
             remarks.push("no recorded movement meets a touchable surface".to_owned());
@@ -193,10 +196,6 @@ pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };
     Ok((scene, repairs(&report)))
-}
-
-fn in_base(scene: &Scene, base: FloorPose) -> anyhow::Result<Scene> {
-    Ok(scene.placed(&Pose::from_affine(&base.outer_from_here().inverse())?))
 }
 
 /// The error with the name of the file in front, unless it contains it already.

@@ -67,6 +67,9 @@ impl FollowerConfig {
     }
 }
 
+/// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
+const DRIFT_S: f64 = 0.02;
+
 /// Brings the board to where it shall be.
 ///
 /// The goal configuration comes from the inverse kinematics of the arm, closed or numeric. While a target
@@ -88,6 +91,9 @@ pub struct Follower {
     destination: Option<Destination>,
     /// The destination is new, or something else moved the arm.
     is_to_plan: bool,
+    /// The destination only drifted since the last way was planned, and for how long ways were not planned, s.
+    has_drifted: bool,
+    since_plan_s: f64,
     sliding: Option<Sliding>,
     /// The direction in which a slide had to end, and why.
     blocked: Option<(DVec3, Unreachable)>,
@@ -121,6 +127,8 @@ impl Follower {
             bounds,
             destination: None,
             is_to_plan: false,
+            has_drifted: false,
+            since_plan_s: f64::INFINITY,
             sliding: None,
             blocked: None,
         })
@@ -198,11 +206,14 @@ impl Follower {
                 _ => true,
             };
             if is_new {
-                if let Some(before) = before.filter(|before| !before.is_beside(goal)) {
+                let drifted = before.is_some_and(|before| before.is_beside(goal))
+                    && matches!(self.destination, Some(Destination::Goal(_)));
+                if let Some(before) = before.filter(|_| !drifted) {
                     self.route.leave(&before);
                 }
                 self.destination = Some(Destination::Goal(*goal));
-                self.is_to_plan = true;
+                self.has_drifted = true;
+                self.is_to_plan |= !drifted;
             }
         }
         Ok(verdict)
@@ -328,9 +339,11 @@ impl Follower {
             Some(destination) => {
                 let due = self.route.is_retry_due(dt_s);
                 let stands = self.reference.goal().is_none() && !self.route.is_blocked();
-                let is_new = self.is_to_plan || stands;
+                self.since_plan_s += dt_s;
+                let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;
+                let is_new = self.is_to_plan || stands || drifted;
                 if is_new || due {
-                    self.is_to_plan = false;
+                    (self.is_to_plan, self.has_drifted, self.since_plan_s) = (false, false, 0.0);
                     let solver = &mut self.goals.solver;
                     self.route
                         .head_for(destination, is_new, &mut self.reference, solver)?;

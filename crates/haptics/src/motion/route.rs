@@ -23,7 +23,7 @@ pub struct ApproachConfig {
     /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
     /// this margin, m; default 0.2: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
     pub footprint_m: f64,
-    /// While the board is on a detour the straight way is tried again after this time, s; default 0.008.
+    /// While the board is on a detour the straight way is tried again after this time, s; default 0.02.
     pub retry_s: f64,
 }
 
@@ -34,7 +34,7 @@ impl Default for ApproachConfig {
             detours_m: [0.015, 0.03, 0.045, 0.065, 0.1, 0.15],
             extent_m: 0.3,
             footprint_m: 0.2,
-            retry_s: 0.008,
+            retry_s: 0.02,
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Where something stands on the floor.
 
 use glam::{DAffine3, DMat3, DVec3, dvec3};
+use hwall_hand::Pose;
+use hwall_scene::Scene;
 
 /// Position and heading on the floor plan: yaw about z, then translation.
 #[derive(Debug, Clone, Copy)]
@@ -41,5 +43,13 @@ impl FloorPose {
     #[must_use]
     pub fn outer_from_here(&self) -> DAffine3 {
         DAffine3::from_mat3_translation(DMat3::from_rotation_z(self.yaw_rad), self.origin_m)
+    }
+
+    /// A scene seen from here.
+    ///
+    /// # Errors
+    /// A pose that is not finite.
+    pub fn scene_seen(&self, scene: &Scene) -> anyhow::Result<Scene> {
+        Ok(scene.placed(&Pose::from_affine(&self.outer_from_here().inverse())?))
     }
 }

@@ -1,7 +1,6 @@
 //! What the command line asks for.
 
 pub mod arms;
-pub mod base_by_arrival;
 pub mod floor_pose;
 pub mod numbers;
 pub mod place;

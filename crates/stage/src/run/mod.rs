@@ -1,5 +1,6 @@
 //! One run of the closed loop: what it leaves behind, and how it is judged.
 
+pub mod base_by_arrival;
 pub mod closed_loop;
 pub mod courses;
 pub mod judge;
