@@ -46,6 +46,9 @@ impl ArmState {
 pub enum ArmCommand {
     /// Be at these joint angles, rad; the arm's own servo tracks them.
     Position(JointPositions),
+    /// Torques beyond those that hold the arm against gravity, N m: an overlay on a compliant arm. The arm itself compensates
+    /// gravity, and friction as far as it knows it.
+    Torque(JointTorques),
     /// Stay where you are: brake to rest as fast as the arm may.
     Hold,
 }
