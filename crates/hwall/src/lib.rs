@@ -2,6 +2,7 @@
 
 mod error;
 mod fingertip;
+mod rehearsal;
 pub mod session;
 #[cfg(feature = "texture")]
 pub mod texture;

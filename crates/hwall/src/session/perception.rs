@@ -287,6 +287,7 @@ impl<P: Predictor> Perception<P> {
         match (intent, foreseen) {
             (Some(Intent::Wait), _) if self.walls.waiting.is_some() => {
                 guidance.waits_s = Some(stamp_s);
+                self.walls.forget_last();
             }
             (Some(Intent::Lean), foreseen) if self.walls.waiting.is_some() => {
                 guidance.waits_s = Some(stamp_s);
@@ -295,7 +296,8 @@ impl<P: Predictor> Perception<P> {
                         Presented::Nearest(point_m) => point_m,
                         _ => contact.point_m,
                     };
-                    self.walls.near(point_m, contact.normal)
+                    let roll_rad = self.roll_rad(&contact);
+                    self.walls.near(point_m, contact.normal, roll_rad)
                 });
             }
             (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
@@ -332,7 +334,7 @@ impl<P: Predictor> Perception<P> {
                 _ => 0.0,
             },
             slack_m,
-            near: self.walls.near(point_m, contact.normal),
+            near: self.walls.near(point_m, contact.normal, roll_rad),
         };
         guidance.target = Some(target);
         guidance.surface = Some(contact.surface);

@@ -119,10 +119,9 @@ impl BoardArm {
         texture: bool,
     ) -> anyhow::Result<Walls> {
         let Some(arm) = &self.closed_form else {
-            return Ok(Walls {
-                waiting: Some(self.start),
-                ..Walls::default()
-            });
+            let mut walls = Walls::default();
+            walls.waiting = Some(self.start);
+            return Ok(walls);
         };
         let config = WallsConfig {
             touches,
