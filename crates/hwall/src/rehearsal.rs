@@ -165,8 +165,7 @@ impl Rehearsal {
     fn soonest(&mut self, from: &JointPositions, normal: DVec3) -> Option<(JointPositions, f64)> {
         for candidate in &mut self.candidates {
             let straight_s = self.follower.limits().travel_time_s(from, &candidate.q);
-            candidate.straight_s =
-                straight_s + self.strain.price_of_s(&self.arm, &candidate.q);
+            candidate.straight_s = straight_s + self.strain.price_of_s(&self.arm, &candidate.q);
         }
         self.candidates
             .sort_unstable_by(|a, b| a.straight_s.total_cmp(&b.straight_s));

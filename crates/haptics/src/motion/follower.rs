@@ -292,10 +292,11 @@ impl Follower {
         let destination = self.destination?;
         let left_s = self.reference.left_s();
         let detour_s = match self.reference.goal() {
-            Some(goal) if goal != destination.q() => {
-                self.reference.limits().travel_time_s(goal, destination.q())
+            Some(goal) if goal == destination.q() => 0.0,
+            ends => {
+                let from = ends.unwrap_or(&self.reference.state().q);
+                self.reference.limits().travel_time_s(from, destination.q())
             }
-            _ => 0.0,
         };
         Some(left_s + detour_s)
     }
@@ -360,6 +361,10 @@ impl Follower {
     /// # Errors
     /// A share outside its range; the last one is then kept.
     pub fn set_speed_share(&mut self, share: f64) -> Result<(), HapticsError> {
+        if share != self.reference.speed_share() {
+            // Joints that arrive together take another way at other speeds: it is looked at anew.
+            self.has_drifted = true;
+        }
         Ok(self.reference.set_speed_share(share)?)
     }
 
@@ -380,8 +385,13 @@ impl Follower {
                 if is_new || due {
                     (self.is_to_plan, self.has_drifted, self.since_plan_s) = (false, false, 0.0);
                     let solver = &mut self.goals.solver;
-                    self.route
-                        .head_for(destination, is_new, &mut self.reference, solver)?;
+                    let planned =
+                        self.route
+                            .head_for(destination, is_new, &mut self.reference, solver);
+                    if planned.is_err() {
+                        // No motion was found: the one under way ends, and from further on there may be one.
+                        self.route.block();
+                    }
                 }
             }
             None => self.reference.brake(),

@@ -175,6 +175,12 @@ impl Route {
         self.is_blocked
     }
 
+    /// No motion was found.
+    pub(super) const fn block(&mut self) {
+        (self.is_blocked, self.detour_m) = (true, None);
+        self.retry_in_s = self.config.retry_s;
+    }
+
     pub(super) const fn forget(&mut self) {
         (self.left, self.departed) = (None, None);
         (self.detour_m, self.is_blocked) = (None, false);

@@ -151,6 +151,8 @@ pub struct RenderStep {
     pub left_s: Option<f64>,
     /// Is a person where the board would have to be? It then stays behind them.
     pub obstructed: bool,
+    /// No way leads to the goal behind the surfaces: the motion under way ends, and the board stands.
+    pub blocked: bool,
 }
 
 /// Turns board targets and arm states into arm commands.
@@ -333,6 +335,7 @@ impl Renderer {
             sliding,
             left_s: self.follower.left_s(),
             obstructed,
+            blocked: self.follower.is_blocked(),
         }
     }
 
@@ -450,9 +453,21 @@ impl Renderer {
     fn clear_of(&self, target: &BoardTarget, person_m: &[DVec3]) -> Option<BoardTarget> {
         let normal = target.normal.try_normalize()?;
         let reach_m = self.board.half_width_m.hypot(self.board.half_height_m);
+        // The middle of the face may stand aside by the slack.
+        let [slack_u, slack_v] = target.slack_m;
+        let reach_m = reach_m + slack_u.max(slack_v).max(0.0);
+        let face = self.follower.commanded_pose();
+        let off_m = (face.position_m() - target.point_m).dot(normal);
+        // A finger that presses the face is no obstacle to it.
+        let is_served = |point: &DVec3| {
+            let at = face.inverse_transform_point(*point);
+            off_m.abs() <= INSIDE_M
+                && at.x.abs() <= self.board.half_width_m
+                && at.y.abs() <= self.board.half_height_m
+        };
         let deepest_m = person_m
             .iter()
-            .filter(|point| point.is_finite())
+            .filter(|point| point.is_finite() && !is_served(point))
             .map(|point| *point - target.point_m)
             .filter(|off| off.reject_from_normalized(normal).length() <= reach_m)
             .map(|off| -off.dot(normal))
@@ -461,13 +476,9 @@ impl Renderer {
         if deepest_m < INSIDE_M {
             return None;
         }
-        let face = self.follower.commanded_pose();
-        let off = face.position_m() - target.point_m;
-        let is_there = off.dot(normal).abs() <= INSIDE_M
-            && off.reject_from_normalized(normal).length() <= reach_m;
         // In steps, so that a trembling finger does not move the board.
         let behind_m = ((deepest_m + self.proximity.clearance_m) / STEP_M).ceil() * STEP_M;
-        (!is_there && behind_m > target.behind_m).then_some(BoardTarget {
+        (behind_m > target.behind_m).then_some(BoardTarget {
             behind_m,
             ..*target
         })
@@ -522,6 +533,7 @@ impl Renderer {
             sliding: false,
             left_s: self.follower.left_s(),
             obstructed: false,
+            blocked: self.follower.is_blocked(),
         }
     }
 }

@@ -69,7 +69,7 @@ pub enum SessionState {
     /// On its way to the goal.
     Approaching,
     /// The board cannot be at its goal before the hand, or the hand was expected there by now: it stays behind the surface,
-    /// or creeps.
+    /// creeps, or stands because no way leads there behind the surfaces.
     Late,
     /// A person is where the board would have to be: it stays behind them.
     Obstructed,
@@ -268,7 +268,7 @@ impl Control {
             Phase::Hold(reason) => SessionState::Holding(reason),
             Phase::Contact { .. } if world_moved => SessionState::TouchedInMovingWorld,
             Phase::Contact { .. } => SessionState::Touched,
-            Phase::NonContact => self.on_the_way(now_s, state, step.obstructed),
+            Phase::NonContact => self.on_the_way(now_s, state, step),
         };
         self.state = after;
         let events = &mut self.events;
@@ -331,7 +331,7 @@ impl Control {
         }
     }
 
-    fn on_the_way(&mut self, now_s: f64, state: &ArmState, obstructed: bool) -> SessionState {
+    fn on_the_way(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) -> SessionState {
         let Some(target) = self.guidance.target else {
             return SessionState::Waiting;
         };
@@ -346,11 +346,11 @@ impl Control {
             self.late = false;
             return SessionState::InPlace;
         }
-        if obstructed {
+        if step.obstructed {
             return SessionState::Obstructed;
         }
         self.late |= self.guidance.contact_s.is_some_and(|due_s| now_s >= due_s);
-        if self.late || self.short {
+        if self.late || self.short || step.blocked {
             SessionState::Late
         } else {
             SessionState::Approaching

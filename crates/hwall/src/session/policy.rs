@@ -122,6 +122,24 @@ pub(super) enum Decision {
     Present(ContactPrediction),
 }
 
+impl Decision {
+    /// The same some time later, s.
+    fn aged(self, dt_s: f64) -> Self {
+        let older = |mut contact: ContactPrediction| {
+            if let Some(time) = &mut contact.time_to_contact_s {
+                time.mean_s = (time.mean_s - dt_s).max(0.0);
+            }
+            contact
+        };
+        match self {
+            Self::Wait => Self::Wait,
+            Self::Lean(contact) => Self::Lean(older(contact)),
+            Self::Ready(contact) => Self::Ready(older(contact)),
+            Self::Present(contact) => Self::Present(older(contact)),
+        }
+    }
+}
+
 /// A place that was predicted for a while.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -195,7 +213,10 @@ impl Policy {
             // The clock was set back.
             self.reset();
         }
+        let dt_s = t_s - self.last_s;
         self.last_s = t_s;
+        // A place that is kept comes nearer in time.
+        self.decision = self.decision.aged(dt_s);
         let Some(contact) = self.steady.step_ranked(ranked) else {
             self.steady.reset();
             self.candidate = None;
@@ -373,6 +394,25 @@ mod tests {
         assert!((slack_m(0.03_f64.powi(2)) - 0.045).abs() < 1e-12);
         assert_eq!(slack_m(1.0), 0.0);
         assert_eq!([slack_m(f64::NAN), slack_m(-1.0)], [0.0; 2]);
+    }
+
+    #[test]
+    fn a_place_that_is_kept_comes_nearer_in_time() {
+        let time = hwall_contact::TimeToContact {
+            mean_s: 0.6,
+            sd_s: None,
+        };
+        let foreseen = ContactPrediction {
+            time_to_contact_s: Some(time),
+            ..contact(None)
+        };
+        let left_s = |decision: Decision| match decision {
+            Decision::Present(contact) => contact.time_to_contact_s.map(|time| time.mean_s),
+            _ => None,
+        };
+        let kept = Decision::Present(foreseen).aged(0.25);
+        assert!((left_s(kept).expect("a time") - 0.35).abs() < 1e-12);
+        assert_eq!(left_s(kept.aged(1.0)), Some(0.0));
     }
 
     #[test]
