@@ -307,12 +307,6 @@ impl ReferenceMotion {
         self.by_way_of.as_ref()
     }
 
-    /// The share of the joint speeds that is in force.
-    #[must_use]
-    pub const fn speed_share(&self) -> f64 {
-        self.speed_share
-    }
-
     /// Sets the share of the speeds that may be used, at least 0.001 and at most 1; a motion to a goal is planned anew if it
     /// changes. Accelerations stay as they are.
     ///

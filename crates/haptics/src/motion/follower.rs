@@ -68,7 +68,7 @@ impl FollowerConfig {
 }
 
 /// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
-const DRIFT_S: f64 = 0.02;
+const DRIFT_S: f64 = 0.01;
 
 /// Brings the board to where it shall be.
 ///
@@ -293,10 +293,13 @@ impl Follower {
         let left_s = self.reference.left_s();
         let detour_s = match self.reference.goal() {
             Some(goal) if goal == destination.q() => 0.0,
-            ends => {
-                let from = ends.unwrap_or(&self.reference.state().q);
-                self.reference.limits().travel_time_s(from, destination.q())
+            Some(ends) => self.reference.limits().travel_time_s(ends, destination.q()),
+            None if self.route.is_blocked() => {
+                let here = &self.reference.state().q;
+                self.reference.limits().travel_time_s(here, destination.q())
             }
+            // Planned in the next step.
+            None => 0.0,
         };
         Some(left_s + detour_s)
     }
@@ -361,10 +364,6 @@ impl Follower {
     /// # Errors
     /// A share outside its range; the last one is then kept.
     pub fn set_speed_share(&mut self, share: f64) -> Result<(), HapticsError> {
-        if share != self.reference.speed_share() {
-            // Joints that arrive together take another way at other speeds: it is looked at anew.
-            self.has_drifted = true;
-        }
         Ok(self.reference.set_speed_share(share)?)
     }
 

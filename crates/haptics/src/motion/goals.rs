@@ -193,6 +193,9 @@ impl Goals {
         let Some(goal) = self.goal else {
             return Ok(None);
         };
+        if !self.is_near((goal.point_m, goal.normal), (target.point_m, unit_normal)) {
+            return Ok(None);
+        }
         let roll_rad = target
             .roll_rad
             .map_or(goal.roll_rad, |roll| same_face(roll, goal.roll_rad));
@@ -205,9 +208,6 @@ impl Goals {
             }
             None => target.point_m,
         };
-        if !self.is_near((goal.point_m, goal.normal), (point_m, unit_normal)) {
-            return Ok(None);
-        }
         let moved = Goal {
             point_m,
             normal: unit_normal,

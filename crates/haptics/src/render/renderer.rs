@@ -458,16 +458,14 @@ impl Renderer {
         let reach_m = reach_m + slack_u.max(slack_v).max(0.0);
         let face = self.follower.commanded_pose();
         let off_m = (face.position_m() - target.point_m).dot(normal);
-        // A finger that presses the face is no obstacle to it.
-        let is_served = |point: &DVec3| {
-            let at = face.inverse_transform_point(*point);
-            off_m.abs() <= INSIDE_M
-                && at.x.abs() <= self.board.half_width_m
-                && at.y.abs() <= self.board.half_height_m
-        };
+        let at = face.inverse_transform_point(target.point_m);
+        // A board that is there stays: the finger presses it.
+        let is_there = off_m.abs() <= INSIDE_M
+            && at.x.abs() <= self.board.half_width_m
+            && at.y.abs() <= self.board.half_height_m;
         let deepest_m = person_m
             .iter()
-            .filter(|point| point.is_finite() && !is_served(point))
+            .filter(|point| point.is_finite())
             .map(|point| *point - target.point_m)
             .filter(|off| off.reject_from_normalized(normal).length() <= reach_m)
             .map(|off| -off.dot(normal))
@@ -478,7 +476,7 @@ impl Renderer {
         }
         // In steps, so that a trembling finger does not move the board.
         let behind_m = ((deepest_m + self.proximity.clearance_m) / STEP_M).ceil() * STEP_M;
-        (behind_m > target.behind_m).then_some(BoardTarget {
+        (!is_there && behind_m > target.behind_m).then_some(BoardTarget {
             behind_m,
             ..*target
         })
