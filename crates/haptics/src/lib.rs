@@ -4,6 +4,7 @@ mod arm;
 mod board;
 mod error;
 pub mod motion;
+pub mod object;
 pub mod render;
 
 pub use arm::{Arm, ArmCommand, ArmState};
@@ -12,6 +13,7 @@ pub use error::HapticsError;
 pub use motion::{
     ApproachConfig, Barrier, Follower, FollowerConfig, JointBounds, JointMotion, Slide,
 };
+pub use object::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 pub use render::{
     ContactConfig, ContactDetector, ContactState, ForceConfig, HoldReason, Phase, PostureTarget,
     ProximityConfig, RenderInput, RenderStep, Renderer, RendererConfig, WatchdogConfig,
