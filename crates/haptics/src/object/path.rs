@@ -55,7 +55,8 @@ impl ObjectPath {
                 hinge_axis,
             } => {
                 let turn = DMat3::from_axis_angle(hinge_axis, by);
-                let position_m = hinge_point_m + turn * (pose.position_m() - hinge_point_m);
+                let arm_m = pose.position_m() - hinge_point_m;
+                let position_m = pose.position_m() + (turn * arm_m - arm_m);
                 Pose::from_parts_unchecked(turn * pose.rotation(), position_m)
             }
             Self::Sliding { direction } => pose.at(pose.position_m() + direction * by),
