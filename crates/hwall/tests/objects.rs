@@ -97,7 +97,9 @@ click = { start_m = 0.001, snap_m = 0.003, force_n = 4 }
 detents = [{ position_m = 0.008, half_width_m = 0.001, force_n = 2 }]
 "#;
     let (scene, _) = Scene::from_obj_str(ROOM, Some(sidecar)).unwrap();
-    let (door, _) = object_of(&scene, SurfaceId(1)).unwrap().unwrap();
+    let (door, _) = object_of(&scene, scene.find("door").unwrap())
+        .unwrap()
+        .unwrap();
     let numbers = [
         door.inertia,
         door.stiffness,
@@ -117,7 +119,9 @@ detents = [{ position_m = 0.008, half_width_m = 0.001, force_n = 2 }]
             force: 6.0
         }]
     );
-    let (button, _) = object_of(&scene, SurfaceId(4)).unwrap().unwrap();
+    let (button, _) = object_of(&scene, scene.find("button").unwrap())
+        .unwrap()
+        .unwrap();
     assert_eq!((button.inertia, button.friction), (0.02, 0.1));
     // Without a release all that was stored is lost.
     let click = Click {

@@ -184,109 +184,113 @@ impl Entry {
         let mut stray = unused.flat_map(|(keys, _)| keys.iter());
         stray.find(|(_, present)| *present).map(|(key, _)| *key)
     }
+}
 
-    fn detents(&self) -> &[DetentEntry] {
-        self.detents.as_deref().unwrap_or_default()
+/// Errors about one entry.
+struct Faults<'a> {
+    surface: &'a str,
+    kind: Kind,
+}
+
+impl Faults<'_> {
+    fn stray(&self, key: &'static str) -> SceneError {
+        SceneError::SidecarStrayKey {
+            surface: self.surface.to_owned(),
+            kind: self.kind.name(),
+            key,
+        }
+    }
+
+    fn missing(&self, key: &'static str) -> SceneError {
+        SceneError::SidecarMissingKey {
+            surface: self.surface.to_owned(),
+            kind: self.kind.name(),
+            key,
+        }
+    }
+
+    fn needed<T>(&self, key: &'static str, value: Option<T>) -> Result<T, SceneError> {
+        value.ok_or_else(|| self.missing(key))
+    }
+}
+
+impl DetentEntry {
+    fn read(&self, faults: &Faults) -> Result<SurfaceDetent, SceneError> {
+        let turning = [
+            ("detents.position_deg", self.position_deg),
+            ("detents.half_width_deg", self.half_width_deg),
+            ("detents.torque_n_m", self.torque_n_m),
+        ];
+        let sliding = [
+            ("detents.position_m", self.position_m),
+            ("detents.half_width_m", self.half_width_m),
+            ("detents.force_n", self.force_n),
+        ];
+        let turns = faults.kind.turns();
+        let (own, others) = if turns {
+            (turning, sliding)
+        } else {
+            (sliding, turning)
+        };
+        if let Some((key, _)) = others.iter().find(|(_, value)| value.is_some()) {
+            return Err(faults.stray(key));
+        }
+        let [position, half_width, force] = own.map(|(key, value)| faults.needed(key, value));
+        let scale = if turns { 1_f64.to_radians() } else { 1.0 };
+        Ok(SurfaceDetent {
+            position: scale * position?,
+            half_width: scale * half_width?,
+            force: force?,
+        })
+    }
+}
+
+impl Entry {
+    /// Of a kind that has been checked for stray keys: what is there is for it.
+    fn mechanics(&self, faults: &Faults) -> Result<Mechanics, SceneError> {
+        let detents = self.detents.iter().flatten();
+        Ok(Mechanics {
+            inertia: self.inertia_kg_m2.or(self.mass_kg),
+            stiffness: self.stiffness_n_m_per_rad.or(self.stiffness_n_per_m),
+            rest: self.rest_deg.map(f64::to_radians).or(self.rest_m),
+            damping: self.damping_n_m_s_per_rad.or(self.damping_n_s_per_m),
+            friction: self.friction_n_m.or(self.friction_n),
+            restitution: self.restitution,
+            detents: detents.map(|d| d.read(faults)).collect::<Result<_, _>>()?,
+            click: self.click.as_ref().map(|click| SurfaceClick {
+                start: click.start_m,
+                snap: click.snap_m,
+                release: click.release_m.unwrap_or(click.start_m),
+                force: click.force_n,
+            }),
+        })
     }
 }
 
 fn kind(surface: &str, entry: &Entry, kind: Kind) -> Result<SurfaceKind, SceneError> {
-    let strays = |key| SceneError::SidecarStrayKey {
-        surface: surface.to_owned(),
-        kind: kind.name(),
-        key,
-    };
-    let needs = |key| SceneError::SidecarMissingKey {
-        surface: surface.to_owned(),
-        kind: kind.name(),
-        key,
-    };
+    let faults = Faults { surface, kind };
     if let Some(key) = entry.stray(kind) {
-        return Err(strays(key));
+        return Err(faults.stray(key));
     }
-    let vector = |value: Option<[f64; 3]>, key| value.map(DVec3::from).ok_or_else(|| needs(key));
+    if !kind.turns() && !kind.slides() {
+        return Ok(plain(kind));
+    }
+    let vector = |value: Option<[f64; 3]>, key| faults.needed(key, value).map(DVec3::from);
+    let mechanics = entry.mechanics(&faults)?;
     if kind.turns() {
-        let [min_rad, max_rad] = entry
-            .range_deg
-            .ok_or_else(|| needs("range_deg"))?
+        let [min_rad, max_rad] = faults
+            .needed("range_deg", entry.range_deg)?
             .map(f64::to_radians);
-        let detent = |detent: &DetentEntry| {
-            let keys = [
-                ("detents.position_m", detent.position_m),
-                ("detents.half_width_m", detent.half_width_m),
-                ("detents.force_n", detent.force_n),
-            ];
-            if let Some((key, _)) = keys.iter().find(|(_, value)| value.is_some()) {
-                return Err(strays(*key));
-            }
-            let number = |value: Option<f64>, key| value.ok_or_else(|| needs(key));
-            Ok(SurfaceDetent {
-                position: number(detent.position_deg, "detents.position_deg")?.to_radians(),
-                half_width: number(detent.half_width_deg, "detents.half_width_deg")?.to_radians(),
-                force: number(detent.torque_n_m, "detents.torque_n_m")?,
-            })
-        };
         return Ok(SurfaceKind::RevolvingDoor {
             hinge_point_m: vector(entry.hinge_point_m, "hinge_point_m")?,
             hinge_axis: vector(entry.hinge_axis, "hinge_axis")?,
             min_rad,
             max_rad,
-            mechanics: Mechanics {
-                inertia: entry.inertia_kg_m2,
-                stiffness: entry.stiffness_n_m_per_rad,
-                rest: entry.rest_deg.map(f64::to_radians),
-                damping: entry.damping_n_m_s_per_rad,
-                friction: entry.friction_n_m,
-                restitution: entry.restitution,
-                detents: entry
-                    .detents()
-                    .iter()
-                    .map(detent)
-                    .collect::<Result<_, _>>()?,
-                click: None,
-            },
+            mechanics,
         });
     }
-    if !kind.slides() {
-        return Ok(plain(kind));
-    }
-    let [min_m, max_m] = entry.range_m.ok_or_else(|| needs("range_m"))?;
+    let [min_m, max_m] = faults.needed("range_m", entry.range_m)?;
     let direction = vector(entry.direction, "direction")?;
-    let detent = |detent: &DetentEntry| {
-        let keys = [
-            ("detents.position_deg", detent.position_deg),
-            ("detents.half_width_deg", detent.half_width_deg),
-            ("detents.torque_n_m", detent.torque_n_m),
-        ];
-        if let Some((key, _)) = keys.iter().find(|(_, value)| value.is_some()) {
-            return Err(strays(*key));
-        }
-        let number = |value: Option<f64>, key| value.ok_or_else(|| needs(key));
-        Ok(SurfaceDetent {
-            position: number(detent.position_m, "detents.position_m")?,
-            half_width: number(detent.half_width_m, "detents.half_width_m")?,
-            force: number(detent.force_n, "detents.force_n")?,
-        })
-    };
-    let mechanics = Mechanics {
-        inertia: entry.mass_kg,
-        stiffness: entry.stiffness_n_per_m,
-        rest: entry.rest_m,
-        damping: entry.damping_n_s_per_m,
-        friction: entry.friction_n,
-        restitution: entry.restitution,
-        detents: entry
-            .detents()
-            .iter()
-            .map(detent)
-            .collect::<Result<_, _>>()?,
-        click: entry.click.as_ref().map(|click| SurfaceClick {
-            start: click.start_m,
-            snap: click.snap_m,
-            release: click.release_m.unwrap_or(click.start_m),
-            force: click.force_n,
-        }),
-    };
     Ok(match kind {
         Kind::Drawer => SurfaceKind::Drawer {
             direction,
