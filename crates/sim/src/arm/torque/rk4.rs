@@ -8,6 +8,8 @@ use hwall_numeric::check::all_finite;
 
 /// Cuts of one step after which the rest is left to the implicit scheme, which takes all events at once.
 const MOST_CUTS: usize = 30;
+/// Trials for the instant of an event.
+const SECANTS: usize = 6;
 /// Weights of the four stages.
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
@@ -15,7 +17,17 @@ const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 #[derive(Debug, Clone, Copy)]
 enum Event {
     Rest { joint: usize },
-    Stop { joint: usize },
+    Stop { joint: usize, end: f64 },
+}
+
+impl Event {
+    /// What is zero at the event.
+    fn value(self, q: &[f64], qd: &[f64]) -> f64 {
+        match self {
+            Self::Rest { joint } => qd[joint],
+            Self::Stop { joint, end } => q[joint] - end,
+        }
+    }
 }
 
 /// Memory of the integrator.
@@ -78,18 +90,13 @@ impl Rk4 {
         for _ in 0..MOST_CUTS {
             self.choose_directions(motion, torques, wrench)?;
             self.stages(motion, left_s, torques, wrench)?;
-            let mut h_s = left_s;
-            let mut event = self.first_event(motion);
-            if let Some((share, _)) = event {
-                // Twice linear: the second time from a piece that ends next to the event.
-                h_s *= share;
-                self.stages(motion, h_s, torques, wrench)?;
-                if let Some((share, again)) = self.first_event(motion) {
-                    h_s *= share;
-                    self.stages(motion, h_s, torques, wrench)?;
-                    event = Some((share, again));
+            let event = self.first_event(motion);
+            let h_s = match event {
+                Some((share, event)) => {
+                    self.locate(motion, event, share, left_s, torques, wrench)?
                 }
-            }
+                None => left_s,
+            };
             motion.q.copy_from_slice(&self.q);
             motion.qd.copy_from_slice(&self.qd);
             for (impulse, torque) in motion.friction_impulse.iter_mut().zip(&self.sums[2]) {
@@ -100,7 +107,10 @@ impl Rk4 {
             }
             match event {
                 Some((_, Event::Rest { joint })) => motion.qd[joint] = 0.0,
-                Some((_, Event::Stop { joint })) => self.meet_stop(motion, joint)?,
+                Some((_, Event::Stop { joint, end })) => {
+                    motion.q[joint] = end;
+                    self.impact(motion)?;
+                }
                 None => return Ok(()),
             }
             left_s -= h_s;
@@ -247,18 +257,46 @@ impl Rk4 {
             };
             // From the stop itself there is no way: the whole piece counts, and its end is put back.
             let share = if room == 0.0 { 1.0 } else { room / moved };
-            note(share, Event::Stop { joint });
+            let end = motion.within_stops(joint, self.q[joint]);
+            note(share, Event::Stop { joint, end });
         }
         first
     }
 
-    /// The impact that takes a joint's speed at its stop, together with what it does to the others.
-    fn meet_stop(&mut self, motion: &mut ChainMotion, joint: usize) -> Result<(), SimError> {
+    /// How long a piece is that ends at an event, by secants; leaves its end in `q` and `qd`.
+    fn locate(
+        &mut self,
+        motion: &mut ChainMotion,
+        event: Event,
+        share: f64,
+        left_s: f64,
+        torques: &[f64],
+        wrench: &Wrench,
+    ) -> Result<f64, SimError> {
+        if share >= 1.0 {
+            return Ok(left_s);
+        }
+        let (mut earlier_s, mut earlier) = (left_s, event.value(&self.q, &self.qd));
+        let mut h_s = share * left_s;
+        for _ in 0..SECANTS {
+            self.stages(motion, h_s, torques, wrench)?;
+            let value = event.value(&self.q, &self.qd);
+            let next_s = h_s - value * (h_s - earlier_s) / (value - earlier);
+            // Written so that a quotient of zeros ends the search.
+            let moves = (next_s - h_s).abs() > 1e-12 * left_s;
+            if !moves || value == 0.0 {
+                return Ok(h_s);
+            }
+            (earlier_s, earlier) = (h_s, value);
+            h_s = next_s.clamp(0.0, left_s);
+        }
+        self.stages(motion, h_s, torques, wrench)?;
+        Ok(h_s)
+    }
+
+    /// The impact of all joints that stand at a stop: takes their speed towards it, and does to the others what that does.
+    fn impact(&mut self, motion: &mut ChainMotion) -> Result<(), SimError> {
         let n = motion.q.len();
-        // The end that the joint is nearer to, to the last bit.
-        let [least, most] = motion.room(joint);
-        let to_end = if -least < most { least } else { most };
-        motion.q[joint] = motion.within_stops(joint, motion.q[joint] + to_end);
         self.q.copy_from_slice(&motion.q);
         let (zeros, still) = (&self.zeros, Wrench::default());
         motion.equations(&self.q, zeros, zeros, &still)?;
