@@ -9,7 +9,9 @@ use hwall_numeric::check::all_finite;
 /// Cuts of one step after which the rest is left to the implicit scheme, which takes all events at once.
 const MOST_CUTS: usize = 30;
 /// Trials for the instant of an event.
-const SECANTS: usize = 6;
+const TRIALS: usize = 30;
+/// A velocity or a distance to a stop that is zero, rad/s or rad.
+const SAME_VALUE: f64 = 1e-13;
 /// Weights of the four stages.
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
@@ -92,9 +94,7 @@ impl Rk4 {
             self.stages(motion, left_s, torques, wrench)?;
             let event = self.first_event(motion);
             let h_s = match event {
-                Some((share, event)) => {
-                    self.locate(motion, event, share, left_s, torques, wrench)?
-                }
+                Some((_, event)) => self.locate(motion, event, left_s, torques, wrench)?,
                 None => left_s,
             };
             motion.q.copy_from_slice(&self.q);
@@ -255,42 +255,49 @@ impl Rk4 {
             } else {
                 continue;
             };
-            // From the stop itself there is no way: the whole piece counts, and its end is put back.
-            let share = if room == 0.0 { 1.0 } else { room / moved };
+            let share = room / moved;
             let end = motion.within_stops(joint, self.q[joint]);
             note(share, Event::Stop { joint, end });
         }
         first
     }
 
-    /// How long a piece is that ends at an event, by secants; leaves its end in `q` and `qd`.
+    /// How long a piece is that ends at an event; leaves its end in `q` and `qd`.
+    ///
+    /// The event lies between the start and the end of what was tried, which is beyond it: secants, and every third time a
+    /// bisection.
     fn locate(
         &mut self,
         motion: &mut ChainMotion,
         event: Event,
-        share: f64,
         left_s: f64,
         torques: &[f64],
         wrench: &Wrench,
     ) -> Result<f64, SimError> {
-        if share >= 1.0 {
-            return Ok(left_s);
-        }
-        let (mut earlier_s, mut earlier) = (left_s, event.value(&self.q, &self.qd));
-        let mut h_s = share * left_s;
-        for _ in 0..SECANTS {
+        let (mut before_s, mut before) = (0.0, event.value(&motion.q, &motion.qd));
+        let (mut beyond_s, mut beyond) = (left_s, event.value(&self.q, &self.qd));
+        let mut h_s = left_s;
+        for trial in 0..TRIALS {
+            let secant_s = before_s - before * (beyond_s - before_s) / (beyond - before);
+            let within = before_s < secant_s && secant_s < beyond_s;
+            h_s = match within && trial % 3 != 2 {
+                true => secant_s,
+                false => 0.5 * (before_s + beyond_s),
+            };
             self.stages(motion, h_s, torques, wrench)?;
             let value = event.value(&self.q, &self.qd);
-            let next_s = h_s - value * (h_s - earlier_s) / (value - earlier);
-            // Written so that a quotient of zeros ends the search.
-            let moves = (next_s - h_s).abs() > 1e-12 * left_s;
-            if !moves || value == 0.0 {
-                return Ok(h_s);
+            if value == 0.0 {
+                break;
             }
-            (earlier_s, earlier) = (h_s, value);
-            h_s = next_s.clamp(0.0, left_s);
+            if value.signum() == beyond.signum() {
+                (beyond_s, beyond) = (h_s, value);
+            } else {
+                (before_s, before) = (h_s, value);
+            }
+            if beyond_s - before_s <= 1e-12 * left_s || value.abs() <= SAME_VALUE {
+                break;
+            }
         }
-        self.stages(motion, h_s, torques, wrench)?;
         Ok(h_s)
     }
 
