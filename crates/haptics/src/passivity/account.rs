@@ -7,8 +7,8 @@ use hwall_numeric::check::that;
 
 /// Longest delay, in periods.
 const MOST_PERIODS: usize = 60;
-/// Commands that are remembered: those under way and those that acted while velocities were measured.
-const COMMANDS: usize = MOST_PERIODS + 24;
+/// Commands that are remembered: those under way and those that acted while velocities were measured; a power of two.
+const COMMANDS: usize = 128;
 /// Positions that are remembered.
 const POSITIONS: usize = 32;
 /// Spans over which velocities are measured, periods.

@@ -7,6 +7,10 @@ use super::tank::EnergyTank;
 use crate::error::HapticsError;
 use hwall_numeric::check::{finite, non_negative, positive, that};
 
+/// What the tank keeps of what the virtual side holds: with less, what is promised to commands under way is missing; with more,
+/// it feeds oscillations for longer.
+const KEPT: f64 = 2.0;
+
 /// What is measured at the port, and what is commanded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Causality {
@@ -98,10 +102,16 @@ pub struct PortConfig {
     pub most: f64,
     /// Limits of the damper; the default is that of [`PortConfig::impedance`].
     pub dissipation: DissipationLimit,
+    /// The command changes only when what is wanted differs by more than this from what was wanted when it last changed, N or
+    /// m/s; default 0. Set it to the noise of the wanted command: what does not change hides nothing from the account, so
+    /// that a wall that is leaned on stands for ever instead of giving way slowly.
+    pub still_band: f64,
     /// Energy that may come out before any has gone in, J; default 0.
     pub initial_j: f64,
     /// Most that is kept for giving out again, J; default 5.
     pub capacity_j: f64,
+    /// Time constant with which the tank lets go what is above twice [`PortInput::stored_j`], s; default 0.05.
+    pub spill_s: f64,
 }
 
 impl PortConfig {
@@ -122,8 +132,10 @@ impl PortConfig {
                 gain: 0.5 * mass_kg / sampling.lag_s(),
                 correction: 40.0,
             },
+            still_band: 0.0,
             initial_j: 0.0,
             capacity_j: 5.0,
+            spill_s: 0.05,
         }
     }
 
@@ -159,7 +171,9 @@ impl PortConfig {
         non_negative("hand.damping_n_s_per_m", self.hand.damping_n_s_per_m)?;
         positive("most", self.most)?;
         self.dissipation.validate()?;
+        non_negative("still_band", self.still_band)?;
         non_negative("initial_j", self.initial_j)?;
+        positive("spill_s", self.spill_s)?;
         that(
             self.capacity_j >= self.initial_j,
             "capacity_j",
@@ -180,6 +194,9 @@ pub struct PortInput {
     /// The command that is wanted: force of the actuator on the device (N; a wall pushes back, below zero) or velocity of the
     /// device (m/s).
     pub wanted: f64,
+    /// Energy that the virtual side holds by itself: of its springs (`f² / 2 K` of a wall) and moving masses, J. The tank
+    /// forgets what goes beyond twice that. `None`: it forgets nothing, and what a virtual damper took may come out again.
+    pub stored_j: Option<f64>,
 }
 
 /// What a port answers.
@@ -207,7 +224,7 @@ pub struct PortOutput {
 /// // In every cycle: a wall of 2000 N/m at zero.
 /// let position_m: f64 = 1e-4;
 /// let wanted = -2000.0 * position_m.max(0.0);
-/// let force_n = port.step(&PortInput { position_m, hand_force_n: 0.0, wanted })?.command;
+/// let force_n = port.step(&PortInput { position_m, hand_force_n: 0.0, wanted, stored_j: None })?.command;
 /// assert!(force_n.abs() <= wanted.abs());
 /// # Ok::<(), hwall_haptics::HapticsError>(())
 /// ```
@@ -217,6 +234,8 @@ pub struct PassivePort {
     account: PortAccount,
     controller: PassivityController,
     tank: EnergyTank,
+    /// What was wanted when it last changed by more than the band.
+    held: f64,
 }
 
 impl PassivePort {
@@ -230,6 +249,7 @@ impl PassivePort {
             account: PortAccount::new(config)?,
             controller: PassivityController::new(config.dissipation)?,
             tank: EnergyTank::new(config.initial_j, config.capacity_j)?,
+            held: 0.0,
             config,
         })
     }
@@ -254,10 +274,20 @@ impl PassivePort {
         finite("position_m", input.position_m)?;
         finite("hand_force_n", input.hand_force_n)?;
         finite("wanted", input.wanted)?;
+        if let Some(stored_j) = input.stored_j {
+            non_negative("stored_j", stored_j)?;
+        }
         let new_j = self.account.sample(input.position_m, input.hand_force_n)?;
         self.tank.exchange(new_j)?;
+        if let Some(stored_j) = input.stored_j {
+            let share = -(-self.config.sampling.period_s / self.config.spill_s).exp_m1();
+            self.tank.let_go(KEPT * stored_j, share)?;
+        }
         let most = self.config.most;
-        let wanted = input.wanted.clamp(-most, most);
+        if (input.wanted - self.held).abs() > self.config.still_band || input.wanted == 0.0 {
+            self.held = input.wanted;
+        }
+        let wanted = self.held.clamp(-most, most);
         let command = match self.config.method {
             PassivityMethod::Off => wanted,
             PassivityMethod::Controller => {

@@ -53,6 +53,19 @@ impl EnergyTank {
         Ok(())
     }
 
+    /// Lets go a share of what is above a level: what nobody needs any more must not feed an oscillation.
+    ///
+    /// # Errors
+    /// NaN, a negative level, or a share outside [0, 1].
+    pub fn let_go(&mut self, above_j: f64, share: f64) -> Result<(), HapticsError> {
+        that(above_j >= 0.0, "above_j", above_j, "at least 0")?;
+        that((0.0..=1.0).contains(&share), "share", share, "from 0 to 1")?;
+        let gone_j = share * (self.energy_j - above_j).max(0.0);
+        self.energy_j -= gone_j;
+        self.spilled_j += gone_j;
+        Ok(())
+    }
+
     /// The largest `x` in `[0, wanted]` with `a x² + b x + reserved <= energy - debt`: the first two terms are the worst cost
     /// of an action of size `x` (`b < 0`: a small one is sure to bring something in), `reserved` is promised already (below
     /// zero: sure to come in before), J.
