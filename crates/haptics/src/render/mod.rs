@@ -8,6 +8,7 @@ mod renderer;
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
 pub use proximity::ProximityConfig;
+pub(crate) use proximity::distance_and_closing;
 pub use renderer::{
     ForceConfig, Phase, PostureTarget, RenderInput, RenderStep, Renderer, RendererConfig,
     WatchdogConfig,
