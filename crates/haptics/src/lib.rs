@@ -18,8 +18,10 @@ pub use motion::{
 pub use object::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 pub use passivity::{PassivePort, PassivityMethod, PortConfig, PortInput, PortOutput};
 pub use render::{
-    ContactConfig, ContactDetector, ContactState, ForceConfig, HoldReason, Phase, PostureTarget,
-    ProximityConfig, RenderInput, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    CartesianImpedance, ContactConfig, ContactDetector, ContactState, FaceMotion, ForceConfig,
+    HoldReason, ImpedanceConfig, ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep,
+    Phase, PostureTarget, ProximityConfig, RenderInput, RenderStep, RenderedObject, Renderer,
+    RendererConfig, WatchdogConfig,
 };
 
 pub use safety::{
