@@ -56,7 +56,7 @@ fn objects() -> [(&'static str, ObjectConfig, f64); 5] {
 }
 
 fn main() {
-    println!("{}", hwall_testkit::Machine::detect());
+    println!("{}", hwall_testkit::Machine::detect(1));
     println!("| object | median ns | p99 ns | 1 s in steps of 1 ms, against one step |");
     println!("| --- | --- | --- | --- |");
     for (name, config, force) in objects() {

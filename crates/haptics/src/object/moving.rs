@@ -106,8 +106,7 @@ impl MovingObject {
         !self.state.armed
     }
 
-    /// Acceleration under a force (N m or N) at this instant, rad/s² or m/s²; zero where friction or a stop holds it. A stop that
-    /// is being met counts only for what stands.
+    /// Acceleration under a force (N m or N) at this instant, rad/s² or m/s²; zero where friction or a stop holds it.
     #[must_use]
     pub fn acceleration(&self, force: f64) -> f64 {
         let Some(way) = self.way(&self.state, force) else {
@@ -287,8 +286,8 @@ fn crossing(oscillator: &Oscillator, speed: f64, g: f64, ahead: f64, until_s: f6
         let step_s = missing / rate;
         let newton_s = t_s + step_s;
         // Newton's step, unless it leaves the bracket or does not gain a factor of two.
-        let slow = !(step_s.abs() < 0.5 * last_step_s.abs());
-        let next_s = if newton_s > low_s && newton_s < high_s && !slow {
+        let gains = step_s.abs() < 0.5 * last_step_s.abs();
+        let next_s = if newton_s > low_s && newton_s < high_s && gains {
             newton_s
         } else if step_s.abs() <= f64::EPSILON * t_s {
             return (t_s, rate);
