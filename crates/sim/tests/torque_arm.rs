@@ -210,13 +210,13 @@ fn a_stream_is_followed_closely() {
     });
     println!("ideal: {rad:e} rad, {m:e} m, at rest {rest_m:e} m");
     assert!(
-        rad < 2e-3 && m < 1e-3 && rest_m < 1e-6,
+        rad < 2e-4 && m < 1e-4 && rest_m < 1e-9,
         "{rad:e} {m:e} {rest_m:e}"
     );
     let [rad, m, rest_m] = following(TorqueConfig::default());
     println!("default: {rad:e} rad, {m:e} m, at rest {rest_m:e} m");
     assert!(
-        rad < 1e-2 && m < 4e-3 && rest_m < 2e-3,
+        rad < 1e-3 && m < 6e-4 && rest_m < 3e-4,
         "{rad:e} {m:e} {rest_m:e}"
     );
 }

@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use glam::DVec3;
 use hwall_kinematics::{Pose, Twist, Wrench};
-use hwall_numeric::check::{all_finite, non_negative, positive};
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
 
 /// Longest step of the hand's own integration, s.
 const MAX_STEP_S: f64 = 5e-5;
@@ -133,7 +133,7 @@ impl HandBody {
     /// that of the board there, base axes, as `pose()` and `twist()` of an arm with the board as its tool.
     ///
     /// # Errors
-    /// A time step that is not above zero, NaN or infinity; the hand is then as before.
+    /// A time step that is not above zero or longer than 1 s, NaN or infinity; the hand is then as before.
     pub fn step(
         &mut self,
         dt_s: f64,
@@ -141,7 +141,8 @@ impl HandBody {
         board_velocity: &Twist,
         drive: &HandDrive,
     ) -> Result<Wrench, SimError> {
-        positive("dt_s", dt_s)?;
+        let in_range = (f64::MIN_POSITIVE..=1.0).contains(&dt_s);
+        that(in_range, "dt_s", dt_s, "above 0 and at most 1")?;
         all_finite("board velocity", &board_velocity.to_array())?;
         match drive {
             HandDrive::Aim {
