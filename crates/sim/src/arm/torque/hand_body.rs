@@ -11,7 +11,7 @@ const MAX_STEP_S: f64 = 5e-5;
 /// A finger and what moves behind it, as one mass at the fingertip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandBodyConfig {
-    /// Mass felt at the fingertip, kg. Default 0.6, that of hands and fingers in ISO/TS 15066, table A.3; a relaxed finger
+    /// Mass felt at the fingertip, kg. Default 0.6, that of hands and fingers in ISO/TS 15066, annex A; a relaxed finger
     /// alone is far below 0.1, a stiff forearm behind it 2.
     pub mass_kg: f64,
     /// Stiffness with which the arm holds the hand at its aim, N/m. Default 300: some hundred in a maintained posture ([Tsuji 1995]).
