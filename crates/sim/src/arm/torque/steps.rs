@@ -189,9 +189,9 @@ impl StepSolver {
             self.factor[i * n + i] = 1.0;
         }
         solve_symmetric(&mut self.factor, &mut self.x)?;
-        for i in 0..n {
+        for (i, steps) in steps.iter().enumerate() {
             if let State::Corner(k) = self.states[i] {
-                self.x[i] = steps[i].corners[k];
+                self.x[i] = steps.corners[k];
             }
         }
         for i in 0..n {
