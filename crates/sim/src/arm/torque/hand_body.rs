@@ -73,7 +73,7 @@ pub enum HandDrive {
 /// use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 ///
 /// // Face at the origin, normal +z; the hand comes at 2 m/s.
-/// let mut hand = HandBody::new(HandBodyConfig::default(), DVec3::new(0.0, 0.0, 0.02), DVec3::new(0.0, 0.0, -2.0))?;
+/// let mut hand = HandBody::new(HandBodyConfig::default(), DVec3::new(0.0, 0.0, 0.001), DVec3::new(0.0, 0.0, -2.0))?;
 /// let mut most_n = 0.0_f64;
 /// for _ in 0..200 {
 ///     let wrench = hand.step(1e-3, &Pose::IDENTITY, &Twist::default(), &HandDrive::Force(DVec3::ZERO))?;
