@@ -133,8 +133,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
     header.extend(numbered("q", n));
     header.extend(numbered("qd", n));
     header.push("energy_j".to_owned());
-    output.write_record(&header)?;
     sample_motion(&mut motion, &torques, &wrench, &sampling, |sample| {
+        if sample.t_s == 0.0 {
+            output.write_record(&header)?;
+        }
         let state = sample.q.iter().chain(sample.qd).copied();
         let row = [sample.t_s]
             .into_iter()
@@ -160,8 +162,15 @@ fn read_torques(chain: &Chain, saturate: bool) -> anyhow::Result<HeldTorques> {
         if text.is_empty() {
             continue;
         }
-        let is_first = std::mem::take(&mut first);
-        if is_first && text.split(',').map(str::trim).eq(header.iter()) {
+        let cells = text.split(',').map(str::trim);
+        if std::mem::take(&mut first) && text.starts_with(char::is_alphabetic) {
+            let named = cells.eq(header.iter());
+            ensure!(
+                named,
+                "{}: the header must be {}",
+                place(),
+                header.join(",")
+            );
             continue;
         }
         let mut row = numbers(text, n + 1).with_context(place)?;

@@ -63,7 +63,11 @@ impl Case {
         let wrench = Wrench::from_array(self.wrench);
         let (mut worst, mut met) = ([0.0_f64; 2], 0);
         sample_motion(&mut motion, &torques, &wrench, &sampling, |sample| {
-            let Some(row) = self.rows.iter().find(|row| row[0] == sample.t_s) else {
+            let Some(row) = self
+                .rows
+                .iter()
+                .find(|row| (row[0] - sample.t_s).abs() < 1e-9)
+            else {
                 return Ok(());
             };
             met += 1;

@@ -6,7 +6,7 @@ use hwall_numeric::check::{non_negative, positive, that};
 /// Friction of one joint: breakaway, the Stribeck fall to Coulomb friction, viscous friction.
 ///
 /// At rest a joint takes any torque up to `breakaway_n_m` and stays exactly at rest. Moving, it feels
-/// `coulomb + (breakaway − coulomb) exp(−(q̇/v_s)²) + viscous |q̇|` against its motion ([Armstrong 1994], eq. 5, exponent 2).
+/// `coulomb + (breakaway − coulomb) exp(−(q̇/v_s)²) + viscous |q̇|` against its motion ([Armstrong 1994]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointFriction {
     /// Dry friction of a moving joint, N m.

@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use glam::DVec3;
 use hwall_kinematics::{Pose, Twist, Wrench};
-use hwall_numeric::check::{all_finite, non_negative, positive};
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
 
 /// Longest step of the hand's own integration, s.
 const MAX_STEP_S: f64 = 5e-5;
@@ -11,7 +11,7 @@ const MAX_STEP_S: f64 = 5e-5;
 /// A finger and what moves behind it, as one mass at the fingertip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandBodyConfig {
-    /// Mass felt at the fingertip, kg. Default 0.6, that of hands and fingers in ISO/TS 15066, table A.3; a relaxed finger
+    /// Mass felt at the fingertip, kg. Default 0.6, that of hands and fingers in ISO/TS 15066, annex A; a relaxed finger
     /// alone is far below 0.1, a stiff forearm behind it 2.
     pub mass_kg: f64,
     /// Stiffness with which the arm holds the hand at its aim, N/m. Default 300: some hundred in a maintained posture ([Tsuji 1995]).
@@ -73,7 +73,7 @@ pub enum HandDrive {
 /// use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 ///
 /// // Face at the origin, normal +z; the hand comes at 2 m/s.
-/// let mut hand = HandBody::new(HandBodyConfig::default(), DVec3::new(0.0, 0.0, 0.02), DVec3::new(0.0, 0.0, -2.0))?;
+/// let mut hand = HandBody::new(HandBodyConfig::default(), DVec3::new(0.0, 0.0, 0.001), DVec3::new(0.0, 0.0, -2.0))?;
 /// let mut most_n = 0.0_f64;
 /// for _ in 0..200 {
 ///     let wrench = hand.step(1e-3, &Pose::IDENTITY, &Twist::default(), &HandDrive::Force(DVec3::ZERO))?;
@@ -133,7 +133,7 @@ impl HandBody {
     /// that of the board there, base axes, as `pose()` and `twist()` of an arm with the board as its tool.
     ///
     /// # Errors
-    /// A time step that is not above zero, NaN or infinity; the hand is then as before.
+    /// A time step that is not above zero or longer than 1 s, NaN or infinity; the hand is then as before.
     pub fn step(
         &mut self,
         dt_s: f64,
@@ -141,7 +141,8 @@ impl HandBody {
         board_velocity: &Twist,
         drive: &HandDrive,
     ) -> Result<Wrench, SimError> {
-        positive("dt_s", dt_s)?;
+        let in_range = (f64::MIN_POSITIVE..=1.0).contains(&dt_s);
+        that(in_range, "dt_s", dt_s, "above 0 and at most 1")?;
         all_finite("board velocity", &board_velocity.to_array())?;
         match drive {
             HandDrive::Aim {

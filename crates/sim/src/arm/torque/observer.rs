@@ -4,7 +4,7 @@ use hwall_kinematics::{ChainDynamics, DynamicsScratch, KinematicsError};
 use hwall_numeric::check::all_finite;
 use std::f64::consts::TAU;
 
-/// A momentum observer ([De Luca 2006], eqs. 9 to 12), with torque sensors behind the gears.
+/// A momentum observer ([De Luca 2006]), with torque sensors behind the gears.
 ///
 /// `ṗ = τ_sensor + τ_ext + ∂T/∂q − g`: what neither sensor nor model explains of a change of momentum came from outside.
 /// The answer is that, through a first-order low pass. Friction and rotors lie before the sensors and do not enter.

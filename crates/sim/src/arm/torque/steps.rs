@@ -165,13 +165,13 @@ impl StepSolver {
     fn solve_states(&mut self, a: &[f64], r: &[f64], steps: &[Steps]) -> Result<(), usize> {
         let n = self.n;
         self.factor.copy_from_slice(a);
-        for i in 0..n {
+        for (i, steps) in steps.iter().enumerate() {
             match self.states[i] {
                 State::Level(k) => {
-                    self.lambda[i] = steps[i].levels[k];
+                    self.lambda[i] = steps.levels[k];
                     self.x[i] = r[i] + self.lambda[i];
                 }
-                State::Corner(k) => self.x[i] = steps[i].corners[k],
+                State::Corner(k) => self.x[i] = steps.corners[k],
             }
         }
         for i in 0..n {
@@ -189,9 +189,9 @@ impl StepSolver {
             self.factor[i * n + i] = 1.0;
         }
         solve_symmetric(&mut self.factor, &mut self.x)?;
-        for i in 0..n {
+        for (i, steps) in steps.iter().enumerate() {
             if let State::Corner(k) = self.states[i] {
-                self.x[i] = steps[i].corners[k];
+                self.x[i] = steps.corners[k];
             }
         }
         for i in 0..n {
