@@ -4,7 +4,10 @@ mod arm;
 mod board;
 mod error;
 pub mod motion;
+pub mod object;
+pub mod passivity;
 pub mod render;
+pub mod safety;
 
 pub use arm::{Arm, ArmCommand, ArmState};
 pub use board::{Board, BoardTarget, PlaceTolerance, QUARTER_TURNS_RAD, board_pose, surface_axes};
@@ -12,9 +15,18 @@ pub use error::HapticsError;
 pub use motion::{
     ApproachConfig, Barrier, Follower, FollowerConfig, JointBounds, JointMotion, Slide,
 };
+pub use object::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
+pub use passivity::{PassivePort, PassivityMethod, PortConfig, PortInput, PortOutput};
 pub use render::{
-    ContactConfig, ContactDetector, ContactState, ForceConfig, HoldReason, Phase, PostureTarget,
-    ProximityConfig, RenderInput, RenderStep, Renderer, RendererConfig, WatchdogConfig,
+    CartesianImpedance, ContactConfig, ContactDetector, ContactState, FaceMotion, ForceConfig,
+    HoldReason, ImpedanceConfig, ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep,
+    Phase, PostureTarget, ProximityConfig, RenderInput, RenderStep, RenderedObject, Renderer,
+    RendererConfig, WatchdogConfig,
+};
+
+pub use safety::{
+    ContactLimits, SafeReason, SafeRequest, SafeState, Supervisor, SupervisorConfig,
+    SupervisorInput, SupervisorStep,
 };
 
 pub use hwall_geometry::{ArgumentError, GeometryError, glam};

@@ -3,12 +3,14 @@
 mod error;
 mod fingertip;
 mod rehearsal;
+mod objects;
 pub mod session;
 #[cfg(feature = "texture")]
 pub mod texture;
 mod walls;
 
 pub use error::SessionError;
+pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
     Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, Perception, PolicyConfig,
     Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose, drive,

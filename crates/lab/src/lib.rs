@@ -14,6 +14,7 @@ pub mod bip;
 pub mod contact;
 pub mod demonstrations;
 pub mod in_time;
+pub mod passivity;
 pub mod psychophysics;
 pub mod reach;
 pub mod rooms;

@@ -2,6 +2,7 @@
 
 mod error;
 mod facet;
+mod mechanics;
 mod part;
 mod queries;
 mod read;
@@ -9,6 +10,7 @@ mod scene;
 mod surface;
 
 // The scene and what it is made of.
+pub use mechanics::{Mechanics, SurfaceClick, SurfaceDetent};
 pub use scene::{Bounds, Scene};
 pub use surface::{OpeningRange, Surface, SurfaceId, SurfaceKind};
 

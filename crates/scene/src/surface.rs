@@ -1,6 +1,7 @@
 //! What a scene is made of: named surfaces and how they may move.
 
 use crate::error::{SceneError, finite};
+use crate::mechanics::{Mechanics, SLIDING, TURNING};
 use crate::part::triangle::COORDINATE_LIMIT_M;
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
@@ -28,10 +29,8 @@ pub enum SurfaceKind {
         min_rad: f64,
         /// Largest opening, rad; not negative.
         max_rad: f64,
-        /// Spring towards opening zero, N m/rad, if the sidecar says so.
-        stiffness_n_m_per_rad: Option<f64>,
-        /// Resistance to turning, N m s/rad, if the sidecar says so.
-        damping_n_m_s_per_rad: Option<f64>,
+        /// How it turns when it is pushed.
+        mechanics: Mechanics,
     },
     /// Slides along a line; the opening is a distance, zero as modelled in the file.
     SlidingPanel {
@@ -41,10 +40,30 @@ pub enum SurfaceKind {
         min_m: f64,
         /// Largest opening, m; not negative.
         max_m: f64,
-        /// Spring towards opening zero, N/m, if the sidecar says so.
-        stiffness_n_per_m: Option<f64>,
-        /// Resistance to sliding, N s/m, if the sidecar says so.
-        damping_n_s_per_m: Option<f64>,
+        /// How it slides when it is pushed.
+        mechanics: Mechanics,
+    },
+    /// Slides out of what holds it along a line; the opening is a distance, zero as modelled in the file.
+    Drawer {
+        /// Unit direction of a positive opening: out.
+        direction: DVec3,
+        /// Smallest opening, m; not positive.
+        min_m: f64,
+        /// Largest opening, m; not negative.
+        max_m: f64,
+        /// How it slides when it is pulled or pushed.
+        mechanics: Mechanics,
+    },
+    /// Is pressed along a line; the opening is its travel, zero as modelled in the file.
+    Button {
+        /// Unit direction in which it is pressed.
+        direction: DVec3,
+        /// Smallest travel, m; not positive.
+        min_m: f64,
+        /// Largest travel, m; not negative.
+        max_m: f64,
+        /// How it moves when it is pressed, its click among it.
+        mechanics: Mechanics,
     },
     /// Fixed; rays hit it, but it is never offered to a hand (floor, pedestal).
     Untouchable,
@@ -92,6 +111,8 @@ impl SurfaceKind {
             Self::Static => "static",
             Self::RevolvingDoor { .. } => "revolving_door",
             Self::SlidingPanel { .. } => "sliding_panel",
+            Self::Drawer { .. } => "drawer",
+            Self::Button { .. } => "button",
             Self::Untouchable => "untouchable",
         }
     }
@@ -106,10 +127,24 @@ impl SurfaceKind {
                 min: min_rad,
                 max: max_rad,
             }),
-            Self::SlidingPanel { min_m, max_m, .. } => Some(OpeningRange {
+            Self::SlidingPanel { min_m, max_m, .. }
+            | Self::Drawer { min_m, max_m, .. }
+            | Self::Button { min_m, max_m, .. } => Some(OpeningRange {
                 min: min_m,
                 max: max_m,
             }),
+            Self::Static | Self::Untouchable => None,
+        }
+    }
+
+    /// How it moves when it is pushed; `None` for what does not move.
+    #[must_use]
+    pub const fn mechanics(&self) -> Option<&Mechanics> {
+        match self {
+            Self::RevolvingDoor { mechanics, .. }
+            | Self::SlidingPanel { mechanics, .. }
+            | Self::Drawer { mechanics, .. }
+            | Self::Button { mechanics, .. } => Some(mechanics),
             Self::Static | Self::Untouchable => None,
         }
     }
@@ -125,7 +160,9 @@ impl SurfaceKind {
                 let rotation = DMat3::from_axis_angle(hinge_axis, opening);
                 Pose::from_parts_unchecked(rotation, hinge_point_m - rotation * hinge_point_m)
             }
-            Self::SlidingPanel { direction, .. } => Pose::IDENTITY.at(direction * opening),
+            Self::SlidingPanel { direction, .. }
+            | Self::Drawer { direction, .. }
+            | Self::Button { direction, .. } => Pose::IDENTITY.at(direction * opening),
             Self::Static | Self::Untouchable => Pose::IDENTITY,
         }
     }
@@ -142,7 +179,9 @@ impl SurfaceKind {
                 *hinge_point_m = outer_from_inner.transform_point(*hinge_point_m);
                 *hinge_axis = outer_from_inner.transform_vector(*hinge_axis);
             }
-            Self::SlidingPanel { direction, .. } => {
+            Self::SlidingPanel { direction, .. }
+            | Self::Drawer { direction, .. }
+            | Self::Button { direction, .. } => {
                 *direction = outer_from_inner.transform_vector(*direction)
             }
             Self::Static | Self::Untouchable => {}
@@ -199,8 +238,7 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
             hinge_axis,
             min_rad,
             max_rad,
-            stiffness_n_m_per_rad,
-            damping_n_m_s_per_rad,
+            mechanics,
         } => {
             finite("hinge_point_m", *hinge_point_m)?;
             *hinge_axis = unit("hinge_axis", *hinge_axis)?;
@@ -212,15 +250,25 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
                 turn,
                 "an interval around zero, within one turn",
             )?;
-            not_negative("stiffness_n_m_per_rad", *stiffness_n_m_per_rad)?;
-            not_negative("damping_n_m_s_per_rad", *damping_n_m_s_per_rad)?;
+            mechanics.validate(name, &TURNING)?;
         }
         SurfaceKind::SlidingPanel {
             direction,
             min_m,
             max_m,
-            stiffness_n_per_m,
-            damping_n_s_per_m,
+            mechanics,
+        }
+        | SurfaceKind::Drawer {
+            direction,
+            min_m,
+            max_m,
+            mechanics,
+        }
+        | SurfaceKind::Button {
+            direction,
+            min_m,
+            max_m,
+            mechanics,
         } => {
             *direction = unit("direction", *direction)?;
             let limit = COORDINATE_LIMIT_M;
@@ -231,8 +279,7 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
                 limit,
                 "a finite interval around zero",
             )?;
-            not_negative("stiffness_n_per_m", *stiffness_n_per_m)?;
-            not_negative("damping_n_s_per_m", *damping_n_s_per_m)?;
+            mechanics.validate(name, &SLIDING)?;
         }
         SurfaceKind::Static | SurfaceKind::Untouchable => {}
     }

@@ -27,6 +27,25 @@ pub enum SimError {
     /// Bounds of a joint that its motion profile refuses.
     #[error(transparent)]
     Motion(#[from] hwall_motion::MotionError),
+    /// An arm model is not valid, or its motion overflows.
+    #[error(transparent)]
+    Kinematics(#[from] hwall_kinematics::KinematicsError),
+    /// Kinematics and dynamics of an arm are not of the same arm.
+    #[error("kinematics and dynamics differ in their {what} by {difference}")]
+    OtherArm {
+        /// What differs.
+        what: &'static str,
+        /// By how much.
+        difference: f64,
+    },
+    /// Times of held torques must grow.
+    #[error("torques at {t_s} s do not come after those at {before_s} s")]
+    TimesNotRising {
+        /// Time given, s.
+        t_s: f64,
+        /// The one before, s.
+        before_s: f64,
+    },
     /// More commands wait for the reaction delay to pass than the queue holds.
     #[error("{capacity} commands are waiting already")]
     QueueFull {

@@ -4,7 +4,11 @@ pub mod arm;
 mod error;
 pub mod person;
 
-pub use arm::{HandContact, ServoArm, ServoConfig};
+pub use arm::{
+    ChainMotion, ChainMotionConfig, DriveConfig, FrictionCompensation, HandBody, HandBodyConfig,
+    HandContact, HandDrive, HeldTorques, Integrator, JointFriction, MotionSample, MotionSampling,
+    PositionServo, ServoArm, ServoConfig, TorqueArm, TorqueConfig, TorqueSensor, sample_motion,
+};
 pub use error::SimError;
 pub use person::{
     ChangeOfMind, Gesture, Glance, Person, PersonConfig, PersonSample, Population, ReachPlan,

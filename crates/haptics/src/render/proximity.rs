@@ -70,12 +70,9 @@ impl ProximityConfig {
         let allowed = person_m
             .iter()
             .map(|point_m| {
-                let nearest_m = nearest_m(board, base_from_board, *point_m);
-                let way = *point_m - nearest_m;
-                let lever = nearest_m - base_from_board.position_m();
-                let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
-                let closing_m_per_s = velocity.dot(way.normalize_or_zero());
-                in_force * self.allowed_m_per_s(way.length()) / closing_m_per_s.max(SLOWEST_M_PER_S)
+                let (distance_m, closing_m_per_s) =
+                    distance_and_closing(board, base_from_board, twist, *point_m);
+                in_force * self.allowed_m_per_s(distance_m) / closing_m_per_s.max(SLOWEST_M_PER_S)
             })
             .fold(1.0, f64::min);
         let most = |allowed: f64| {
@@ -93,6 +90,20 @@ impl ProximityConfig {
 
 /// Slower than this nothing is slowed down, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-3;
+
+/// Distance of a point from the face (m), and how fast a moving face comes nearer to it (m/s; below zero it goes away).
+pub(crate) fn distance_and_closing(
+    board: &Board,
+    base_from_board: &Pose,
+    twist: &Twist,
+    point_m: DVec3,
+) -> (f64, f64) {
+    let nearest_m = nearest_m(board, base_from_board, point_m);
+    let way = point_m - nearest_m;
+    let lever = nearest_m - base_from_board.position_m();
+    let velocity = twist.linear_m_per_s + twist.angular_rad_per_s.cross(lever);
+    (way.length(), velocity.dot(way.normalize_or_zero()))
+}
 
 /// The point of the face of a board that is nearest to a point, m.
 fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {

@@ -39,7 +39,7 @@ pub const GRAVITY_M_PER_S2: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainDynamics {
     chain: Chain,
-    bodies: Vec<Body>,
+    pub(super) bodies: Vec<Body>,
     gravity: DVec3,
 }
 
@@ -47,13 +47,13 @@ pub struct ChainDynamics {
 #[derive(Debug, Clone)]
 pub struct DynamicsScratch {
     /// This frame in the previous one.
-    rotations: Vec<DMat3>,
-    translations: Vec<DVec3>,
-    forces: Vec<DVec3>,
-    moments: Vec<DVec3>,
+    pub(super) rotations: Vec<DMat3>,
+    pub(super) translations: Vec<DVec3>,
+    pub(super) forces: Vec<DVec3>,
+    pub(super) moments: Vec<DVec3>,
     bodies: Vec<Body>,
     axes: Vec<Axis>,
-    screws: Vec<Screw>,
+    pub(super) screws: Vec<Screw>,
     matrix: Vec<f64>,
     vector: Vec<f64>,
 }
@@ -246,14 +246,7 @@ impl ChainDynamics {
         scratch: &mut DynamicsScratch,
         out: &mut [f64],
     ) -> Result<(), KinematicsError> {
-        let n = self.bodies.len();
-        if out.len() != n * n {
-            return Err(KinematicsError::WrongJointCount {
-                what: "mass matrix",
-                expected: n * n,
-                got: out.len(),
-            });
-        }
+        self.check_matrix(out)?;
         self.place(q, scratch)?;
         self.composite_bodies(scratch, out);
         Ok(all_finite("mass matrix", out)?)
@@ -345,7 +338,7 @@ impl ChainDynamics {
         Ok(finite("potential energy", energy)?)
     }
 
-    fn check_out(&self, out: &[f64]) -> Result<(), KinematicsError> {
+    pub(super) fn check_out(&self, out: &[f64]) -> Result<(), KinematicsError> {
         if out.len() == self.bodies.len() {
             return Ok(());
         }
@@ -356,8 +349,20 @@ impl ChainDynamics {
         })
     }
 
+    pub(super) fn check_matrix(&self, out: &[f64]) -> Result<(), KinematicsError> {
+        let n = self.bodies.len();
+        if out.len() == n * n {
+            return Ok(());
+        }
+        Err(KinematicsError::WrongJointCount {
+            what: "mass matrix",
+            expected: n * n,
+            got: out.len(),
+        })
+    }
+
     /// Checks `q` and puts each frame's pose in the previous one into the scratch.
-    fn place(&self, q: &[f64], s: &mut DynamicsScratch) -> Result<(), KinematicsError> {
+    pub(super) fn place(&self, q: &[f64], s: &mut DynamicsScratch) -> Result<(), KinematicsError> {
         self.chain.check("joint positions", q)?;
         if s.rotations.len() != q.len() {
             *s = self.scratch();
@@ -373,7 +378,7 @@ impl ChainDynamics {
     }
 
     /// Outward pass: forces and moments about each joint origin that move its own body.
-    fn newton_euler(
+    pub(super) fn newton_euler(
         &self,
         qd: &[f64],
         qdd: impl Fn(usize) -> f64,
@@ -420,8 +425,9 @@ impl ChainDynamics {
     }
 
     /// Mass matrix, row-major: composite bodies and joint screws in base axes about the last joint's
-    /// origin, where the entries of the wrist, the smallest ones, lose nothing to cancellation.
-    fn composite_bodies(&self, s: &mut DynamicsScratch, out: &mut [f64]) {
+    /// origin, where the entries of the wrist, the smallest ones, lose nothing to cancellation. Returns the tip seen from
+    /// there, base axes; the screws stay in the scratch.
+    pub(super) fn composite_bodies(&self, s: &mut DynamicsScratch, out: &mut [f64]) -> DVec3 {
         let n = self.bodies.len();
         let (mut r, mut p) = (DMat3::IDENTITY, DVec3::ZERO);
         for i in 0..n {
@@ -471,6 +477,7 @@ impl ChainDynamics {
                 out[j * n + i] = entry;
             }
         }
+        r * self.chain.last_from_tip.position_m()
     }
 }
 

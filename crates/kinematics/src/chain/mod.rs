@@ -8,6 +8,8 @@ mod dynamics;
 mod inertia;
 mod joint;
 mod model;
+#[cfg(feature = "dynamics")]
+mod momentum;
 mod motion;
 mod numeric;
 mod presets;

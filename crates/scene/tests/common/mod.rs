@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use glam::DVec3;
-use hwall_scene::{Scene, Surface, SurfaceId, SurfaceKind, SurfaceMesh};
+use hwall_scene::{Mechanics, Scene, Surface, SurfaceId, SurfaceKind, SurfaceMesh};
 use hwall_testkit::Sampler;
 
 pub(crate) type Triangle = [DVec3; 3];
@@ -71,8 +71,7 @@ pub(crate) fn soup(seed: u64, count: usize, scale: f64, offset: DVec3) -> Scene 
         hinge_axis: DVec3::Z,
         min_rad: -3.0,
         max_rad: 3.0,
-        stiffness_n_m_per_rad: None,
-        damping_n_m_s_per_rad: None,
+        mechanics: Mechanics::default(),
     };
     let kinds = [
         ("walls", SurfaceKind::Static),

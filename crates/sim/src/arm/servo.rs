@@ -169,6 +169,17 @@ impl ServoArm {
         &self.arm
     }
 
+    /// Puts the joints somewhere else, within limits and speeds: where an arm was moved by others.
+    pub(super) fn place(&mut self, q: &JointPositions, qd: &JointVelocities) {
+        for (i, (joint, tracking)) in self.joints.iter_mut().zip(&self.tracking).enumerate() {
+            *joint = tracking.within_range(JointPoint {
+                q_rad: q[i],
+                qd_rad_per_s: qd[i],
+                qdd_rad_per_s2: 0.0,
+            });
+        }
+    }
+
     /// Is every joint at rest, where it was asked to be if it was?
     fn is_settled(&self, asked: Option<&Segment>) -> bool {
         if asked.is_some_and(Segment::is_moving) {

@@ -212,7 +212,7 @@ impl Tracking {
     }
 
     /// A joint within its range stops within it, and none exceeds its speed; this removes the last rounding.
-    fn within_range(&self, mut joint: JointPoint) -> JointPoint {
+    pub(super) fn within_range(&self, mut joint: JointPoint) -> JointPoint {
         let v = self.bounds.velocity_rad_per_s();
         joint.q_rad = joint.q_rad.clamp(self.range_rad[0], self.range_rad[1]);
         joint.qd_rad_per_s = joint.qd_rad_per_s.clamp(-v, v);

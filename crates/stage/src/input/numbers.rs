@@ -28,41 +28,59 @@ impl NumberReader {
     /// # Errors
     /// A file that cannot be opened, or input without a header line.
     pub fn open(path: Option<&Path>) -> anyhow::Result<Self> {
-        let (name, source): (_, Box<dyn Read>) = match path {
-            Some(path) => {
-                let file = File::open(path).with_context(|| path.display().to_string())?;
-                (path.display().to_string(), Box::new(BufReader::new(file)))
-            }
-            None => (
-                "standard input".to_owned(),
-                Box::new(std::io::stdin().lock()),
-            ),
-        };
-        Self::from_source(name, source)
+        let (name, source) = source(path)?;
+        Self::from_source(name, source, None)
     }
 
-    fn from_source(name: String, source: Box<dyn Read>) -> anyhow::Result<Self> {
+    /// As [`open`](Self::open), but the header line may be missing: the columns are then `names`. A first line without a
+    /// number in it is a header line.
+    ///
+    /// # Errors
+    /// A file that cannot be opened, or input without any line.
+    pub fn open_or(path: Option<&Path>, names: &[&str]) -> anyhow::Result<Self> {
+        let (name, source) = source(path)?;
+        Self::from_source(name, source, Some(names))
+    }
+
+    fn from_source(
+        name: String,
+        source: Box<dyn Read>,
+        names: Option<&[&str]>,
+    ) -> anyhow::Result<Self> {
         let lines = Rc::new(RefCell::new(LineStarts::default()));
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
+            .has_headers(names.is_none())
             .from_reader(LineCounter {
                 source,
                 lines: Rc::clone(&lines),
             });
-        let header: Vec<String> = reader
+        let mut header: Vec<String> = reader
             .headers()
             .with_context(|| name.clone())?
             .iter()
             .map(|h| h.trim_start_matches('\u{feff}').to_owned())
             .collect();
         if header.iter().all(String::is_empty) {
-            bail!("{name}: no header line");
+            match names {
+                None => bail!("{name}: no header line"),
+                Some(_) => bail!("{name}: no rows"),
+            }
+        }
+        let mut records = reader.into_records();
+        if let Some(names) = names {
+            if header.iter().any(|cell| cell.parse::<f64>().is_ok()) {
+                header = names.iter().map(|&name| name.to_owned()).collect();
+            } else {
+                // The reader returns the header line as a row, too.
+                records.next();
+            }
         }
         Ok(Self {
             name,
             header,
             lines,
-            records: reader.into_records(),
+            records,
         })
     }
 
@@ -115,6 +133,11 @@ impl NumberReader {
                     Err(error) => return Err(self.refused(error)),
                 };
                 let line = self.line(cells.position());
+                let (expected, got) = (self.header.len(), cells.len());
+                if got != expected {
+                    let (name, columns) = (&self.name, self.header.join(","));
+                    bail!("{name} line {line}: {got} cells, expected {expected}: {columns}");
+                }
                 Ok(Some(NumberRow { line, cells }))
             }
         }
@@ -179,6 +202,19 @@ impl NumberReader {
     pub fn place(&self, row: &NumberRow) -> String {
         format!("{} line {}", self.name, row.line)
     }
+}
+
+/// A file or standard input, and what to call it.
+fn source(path: Option<&Path>) -> anyhow::Result<(String, Box<dyn Read>)> {
+    let Some(path) = path else {
+        return Ok((
+            "standard input".to_owned(),
+            Box::new(std::io::stdin().lock()),
+        ));
+    };
+    let name = path.display().to_string();
+    let file = File::open(path).with_context(|| name.clone())?;
+    Ok((name, Box::new(BufReader::new(file))))
 }
 
 /// Where the lines that are not empty begin, from the last record that was asked for.
@@ -309,7 +345,7 @@ mod tests {
             ] {
                 let bytes = std::io::Cursor::new(text.as_bytes().to_vec());
                 let source = Box::new(Pieces(bytes, piece));
-                let mut reader = NumberReader::from_source("it".to_owned(), source).unwrap();
+                let mut reader = NumberReader::from_source("it".to_owned(), source, None).unwrap();
                 let mut found = Vec::new();
                 while let Some(row) = reader.next_row().unwrap() {
                     found.push(row.line);
@@ -323,9 +359,44 @@ mod tests {
     fn a_short_row_is_named_by_its_line() {
         let text = "a,b\r\n\r\n1,2\r\n3\r\n";
         let source = Box::new(std::io::Cursor::new(text));
-        let mut reader = NumberReader::from_source("it".to_owned(), source).unwrap();
+        let mut reader = NumberReader::from_source("it".to_owned(), source, None).unwrap();
         reader.next_row().unwrap();
         let error = reader.next_row().map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("line 4: 1 cells"), "{error}");
+    }
+
+    #[test]
+    fn a_header_line_may_be_missing() {
+        for (text, first, line) in [
+            ("t,f\n1,2\n3,4\n", Some([1.0, 2.0]), 2),
+            ("f,t\r\n\r\n2,1\r\n", Some([1.0, 2.0]), 3),
+            ("1,2\n3,4\n", Some([1.0, 2.0]), 1),
+            ("\n\n-1e-3,2\n", Some([-1e-3, 2.0]), 3),
+            ("\u{feff}1,2\n", Some([1.0, 2.0]), 1),
+            // Half a header is a bad row.
+            ("t,2\n3,4\n", None, 1),
+            ("nan,nan\n", None, 1),
+            ("1\n2\n", None, 1),
+            ("1,2,3\n", None, 1),
+            ("1,2\n3\n", Some([1.0, 2.0]), 1),
+        ] {
+            let source = Box::new(std::io::Cursor::new(text));
+            let names = ["t", "f"];
+            let mut reader =
+                NumberReader::from_source("it".to_owned(), source, Some(&names)).unwrap();
+            let places = reader.columns(&names.map(String::from)).unwrap();
+            let row = reader.next_row().map(|row| row.unwrap());
+            let found = row.and_then(|row| Ok((reader.values(&row, &places)?, row.line)));
+            match (first, found) {
+                (Some(first), Ok(found)) => assert_eq!(found, (first.to_vec(), line), "{text:?}"),
+                (None, Err(e)) => assert!(e.to_string().contains(&format!("line {line}")), "{e}"),
+                (_, found) => panic!("{text:?}: {found:?}"),
+            }
+        }
+        for text in ["", "\n\n"] {
+            let source = Box::new(std::io::Cursor::new(text));
+            let found = NumberReader::from_source("it".to_owned(), source, Some(&["t"]));
+            assert!(found.is_err_and(|e| e.to_string().contains("no rows")));
+        }
     }
 }

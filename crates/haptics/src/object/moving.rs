@@ -1,0 +1,304 @@
+//! The motion of an object: from one event to the next, exactly.
+
+use super::config::ObjectConfig;
+use super::force::{Piece, PieceTable};
+use super::oscillator::Oscillator;
+use crate::HapticsError;
+use hwall_numeric::check::{finite, non_negative, that};
+
+/// An object with one degree of freedom that is pushed.
+///
+/// Between two events (it turns back, meets a stop, crosses the edge of a latch or a click) the motion is that of a damped
+/// oscillator in closed form, so a step may be of any length: one of 10 s ends where ten thousand of 1 ms do, to rounding.
+/// No step makes energy: `energy_j` grows at most by the force times the way.
+///
+/// A rebound that would rise by less than 1e-12 (m or rad) ends on the stop; an object with more than 100,000 events within
+/// one step (a stop that gives all speed back, met every nanosecond) is brought to rest there.
+#[derive(Debug, Clone)]
+pub struct MovingObject {
+    config: ObjectConfig,
+    table: PieceTable,
+    state: State,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct State {
+    position: f64,
+    velocity: f64,
+    /// Does the click still lie ahead? Always, without one.
+    armed: bool,
+}
+
+/// The motion that is about to begin: which way, in which piece.
+struct Way<'a> {
+    up: bool,
+    piece: &'a Piece,
+    armed: bool,
+}
+
+/// A rebound lower than this is none, m or rad.
+const LEAST_REBOUND: f64 = 1e-12;
+/// Nothing that is meant to be felt comes near it.
+const MOST_EVENTS: usize = 100_000;
+
+impl MovingObject {
+    /// An object at rest at position zero, or at the stop next to it.
+    ///
+    /// # Errors
+    /// A configuration that is not [valid](ObjectConfig::validate).
+    pub fn new(config: ObjectConfig) -> Result<Self, HapticsError> {
+        config.validate()?;
+        let [low, high] = config.range;
+        let table = PieceTable::of(&config);
+        let position = 0.0_f64.max(low).min(high);
+        let armed = table.armed_at(position);
+        let state = State {
+            position,
+            velocity: 0.0,
+            armed,
+        };
+        Ok(Self {
+            config,
+            table,
+            state,
+        })
+    }
+
+    /// How it moves.
+    #[must_use]
+    pub fn config(&self) -> &ObjectConfig {
+        &self.config
+    }
+
+    /// Position, rad or m.
+    #[must_use]
+    pub fn position(&self) -> f64 {
+        self.state.position
+    }
+
+    /// Velocity, rad/s or m/s.
+    #[must_use]
+    pub fn velocity(&self) -> f64 {
+        self.state.velocity
+    }
+
+    /// Kinetic energy and the potentials of spring, latches and click, J; never negative, zero at rest in the middle of
+    /// them all.
+    #[must_use]
+    pub fn energy_j(&self) -> f64 {
+        let config = &self.config;
+        let State {
+            position,
+            velocity,
+            armed,
+        } = self.state;
+        let stretch = position - config.rest;
+        let detents: f64 = config.detents.iter().map(|d| d.energy_j(position)).sum();
+        let click = config.click.map_or(0.0, |c| c.energy_j(position, armed));
+        0.5 * (config.inertia * velocity * velocity + config.stiffness * stretch * stretch)
+            + detents
+            + click
+    }
+
+    /// Is the click of a button past its snap (and not yet released)? `false` without a click.
+    #[must_use]
+    pub fn clicked(&self) -> bool {
+        !self.state.armed
+    }
+
+    /// Acceleration under a force (N m or N) at this instant, rad/s² or m/s²; zero where friction or a stop holds it.
+    #[must_use]
+    pub fn acceleration(&self, force: f64) -> f64 {
+        let Some(way) = self.way(&self.state, force) else {
+            return 0.0;
+        };
+        let pull = self.pull(&way, self.state.position, force);
+        (pull - self.config.damping * self.state.velocity) / self.config.inertia
+    }
+
+    /// Puts the object somewhere, with a velocity. A click is armed below its snap.
+    ///
+    /// # Errors
+    /// NaN, an infinity, a position outside the range; the object stays as it was.
+    pub fn set_state(&mut self, position: f64, velocity: f64) -> Result<(), HapticsError> {
+        finite("position", position)?;
+        finite("velocity", velocity)?;
+        let [low, high] = self.config.range;
+        let inside = (low..=high).contains(&position);
+        that(inside, "position", position, "between the stops")?;
+        self.state = State {
+            position,
+            velocity,
+            armed: self.table.armed_at(position),
+        };
+        Ok(())
+    }
+
+    /// Moves the object on by `dt_s` (not negative) under a constant force, N m or N. Does not allocate.
+    ///
+    /// # Errors
+    /// NaN or an infinity; a motion beyond what f64 can hold. The object stays as it was.
+    pub fn step(&mut self, force: f64, dt_s: f64) -> Result<(), HapticsError> {
+        finite("force", force)?;
+        non_negative("dt_s", dt_s)?;
+        let state = self.moved(self.state, force, dt_s);
+        finite("position", state.position)?;
+        finite("velocity", state.velocity)?;
+        self.state = state;
+        Ok(())
+    }
+
+    fn moved(&self, mut state: State, force: f64, dt_s: f64) -> State {
+        let mut left_s = dt_s;
+        for _ in 0..MOST_EVENTS {
+            if !(left_s > 0.0 && state.velocity.is_finite()) {
+                return state;
+            }
+            match self.way(&state, force) {
+                Some(way) => left_s = self.follow(&way, &mut state, force, left_s),
+                // At a stop, or held by friction.
+                None if state.velocity != 0.0 => self.rebound(&mut state, force),
+                None => return state,
+            }
+        }
+        state.velocity = 0.0;
+        state
+    }
+
+    /// Which way the object goes on; `None` if it stands and stays, or goes against a stop.
+    fn way(&self, state: &State, force: f64) -> Option<Way<'_>> {
+        let at = state.position;
+        let towards = |up: bool| {
+            let (piece, armed) = self.table.towards(up, at, state.armed)?;
+            Some(Way { up, piece, armed })
+        };
+        if state.velocity != 0.0 {
+            return towards(state.velocity > 0.0);
+        }
+        let up = towards(true).map(|way| (self.pull(&way, at, force), way));
+        let down = towards(false).map(|way| (-self.pull(&way, at, force), way));
+        let [up, down] = [up, down].map(|way| way.filter(|(pull, _)| *pull > 0.0));
+        match (up, down) {
+            // On the crest between two wells: to the steeper side.
+            (Some(up), Some(down)) => Some(if up.0 > down.0 { up.1 } else { down.1 }),
+            (up, down) => up.or(down).map(|(_, way)| way),
+        }
+    }
+
+    /// All forces but damping on an object that moves that way.
+    fn pull(&self, way: &Way, position: f64, force: f64) -> f64 {
+        let friction = if way.up {
+            self.config.friction
+        } else {
+            -self.config.friction
+        };
+        force + way.piece.force(position) - friction
+    }
+
+    /// Moves on until something happens or the time is over; returns the time that is left.
+    fn follow(&self, way: &Way, state: &mut State, force: f64, left_s: f64) -> f64 {
+        let Piece {
+            low,
+            high,
+            oscillator,
+            ..
+        } = way.piece;
+        state.armed = way.armed;
+        let from = state.position;
+        let g = self.pull(way, from, force) / self.config.inertia;
+        if self.config.friction == 0.0
+            && oscillator.stays_within(state.velocity, g, low - from, high - from)
+        {
+            let (by, velocity) = oscillator.after(state.velocity, g, left_s);
+            state.position = (from + by).clamp(*low, *high);
+            state.velocity = velocity;
+            return 0.0;
+        }
+        // From here on everything is seen in the direction of the motion.
+        let (sign, edge) = if way.up { (1.0, *high) } else { (-1.0, *low) };
+        let (speed, g) = (state.velocity.abs(), sign * g);
+        if speed == 0.0 && g <= 0.0 {
+            // A pull so small that it underflows.
+            return 0.0;
+        }
+        let ahead = sign * (edge - from);
+        let reversal_s = oscillator.reversal_s(speed, g);
+        let until_s = reversal_s.min(left_s);
+        let (by, after) = oscillator.after(speed, g, until_s);
+        if by < ahead {
+            state.position = (from + sign * by.max(0.0)).clamp(*low, *high);
+            state.velocity = if reversal_s <= left_s {
+                0.0
+            } else {
+                sign * after.max(0.0)
+            };
+            return left_s - until_s;
+        }
+        let (crossing_s, after) = crossing(oscillator, speed, g, ahead, until_s);
+        state.position = edge;
+        state.velocity = sign * after.max(0.0);
+        if self.config.range.contains(&edge) {
+            self.rebound(state, force);
+        }
+        left_s - crossing_s
+    }
+
+    /// What stands at a stop and goes towards it is thrown back.
+    fn rebound(&self, state: &mut State, force: f64) {
+        let velocity = -self.config.restitution * state.velocity;
+        state.velocity = 0.0;
+        if velocity == 0.0 {
+            return;
+        }
+        let up = velocity > 0.0;
+        let Some((piece, armed)) = self.table.towards(up, state.position, state.armed) else {
+            return;
+        };
+        let way = Way { up, piece, armed };
+        let away = self.pull(&way, state.position, force);
+        let back = if up { -away } else { away };
+        // Otherwise ever smaller rebounds would follow each other without end.
+        let small =
+            back > 0.0 && 0.5 * self.config.inertia * velocity * velocity < LEAST_REBOUND * back;
+        if !small {
+            state.velocity = velocity;
+        }
+    }
+}
+
+/// When a motion that does not turn back before `until_s` has come as far as `ahead`, and its speed there.
+fn crossing(oscillator: &Oscillator, speed: f64, g: f64, ahead: f64, until_s: f64) -> (f64, f64) {
+    let (mut low_s, mut high_s) = (0.0, until_s);
+    // As if the acceleration stayed what it is at the start; exact without spring and damping.
+    let acceleration = oscillator.first_acceleration(speed, g);
+    let square = speed * speed + 2.0 * acceleration * ahead;
+    let guess_s = 2.0 * ahead / (speed + square.max(0.0).sqrt());
+    let mut t_s = if guess_s < until_s { guess_s } else { until_s };
+    let mut last_step_s = until_s;
+    for _ in 0..200 {
+        let (by, rate) = oscillator.after(speed, g, t_s);
+        let missing = ahead - by;
+        if missing > 0.0 {
+            low_s = t_s;
+        } else {
+            high_s = t_s;
+        }
+        let step_s = missing / rate;
+        let newton_s = t_s + step_s;
+        // Newton's step, unless it leaves the bracket or does not gain a factor of two.
+        let gains = step_s.abs() < 0.5 * last_step_s.abs();
+        let next_s = if newton_s > low_s && newton_s < high_s && gains {
+            newton_s
+        } else if step_s.abs() <= f64::EPSILON * t_s {
+            return (t_s, rate);
+        } else {
+            0.5 * (low_s + high_s)
+        };
+        last_step_s = next_s - t_s;
+        if last_step_s.abs() <= f64::EPSILON * t_s {
+            return (t_s, rate);
+        }
+        t_s = next_s;
+    }
+    (t_s, oscillator.after(speed, g, t_s).1)
+}

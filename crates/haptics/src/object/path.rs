@@ -1,0 +1,102 @@
+//! What the position of an object means in space.
+
+use crate::HapticsError;
+use glam::{DMat3, DVec3};
+use hwall_geometry::{Pose, Twist, Wrench, direction};
+use hwall_numeric::check::all_finite;
+
+/// What an object's position means in space, base frame. Axes are unit vectors; [`turning`](Self::turning) and
+/// [`sliding`](Self::sliding) see to that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ObjectPath {
+    /// The position is an angle about a hinge, rad, right-handed.
+    Turning {
+        /// A point of the hinge line, m.
+        hinge_point_m: DVec3,
+        /// Unit direction of the hinge line.
+        hinge_axis: DVec3,
+    },
+    /// The position is a distance along a line, m.
+    Sliding {
+        /// Unit direction of a rising position.
+        direction: DVec3,
+    },
+}
+
+impl ObjectPath {
+    /// About a hinge through a point (m); the axis need not be of unit length.
+    ///
+    /// # Errors
+    /// NaN, an infinity, or an axis without a direction.
+    pub fn turning(hinge_point_m: DVec3, hinge_axis: DVec3) -> Result<Self, HapticsError> {
+        all_finite("hinge_point_m", &hinge_point_m.to_array())?;
+        let hinge_axis = direction("hinge_axis", hinge_axis)?;
+        Ok(Self::Turning {
+            hinge_point_m,
+            hinge_axis,
+        })
+    }
+
+    /// Along a direction, which need not be of unit length.
+    ///
+    /// # Errors
+    /// NaN, an infinity, or no direction.
+    pub fn sliding(along: DVec3) -> Result<Self, HapticsError> {
+        let direction = direction("direction", along)?;
+        Ok(Self::Sliding { direction })
+    }
+
+    /// Where something fixed to the object is after its position has changed by `by`, rad or m.
+    #[must_use]
+    pub fn moved(&self, pose: &Pose, by: f64) -> Pose {
+        match *self {
+            Self::Turning {
+                hinge_point_m,
+                hinge_axis,
+            } => {
+                let turn = DMat3::from_axis_angle(hinge_axis, by);
+                let arm_m = pose.position_m() - hinge_point_m;
+                let position_m = pose.position_m() + (turn * arm_m - arm_m);
+                Pose::from_parts_unchecked(turn * pose.rotation(), position_m)
+            }
+            Self::Sliding { direction } => pose.at(pose.position_m() + direction * by),
+        }
+    }
+
+    /// Velocity of the object at a point (m), in base axes, when its position changes at `rate`, rad/s or m/s.
+    #[must_use]
+    pub fn velocity_at(&self, point_m: DVec3, rate: f64) -> Twist {
+        match *self {
+            Self::Turning {
+                hinge_point_m,
+                hinge_axis,
+            } => {
+                let angular_rad_per_s = hinge_axis * rate;
+                Twist {
+                    linear_m_per_s: angular_rad_per_s.cross(point_m - hinge_point_m),
+                    angular_rad_per_s,
+                }
+            }
+            Self::Sliding { direction } => Twist {
+                linear_m_per_s: direction * rate,
+                angular_rad_per_s: DVec3::ZERO,
+            },
+        }
+    }
+
+    /// What a wrench (about a point, base axes) does to the position: the moment about the hinge, N m, or the force along the
+    /// line, N. Its product with the rate is the power that the wrench gives to the object.
+    #[must_use]
+    pub fn generalized_force(&self, point_m: DVec3, wrench: &Wrench) -> f64 {
+        match *self {
+            Self::Turning {
+                hinge_point_m,
+                hinge_axis,
+            } => {
+                let arm_m = point_m - hinge_point_m;
+                hinge_axis.dot(wrench.moment_n_m + arm_m.cross(wrench.force_n))
+            }
+            Self::Sliding { direction } => direction.dot(wrench.force_n),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The account of energy at the port.
+
+use crate::error::HapticsError;
+use hwall_numeric::check::{finite, non_negative};
+
+/// Energy that has gone in through a port, less what has come out.
+///
+/// Book the force *of the hand on the device* times the motion in the direction in which it acts; the force of an actuator
+/// is booked with its sign turned, since the device gives out what the actuator does. While one factor is held constant, the
+/// account needs only the change of the other one's integral and is exact:
+///
+/// - impedance (motion measured, force held): [`book`](Self::book) with the held force and the measured displacement;
+/// - admittance (force measured, velocity held): the mean of the force over the period and the displacement.
+///
+/// Source: the passivity observer of [Hannaford and Ryu 2002], with displacement for velocity times period [Ryu 2004].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EnergyObserver {
+    net_j: f64,
+    least_j: f64,
+    absorbed_j: f64,
+    released_j: f64,
+}
+
+impl EnergyObserver {
+    /// Nothing booked.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            net_j: 0.0,
+            least_j: 0.0,
+            absorbed_j: 0.0,
+            released_j: 0.0,
+        }
+    }
+
+    /// A force (N) through a displacement (m). Returns the balance, J.
+    ///
+    /// # Errors
+    /// NaN or infinity, also of the product; the account then stays as it was.
+    pub fn book(&mut self, force_n: f64, displacement_m: f64) -> Result<f64, HapticsError> {
+        finite("force_n", force_n)?;
+        finite("displacement_m", displacement_m)?;
+        self.book_energy(force_n * displacement_m)
+    }
+
+    /// A force (N) and a velocity (m/s) that both last for a time (s). Returns the balance, J.
+    ///
+    /// # Errors
+    /// NaN, infinity or a negative time; the account then stays as it was.
+    pub fn book_power(
+        &mut self,
+        force_n: f64,
+        velocity_m_per_s: f64,
+        dt_s: f64,
+    ) -> Result<f64, HapticsError> {
+        finite("force_n", force_n)?;
+        finite("velocity_m_per_s", velocity_m_per_s)?;
+        non_negative("dt_s", dt_s)?;
+        self.book_energy(force_n * velocity_m_per_s * dt_s)
+    }
+
+    /// An energy that is known, J: into the device if positive. Returns the balance, J.
+    ///
+    /// # Errors
+    /// NaN or infinity; the account then stays as it was.
+    pub fn book_energy(&mut self, energy_j: f64) -> Result<f64, HapticsError> {
+        finite("energy_j", energy_j)?;
+        let net_j = finite("balance_j", self.net_j + energy_j)?;
+        self.net_j = net_j;
+        self.least_j = self.least_j.min(net_j);
+        if energy_j > 0.0 {
+            self.absorbed_j += energy_j;
+        } else {
+            self.released_j -= energy_j;
+        }
+        Ok(net_j)
+    }
+
+    /// In less out, J; below zero more came out than went in.
+    #[must_use]
+    pub const fn net_j(&self) -> f64 {
+        self.net_j
+    }
+
+    /// The least that the balance ever was, J; at most 0.
+    #[must_use]
+    pub const fn least_j(&self) -> f64 {
+        self.least_j
+    }
+
+    /// All that went in, J.
+    #[must_use]
+    pub const fn absorbed_j(&self) -> f64 {
+        self.absorbed_j
+    }
+
+    /// All that came out, J.
+    #[must_use]
+    pub const fn released_j(&self) -> f64 {
+        self.released_j
+    }
+}

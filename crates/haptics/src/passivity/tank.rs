@@ -1,0 +1,121 @@
+//! A store from which alone energy may come out.
+
+use crate::error::HapticsError;
+use hwall_numeric::check::{finite, non_negative, that};
+
+/// Energy that may be given out again.
+///
+/// What goes in through the port fills it up to its capacity (more is let go: it counts as dissipated), what comes out drains
+/// it, and an action is allowed only as far as the tank can pay for the worst that it may cost. So it never runs below zero
+/// while the worst was foreseen; what was not foreseen is a debt that is paid back before anything else is given out.
+///
+/// Source: the energy tanks of [Ferraguti 2013]; here the state is the energy itself instead of its root.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyTank {
+    energy_j: f64,
+    capacity_j: f64,
+    debt_j: f64,
+    spilled_j: f64,
+}
+
+impl EnergyTank {
+    /// With what is in it at first, and the most that it holds, J.
+    ///
+    /// # Errors
+    /// A negative energy, or a capacity below it. Infinity is a capacity.
+    pub fn new(energy_j: f64, capacity_j: f64) -> Result<Self, HapticsError> {
+        non_negative("energy_j", energy_j)?;
+        that(
+            capacity_j >= energy_j,
+            "capacity_j",
+            capacity_j,
+            "at least the energy at first",
+        )?;
+        Ok(Self {
+            energy_j,
+            capacity_j,
+            debt_j: 0.0,
+            spilled_j: 0.0,
+        })
+    }
+
+    /// Energy that went in (positive) or came out (negative), J.
+    ///
+    /// # Errors
+    /// NaN or infinity; the tank then stays as it was.
+    pub fn exchange(&mut self, energy_j: f64) -> Result<(), HapticsError> {
+        finite("energy_j", energy_j)?;
+        let level_j = finite("level_j", self.energy_j - self.debt_j + energy_j)?;
+        self.debt_j = (-level_j).max(0.0);
+        let level_j = level_j.max(0.0);
+        self.spilled_j += (level_j - self.capacity_j).max(0.0);
+        self.energy_j = level_j.min(self.capacity_j);
+        Ok(())
+    }
+
+    /// Lets go a share of what is above a level: what nobody needs any more must not feed an oscillation.
+    ///
+    /// # Errors
+    /// NaN, a negative level, or a share outside [0, 1].
+    pub fn let_go(&mut self, above_j: f64, share: f64) -> Result<(), HapticsError> {
+        that(above_j >= 0.0, "above_j", above_j, "at least 0")?;
+        that((0.0..=1.0).contains(&share), "share", share, "from 0 to 1")?;
+        let gone_j = share * (self.energy_j - above_j).max(0.0);
+        self.energy_j -= gone_j;
+        self.spilled_j += gone_j;
+        Ok(())
+    }
+
+    /// The largest `x` in `[0, wanted]` with `a x² + b x + reserved <= energy - debt`: the first two terms are the worst cost
+    /// of an action of size `x` (`b < 0`: a small one is sure to bring something in), `reserved` is promised already (below
+    /// zero: sure to come in before), J.
+    ///
+    /// # Errors
+    /// NaN, infinity, or a negative `wanted` or `a`.
+    pub fn affordable(
+        &self,
+        wanted: f64,
+        a: f64,
+        b: f64,
+        reserved_j: f64,
+    ) -> Result<f64, HapticsError> {
+        non_negative("wanted", wanted)?;
+        non_negative("a", a)?;
+        finite("b", b)?;
+        finite("reserved_j", reserved_j)?;
+        let free_j = self.energy_j - self.debt_j - reserved_j;
+        let square = b * b + 4.0 * a * free_j;
+        if square < 0.0 || (free_j < 0.0 && b >= 0.0) {
+            return Ok(0.0);
+        }
+        // The larger root of a x² + b x = free, in the form without cancellation.
+        let root = square.sqrt();
+        let most = if b > 0.0 {
+            2.0 * free_j / (b + root)
+        } else if a > 0.0 {
+            (root - b) / (2.0 * a)
+        } else {
+            // b x <= free with b <= 0, and free >= 0 or a size that is large enough.
+            f64::INFINITY
+        };
+        Ok(wanted.min(most))
+    }
+
+    /// What is in it, J; never negative.
+    #[must_use]
+    pub const fn energy_j(&self) -> f64 {
+        self.energy_j
+    }
+
+    /// What came out that was not foreseen and is not paid back yet, J.
+    #[must_use]
+    pub const fn debt_j(&self) -> f64 {
+        self.debt_j
+    }
+
+    /// What did not fit, J.
+    #[must_use]
+    pub const fn spilled_j(&self) -> f64 {
+        self.spilled_j
+    }
+}

@@ -1,0 +1,210 @@
+//! Torques that hold the face on a moving pose with a Cartesian stiffness.
+
+use crate::arm::ArmState;
+use crate::error::HapticsError;
+use glam::{DMat3, DQuat, DVec3};
+use hwall_geometry::{Pose, Twist, Wrench};
+use hwall_kinematics::{
+    ArmKinematics, ChainDynamics, DynamicsScratch, Jacobian, JointPositions, JointTorques,
+    JointVelocities,
+};
+use hwall_numeric::check::{all_finite, non_negative, positive};
+use hwall_numeric::dense::{cholesky_in_place, solve_lower};
+use std::sync::Arc;
+
+/// Settings of [`CartesianImpedance`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImpedanceConfig {
+    /// Stiffness of the face against being moved, N/m; default 2000.
+    pub stiffness_n_per_m: f64,
+    /// And against being turned, N m/rad; default 100.
+    pub stiffness_n_m_per_rad: f64,
+    /// Share of critical damping, from the effective mass along each axis; default 0.8.
+    pub damping_ratio: f64,
+    /// Stiffness of every joint towards the configuration that the face is planned with, N m/rad; default 10: it
+    /// keeps the elbow, which the face leaves free.
+    pub joint_stiffness_n_m_per_rad: f64,
+    /// Damping of every joint relative to its planned motion, N m s/rad; default 1.
+    pub joint_damping_n_m_s_per_rad: f64,
+    /// Share of the measured external force that is counteracted, 0 to 1; default 1: the face then stays on its path under a
+    /// push, and the object alone decides how it yields.
+    pub force_share: f64,
+    /// Inertia of the rotors as the joints feel it, kg m²; default zero. What is not known here is missing in the feed-forward.
+    pub rotor_inertia_kg_m2: [f64; 7],
+}
+
+impl Default for ImpedanceConfig {
+    fn default() -> Self {
+        Self {
+            stiffness_n_per_m: 2000.0,
+            stiffness_n_m_per_rad: 100.0,
+            damping_ratio: 0.8,
+            joint_stiffness_n_m_per_rad: 10.0,
+            joint_damping_n_m_s_per_rad: 1.0,
+            force_share: 1.0,
+            rotor_inertia_kg_m2: [0.0; 7],
+        }
+    }
+}
+
+impl ImpedanceConfig {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("stiffness_n_per_m", self.stiffness_n_per_m)?;
+        positive("stiffness_n_m_per_rad", self.stiffness_n_m_per_rad)?;
+        non_negative("damping_ratio", self.damping_ratio)?;
+        non_negative("joint_stiffness", self.joint_stiffness_n_m_per_rad)?;
+        non_negative("joint_damping", self.joint_damping_n_m_s_per_rad)?;
+        non_negative("force_share", self.force_share)?;
+        for inertia in self.rotor_inertia_kg_m2 {
+            non_negative("rotor_inertia_kg_m2", inertia)?;
+        }
+        Ok(())
+    }
+}
+
+/// Where the face shall be at an instant, and how it shall move there.
+#[derive(Debug, Clone, Copy)]
+pub struct FaceMotion {
+    /// Pose of the face, base frame.
+    pub pose: Pose,
+    /// Its velocity, base axes, about the middle of the face.
+    pub twist: Twist,
+    /// Joint angles with which that is planned, rad.
+    pub q: JointPositions,
+    /// Their velocities, rad/s.
+    pub qd: JointVelocities,
+    /// Their accelerations, rad/s².
+    pub qdd_rad_per_s2: [f64; 7],
+}
+
+/// Torques over those that carry gravity: `τ = Jᵀ (K e + D ė − s F) + M q̈_d + joint terms`, the measured external wrench
+/// `F` counteracted by a share `s`; the damping from the effective mass along each axis, `D_i = 2 ζ √(K_i m_i)`
+/// ([Khatib 1995], [Ott 2008]). Allocates nothing after construction.
+#[derive(Debug, Clone)]
+pub struct CartesianImpedance {
+    arm: Arc<dyn ArmKinematics>,
+    dynamics: ChainDynamics,
+    scratch: DynamicsScratch,
+    config: ImpedanceConfig,
+    mass: [f64; 49],
+}
+
+impl CartesianImpedance {
+    /// The tool of the arm is the face of the board; `dynamics` are those of the same arm with the board.
+    ///
+    /// # Errors
+    /// A setting outside its range, or dynamics with another number of joints.
+    pub fn new(
+        arm: Arc<dyn ArmKinematics>,
+        dynamics: ChainDynamics,
+        config: ImpedanceConfig,
+    ) -> Result<Self, HapticsError> {
+        config.validate()?;
+        let joints = dynamics.chain().joint_count();
+        hwall_numeric::check::that(
+            joints == arm.joint_count(),
+            "joints of the dynamics",
+            joints as f64,
+            "as many as the arm has",
+        )?;
+        Ok(Self {
+            scratch: dynamics.scratch(),
+            arm,
+            dynamics,
+            config,
+            mass: [0.0; 49],
+        })
+    }
+
+    /// The torques for a measured state and the measured external wrench on the face (base axes, about its middle).
+    ///
+    /// # Errors
+    /// NaN or infinity; a mass matrix that is not positive definite.
+    pub fn torques(
+        &mut self,
+        state: &ArmState,
+        wanted: &FaceMotion,
+        external: &Wrench,
+    ) -> Result<JointTorques, HapticsError> {
+        let joints = self.arm.joint_count();
+        let jacobian = self.arm.jacobian(&state.q);
+        let face = self.arm.forward(&state.q);
+        let mass = &mut self.mass[..joints * joints];
+        self.dynamics
+            .mass_matrix_into(&state.q.0[..joints], &mut self.scratch, mass)?;
+        for joint in 0..joints {
+            mass[joint * joints + joint] += self.config.rotor_inertia_kg_m2[joint];
+        }
+        let feed_forward: [f64; 7] = std::array::from_fn(|row| {
+            (0..joints)
+                .filter(|_| row < joints)
+                .map(|column| mass[row * joints + column] * wanted.qdd_rad_per_s2[column])
+                .sum()
+        });
+        cholesky_in_place(joints, mass).map_err(|bad| {
+            hwall_numeric::ArgumentError::OutOfRange {
+                what: "pivot of the mass matrix",
+                value: bad.value,
+                wanted: "positive",
+            }
+        })?;
+        let velocity = jacobian.twist(&state.qd);
+        let off_m = wanted.pose.position_m() - face.position_m();
+        let off_rad = rotation_vector(wanted.pose.rotation() * face.rotation().transpose());
+        let slip = wanted.twist.linear_m_per_s - velocity.linear_m_per_s;
+        let spin = wanted.twist.angular_rad_per_s - velocity.angular_rad_per_s;
+        let c = &self.config;
+        let (mut force_n, mut moment_n_m) = (DVec3::ZERO, DVec3::ZERO);
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            let heavy = effective(
+                &jacobian,
+                &self.mass[..joints * joints],
+                joints,
+                axis,
+                false,
+            );
+            let damping = 2.0 * c.damping_ratio * (c.stiffness_n_per_m * heavy).sqrt();
+            force_n += axis * (c.stiffness_n_per_m * off_m.dot(axis) + damping * slip.dot(axis));
+            let heavy = effective(&jacobian, &self.mass[..joints * joints], joints, axis, true);
+            let damping = 2.0 * c.damping_ratio * (c.stiffness_n_m_per_rad * heavy).sqrt();
+            moment_n_m +=
+                axis * (c.stiffness_n_m_per_rad * off_rad.dot(axis) + damping * spin.dot(axis));
+        }
+        let held = jacobian.torques(&Wrench {
+            force_n: force_n - external.force_n * c.force_share,
+            moment_n_m: moment_n_m - external.moment_n_m * c.force_share,
+        });
+        let torques = JointTorques(std::array::from_fn(|i| {
+            held[i]
+                + feed_forward[i]
+                + c.joint_stiffness_n_m_per_rad * (wanted.q[i] - state.q[i])
+                + c.joint_damping_n_m_s_per_rad * (wanted.qd[i] - state.qd[i])
+        }));
+        all_finite("torques", &torques.0)?;
+        Ok(torques)
+    }
+}
+
+/// What a push, or a turn, along an axis feels, kg or kg m²; from the Cholesky factor of the mass matrix. At most a ton: where
+/// no joint moves the face, there is nothing to damp.
+fn effective(jacobian: &Jacobian, lower: &[f64], joints: usize, axis: DVec3, turns: bool) -> f64 {
+    const HEAVIEST: f64 = 1e3;
+    let columns = if turns {
+        &jacobian.angular
+    } else {
+        &jacobian.linear
+    };
+    let mut torques: [f64; 7] = columns.map(|column| column.dot(axis));
+    solve_lower(lower, &mut torques[..joints]);
+    let mobility: f64 = torques[..joints].iter().map(|x| x * x).sum();
+    (1.0 / mobility.max(1.0 / HEAVIEST)).min(HEAVIEST)
+}
+
+/// Axis times angle of a rotation, rad.
+fn rotation_vector(rotation: DMat3) -> DVec3 {
+    DQuat::from_mat3(&rotation).normalize().to_scaled_axis()
+}

@@ -1,0 +1,200 @@
+//! Joint and workspace limits of a command, and of what the arm does.
+
+use super::state::{Channel, SafeReason};
+use crate::arm::ArmState;
+use crate::error::HapticsError;
+use glam::DVec3;
+use hwall_kinematics::{ArmKinematics, JointLimit, JointPositions, JointTorques, MOST_JOINTS};
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
+
+/// A box, base frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkspaceBox {
+    /// Least corner, m.
+    pub min_m: DVec3,
+    /// Greatest corner, m.
+    pub max_m: DVec3,
+}
+
+impl WorkspaceBox {
+    /// Is the point inside? NaN is not.
+    #[must_use]
+    pub fn contains(&self, point_m: DVec3) -> bool {
+        self.min_m.cmple(point_m).all() && point_m.cmple(self.max_m).all()
+    }
+
+    /// Rejects NaN, infinity and corners in the wrong order.
+    ///
+    /// # Errors
+    /// The first of these.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        all_finite("min_m", &self.min_m.to_array())?;
+        all_finite("max_m", &self.max_m.to_array())?;
+        let size = self.max_m - self.min_m;
+        that(
+            size.min_element() > 0.0,
+            "size of the workspace",
+            size.min_element(),
+            "positive",
+        )?;
+        Ok(())
+    }
+}
+
+/// What joints may do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GuardLimits {
+    /// Commanded angles stay within, rad.
+    pub position: [JointLimit; MOST_JOINTS],
+    /// Commanded speeds stay within, rad/s.
+    pub velocity_rad_per_s: [f64; MOST_JOINTS],
+    /// Commanded torques (beyond gravity) and external torques stay within, N m.
+    pub torque_n_m: [f64; MOST_JOINTS],
+    /// Commanded torques change no faster, N m/s; default 1000 (1 N m per ms).
+    pub torque_rate_n_m_per_s: f64,
+    /// The measured angle may be this much beyond its limit, rad; default 0.01.
+    pub position_slack_rad: f64,
+    /// The measured speed may be this share above its limit; default 0.2.
+    pub velocity_slack: f64,
+    /// A commanded position further from the last one than this (any joint) is a leap, not a motion, rad; default 0.5.
+    pub leap_rad: f64,
+    /// The middle of the face stays inside; `None`: anywhere.
+    pub workspace: Option<WorkspaceBox>,
+}
+
+/// Joint torques of the iiwa 7, N m.
+const IIWA7_TORQUE_N_M: [f64; MOST_JOINTS] = [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0];
+
+impl GuardLimits {
+    /// The arm's own limits of angle and speed; torques of an iiwa 7.
+    #[must_use]
+    pub fn of_arm(arm: &dyn ArmKinematics) -> Self {
+        Self {
+            position: *arm.limits(),
+            velocity_rad_per_s: *arm.max_velocity_rad_per_s(),
+            torque_n_m: IIWA7_TORQUE_N_M,
+            torque_rate_n_m_per_s: 1000.0,
+            position_slack_rad: 0.01,
+            velocity_slack: 0.2,
+            leap_rad: 0.5,
+            workspace: None,
+        }
+    }
+
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        for limit in &self.position {
+            let ordered = limit.min_rad <= limit.max_rad;
+            that(
+                ordered,
+                "position",
+                limit.max_rad,
+                "at least the lower limit",
+            )?;
+        }
+        for velocity in self.velocity_rad_per_s {
+            positive("velocity_rad_per_s", velocity)?;
+        }
+        for torque in self.torque_n_m {
+            positive("torque_n_m", torque)?;
+        }
+        positive("torque_rate_n_m_per_s", self.torque_rate_n_m_per_s)?;
+        non_negative("position_slack_rad", self.position_slack_rad)?;
+        non_negative("velocity_slack", self.velocity_slack)?;
+        positive("leap_rad", self.leap_rad)?;
+        self.workspace.map_or(Ok(()), |inside| inside.validate())
+    }
+
+    /// Is a measured state within the limits?
+    pub(super) fn check_state(&self, joints: usize, state: &ArmState) -> Result<(), SafeReason> {
+        let beyond = |channel, joint, value| {
+            Err(SafeReason::JointLimit {
+                channel,
+                joint,
+                value,
+            })
+        };
+        for joint in 0..joints.min(MOST_JOINTS) {
+            let q = state.q[joint];
+            let wide = self.position[joint].shrunk(-self.position_slack_rad);
+            if !wide.contains(q) {
+                return beyond(Channel::Position, joint, q);
+            }
+            let qd = state.qd[joint];
+            if qd.abs() > self.velocity_rad_per_s[joint] * (1.0 + self.velocity_slack) {
+                return beyond(Channel::Velocity, joint, qd);
+            }
+            let torque = state.external_torque.map_or(0.0, |torque| torque[joint]);
+            if torque.abs() > self.torque_n_m[joint] {
+                return beyond(Channel::Torque, joint, torque);
+            }
+        }
+        Ok(())
+    }
+
+    /// A commanded position within the limits of angle, and what was cut.
+    pub(super) fn within(&self, wanted: &JointPositions) -> (JointPositions, Option<SafeReason>) {
+        let (mut out, mut cut) = (*wanted, None);
+        for joint in 0..MOST_JOINTS {
+            let limit = self.position[joint];
+            if !limit.contains(wanted[joint]) {
+                out[joint] = wanted[joint].clamp(limit.min_rad, limit.max_rad);
+                cut = Some(SafeReason::CommandLimit {
+                    channel: Channel::Position,
+                    joint,
+                });
+            }
+        }
+        (out, cut)
+    }
+
+    /// Share of a step that keeps all speeds within the limits, and the joint that is first to meet one.
+    pub(super) fn share_of_step(
+        &self,
+        from: &JointPositions,
+        to: &JointPositions,
+        dt_s: f64,
+    ) -> (f64, Option<SafeReason>) {
+        // Rounding of a motion that is planned at the limit is no excess.
+        const ROUNDING: f64 = 1.0 + 1e-6;
+        let (mut share, mut cut) = (1.0, None);
+        for joint in 0..MOST_JOINTS {
+            let step = (to[joint] - from[joint]).abs();
+            let most = self.velocity_rad_per_s[joint] * dt_s * ROUNDING;
+            if step * share > most {
+                share = most / step;
+                cut = Some(SafeReason::CommandLimit {
+                    channel: Channel::Velocity,
+                    joint,
+                });
+            }
+        }
+        (share, cut)
+    }
+
+    /// A torque within its limits of size and rate, and what was cut.
+    pub(super) fn limited_torque(
+        &self,
+        last: &JointTorques,
+        wanted: &JointTorques,
+        dt_s: f64,
+    ) -> (JointTorques, Option<SafeReason>) {
+        let (mut out, mut cut) = (*wanted, None);
+        let most_change = self.torque_rate_n_m_per_s * dt_s;
+        for joint in 0..MOST_JOINTS {
+            let most = self.torque_n_m[joint];
+            let sized = wanted[joint].clamp(-most, most);
+            out[joint] = last[joint] + (sized - last[joint]).clamp(-most_change, most_change);
+            if (out[joint] - wanted[joint]).abs() > 1e-9 {
+                cut = Some(SafeReason::CommandLimit {
+                    channel: Channel::Torque,
+                    joint,
+                });
+            }
+        }
+        (out, cut)
+    }
+}

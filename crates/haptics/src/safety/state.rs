@@ -1,0 +1,249 @@
+//! What the supervisor says: a state, its reason, and what the renderer is asked to do.
+
+/// Where an input comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Channel {
+    /// The clock of the control loop.
+    Time,
+    /// Stamp of the arm's state.
+    ArmTime,
+    /// Joint angles.
+    Position,
+    /// Joint velocities.
+    Velocity,
+    /// External joint torques.
+    Torque,
+    /// The fingertip.
+    Fingertip,
+    /// The palm.
+    Palm,
+    /// The head.
+    Head,
+    /// Where the board shall be.
+    Target,
+    /// The estimated contact force.
+    Force,
+    /// The command about to be sent.
+    Command,
+}
+
+impl Channel {
+    /// A short name for tables and files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::ArmTime => "arm_time",
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Torque => "torque",
+            Self::Fingertip => "fingertip",
+            Self::Palm => "palm",
+            Self::Head => "head",
+            Self::Target => "target",
+            Self::Force => "force",
+            Self::Command => "command",
+        }
+    }
+}
+
+/// Why a state other than normal is in force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum SafeReason {
+    /// NaN or an infinity.
+    NonFinite(Channel),
+    /// Too old (or from the future).
+    Stale {
+        /// The input.
+        channel: Channel,
+        /// Its age, s; negative if its stamp lies ahead.
+        age_s: f64,
+    },
+    /// It leapt further than it can have moved.
+    Jump {
+        /// The input.
+        channel: Channel,
+        /// By how much, in its own unit (s, rad, rad/s, N m, m, N).
+        by: f64,
+    },
+    /// The same to the last bit for too long while something moves.
+    Frozen {
+        /// The input.
+        channel: Channel,
+        /// For how long, s.
+        for_s: f64,
+    },
+    /// A joint is beyond its limit of angle, speed or torque.
+    JointLimit {
+        /// Position, velocity or torque.
+        channel: Channel,
+        /// Joint, from 0.
+        joint: usize,
+        /// The value: rad, rad/s or N m.
+        value: f64,
+    },
+    /// The command asks for more than a joint may do; it is cut.
+    CommandLimit {
+        /// Position, velocity or torque.
+        channel: Channel,
+        /// Joint, from 0.
+        joint: usize,
+    },
+    /// The board leaves its box.
+    Workspace,
+    /// Two parts of the arm come too near to each other.
+    SelfCollision {
+        /// Distance between their surfaces, m.
+        distance_m: f64,
+    },
+    /// More force than a hand may meet.
+    Force {
+        /// Force on the board, N.
+        force_n: f64,
+        /// The limit that it exceeds, N.
+        limit_n: f64,
+    },
+    /// A force that no hand exerts: the sensors are broken.
+    ImplausibleForce {
+        /// N.
+        force_n: f64,
+    },
+    /// A push so near to the edge that the board would slip away under it, or a moment too large.
+    BoardEdge {
+        /// Moment about the middle of the face, N m.
+        moment_n_m: f64,
+    },
+    /// A person is near.
+    PersonNear {
+        /// The part.
+        part: Channel,
+        /// Distance of the face, m.
+        distance_m: f64,
+    },
+    /// The arm took no notice of a hold, or the renderer of a request to withdraw.
+    NotObeyed,
+    /// [`Supervisor::stop`](super::Supervisor::stop) was called.
+    Requested,
+}
+
+impl SafeReason {
+    /// A short name for tables and files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::NonFinite(_) => "non_finite",
+            Self::Stale { .. } => "stale",
+            Self::Jump { .. } => "jump",
+            Self::Frozen { .. } => "frozen",
+            Self::JointLimit { .. } => "joint_limit",
+            Self::CommandLimit { .. } => "command_limit",
+            Self::Workspace => "workspace",
+            Self::SelfCollision { .. } => "self_collision",
+            Self::Force { .. } => "force",
+            Self::ImplausibleForce { .. } => "implausible_force",
+            Self::BoardEdge { .. } => "board_edge",
+            Self::PersonNear { .. } => "person_near",
+            Self::NotObeyed => "not_obeyed",
+            Self::Requested => "requested",
+        }
+    }
+
+    /// The input at fault, if it is one.
+    #[must_use]
+    pub const fn channel(&self) -> Option<Channel> {
+        match self {
+            Self::NonFinite(channel)
+            | Self::Stale { channel, .. }
+            | Self::Jump { channel, .. }
+            | Self::Frozen { channel, .. }
+            | Self::JointLimit { channel, .. }
+            | Self::CommandLimit { channel, .. }
+            | Self::PersonNear { part: channel, .. } => Some(*channel),
+            Self::Force { .. } | Self::ImplausibleForce { .. } => Some(Channel::Force),
+            _ => None,
+        }
+    }
+}
+
+/// What the supervisor lets the arm do, from free to not at all.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum SafeState {
+    /// Commands go through.
+    Normal,
+    /// Commands go through, cut to a lower speed or torque.
+    Slowed {
+        /// The tightest limit.
+        reason: SafeReason,
+    },
+    /// The arm stands: the first answer to a fault.
+    Holding {
+        /// The fault.
+        reason: SafeReason,
+    },
+    /// The board withdraws behind its surface at reduced speed.
+    Retreating {
+        /// The fault.
+        reason: SafeReason,
+    },
+    /// A torque-controlled arm floats under its own gravity compensation and gives way to a push.
+    Compliant {
+        /// The fault.
+        reason: SafeReason,
+    },
+    /// The arm stands until the fault is gone, and, for a latched one, until [`Supervisor::reset`](super::Supervisor::reset).
+    Stopped {
+        /// The fault.
+        reason: SafeReason,
+    },
+}
+
+impl SafeState {
+    /// A short name for tables and files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Slowed { .. } => "slowed",
+            Self::Holding { .. } => "holding",
+            Self::Retreating { .. } => "retreating",
+            Self::Compliant { .. } => "compliant",
+            Self::Stopped { .. } => "stopped",
+        }
+    }
+
+    /// Why; `None` for normal.
+    #[must_use]
+    pub const fn reason(&self) -> Option<SafeReason> {
+        match self {
+            Self::Normal => None,
+            Self::Slowed { reason }
+            | Self::Holding { reason }
+            | Self::Retreating { reason }
+            | Self::Compliant { reason }
+            | Self::Stopped { reason } => Some(*reason),
+        }
+    }
+}
+
+/// What the renderer is asked to do in the next cycle. Whatever it does, the command is supervised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum SafeRequest {
+    /// Go on; move at this share of the speed (1: full).
+    Go {
+        /// Share of the joint speeds, in (0, 1].
+        speed_share: f64,
+    },
+    /// Come to rest where the arm is.
+    Hold,
+    /// Withdraw the board along -normal of its face, by this way and no faster.
+    Retreat {
+        /// How far behind its surface, m.
+        behind_m: f64,
+        /// Speed, m/s.
+        speed_m_per_s: f64,
+    },
+}

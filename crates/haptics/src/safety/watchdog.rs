@@ -1,0 +1,171 @@
+//! Is an input still to be believed?
+
+use crate::error::HapticsError;
+use hwall_kinematics::MOST_JOINTS;
+use hwall_numeric::check::{positive, that};
+
+/// When an input no longer counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChannelWatch {
+    /// Largest age, s, into the past and into the future.
+    pub max_age_s: f64,
+    /// Largest change of any of its numbers between two samples, beside `rate_per_s`; in the input's unit, infinite for none.
+    pub jump: f64,
+    /// Fastest change that is possible, unit/s.
+    pub rate_per_s: f64,
+    /// New samples that are the same to the last bit for longer than this are frozen, s; `None`: may be the same for ever.
+    pub frozen_s: Option<f64>,
+}
+
+impl ChannelWatch {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("max_age_s", self.max_age_s)?;
+        that(self.jump > 0.0, "jump", self.jump, "positive")?;
+        that(
+            self.rate_per_s >= 0.0,
+            "rate_per_s",
+            self.rate_per_s,
+            "at least 0",
+        )?;
+        if let Some(frozen_s) = self.frozen_s {
+            positive("frozen_s", frozen_s)?;
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with an input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WatchFault {
+    /// NaN or an infinity, in the values or the stamp.
+    NonFinite,
+    /// Too old, or from the future.
+    Stale {
+        /// s; negative from the future.
+        age_s: f64,
+    },
+    /// It leapt.
+    Jump {
+        /// By how much, in the input's unit.
+        by: f64,
+    },
+    /// It does not change although it should.
+    Frozen {
+        /// For how long, s.
+        for_s: f64,
+    },
+}
+
+/// Watches one input of at most seven numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Watch {
+    limits: ChannelWatch,
+    last: Option<Sample>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sample {
+    values: [f64; MOST_JOINTS],
+    stamp_s: f64,
+    /// Stamp of the first of the samples that are the same.
+    same_since_s: f64,
+}
+
+impl Watch {
+    /// Nothing seen so far.
+    ///
+    /// # Errors
+    /// As [`ChannelWatch::validate`].
+    pub fn new(limits: ChannelWatch) -> Result<Self, HapticsError> {
+        limits.validate()?;
+        Ok(Self { limits, last: None })
+    }
+
+    /// Forgets what was seen: the next sample may be anywhere.
+    pub fn forget(&mut self) {
+        self.last = None;
+    }
+
+    /// Stamp of the newest sample that was finite, s.
+    #[must_use]
+    pub fn last_stamp_s(&self) -> Option<f64> {
+        self.last.map(|sample| sample.stamp_s)
+    }
+
+    /// Looks at a sample. `should_change`: does something move that this input would show? Only then it can be frozen.
+    ///
+    /// Every finite sample is remembered, also one that is at fault: what leaps and then stays is sound again. The same sample
+    /// handed in again (same stamp) ages, but is not frozen.
+    ///
+    /// # Errors
+    /// The first fault found: not finite, stale, leapt, frozen. More than seven values: those beyond are only checked to be
+    /// finite.
+    pub fn check(
+        &mut self,
+        now_s: f64,
+        stamp_s: f64,
+        values: &[f64],
+        should_change: bool,
+    ) -> Result<(), WatchFault> {
+        if !stamp_s.is_finite() || values.iter().any(|v| !v.is_finite()) {
+            return Err(WatchFault::NonFinite);
+        }
+        let mut new = Sample {
+            values: [0.0; MOST_JOINTS],
+            stamp_s,
+            same_since_s: stamp_s,
+        };
+        for (to, from) in new.values.iter_mut().zip(values) {
+            *to = *from;
+        }
+        let age_s = now_s - stamp_s;
+        let mut fault = None;
+        if let Some(last) = self.last {
+            let elapsed_s = stamp_s - last.stamp_s;
+            let by = (0..MOST_JOINTS).fold(0.0, |most: f64, i| {
+                most.max((new.values[i] - last.values[i]).abs())
+            });
+            if by > self.limits.jump + self.limits.rate_per_s * elapsed_s.max(0.0) {
+                fault = Some(WatchFault::Jump { by });
+            }
+            let same =
+                (0..MOST_JOINTS).all(|i| new.values[i].to_bits() == last.values[i].to_bits());
+            if same && should_change && elapsed_s >= 0.0 {
+                new.same_since_s = last.same_since_s;
+            }
+        }
+        self.last = Some(new);
+        // Written so that NaN, from a clock that is none, is stale too.
+        if !(age_s.abs() <= self.limits.max_age_s) {
+            return Err(WatchFault::Stale { age_s });
+        }
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        let for_s = new.stamp_s - new.same_since_s;
+        match self.limits.frozen_s {
+            Some(most_s) if for_s > most_s => Err(WatchFault::Frozen { for_s }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The input did not come at all: once seen, it ages.
+    ///
+    /// # Errors
+    /// Stale.
+    pub fn missing(&self, now_s: f64) -> Result<(), WatchFault> {
+        let Some(last) = self.last else {
+            return Ok(());
+        };
+        let age_s = now_s - last.stamp_s;
+        if age_s.abs() <= self.limits.max_age_s {
+            Ok(())
+        } else {
+            Err(WatchFault::Stale { age_s })
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Exact steps of linear motion.
+
+/// `N × N`, rows.
+pub type Square<const N: usize> = [[f64; N]; N];
+
+/// `exp(A h)` by scaling and a Taylor series of order 12: with a norm of at most 1/4 the rest is below 1e-17.
+#[must_use]
+pub fn exponential<const N: usize>(a: &Square<N>, h: f64) -> Square<N> {
+    let norm = a
+        .iter()
+        .map(|row| row.iter().map(|x| (x * h).abs()).sum::<f64>())
+        .fold(0.0, f64::max);
+    let halvings = (norm / 0.25).log2().ceil().clamp(0.0, 60.0) as i32;
+    let scale = h / 2f64.powi(halvings);
+    let scaled = a.map(|row| row.map(|x| x * scale));
+    let mut sum = identity();
+    for order in (1..=12).rev() {
+        // Horner: I + A/1 (I + A/2 (I + ...)).
+        sum = product(&scaled, &sum);
+        for (i, row) in sum.iter_mut().enumerate() {
+            for x in row.iter_mut() {
+                *x /= f64::from(order);
+            }
+            row[i] += 1.0;
+        }
+    }
+    for _ in 0..halvings {
+        sum = product(&sum, &sum);
+    }
+    sum
+}
+
+fn identity<const N: usize>() -> Square<N> {
+    std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))))
+}
+
+fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..N).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+/// `A x`.
+#[must_use]
+#[inline]
+pub fn apply<const N: usize>(a: &Square<N>, x: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| (0..N).map(|k| a[i][k] * x[k]).sum())
+}

@@ -1,0 +1,410 @@
+//! One contact, simulated between samples in closed form.
+
+use super::contact::{Behind, Contact};
+use super::linear::{Square, apply, exponential};
+use hwall_haptics::HapticsError;
+use hwall_haptics::passivity::{
+    Causality, HandBounds, PassivePort, PassivityMethod, PortConfig, PortInput,
+};
+use hwall_testkit::Sampler;
+
+/// How long a contact is followed, s.
+pub const DURATION_S: f64 = 1.2;
+/// Swings are looked at in the last part of it, s.
+const LAST_S: f64 = 0.4;
+/// A swing that shrinks to less than this share in that time dies out.
+const STILL_THERE: f64 = 0.7;
+/// Contact of skin and device is looked at no less often than this, s.
+const LONGEST_STEP_S: f64 = 0.5e-3;
+/// Largest force of the actuator, N.
+const MOST_N: f64 = 140.0;
+/// Largest speed of a device that is position-controlled, m/s.
+const MOST_M_PER_S: f64 = 1.5;
+/// Time constant of the low pass on the device's velocity, s.
+const VELOCITY_FILTER_S: f64 = 4e-3;
+/// Where a pushed object meets its stop (admittance), m.
+const STOP_M: f64 = 0.05;
+
+/// What came of a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Most energy that had ever come out beyond what had gone in and what the device's friction took, J.
+    pub generated_j: f64,
+    /// Most that was in it at once, J.
+    pub stored_j: f64,
+    /// Swing that goes on, peak to peak, m: the least of the last four in the last 0.4 s, unless it dies out; 0 if there is none.
+    pub swing_m: f64,
+    /// Sum of what was taken off the commands over the sum of the commands.
+    pub intrusion: f64,
+    /// Largest force of the hand, N.
+    pub peak_n: f64,
+    /// Deepest the device got, m.
+    pub deepest_m: f64,
+}
+
+/// Hand and device between two samples: `[x, v, x_hand, v_hand, command, goal of the hand, ∫F, 0]` for impedance, the device's
+/// own velocity being the command for admittance.
+type State = [f64; 7];
+
+/// The two motions, with the skin in touch and apart, over a substep.
+struct Steps {
+    touching: Square<7>,
+    apart: Square<7>,
+    count: usize,
+    time_s: f64,
+}
+
+impl Steps {
+    fn new(contact: &Contact, time_s: f64) -> Self {
+        let count = (time_s / LONGEST_STEP_S).ceil() as usize;
+        let time_s = if count == 0 {
+            0.0
+        } else {
+            time_s / count as f64
+        };
+        Self {
+            touching: exponential(&motion(contact, true), time_s),
+            apart: exponential(&motion(contact, false), time_s),
+            count,
+            time_s,
+        }
+    }
+}
+
+/// The derivative of the state.
+fn motion(contact: &Contact, touching: bool) -> Square<7> {
+    let (m, b, hand) = (contact.mass_kg, contact.friction_n_s_per_m, contact.hand);
+    let (k, c) = if touching {
+        (hand.skin_n_per_m, hand.skin_n_s_per_m)
+    } else {
+        (0.0, 0.0)
+    };
+    let mut a = [[0.0; 7]; 7];
+    // The force of the skin on the device.
+    let skin = match contact.causality {
+        Causality::Impedance => [-k, -c, k, c, 0.0, 0.0, 0.0],
+        Causality::Admittance => [-k, 0.0, k, c, -c, 0.0, 0.0],
+    };
+    match contact.causality {
+        Causality::Impedance => {
+            a[0][1] = 1.0;
+            a[1] = skin.map(|x| x / m);
+            a[1][1] -= b / m;
+            a[1][4] += 1.0 / m;
+        }
+        Causality::Admittance => a[0][4] = 1.0,
+    }
+    a[2][3] = 1.0;
+    a[3] = skin.map(|x| -x / hand.mass_kg);
+    a[3][2] -= hand.arm_n_per_m / hand.mass_kg;
+    a[3][3] -= hand.arm_n_s_per_m / hand.mass_kg;
+    a[3][5] += hand.arm_n_per_m / hand.mass_kg;
+    a[6] = skin;
+    a
+}
+
+/// The settings of the port for a contact: what a user would know of the device.
+#[must_use]
+pub fn port_config(contact: &Contact, method: PassivityMethod) -> PortConfig {
+    let base = match contact.causality {
+        Causality::Impedance => PortConfig::impedance(contact.sampling, contact.mass_kg),
+        Causality::Admittance => PortConfig::admittance(contact.sampling, MOST_M_PER_S),
+    };
+    PortConfig {
+        method,
+        damping_n_s_per_m: match contact.causality {
+            Causality::Impedance => contact.friction_n_s_per_m,
+            Causality::Admittance => 0.0,
+        },
+        position_error_m: contact.position_error_m(),
+        still_band: match contact.causality {
+            Causality::Impedance => contact.stiffness_n_per_m * contact.position_error_m(),
+            Causality::Admittance => 0.0,
+        },
+        force_error_n: contact.force_error_n(),
+        hand: HandBounds {
+            stiffness_n_per_m: contact.hand.skin_n_per_m,
+            damping_n_s_per_m: contact.hand.skin_n_s_per_m,
+            ..HandBounds::default()
+        },
+        ..base
+    }
+}
+
+/// Follows a contact. Whatever keeps the port passive sees only measured values.
+///
+/// The energy is accounted outside of it, along the simulated motion. Impedance: force of the actuator times displacement of the
+/// device, exact in every substep since the force is constant; its friction is counted by the lower bound
+/// `b displacement² / time`, so that too little of it is taken off. Admittance: velocity times the integral of the skin's force,
+/// which is part of the closed form.
+///
+/// # Errors
+/// None for a contact that was drawn: the port takes only sound settings and finite numbers.
+pub fn run(contact: &Contact, method: PassivityMethod) -> Result<Outcome, HapticsError> {
+    let mut port = PassivePort::new(port_config(contact, method))?;
+    let sampling = contact.sampling;
+    let period_s = sampling.period_s;
+    let periods = sampling.delay_s / period_s;
+    let whole = (periods + 1e-9).floor();
+    let share = (periods - whole).max(0.0);
+    let whole = whole as usize;
+    let steps = [
+        Steps::new(contact, share * period_s),
+        Steps::new(contact, (1.0 - share) * period_s),
+    ];
+    let mut noise = Sampler::new(contact.seed);
+    let mut state: State = [0.0; 7];
+    state[3] = contact.hand.speed_m_per_s;
+    let mut commands = vec![0.0; whole + 2];
+    let mut environment = Environment::default();
+    let mut ledger = Ledger::default();
+    let samples = (DURATION_S / period_s) as usize;
+    for k in 0..samples {
+        let t_s = k as f64 * period_s;
+        let released = contact
+            .hand
+            .release_s
+            .is_some_and(|release_s| t_s >= release_s);
+        state[5] = if released { -0.1 } else { contact.hand.depth_m };
+        let position_m = measured(
+            state[0],
+            contact.position_noise_m,
+            contact.position_step_m,
+            &mut noise,
+        );
+        let true_n = skin_n(contact, &state).max(0.0);
+        let hand_force_n = measured(
+            true_n,
+            contact.force_noise_n,
+            contact.force_step_n,
+            &mut noise,
+        );
+        let wanted = environment.wanted(contact, position_m, hand_force_n);
+        let output = port.step(&PortInput {
+            position_m,
+            hand_force_n,
+            wanted,
+            stored_j: Some(environment.stored_j(contact, wanted)),
+        })?;
+        environment.obey(contact, output.command);
+        ledger.commands(wanted, output.command);
+        // Commands act after the delay: the one of `whole + 1` samples ago until the share of the period, then the next.
+        commands.rotate_right(1);
+        commands[0] = output.command;
+        for (part, steps) in steps.iter().enumerate() {
+            state[4] = commands[whole + 1 - part];
+            for _ in 0..steps.count {
+                let touching = state[2] > state[0] && skin_n(contact, &state) > 0.0;
+                let before = state;
+                state[6] = 0.0;
+                state = apply(
+                    if touching {
+                        &steps.touching
+                    } else {
+                        &steps.apart
+                    },
+                    &state,
+                );
+                let moved_m = state[0] - before[0];
+                let generated_j = match contact.causality {
+                    Causality::Impedance => {
+                        let friction =
+                            contact.friction_n_s_per_m * moved_m * moved_m / steps.time_s;
+                        state[4] * moved_m - friction
+                    }
+                    Causality::Admittance => -state[4] * state[6],
+                };
+                ledger.book(generated_j);
+            }
+        }
+        ledger.look(t_s, &state, true_n);
+    }
+    Ok(ledger.outcome())
+}
+
+/// Force of the skin on the device, N, as if it could pull.
+fn skin_n(contact: &Contact, state: &State) -> f64 {
+    if state[2] <= state[0] {
+        return 0.0;
+    }
+    let velocity = match contact.causality {
+        Causality::Impedance => state[1],
+        Causality::Admittance => state[4],
+    };
+    contact.hand.skin_n_per_m * (state[2] - state[0])
+        + contact.hand.skin_n_s_per_m * (state[3] - velocity)
+}
+
+/// A value as a sensor gives it.
+fn measured(value: f64, noise: f64, step: f64, sampler: &mut Sampler) -> f64 {
+    ((value + sampler.uniform(-noise, noise)) / step).round() * step
+}
+
+/// The virtual side.
+#[derive(Debug, Default)]
+struct Environment {
+    last_m: Option<f64>,
+    /// Of the device, low-passed.
+    device_m_per_s: f64,
+    /// The object, m and m/s.
+    position_m: f64,
+    velocity_m_per_s: f64,
+}
+
+impl Environment {
+    fn wanted(&mut self, contact: &Contact, position_m: f64, hand_force_n: f64) -> f64 {
+        let period_s = contact.sampling.period_s;
+        let moved_m = position_m - self.last_m.replace(position_m).unwrap_or(position_m);
+        let share = period_s / (period_s + VELOCITY_FILTER_S);
+        self.device_m_per_s += share * (moved_m / period_s - self.device_m_per_s);
+        let velocity = self.device_m_per_s;
+        let (k, b) = (contact.stiffness_n_per_m, contact.damping_n_s_per_m);
+        match (contact.causality, contact.behind) {
+            (Causality::Impedance, Behind::Wall) => {
+                if position_m > 0.0 {
+                    (-k * position_m - b * velocity).clamp(-MOST_N, 0.0)
+                } else {
+                    0.0
+                }
+            }
+            (
+                Causality::Impedance,
+                Behind::Mass {
+                    mass_kg,
+                    friction_n_s_per_m,
+                },
+            ) => {
+                let off_m = position_m - self.position_m;
+                let pull = k * off_m + b * (velocity - self.velocity_m_per_s);
+                let force_n = pull.clamp(-MOST_N, MOST_N);
+                let friction = friction_n_s_per_m * self.velocity_m_per_s;
+                self.velocity_m_per_s += (force_n - friction) / mass_kg * period_s;
+                self.position_m += self.velocity_m_per_s * period_s;
+                -force_n
+            }
+            (Causality::Admittance, behind) => {
+                let (mass_kg, friction) = match behind {
+                    Behind::Mass {
+                        mass_kg,
+                        friction_n_s_per_m,
+                    } => (mass_kg, friction_n_s_per_m),
+                    Behind::Wall => (f64::INFINITY, 0.0),
+                };
+                // Noise alone moves nothing.
+                let felt_n = if hand_force_n > 2.0 * contact.force_error_n() {
+                    hand_force_n
+                } else {
+                    0.0
+                };
+                // A door: a spring of a tenth of the stiffness, and the stop.
+                let beyond_m = (self.position_m - STOP_M).max(0.0);
+                let spring_n = 0.1 * k * self.position_m + k * beyond_m;
+                let force_n = felt_n - spring_n - (friction + b) * self.velocity_m_per_s;
+                (self.velocity_m_per_s + force_n / mass_kg * period_s)
+                    .clamp(-MOST_M_PER_S, MOST_M_PER_S)
+            }
+        }
+    }
+
+    /// What its springs and masses hold, J.
+    fn stored_j(&self, contact: &Contact, wanted: f64) -> f64 {
+        let k = contact.stiffness_n_per_m;
+        let moving_j = match contact.behind {
+            Behind::Mass { mass_kg, .. } => 0.5 * mass_kg * self.velocity_m_per_s.powi(2),
+            Behind::Wall => 0.0,
+        };
+        let spring_j = match contact.causality {
+            Causality::Impedance => 0.5 * wanted * wanted / k,
+            Causality::Admittance => {
+                let beyond_m = (self.position_m - STOP_M).max(0.0);
+                0.05 * k * self.position_m.powi(2) + 0.5 * k * beyond_m * beyond_m
+            }
+        };
+        spring_j + moving_j
+    }
+
+    /// The object of an admittance moves as it was let.
+    fn obey(&mut self, contact: &Contact, command: f64) {
+        if contact.causality == Causality::Admittance {
+            self.velocity_m_per_s = command;
+            self.position_m += command * contact.sampling.period_s;
+        }
+    }
+}
+
+/// What is noted down.
+#[derive(Debug, Default)]
+struct Ledger {
+    generated_j: f64,
+    most_j: f64,
+    least_j: f64,
+    wanted: f64,
+    taken: f64,
+    peak_n: f64,
+    deepest_m: f64,
+    /// The last turning point, the direction since, and the newest swings.
+    turn_m: Option<f64>,
+    last_m: f64,
+    rising: bool,
+    swings_m: [f64; 4],
+    first_swings_m: [f64; 4],
+    turns: usize,
+}
+
+impl Ledger {
+    fn book(&mut self, generated_j: f64) {
+        self.generated_j += generated_j;
+        self.most_j = self.most_j.max(self.generated_j);
+        self.least_j = self.least_j.min(self.generated_j);
+    }
+
+    fn commands(&mut self, wanted: f64, command: f64) {
+        self.wanted += wanted.abs();
+        self.taken += (wanted - command).abs();
+    }
+
+    fn look(&mut self, t_s: f64, state: &State, force_n: f64) {
+        self.peak_n = self.peak_n.max(force_n);
+        self.deepest_m = self.deepest_m.max(state[0]);
+        if t_s < DURATION_S - LAST_S {
+            return;
+        }
+        let x = state[0];
+        let Some(turn_m) = self.turn_m else {
+            (self.turn_m, self.last_m) = (Some(x), x);
+            return;
+        };
+        let rises = x > self.last_m;
+        if rises != self.rising && x != self.last_m {
+            self.swings_m.rotate_right(1);
+            self.swings_m[0] = (self.last_m - turn_m).abs();
+            // The first turn is that of the window, not of the motion.
+            if let Some(place) = self.turns.checked_sub(1)
+                && let Some(first) = self.first_swings_m.get_mut(place)
+            {
+                *first = self.swings_m[0];
+            }
+            (self.turn_m, self.rising) = (Some(self.last_m), rises);
+            self.turns += 1;
+        }
+        self.last_m = x;
+    }
+
+    fn outcome(&self) -> Outcome {
+        let least = |swings: &[f64; 4]| swings.iter().copied().fold(f64::INFINITY, f64::min);
+        let goes_on = self.turns > 2 * self.swings_m.len()
+            && least(&self.swings_m) > STILL_THERE * least(&self.first_swings_m);
+        Outcome {
+            generated_j: self.most_j,
+            stored_j: -self.least_j,
+            swing_m: if goes_on { least(&self.swings_m) } else { 0.0 },
+            intrusion: if self.wanted > 0.0 {
+                self.taken / self.wanted
+            } else {
+                0.0
+            },
+            peak_n: self.peak_n,
+            deepest_m: self.deepest_m,
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! The contacts, on all cores.
+
+use super::contact::Contact;
+use super::simulation::{self, Outcome};
+use super::z_width::{self, Point};
+use hwall_haptics::passivity::{Causality, PassivityMethod};
+use rayon::prelude::*;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Request {
+    /// Number of contacts.
+    pub contacts: u64,
+    /// Seed of the contacts and of their noise.
+    pub seed: u64,
+}
+
+/// Energy beyond this counts as generated, J: a hundred times the rounding of the sums.
+pub const NUMERICAL_J: f64 = 1e-9;
+/// Energy beyond this counts as felt, J.
+pub const FELT_J: f64 = 1e-3;
+/// A swing that goes on beyond this is a limit cycle, peak to peak, m.
+pub const LIMIT_CYCLE_M: f64 = 2e-3;
+
+/// One method on all contacts of a causality.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Which variable is commanded.
+    pub causality: Causality,
+    /// What keeps the port passive.
+    pub method: PassivityMethod,
+    /// Contacts.
+    pub contacts: usize,
+    /// With more than [`NUMERICAL_J`] generated.
+    pub generating: usize,
+    /// With more than [`FELT_J`] generated.
+    pub felt: usize,
+    /// Most that was generated, J.
+    pub most_j: f64,
+    /// With a limit cycle beyond [`LIMIT_CYCLE_M`].
+    pub cycling: usize,
+    /// Largest swing that went on, m.
+    pub largest_swing_m: f64,
+    /// Failed one way or the other: generating beyond what is numerical, or cycling.
+    pub failed: usize,
+    /// Contacts that are passive and still without any method.
+    pub sound: usize,
+    /// Share of the commands that was taken off in those: mean, median, nine of ten.
+    pub intrusion: [f64; 3],
+    /// Energy generated, of the contacts drawn: quantiles for the figure, J.
+    pub generated_quantiles_j: Vec<(f64, f64)>,
+}
+
+/// The whole study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// The largest stiffness.
+    pub points: Vec<Point>,
+    /// One for each causality and method.
+    pub rows: Vec<Row>,
+}
+
+/// Contacts between two reports of progress.
+const BLOCK: u64 = 2048;
+
+/// What is kept of a contact.
+type Kept = (Causality, [Outcome; 4]);
+
+/// Runs every contact with every method; `progress` is told how many contacts are done.
+///
+/// # Errors
+/// As [`simulation::run`].
+pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Results> {
+    let points = z_width::points()?;
+    let mut kept: Vec<Kept> = Vec::with_capacity(request.contacts as usize);
+    let mut done = 0;
+    while done < request.contacts {
+        let end = (done + BLOCK).min(request.contacts);
+        let block: Result<Vec<Kept>, _> = (done..end)
+            .into_par_iter()
+            .map(|index| {
+                let contact = Contact::draw(request.seed, index);
+                let [off, controller, tank, both] =
+                    PassivityMethod::ALL.map(|method| simulation::run(&contact, method));
+                Ok::<_, hwall_haptics::HapticsError>((
+                    contact.causality,
+                    [off?, controller?, tank?, both?],
+                ))
+            })
+            .collect();
+        kept.extend(block?);
+        done = end;
+        progress(done);
+    }
+    let mut rows = Vec::new();
+    for causality in [Causality::Impedance, Causality::Admittance] {
+        for (place, method) in PassivityMethod::ALL.into_iter().enumerate() {
+            rows.push(row(&kept, causality, method, place));
+        }
+    }
+    Ok(Results { points, rows })
+}
+
+fn failed(outcome: &Outcome) -> bool {
+    outcome.generated_j > NUMERICAL_J || outcome.swing_m > LIMIT_CYCLE_M
+}
+
+fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usize) -> Row {
+    let own = || kept.iter().filter(move |(of, _)| *of == causality);
+    let outcomes = || own().map(move |(_, outcomes)| outcomes[place]);
+    let count = |f: &dyn Fn(&Outcome) -> bool| outcomes().filter(f).count();
+    let most = |f: &dyn Fn(&Outcome) -> f64| outcomes().map(|o| f(&o)).fold(0.0, f64::max);
+    let mut intrusion: Vec<f64> = own()
+        .filter(|(_, outcomes)| !failed(&outcomes[0]))
+        .map(|(_, outcomes)| outcomes[place].intrusion)
+        .collect();
+    intrusion.sort_by(f64::total_cmp);
+    let mean = intrusion.iter().sum::<f64>() / intrusion.len().max(1) as f64;
+    let at = |share: f64| hwall_testkit::quantile(&intrusion, share);
+    let mut generated: Vec<f64> = outcomes().map(|o| o.generated_j).collect();
+    generated.sort_by(f64::total_cmp);
+    let shares = (0..=200).map(|i| f64::from(i) / 200.0);
+    Row {
+        causality,
+        method,
+        contacts: generated.len(),
+        generating: count(&|o| o.generated_j > NUMERICAL_J),
+        felt: count(&|o| o.generated_j > FELT_J),
+        most_j: most(&|o| o.generated_j),
+        cycling: count(&|o| o.swing_m > LIMIT_CYCLE_M),
+        largest_swing_m: most(&|o| o.swing_m),
+        failed: count(&failed),
+        sound: intrusion.len(),
+        intrusion: [mean, at(0.5), at(0.9)],
+        generated_quantiles_j: shares
+            .map(|share| (share, hwall_testkit::quantile(&generated, share)))
+            .collect(),
+    }
+}

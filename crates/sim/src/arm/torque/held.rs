@@ -1,0 +1,158 @@
+//! Motion under torques that are given at times and held in between.
+
+use super::motion::ChainMotion;
+use crate::error::SimError;
+use hwall_kinematics::{KinematicsError, Wrench};
+use hwall_numeric::check::{all_finite, finite, positive, that};
+
+/// Times closer than this are one, s.
+const SAME_TIME_S: f64 = 1e-12;
+/// Most samples of one motion.
+const MOST_SAMPLES: f64 = 1e9;
+
+/// Joint torques by the time from which they hold, until the next ones; zero before the first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldTorques {
+    joints: usize,
+    times_s: Vec<f64>,
+    /// One row a time.
+    torques: Vec<f64>,
+    zeros: Vec<f64>,
+}
+
+impl HeldTorques {
+    /// None so far, for so many joints.
+    #[must_use]
+    pub fn new(joints: usize) -> Self {
+        Self {
+            joints,
+            times_s: Vec::new(),
+            torques: Vec::new(),
+            zeros: vec![0.0; joints],
+        }
+    }
+
+    /// Adds torques, N m, that hold from a time on, s.
+    ///
+    /// # Errors
+    /// A time that is not after the last one, another number of torques than joints, NaN or infinity.
+    pub fn push(&mut self, t_s: f64, torques: &[f64]) -> Result<(), SimError> {
+        finite("t_s", t_s)?;
+        all_finite("torques", torques)?;
+        if torques.len() != self.joints {
+            return Err(SimError::Kinematics(KinematicsError::WrongJointCount {
+                what: "torques",
+                expected: self.joints,
+                got: torques.len(),
+            }));
+        }
+        if let Some(&before_s) = self.times_s.last()
+            && t_s <= before_s
+        {
+            return Err(SimError::TimesNotRising { t_s, before_s });
+        }
+        self.times_s.push(t_s);
+        self.torques.extend_from_slice(torques);
+        Ok(())
+    }
+
+    /// Those of a row; zero for `None`.
+    fn row(&self, row: Option<usize>) -> &[f64] {
+        row.map_or(&self.zeros, |row| {
+            &self.torques[row * self.joints..][..self.joints]
+        })
+    }
+}
+
+/// How long a motion is followed, and how finely.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSampling {
+    /// Length of the motion, s.
+    pub duration_s: f64,
+    /// Time between samples, s.
+    pub every_s: f64,
+    /// Longest step of the integration, s.
+    pub max_step_s: f64,
+}
+
+/// A motion at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSample<'a> {
+    /// Time, s.
+    pub t_s: f64,
+    /// Joint positions, rad or m.
+    pub q: &'a [f64],
+    /// Joint velocities, rad/s or m/s.
+    pub qd: &'a [f64],
+    /// [`ChainMotion::energy_j`].
+    pub energy_j: f64,
+}
+
+/// Follows a motion from time 0, with samples at 0, `every`, 2 `every` and so on, and at the end.
+///
+/// Steps end exactly where torques change and where samples are taken; in between they are as long as `max_step_s` at the
+/// most and equal. Times are multiples, not sums. The wrench on the tip (base axes, about its origin) is constant.
+///
+/// # Errors
+/// Settings that are not above zero, torques of another number of joints, NaN, a motion that overflows, or what `visit` returns.
+pub fn sample_motion<E: From<SimError>>(
+    motion: &mut ChainMotion,
+    torques: &HeldTorques,
+    wrench: &Wrench,
+    sampling: &MotionSampling,
+    mut visit: impl FnMut(MotionSample<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    let (mut t_s, mut row) = (0.0, None);
+    for k in 0..=last_sample(sampling)? {
+        let sample_s = sample_time_s(sampling, k);
+        loop {
+            let next_row = row.map_or(0, |row| row + 1);
+            let change_s = torques.times_s.get(next_row).copied();
+            let end_s = change_s.map_or(sample_s, |change_s| change_s.min(sample_s));
+            if end_s - t_s > SAME_TIME_S {
+                let span_s = end_s - t_s;
+                let count = (span_s / sampling.max_step_s - 1e-6).ceil().max(1.0);
+                for _ in 0..count as u64 {
+                    motion.step(span_s / count, torques.row(row), wrench)?;
+                }
+                t_s = end_s;
+            }
+            match change_s {
+                Some(change_s) if change_s <= t_s + SAME_TIME_S => row = Some(next_row),
+                _ => break,
+            }
+        }
+        visit(MotionSample {
+            t_s: sample_s,
+            q: motion.q(),
+            qd: motion.qd(),
+            energy_j: motion.energy_j()?,
+        })?;
+    }
+    Ok(())
+}
+
+/// Index of the last sample.
+fn last_sample(sampling: &MotionSampling) -> Result<u64, SimError> {
+    let every_s = positive("every_s", sampling.every_s)?;
+    let duration_s = positive("duration_s", sampling.duration_s)?;
+    positive("max_step_s", sampling.max_step_s)?;
+    let count = duration_s / every_s;
+    that(
+        count <= MOST_SAMPLES,
+        "every_s",
+        every_s,
+        "a larger share of the duration",
+    )?;
+    // Half a part in a billion of a period is rounding.
+    Ok((count - 5e-10 * count.max(1.0)).ceil() as u64)
+}
+
+/// Time of a sample: to 1e-12 s the multiple as one would write it, which the product in binary is often not.
+fn sample_time_s(sampling: &MotionSampling, k: u64) -> f64 {
+    let exact_s = k as f64 * sampling.every_s;
+    let rounded_s = (exact_s * 1e12).round() / 1e12;
+    let near = (rounded_s - exact_s).abs() <= 4.0 * f64::EPSILON * exact_s;
+    let t_s = if near { rounded_s } else { exact_s };
+    t_s.min(sampling.duration_s)
+}

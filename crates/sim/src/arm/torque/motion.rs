@@ -1,0 +1,286 @@
+//! Motion of a chain of rigid bodies with friction and stops.
+
+use super::friction::JointFriction;
+use super::rk4::Rk4;
+use super::steps::{StepSolver, Steps};
+use crate::error::SimError;
+use hwall_kinematics::{ChainDynamics, DynamicsScratch, KinematicsError, Wrench};
+use hwall_numeric::check::{all_finite, non_negative, positive};
+
+/// How the equations of motion are integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Integrator {
+    /// Velocities first, with friction and stops implicit, then positions with the new velocities. First order, one
+    /// evaluation a step; what a control loop is tested with.
+    #[default]
+    SemiImplicit,
+    /// Classical Runge-Kutta: fourth order, four evaluations. Steps are cut where a joint comes to rest under dry friction
+    /// or reaches a stop.
+    Rk4,
+}
+
+/// Settings of a [`ChainMotion`]; the default has no friction, no rotors and no stops.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChainMotionConfig {
+    /// Friction of each joint; empty: none.
+    pub friction: Vec<JointFriction>,
+    /// Inertia of each rotor as its joint feels it, kg m²; empty: none. It adds to the diagonal of the mass matrix, as
+    /// `armature` does in MuJoCo: the gyroscopic torques of rotors are left out.
+    pub rotor_inertia_kg_m2: Vec<f64>,
+    /// Range of each joint, rad or m, in which stops without rebound hold it; empty: none.
+    pub stops: Vec<[f64; 2]>,
+    /// Default [`Integrator::SemiImplicit`].
+    pub integrator: Integrator,
+}
+
+/// A chain of rigid bodies in motion: positions and velocities under torques and a wrench at the tip.
+///
+/// As many joints as the chain has. Torques in N m (N for slides), the wrench in base axes about the tip. Joint friction is
+/// exact at rest: a joint that is held stays where it is to the last bit. Stops take all speed of a joint that meets them
+/// and give none back. Nothing but [`energy_j`](Self::energy_j) allocates after construction.
+///
+/// ```
+/// use hwall_kinematics::{Chain, ChainDynamics, Wrench};
+/// use hwall_sim::{ChainMotion, ChainMotionConfig, Integrator};
+///
+/// let config = ChainMotionConfig { integrator: Integrator::Rk4, ..Default::default() };
+/// let start = [0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0];
+/// let mut arm = ChainMotion::new(ChainDynamics::new(&Chain::iiwa7())?, &start, &[0.0; 7], config)?;
+/// let before_j = arm.energy_j()?;
+/// for _ in 0..5000 {
+///     arm.step(1e-4, &[0.0; 7], &Wrench::default())?;
+/// }
+/// assert!((arm.energy_j()? - before_j).abs() < 1e-6); // it fell for half a second
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct ChainMotion {
+    pub(super) dynamics: ChainDynamics,
+    pub(super) friction: Vec<JointFriction>,
+    pub(super) rotors: Vec<f64>,
+    stops: Vec<[f64; 2]>,
+    integrator: Integrator,
+    pub(super) q: Vec<f64>,
+    pub(super) qd: Vec<f64>,
+    /// Angular impulse of friction in the last step, N m s.
+    pub(super) friction_impulse: Vec<f64>,
+    pub(super) scratch: DynamicsScratch,
+    pub(super) matrix: Vec<f64>,
+    pub(super) driving: Vec<f64>,
+    pub(super) steps: Vec<Steps>,
+    pub(super) solver: StepSolver,
+    rk4: Rk4,
+}
+
+impl ChainMotion {
+    /// At a position and a velocity.
+    ///
+    /// # Errors
+    /// A wrong number of values anywhere, NaN or infinity, a setting outside its range, or a start beyond a stop.
+    pub fn new(
+        dynamics: ChainDynamics,
+        q: &[f64],
+        qd: &[f64],
+        config: ChainMotionConfig,
+    ) -> Result<Self, SimError> {
+        let n = dynamics.chain().joint_count();
+        let count = |what: &'static str, got: usize| match got == n {
+            true => Ok(()),
+            false => Err(KinematicsError::WrongJointCount {
+                what,
+                expected: n,
+                got,
+            }),
+        };
+        let ChainMotionConfig {
+            mut friction,
+            mut rotor_inertia_kg_m2,
+            mut stops,
+            integrator,
+        } = config;
+        if friction.is_empty() {
+            friction.resize(n, JointFriction::NONE);
+        }
+        if rotor_inertia_kg_m2.is_empty() {
+            rotor_inertia_kg_m2.resize(n, 0.0);
+        }
+        if stops.is_empty() {
+            stops.resize(n, [f64::NEG_INFINITY, f64::INFINITY]);
+        }
+        count("joint positions", q.len())?;
+        count("joint velocities", qd.len())?;
+        count("friction", friction.len())?;
+        count("rotor inertia", rotor_inertia_kg_m2.len())?;
+        count("stops", stops.len())?;
+        all_finite("joint positions", q)?;
+        all_finite("joint velocities", qd)?;
+        for friction in &friction {
+            friction.validate()?;
+        }
+        for &rotor in &rotor_inertia_kg_m2 {
+            non_negative("rotor inertia", rotor)?;
+        }
+        for (joint, (&[min_rad, max_rad], &value_rad)) in stops.iter().zip(q).enumerate() {
+            // Written so that NaN fails.
+            let inside = min_rad <= value_rad && value_rad <= max_rad;
+            if !inside {
+                return Err(SimError::JointLimit {
+                    joint,
+                    value_rad,
+                    min_rad,
+                    max_rad,
+                });
+            }
+        }
+        let scratch = dynamics.scratch();
+        Ok(Self {
+            scratch,
+            dynamics,
+            friction,
+            rotors: rotor_inertia_kg_m2,
+            stops,
+            integrator,
+            q: q.to_vec(),
+            qd: qd.to_vec(),
+            friction_impulse: vec![0.0; n],
+            matrix: vec![0.0; n * n],
+            driving: vec![0.0; n],
+            steps: vec![Steps::constant(0.0); n],
+            solver: StepSolver::new(n),
+            rk4: Rk4::new(n),
+        })
+    }
+
+    /// One step under constant torques and a constant wrench on the tip (base axes, about its origin).
+    ///
+    /// # Errors
+    /// A time step that is not above zero, NaN or infinity, or a motion that overflows; the state is then as before.
+    pub fn step(&mut self, dt_s: f64, torques: &[f64], wrench: &Wrench) -> Result<(), SimError> {
+        positive("dt_s", dt_s)?;
+        match self.integrator {
+            Integrator::SemiImplicit => self.semi_implicit(dt_s, torques, wrench),
+            Integrator::Rk4 => {
+                // Taken out, since it works on the rest.
+                let mut rk4 = std::mem::take(&mut self.rk4);
+                let done = rk4.step(self, dt_s, torques, wrench);
+                self.rk4 = rk4;
+                done
+            }
+        }
+    }
+
+    /// Joint positions, rad or m.
+    #[must_use]
+    pub fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Joint velocities, rad/s or m/s.
+    #[must_use]
+    pub fn qd(&self) -> &[f64] {
+        &self.qd
+    }
+
+    /// The rigid bodies.
+    #[must_use]
+    pub const fn dynamics(&self) -> &ChainDynamics {
+        &self.dynamics
+    }
+
+    /// Kinetic energy, that of the rotors included, and potential energy, zero for a mass at the base origin, J. Allocates.
+    ///
+    /// # Errors
+    /// A motion whose energy overflows.
+    pub fn energy_j(&self) -> Result<f64, SimError> {
+        let rotors: f64 = self
+            .rotors
+            .iter()
+            .zip(&self.qd)
+            .map(|(b, v)| 0.5 * b * v * v)
+            .sum();
+        Ok(self.dynamics.kinetic_energy_j(&self.q, &self.qd)?
+            + self.dynamics.potential_energy_j(&self.q)?
+            + rotors)
+    }
+
+    /// `M` with the rotors and what drives it, at a state, into `matrix` and `driving`.
+    pub(super) fn equations(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        torques: &[f64],
+        wrench: &Wrench,
+    ) -> Result<(), SimError> {
+        self.dynamics.equations_into(
+            q,
+            qd,
+            torques,
+            wrench,
+            &mut self.scratch,
+            &mut self.matrix,
+            &mut self.driving,
+        )?;
+        let n = q.len();
+        for (i, rotor) in self.rotors.iter().enumerate() {
+            self.matrix[i * n + i] += rotor;
+        }
+        Ok(())
+    }
+
+    /// How far a joint may move to either side, `[at most 0, at least 0]`.
+    pub(super) fn room(&self, joint: usize) -> [f64; 2] {
+        let [least, most] = self.stops[joint];
+        let q = self.q[joint];
+        [(least - q).min(0.0), (most - q).max(0.0)]
+    }
+
+    /// Removes the rounding by which a joint stands beyond its stop.
+    pub(super) fn within_stops(&self, joint: usize, q: f64) -> f64 {
+        let [least, most] = self.stops[joint];
+        q.clamp(least, most)
+    }
+
+    pub(super) fn semi_implicit(
+        &mut self,
+        dt_s: f64,
+        torques: &[f64],
+        wrench: &Wrench,
+    ) -> Result<(), SimError> {
+        let n = self.q.len();
+        let (q, qd) = (std::mem::take(&mut self.q), std::mem::take(&mut self.qd));
+        let evaluated = self.equations(&q, &qd, torques, wrench);
+        (self.q, self.qd) = (q, qd);
+        evaluated?;
+        for i in 0..n {
+            let row = &self.matrix[i * n..][..n];
+            let momentum: f64 = row.iter().zip(&self.qd).map(|(m, v)| m * v).sum();
+            self.driving[i] = momentum + dt_s * self.driving[i];
+            let friction = &self.friction[i];
+            let dry = dt_s * friction.dry_n_m(self.qd[i]);
+            let [least, most] = self.room(i).map(|room| room / dt_s);
+            self.steps[i] = Steps::friction_between(dry, least, most);
+        }
+        for (i, friction) in self.friction.iter().enumerate() {
+            self.matrix[i * n + i] += dt_s * friction.viscous_n_m_s_per_rad;
+        }
+        self.solver
+            .solve(&self.matrix, &self.driving, &self.steps, &self.qd)
+            .map_err(|joint| KinematicsError::SingularMass { joint })?;
+        all_finite("joint velocities", &self.solver.x)?;
+        for i in 0..n {
+            let v = self.solver.x[i];
+            let q = self.q[i] + dt_s * v;
+            all_finite("joint positions", &[q])?;
+        }
+        for i in 0..n {
+            let (friction, v) = (&self.friction[i], self.solver.x[i]);
+            let dry = dt_s * friction.dry_n_m(self.qd[i]);
+            // The rest of λ is the stop's.
+            self.friction_impulse[i] =
+                self.solver.lambda[i].clamp(-dry, dry) - dt_s * friction.viscous_n_m_s_per_rad * v;
+            self.q[i] = self.within_stops(i, self.q[i] + dt_s * v);
+            self.qd[i] = v;
+        }
+        Ok(())
+    }
+}
