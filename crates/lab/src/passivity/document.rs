@@ -5,7 +5,7 @@ use super::study::{FELT_J, LIMIT_CYCLE_M, NUMERICAL_J, Request, Results, Row};
 use super::z_width::{MASS_KG, Point};
 use crate::documents::Documents;
 use hwall_haptics::passivity::PassivityMethod;
-use hwall_testkit::{Machine, MarkdownTable};
+use hwall_testkit::{Machine, MarkdownTable, Timing, format_ns};
 use std::path::PathBuf;
 
 /// The name of the document.
@@ -103,19 +103,35 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     table
 }
 
+/// Median and tail of a cycle.
+#[must_use]
+pub fn cost_table(costs: &[(String, Timing)]) -> MarkdownTable {
+    let mut table = MarkdownTable::new(["cycle of", "median", "p99"]);
+    for (name, timing) in costs {
+        table.row([
+            name.clone(),
+            format_ns(timing.median_ns),
+            format_ns(timing.p99_ns),
+        ]);
+    }
+    table
+}
+
 /// All tables, as they are printed and written.
 #[must_use]
 pub fn text(request: &Request, results: &Results) -> String {
     format!(
         "## A million contacts\n\n{} contacts at random, each with every method and the same noise. Failed: more than \
          {NUMERICAL_J:.0e} J generated, or a swing above {} mm that goes on; felt: more than {} mJ.\n\n{}\n{}\n## Largest \
-         stiffness\n\nA device of {MASS_KG} kg.\n\n{}",
+         stiffness\n\nA device of {MASS_KG} kg.\n\n{}\n## Cost\n\nOf one cycle, 50 000 timed one by one; nothing \
+         is allocated.\n\n{}",
         request.contacts,
         1e3 * LIMIT_CYCLE_M,
         1e3 * FELT_J,
         verdicts(&results.rows),
         contact_table(&results.rows),
-        stiffness_table(&results.points)
+        stiffness_table(&results.points),
+        cost_table(&results.costs)
     )
 }
 

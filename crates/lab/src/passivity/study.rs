@@ -1,9 +1,11 @@
 //! The contacts, on all cores.
 
 use super::contact::Contact;
+use super::cost;
 use super::simulation::{self, Outcome};
 use super::z_width::{self, Point};
 use hwall_haptics::passivity::{Causality, PassivityMethod};
+use hwall_testkit::Timing;
 use rayon::prelude::*;
 
 /// What is asked for.
@@ -58,6 +60,8 @@ pub struct Results {
     pub points: Vec<Point>,
     /// One for each causality and method.
     pub rows: Vec<Row>,
+    /// What a cycle costs.
+    pub costs: Vec<(String, Timing)>,
 }
 
 /// Contacts between two reports of progress.
@@ -98,7 +102,12 @@ pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Results>
             rows.push(row(&kept, causality, method, place));
         }
     }
-    Ok(Results { points, rows })
+    let costs = cost::rows()?;
+    Ok(Results {
+        points,
+        rows,
+        costs,
+    })
 }
 
 fn failed(outcome: &Outcome) -> bool {
