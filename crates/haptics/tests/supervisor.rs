@@ -72,7 +72,11 @@ impl Bench {
         for point in &mut self.person {
             point.stamp_s = self.now_s;
             if self.trembles {
-                point.position_m.z += if self.ticks % 2 == 0 { 1e-5 } else { -1e-5 };
+                point.position_m.z += if self.ticks.is_multiple_of(2) {
+                    1e-5
+                } else {
+                    -1e-5
+                };
             }
         }
         let mut now_s = self.now_s;
@@ -480,7 +484,8 @@ fn commands_are_cut_to_the_limits_of_joints() {
 
 #[test]
 fn an_arm_beyond_its_limits_is_stopped_and_latched() {
-    let spoils: [(Channel, fn(&mut Bench)); 3] = [
+    type Spoil = fn(&mut Bench);
+    let spoils: [(Channel, Spoil); 3] = [
         (Channel::Position, |b| b.state.q[5] = 2.2),
         (Channel::Velocity, |b| b.state.qd[2] = 5.0),
         (Channel::Torque, |b| {

@@ -146,3 +146,32 @@ fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usiz
             .collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::passivity::document;
+
+    #[test]
+    fn the_default_never_fails_where_nothing_does() {
+        let request = Request {
+            contacts: 150,
+            seed: 3,
+        };
+        let results = run(&request, |_| {}).unwrap();
+        let of = |method| results.rows.iter().filter(move |row| row.method == method);
+        let failed = |method| of(method).map(|row| row.failed).sum::<usize>();
+        assert_eq!(failed(PassivityMethod::default()), 0);
+        assert!(failed(PassivityMethod::Off) > 10);
+        assert_eq!(
+            of(PassivityMethod::Off)
+                .map(|row| row.contacts)
+                .sum::<usize>(),
+            150
+        );
+        let text = document::text(&request, &results);
+        assert!(!text.contains("NaN") && !text.contains("| no "), "{text}");
+        // The same seed, the same rows.
+        assert_eq!(run(&request, |_| {}).unwrap().rows, results.rows);
+    }
+}
