@@ -68,7 +68,7 @@ impl EnergyTank {
 
     /// The largest `x` in `[0, wanted]` with `a x² + b x + reserved <= energy - debt`: the first two terms are the worst cost
     /// of an action of size `x` (`b < 0`: a small one is sure to bring something in), `reserved` is promised already (below
-    /// zero: sure to come in before), J.
+    /// zero: sure to come in before), J. In debt, only what is sure to bring something in.
     ///
     /// # Errors
     /// NaN, infinity, or a negative `wanted` or `a`.
@@ -84,18 +84,16 @@ impl EnergyTank {
         finite("b", b)?;
         finite("reserved_j", reserved_j)?;
         let free_j = self.energy_j - self.debt_j - reserved_j;
-        let square = b * b + 4.0 * a * free_j;
-        if square < 0.0 || (free_j < 0.0 && b >= 0.0) {
+        if b >= 0.0 && free_j < 0.0 {
             return Ok(0.0);
         }
-        // The larger root of a x² + b x = free, in the form without cancellation.
-        let root = square.sqrt();
+        // The larger root of a x² + b x = free, in the form without cancellation; where there is none, what brings in most.
+        let root = (b * b + 4.0 * a * free_j).max(0.0).sqrt();
         let most = if b > 0.0 {
             2.0 * free_j / (b + root)
         } else if a > 0.0 {
             (root - b) / (2.0 * a)
         } else {
-            // b x <= free with b <= 0, and free >= 0 or a size that is large enough.
             f64::INFINITY
         };
         Ok(wanted.min(most))

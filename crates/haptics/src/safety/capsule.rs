@@ -134,8 +134,8 @@ impl ArmCapsules {
         let mut points = [DVec3::ZERO; MOST];
         let mut count = 1;
         let mut push = |point: DVec3, points: &mut [DVec3; MOST]| {
-            // Written so that NaN is kept.
-            if count < MOST && !(point.distance(points[count - 1]) <= SAME_M) {
+            let apart_m = point.distance(points[count - 1]);
+            if count < MOST && (apart_m > SAME_M || apart_m.is_nan()) {
                 points[count] = point;
                 count += 1;
             }

@@ -139,8 +139,7 @@ impl Watch {
             }
         }
         self.last = Some(new);
-        // Written so that NaN, from a clock that is none, is stale too.
-        if !(age_s.abs() <= self.limits.max_age_s) {
+        if age_s.is_nan() || age_s.abs() > self.limits.max_age_s {
             return Err(WatchFault::Stale { age_s });
         }
         if let Some(fault) = fault {

@@ -1,11 +1,11 @@
 //! Exact steps of linear motion.
 
 /// `N × N`, rows.
-pub type Square<const N: usize> = [[f64; N]; N];
+pub(super) type Square<const N: usize> = [[f64; N]; N];
 
 /// `exp(A h)` by scaling and a Taylor series of order 12: with a norm of at most 1/4 the rest is below 1e-17.
 #[must_use]
-pub fn exponential<const N: usize>(a: &Square<N>, h: f64) -> Square<N> {
+pub(super) fn exponential<const N: usize>(a: &Square<N>, h: f64) -> Square<N> {
     let norm = a
         .iter()
         .map(|row| row.iter().map(|x| (x * h).abs()).sum::<f64>())
@@ -41,6 +41,26 @@ fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
 /// `A x`.
 #[must_use]
 #[inline]
-pub fn apply<const N: usize>(a: &Square<N>, x: &[f64; N]) -> [f64; N] {
+pub(super) fn apply<const N: usize>(a: &Square<N>, x: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| (0..N).map(|k| a[i][k] * x[k]).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_oscillator_turns() {
+        for h in [1e-6, 0.3, 40.0] {
+            let turned = exponential(&[[0.0, 1.0], [-1.0, 0.0]], h);
+            let (sin, cos) = f64::sin_cos(h);
+            let wanted = [[cos, sin], [-sin, cos]];
+            for (row, wanted) in turned.iter().zip(wanted) {
+                for (x, wanted) in row.iter().zip(wanted) {
+                    assert!((x - wanted).abs() < 1e-13 * (1.0 + h), "{h}: {x} {wanted}");
+                }
+            }
+        }
+        assert_eq!(apply(&[[1.0, 2.0], [3.0, 4.0]], &[1.0, -1.0]), [-1.0, -1.0]);
+    }
 }

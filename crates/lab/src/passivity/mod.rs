@@ -1,6 +1,7 @@
 //! Does the board give out more energy than a hand has put in? Largest stiffness, and a million contacts.
 
 pub mod contact;
+pub mod cost;
 pub mod document;
 pub mod figures;
 mod linear;

@@ -10,6 +10,10 @@ use hwall_testkit::Sampler;
 
 /// How long a contact is followed, s.
 pub const DURATION_S: f64 = 1.2;
+/// How long one that still swings is followed, s.
+pub const LONG_S: f64 = 6.0;
+/// Swings beyond this are, m.
+const LOOKED_AT_LONGER_M: f64 = 1e-3;
 /// Swings are looked at in the last part of it, s.
 const LAST_S: f64 = 0.4;
 /// A swing that shrinks to less than this share in that time dies out.
@@ -141,6 +145,19 @@ pub fn port_config(contact: &Contact, method: PassivityMethod) -> PortConfig {
 /// # Errors
 /// None for a contact that was drawn: the port takes only sound settings and finite numbers.
 pub fn run(contact: &Contact, method: PassivityMethod) -> Result<Outcome, HapticsError> {
+    let outcome = follow(contact, method, DURATION_S)?;
+    if outcome.swing_m > LOOKED_AT_LONGER_M {
+        // What swings may still live on what the hand put in; a limit cycle lasts.
+        return follow(contact, method, LONG_S);
+    }
+    Ok(outcome)
+}
+
+fn follow(
+    contact: &Contact,
+    method: PassivityMethod,
+    duration_s: f64,
+) -> Result<Outcome, HapticsError> {
     let mut port = PassivePort::new(port_config(contact, method))?;
     let sampling = contact.sampling;
     let period_s = sampling.period_s;
@@ -157,8 +174,11 @@ pub fn run(contact: &Contact, method: PassivityMethod) -> Result<Outcome, Haptic
     state[3] = contact.hand.speed_m_per_s;
     let mut commands = vec![0.0; whole + 2];
     let mut environment = Environment::default();
-    let mut ledger = Ledger::default();
-    let samples = (DURATION_S / period_s) as usize;
+    let mut ledger = Ledger {
+        last_part_s: duration_s - LAST_S,
+        ..Ledger::default()
+    };
+    let samples = (duration_s / period_s) as usize;
     for k in 0..samples {
         let t_s = k as f64 * period_s;
         let released = contact
@@ -335,6 +355,7 @@ impl Environment {
 /// What is noted down.
 #[derive(Debug, Default)]
 struct Ledger {
+    last_part_s: f64,
     generated_j: f64,
     most_j: f64,
     least_j: f64,
@@ -366,7 +387,7 @@ impl Ledger {
     fn look(&mut self, t_s: f64, state: &State, force_n: f64) {
         self.peak_n = self.peak_n.max(force_n);
         self.deepest_m = self.deepest_m.max(state[0]);
-        if t_s < DURATION_S - LAST_S {
+        if t_s < self.last_part_s {
             return;
         }
         let x = state[0];

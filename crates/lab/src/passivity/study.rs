@@ -1,9 +1,11 @@
 //! The contacts, on all cores.
 
 use super::contact::Contact;
+use super::cost;
 use super::simulation::{self, Outcome};
 use super::z_width::{self, Point};
 use hwall_haptics::passivity::{Causality, PassivityMethod};
+use hwall_testkit::Timing;
 use rayon::prelude::*;
 
 /// What is asked for.
@@ -58,6 +60,8 @@ pub struct Results {
     pub points: Vec<Point>,
     /// One for each causality and method.
     pub rows: Vec<Row>,
+    /// What a cycle costs.
+    pub costs: Vec<(String, Timing)>,
 }
 
 /// Contacts between two reports of progress.
@@ -98,7 +102,12 @@ pub fn run(request: &Request, progress: impl Fn(u64)) -> anyhow::Result<Results>
             rows.push(row(&kept, causality, method, place));
         }
     }
-    Ok(Results { points, rows })
+    let costs = cost::rows()?;
+    Ok(Results {
+        points,
+        rows,
+        costs,
+    })
 }
 
 fn failed(outcome: &Outcome) -> bool {
@@ -135,5 +144,34 @@ fn row(kept: &[Kept], causality: Causality, method: PassivityMethod, place: usiz
         generated_quantiles_j: shares
             .map(|share| (share, hwall_testkit::quantile(&generated, share)))
             .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::passivity::document;
+
+    #[test]
+    fn the_default_never_fails_where_nothing_does() {
+        let request = Request {
+            contacts: 150,
+            seed: 3,
+        };
+        let results = run(&request, |_| {}).unwrap();
+        let of = |method| results.rows.iter().filter(move |row| row.method == method);
+        let failed = |method| of(method).map(|row| row.failed).sum::<usize>();
+        assert_eq!(failed(PassivityMethod::default()), 0);
+        assert!(failed(PassivityMethod::Off) > 10);
+        assert_eq!(
+            of(PassivityMethod::Off)
+                .map(|row| row.contacts)
+                .sum::<usize>(),
+            150
+        );
+        let text = document::text(&request, &results);
+        assert!(!text.contains("NaN") && !text.contains("| no "), "{text}");
+        // The same seed, the same rows.
+        assert_eq!(run(&request, |_| {}).unwrap().rows, results.rows);
     }
 }

@@ -1,0 +1,48 @@
+//! The clock of the control loop.
+
+use super::state::{Channel, SafeReason};
+use super::supervisor_config::SupervisorConfig;
+
+/// Watches the time that is handed in, and adds up its sound steps.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Clock {
+    last_s: Option<f64>,
+    /// The newest step that was sound, s.
+    usual_s: Option<f64>,
+    repeated: usize,
+    /// Sum of the sound steps, s: states last by this, whatever the clock shows.
+    pub(super) elapsed_s: f64,
+}
+
+impl Clock {
+    /// The time since the last step, s.
+    pub(super) fn tick(
+        &mut self,
+        now_s: f64,
+        config: &SupervisorConfig,
+    ) -> Result<f64, SafeReason> {
+        let channel = Channel::Time;
+        // A clock that is none goes on as it did: a state that lasts must still end.
+        let fault_s = self.usual_s.unwrap_or(config.timing.max_step_s);
+        if !now_s.is_finite() {
+            self.elapsed_s += fault_s;
+            return Err(SafeReason::NonFinite(channel));
+        }
+        let dt_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
+        if dt_s < 0.0 || dt_s > config.largest_tick_s {
+            self.elapsed_s += fault_s;
+            return Err(SafeReason::Jump { channel, by: dt_s });
+        }
+        self.elapsed_s += dt_s;
+        if dt_s > 0.0 {
+            self.usual_s = Some(dt_s.min(config.timing.max_step_s));
+        }
+        self.repeated = if dt_s == 0.0 { self.repeated + 1 } else { 0 };
+        if self.repeated > config.repeated_times {
+            self.elapsed_s += fault_s;
+            let for_s = 0.0;
+            return Err(SafeReason::Frozen { channel, for_s });
+        }
+        Ok(dt_s)
+    }
+}

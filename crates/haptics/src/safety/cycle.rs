@@ -1,0 +1,47 @@
+//! What goes into the supervisor in a cycle, and what comes out.
+
+use super::person::PersonPoint;
+use super::state::{SafeRequest, SafeState};
+use crate::arm::{ArmCommand, ArmState};
+use glam::DVec3;
+use hwall_geometry::Wrench;
+use hwall_kinematics::{JointPositions, JointTorques};
+
+/// All that the supervisor looks at in a cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct SupervisorInput<'a> {
+    /// Now, s.
+    pub now_s: f64,
+    /// The arm's state.
+    pub state: &'a ArmState,
+    /// The person's points that are known, base frame. A part that was seen once must keep coming, until
+    /// [`Supervisor::forget`](super::Supervisor::forget).
+    pub person: &'a [PersonPoint],
+    /// Where the board shall be, base frame (m), and since when that is known (s); `None`: nowhere.
+    pub target: Option<(DVec3, f64)>,
+    /// Estimated wrench on the board about the middle of its face, base axes; `None` without torque sensors.
+    pub force: Option<Wrench>,
+    /// The command about to be sent.
+    pub command: ArmCommand,
+}
+
+/// What the supervisor says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SupervisorStep {
+    /// The command to send instead.
+    pub command: ArmCommand,
+    /// What is in force, and why.
+    pub state: SafeState,
+    /// What the renderer is asked to do next.
+    pub request: SafeRequest,
+    /// Is the fault latched? Then [`Supervisor::reset`](super::Supervisor::reset) is needed.
+    pub latched: bool,
+}
+
+/// What was sent last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Sent {
+    Nothing,
+    Position(JointPositions),
+    Torque(JointTorques),
+}

@@ -1,0 +1,151 @@
+//! From a fault to a safe state, and back.
+
+use super::state::SafeReason;
+use super::supervisor_config::TimingConfig;
+
+/// How a fault is answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Severity {
+    /// Hold, then withdraw.
+    Unsure,
+    /// Hold, then stop: a command that is bad, or an arm whose state is not known, cannot withdraw.
+    Blind,
+    /// Withdraw or give way at once, latched: a hand may be caught.
+    Pressed,
+    /// Hold, then stop, latched.
+    Broken,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fault {
+    pub(super) reason: SafeReason,
+    pub(super) severity: Severity,
+}
+
+/// What the fault machine is in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Trouble {
+    pub(super) fault: Fault,
+    pub(super) stage: Stage,
+    /// When the stage began, s of sound time.
+    since_s: f64,
+    /// Since when all inputs are sound.
+    sound_since_s: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stage {
+    Hold,
+    Retreat,
+    Compliant,
+    Stop,
+}
+
+/// What is wrong, and how far the answer has come.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct FaultMachine {
+    pub(super) trouble: Option<Trouble>,
+}
+
+impl FaultMachine {
+    /// Latches are released: the fault may now end as any other.
+    pub(super) fn reset(&mut self) {
+        if let Some(trouble) = &mut self.trouble {
+            trouble.fault.severity = Severity::Blind;
+        }
+    }
+
+    /// Stopped, latched.
+    pub(super) fn stop(&mut self, now_s: f64) {
+        self.trouble = Some(Trouble {
+            fault: Fault {
+                reason: SafeReason::Requested,
+                severity: Severity::Broken,
+            },
+            stage: Stage::Stop,
+            since_s: now_s,
+            sound_since_s: None,
+        });
+    }
+
+    /// One cycle: what was found wrong in it, if anything.
+    pub(super) fn advance(
+        &mut self,
+        found: Option<Fault>,
+        now_s: f64,
+        timing: &TimingConfig,
+        torque_level: bool,
+    ) {
+        let Some(fault) = found else {
+            let Some(trouble) = &mut self.trouble else {
+                return;
+            };
+            let since_s = *trouble.sound_since_s.get_or_insert(now_s);
+            let latched = trouble.fault.severity >= Severity::Pressed;
+            if !latched && now_s - since_s >= timing.recovery_s {
+                self.trouble = None;
+                return;
+            }
+            self.escalate(now_s, timing);
+            return;
+        };
+        let stage = match (fault.severity, torque_level) {
+            (Severity::Pressed, true) => Stage::Compliant,
+            (Severity::Pressed, false) => Stage::Retreat,
+            _ => Stage::Hold,
+        };
+        match &mut self.trouble {
+            Some(trouble) if fault.severity <= trouble.fault.severity => {
+                trouble.sound_since_s = None;
+                // The newest numbers of the same fault, and the newest fault of the same kind.
+                if fault.severity == trouble.fault.severity {
+                    trouble.fault = fault;
+                }
+            }
+            Some(trouble) if trouble.stage == Stage::Stop => {
+                trouble.fault = fault;
+                trouble.sound_since_s = None;
+            }
+            _ => {
+                self.trouble = Some(Trouble {
+                    fault,
+                    stage,
+                    since_s: now_s,
+                    sound_since_s: None,
+                });
+            }
+        }
+        // An arm that is not known cannot withdraw or float.
+        if let (Some(trouble), Severity::Blind | Severity::Broken) =
+            (&mut self.trouble, fault.severity)
+            && matches!(trouble.stage, Stage::Retreat | Stage::Compliant)
+        {
+            (trouble.stage, trouble.since_s) = (Stage::Hold, now_s);
+        }
+        self.escalate(now_s, timing);
+    }
+
+    /// From holding to withdrawing, from withdrawing to stopped.
+    fn escalate(&mut self, now_s: f64, timing: &TimingConfig) {
+        let Some(trouble) = &mut self.trouble else {
+            return;
+        };
+        let lasted_s = now_s - trouble.since_s;
+        let can_move = trouble.fault.severity == Severity::Unsure
+            || trouble.fault.severity == Severity::Pressed;
+        let next = match trouble.stage {
+            Stage::Hold if lasted_s > timing.hold_s && trouble.sound_since_s.is_none() => {
+                if can_move {
+                    Stage::Retreat
+                } else {
+                    Stage::Stop
+                }
+            }
+            Stage::Retreat if lasted_s > timing.retreat_s => Stage::Stop,
+            stage => stage,
+        };
+        if next != trouble.stage {
+            (trouble.stage, trouble.since_s) = (next, now_s);
+        }
+    }
+}

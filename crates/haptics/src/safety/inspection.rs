@@ -1,0 +1,311 @@
+//! Looks at every input of a cycle and names the worst that is wrong.
+
+use super::capsule::{ArmCapsules, CapsuleConfig};
+use super::contact_limits::ContactLimits;
+use super::cycle::{Sent, SupervisorInput};
+use super::fault::{Fault, Severity};
+use super::load::{BoardLoad, LoadLimits};
+use super::motion_guard::GuardLimits;
+use super::person::PersonPart;
+use super::state::{Channel, SafeReason};
+use super::supervisor_config::SupervisorConfig;
+use super::watchdog::{Watch, WatchFault};
+use crate::arm::{ArmCommand, ArmState};
+use crate::board::Board;
+use crate::error::HapticsError;
+use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
+use std::sync::Arc;
+
+#[derive(Debug, Clone)]
+struct Watches {
+    position: Watch,
+    velocity: Watch,
+    torque: Watch,
+    person: [Watch; 3],
+    target: Watch,
+    force: Watch,
+}
+
+/// Everything that is looked at, with what was seen last.
+#[derive(Debug, Clone)]
+pub(super) struct Inspection {
+    arm: Arc<dyn ArmKinematics>,
+    board: Board,
+    guard: GuardLimits,
+    contact: ContactLimits,
+    load: LoadLimits,
+    capsules: CapsuleConfig,
+    watches: Watches,
+    /// Since when the force is above what may last, s.
+    pressed_since_s: Option<f64>,
+    last_q: Option<JointPositions>,
+}
+
+impl Inspection {
+    /// `arm` carries the board's face.
+    pub(super) fn new(
+        arm: Arc<dyn ArmKinematics>,
+        board: Board,
+        guard: GuardLimits,
+        config: &SupervisorConfig,
+    ) -> Result<Self, HapticsError> {
+        let hand = Watch::new(config.hand)?;
+        Ok(Self {
+            arm,
+            board,
+            guard,
+            contact: config.contact,
+            load: config.load,
+            capsules: config.capsules,
+            watches: Watches {
+                position: Watch::new(config.position)?,
+                velocity: Watch::new(config.velocity)?,
+                torque: Watch::new(config.torque)?,
+                person: [hand, hand, Watch::new(config.head)?],
+                target: Watch::new(config.target)?,
+                force: Watch::new(config.force)?,
+            },
+            pressed_since_s: None,
+            last_q: None,
+        })
+    }
+
+    /// The part is not missed until it comes again.
+    pub(super) fn forget(&mut self, part: PersonPart) {
+        let [tip, palm, head] = &mut self.watches.person;
+        match part {
+            PersonPart::Fingertip => tip.forget(),
+            PersonPart::Palm => palm.forget(),
+            PersonPart::Head => head.forget(),
+        }
+    }
+
+    /// Keeps the angles to compare the next ones with.
+    pub(super) fn remember(&mut self, state: &ArmState) {
+        if state.q.0.iter().all(|v| v.is_finite()) {
+            self.last_q = Some(state.q);
+        }
+    }
+
+    /// All faults, the worst first.
+    pub(super) fn look(
+        &mut self,
+        input: &SupervisorInput<'_>,
+        sent: Sent,
+        elapsed_s: f64,
+    ) -> Option<Fault> {
+        let worse = |a: Option<Fault>, b: Option<Fault>| match (a, b) {
+            (Some(a), Some(b)) if b.severity > a.severity => Some(b),
+            (None, b) => b,
+            (a, _) => a,
+        };
+        let arm = self.look_at_arm(input, sent);
+        let command = self.look_at_command(input, sent);
+        let arm_is_known = arm.is_none();
+        let found = worse(arm, command);
+        let found = worse(found, self.look_at_person(input));
+        if !arm_is_known {
+            return found;
+        }
+        let force = self.look_at_force(input, elapsed_s);
+        worse(found, force)
+    }
+
+    fn look_at_arm(&mut self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {
+        let SupervisorInput { now_s, state, .. } = *input;
+        let blind = |reason| Fault {
+            reason,
+            severity: Severity::Blind,
+        };
+        let commanded_to_move = match (input.command, sent) {
+            (ArmCommand::Position(to), Sent::Position(from)) => to.max_abs_difference(&from) > 1e-5,
+            _ => false,
+        };
+        let turned = self.last_q.is_some_and(|last| last != state.q);
+        let moving = turned || state.qd.0.iter().any(|qd| qd.abs() > 0.01);
+        let q = &mut self.watches.position;
+        let should_move = commanded_to_move || moving;
+        if let Err(fault) = q.check(now_s, state.t_s, &state.q.0, should_move) {
+            // The velocity is watched all the same, so that both start from the same sample afterwards.
+            let _ = self
+                .watches
+                .velocity
+                .check(now_s, state.t_s, &state.qd.0, false);
+            return Some(blind(reason_of(fault, Channel::Position)));
+        }
+        let (ticked, shown) = (
+            state.qd.0.iter().any(|v| *v != 0.0),
+            self.moved_otherwise(state),
+        );
+        let qd = &mut self.watches.velocity;
+        if let Err(fault) = qd.check(now_s, state.t_s, &state.qd.0, ticked && shown) {
+            return Some(blind(reason_of(fault, Channel::Velocity)));
+        }
+        let torque = match state.external_torque {
+            Some(torque) => {
+                // Without noise an arm in free air feels exactly nothing, as long as it likes.
+                let something = torque.0.iter().any(|v| *v != 0.0);
+                let watch = &mut self.watches.torque;
+                watch.check(now_s, state.t_s, &torque.0, turned && something)
+            }
+            None => self.watches.torque.missing(now_s),
+        };
+        if let Err(fault) = torque {
+            return Some(Fault {
+                reason: reason_of(fault, Channel::Torque),
+                severity: Severity::Unsure,
+            });
+        }
+        let joints = self.arm.joint_count();
+        self.guard
+            .check_state(joints, state)
+            .err()
+            .map(|reason| Fault {
+                reason,
+                severity: Severity::Broken,
+            })
+    }
+
+    /// Do the angles change in another way than the velocities say?
+    fn moved_otherwise(&self, state: &ArmState) -> bool {
+        const APART_RAD_PER_S: f64 = 0.1;
+        let (Some(last), Some(before_s)) = (self.last_q, self.watches.velocity.last_stamp_s())
+        else {
+            return false;
+        };
+        let dt_s = state.t_s - before_s;
+        dt_s > 0.0
+            && (0..MOST_JOINTS)
+                .any(|i| ((state.q[i] - last[i]) / dt_s - state.qd[i]).abs() > APART_RAD_PER_S)
+    }
+
+    fn look_at_command(&self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {
+        let blind = |reason| {
+            Some(Fault {
+                reason,
+                severity: Severity::Blind,
+            })
+        };
+        let values = match &input.command {
+            ArmCommand::Position(q) => q.0,
+            ArmCommand::Torque(torque) => torque.0,
+            ArmCommand::Hold => return None,
+        };
+        if values.iter().any(|v| !v.is_finite()) {
+            return blind(SafeReason::NonFinite(Channel::Command));
+        }
+        let ArmCommand::Position(wanted) = input.command else {
+            return None;
+        };
+        let from = match sent {
+            Sent::Position(q) => q,
+            _ if input.state.q.0.iter().all(|v| v.is_finite()) => input.state.q,
+            _ => return None,
+        };
+        let by = wanted.max_abs_difference(&from);
+        if by > self.guard.leap_rad {
+            return blind(SafeReason::Jump {
+                channel: Channel::Command,
+                by,
+            });
+        }
+        let pose = self.arm.forward(&wanted);
+        if let Some(inside) = self.guard.workspace {
+            let now = self.arm.forward(&from);
+            // Back into the box is always allowed.
+            if !inside.contains(pose.position_m()) && inside.contains(now.position_m()) {
+                return blind(SafeReason::Workspace);
+            }
+        }
+        let clearance_m = self.capsules.clearance_m;
+        let least_m = |q| ArmCapsules::new(&*self.arm, q, &self.capsules).least_distance_m();
+        let distance_m = least_m(&wanted);
+        // Out of a collision is always allowed.
+        if distance_m < clearance_m && distance_m < least_m(&from) {
+            return blind(SafeReason::SelfCollision { distance_m });
+        }
+        None
+    }
+
+    fn look_at_person(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
+        let mut found = None;
+        let unsure = |reason| {
+            Some(Fault {
+                reason,
+                severity: Severity::Unsure,
+            })
+        };
+        for part in PersonPart::ALL {
+            let watch = &mut self.watches.person[part as usize];
+            let newest = input.person.iter().find(|point| point.part == part);
+            let checked = match newest {
+                Some(point) => {
+                    let position = point.position_m.to_array();
+                    watch.check(input.now_s, point.stamp_s, &position, true)
+                }
+                None => watch.missing(input.now_s),
+            };
+            if let (Err(fault), None) = (checked, found) {
+                found = unsure(reason_of(fault, part.channel()));
+            }
+        }
+        if let Some((point_m, stamp_s)) = input.target {
+            let watch = &mut self.watches.target;
+            let checked = watch.check(input.now_s, stamp_s, &point_m.to_array(), true);
+            if let (Err(fault), None) = (checked, found) {
+                found = unsure(reason_of(fault, Channel::Target));
+            }
+        }
+        found
+    }
+
+    fn look_at_force(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
+        let fault = |reason, severity| Some(Fault { reason, severity });
+        let Some(wrench) = input.force else {
+            return match self.watches.force.missing(input.now_s) {
+                Ok(()) => None,
+                Err(stale) => fault(reason_of(stale, Channel::Force), Severity::Unsure),
+            };
+        };
+        let watch = &mut self.watches.force;
+        let checked = watch.check(input.now_s, input.state.t_s, &wrench.to_array(), true);
+        let limits = &self.contact;
+        let force_n = wrench.force_n.length();
+        if let Err(bad @ WatchFault::NonFinite) = checked {
+            return fault(reason_of(bad, Channel::Force), Severity::Unsure);
+        }
+        if force_n > limits.implausible_n {
+            return fault(SafeReason::ImplausibleForce { force_n }, Severity::Broken);
+        }
+        let pressed = |limit_n| fault(SafeReason::Force { force_n, limit_n }, Severity::Pressed);
+        if force_n > limits.impact_force_n() {
+            return pressed(limits.impact_force_n());
+        }
+        if force_n > limits.lasting_force_n() {
+            let since_s = *self.pressed_since_s.get_or_insert(elapsed_s);
+            if elapsed_s - since_s > limits.transient_s {
+                return pressed(limits.lasting_force_n());
+            }
+        } else {
+            self.pressed_since_s = None;
+        }
+        if let Err(bad) = checked {
+            return fault(reason_of(bad, Channel::Force), Severity::Unsure);
+        }
+        let load = BoardLoad::new(&self.arm.forward(&input.state.q), &wrench);
+        if load.exceeds(&self.load, &self.board) {
+            let moment_n_m = load.moment_n_m;
+            return fault(SafeReason::BoardEdge { moment_n_m }, Severity::Unsure);
+        }
+        None
+    }
+}
+
+fn reason_of(fault: WatchFault, channel: Channel) -> SafeReason {
+    match fault {
+        WatchFault::NonFinite => SafeReason::NonFinite(channel),
+        WatchFault::Stale { age_s } => SafeReason::Stale { channel, age_s },
+        WatchFault::Jump { by } => SafeReason::Jump { channel, by },
+        WatchFault::Frozen { for_s } => SafeReason::Frozen { channel, for_s },
+    }
+}

@@ -1,0 +1,143 @@
+//! Settings of the supervisor.
+
+use super::capsule::CapsuleConfig;
+use super::contact_limits::ContactLimits;
+use super::load::LoadLimits;
+use super::motion_guard::GuardLimits;
+use super::person::PersonLimits;
+use super::watchdog::ChannelWatch;
+use crate::error::HapticsError;
+use hwall_numeric::check::{non_negative, positive};
+
+/// How long the states last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimingConfig {
+    /// A fault that lasts longer than this turns holding into retreating (or stopped), s; default 0.3.
+    pub hold_s: f64,
+    /// A fault that lasts longer than this turns retreating into stopped, s; default 1.5.
+    pub retreat_s: f64,
+    /// Inputs must have been sound for this long before commands go through again, s; default 0.25.
+    pub recovery_s: f64,
+    /// Way of a retreat, m; default 0.1.
+    pub retreat_m: f64,
+    /// Speed of a retreat, m/s; default 0.1.
+    pub retreat_m_per_s: f64,
+    /// Longest step of time by which a command may go on, s; default 0.05.
+    pub max_step_s: f64,
+}
+
+impl Default for TimingConfig {
+    fn default() -> Self {
+        Self {
+            hold_s: 0.3,
+            retreat_s: 1.5,
+            recovery_s: 0.25,
+            retreat_m: 0.1,
+            retreat_m_per_s: 0.1,
+            max_step_s: 0.05,
+        }
+    }
+}
+
+/// Settings of [`Supervisor`](super::Supervisor).
+#[derive(Debug, Clone, PartialEq)]
+pub struct SupervisorConfig {
+    /// What a hand may meet.
+    pub contact: ContactLimits,
+    /// How fast near the person.
+    pub person: PersonLimits,
+    /// Pushes near the edge.
+    pub load: LoadLimits,
+    /// What joints may do; `None`: [`GuardLimits::of_arm`].
+    pub guard: Option<GuardLimits>,
+    /// The arm's body.
+    pub capsules: CapsuleConfig,
+    /// Mass that a push on the board feels, kg; default 5, an assumption.
+    /// [`Supervisor::set_effective_mass_kg`](super::Supervisor::set_effective_mass_kg) follows the configuration.
+    pub effective_mass_kg: f64,
+    /// The arm's state: angles, rad.
+    pub position: ChannelWatch,
+    /// The arm's state: velocities, rad/s.
+    pub velocity: ChannelWatch,
+    /// The arm's state: external torques, N m.
+    pub torque: ChannelWatch,
+    /// Fingertip and palm, m.
+    pub hand: ChannelWatch,
+    /// Head, m.
+    pub head: ChannelWatch,
+    /// Target, m. May leap and stand still by default: it is the renderer's to go there smoothly.
+    pub target: ChannelWatch,
+    /// Estimated force, N.
+    pub force: ChannelWatch,
+    /// Steps of the clock that may repeat the same time; default 20.
+    pub repeated_times: usize,
+    /// Largest step of the clock, s; default 0.2.
+    pub largest_tick_s: f64,
+    /// How long the states last.
+    pub timing: TimingConfig,
+}
+
+impl Default for SupervisorConfig {
+    fn default() -> Self {
+        let watch = |max_age_s, jump, rate_per_s, frozen_s| ChannelWatch {
+            max_age_s,
+            jump,
+            rate_per_s,
+            frozen_s,
+        };
+        Self {
+            contact: ContactLimits::default(),
+            person: PersonLimits::default(),
+            load: LoadLimits::default(),
+            guard: None,
+            capsules: CapsuleConfig::default(),
+            effective_mass_kg: 5.0,
+            // The fastest joint of an iiwa turns at 3.1 rad/s.
+            position: watch(0.1, 0.02, 5.0, Some(0.1)),
+            velocity: watch(0.1, 1.0, 200.0, Some(0.2)),
+            torque: watch(0.1, 250.0, 2e4, Some(0.2)),
+            // A hand moves at up to 5 m/s or so; a tracker that recovers leaps.
+            hand: watch(0.25, 0.1, 8.0, Some(1.0)),
+            head: watch(0.25, 0.1, 4.0, Some(1.0)),
+            target: watch(0.25, f64::INFINITY, 0.0, None),
+            force: watch(0.1, 500.0, 1e5, None),
+            repeated_times: 20,
+            largest_tick_s: 0.2,
+            timing: TimingConfig::default(),
+        }
+    }
+}
+
+impl SupervisorConfig {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        self.contact.validate()?;
+        self.person.validate()?;
+        self.load.validate()?;
+        self.capsules.validate()?;
+        if let Some(guard) = &self.guard {
+            guard.validate()?;
+        }
+        positive("effective_mass_kg", self.effective_mass_kg)?;
+        positive("largest_tick_s", self.largest_tick_s)?;
+        let timing = &self.timing;
+        non_negative("hold_s", timing.hold_s)?;
+        non_negative("retreat_s", timing.retreat_s)?;
+        non_negative("recovery_s", timing.recovery_s)?;
+        non_negative("retreat_m", timing.retreat_m)?;
+        positive("retreat_m_per_s", timing.retreat_m_per_s)?;
+        positive("max_step_s", timing.max_step_s)?;
+        Ok(())
+    }
+
+    /// From the cycle in which a fault is seen the arm stands, floats or withdraws; no later than this after it the
+    /// supervisor is in its last state, stopped or compliant, if the fault lasts, s: `hold + retreat`, and one more hold if
+    /// the arm's state fails meanwhile.
+    #[must_use]
+    pub fn longest_to_last_state_s(&self) -> f64 {
+        2.0 * self.timing.hold_s + self.timing.retreat_s
+    }
+}

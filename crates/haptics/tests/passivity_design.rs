@@ -1,0 +1,103 @@
+//! Damping for a stiffness, and the mass that a push feels.
+
+use glam::DVec3;
+use hwall_haptics::passivity::{
+    DampingDesign, Sampling, effective_mass_kg, largest_stiffness_n_per_m,
+    required_damping_n_s_per_m,
+};
+use hwall_kinematics::{ArmKinematics, Chain, ChainArm, ChainDynamics, JointPositions};
+use hwall_testkit::Sampler;
+
+const SLOW: Sampling = Sampling {
+    period_s: 1e-3,
+    delay_s: 5e-3,
+};
+
+#[test]
+fn the_published_numbers_come_out() {
+    let at = |period_s, delay_s, stiffness| {
+        required_damping_n_s_per_m(stiffness, 0.0, &Sampling { period_s, delay_s }).unwrap()
+    };
+    // 22 ms and 200 N/m ask for 2.2 N s/m, 1 kHz for 0.1; 2000 N/m and 5 ms at 1 kHz for 11.
+    assert!((at(22e-3, 0.0, 200.0) - 2.2).abs() < 1e-12);
+    assert!((at(1e-3, 0.0, 200.0) - 0.1).abs() < 1e-12);
+    assert!((at(1e-3, 5e-3, 2000.0) - 11.0).abs() < 1e-12);
+    assert!((required_damping_n_s_per_m(0.0, -3.0, &SLOW).unwrap() - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn stiffness_and_damping_are_inverses() {
+    let mut sampler = Sampler::new(2);
+    for _ in 0..1000 {
+        let sampling = Sampling {
+            period_s: sampler.uniform(1e-4, 1e-2),
+            delay_s: sampler.uniform(0.0, 3e-2),
+        };
+        let (k, virtual_b) = (sampler.uniform(0.0, 1e4), sampler.uniform(-9.0, 9.0));
+        let b = required_damping_n_s_per_m(k, virtual_b, &sampling).unwrap();
+        let back = largest_stiffness_n_per_m(b, virtual_b, &sampling).unwrap();
+        assert!((back - k).abs() <= 1e-9 * k.max(1.0));
+    }
+    assert_eq!(largest_stiffness_n_per_m(1.0, 2.0, &SLOW).unwrap(), 0.0);
+}
+
+#[test]
+fn a_design_covers_both_needs() {
+    let design = DampingDesign::new(2000.0, 5.0, 0.7, &SLOW).unwrap();
+    assert!((design.passive_n_s_per_m - 11.0).abs() < 1e-12);
+    assert!((design.ratio_n_s_per_m - 140.0).abs() < 1e-12);
+    assert_eq!(design.total_n_s_per_m(), design.ratio_n_s_per_m);
+    let light = DampingDesign::new(2000.0, 0.001, 0.7, &SLOW).unwrap();
+    assert_eq!(light.total_n_s_per_m(), light.passive_n_s_per_m);
+    assert!(light.added_n_s_per_m(0.0) <= 0.5 * light.most_sampled_n_s_per_m);
+    assert_eq!(design.added_n_s_per_m(1e6), 0.0);
+    assert!(DampingDesign::new(0.0, 1.0, 0.7, &SLOW).is_err());
+    assert!(DampingDesign::new(1.0, f64::NAN, 0.7, &SLOW).is_err());
+}
+
+/// A unit force at rest, without gravity, accelerates the tool by one over the mass that it feels.
+#[test]
+fn the_mass_is_what_forward_dynamics_says() {
+    let chain = Chain::iiwa7();
+    let arm = ChainArm::new(chain.clone()).unwrap();
+    let dynamics = ChainDynamics::new(&chain)
+        .unwrap()
+        .with_gravity(DVec3::ZERO)
+        .unwrap();
+    let mut sampler = Sampler::new(3);
+    for _ in 0..200 {
+        let q: [f64; 7] = std::array::from_fn(|_| sampler.uniform(-1.9, 1.9));
+        let n = sampler.unit_vector();
+        let jacobian = arm.jacobian(&JointPositions(q));
+        let mass = dynamics.mass_matrix(&q).unwrap();
+        let found = effective_mass_kg(&jacobian, &mass, n * 3.0).unwrap();
+        let torques: [f64; 7] = jacobian.linear.map(|column| column.dot(n));
+        let qdd = dynamics.forward(&q, &[0.0; 7], &torques).unwrap();
+        let acceleration: f64 = torques.iter().zip(&qdd).map(|(a, b)| a * b).sum();
+        assert!((found * acceleration - 1.0).abs() < 1e-8, "{found}");
+    }
+}
+
+#[test]
+fn a_mass_without_motion_is_infinite_and_bad_matrices_are_named() {
+    let arm = ChainArm::new(Chain::iiwa7()).unwrap();
+    let jacobian = arm.jacobian(&JointPositions::default());
+    // The straight arm cannot be pushed along itself by its first joint alone.
+    let mass = effective_mass_kg(&jacobian, &[2.0], DVec3::Z).unwrap();
+    assert_eq!(mass, f64::INFINITY);
+    for bad in [
+        vec![1.0; 3],
+        vec![],
+        vec![-1.0],
+        vec![f64::NAN],
+        vec![0.0; 49],
+        vec![1.0; 64],
+    ] {
+        assert!(
+            effective_mass_kg(&jacobian, &bad, DVec3::X).is_err(),
+            "{bad:?}"
+        );
+    }
+    assert!(effective_mass_kg(&jacobian, &[1.0], DVec3::ZERO).is_err());
+    assert!(effective_mass_kg(&jacobian, &[1.0], DVec3::NAN).is_err());
+}
