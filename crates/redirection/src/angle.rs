@@ -11,5 +11,10 @@ pub fn wrapped_rad(angle_rad: f64) -> f64 {
         return angle_rad;
     }
     let turned = angle_rad - TAU * (angle_rad / TAU).round();
-    if turned <= -PI { PI } else { turned.min(PI) }
+    // By rounding; NaN stays what it is.
+    if turned <= -PI || turned > PI {
+        PI
+    } else {
+        turned
+    }
 }
