@@ -1,6 +1,6 @@
 //! Which touches of an environment far larger than the room can one fixed arm present?
 //!
-//! `cargo run --release --example large_environment -- --touches 300 --seed 1`
+//! `cargo run --release --example large_environment -- --touches 200 --seed 1`
 
 use anyhow::Context;
 use clap::Parser;
@@ -9,6 +9,7 @@ use hwall_lab::environment::document;
 use hwall_lab::environment::study::{self, Request};
 use hwall_redirection::SampledOrientations;
 use hwall_stage::exit;
+use hwall_stage::person::kinds::PersonKind;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,7 +21,7 @@ struct Args {
     #[command(flatten)]
     destination: Destination,
     /// Touches, the same for every kind of redirection
-    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     touches: u64,
     /// Seed of the gym and of the person
     #[arg(long, default_value_t = 1)]
@@ -28,6 +29,9 @@ struct Args {
     /// OBJ scene, z up, its lowest point on the floor [default: a gym of the seed]
     #[arg(long)]
     scene: Option<PathBuf>,
+    /// Kinds of people, by their pace
+    #[arg(long, value_enum, num_args = 1.., default_values = ["plain", "fast"])]
+    person: Vec<PersonKind>,
     /// iiwa7 or iiwa14
     #[arg(long, default_value = "iiwa7", value_parser = ["iiwa7", "iiwa14"])]
     arm: String,
@@ -52,6 +56,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         touches: args.touches as usize,
         seed: args.seed,
         scene: args.scene.clone(),
+        people: args.person.clone(),
         arm: args.arm.clone(),
         orientations,
     };

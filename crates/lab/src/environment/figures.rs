@@ -1,10 +1,11 @@
 //! Plan of the environment, and the touches as the arm meets them.
 
+use crate::environment::journey::Journey;
 use crate::environment::modes::Mode;
 use crate::environment::outcome::{Outcome, Touch};
-use crate::environment::study::Results;
+use crate::environment::study::{Results, Row};
+use anyhow::Context;
 use glam::{DVec2, DVec3};
-use hwall_scene::SurfaceId;
 use hwall_stage::report::figures::{COLOURS, TEXT, TITLE, plot_error};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -160,13 +161,14 @@ fn draw_line(
     Ok(())
 }
 
-/// The touches of the exact mode with shifts.
-fn shown(results: &Results) -> &[Touch] {
+/// The touches of the exact mode with shifts, of the last kind of people, and their journey.
+fn shown(results: &Results) -> anyhow::Result<(&Row, &Journey)> {
     let row = results
         .rows
         .iter()
-        .find(|row| row.shifted && row.mode == Mode::Exact);
-    row.map_or(&[], |row| &row.touches)
+        .rfind(|row| row.shifted && row.mode == Mode::Exact)
+        .context("nobody touched anything")?;
+    Ok((row, &results.ways[row.way]))
 }
 
 fn pair(p: DVec3) -> (f64, f64) {
@@ -178,9 +180,13 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
     let bounds = results.scene.bounds();
     let pad = DVec2::splat(0.4);
     let extent = [bounds.min_m.truncate() - pad, bounds.max_m.truncate() + pad];
-    let title = "The environment from above: exact orientations, shifted hands";
-    let (root, mut chart, mut legend) = chart(path, title, ["x, m", "y, m"], extent)?;
-    let [blue, _, _, pink, yellow, sky, grey] = COLOURS;
+    let (row, journey) = shown(results)?;
+    let title = format!(
+        "The environment from above: {} people, exact orientations",
+        row.person.name()
+    );
+    let (root, mut chart, mut legend) = chart(path, &title, ["x, m", "y, m"], extent)?;
+    let [_, _, _, pink, yellow, sky, grey] = COLOURS;
     // Walls: what of their triangles stands upright.
     let styles = [
         ("door", yellow.stroke_width(4)),
@@ -190,7 +196,6 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
     let mut seen = [false; 3];
     let facets = results.scene.vertical_facets();
     for facet in &facets {
-        let SurfaceId(_) = facet.surface;
         let name = &results.scene.surface(facet.surface).name;
         let kind = styles
             .iter()
@@ -205,7 +210,7 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
         }
     }
     let way = sky.mix(0.55).stroke_width(1);
-    for encounter in &results.way.encounters {
+    for encounter in &journey.encounters {
         let points = encounter
             .instants
             .iter()
@@ -214,9 +219,8 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
         let points = points.map(|a| (a.position_m.x, a.position_m.y)).collect();
         draw_line(&mut chart, points, way)?;
     }
-    let reach = blue.mix(0.35).stroke_width(1);
-    let touches = shown(results);
-    for (encounter, touch) in results.way.encounters.iter().zip(touches) {
+    let reach = BLACK.mix(0.55).stroke_width(2);
+    for (encounter, touch) in journey.encounters.iter().zip(&row.touches) {
         let stand = encounter.stand.position_m;
         draw_line(
             &mut chart,
@@ -234,25 +238,23 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
         }
     }
     legend.line(sky.stroke_width(2), "way of the avatar")?;
-    legend.line(
-        blue.mix(0.6).stroke_width(2),
-        "from where it stands to a touch",
-    )?;
+    legend.line(reach, "from where it stands to a touch")?;
     legend.text("Touches:", 0)?;
-    legend.marks(touches)?;
+    legend.marks(&row.touches)?;
     drop(chart);
     root.present().map_err(plot_error)
 }
 
 /// The touches in the base frame of the arm: where the walls of the environment come to stand.
 pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()> {
-    let extent = [DVec2::new(-0.25, -0.85), DVec2::new(1.45, 0.85)];
+    let extent = [DVec2::new(-0.2, -0.85), DVec2::new(1.55, 0.85)];
     let title = "The same touches as the arm meets them, from above";
     let axes = ["x, m (arm's base at 0)", "y, m"];
     let (root, mut chart, mut legend) = chart(path, title, axes, extent)?;
     let [_, _, _, _, yellow, _, grey] = COLOURS;
-    let touches = shown(results);
-    let board = grey.mix(0.3).stroke_width(1);
+    let (row, journey) = shown(results)?;
+    let touches = &row.touches;
+    let board = grey.mix(0.6).stroke_width(1);
     for touch in touches {
         let side = DVec3::Z.cross(touch.normal) * 0.06;
         let ends = vec![pair(touch.point_m - side), pair(touch.point_m + side)];
@@ -267,8 +269,8 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
         }
     }
     let stands = yellow.mix(0.25).filled();
-    for encounter in &results.way.encounters {
-        let at = results.way.person.at(encounter.stop_s).position_m;
+    for encounter in &journey.encounters {
+        let at = journey.person.at(encounter.stop_s).position_m;
         chart
             .draw_series([Circle::new((at.x, at.y), 3, stands)])
             .map_err(plot_error)?;
@@ -283,7 +285,7 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
     root.draw(&Circle::new((x, legend.y), 4, yellow.filled()))
         .map_err(plot_error)?;
     legend.text("where the person stands", 40)?;
-    legend.line(grey.mix(0.6).stroke_width(2), "direction of the wall there")?;
+    legend.line(grey.mix(0.8).stroke_width(2), "direction of the wall there")?;
     legend.text("Touches:", 0)?;
     legend.marks(touches)?;
     drop(chart);

@@ -93,9 +93,16 @@ struct Choice {
 
 /// So many touches from a random place on.
 ///
+/// People of other paces take the same way: only the times differ.
+///
 /// # Errors
 /// No vertical surface to touch, or no free way to one.
-pub(super) fn of_seed(scene: &Scene, touches: usize, seed: u64) -> anyhow::Result<Journey> {
+pub(super) fn of_seed(
+    scene: &Scene,
+    config: &PersonConfig,
+    touches: usize,
+    seed: u64,
+) -> anyhow::Result<Journey> {
     let floor_m = scene.bounds().min_m.z;
     let mut facets = scene.vertical_facets();
     facets.retain(|f| {
@@ -119,12 +126,16 @@ pub(super) fn of_seed(scene: &Scene, touches: usize, seed: u64) -> anyhow::Resul
         floor_m,
         sampler,
     };
-    planner.journey(person, touches)
+    planner.journey(person, touches, config)
 }
 
 impl Planner<'_> {
-    fn journey(&mut self, person: RealPerson, touches: usize) -> anyhow::Result<Journey> {
-        let config = PersonConfig::default();
+    fn journey(
+        &mut self,
+        person: RealPerson,
+        touches: usize,
+        config: &PersonConfig,
+    ) -> anyhow::Result<Journey> {
         let [fast_s, slow_s] = config.mean_reach_s;
         let mut at = self.first()?;
         let (mut t_s, mut length_m, mut mean_s) = (0.0, 0.0, 0.0);
@@ -150,7 +161,7 @@ impl Planner<'_> {
                     };
                 }
             }
-            let encounter = self.touch(choice, instants, release_s, mean_s, &config);
+            let encounter = self.touch(choice, instants, release_s, mean_s, config);
             t_s = encounter.leaves_s;
             encounters.push(encounter);
         }
@@ -328,7 +339,7 @@ mod tests {
     fn touches_are_on_walls_in_order_of_time_and_the_same_for_a_seed() {
         for seed in [1, 2] {
             let scene = gym::of_seed(seed).unwrap();
-            let journey = of_seed(&scene, 30, seed).unwrap();
+            let journey = of_seed(&scene, &PersonConfig::default(), 30, seed).unwrap();
             assert_eq!(journey.encounters.len(), 30);
             let mut last_s = 0.0;
             for e in &journey.encounters {
@@ -342,7 +353,7 @@ mod tests {
                 last_s = e.leaves_s;
                 assert!((0.45..0.75).contains(&e.stand.position_m.distance(e.point_m.truncate())));
             }
-            let again = of_seed(&scene, 30, seed).unwrap();
+            let again = of_seed(&scene, &PersonConfig::default(), 30, seed).unwrap();
             let points = |j: &Journey| j.encounters.iter().map(|e| e.point_m).collect::<Vec<_>>();
             assert_eq!(points(&again), points(&journey));
         }
@@ -352,7 +363,9 @@ mod tests {
     fn a_scene_without_a_way_is_an_error() {
         let floor = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
         let (scene, _) = Scene::from_obj_str(floor, None).unwrap();
-        let error = of_seed(&scene, 1, 1).unwrap_err().to_string();
+        let error = of_seed(&scene, &PersonConfig::default(), 1, 1)
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("no vertical surface"), "{error}");
     }
 }

@@ -11,4 +11,5 @@ mod presenter;
 mod speed;
 pub mod study;
 mod summary;
+mod touch_file;
 mod ways;

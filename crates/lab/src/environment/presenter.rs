@@ -12,7 +12,7 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::run::least_time::{LeastTime, Quickest};
 
 /// From a command to the arm's motion, s: the reaction measured with the dissertation's arm.
-pub(super) const REACTION_S: f64 = 0.022;
+const REACTION_S: f64 = 0.022;
 /// The base's axis stands at least this far behind a wall, m: about the radius of the base.
 const BEHIND_M: f64 = 0.15;
 /// Halvings of a shift that is larger than it need be.
@@ -59,6 +59,11 @@ struct Place {
     normal: DVec3,
 }
 
+/// Time for the arm's way to a touch, s; below zero where the touch is known too late for any way.
+pub(super) fn budget_s(encounter: &Encounter) -> f64 {
+    encounter.contact_s - known_s(encounter) - REACTION_S
+}
+
 impl Presenter<'_> {
     pub(super) fn course(&self) -> Course {
         Course {
@@ -75,7 +80,7 @@ impl Presenter<'_> {
         encounter: &Encounter,
     ) -> anyhow::Result<Touch> {
         let known_s = known_s(encounter);
-        let budget_s = encounter.contact_s - known_s - REACTION_S;
+        let budget_s = budget_s(encounter);
         let back_s = self.least.limits().travel_time_s(&course.q, &self.waiting);
         // On its way back it is nearer than where it was: this errs on the slow side.
         let from = if course.free_s + REACTION_S + back_s <= known_s {
