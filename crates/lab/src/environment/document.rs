@@ -236,7 +236,7 @@ const EXPLAINED: &str = "\
 - **The person** faces the arm within 26 degrees, takes small steps, and steers by a joystick at 1 to 2 m/s; walls are approached up to 50
   degrees obliquely, touched 0.9 to 1.5 m above the floor. The base stands 0.6 m above the floor. Reaches, gaze and rests are those of the
   people of the main job: *plain* ones reach in 0.6 to 1.2 s, *fast* ones in 0.35 to 0.6 s; all take the same way. The arm waits
-  where it is best for another person's touches in the same environment, behind a wall nearer than nine of ten of these. All of
+  where it is best for another person's touches in the same environment, behind a wall as far away as half of these; from nearer ones it would have to step back first, which is not modelled. All of
   this is drawn from the seed. The figures show the last kind of people, with exact orientations and shifted hands.
 
 Sources: [Steinicke 2010] Estimation of Detection Thresholds for Redirected Walking Techniques; [Zenner and Krüger 2019] Estimating

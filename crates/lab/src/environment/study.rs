@@ -75,8 +75,9 @@ pub struct Results {
 /// The people who tell where the arm waits have another seed than those who are judged.
 const REHEARSAL: u64 = 0x7265_6865_6172_7361;
 const REHEARSED: usize = 120;
-/// Share of their walls that are nearer to the arm than the wall behind which it waits.
-const NEAREST: f64 = 0.1;
+/// Share of their walls that are nearer to the arm than the wall behind which it waits: behind all of them there is hardly
+/// room for an arm.
+const NEAREST: f64 = 0.5;
 /// A waiting posture is not asked for less time than this, s.
 const LEAST_BUDGET_S: f64 = 0.1;
 
@@ -181,7 +182,7 @@ fn rehearsed(
         blocked_price_s: 0.0,
         ..WaitingConfig::default()
     };
-    // Nobody knows which wall comes next: the arm waits behind a wall across, nearer than nearly all that came.
+    // Nobody knows which wall comes next: the arm waits behind a wall across, as far as most that came.
     let distances = placed.iter().map(|p| p.normal.dot(p.point_m).max(0.0));
     let near_m = share_of(distances, NEAREST);
     let corner = |y_m: f64| DVec3::new(near_m, y_m, 0.0);
