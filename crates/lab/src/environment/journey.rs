@@ -2,7 +2,7 @@
 
 use crate::environment::participant::RealPerson;
 use crate::environment::ways::{Avatar, Stand, Way, is_free};
-use anyhow::{bail, ensure};
+use anyhow::{anyhow, bail, ensure};
 use glam::{DVec2, DVec3};
 use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_sim::{PersonConfig, minimum_jerk};
@@ -34,6 +34,8 @@ const TOUCHES_EACH: usize = 12;
 /// Draws for one touch before giving up, and those after which a way without a touch is taken.
 const MOST_DRAWS: usize = 4000;
 const DRAWS_BEFORE_VIA: usize = 60;
+/// Places to start from that are tried.
+const STARTS: usize = 20;
 /// Facets smaller than this are not aimed at, m² and m.
 const LEAST_FACET: [f64; 2] = [0.3, 0.4];
 
@@ -137,7 +139,7 @@ impl Planner<'_> {
         config: &PersonConfig,
     ) -> anyhow::Result<Journey> {
         let [fast_s, slow_s] = config.mean_reach_s;
-        let mut at = self.first()?;
+        let mut at = self.start()?;
         let (mut t_s, mut length_m, mut mean_s) = (0.0, 0.0, 0.0);
         let mut encounters = Vec::with_capacity(touches);
         for number in 0..touches {
@@ -217,6 +219,19 @@ impl Planner<'_> {
         }
     }
 
+    /// A place before a wall from which there is a way to another.
+    fn start(&mut self) -> anyhow::Result<Stand> {
+        let mut last = None;
+        for _ in 0..STARTS {
+            let stand = self.first()?;
+            match self.next(stand) {
+                Ok(_) => return Ok(stand),
+                Err(error) => last = Some(error),
+            }
+        }
+        Err(last.unwrap_or_else(|| anyhow!("nowhere to start")))
+    }
+
     fn first(&mut self) -> anyhow::Result<Stand> {
         for _ in 0..MOST_DRAWS {
             if let Some(choice) = self.choice()? {
@@ -238,11 +253,11 @@ impl Planner<'_> {
                     return Ok((ways, choice));
                 }
             }
-            if draw % DRAWS_BEFORE_VIA == 0 && ways.len() < 6 {
-                if let Some(way) = self.stroll(at)? {
-                    at = way.end_m();
-                    ways.push(way);
-                }
+            if draw % DRAWS_BEFORE_VIA == 0
+                && let Some(way) = self.stroll(at)?
+            {
+                at = way.end_m();
+                ways.push(way);
             }
         }
         bail!("no free way from ({:.2}, {:.2}) to a wall", at.x, at.y)
