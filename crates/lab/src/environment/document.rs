@@ -196,7 +196,10 @@ pub fn write(
     let folder = documents.figures(FIGURES)?;
     figures::plan(&folder.join("plan.svg"), results)?;
     figures::from_the_arm(&folder.join("arm.svg"), results)?;
-    touch_file::write(&folder.join("touches.csv"), results)?;
+    // Half a megabyte: not among the tracked documents.
+    if documents.readme().is_none() {
+        touch_file::write(&documents.folder().join("touches.csv"), results)?;
+    }
     let text = format!(
         "# Large environments\n\nHow much of an environment far larger than the room can one fixed arm present? Written by \
          `cargo run --release --example large_environment`; not edited by hand.\n\n{}\n\n{}\n{EXPLAINED}",
@@ -231,13 +234,14 @@ const EXPLAINED: &str = "\
   wrist at different ones.
 - **Hand shifted**: where the board would be late or out of reach, the smallest shift that brings it in time, within 4 degrees to
   each side, up and down, and gains of 0.88 to 1.07 ([Zenner and Krüger 2019] report about 4.5 degrees), seen from where the hand is
-  when the touch is known. That a longer real reach takes longer is not counted. *From late*, *from out of reach*: what these
-  touches were without.
+  when the touch is known. That a longer real reach takes longer is not counted. Counted is what these touches were
+  without a shift; a touch that is brought in time may leave the arm elsewhere for the next one.
 - **The person** faces the arm within 26 degrees, takes small steps, and steers by a joystick at 1 to 2 m/s; walls are approached up to 50
   degrees obliquely, touched 0.9 to 1.5 m above the floor. The base stands 0.6 m above the floor. Reaches, gaze and rests are those of the
   people of the main job: *plain* ones reach in 0.6 to 1.2 s, *fast* ones in 0.35 to 0.6 s; all take the same way. The arm waits
   where it is best for another person's touches in the same environment, behind a wall as far away as half of these; from nearer ones it would have to step back first, which is not modelled. All of
-  this is drawn from the seed. The figures show the last kind of people, with exact orientations and shifted hands.
+  this is drawn from the seed. The figures show the last kind of people, with exact orientations and shifted hands; the
+  plan the first 100 touches, the other one all.
 
 Sources: [Steinicke 2010] Estimation of Detection Thresholds for Redirected Walking Techniques; [Zenner and Krüger 2019] Estimating
 Detection Thresholds for Desktop-Scale Hand Redirection in Virtual Reality. REACH+ (Gonzalez et al. 2020) reports up to 25 % more

@@ -22,6 +22,8 @@ const LABELS_PX: u32 = 52;
 const LEGEND_PX: u32 = 330;
 const TITLE_PX: u32 = 40;
 const ROW_PX: i32 = 26;
+/// Touches in the plan: more hide what stands there.
+const MOST_SHOWN: usize = 100;
 
 /// What a touch is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,6 +173,14 @@ fn shown(results: &Results) -> anyhow::Result<(&Row, &Journey)> {
     Ok((row, &results.ways[row.way]))
 }
 
+fn shown_of(shown: usize, all: usize) -> String {
+    if shown < all {
+        format!("The first {shown} of {all} touches:")
+    } else {
+        format!("All {all} touches:")
+    }
+}
+
 fn pair(p: DVec3) -> (f64, f64) {
     (p.x, p.y)
 }
@@ -181,6 +191,7 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
     let pad = DVec2::splat(0.4);
     let extent = [bounds.min_m.truncate() - pad, bounds.max_m.truncate() + pad];
     let (row, journey) = shown(results)?;
+    let touches = &row.touches[..row.touches.len().min(MOST_SHOWN)];
     let title = format!(
         "The environment from above: {} people, exact orientations",
         row.person.name()
@@ -210,17 +221,17 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
         }
     }
     let way = sky.mix(0.55).stroke_width(1);
-    for encounter in &journey.encounters {
+    for (encounter, _) in journey.encounters.iter().zip(touches) {
         let points = encounter
             .instants
             .iter()
-            .step_by(4)
+            .step_by(8)
             .chain(encounter.instants.last());
         let points = points.map(|a| (a.position_m.x, a.position_m.y)).collect();
         draw_line(&mut chart, points, way)?;
     }
     let reach = BLACK.mix(0.55).stroke_width(2);
-    for (encounter, touch) in journey.encounters.iter().zip(&row.touches) {
+    for (encounter, touch) in journey.encounters.iter().zip(touches) {
         let stand = encounter.stand.position_m;
         draw_line(
             &mut chart,
@@ -239,8 +250,8 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
     }
     legend.line(sky.stroke_width(2), "way of the avatar")?;
     legend.line(reach, "from where it stands to a touch")?;
-    legend.text("Touches:", 0)?;
-    legend.marks(&row.touches)?;
+    legend.text(&shown_of(touches.len(), row.touches.len()), 0)?;
+    legend.marks(touches)?;
     drop(chart);
     root.present().map_err(plot_error)
 }
@@ -286,7 +297,7 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
         .map_err(plot_error)?;
     legend.text("where the person stands", 40)?;
     legend.line(grey.mix(0.8).stroke_width(2), "direction of the wall there")?;
-    legend.text("Touches:", 0)?;
+    legend.text(&shown_of(touches.len(), touches.len()), 0)?;
     legend.marks(touches)?;
     drop(chart);
     root.present().map_err(plot_error)

@@ -58,9 +58,9 @@ pub(super) fn costs(
     let on_way = time_batches(200, 1000, |i| {
         reach.virtual_hand(start.lerp(board, (i % 1000) as f64 * 1e-3))
     });
+    // Straight at the wall: on this shorter way all of the shift would be noticed.
     let beside = time_batches(200, 100, |i| {
-        let aside = DVec3::Y * (0.1 + (i % 100) as f64 * 1e-3);
-        reach.virtual_hand(start.lerp(board, 0.9) + aside)
+        reach.virtual_hand(start + DVec3::NEG_X * (0.3 + (i % 100) as f64 * 1e-4))
     });
     let instants: Vec<_> = journey
         .encounters
@@ -80,7 +80,7 @@ pub(super) fn costs(
             timing: on_way,
         },
         Cost {
-            what: "shift the hand, beside the way, limited",
+            what: "shift the hand, on a shorter way, limited",
             timing: beside,
         },
         Cost {

@@ -226,3 +226,50 @@ fn described(request: &Request, scene: &Scene, way: &Journey) -> String {
         request.arm
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::outcome::Outcome;
+
+    #[test]
+    fn outcomes_say_what_the_numbers_say_and_follow_from_the_seed() {
+        let request = Request {
+            touches: 10,
+            seed: 5,
+            scene: None,
+            people: vec![PersonKind::Fast],
+            arm: "iiwa7".to_owned(),
+            orientations: SampledOrientations::default(),
+        };
+        let results = run(&request).unwrap();
+        assert_eq!(results.rows.len(), 2 * Mode::ALL.len());
+        let thresholds = ReachThresholds::default();
+        for row in &results.rows {
+            assert_eq!(row.touches.len(), 10);
+            for touch in &row.touches {
+                match (touch.outcome, touch.travel_s) {
+                    (Outcome::InTime, Some(travel_s)) => assert!(travel_s <= touch.budget_s),
+                    (Outcome::Late, Some(travel_s)) => assert!(travel_s > touch.budget_s),
+                    (Outcome::OutOfReach(_), None) => {}
+                    other => panic!("{other:?}"),
+                }
+                if let Some(used) = touch.used {
+                    assert!(row.shifted && touch.outcome == Outcome::InTime);
+                    assert!(thresholds.check(&used.shift).is_ok() && used.offset_m > 0.0);
+                }
+                if let Some([with_s, without_s]) = touch.shortest_s {
+                    assert!(with_s > 0.0 && without_s > touch.budget_s);
+                }
+                assert!(row.mode != Mode::Exact || touch.residual_rad == 0.0);
+            }
+        }
+        // Somebody fast is late somewhere, and a shift is tried there.
+        let tried = results.rows.iter().flat_map(|row| &row.touches);
+        assert!(tried.filter(|t| t.shortest_s.is_some()).count() > 0);
+        let again = run(&request).unwrap();
+        for (a, b) in results.rows.iter().zip(&again.rows) {
+            assert_eq!(a.touches, b.touches);
+        }
+    }
+}
