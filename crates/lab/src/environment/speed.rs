@@ -12,7 +12,7 @@ use hwall_redirection::{
 use hwall_scene::Scene;
 use hwall_stage::input::arms::BoardArm;
 use hwall_stage::run::least_time::LeastTime;
-use hwall_testkit::{Timing, time_batches, time_each};
+use hwall_testkit::{Sampler, Timing, time_batches, time_each};
 
 /// One step and its time.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,9 +58,14 @@ pub(super) fn costs(
     let on_way = time_batches(200, 1000, |i| {
         reach.virtual_hand(start.lerp(board, (i % 1000) as f64 * 1e-3))
     });
-    // Straight at the wall: on this shorter way all of the shift would be noticed.
+    // Off the way, where all of the shift would be noticed.
+    let mut sampler = Sampler::new(1);
+    let drawn = (0..20_000)
+        .map(|_| start.lerp(board, sampler.uniform(0.3, 1.0)) + sampler.unit_vector() * 0.2);
+    let limited = |hand: &DVec3| reach.virtual_hand(*hand).is_ok_and(|shown| shown.limited);
+    let off_way: Vec<DVec3> = drawn.filter(limited).collect();
     let beside = time_batches(200, 100, |i| {
-        reach.virtual_hand(start + DVec3::NEG_X * (0.3 + (i % 100) as f64 * 1e-4))
+        reach.virtual_hand(*off_way.get(i % off_way.len().max(1)).unwrap_or(&board))
     });
     let instants: Vec<_> = journey
         .encounters
@@ -80,7 +85,7 @@ pub(super) fn costs(
             timing: on_way,
         },
         Cost {
-            what: "shift the hand, on a shorter way, limited",
+            what: "shift the hand, off its way, where less is shown",
             timing: beside,
         },
         Cost {
