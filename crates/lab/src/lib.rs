@@ -13,6 +13,7 @@ pub mod documents;
 pub mod bip;
 pub mod contact;
 pub mod demonstrations;
+pub mod environment;
 pub mod in_time;
 pub mod passivity;
 pub mod psychophysics;
