@@ -2,8 +2,8 @@
 
 mod error;
 mod fingertip;
-mod rehearsal;
 mod objects;
+mod rehearsal;
 pub mod session;
 #[cfg(feature = "texture")]
 pub mod texture;
