@@ -12,8 +12,9 @@ mod walls;
 pub use error::SessionError;
 pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
-    Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, Perception, PolicyConfig,
-    Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose, drive,
+    Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, MovingSurface, Perception,
+    PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
+    drive,
 };
 pub use walls::{LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
 

@@ -4,6 +4,7 @@ mod contact;
 mod hold;
 mod impedance;
 mod object_rendering;
+mod objects;
 mod path_follower;
 mod proximity;
 mod renderer;

@@ -23,9 +23,10 @@ pub struct RenderedObject {
 
 /// How the arm is told to go along with an object. The object itself is the same: a simulation that the measured force
 /// pushes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum ObjectCommand {
     /// Admittance: the motion of the object as joint positions, for any arm with a position interface.
+    #[default]
     Position,
     /// Impedance: a torque overlay that holds the face on the object with a Cartesian stiffness, for a compliant arm.
     Torque {
@@ -123,6 +124,12 @@ impl ObjectRendering {
     #[must_use]
     pub const fn q(&self) -> &JointPositions {
         self.follower.q()
+    }
+
+    /// How they move there, rad/s.
+    #[must_use]
+    pub const fn qd(&self) -> &JointVelocities {
+        &self.qd
     }
 
     /// One step under the measured wrench of the hand on the face (base axes, about its middle).

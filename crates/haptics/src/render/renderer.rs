@@ -2,12 +2,17 @@
 
 use super::contact::{ContactConfig, ContactDetector, ContactState};
 use super::hold::HoldReason;
+use super::object_rendering::{
+    ObjectCommand, ObjectRendering, ObjectRenderingConfig, RenderedObject,
+};
+use super::objects::Objects;
 use super::proximity::ProximityConfig;
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
 use crate::motion::{Barrier, Follower, FollowerConfig, Slide};
 use glam::DVec3;
+use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
@@ -117,6 +122,9 @@ pub struct RenderInput<'a> {
     pub posture: Option<&'a PostureTarget>,
     /// How the board moves within its plane while it is touched; `None`: it stands still.
     pub slide: Option<&'a Slide>,
+    /// Which of the moving objects the target lies on ([`Renderer::set_objects`]); while it is touched the board goes along with
+    /// it. `None`: what is touched stands still, or slides.
+    pub object: Option<usize>,
     /// Points of the person that are known, base frame, m: the board keeps clear of them and slows down near them.
     pub person_m: &'a [DVec3],
 }
@@ -169,6 +177,7 @@ pub struct Renderer {
     /// Filtered normal force, N.
     felt_n: f64,
     detector: ContactDetector,
+    objects: Option<Objects>,
     follower: Follower,
     /// Are command and arm apart, after a hold or at the start?
     detached: Detached,
@@ -223,6 +232,7 @@ impl Renderer {
             detector: ContactDetector::new(contact)?,
             follower: Follower::new(arm, follower, &JointPositions::default())?
                 .with_board(approach, *board),
+            objects: None,
             detached: Detached::Always,
             last_s: None,
         })
@@ -265,6 +275,28 @@ impl Renderer {
         self.follower.set_barriers(barriers);
     }
 
+    /// Moving objects of the scene, base frame, and how the arm goes along with a touched one. They move by themselves, too: a
+    /// door with a spring closes when it is let go.
+    ///
+    /// # Errors
+    /// Settings outside their range, dynamics of another arm.
+    pub fn set_objects(
+        &mut self,
+        command: ObjectCommand,
+        config: ObjectRenderingConfig,
+        objects: Vec<RenderedObject>,
+    ) -> Result<(), HapticsError> {
+        let rendering = ObjectRendering::new(Arc::clone(self.arm()), command, config)?;
+        self.objects = Some(Objects::new(rendering, objects));
+        Ok(())
+    }
+
+    /// The moving objects, as of the last step.
+    #[must_use]
+    pub fn objects(&self) -> &[RenderedObject] {
+        self.objects.as_ref().map_or(&[], Objects::all)
+    }
+
     /// The follower, which turns targets into joint motion.
     #[must_use]
     pub const fn follower(&self) -> &Follower {
@@ -289,10 +321,13 @@ impl Renderer {
         if let Err(reason) = self.attach(state) {
             return self.hand_over(reason, dt_s);
         }
-        let normal_force_n = match self.normal_force_n(state) {
-            Ok(force) => force.map(|force_n| self.filtered(force_n, dt_s)),
+        let wrench = match self.wrench(state) {
+            Ok(wrench) => wrench,
             Err(reason) => return self.hand_over(reason, dt_s),
         };
+        let outward = self.arm().forward(&state.q).rotation().z_axis;
+        let normal_force_n =
+            wrench.map(|wrench| self.filtered(-wrench.normal_force_n(outward), dt_s));
         let contact = match normal_force_n {
             Some(force_n) => self
                 .detector
@@ -325,7 +360,10 @@ impl Renderer {
                 self.follower.commanded()
             }),
         };
-        let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
+        let mut command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
+        if let Some(with_object) = self.along_with_object(phase, input, state, wrench, dt_s) {
+            (command, unreachable, sliding) = (with_object.0, with_object.1, false);
+        }
         RenderStep {
             command,
             phase,
@@ -389,8 +427,43 @@ impl Renderer {
         Ok(())
     }
 
-    /// Force against the outward normal of the board at its measured place, N.
-    fn normal_force_n(&self, state: &ArmState) -> Result<Option<f64>, HoldReason> {
+    /// The command that goes along with a touched object; `None` without one.
+    fn along_with_object(
+        &mut self,
+        phase: Phase,
+        input: &RenderInput<'_>,
+        state: &ArmState,
+        wrench: Option<Wrench>,
+        dt_s: f64,
+    ) -> Option<(ArmCommand, Option<Unreachable>)> {
+        let objects = self.objects.as_mut()?;
+        let touched = input
+            .object
+            .filter(|_| matches!(phase, Phase::Contact { .. }));
+        let rendered = match (touched, wrench) {
+            (Some(index), Some(wrench)) if dt_s > 0.0 => {
+                let q = self.follower.commanded();
+                objects.render(index, &q, state, &wrench, dt_s)
+            }
+            _ => None,
+        };
+        objects.go_on(dt_s);
+        match rendered {
+            Some(Ok(step)) => Some((step.command, step.unreachable)),
+            Some(Err(_)) => Some((ArmCommand::Hold, None)),
+            None if touched.is_some() && objects.is_touched() => Some((ArmCommand::Hold, None)),
+            None => {
+                // The motion goes on from where the object has carried the board.
+                if let Some((q, qd)) = objects.release() {
+                    let _ = self.follower.restart(&q, &qd);
+                }
+                None
+            }
+        }
+    }
+
+    /// Force and moment of the outside on the face at its measured place, base axes, about its middle.
+    fn wrench(&self, state: &ArmState) -> Result<Option<Wrench>, HoldReason> {
         let Some(torque) = state.external_torque else {
             return Ok(None);
         };
@@ -400,24 +473,17 @@ impl Renderer {
             ..
         } = self.force;
         let outward = self.arm().forward(&state.q).rotation().z_axis;
-        let force_n = self
-            .arm()
-            .wrench_from_torques(
-                &state.q,
-                &torque,
-                &WrenchConfig {
-                    damping_m,
-                    moment_length_m,
-                },
-            )
-            .map_or(f64::NAN, |estimate| {
-                -estimate.wrench.normal_force_n(outward)
-            });
+        let config = WrenchConfig {
+            damping_m,
+            moment_length_m,
+        };
+        let found = self.arm().wrench_from_torques(&state.q, &torque, &config);
+        let wrench = found.map(|estimate| estimate.wrench).ok();
+        let force_n = wrench.map_or(f64::NAN, |wrench| -wrench.normal_force_n(outward));
         // NaN, from torques too large to square, fails the comparison.
-        if force_n.abs() <= MAX_FORCE_N {
-            Ok(Some(force_n))
-        } else {
-            Err(HoldReason::ImplausibleForce { force_n })
+        match wrench {
+            Some(wrench) if force_n.abs() <= MAX_FORCE_N => Ok(Some(wrench)),
+            _ => Err(HoldReason::ImplausibleForce { force_n }),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::policy::PolicyConfig;
 use hwall_hand::{GazeFilterConfig, HandFilterConfig};
-use hwall_haptics::{PlaceTolerance, RendererConfig};
+use hwall_haptics::{ObjectCommand, PlaceTolerance, RendererConfig};
 
 /// Settings of a [`Session`](crate::Session).
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,10 @@ pub struct SessionConfig {
     pub in_place: PlaceTolerance,
     /// Does the board present the roughness of surfaces? Default yes; needs the feature `texture`.
     pub texture: bool,
+    /// Do doors, panels, drawers and buttons yield under the hand? Default yes; otherwise they stand still as walls do.
+    pub objects: bool,
+    /// How the arm goes along with them; default by positions, which any arm understands.
+    pub object_command: ObjectCommand,
 }
 
 impl Default for SessionConfig {
@@ -33,6 +37,8 @@ impl Default for SessionConfig {
             arm_minus_tracker_s: 0.0,
             in_place: PlaceTolerance::default(),
             texture: true,
+            objects: true,
+            object_command: ObjectCommand::default(),
         }
     }
 }

@@ -11,6 +11,7 @@ use hwall_haptics::{
     PostureTarget, RenderInput, RenderStep, Renderer, Slide,
 };
 use hwall_kinematics::{ArmKinematics, JointPositions};
+use hwall_scene::SurfaceId;
 use std::sync::Arc;
 
 /// Answers every state of the arm with a command, at the rate of the control loop: nothing is allocated, no lock is taken, no
@@ -30,6 +31,10 @@ pub struct Control {
     pub(super) receiver: Receiver,
     pub(super) guidance: Guidance,
     pub(super) events: EventQueue,
+    /// The surfaces of the moving objects, in the order in which the renderer has them.
+    pub(super) objects: Vec<SurfaceId>,
+    /// Which of them the touch under way began on.
+    pub(super) touched_object: Option<usize>,
     pub(super) state: SessionState,
     pub(super) step: Option<RenderStep>,
     /// The touch under way; a hold for want of a good state or clock does not end it.
@@ -54,6 +59,21 @@ pub(super) struct Contact {
     moves_before: u64,
     /// Once moved it stays so: what is touched is no longer where it is shown.
     world_moved: bool,
+}
+
+/// A door, panel, drawer or button at an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingSurface {
+    /// The surface.
+    pub surface: SurfaceId,
+    /// Its opening, rad or m.
+    pub position: f64,
+    /// Velocity of the same, rad/s or m/s.
+    pub velocity: f64,
+    /// Kinetic energy and that of springs and latches, J.
+    pub energy_j: f64,
+    /// Is it under the hand?
+    pub touched: bool,
 }
 
 /// What the board is doing.
@@ -128,12 +148,40 @@ impl Control {
                 target: target.as_ref(),
                 posture: posture.as_ref(),
                 slide: slide.as_ref(),
+                object: self.object(),
                 person_m: &person_m[..points],
             },
         );
         self.report(now_s, state, &step);
         self.step = Some(step);
         step.command
+    }
+
+    /// The moving object that is touched, or would be.
+    fn object(&self) -> Option<usize> {
+        match self.contact {
+            Some(contact) if contact.world_moved => None,
+            Some(_) => self.touched_object,
+            // Paths are those of a world that stands where it stood.
+            None if self.guidance.world_moves > 0 => None,
+            None => {
+                let surface = self.guidance.surface?;
+                self.objects.iter().position(|object| *object == surface)
+            }
+        }
+    }
+
+    /// The moving surfaces, as of the last step.
+    pub fn moving(&self) -> impl Iterator<Item = MovingSurface> + '_ {
+        let all = self.objects.iter().zip(self.renderer.objects());
+        all.enumerate()
+            .map(|(index, (surface, rendered))| MovingSurface {
+                surface: *surface,
+                position: rendered.object.position(),
+                velocity: rendered.object.velocity(),
+                energy_j: rendered.object.energy_j(),
+                touched: self.contact.is_some() && self.touched_object == Some(index),
+            })
     }
 
     /// The waiting posture, or one on the way from there to where a touch may come, if the board is then behind the surfaces.
@@ -262,6 +310,9 @@ impl Control {
     fn report(&mut self, now_s: f64, state: &ArmState, step: &RenderStep) {
         let (before, contact_before) = (self.state, self.contact);
         let is_first = self.step.is_none();
+        if contact_before.is_none() {
+            self.touched_object = self.object();
+        }
         self.contact = self.contact_now();
         let world_moved = self.contact.is_some_and(|contact| contact.world_moved);
         let after = match step.phase {

@@ -13,7 +13,7 @@ mod target_control;
 mod world;
 
 pub use config::SessionConfig;
-pub use control::{Control, SessionState};
+pub use control::{Control, MovingSurface, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
 pub use perception::Perception;
@@ -22,6 +22,7 @@ pub use target_control::TargetControl;
 pub use world::WorldPose;
 
 use crate::error::SessionError;
+use crate::objects::objects_of;
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, Presenter, TextureLevels};
 use crate::walls::{Walls, barriers_of};
@@ -29,9 +30,12 @@ use event::EventQueue;
 use handover::handover;
 use hwall_contact::{ContactPrediction, Predictor};
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
-use hwall_haptics::{Arm, ArmCommand, ArmState, Board, Renderer};
+use hwall_haptics::{
+    Arm, ArmCommand, ArmState, Board, MovingObject, ObjectCommand, ObjectRenderingConfig,
+    RenderedObject, Renderer,
+};
 use hwall_kinematics::ArmKinematics;
-use hwall_scene::Scene;
+use hwall_scene::{Scene, SurfaceId};
 use perception::Newest;
 use policy::Policy;
 #[cfg(feature = "texture")]
@@ -49,6 +53,8 @@ use world::World;
 pub struct Session<P> {
     perception: Perception<P>,
     control: Control,
+    /// The openings that the barriers are of, by surface.
+    barriers_at: Vec<f64>,
 }
 
 impl<P: Predictor> Session<P> {
@@ -72,6 +78,11 @@ impl<P: Predictor> Session<P> {
         let walls = walls.into();
         walls.validate(&**renderer.arm())?;
         renderer.set_barriers(&barriers_of(&scene)?);
+        let objects = if config.objects {
+            touchable_objects(&scene, &mut renderer, config.object_command)?
+        } else {
+            Vec::new()
+        };
         let (sender, receiver) = handover();
         #[cfg(feature = "texture")]
         let levels = match config.texture {
@@ -112,6 +123,8 @@ impl<P: Predictor> Session<P> {
             #[cfg(feature = "texture")]
             texture,
             receiver,
+            objects,
+            touched_object: None,
             guidance: guidance::Guidance::default(),
             events: EventQueue::new(),
             state: SessionState::Holding(hwall_haptics::HoldReason::NoTarget),
@@ -125,15 +138,42 @@ impl<P: Predictor> Session<P> {
             unreachable: None,
         };
         Ok(Self {
+            barriers_at: vec![0.0; perception.scene.surfaces().len()],
             perception,
             control,
         })
     }
 }
 
+/// Doors that opened by more than this since, rad or m, are barriers elsewhere.
+const BARRIER_STEP: f64 = 0.01;
+
+/// The moving surfaces of a scene, given to the renderer.
+fn touchable_objects(
+    scene: &Scene,
+    renderer: &mut Renderer,
+    command: ObjectCommand,
+) -> Result<Vec<SurfaceId>, SessionError> {
+    let mut surfaces = Vec::new();
+    let mut rendered = Vec::new();
+    for found in objects_of(scene)? {
+        let mut object = MovingObject::new(found.config)?;
+        object.set_state(scene.opening(found.surface).unwrap_or(0.0), 0.0)?;
+        // The scene shows it where it stands; its path begins at opening zero.
+        rendered.push(RenderedObject {
+            object,
+            path: found.path,
+        });
+        surfaces.push(found.surface);
+    }
+    renderer.set_objects(command, ObjectRenderingConfig::default(), rendered)?;
+    Ok(surfaces)
+}
+
 impl<P: Predictor> Session<P> {
     /// Takes one frame of the tracker, see [`Perception::frame`].
     pub fn frame(&mut self, frame: &HandFrame) {
+        self.keep_barriers();
         self.perception.frame(frame);
     }
 
@@ -147,7 +187,35 @@ impl<P: Predictor> Session<P> {
 
     /// The command for the coming cycle, see [`Control::step`].
     pub fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        self.control.step(now_s, state)
+        let command = self.control.step(now_s, state);
+        // What the hand has opened is open for the predictor, too.
+        for moved in self.control.moving() {
+            let scene = &mut self.perception.scene;
+            if scene.opening(moved.surface) != Some(moved.position) {
+                // The object keeps to the range of its surface.
+                let _ = scene.set_opening(moved.surface, moved.position);
+            }
+        }
+        command
+    }
+
+    /// The board stays behind doors where they are now.
+    fn keep_barriers(&mut self) {
+        let moved = self.control.moving().any(|moving| {
+            let known = self.barriers_at.get(moving.surface.0).copied();
+            known.is_some_and(|at| (at - moving.position).abs() > BARRIER_STEP)
+        });
+        if !moved {
+            return;
+        }
+        if let Ok(barriers) = barriers_of(&self.perception.scene) {
+            self.control.renderer.set_barriers(&barriers);
+        }
+        for moving in self.control.moving() {
+            if let Some(at) = self.barriers_at.get_mut(moving.surface.0) {
+                *at = moving.position;
+            }
+        }
     }
 
     /// Runs the loop for an arm until the surroundings end it, see [`drive`].

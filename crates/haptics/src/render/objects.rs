@@ -1,0 +1,68 @@
+//! The moving objects of a scene: one may be under the hand, the others go on by themselves.
+
+use super::object_rendering::{ObjectRendering, ObjectStep, RenderedObject};
+use crate::arm::ArmState;
+use crate::error::HapticsError;
+use hwall_geometry::Wrench;
+use hwall_kinematics::{JointPositions, JointVelocities};
+
+/// All moving objects, and the one that is touched.
+#[derive(Debug, Clone)]
+pub(super) struct Objects {
+    rendering: ObjectRendering,
+    all: Vec<RenderedObject>,
+    touched: Option<usize>,
+}
+
+impl Objects {
+    pub(super) const fn new(rendering: ObjectRendering, all: Vec<RenderedObject>) -> Self {
+        Self {
+            rendering,
+            all,
+            touched: None,
+        }
+    }
+
+    pub(super) fn all(&self) -> &[RenderedObject] {
+        &self.all
+    }
+
+    pub(super) const fn is_touched(&self) -> bool {
+        self.touched.is_some()
+    }
+
+    /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.
+    pub(super) fn release(&mut self) -> Option<(JointPositions, JointVelocities)> {
+        self.touched.take()?;
+        Some((*self.rendering.q(), *self.rendering.qd()))
+    }
+
+    /// Time passes for what is not touched.
+    pub(super) fn go_on(&mut self, dt_s: f64) {
+        for (index, rendered) in self.all.iter_mut().enumerate() {
+            if self.touched != Some(index) {
+                // A motion beyond what numbers can hold stands still.
+                let _ = rendered.object.step(0.0, dt_s);
+            }
+        }
+    }
+
+    /// One step with the object under the hand; `None` for an index that is none. `q` holds the face on it when the touch begins.
+    pub(super) fn render(
+        &mut self,
+        index: usize,
+        q: &JointPositions,
+        state: &ArmState,
+        wrench: &Wrench,
+        dt_s: f64,
+    ) -> Option<Result<ObjectStep, HapticsError>> {
+        let rendered = self.all.get_mut(index)?;
+        if self.touched != Some(index) {
+            if let Err(error) = self.rendering.begin(rendered, q) {
+                return Some(Err(error));
+            }
+            self.touched = Some(index);
+        }
+        Some(self.rendering.step(rendered, state, wrench, dt_s))
+    }
+}
