@@ -12,6 +12,7 @@ use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
 use hwall_stage::report::{json, plan_figure, run_figures, tables};
 use hwall_stage::run::people::{self, Stage};
+use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::{Setting, SettingOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
@@ -53,6 +54,9 @@ struct Args {
     /// iiwa7, iiwa14, or PATH.urdf of an arm with at most seven joints
     #[arg(long, default_value = "iiwa7")]
     arm: String,
+    /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
+    #[arg(long, value_enum, default_value_t)]
+    arm_level: ArmLevel,
     /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
     #[arg(long, value_enum)]
     predictor: Option<PredictorKind>,
@@ -149,6 +153,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         walls: &walls,
         predictors: &predictors,
         textured: !args.plain,
+        level: args.arm_level,
         period_s: 1e-3 * args.period_ms,
     };
     let runs = people::run(&stage, &setting.participants, |share| {
@@ -161,14 +166,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
         tables::table(&runs, &walls.maps, mapping),
         tables::regrets(&runs),
         tables::who_was_right(&runs),
-        tables::textures(&first.run)
+        tables::textures(&first.run) + &tables::pushes(&first.run)
     );
     writeln!(io::stdout(), "{table}")?;
 
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     let (trace, span_s) = (&first.run.trace, setting.participants[0].hand.span_s());
     plan_figure::plan(&args.out.join("plan.svg"), scene, &walls.maps, trace)?;
-    run_figures::over_time(&args.out.join("time.svg"), trace, span_s)?;
+    run_figures::over_time(&args.out.join("time.svg"), trace, &first.run.forces, span_s)?;
     tables::touches_csv(&args.out.join("touches.csv"), &runs)?;
     if let Some(path) = &args.json {
         json::write(path, &runs)?;

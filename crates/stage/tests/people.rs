@@ -7,6 +7,7 @@ use hwall_stage::person::participants::{self, Participant};
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::report::{json, summary::Summary, tables};
 use hwall_stage::run::people::{self, PersonRun, Stage};
+use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
 use serde_json::Value;
 
@@ -31,6 +32,7 @@ fn who_else_takes_part_changes_nothing_and_the_json_is_as_agreed() {
         walls: &walls,
         predictors: &predictors,
         textured: true,
+        level: ArmLevel::Servo,
         period_s: 4e-3,
     };
     assert_eq!(counts(&both), [12, 3]);

@@ -172,7 +172,7 @@ impl Control {
     }
 
     /// The moving surfaces, as of the last step.
-    pub fn moving(&self) -> impl Iterator<Item = MovingSurface> + '_ {
+    pub fn moving(&self) -> impl Iterator<Item = MovingSurface> + Clone + '_ {
         let all = self.objects.iter().zip(self.renderer.objects());
         all.enumerate()
             .map(|(index, (surface, rendered))| MovingSurface {

@@ -7,6 +7,7 @@ use hwall_stage::person::participants;
 use hwall_stage::person::predictors::{PredictorKind, Predictors, TrainingPeople};
 use hwall_stage::report::summary::Summary;
 use hwall_stage::run::people::{self, Stage};
+use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
 
 /// What is asked for.
@@ -70,6 +71,7 @@ pub fn run(
         walls: &walls,
         predictors: &predictors,
         textured: request.textured,
+        level: ArmLevel::Servo,
         period_s: PERIOD_S,
     };
     let mut row = |kind: &PersonKind| -> anyhow::Result<Row> {

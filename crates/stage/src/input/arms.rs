@@ -90,6 +90,21 @@ impl BoardArm {
         self.closed_form.as_ref()
     }
 
+    /// The links with their masses.
+    ///
+    /// # Errors
+    /// An arm that is known by its geometry alone.
+    pub fn links(&self) -> anyhow::Result<Chain> {
+        match (&self.chain, &self.closed_form) {
+            (Some(chain), _) => Ok(chain.clone()),
+            (None, Some(arm)) if arm.geometry() == SrsArm::iiwa7().geometry() => Ok(Chain::iiwa7()),
+            (None, Some(arm)) if arm.geometry() == SrsArm::iiwa14().geometry() => {
+                Ok(Chain::iiwa14())
+            }
+            _ => bail!("the masses of the arm's links are not known"),
+        }
+    }
+
     /// The bends of the arm from its base to the middle of the board's face, base frame, m: for figures.
     #[must_use]
     pub fn skeleton_m(&self, q: &JointPositions) -> Vec<DVec3> {

@@ -3,6 +3,7 @@
 use crate::person::predictors::PredictorKind;
 use crate::report::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use crate::run::judge::RIGHT_M;
+use crate::run::push_log::ForceSample;
 use crate::run::trace::Trace;
 use glam::DVec3;
 use plotters::prelude::*;
@@ -14,15 +15,21 @@ type Series<'a> = (&'a [(f64, f64)], RGBColor, &'a str);
 /// Samples further apart than this are not joined by a line, s.
 const GAP_S: f64 = 0.1;
 
-/// How far hand and board are from the predicted contact, over time.
+/// How far hand and board are from the predicted contact, force and opening of what is pushed, over time.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (980, 840)).into_drawing_area();
+pub fn over_time(
+    path: &Path,
+    trace: &Trace,
+    forces: &[ForceSample],
+    (start_s, end_s): (f64, f64),
+) -> anyhow::Result<()> {
+    let root = SVGBackend::new(path, (980, 1120)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let (upper, rest) = root.split_vertically(280);
-    let (lower, lowest) = rest.split_vertically(280);
+    let (lower, rest) = rest.split_vertically(280);
+    let (lowest, pushed) = rest.split_vertically(280);
     let [blue, orange, green, pink, yellow, ..] = COLOURS;
     let panel = |area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
                  title: &str,
@@ -121,6 +128,18 @@ pub fn over_time(path: &Path, trace: &Trace, (start_s, end_s): (f64, f64)) -> an
         of(PredictorKind::Fused, blue),
     ];
     panel(&lowest, &title, "error, mm", 1e3, 300.0, &series)?;
+    let title = "Force of the hand on the board, and how far what it pushed last is open";
+    let force: Vec<(f64, f64)> = forces.iter().map(|s| (s.t_s, s.force_n)).collect();
+    let opening: Vec<(f64, f64)> = forces.iter().map(|s| (s.t_s, s.opening.abs())).collect();
+    let most = force
+        .iter()
+        .chain(&opening)
+        .fold(1.0, |m: f64, p| m.max(p.1));
+    let series = [
+        (&force[..], blue, "force, N"),
+        (&opening[..], orange, "opening, degrees or mm"),
+    ];
+    panel(&pushed, title, "N; degrees or mm", 1.0, 1.1 * most, &series)?;
     root.present().map_err(plot_error)
 }
 

@@ -321,6 +321,42 @@ pub fn textures(run: &Run) -> String {
     format!("\n{table}")
 }
 
+/// What the hand did to doors and other moving surfaces: force, opening, energy.
+#[must_use]
+pub fn pushes(run: &Run) -> String {
+    if run.pushes.is_empty() {
+        return String::new();
+    }
+    let mut table = MarkdownTable::new([
+        "pushed",
+        "at, s",
+        "for, ms",
+        "peak force, N",
+        "opening before / most",
+        "energy given / returned, mJ",
+    ]);
+    for p in &run.pushes {
+        let opening = |value: f64| match p.turns {
+            true => format!("{:.1}", value.to_degrees()),
+            false => format!("{:.1}", 1e3 * value),
+        };
+        let unit = if p.turns { "deg" } else { "mm" };
+        table.row([
+            p.surface.clone(),
+            format!("{:.2}", p.felt_s),
+            format!("{:.0}", 1e3 * p.lasted_s),
+            format!("{:.1}", p.peak_n),
+            format!(
+                "{} / {} {unit}",
+                opening(p.opening_before),
+                opening(p.opening_most)
+            ),
+            format!("{:.0} / {:.0}", 1e3 * p.given_j, 1e3 * p.returned_j),
+        ]);
+    }
+    format!("\n{table}")
+}
+
 fn reasons(outcomes: &[&Outcome]) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for reason in outcomes.iter().filter_map(|o| o.unreachable.as_ref()) {

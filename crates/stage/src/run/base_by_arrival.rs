@@ -7,6 +7,7 @@ use crate::person::participants;
 use crate::person::predictors::{Predictors, TrainingPeople};
 use crate::report::summary::Summary;
 use crate::run::people::{self, Stage};
+use crate::run::simulated_arm::ArmLevel;
 use anyhow::{Context, bail};
 use hwall::arrival::reachability::{PlacementConfig, Steps};
 use hwall::arrival::{
@@ -95,6 +96,7 @@ fn rehearsed_share(
         walls: &walls,
         predictors: &predictors,
         textured: true,
+        level: ArmLevel::Servo,
         period_s: PERIOD_S,
     };
     let summary = Summary::new(&people::run(&stage, &cast, |_| {})?);

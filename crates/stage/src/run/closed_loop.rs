@@ -4,6 +4,8 @@ use crate::input::arms::BoardArm;
 use crate::person::hand::Hand;
 use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors, SurfacePlace};
 use crate::run::courses::{Sent, SentLog};
+use crate::run::push_log::{ForceSample, Push, PushLog};
+use crate::run::simulated_arm::{ArmLevel, SimulatedArm};
 use crate::run::texture_log::{TextureLog, TextureTouch};
 use crate::run::tick::{Led, Tick};
 use crate::run::trace::{Trace, TraceLog};
@@ -17,7 +19,7 @@ use hwall::{
 use hwall_contact::{PredictionSource, Predictor};
 use hwall_hand::{HandFrame, LostReason, Tracking};
 use hwall_scene::Scene;
-use hwall_sim::{HandContact, ServoArm, ServoConfig, SimError};
+use hwall_sim::{HandContact, SimError};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -50,6 +52,10 @@ pub struct Run {
     pub losses: Vec<Loss>,
     /// Each touch of a textured surface; `None` if the board presents no texture.
     pub textures: Option<Vec<TextureTouch>>,
+    /// Each push at something that moves.
+    pub pushes: Vec<Push>,
+    /// Force of the hand and opening over time.
+    pub forces: Vec<ForceSample>,
 }
 
 /// The hand was lost.
@@ -75,6 +81,8 @@ pub struct RunSetup<'a> {
     pub hand: &'a Hand,
     /// Does the board present the roughness of surfaces?
     pub textured: bool,
+    /// How much of the arm is simulated.
+    pub level: ArmLevel,
     /// Control period, s.
     pub period_s: f64,
     /// Seed of the sensors' noise.
@@ -98,6 +106,7 @@ pub fn run(
         hand: setup.hand.filter(),
         arm_minus_tracker_s: -start_s,
         texture: setup.textured,
+        object_command: setup.level.object_command(setup.arm, setup.board)?,
         ..SessionConfig::default()
     };
     let session = Session::new(
@@ -112,14 +121,17 @@ pub fn run(
         .perception()
         .texture_levels()
         .map(|levels| TextureLog::new(setup.scene, levels.clone()));
-    let servo = ServoConfig {
-        seed: setup.seed,
-        ..ServoConfig::default()
-    };
     let model = Arc::clone(session.control().arm());
     // The arm waits before anybody comes.
     let start = setup.walls.waiting.unwrap_or(setup.arm.start());
-    let mut arm = ServoArm::new(model, start, servo)?;
+    let mut arm = SimulatedArm::new(
+        setup.level,
+        setup.arm,
+        model,
+        setup.board,
+        start,
+        setup.seed,
+    )?;
     let mut simulation = Simulation {
         hand: setup.hand,
         finger: HandContact {
@@ -133,7 +145,9 @@ pub fn run(
         next_step: 0,
         next_frame: 0,
         frames: 0,
+        force_n: DVec3::ZERO,
     };
+    let mut pushes = PushLog::default();
     let mut timed = Timed {
         session,
         step_ns: Vec::with_capacity(steps + 1),
@@ -157,6 +171,14 @@ pub fn run(
                 texture.feel(cycle.t_s, &arm.pose(), tip, &arm.twist(), moving.scan_rad());
             }
             log.tick(session, arm, cycle, frames > 0);
+            pushes.step(
+                start_s + cycle.t_s,
+                setup.period_s,
+                session.perception().scene(),
+                session.control().moving(),
+                simulation.force_n,
+                arm.twist().linear_m_per_s,
+            );
             progress((simulation.next_step - 1) as f64 / steps.max(1) as f64);
             Ok(())
         },
@@ -167,7 +189,10 @@ pub fn run(
     } = timed;
     step_ns.sort_by(f64::total_cmp);
     let predictions = session.perception().predictor().records().to_vec();
+    let (pushes, forces) = pushes.finish();
     Ok(Run {
+        pushes,
+        forces,
         textures: texture.map(TextureLog::into_touches),
         ..log.finish(leader, predictions, step_ns)
     })
@@ -209,10 +234,12 @@ struct Simulation<'a> {
     next_frame: usize,
     /// Frames given since the last question.
     frames: usize,
+    /// True force of the hand on the face, base axes, N.
+    force_n: DVec3,
 }
 
-impl Surroundings<ServoArm> for Simulation<'_> {
-    fn next_cycle(&mut self, _: &mut ServoArm) -> Result<Option<f64>, SimError> {
+impl Surroundings<SimulatedArm> for Simulation<'_> {
+    fn next_cycle(&mut self, _: &mut SimulatedArm) -> Result<Option<f64>, SimError> {
         let now_s = self.next_step as f64 * self.period_s;
         self.next_step += 1;
         Ok((self.next_step <= self.steps + 1).then_some(now_s))
@@ -230,7 +257,11 @@ impl Surroundings<ServoArm> for Simulation<'_> {
 
 impl Simulation<'_> {
     /// Advances the arm by a period and lets the fingertip press the board. Returns where the fingertip is, m.
-    fn advance(&mut self, arm: &mut ServoArm, cycle: &Cycle) -> Result<Option<DVec3>, SimError> {
+    fn advance(
+        &mut self,
+        arm: &mut SimulatedArm,
+        cycle: &Cycle,
+    ) -> Result<Option<DVec3>, SimError> {
         arm.advance(self.period_s)?;
         let (tip_m, velocity) = self.tip.at(self.hand, self.start_s + cycle.t_s);
         let wrench = match tip_m {
@@ -240,7 +271,9 @@ impl Simulation<'_> {
             }
             None => None,
         };
-        arm.apply_wrench(wrench.unwrap_or_default())?;
+        let wrench = wrench.unwrap_or_default();
+        self.force_n = wrench.force_n;
+        arm.apply_wrench(wrench)?;
         Ok(tip_m)
     }
 }
@@ -376,7 +409,7 @@ impl Log {
     fn tick<P: Predictor>(
         &mut self,
         session: &Session<P>,
-        arm: &ServoArm,
+        arm: &SimulatedArm,
         cycle: &Cycle,
         framed: bool,
     ) {
@@ -426,6 +459,8 @@ impl Log {
             moved: self.moved,
             losses: self.losses,
             textures: None,
+            pushes: Vec::new(),
+            forces: Vec::new(),
         }
     }
 }

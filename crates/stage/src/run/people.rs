@@ -7,13 +7,13 @@ use crate::run::closed_loop::{self, Run, RunSetup};
 use crate::run::judge::{self, Outcome};
 use crate::run::least_time::LeastTime;
 use crate::run::regret::{Regret, Regrets, RunLog};
+use crate::run::simulated_arm::ArmLevel;
 use crate::run::snapshots;
 use hwall::Walls;
 use hwall::haptics::Board;
 use hwall_haptics::PlaceTolerance;
 use hwall_motion::{MotionConfig, MotionLimits};
 use hwall_scene::Scene;
-use hwall_sim::ServoConfig;
 
 /// What all runs share: made once, however many people there are.
 pub struct Stage<'a> {
@@ -30,6 +30,8 @@ pub struct Stage<'a> {
     pub predictors: &'a Predictors,
     /// Does the board present the roughness of surfaces?
     pub textured: bool,
+    /// How much of the arm is simulated.
+    pub level: ArmLevel,
     /// Control period, s.
     pub period_s: f64,
 }
@@ -74,7 +76,7 @@ pub fn run(
         board: stage.board,
         scene: stage.scene,
         waiting: stage.walls.waiting.unwrap_or(stage.arm.start()),
-        delay_s: ServoConfig::default().reaction_delay_s,
+        delay_s: stage.level.delay_s(),
     };
     let all = participants.len() as f64;
     participants
@@ -100,6 +102,7 @@ fn person(
         walls: stage.walls,
         hand: &participant.hand,
         textured: stage.textured,
+        level: stage.level,
         period_s: stage.period_s,
         seed: participant.seed,
     };

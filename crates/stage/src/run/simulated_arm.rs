@@ -1,0 +1,174 @@
+//! The simulated arm of a run, at one of two levels.
+
+use crate::input::arms::BoardArm;
+use clap::ValueEnum;
+use glam::DVec3;
+use hwall::haptics::{Arm, ArmCommand, ArmState, Board, ImpedanceConfig, ObjectCommand};
+use hwall_geometry::{Pose, Twist, Wrench};
+use hwall_kinematics::{ArmKinematics, ChainDynamics, Inertial, JointPositions};
+use hwall_sim::{ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
+use std::sync::Arc;
+
+/// How much of the arm is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum ArmLevel {
+    /// Joint targets, followed with a delay within limits; objects are rendered by positions.
+    #[default]
+    Servo,
+    /// Rigid bodies, friction, torque loop and sensors; objects are rendered by torques.
+    Torque,
+}
+
+/// Mass of the board with its mount, kg: a plate of 200 x 200 x 20 mm of light wood and an adapter.
+const BOARD_KG: f64 = 0.6;
+
+impl ArmLevel {
+    /// Time from a command to its first effect, s.
+    #[must_use]
+    pub fn delay_s(self) -> f64 {
+        match self {
+            Self::Servo => ServoConfig::default().reaction_delay_s,
+            Self::Torque => {
+                let config = TorqueConfig::default();
+                config.command_delay_s + config.drive.torque_delay_s + config.drive.torque_lag_s
+            }
+        }
+    }
+
+    /// How objects are rendered on it.
+    ///
+    /// # Errors
+    /// An arm whose links have no mass.
+    pub fn object_command(self, arm: &BoardArm, board: &Board) -> anyhow::Result<ObjectCommand> {
+        Ok(match self {
+            Self::Servo => ObjectCommand::Position,
+            Self::Torque => ObjectCommand::Torque {
+                dynamics: Box::new(dynamics(arm, board)?),
+                config: ImpedanceConfig {
+                    rotor_inertia_kg_m2: TorqueConfig::default().felt_rotor_inertia_kg_m2(),
+                    ..ImpedanceConfig::default()
+                },
+            },
+        })
+    }
+}
+
+/// Of the arm with the board.
+fn dynamics(arm: &BoardArm, board: &Board) -> anyhow::Result<ChainDynamics> {
+    let size_m = DVec3::new(
+        2.0 * board.half_width_m,
+        2.0 * board.half_height_m,
+        board.thickness_m,
+    );
+    let middle_m = DVec3::Z * (0.5 * board.thickness_m);
+    let carried = Inertial::solid_box("board", BOARD_KG, middle_m, size_m);
+    Ok(ChainDynamics::new(&arm.links()?)?.with_payload(&carried)?)
+}
+
+/// An arm with a clock of its own.
+pub enum SimulatedArm {
+    /// See [`ArmLevel::Servo`].
+    Servo(Box<ServoArm>),
+    /// See [`ArmLevel::Torque`].
+    Torque(Box<TorqueArm>),
+}
+
+impl SimulatedArm {
+    /// At rest at `start`, its clock at zero; `model` has the face of the board as its tool.
+    ///
+    /// # Errors
+    /// A start outside the limits; for torques an arm whose links have no mass.
+    pub fn new(
+        level: ArmLevel,
+        arm: &BoardArm,
+        model: Arc<dyn ArmKinematics>,
+        board: &Board,
+        start: JointPositions,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
+        Ok(match level {
+            ArmLevel::Servo => {
+                let config = ServoConfig {
+                    seed,
+                    ..ServoConfig::default()
+                };
+                Self::Servo(Box::new(ServoArm::new(model, start, config)?))
+            }
+            ArmLevel::Torque => {
+                let config = TorqueConfig {
+                    seed,
+                    ..TorqueConfig::default()
+                };
+                let dynamics = dynamics(arm, board)?;
+                Self::Torque(Box::new(TorqueArm::new(model, dynamics, start, config)?))
+            }
+        })
+    }
+
+    /// Moves its clock on.
+    ///
+    /// # Errors
+    /// As for the arm.
+    pub fn advance(&mut self, dt_s: f64) -> Result<(), SimError> {
+        match self {
+            Self::Servo(arm) => arm.advance(dt_s),
+            Self::Torque(arm) => arm.advance(dt_s),
+        }
+    }
+
+    /// The wrench of the outside on the board, base axes, about the middle of its face, until it is set again.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn apply_wrench(&mut self, wrench: Wrench) -> Result<(), SimError> {
+        match self {
+            Self::Servo(arm) => arm.apply_wrench(wrench),
+            Self::Torque(arm) => arm.apply_wrench(wrench),
+        }
+    }
+
+    /// True joint angles, rad.
+    #[must_use]
+    pub fn q(&self) -> JointPositions {
+        match self {
+            Self::Servo(arm) => arm.q(),
+            Self::Torque(arm) => arm.q(),
+        }
+    }
+
+    /// True pose of the face.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        match self {
+            Self::Servo(arm) => arm.pose(),
+            Self::Torque(arm) => arm.pose(),
+        }
+    }
+
+    /// True velocity of the face.
+    #[must_use]
+    pub fn twist(&self) -> Twist {
+        match self {
+            Self::Servo(arm) => arm.twist(),
+            Self::Torque(arm) => arm.twist(),
+        }
+    }
+}
+
+impl Arm for SimulatedArm {
+    type Error = SimError;
+
+    fn state(&mut self) -> Result<ArmState, SimError> {
+        match self {
+            Self::Servo(arm) => arm.state(),
+            Self::Torque(arm) => arm.state(),
+        }
+    }
+
+    fn command(&mut self, command: ArmCommand) -> Result<(), SimError> {
+        match self {
+            Self::Servo(arm) => arm.command(command),
+            Self::Torque(arm) => arm.command(command),
+        }
+    }
+}
