@@ -1,0 +1,112 @@
+//! A door that yields under the hand, and one that does not.
+
+mod common;
+
+use common::{Bench, GazeSession, Hand, iiwa};
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::glam::DVec3;
+use hwall::hand::HandFilterConfig;
+use hwall::haptics::{Board, PlaceTolerance};
+use hwall::scene::{Scene, SurfaceId};
+use hwall::{MovingSurface, Session, SessionConfig, SessionState, maps_of};
+
+/// Half a metre from the hinge, which stands at y = -0.3.
+const TARGET_M: DVec3 = DVec3::new(0.6, 0.2, 0.6);
+const HINGE_M: [f64; 2] = [0.6, -0.3];
+const DOOR: SurfaceId = SurfaceId(0);
+
+/// A door in the plane x = 0.6 that turns towards the arm.
+fn door(spring_n_m_per_rad: f64) -> Scene {
+    let obj = "o door\nv 0.6 -0.3 0\nv 0.6 0.6 0\nv 0.6 0.6 2\nv 0.6 -0.3 2\nf 1 2 3 4\n";
+    let sidecar = format!(
+        "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [{}, {}, 0.0]\nhinge_axis = [0.0, 0.0, 1.0]\n\
+         range_deg = [0.0, 60.0]\ninertia_kg_m2 = 0.8\nstiffness_n_m_per_rad = {spring_n_m_per_rad}\n\
+         damping_n_m_s_per_rad = 3.0\n",
+        HINGE_M[0], HINGE_M[1]
+    );
+    Scene::from_obj_str(obj, Some(&sidecar)).expect("a door").0
+}
+
+fn session(scene: Scene, objects: bool) -> GazeSession {
+    let arm = iiwa();
+    let maps = maps_of(&scene, &arm).expect("maps");
+    let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led()).expect("limits");
+    let config = SessionConfig {
+        hand: HandFilterConfig::simulated(),
+        objects,
+        ..SessionConfig::default()
+    };
+    Session::new(&arm, &Board::default(), scene, maps, predictor, config).expect("a session")
+}
+
+fn moving(session: &GazeSession) -> MovingSurface {
+    session.control().moving().next().expect("a door")
+}
+
+#[test]
+fn a_pushed_door_opens_turns_the_board_and_closes() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(door(8.0), true), Bench::new(hand));
+    bench.run(&mut session, hand.press_s - 0.5);
+    assert_eq!(moving(&session).position, 0.0);
+    let mut most = 0.0_f64;
+    let mut touched = 0;
+    while bench.now_s() < hand.leave_s {
+        bench.cycle(&mut session);
+        let door = moving(&session);
+        touched += usize::from(door.touched);
+        if door.touched && door.position > most {
+            most = door.position;
+            // The face lies on the door where it stands now.
+            let pose = bench.servo.pose();
+            let scene = session.perception().scene();
+            let closest = scene.project_on(DOOR, pose.position_m()).expect("a point");
+            // 22 ms of delay at a tenth of a metre a second.
+            assert!(closest.distance_m < 3e-3, "{} m", closest.distance_m);
+            let tilt_rad = pose.rotation().z_axis.angle_between(closest.normal);
+            assert!(tilt_rad < PlaceTolerance::default().tilt_rad, "{tilt_rad}");
+        }
+        assert_eq!(
+            session.perception().scene().opening(DOOR),
+            Some(door.position)
+        );
+    }
+    assert!(touched > 500, "{touched} ms");
+    // At rest 0.5 m * 500 N/m * (15 mm - 0.5 m * angle) = 8 N m/rad * angle: 28 mrad; a heavy door goes past that.
+    assert!(
+        (0.027..0.06).contains(&most),
+        "{} degrees",
+        most.to_degrees()
+    );
+    bench.run(&mut session, hand.end_s + 3.0);
+    let door = moving(&session);
+    assert!(!door.touched && door.position.abs() < 0.002, "{door:?}");
+    assert_ne!(session.state(), SessionState::Touched);
+}
+
+#[test]
+fn without_objects_a_door_stands_like_a_wall() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(door(8.0), false), Bench::new(hand));
+    bench.run(&mut session, hand.leave_s - 0.2);
+    assert_eq!(session.state(), SessionState::Touched);
+    assert!(session.control().moving().next().is_none());
+    assert_eq!(session.perception().scene().opening(DOOR), Some(0.0));
+    let held = bench.servo.pose();
+    bench.run(&mut session, hand.leave_s - 0.1);
+    assert_eq!(bench.servo.pose(), held);
+}
+
+#[test]
+fn a_door_that_was_open_is_pushed_further_from_there() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let mut scene = door(0.0);
+    let opening = 5_f64.to_radians();
+    scene.set_opening(DOOR, opening).expect("within its range");
+    let session = session(scene, true);
+    assert!((moving(&session).position - opening).abs() < 1e-15);
+    let mut session = session;
+    let mut bench = Bench::new(hand);
+    bench.run(&mut session, hand.leave_s);
+    assert!(moving(&session).position >= opening - 1e-12);
+}
