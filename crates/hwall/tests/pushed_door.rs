@@ -61,8 +61,8 @@ fn a_pushed_door_opens_turns_the_board_and_closes() {
             let pose = bench.servo.pose();
             let scene = session.perception().scene();
             let closest = scene.project_on(DOOR, pose.position_m()).expect("a point");
-            // 22 ms of delay at a tenth of a metre a second.
-            assert!(closest.distance_m < 3e-3, "{} m", closest.distance_m);
+            // 22 ms of delay at up to 0.2 m/s.
+            assert!(closest.distance_m < 5e-3, "{} m", closest.distance_m);
             let tilt_rad = pose.rotation().z_axis.angle_between(closest.normal);
             assert!(tilt_rad < PlaceTolerance::default().tilt_rad, "{tilt_rad}");
         }
