@@ -27,8 +27,9 @@ impl Objects {
         &self.all
     }
 
-    pub(super) const fn is_touched(&self) -> bool {
-        self.touched.is_some()
+    /// The object that the board is on.
+    pub(super) const fn touched(&self) -> Option<usize> {
+        self.touched
     }
 
     /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.

@@ -92,6 +92,9 @@ const STEP_M: f64 = 0.01;
 /// A point further behind the wall is not near the place where the board shall be, m.
 const DEEPEST_M: f64 = 0.25;
 
+/// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
+const RIDES_M: f64 = 0.2;
+
 /// Outcome of an aim.
 #[derive(Debug, Clone, Copy, Default)]
 struct Aimed {
@@ -437,9 +440,21 @@ impl Renderer {
         dt_s: f64,
     ) -> Option<(ArmCommand, Option<Unreachable>)> {
         let objects = self.objects.as_mut()?;
-        let touched = input
-            .object
-            .filter(|_| matches!(phase, Phase::Contact { .. }));
+        let is_contact = matches!(phase, Phase::Contact { .. });
+        // A finger that a door runs away from for a moment will meet it again: the board stays on the door.
+        let rides = matches!(phase, Phase::NonContact)
+            && objects.touched().is_some()
+            && objects.touched() == input.object
+            && input.person_m.iter().any(|point| {
+                let face = self.follower.arm().forward(&state.q);
+                point.distance(face.position_m()) <= RIDES_M
+            });
+        let wrench = if is_contact {
+            wrench
+        } else {
+            Some(Wrench::default())
+        };
+        let touched = input.object.filter(|_| is_contact || rides);
         let rendered = match (touched, wrench) {
             (Some(index), Some(wrench)) if dt_s > 0.0 => {
                 let q = self.follower.commanded();
@@ -451,7 +466,9 @@ impl Renderer {
         match rendered {
             Some(Ok(step)) => Some((step.command, step.unreachable)),
             Some(Err(_)) => Some((ArmCommand::Hold, None)),
-            None if touched.is_some() && objects.is_touched() => Some((ArmCommand::Hold, None)),
+            None if touched.is_some() && objects.touched().is_some() => {
+                Some((ArmCommand::Hold, None))
+            }
             None => {
                 // The motion goes on from where the object has carried the board.
                 if let Some((q, qd)) = objects.release() {
