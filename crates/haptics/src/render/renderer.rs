@@ -95,6 +95,9 @@ const DEEPEST_M: f64 = 0.25;
 /// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
 const RIDES_M: f64 = 0.2;
 
+/// What is less than this may be an error of the torque sensors, and moves no object, N.
+const LIGHT_N: f64 = 0.5;
+
 /// Outcome of an aim.
 #[derive(Debug, Clone, Copy, Default)]
 struct Aimed {
@@ -300,6 +303,12 @@ impl Renderer {
         self.objects.as_ref().map_or(&[], Objects::all)
     }
 
+    /// The object that the board is on: one that is touched, or was and still has the finger near.
+    #[must_use]
+    pub fn touched_object(&self) -> Option<usize> {
+        self.objects.as_ref().and_then(Objects::touched)
+    }
+
     /// The follower, which turns targets into joint motion.
     #[must_use]
     pub const fn follower(&self) -> &Follower {
@@ -441,7 +450,8 @@ impl Renderer {
     ) -> Option<(ArmCommand, Option<Unreachable>)> {
         let objects = self.objects.as_mut()?;
         let is_contact = matches!(phase, Phase::Contact { .. });
-        // A finger that a door runs away from for a moment will meet it again: the board stays on the door.
+        // A push may be lighter than what begins a touch, and a finger that a door runs away from will meet it again: the
+        // board stays on the door until the finger leaves.
         let rides = matches!(phase, Phase::NonContact)
             && objects.touched().is_some()
             && objects.touched() == input.object
@@ -449,7 +459,7 @@ impl Renderer {
                 let face = self.follower.arm().forward(&state.q);
                 point.distance(face.position_m()) <= RIDES_M
             });
-        let wrench = if is_contact {
+        let wrench = if is_contact || self.felt_n >= LIGHT_N {
             wrench
         } else {
             Some(Wrench::default())

@@ -72,7 +72,7 @@ pub struct MovingSurface {
     pub velocity: f64,
     /// Kinetic energy and that of springs and latches, J.
     pub energy_j: f64,
-    /// Is it under the hand?
+    /// Is it under the hand: touched, or the finger still near?
     pub touched: bool,
 }
 
@@ -180,7 +180,7 @@ impl Control {
                 position: rendered.object.position(),
                 velocity: rendered.object.velocity(),
                 energy_j: rendered.object.energy_j(),
-                touched: self.contact.is_some() && self.touched_object == Some(index),
+                touched: self.renderer.touched_object() == Some(index),
             })
     }
 
