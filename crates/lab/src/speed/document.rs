@@ -2,7 +2,9 @@
 
 use crate::documents::{Documents, renew_block};
 use crate::speed::section::{Section, summary_table};
-use crate::speed::{bip, contact, fusion, kinematics, knobs, reach, roughness, scene, texture};
+use crate::speed::{
+    bip, contact, feel, fusion, kinematics, knobs, reach, roughness, scene, texture,
+};
 use anyhow::Context;
 use hwall_testkit::Machine;
 use std::io::Write;
@@ -63,6 +65,7 @@ pub fn write(
         texture::tessellation()?,
         roughness::calibrations(seed, n)?,
         kinematics::dynamics(seed, n)?,
+        feel::feel(seed, n)?,
     ];
     for section in &sections {
         writeln!(out, "{}", section.text).context("standard output")?;

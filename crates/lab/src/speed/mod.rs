@@ -3,6 +3,7 @@
 pub mod bip;
 pub mod contact;
 pub mod document;
+pub mod feel;
 pub mod fusion;
 pub mod kinematics;
 pub mod knobs;

@@ -53,8 +53,11 @@ impl ArmLevel {
     }
 }
 
-/// Of the arm with the board.
-fn dynamics(arm: &BoardArm, board: &Board) -> anyhow::Result<ChainDynamics> {
+/// Dynamics of the arm with the board.
+///
+/// # Errors
+/// An arm whose links have no mass.
+pub fn dynamics(arm: &BoardArm, board: &Board) -> anyhow::Result<ChainDynamics> {
     let size_m = DVec3::new(
         2.0 * board.half_width_m,
         2.0 * board.half_height_m,
