@@ -139,12 +139,20 @@ impl PortAccount {
     }
 
     /// How far the position at a change of force may be from what is taken for it, m: the sensor's error, and where it is
-    /// interpolated that of a straight line, `a t (T - t) / 2`, twice that of the measured second difference.
+    /// interpolated that of a straight line, `a t (T - t) / 2`. The acceleration is taken from twice the measured second
+    /// difference, and as it is a mean, from the spread of the forces that it was measured under.
     fn position_doubt_m(&self) -> f64 {
         let bend = |ago: usize| {
             (self.position(ago) - 2.0 * self.position(ago + 1) + self.position(ago + 2)).abs()
         };
-        let bend_m = bend(0).max(bend(1));
+        let (mut high, mut low) = (f64::NEG_INFINITY, f64::INFINITY);
+        for ago in self.whole..self.whole + 6 {
+            let force_n = self.command(ago.max(1));
+            (high, low) = (high.max(force_n), low.min(force_n));
+        }
+        let period_s = self.config.sampling.period_s;
+        let spread_m = (high - low) / self.config.mass_kg * period_s * period_s;
+        let bend_m = bend(0).max(bend(1)) + spread_m;
         self.config.position_error_m + bend_m * self.share * (1.0 - self.share)
     }
 
@@ -157,7 +165,11 @@ impl PortAccount {
         let seen_j = mean_n * moved_m + rise_n * (new - old) * later;
         let path_m = period_s * (old.abs() * self.share + new.abs() * (1.0 - self.share));
         let bend_n = (f0 - 2.0 * f1 + f2).abs();
-        let hidden_j = path_m * (self.config.force_error_n + 0.5 * bend_n)
+        // A turn between the samples meets a force that none of them shows.
+        let hand = self.config.hand;
+        let turn_m = (new - old).abs() * self.share * (1.0 - self.share) * period_s;
+        let unseen_n = hand.stiffness_n_per_m * turn_m + hand.damping_n_s_per_m * (new - old).abs();
+        let hidden_j = path_m * (self.config.force_error_n + 0.5 * bend_n + unseen_n)
             + (0.5 * (f0 - f2)).abs() * self.config.position_error_m;
         (seen_j, hidden_j)
     }

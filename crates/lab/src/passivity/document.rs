@@ -166,15 +166,16 @@ const EXPLAINED: &str = "\
   and steps of 1 to 50 um, noise of forces up to 0.5 N and steps of 0.01 to 0.2 N; hand 0.3 to 2 kg on an arm of 50 to
   500 N/m and skin of 300 to 3000 N/m, arriving at 0.05 to 2 m/s and then resting or, in half of the contacts, withdrawing
   after 0.6 s. Half are impedance (a wall, or a mass of 0.1 to 20 kg behind a spring and damper; forces up to 140 N), half
-  admittance (the same masses on a spring, with a stop after 50 mm; speeds up to 1.5 m/s). Followed for 1.2 s, and for 6 s
+  admittance (the same masses on a spring, with a stop after 50 mm; speeds up to 1.5 m/s). Followed for 1.2 s, and for 12 s
   where the device still swings by more than 1 mm then.
 - **Energy** is not the observer's: hand and device move in closed form between samples; the actuator's force is constant in
   a substep, so force times displacement is exact (impedance), and the integral of the skin's force is part of the closed form
   (admittance). Of the device's friction a lower bound is taken off. Generated is the most that had ever come out beyond what
-  had gone in. The ends of substeps (at most 0.5 ms) are looked at, and touching is decided there.
+  had gone in. The ends of substeps are looked at (at most 0.5 ms), and touching is decided there; where the skin lets go, in
+  sixteenths.
 - **Known to the port**: period, delay, mass, friction, bounds of the sensors' errors, and bounds of what a hand does (no
   pull, 280 N, 2 m/s, the skin's stiffness and damping). The strict result holds while these hold.
-- **Swing**: the least of the last four swings of the device in the last 0.4 s (of 1.2 or 6), if the motion turned at least nine times then
+- **Swing**: the least of the last four swings of the device in the last 0.4 s (of 1.2 or 12), if the motion turned at least nine times then
   and has not shrunk to 70 % meanwhile; what rings and dies out is not counted.
 - **Taken off**: sum of the changes to the commands over the sum of the commands, in contacts that do not fail without any
   method: what a person feels of it where it is not needed. It contains what the band that keeps a command still takes.

@@ -11,7 +11,7 @@ use hwall_testkit::Sampler;
 /// How long a contact is followed, s.
 pub const DURATION_S: f64 = 1.2;
 /// How long one that still swings is followed, s.
-pub const LONG_S: f64 = 6.0;
+pub const LONG_S: f64 = 12.0;
 /// Swings beyond this are, m.
 const LOOKED_AT_LONGER_M: f64 = 1e-3;
 /// Swings are looked at in the last part of it, s.
@@ -50,28 +50,64 @@ pub struct Outcome {
 /// own velocity being the command for admittance.
 type State = [f64; 7];
 
-/// The two motions, with the skin in touch and apart, over a substep.
+/// The two motions, with the skin in touch and apart, over a substep and over a part of it.
 struct Steps {
-    touching: Square<7>,
-    apart: Square<7>,
+    coarse: Motions,
+    fine: Motions,
     count: usize,
-    time_s: f64,
 }
+
+/// Parts of a substep in which the skin lets go.
+const PARTS: usize = 16;
 
 impl Steps {
     fn new(contact: &Contact, time_s: f64) -> Self {
         let count = (time_s / LONGEST_STEP_S).ceil() as usize;
-        let time_s = if count == 0 {
-            0.0
-        } else {
-            time_s / count as f64
-        };
+        let time_s = time_s / count.max(1) as f64;
+        Self {
+            coarse: Motions::new(contact, time_s),
+            fine: Motions::new(contact, time_s / PARTS as f64),
+            count,
+        }
+    }
+}
+
+struct Motions {
+    touching: Square<7>,
+    apart: Square<7>,
+    time_s: f64,
+}
+
+impl Motions {
+    fn new(contact: &Contact, time_s: f64) -> Self {
         Self {
             touching: exponential(&motion(contact, true), time_s),
             apart: exponential(&motion(contact, false), time_s),
-            count,
             time_s,
         }
+    }
+
+    /// The state after it, and the energy that came out, J.
+    fn after(&self, contact: &Contact, before: &State) -> (State, f64) {
+        let mut state = *before;
+        state[6] = 0.0;
+        let touching = skin_n(contact, &state) > 0.0;
+        let of_skin = if touching {
+            &self.touching
+        } else {
+            &self.apart
+        };
+        state = apply(of_skin, &state);
+        let moved_m = state[0] - before[0];
+        let generated_j = match contact.causality {
+            Causality::Impedance => {
+                let friction = contact.friction_n_s_per_m * moved_m * moved_m / self.time_s;
+                state[4] * moved_m - friction
+            }
+            // The skin does not pull, although its spring and damper would until the end of the substep.
+            Causality::Admittance => -state[4] * state[6].max(0.0),
+        };
+        (state, generated_j)
     }
 }
 
@@ -214,27 +250,18 @@ fn follow(
         for (part, steps) in steps.iter().enumerate() {
             state[4] = commands[whole + 1 - part];
             for _ in 0..steps.count {
-                let touching = state[2] > state[0] && skin_n(contact, &state) > 0.0;
-                let before = state;
-                state[6] = 0.0;
-                state = apply(
-                    if touching {
-                        &steps.touching
-                    } else {
-                        &steps.apart
-                    },
-                    &state,
-                );
-                let moved_m = state[0] - before[0];
-                let generated_j = match contact.causality {
-                    Causality::Impedance => {
-                        let friction =
-                            contact.friction_n_s_per_m * moved_m * moved_m / steps.time_s;
-                        state[4] * moved_m - friction
+                let (after, generated_j) = steps.coarse.after(contact, &state);
+                let lets_go = skin_n(contact, &state) > 0.0 && skin_n(contact, &after) <= 0.0;
+                if lets_go {
+                    for _ in 0..PARTS {
+                        let (after, generated_j) = steps.fine.after(contact, &state);
+                        ledger.book(generated_j);
+                        state = after;
                     }
-                    Causality::Admittance => -state[4] * state[6],
-                };
-                ledger.book(generated_j);
+                } else {
+                    ledger.book(generated_j);
+                    state = after;
+                }
             }
         }
         ledger.look(t_s, &state, true_n);
