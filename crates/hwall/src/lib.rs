@@ -14,7 +14,7 @@ pub use objects::{SceneObject, object_of, objects_of};
 pub use session::{
     Control, Controller, Cycle, Event, EventKind, Foreseen, Goal, MovingSurface, Perception,
     PolicyConfig, Session, SessionConfig, SessionState, Surroundings, TargetControl, WorldPose,
-    drive,
+    drive, session_supervisor,
 };
 pub use walls::{LikelyTouches, Walls, WallsConfig, barriers_of, facets_of, maps_of};
 

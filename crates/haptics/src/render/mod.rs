@@ -1,5 +1,6 @@
 //! What the arm does now: follow, wait, hold, or slide under the hand.
 
+mod config;
 mod contact;
 mod hold;
 mod impedance;
@@ -8,7 +9,10 @@ mod objects;
 mod path_follower;
 mod proximity;
 mod renderer;
+mod step;
+mod supervised;
 
+pub use config::{ForceConfig, RendererConfig, WatchdogConfig};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
 pub use impedance::{CartesianImpedance, FaceMotion, ImpedanceConfig};
@@ -17,7 +21,5 @@ pub use object_rendering::{
 };
 pub use proximity::ProximityConfig;
 pub(crate) use proximity::distance_and_closing;
-pub use renderer::{
-    ForceConfig, Phase, PostureTarget, RenderInput, RenderStep, Renderer, RendererConfig,
-    WatchdogConfig,
-};
+pub use renderer::Renderer;
+pub use step::{Phase, PostureTarget, RenderInput, RenderStep};

@@ -33,7 +33,7 @@ impl Default for ProximityConfig {
 }
 
 /// Shares of the full speed that are told apart; few, so that the motion is seldom planned anew.
-const SHARES: [f64; 8] = [0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0];
+pub(super) const SHARES: [f64; 8] = [0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0];
 /// A larger share is taken only if this much more would be allowed.
 const MARGIN: f64 = 1.2;
 

@@ -1,85 +1,25 @@
 //! One control step: watch the inputs, feel for a touch, move or hold.
 
-use super::contact::{ContactConfig, ContactDetector, ContactState};
+use super::config::{ForceConfig, RendererConfig, WatchdogConfig};
+use super::contact::{ContactDetector, ContactState};
 use super::hold::HoldReason;
 use super::object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, RenderedObject,
 };
 use super::objects::Objects;
 use super::proximity::ProximityConfig;
+use super::step::{Phase, RenderInput, RenderStep};
+use super::supervised::{SpeedCap, Withdrawal};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::{Board, BoardTarget};
 use crate::error::HapticsError;
-use crate::motion::{Barrier, Follower, FollowerConfig, Slide};
+use crate::motion::{Barrier, Follower};
+use crate::safety::SafeRequest;
 use glam::DVec3;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, Unreachable, WrenchConfig};
 use hwall_numeric::check::{non_negative, positive};
 use std::sync::Arc;
-
-/// Settings of [`Renderer`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct RendererConfig {
-    /// When a force counts as a touch.
-    pub contact: ContactConfig,
-    /// How the arm moves.
-    pub follower: FollowerConfig,
-    /// How the normal force is estimated.
-    pub force: ForceConfig,
-    /// How old inputs may be.
-    pub watchdog: WatchdogConfig,
-    /// How fast the board may move near the person.
-    pub proximity: ProximityConfig,
-}
-
-/// Settings of the force estimate, see
-/// [`SrsArm::wrench_from_torques`](hwall_kinematics::SrsArm::wrench_from_torques).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ForceConfig {
-    /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.
-    pub damping_m: f64,
-    /// Length by which moments are divided, m; default 0.1, half of the board.
-    pub moment_length_m: f64,
-    /// Time constant of the first-order filter on the normal force, s; default 0.01. White noise
-    /// of the torque sensors at 1 kHz shrinks by a factor of 4.5; a touch is felt later by about this time.
-    pub filter_s: f64,
-}
-
-impl Default for ForceConfig {
-    fn default() -> Self {
-        Self {
-            damping_m: 0.005,
-            moment_length_m: 0.1,
-            filter_s: 0.01,
-        }
-    }
-}
-
-/// When inputs no longer count. Stamps that are ahead of the clock by as much do not count either.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WatchdogConfig {
-    /// Largest age of a target, s; default 0.25.
-    pub max_target_age_s: f64,
-    /// Largest age of an arm state, s; default 0.1.
-    pub max_state_age_s: f64,
-    /// Longest time by which a single step advances the command, s; default 0.05. After a stall the
-    /// command goes on from where it was instead of leaping to where it would have been.
-    pub max_step_s: f64,
-    /// If the arm is further than this from the command after a hold (largest joint difference), the motion
-    /// starts anew from the measured state, rad; default 0.05.
-    pub resync_rad: f64,
-}
-
-impl Default for WatchdogConfig {
-    fn default() -> Self {
-        Self {
-            max_target_age_s: 0.25,
-            max_state_age_s: 0.1,
-            max_step_s: 0.05,
-            resync_rad: 0.05,
-        }
-    }
-}
 
 /// No hand presses and no arm bears more, N: beyond it the torque sensors are broken, and the filter would take long
 /// to forget what they say.
@@ -105,70 +45,6 @@ struct Aimed {
     obstructed: bool,
 }
 
-/// What the renderer is doing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Phase {
-    /// Following the target.
-    NonContact,
-    /// Touched: standing still as a wall does, or sliding within its plane.
-    Contact {
-        /// Onset of the touch, s.
-        since_s: f64,
-    },
-    /// Standing still because an input is missing or wrong.
-    Hold(HoldReason),
-}
-
-/// What a control step is given besides the state of the arm.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct RenderInput<'a> {
-    /// Where the board shall be.
-    pub target: Option<&'a BoardTarget>,
-    /// Where the arm waits while there is no target.
-    pub posture: Option<&'a PostureTarget>,
-    /// How the board moves within its plane while it is touched; `None`: it stands still.
-    pub slide: Option<&'a Slide>,
-    /// Which of the moving objects the target lies on ([`Renderer::set_objects`]); while it is touched the board goes along with
-    /// it. `None`: what is touched stands still, or slides.
-    pub object: Option<usize>,
-    /// Points of the person that are known, base frame, m: the board keeps clear of them and slows down near them.
-    pub person_m: &'a [DVec3],
-}
-
-/// A posture of the arm while nothing is to be presented.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PostureTarget {
-    /// Joint angles, rad.
-    pub q: JointPositions,
-    /// When this was decided, s, on the renderer's clock; too old counts as missing, as for a target.
-    pub stamp_s: f64,
-}
-
-/// The outcome of one control step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RenderStep {
-    /// What the arm is told.
-    pub command: ArmCommand,
-    /// What the renderer is doing, and why.
-    pub phase: Phase,
-    /// Filtered force pressing the board against its outward normal, N. `None` without torque sensors
-    /// or while the state is unusable.
-    pub normal_force_n: Option<f64>,
-    /// Why the target cannot be reached, if it cannot; the board then keeps its last goal.
-    pub unreachable: Option<Unreachable>,
-    /// The configuration that the board is on its way to, rad.
-    pub goal: Option<JointPositions>,
-    /// Is the touched board on the slide that was asked for? Not if it cannot be reached (see
-    /// `unreachable`) or is not finite: the board then stands still.
-    pub sliding: bool,
-    /// Time until the board is at its goal, s; `None` without a goal.
-    pub left_s: Option<f64>,
-    /// Is a person where the board would have to be? It then stays behind them.
-    pub obstructed: bool,
-    /// No way leads to the goal behind the surfaces: the motion under way ends, and the board stands.
-    pub blocked: bool,
-}
-
 /// Turns board targets and arm states into arm commands.
 ///
 /// Time, targets and states come in as arguments, all on one clock; nothing is allocated after
@@ -188,6 +64,10 @@ pub struct Renderer {
     /// Are command and arm apart, after a hold or at the start?
     detached: Detached,
     last_s: Option<f64>,
+    /// The way back that a supervisor asked for.
+    withdrawal: Option<Withdrawal>,
+    /// The speed that a supervisor asked for.
+    cap: SpeedCap,
 }
 
 /// How far the command may be from the arm.
@@ -241,6 +121,8 @@ impl Renderer {
             objects: None,
             detached: Detached::Always,
             last_s: None,
+            withdrawal: None,
+            cap: SpeedCap::default(),
         })
     }
 
@@ -348,37 +230,58 @@ impl Renderer {
             None => self.detector.state(),
         };
         let (mut unreachable, mut obstructed) = (None, false);
+        let is_asked_to = !matches!(input.request, None | Some(SafeRequest::Go { .. }));
         let phase = match contact {
             ContactState::Contact { since_s } => Phase::Contact { since_s },
-            ContactState::NonContact => match self.aim(now_s, input) {
-                Ok(aimed) => {
-                    (unreachable, obstructed) = (aimed.unreachable, aimed.obstructed);
-                    Phase::NonContact
-                }
+            ContactState::NonContact => match self.check_aim(now_s, input) {
                 Err(reason) => Phase::Hold(reason),
+                Ok(()) if is_asked_to => Phase::NonContact,
+                Ok(()) => match self.aim(input) {
+                    Ok(aimed) => {
+                        (unreachable, obstructed) = (aimed.unreachable, aimed.obstructed);
+                        Phase::NonContact
+                    }
+                    Err(reason) => Phase::Hold(reason),
+                },
             },
         };
-        self.keep_distance(input.person_m);
-        let slide = input
-            .slide
-            .filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
         let mut sliding = false;
-        let moved = match (phase, slide) {
-            (Phase::NonContact, _) => self.follower.step(dt_s),
-            (_, None) => self.follower.brake(dt_s),
-            (_, Some(slide)) => self.follower.slide(dt_s, slide).map(|verdict| {
-                unreachable = verdict;
-                sliding = verdict.is_none();
-                self.follower.commanded()
-            }),
+        let command = if is_asked_to {
+            self.stop_objects(dt_s);
+            self.supervised(input.request, dt_s)
+        } else {
+            self.withdrawal = None;
+            let asked = match input.request {
+                Some(SafeRequest::Go { speed_share }) => speed_share,
+                _ => 1.0,
+            };
+            let most = self.cap.step(asked, self.speed_share, dt_s);
+            self.keep_distance(input.person_m, most);
+            let slide = input
+                .slide
+                .filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
+            let moved = match (phase, slide) {
+                (Phase::NonContact, _) => self.follower.step(dt_s),
+                (_, None) => self.follower.brake(dt_s),
+                (_, Some(slide)) => self.follower.slide(dt_s, slide).map(|verdict| {
+                    unreachable = verdict;
+                    sliding = verdict.is_none();
+                    self.follower.commanded()
+                }),
+            };
+            let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
+            match self.along_with_object(phase, input, state, wrench, dt_s) {
+                Some(with_object) => {
+                    (unreachable, sliding) = (with_object.1, false);
+                    with_object.0
+                }
+                None => command,
+            }
         };
-        let mut command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
-        if let Some(with_object) = self.along_with_object(phase, input, state, wrench, dt_s) {
-            (command, unreachable, sliding) = (with_object.0, with_object.1, false);
-        }
         RenderStep {
             command,
             phase,
+            wrench,
             normal_force_n,
             unreachable,
             goal: self.follower.goal(),
@@ -386,6 +289,43 @@ impl Renderer {
             left_s: self.follower.left_s(),
             obstructed,
             blocked: self.follower.is_blocked(),
+        }
+    }
+
+    /// What a supervisor asks for instead of going on: to stand, or to withdraw.
+    fn supervised(&mut self, request: Option<SafeRequest>, dt_s: f64) -> ArmCommand {
+        let (behind_m, speed_m_per_s) = match request {
+            Some(SafeRequest::Retreat {
+                behind_m,
+                speed_m_per_s,
+            }) => (behind_m, speed_m_per_s),
+            _ => {
+                // The arm brakes by itself.
+                self.withdrawal = None;
+                self.detached = Detached::Held;
+                let _ = self.follower.brake(dt_s);
+                return ArmCommand::Hold;
+            }
+        };
+        let withdrawal = self
+            .withdrawal
+            .get_or_insert_with(|| Withdrawal::new(&self.follower, behind_m));
+        let share = withdrawal.step(&mut self.follower, speed_m_per_s);
+        self.speed_share = share.unwrap_or(self.speed_share);
+        let moved = match withdrawal.moves() {
+            true => self.follower.step(dt_s),
+            false => self.follower.brake(dt_s),
+        };
+        moved.map_or(ArmCommand::Hold, ArmCommand::Position)
+    }
+
+    /// No object is under the hand any more; all go on by themselves.
+    fn stop_objects(&mut self, dt_s: f64) {
+        if let Some(objects) = &mut self.objects {
+            if let Some((q, qd)) = objects.release() {
+                let _ = self.follower.restart(&q, &qd);
+            }
+            objects.go_on(dt_s);
         }
     }
 
@@ -514,7 +454,8 @@ impl Renderer {
         }
     }
 
-    fn aim(&mut self, now_s: f64, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {
+    /// Is there something to aim at, and is it recent?
+    fn check_aim(&self, now_s: f64, input: &RenderInput<'_>) -> Result<(), HoldReason> {
         let stamp_s = match (input.target, input.posture) {
             (Some(target), _) => target.stamp_s,
             (None, Some(posture)) => posture.stamp_s,
@@ -527,6 +468,10 @@ impl Renderer {
         if age_s.abs() > self.watchdog.max_target_age_s {
             return Err(HoldReason::StaleTarget { age_s });
         }
+        Ok(())
+    }
+
+    fn aim(&mut self, input: &RenderInput<'_>) -> Result<Aimed, HoldReason> {
         let mut aimed = Aimed::default();
         let set = match (input.target, input.posture) {
             (Some(target), _) => {
@@ -576,7 +521,7 @@ impl Renderer {
     }
 
     /// Slows the board down near the person.
-    fn keep_distance(&mut self, person_m: &[DVec3]) {
+    fn keep_distance(&mut self, person_m: &[DVec3], most: f64) {
         let share = if person_m.is_empty() {
             1.0
         } else {
@@ -586,6 +531,7 @@ impl Renderer {
             self.proximity
                 .speed_share(&self.board, &face, &twist, person_m, in_force)
         };
+        let share = share.min(most);
         // If no slower motion is found, the one in force goes on; the next step tries again.
         if self.follower.set_speed_share(share).is_ok() {
             self.speed_share = share;
@@ -618,6 +564,7 @@ impl Renderer {
         RenderStep {
             command: ArmCommand::Hold,
             phase: Phase::Hold(reason),
+            wrench: None,
             normal_force_n: None,
             unreachable: None,
             goal: self.follower.goal(),

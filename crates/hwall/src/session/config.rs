@@ -2,6 +2,7 @@
 
 use super::policy::PolicyConfig;
 use hwall_hand::{GazeFilterConfig, HandFilterConfig};
+use hwall_haptics::safety::{ChannelWatch, SupervisorConfig};
 use hwall_haptics::{ObjectCommand, PlaceTolerance, RendererConfig};
 
 /// Settings of a [`Session`](crate::Session).
@@ -25,6 +26,9 @@ pub struct SessionConfig {
     pub objects: bool,
     /// How the arm goes along with them; default by positions, which any arm understands.
     pub object_command: ObjectCommand,
+    /// What stands between renderer and arm; `None`: nothing, for an arm that is supervised elsewhere. Default
+    /// [`session_supervisor`].
+    pub supervisor: Option<SupervisorConfig>,
 }
 
 impl Default for SessionConfig {
@@ -39,6 +43,25 @@ impl Default for SessionConfig {
             texture: true,
             objects: true,
             object_command: ObjectCommand::default(),
+            supervisor: Some(session_supervisor()),
         }
+    }
+}
+
+/// The supervisor of a session: as by default, but for what the session watches itself or cannot tell.
+///
+/// - Points of the hand may stand still: [`HandFilterConfig::freeze`] finds frozen ones, and such a hand is lost. A head may
+///   stand still, too, for in a simulation it does; where a headset always trembles, set `head.frozen_s`.
+#[must_use]
+pub fn session_supervisor() -> SupervisorConfig {
+    let usual = SupervisorConfig::default();
+    let still = |watch: ChannelWatch| ChannelWatch {
+        frozen_s: None,
+        ..watch
+    };
+    SupervisorConfig {
+        hand: still(usual.hand),
+        head: still(usual.head),
+        ..usual
     }
 }

@@ -3,12 +3,13 @@
 use super::event::{Event, EventKind, EventQueue};
 use super::guidance::Guidance;
 use super::handover::Receiver;
+use super::safety::{Safety, same_fault};
 #[cfg(feature = "texture")]
 use crate::texture::{BoardTexture, TextureInput};
 use glam::DVec3;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, HoldReason, Phase, PlaceTolerance,
-    PostureTarget, RenderInput, RenderStep, Renderer, Slide,
+    PostureTarget, RenderInput, RenderStep, Renderer, SafeState, Slide,
 };
 use hwall_kinematics::{ArmKinematics, JointPositions};
 use hwall_scene::SurfaceId;
@@ -35,6 +36,7 @@ pub struct Control {
     pub(super) objects: Vec<SurfaceId>,
     /// Which of them the touch under way began on.
     pub(super) touched_object: Option<usize>,
+    pub(super) safety: Safety,
     pub(super) state: SessionState,
     pub(super) step: Option<RenderStep>,
     /// The touch under way; a hold for want of a good state or clock does not end it.
@@ -99,6 +101,9 @@ pub enum SessionState {
     Touched,
     /// Touched while the virtual world moves around the arm: it stands still where it is until it is released.
     TouchedInMovingWorld,
+    /// The supervisor has taken over: the board stands, withdraws, or gives way. Not for a fault that the renderer has named and
+    /// for which the arm stands: that is [`SessionState::Holding`].
+    Safe(SafeState),
 }
 
 impl Control {
@@ -141,7 +146,7 @@ impl Control {
             person_m[points] = point_m;
             points += 1;
         }
-        let step = self.renderer.step_with(
+        let mut step = self.renderer.step_with(
             now_s,
             state,
             &RenderInput {
@@ -150,8 +155,13 @@ impl Control {
                 slide: slide.as_ref(),
                 object: self.object(),
                 person_m: &person_m[..points],
+                request: self.safety.request(),
             },
         );
+        let is_touched = matches!(self.renderer.contact(), ContactState::Contact { .. });
+        step.command = self
+            .safety
+            .step(now_s, state, &self.guidance, is_touched, &step);
         self.report(now_s, state, &step);
         self.step = Some(step);
         step.command
@@ -222,6 +232,28 @@ impl Control {
         self.renderer.arm()
     }
 
+    /// What the supervisor lets the arm do, and why, as of the last step.
+    #[must_use]
+    pub const fn safety(&self) -> SafeState {
+        self.safety.state()
+    }
+
+    /// Is a fault latched? Then the arm stands, or gives way, until [`Control::reset`].
+    #[must_use]
+    pub const fn is_latched(&self) -> bool {
+        self.safety.is_latched()
+    }
+
+    /// Ends a latched fault; the board moves again once all inputs have been sound for a while.
+    pub fn reset(&mut self) {
+        self.safety.reset();
+    }
+
+    /// Stops the arm with the next step, latched. Without a supervisor it does nothing.
+    pub fn stop(&mut self) {
+        self.safety.stop();
+    }
+
     /// The renderer, which turns targets and states into commands.
     #[must_use]
     pub const fn renderer(&self) -> &Renderer {
@@ -262,7 +294,8 @@ impl Control {
             .is_some_and(|target| (now_s - target.stamp_s).abs() <= self.max_guidance_age_s);
         let touched = heard && self.contact.is_some_and(|contact| !contact.world_moved);
         // The arm brakes by itself; the motion waits for it.
-        let braking = touched && matches!(self.state, SessionState::Holding(_));
+        let stands = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
+        let braking = touched && stands(self.state);
         let guidance = &self.guidance;
         let texture = self.texture.as_mut()?;
         if braking || !now_s.is_finite() || state.validate().is_err() {
@@ -315,16 +348,19 @@ impl Control {
         }
         self.contact = self.contact_now();
         let world_moved = self.contact.is_some_and(|contact| contact.world_moved);
-        let after = match step.phase {
-            Phase::Hold(reason) => SessionState::Holding(reason),
-            Phase::Contact { .. } if world_moved => SessionState::TouchedInMovingWorld,
-            Phase::Contact { .. } => SessionState::Touched,
-            Phase::NonContact => self.on_the_way(now_s, state, step),
+        let after = match (self.safety.takes_over(step.phase), step.phase) {
+            (Some(safe), _) => SessionState::Safe(safe),
+            (None, Phase::Hold(reason)) => SessionState::Holding(reason),
+            (None, Phase::Contact { .. }) if world_moved => SessionState::TouchedInMovingWorld,
+            (None, Phase::Contact { .. }) => SessionState::Touched,
+            (None, Phase::NonContact) => self.on_the_way(now_s, state, step),
         };
         self.state = after;
         let events = &mut self.events;
-        let is_held = |s| matches!(s, SessionState::Holding(_));
+        let is_held = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
         match (before, after) {
+            (SessionState::Safe(was), SessionState::Safe(is)) if same_fault(was, is) => {}
+            (_, SessionState::Safe(safe)) => events.push(now_s, EventKind::Safe(safe)),
             (SessionState::Holding(was), SessionState::Holding(is))
                 if was.name() == is.name() && !is_first => {}
             (_, SessionState::Holding(reason)) => events.push(now_s, EventKind::Held(reason)),

@@ -42,6 +42,9 @@ pub trait Controller {
 
     /// The command for the coming cycle; times on the clock of the arm, s.
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand;
+
+    /// The arm refused a command, gave no state, or the loop ends with another error.
+    fn failed(&mut self) {}
 }
 
 /// What one cycle of [`drive`] did.
@@ -80,6 +83,7 @@ where
             Err(error) => Err(error),
         };
         if let Err(error) = done {
+            controller.failed();
             // The first error is the one to report; a second one would only say that the arm does not answer.
             let _ = arm.command(ArmCommand::Hold);
             return Err(error);
@@ -118,7 +122,7 @@ where
 
 impl<P: Predictor> Controller for Session<P> {
     fn frame(&mut self, frame: &HandFrame) {
-        self.perception.frame(frame);
+        Self::frame(self, frame);
     }
 
     fn world(&mut self, pose: &WorldPose) {
@@ -127,6 +131,10 @@ impl<P: Predictor> Controller for Session<P> {
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
-        self.control.step(now_s, state)
+        Self::step(self, now_s, state)
+    }
+
+    fn failed(&mut self) {
+        self.stop();
     }
 }

@@ -2,7 +2,7 @@
 
 use hwall_contact::ContactPrediction;
 use hwall_hand::Tracking;
-use hwall_haptics::{BoardTarget, HoldReason};
+use hwall_haptics::{BoardTarget, HoldReason, SafeState};
 use hwall_kinematics::Unreachable;
 use hwall_reachability::Presented;
 use hwall_scene::SurfaceId;
@@ -45,7 +45,10 @@ pub enum EventKind {
     Released,
     /// The arm holds still because an input is missing or wrong.
     Held(HoldReason),
-    /// The reason to hold is gone.
+    /// The supervisor has taken over, or does something else now, or for another reason. A fault that the renderer has named
+    /// ([`EventKind::Held`]) is not named again while the arm stands for it.
+    Safe(SafeState),
+    /// The reason to hold, or for the supervisor to take over, is gone.
     Resumed,
     /// The virtual world moved under the hand that touches the board; the board stands still until it is released.
     WorldMovedWhileTouched,

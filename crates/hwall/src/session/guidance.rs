@@ -19,6 +19,10 @@ pub(super) struct Guidance {
     pub(super) fingertip: Option<Fingertip>,
     /// The palm, while it is tracked, base frame, m.
     pub(super) palm_m: Option<DVec3>,
+    /// The head, while it is tracked, base frame, m.
+    pub(super) head_m: Option<DVec3>,
+    /// When hand and head were seen, on the clock of the arm, s.
+    pub(super) seen_s: f64,
     /// When it was decided that the arm waits, on the clock of the arm, s; counts while there is no target.
     pub(super) waits_s: Option<f64>,
     /// A configuration towards which the arm leans while it waits, rad: where a touch might come.
@@ -30,7 +34,7 @@ pub(super) struct Guidance {
 }
 
 /// Length of the encoding.
-pub(super) const WORDS: usize = 40;
+pub(super) const WORDS: usize = 44;
 
 /// One bit for each value that may be absent.
 const TARGET: u64 = 1;
@@ -43,6 +47,7 @@ const NEAR: u64 = 64;
 const PALM: u64 = 128;
 const WAITS: u64 = 256;
 const LEANS: u64 = 512;
+const HEAD: u64 = 1024;
 
 impl Guidance {
     /// As plain words, for the hand-over between threads.
@@ -78,6 +83,10 @@ impl Guidance {
         if let Some(palm_m) = self.palm_m {
             put(29, PALM, &palm_m.to_array());
         }
+        if let Some(head_m) = self.head_m {
+            put(41, HEAD, &head_m.to_array());
+        }
+        put(40, 0, &[self.seen_s]);
         if let Some(waits_s) = self.waits_s {
             put(32, WAITS, &[waits_s]);
         }
@@ -118,6 +127,8 @@ impl Guidance {
                 velocity_m_per_s: vector(14),
             }),
             palm_m: has(PALM).then(|| vector(29)),
+            head_m: has(HEAD).then(|| vector(41)),
+            seen_s: number(40),
             waits_s: has(WAITS).then(|| number(32)),
             leans_to: has(LEANS).then(|| JointPositions(std::array::from_fn(|i| number(33 + i)))),
             contact_s: has(CONTACT).then(|| number(17)),
@@ -149,6 +160,8 @@ mod tests {
                 velocity_m_per_s: DVec3::NEG_X,
             }),
             palm_m: Some(DVec3::new(0.8, 0.0, 0.5)),
+            head_m: Some(DVec3::new(1.2, 0.1, 0.9)),
+            seen_s: 12.4,
             waits_s: Some(12.0),
             leans_to: Some(JointPositions([0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1])),
             contact_s: Some(13.0),
@@ -174,6 +187,7 @@ mod tests {
             without(&|g| g.fingertip = None),
             without(&|g| g.target = g.target.map(|t| BoardTarget { near: None, ..t })),
             without(&|g| g.palm_m = None),
+            without(&|g| g.head_m = None),
             without(&|g| g.waits_s = None),
             without(&|g| g.leans_to = None),
             without(&|g| g.contact_s = None),

@@ -9,10 +9,11 @@ mod handover;
 mod looks;
 mod perception;
 mod policy;
+mod safety;
 mod target_control;
 mod world;
 
-pub use config::SessionConfig;
+pub use config::{SessionConfig, session_supervisor};
 pub use control::{Control, MovingSurface, SessionState};
 pub use drive::{Controller, Cycle, Surroundings, drive};
 pub use event::{Event, EventKind, Foreseen, Goal};
@@ -38,6 +39,7 @@ use hwall_kinematics::ArmKinematics;
 use hwall_scene::{Scene, SurfaceId};
 use perception::Newest;
 use policy::Policy;
+use safety::Safety;
 #[cfg(feature = "texture")]
 use std::sync::Arc;
 use world::World;
@@ -114,6 +116,10 @@ impl<P: Predictor> Session<P> {
         let texture = levels
             .as_ref()
             .map(|levels| BoardTexture::new(levels, Arc::clone(renderer.arm())));
+        let safety = match config.supervisor {
+            Some(supervisor) => Safety::new(arm, board, supervisor)?,
+            None => Safety::none(),
+        };
         let control = Control {
             waiting: perception.walls.waiting,
             waits_at: perception.walls.waiting,
@@ -127,6 +133,7 @@ impl<P: Predictor> Session<P> {
             touched_object: None,
             guidance: guidance::Guidance::default(),
             events: EventQueue::new(),
+            safety,
             state: SessionState::Holding(hwall_haptics::HoldReason::NoTarget),
             step: None,
             contact: None,
@@ -271,6 +278,16 @@ impl<P: Predictor> Session<P> {
     #[must_use]
     pub const fn control(&self) -> &Control {
         &self.control
+    }
+
+    /// Stops the arm, latched, see [`Control::stop`].
+    pub fn stop(&mut self) {
+        self.control.stop();
+    }
+
+    /// Ends a latched fault, see [`Control::reset`].
+    pub fn reset(&mut self) {
+        self.control.reset();
     }
 
     /// The two halves, each for a thread of its own. The findings of the tracker's half reach the other by a hand-over in which

@@ -50,6 +50,7 @@ pub(super) struct Newest {
     intent: Option<Intent>,
     fingertip: Option<Fingertip>,
     palm_m: Option<DVec3>,
+    head_m: Option<DVec3>,
     /// Arm's clock, s.
     stamp_s: f64,
     /// The place that was announced last.
@@ -122,6 +123,7 @@ impl<P: Predictor> Perception<P> {
             }),
             fingertip,
             palm_m: tracking.state().and(frame.palm_m),
+            head_m: frame.head_m.filter(|m| m.is_finite()),
             stamp_s: arm_s,
             goal: self.newest.goal,
         };
@@ -274,6 +276,7 @@ impl<P: Predictor> Perception<P> {
         let Newest {
             fingertip,
             palm_m,
+            head_m,
             stamp_s,
             intent,
             ..
@@ -281,6 +284,8 @@ impl<P: Predictor> Perception<P> {
         let mut guidance = Guidance {
             fingertip,
             palm_m,
+            head_m,
+            seen_s: stamp_s,
             world_moves: self.world.moves(),
             ..Guidance::default()
         };

@@ -1,0 +1,69 @@
+//! Settings of the renderer.
+
+use super::contact::ContactConfig;
+use super::proximity::ProximityConfig;
+use crate::motion::FollowerConfig;
+
+/// Settings of [`Renderer`](super::Renderer).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RendererConfig {
+    /// When a force counts as a touch.
+    pub contact: ContactConfig,
+    /// How the arm moves.
+    pub follower: FollowerConfig,
+    /// How the normal force is estimated.
+    pub force: ForceConfig,
+    /// How old inputs may be.
+    pub watchdog: WatchdogConfig,
+    /// How fast the board may move near the person.
+    pub proximity: ProximityConfig,
+}
+
+/// Settings of the force estimate, see
+/// [`SrsArm::wrench_from_torques`](hwall_kinematics::SrsArm::wrench_from_torques).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceConfig {
+    /// Damping, m; default 0.005. More makes the force near a singular pose quieter and smaller.
+    pub damping_m: f64,
+    /// Length by which moments are divided, m; default 0.1, half of the board.
+    pub moment_length_m: f64,
+    /// Time constant of the first-order filter on the normal force, s; default 0.01. White noise
+    /// of the torque sensors at 1 kHz shrinks by a factor of 4.5; a touch is felt later by about this time.
+    pub filter_s: f64,
+}
+
+impl Default for ForceConfig {
+    fn default() -> Self {
+        Self {
+            damping_m: 0.005,
+            moment_length_m: 0.1,
+            filter_s: 0.01,
+        }
+    }
+}
+
+/// When inputs no longer count. Stamps that are ahead of the clock by as much do not count either.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WatchdogConfig {
+    /// Largest age of a target, s; default 0.25.
+    pub max_target_age_s: f64,
+    /// Largest age of an arm state, s; default 0.1.
+    pub max_state_age_s: f64,
+    /// Longest time by which a single step advances the command, s; default 0.05. After a stall the
+    /// command goes on from where it was instead of leaping to where it would have been.
+    pub max_step_s: f64,
+    /// If the arm is further than this from the command after a hold (largest joint difference), the motion
+    /// starts anew from the measured state, rad; default 0.05.
+    pub resync_rad: f64,
+}
+
+impl Default for WatchdogConfig {
+    fn default() -> Self {
+        Self {
+            max_target_age_s: 0.25,
+            max_state_age_s: 0.1,
+            max_step_s: 0.05,
+            resync_rad: 0.05,
+        }
+    }
+}

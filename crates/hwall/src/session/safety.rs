@@ -1,0 +1,145 @@
+//! The supervisor within a session.
+
+use super::guidance::Guidance;
+use glam::DVec3;
+use hwall_haptics::safety::{PersonPart, PersonPoint, SupervisorConfig};
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, HapticsError, HoldReason, Phase, RenderStep, SafeRequest,
+    SafeState, Supervisor, SupervisorInput, SupervisorStep,
+};
+use hwall_kinematics::ArmKinematics;
+
+/// The supervisor, if there is one, and what it said last.
+pub(super) struct Safety {
+    supervisor: Option<Supervisor>,
+    last: Option<SupervisorStep>,
+}
+
+impl Safety {
+    pub(super) const fn none() -> Self {
+        Self {
+            supervisor: None,
+            last: None,
+        }
+    }
+
+    pub(super) fn new(
+        arm: &dyn ArmKinematics,
+        board: &Board,
+        config: SupervisorConfig,
+    ) -> Result<Self, HapticsError> {
+        Ok(Self {
+            supervisor: Some(Supervisor::new(arm, board, config)?),
+            last: None,
+        })
+    }
+
+    /// What the renderer is asked to do in the coming step.
+    pub(super) fn request(&self) -> Option<SafeRequest> {
+        self.last.map(|last| last.request)
+    }
+
+    pub(super) const fn state(&self) -> SafeState {
+        match self.last {
+            Some(last) => last.state,
+            None => SafeState::Normal,
+        }
+    }
+
+    pub(super) const fn is_latched(&self) -> bool {
+        matches!(self.last, Some(SupervisorStep { latched: true, .. }))
+    }
+
+    pub(super) fn reset(&mut self) {
+        if let Some(supervisor) = &mut self.supervisor {
+            supervisor.reset();
+        }
+    }
+
+    pub(super) fn stop(&mut self) {
+        if let Some(supervisor) = &mut self.supervisor {
+            supervisor.stop();
+        }
+    }
+
+    /// The command to send instead of the renderer's.
+    ///
+    /// A touch does not heed the tracker: the hand is known by its force, and the board stands under it, or goes along with what it
+    /// pushes. The head is still kept clear of while it is tracked.
+    pub(super) fn step(
+        &mut self,
+        now_s: f64,
+        state: &ArmState,
+        guidance: &Guidance,
+        is_touched: bool,
+        step: &RenderStep,
+    ) -> ArmCommand {
+        let Some(supervisor) = &mut self.supervisor else {
+            return step.command;
+        };
+        let stamp_s = guidance.seen_s;
+        let seen = [
+            (
+                PersonPart::Fingertip,
+                guidance.fingertip.map(|tip| tip.point_m),
+            ),
+            (PersonPart::Palm, guidance.palm_m),
+            (PersonPart::Head, guidance.head_m),
+        ];
+        let mut person = [PersonPoint {
+            part: PersonPart::Head,
+            position_m: DVec3::ZERO,
+            stamp_s,
+        }; 3];
+        let mut points = 0;
+        for (part, position_m) in seen {
+            let fresh = (now_s - stamp_s).abs() <= supervisor.config().head.max_age_s;
+            let heeded = !is_touched || (part == PersonPart::Head && fresh);
+            if is_touched {
+                supervisor.forget(part);
+            }
+            if let Some(position_m) = position_m.filter(|_| heeded) {
+                person[points] = PersonPoint {
+                    part,
+                    position_m,
+                    stamp_s,
+                };
+                points += 1;
+            }
+        }
+        let target = guidance.target.filter(|_| !is_touched);
+        let said = supervisor.step(&SupervisorInput {
+            now_s,
+            state,
+            person: &person[..points],
+            target: target.map(|target| (target.point_m, target.stamp_s)),
+            force: step.wrench,
+            command: step.command,
+        });
+        self.last = Some(said);
+        said.command
+    }
+
+    /// The state that is in force instead of the session's; `None` while commands go through, and for a fault that the
+    /// renderer has named and for which the arm stands.
+    pub(super) fn takes_over(&self, phase: Phase) -> Option<SafeState> {
+        let last = self.last?;
+        let stands = match last.state {
+            SafeState::Normal | SafeState::Slowed { .. } => return None,
+            SafeState::Holding { .. } | SafeState::Stopped { .. } => !last.latched,
+            _ => false,
+        };
+        let is_named = matches!(phase, Phase::Hold(reason) if reason != HoldReason::NoTarget);
+        (!(stands && is_named)).then_some(last.state)
+    }
+}
+
+/// Does the supervisor do the same for the same fault? Numbers may differ.
+pub(super) fn same_fault(a: SafeState, b: SafeState) -> bool {
+    let fault = |state: SafeState| {
+        let reason = state.reason();
+        let channel = reason.and_then(|reason| reason.channel());
+        (state.name(), reason.map(|reason| reason.name()), channel)
+    };
+    fault(a) == fault(b)
+}

@@ -1,0 +1,569 @@
+//! One run: an arm, a session, a hand with a mass, and a fault at a moment of a touch.
+
+use super::fault::{Fault, Input, Spoiled};
+use super::outcome::{After, Outcome, Reached};
+use super::phase::Phase;
+use super::predictor::SpoiledPredictor;
+use anyhow::{Context, bail};
+use glam::DVec3;
+use hwall::hand::HandFrame;
+use hwall::haptics::safety::Channel;
+use hwall::haptics::{
+    Arm, ArmCommand, ArmState, Board, ContactLimits, HoldReason, SafeReason, SafeState,
+};
+use hwall::{EventKind, Session, SessionConfig, SessionState, Walls, maps_of, session_supervisor};
+use hwall_geometry::Wrench;
+use hwall_kinematics::JointPositions;
+use hwall_scene::Scene;
+use hwall_sim::{HandBody, HandBodyConfig, HandDrive, minimum_jerk};
+use hwall_stage::input::arms::BoardArm;
+use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm};
+use hwall_testkit::Sampler;
+use std::sync::Arc;
+
+/// Control period, s.
+pub(super) const DT_S: f64 = 1e-3;
+const TRACKER_S: f64 = 1.0 / 90.0;
+/// The fault lasts this long, s: long enough to see the board withdraw.
+const FAULT_S: f64 = 1.0;
+/// By then the session goes on by itself, s after the fault.
+const RECOVERED_S: f64 = 1.0;
+/// By then it goes on after a reset, s.
+const RESET_S: f64 = 0.6;
+/// A phase that has not come by then will not come, s.
+const LATEST_S: f64 = 9.0;
+/// Where the hand touches, base frame, m.
+const TARGET_M: DVec3 = DVec3::new(0.6, 0.02, 0.6);
+/// Where it rests, m, from there.
+const REST_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
+/// Standard deviation of the tracker's noise, m.
+const NOISE_M: f64 = 3e-4;
+/// A headset that trembles as all do is frozen after this, s.
+pub(super) const HEAD_FROZEN_S: f64 = 0.5;
+
+/// Plus and minus one, ten times a second.
+pub(super) fn to_and_fro(since_s: f64) -> f64 {
+    if (since_s / 0.1) as i64 % 2 == 0 {
+        1.0
+    } else {
+        -1.0
+    }
+}
+
+/// What all runs share.
+pub(super) struct Setup {
+    arm: BoardArm,
+    pub(super) board: Board,
+    wall: (Scene, Walls),
+    rough: (Scene, Walls),
+    door: (Scene, Walls),
+}
+
+impl Setup {
+    pub(super) fn new() -> anyhow::Result<Self> {
+        let board = Board::default();
+        let arm = BoardArm::named("iiwa7", &board)?;
+        let srs = arm.closed_form().context("no closed form")?.clone();
+        let x = TARGET_M.x;
+        let part = |name: &str| {
+            format!("o {name}\nv {x} -0.6 0\nv {x} 1 0\nv {x} 1 2\nv {x} -0.6 2\nf 1 2 3 4\n")
+        };
+        let scene = |obj: String, sidecar: Option<&str>| -> anyhow::Result<(Scene, Walls)> {
+            let (scene, _) = Scene::from_obj_str(&obj, sidecar)?;
+            let mut walls = Walls::from(maps_of(&scene, &srs)?);
+            walls.waiting = Some(arm.start());
+            Ok((scene, walls))
+        };
+        let hinge = format!(
+            "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [{x}, -0.6, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [0, 30]\n"
+        );
+        Ok(Self {
+            wall: scene(part("wall"), None)?,
+            rough: scene(part("wall"), Some("[surface.wall]\nroughness = 0.5\n"))?,
+            door: scene(part("door"), Some(&hinge))?,
+            arm,
+            board,
+        })
+    }
+
+    fn scene(&self, phase: Phase) -> &(Scene, Walls) {
+        match phase {
+            Phase::TouchedDoor => &self.door,
+            Phase::Sliding => &self.rough,
+            _ => &self.wall,
+        }
+    }
+}
+
+/// When the hand does what, s.
+struct Script {
+    look_s: f64,
+    reach_s: f64,
+    press_s: f64,
+    leave_s: f64,
+    end_s: f64,
+    /// How its aim goes on while it presses, m/s.
+    pressing_m_per_s: DVec3,
+}
+
+impl Script {
+    const fn of(phase: Phase) -> Self {
+        let waits = matches!(phase, Phase::Waiting);
+        let pressing_m_per_s = match phase {
+            Phase::TouchedDoor => DVec3::new(-0.08, 0.0, 0.0),
+            Phase::Sliding => DVec3::new(0.0, 0.04, 0.0),
+            _ => DVec3::ZERO,
+        };
+        let later_s = if waits { 3.0 } else { 0.0 };
+        Self {
+            look_s: 0.8 + later_s,
+            reach_s: 2.2 + later_s,
+            press_s: 3.2 + later_s,
+            leave_s: 5.8 + later_s,
+            end_s: 6.4 + later_s,
+            pressing_m_per_s,
+        }
+    }
+
+    /// Where the muscles aim, m.
+    fn aim_m(&self, t_s: f64) -> DVec3 {
+        let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
+        let out = share(self.reach_s, self.press_s) - share(self.leave_s, self.end_s);
+        let pressed_s = t_s.clamp(self.press_s, self.leave_s) - self.press_s;
+        let inside_m = TARGET_M - DVec3::X * 0.03 + self.pressing_m_per_s * pressed_s;
+        (TARGET_M + REST_M).lerp(inside_m, out)
+    }
+
+    fn drive(&self, t_s: f64) -> HandDrive {
+        HandDrive::Aim {
+            position_m: self.aim_m(t_s),
+            velocity_m_per_s: (self.aim_m(t_s + 1e-4) - self.aim_m(t_s - 1e-4)) / 2e-4,
+        }
+    }
+}
+
+pub(super) struct Bench {
+    pub(super) session: Session<SpoiledPredictor>,
+    pub(super) arm: SimulatedArm,
+    pub(super) hand: HandBody,
+    pub(super) script_is_over: bool,
+    script: Script,
+    noise: Sampler,
+    pub(super) t_s: f64,
+    cycles: u64,
+    frames: u64,
+    head_m: DVec3,
+    last_frame: HandFrame,
+    last_state: Option<ArmState>,
+    /// Torques of the hand at the last step.
+    pub(super) hand_wrench: Wrench,
+}
+
+impl Bench {
+    pub(super) fn new(
+        setup: &Setup,
+        phase: Phase,
+        level: ArmLevel,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
+        let (scene, walls) = setup.scene(phase);
+        let mut supervisor = session_supervisor();
+        supervisor.head.frozen_s = Some(HEAD_FROZEN_S);
+        let config = SessionConfig {
+            object_command: level.object_command(&setup.arm, &setup.board)?,
+            supervisor: Some(supervisor),
+            ..SessionConfig::default()
+        };
+        let session = Session::new(
+            &**setup.arm.kinematics(),
+            &setup.board,
+            scene.clone(),
+            walls.clone(),
+            SpoiledPredictor::new()?,
+            config,
+        )?;
+        let model = Arc::clone(session.control().arm());
+        let start = setup.arm.start();
+        let hand = HandBodyConfig::default();
+        Ok(Self {
+            arm: SimulatedArm::new(level, &setup.arm, model, &setup.board, start, seed)?,
+            session,
+            hand: HandBody::new(hand, TARGET_M + REST_M, DVec3::ZERO)?,
+            script_is_over: false,
+            script: Script::of(phase),
+            noise: Sampler::new(seed),
+            t_s: 0.0,
+            cycles: 0,
+            frames: 0,
+            head_m: DVec3::new(1.35, -0.15, 1.05),
+            last_frame: HandFrame::empty(0.0),
+            last_state: None,
+            hand_wrench: Wrench::default(),
+        })
+    }
+
+    /// One control period. `fault`: what is wrong, and for how long it has been, s.
+    pub(super) fn cycle(&mut self, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
+        self.session.perception_mut().predictor_mut().fault = fault;
+        while self.frames as f64 * TRACKER_S <= self.t_s {
+            let t_s = self.frames as f64 * TRACKER_S;
+            self.frames += 1;
+            let frame = self.frame(t_s, fault);
+            if let Some(frame) = spoiled_frame(frame, &self.last_frame, fault) {
+                self.session.frame(&frame);
+            }
+            if fault.is_none() {
+                self.last_frame = frame;
+            }
+        }
+        let state = self.arm.state()?;
+        if fault.is_none() {
+            self.last_state = Some(state);
+        }
+        let last = self.last_state.unwrap_or(state);
+        let (state, now_s) = self.spoiled_state(state, last, fault);
+        let stalls = matches!(fault, Some((Fault::Spoiled(Input::ControlClock, Spoiled::Missing), since_s))
+            if (since_s / DT_S).round() as u64 % 300 != 299);
+        if !stalls {
+            let command = self.session.step(now_s, &state);
+            self.send(command, fault)?;
+        }
+        self.arm.advance(DT_S)?;
+        self.cycles += 1;
+        self.t_s = self.cycles as f64 * DT_S;
+        let drive = match self.script_is_over {
+            true => HandDrive::Force(DVec3::ZERO),
+            false => self.script.drive(self.t_s),
+        };
+        let (pose, twist) = (self.arm.pose(), self.arm.twist());
+        self.hand_wrench = self.hand.step(DT_S, &pose, &twist, &drive)?;
+        let mut wrench = self.hand_wrench;
+        if matches!(fault, Some((Fault::EdgePush, _))) {
+            let force_n = pose.rotation().z_axis * -30.0;
+            let lever_m = pose.rotation().x_axis * 0.098;
+            wrench.force_n += force_n;
+            wrench.moment_n_m += lever_m.cross(force_n);
+        }
+        self.arm.apply_wrench(wrench)?;
+        Ok(())
+    }
+
+    /// What the tracker sees.
+    fn frame(&mut self, t_s: f64, fault: Option<(Fault, f64)>) -> HandFrame {
+        let tip_m = self.hand.position_m();
+        let mut noisy = |at: DVec3| {
+            at + NOISE_M
+                * DVec3::new(
+                    self.noise.normal(),
+                    self.noise.normal(),
+                    self.noise.normal(),
+                )
+        };
+        let tips_m =
+            [0.0, 0.0, 0.02, 0.04, 0.06].map(|y| Some(noisy(tip_m + DVec3::new(y, y, -0.5 * y))));
+        let palm_m = Some(noisy(tip_m + DVec3::new(0.12, 0.02, 0.0)));
+        let mut head_m = self.head_m;
+        if let Some((Fault::PersonInTheWay, since_s)) = fault {
+            // As fast as a person leans forward.
+            let before_m = self.arm.pose().position_m() + self.arm.pose().rotation().z_axis * 0.15;
+            let way = before_m - head_m;
+            head_m += way.clamp_length_max(1.5 * since_s);
+        }
+        let looks = t_s >= self.script.look_s;
+        let gaze = if looks { TARGET_M - head_m } else { DVec3::X };
+        HandFrame {
+            palm_m,
+            tips_m,
+            gaze: Some(gaze.normalize()),
+            head_m: Some(noisy(head_m)),
+            ..HandFrame::empty(t_s)
+        }
+    }
+
+    /// State and time as the session gets them.
+    fn spoiled_state(
+        &self,
+        state: ArmState,
+        last: ArmState,
+        fault: Option<(Fault, f64)>,
+    ) -> (ArmState, f64) {
+        let (mut state, mut now_s) = (state, self.t_s);
+        let Some((fault, since_s)) = fault else {
+            return (state, now_s);
+        };
+        let side = to_and_fro(since_s);
+        let torque = |state: &mut ArmState, change: &dyn Fn(&mut [f64; 7])| {
+            if let Some(torque) = &mut state.external_torque {
+                change(&mut torque.0);
+            }
+        };
+        match fault {
+            Fault::Spoiled(Input::Q, kind) => match kind {
+                Spoiled::Frozen => state.q = last.q,
+                Spoiled::Jumping => state.q[3] += 0.15 * side,
+                _ => state.q[3] = f64::NAN,
+            },
+            Fault::Spoiled(Input::Qd, kind) => match kind {
+                Spoiled::Frozen => state.qd = last.qd,
+                Spoiled::Jumping => state.qd[3] += 1.2 * side,
+                _ => state.qd[3] = f64::NAN,
+            },
+            Fault::Spoiled(Input::Torque, kind) => match kind {
+                Spoiled::Frozen => state.external_torque = last.external_torque,
+                Spoiled::Jumping => torque(&mut state, &|torque| torque[1] += 20.0 * side),
+                Spoiled::Missing => state.external_torque = None,
+                _ => torque(&mut state, &|torque| torque[1] = f64::NAN),
+            },
+            Fault::Spoiled(Input::ArmClock, kind) => match kind {
+                Spoiled::Stale => state.t_s -= 0.2,
+                Spoiled::Frozen => state = last,
+                Spoiled::Jumping => state.t_s += 5.0 * side,
+                _ => state.t_s = f64::NAN,
+            },
+            Fault::Spoiled(Input::ControlClock, kind) => match kind {
+                Spoiled::Stale => now_s -= 0.5,
+                Spoiled::Frozen => now_s -= since_s,
+                Spoiled::Jumping => now_s += 5.0 * side,
+                Spoiled::NotANumber => now_s = f64::NAN,
+                Spoiled::Missing => {}
+            },
+            Fault::TorqueSpike if since_s % 0.1 < 0.005 => {
+                torque(&mut state, &|torque| torque[1] += 150.0);
+            }
+            Fault::ImplausibleForce => {
+                let push = Wrench {
+                    force_n: self.arm.pose().rotation().z_axis * -1500.0,
+                    moment_n_m: DVec3::ZERO,
+                };
+                let model = self.session.control().arm();
+                let felt = model.jacobian(&self.arm.q()).torques(&push);
+                torque(&mut state, &|torque| {
+                    for (torque, felt) in torque.iter_mut().zip(felt.0) {
+                        *torque += felt;
+                    }
+                });
+            }
+            Fault::JointLimit => {
+                state.q[5] = self.session.control().arm().limits()[5].max_rad + 0.05;
+            }
+            _ => {}
+        }
+        (state, now_s)
+    }
+
+    fn send(&mut self, command: ArmCommand, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
+        match fault {
+            Some((Fault::Refused, _)) if command != ArmCommand::Hold => {
+                self.session.stop();
+                self.arm.command(ArmCommand::Hold)?;
+            }
+            Some((Fault::NotObeyed, _)) if command == ArmCommand::Hold => {
+                let mut q: JointPositions = self.arm.q();
+                q[0] += 0.3 * 0.1;
+                self.arm.command(ArmCommand::Position(q))?;
+            }
+            _ => self.arm.command(command)?,
+        }
+        Ok(())
+    }
+
+    /// Has the phase come?
+    pub(super) fn is_in(&self, phase: Phase, held_s: f64, released: bool) -> bool {
+        let touched = self.session.state() == SessionState::Touched;
+        match phase {
+            Phase::Waiting => self.t_s >= 0.6 && self.session.state() == SessionState::Waiting,
+            Phase::Approaching => {
+                let on_its_way = matches!(
+                    self.session.state(),
+                    SessionState::Approaching | SessionState::GettingReady
+                );
+                on_its_way && self.arm.twist().linear_m_per_s.length() > 0.1
+            }
+            Phase::InPlace => self.session.state() == SessionState::InPlace && held_s > 0.1,
+            Phase::TouchedWall => touched && held_s > 0.2,
+            Phase::TouchedDoor => {
+                let opened = |moving: hwall::MovingSurface| moving.position > 0.03;
+                touched && self.session.control().moving().any(opened)
+            }
+            Phase::Sliding => {
+                let slides = self.session.control().last_step();
+                touched && held_s > 0.2 && slides.is_some_and(|step| step.sliding)
+            }
+            Phase::Released => released,
+        }
+    }
+}
+
+/// A frame as the session gets it.
+fn spoiled_frame(
+    mut frame: HandFrame,
+    last: &HandFrame,
+    fault: Option<(Fault, f64)>,
+) -> Option<HandFrame> {
+    let Some((Fault::Spoiled(input, kind), since_s)) = fault else {
+        return Some(frame);
+    };
+    let spoil = |now: Option<DVec3>, then: Option<DVec3>| match kind {
+        Spoiled::Frozen => then,
+        Spoiled::Jumping => now.map(|at| at + DVec3::Y * 0.25 * to_and_fro(since_s)),
+        Spoiled::NotANumber => Some(DVec3::NAN),
+        _ => None,
+    };
+    match input {
+        Input::Frames => match kind {
+            Spoiled::Missing => return None,
+            Spoiled::Stale => frame.t_s -= 0.5,
+            Spoiled::NotANumber => frame.t_s = f64::NAN,
+            _ => {
+                let off_m = DVec3::Y * 0.25 * to_and_fro(since_s);
+                frame.palm_m = frame.palm_m.map(|at| at + off_m);
+                frame.tips_m = frame.tips_m.map(|tip| tip.map(|at| at + off_m));
+            }
+        },
+        Input::Fingertip => frame.tips_m[1] = spoil(frame.tips_m[1], last.tips_m[1]),
+        Input::Palm => frame.palm_m = spoil(frame.palm_m, last.palm_m),
+        Input::Head => frame.head_m = spoil(frame.head_m, last.head_m),
+        Input::Gaze => frame.gaze = spoil(frame.gaze, last.gaze),
+        _ => {}
+    }
+    Some(frame)
+}
+
+/// The safe state in force, and its name.
+pub(super) fn safe_state(
+    session: &Session<SpoiledPredictor>,
+    heads: bool,
+) -> (Reached, Option<String>) {
+    let safety = session.control().safety();
+    let reached = |state: SafeState| match state {
+        SafeState::Holding { .. } => Reached::Holding,
+        SafeState::Retreating { .. } => Reached::Retreating,
+        SafeState::Compliant { .. } => Reached::Compliant,
+        SafeState::Stopped { .. } => Reached::Stopped,
+        SafeState::Slowed { .. } => Reached::Slowed,
+        _ => Reached::WentOn,
+    };
+    match (session.state(), safety) {
+        (SessionState::Safe(state), _) => (reached(state), state.reason().map(reason_name)),
+        (SessionState::Holding(reason), safety) if reason != HoldReason::NoTarget => {
+            let state = reached(safety).max(Reached::Holding);
+            (state, Some(reason.name().to_owned()))
+        }
+        (_, SafeState::Slowed { reason }) => {
+            let is_head = matches!(
+                reason,
+                SafeReason::PersonNear {
+                    part: Channel::Head,
+                    ..
+                }
+            );
+            (
+                Reached::Slowed,
+                (heads && is_head).then(|| reason_name(reason)),
+            )
+        }
+        _ => (Reached::WentOn, None),
+    }
+}
+
+fn reason_name(reason: SafeReason) -> String {
+    match reason.channel() {
+        Some(channel) => format!("{} {}", reason.name(), channel.name()),
+        None => reason.name().to_owned(),
+    }
+}
+
+/// One combination.
+pub(super) fn run(
+    setup: &Setup,
+    (fault, phase, level): (Fault, Phase, ArmLevel),
+    seed: u64,
+) -> anyhow::Result<Outcome> {
+    let mut bench = Bench::new(setup, phase, level, seed)?;
+    let (mut last, mut since_s, mut released_s) = (bench.session.state(), 0.0, None);
+    loop {
+        let released = released_s.is_some_and(|at| bench.t_s - at > 0.05);
+        if bench.is_in(phase, bench.t_s - since_s, released) {
+            break;
+        }
+        bench.cycle(None)?;
+        if bench.session.state() != last {
+            (last, since_s) = (bench.session.state(), bench.t_s);
+        }
+        while let Some(event) = bench.session.next_event() {
+            if matches!(event.kind, EventKind::Released) {
+                released_s = Some(bench.t_s);
+            }
+        }
+        if bench.t_s > LATEST_S {
+            bail!("{} never comes ({level:?})", phase.name());
+        }
+    }
+    let began_s = bench.t_s;
+    let face = bench.arm.pose();
+    let limits = ContactLimits::default();
+    let mut outcome = Outcome {
+        fault,
+        phase,
+        level,
+        reached: Reached::WentOn,
+        reason: String::new(),
+        after_s: None,
+        most_n: 0.0,
+        pressed_s: 0.0,
+        meets_m_per_s: 0.0,
+        moved_m: 0.0,
+        outward_m: 0.0,
+        after: After::Stuck,
+    };
+    if matches!(fault, Fault::Stop | Fault::NotObeyed) {
+        bench.session.stop();
+    }
+    let mut pressed_s = 0.0;
+    let mut latched = false;
+    while bench.t_s - began_s < FAULT_S + RECOVERED_S + RESET_S {
+        let since_s = bench.t_s - began_s;
+        let lasts = since_s < FAULT_S;
+        let before = bench.hand.is_touching();
+        let outward = bench.arm.pose().rotation().z_axis;
+        let closing =
+            (bench.arm.twist().linear_m_per_s - bench.hand.velocity_m_per_s()).dot(outward);
+        bench.cycle(lasts.then_some((fault, since_s)))?;
+        if bench.hand.is_touching() && !before {
+            outcome.meets_m_per_s = outcome.meets_m_per_s.max(closing);
+        }
+        let force_n = bench.hand_wrench.force_n.length();
+        outcome.most_n = outcome.most_n.max(force_n);
+        pressed_s = if force_n > limits.lasting_force_n() {
+            pressed_s + DT_S
+        } else {
+            0.0
+        };
+        outcome.pressed_s = outcome.pressed_s.max(pressed_s);
+        if lasts {
+            let way = bench.arm.pose().position_m() - face.position_m();
+            outcome.moved_m = outcome.moved_m.max(way.length());
+            outcome.outward_m = outcome.outward_m.max(way.dot(face.rotation().z_axis));
+            let heads = fault == Fault::PersonInTheWay;
+            let (reached, name) = safe_state(&bench.session, heads);
+            outcome.reached = outcome.reached.max(reached);
+            if let (Some(name), None) = (name, outcome.after_s) {
+                (outcome.after_s, outcome.reason) = (Some(since_s), name);
+            }
+        } else if since_s >= FAULT_S + RECOVERED_S
+            && !latched
+            && bench.session.control().is_latched()
+        {
+            latched = true;
+            bench.session.reset();
+        }
+        while bench.session.next_event().is_some() {}
+    }
+    let goes_on = safe_state(&bench.session, false).0 <= Reached::Slowed;
+    outcome.after = match (goes_on, latched) {
+        (true, false) => After::Recovered,
+        (true, true) => After::Latched,
+        (false, _) => After::Stuck,
+    };
+    Ok(outcome)
+}

@@ -1,0 +1,186 @@
+//! What goes wrong.
+
+use super::phase::Phase;
+
+/// An input of the session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Input {
+    /// Joint angles.
+    Q,
+    /// Joint velocities.
+    Qd,
+    /// External joint torques.
+    Torque,
+    /// The stamp of the arm's state.
+    ArmClock,
+    /// The clock of the control loop.
+    ControlClock,
+    /// Whole frames of the tracker.
+    Frames,
+    /// The fingertip.
+    Fingertip,
+    /// The palm.
+    Palm,
+    /// The head.
+    Head,
+    /// The direction of the gaze.
+    Gaze,
+    /// Where a contact is predicted: the target of the board.
+    Target,
+}
+
+/// What becomes of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Spoiled {
+    /// Older than it should be.
+    Stale,
+    /// As it was when the fault began.
+    Frozen,
+    /// To and fro, ten times a second.
+    Jumping,
+    /// NaN.
+    NotANumber,
+    /// Not there.
+    Missing,
+}
+
+/// A fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// None, for comparison.
+    None,
+    /// An input is spoiled.
+    Spoiled(Input, Spoiled),
+    /// 150 N m on one joint for 5 ms, ten times a second.
+    TorqueSpike,
+    /// A force of 1.5 kN in the torques.
+    ImplausibleForce,
+    /// A joint is measured beyond its limit.
+    JointLimit,
+    /// A contact is predicted at the arm's own base.
+    SelfCollision,
+    /// 30 N at the edge of the face.
+    EdgePush,
+    /// The head comes to 0.15 m in front of the face.
+    PersonInTheWay,
+    /// The driver takes no command but to hold.
+    Refused,
+    /// The arm turns a joint at 0.3 rad/s while it is told to hold.
+    NotObeyed,
+    /// [`Session::stop`](hwall::Session::stop) is called.
+    Stop,
+}
+
+impl Fault {
+    /// All, inputs first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        use Input::{
+            ArmClock, ControlClock, Fingertip, Frames, Gaze, Head, Palm, Q, Qd, Target, Torque,
+        };
+        use Spoiled::{Frozen, Jumping, Missing, NotANumber, Stale};
+        let rows: [(Input, &[Spoiled]); 11] = [
+            (Q, &[Frozen, Jumping, NotANumber]),
+            (Qd, &[Frozen, Jumping, NotANumber]),
+            (Torque, &[Frozen, Jumping, NotANumber, Missing]),
+            (ArmClock, &[Stale, Frozen, Jumping, NotANumber]),
+            (ControlClock, &[Stale, Frozen, Jumping, NotANumber, Missing]),
+            (Frames, &[Stale, Jumping, NotANumber, Missing]),
+            (Fingertip, &[Frozen, Jumping, NotANumber, Missing]),
+            (Palm, &[Frozen, Jumping, NotANumber, Missing]),
+            (Head, &[Frozen, Jumping, NotANumber, Missing]),
+            (Gaze, &[Frozen, Jumping, NotANumber, Missing]),
+            (Target, &[Frozen, Jumping, NotANumber, Missing]),
+        ];
+        let spoiled = rows
+            .into_iter()
+            .flat_map(|(input, kinds)| kinds.iter().map(move |kind| Self::Spoiled(input, *kind)));
+        let others = [
+            Self::TorqueSpike,
+            Self::ImplausibleForce,
+            Self::JointLimit,
+            Self::SelfCollision,
+            Self::EdgePush,
+            Self::PersonInTheWay,
+            Self::Refused,
+            Self::NotObeyed,
+            Self::Stop,
+        ];
+        [Self::None]
+            .into_iter()
+            .chain(spoiled)
+            .chain(others)
+            .collect()
+    }
+
+    /// For tables.
+    #[must_use]
+    pub fn name(self) -> String {
+        let (input, kind) = match self {
+            Self::None => return "none".to_owned(),
+            Self::TorqueSpike => return "torque spikes".to_owned(),
+            Self::ImplausibleForce => return "implausible force".to_owned(),
+            Self::JointLimit => return "joint beyond its limit".to_owned(),
+            Self::SelfCollision => return "target at the arm's own base".to_owned(),
+            Self::EdgePush => return "push at the board's edge".to_owned(),
+            Self::PersonInTheWay => return "head before the board".to_owned(),
+            Self::Refused => return "commands refused".to_owned(),
+            Self::NotObeyed => return "a hold is not obeyed".to_owned(),
+            Self::Stop => return "stop asked for".to_owned(),
+            Self::Spoiled(input, kind) => (input, kind),
+        };
+        let input = match input {
+            Input::Q => "q",
+            Input::Qd => "qd",
+            Input::Torque => "torque",
+            Input::ArmClock => "arm clock",
+            Input::ControlClock => "control clock",
+            Input::Frames => "tracker",
+            Input::Fingertip => "fingertip",
+            Input::Palm => "palm",
+            Input::Head => "head",
+            Input::Gaze => "gaze",
+            Input::Target => "target",
+        };
+        let kind = match kind {
+            Spoiled::Stale => "stale",
+            Spoiled::Frozen => "frozen",
+            Spoiled::Jumping => "jumping",
+            Spoiled::NotANumber => "NaN",
+            Spoiled::Missing => "missing",
+        };
+        format!("{input} {kind}")
+    }
+
+    /// Why no safe state is asked for in this phase; `None` if one is.
+    #[must_use]
+    pub const fn unheeded(self, phase: Phase) -> Option<&'static str> {
+        use Input::{Fingertip, Frames, Gaze, Head, Palm, Q, Qd, Target, Torque};
+        use Spoiled::{Frozen, Jumping};
+        Some(match self {
+            Self::None => "no fault",
+            Self::Spoiled(Gaze, _) => "the hand tells the place, or there is none",
+            Self::Spoiled(Frames | Fingertip | Palm | Head | Target, _) | Self::SelfCollision
+                if phase.is_touched() =>
+            {
+                "a touch heeds the force alone"
+            }
+            Self::Spoiled(Palm, _) => "the fingertip leads",
+            Self::Spoiled(Target, Spoiled::NotANumber) if !matches!(phase, Phase::Waiting) => {
+                return None;
+            }
+            Self::Spoiled(Target, _) | Self::SelfCollision => {
+                "the renderer goes where it can, within all limits"
+            }
+            Self::Spoiled(Fingertip, Spoiled::NotANumber | Spoiled::Missing | Frozen) => {
+                "the palm stands in for it, or it stays where it is"
+            }
+            Self::Spoiled(Q, Frozen) if !phase.moves() => "the arm stands",
+            Self::Spoiled(Qd | Torque, Frozen) => "nothing is commanded from it, or the arm stands",
+            Self::Spoiled(Torque, Spoiled::Missing) if !phase.is_touched() => "nothing is touched",
+            Self::Spoiled(Frames, Jumping) => return None,
+            Self::PersonInTheWay if !phase.moves() => "the board stands",
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,11 @@
+//! Every fault in every phase of a touch: which safe state it leads to, how soon, and what a hand meets meanwhile.
+
+mod bench;
+pub mod document;
+pub mod fault;
+pub mod figure;
+pub mod impact;
+pub mod outcome;
+pub mod phase;
+mod predictor;
+pub mod study;

@@ -1,0 +1,182 @@
+//! What became of a fault.
+
+use super::fault::Fault;
+use super::phase::Phase;
+use hwall_stage::run::simulated_arm::ArmLevel;
+
+/// The safest state that was reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Reached {
+    /// The session went on.
+    WentOn,
+    /// Slower, or with less torque.
+    Slowed,
+    /// The arm stands.
+    Holding,
+    /// The board withdraws.
+    Retreating,
+    /// The arm gives way.
+    Compliant,
+    /// The arm stands until the fault is gone, and perhaps until it is reset.
+    Stopped,
+}
+
+impl Reached {
+    /// All, in the order of the legend.
+    pub const ALL: [Self; 6] = [
+        Self::WentOn,
+        Self::Slowed,
+        Self::Holding,
+        Self::Retreating,
+        Self::Compliant,
+        Self::Stopped,
+    ];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::WentOn => "went on",
+            Self::Slowed => "slowed",
+            Self::Holding => "holding",
+            Self::Retreating => "retreating",
+            Self::Compliant => "compliant",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+/// What followed after the fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum After {
+    /// The session went on by itself.
+    Recovered,
+    /// The fault stayed latched, and the session went on after a reset.
+    Latched,
+    /// It did not go on.
+    Stuck,
+}
+
+impl After {
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Recovered => "recovered",
+            Self::Latched => "latched, reset",
+            Self::Stuck => "stuck",
+        }
+    }
+}
+
+/// One combination.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The fault.
+    pub fault: Fault,
+    /// The phase in which it began.
+    pub phase: Phase,
+    /// How much of the arm was simulated.
+    pub level: ArmLevel,
+    /// The safest state while it lasted.
+    pub reached: Reached,
+    /// The name of the first safe state and its reason.
+    pub reason: String,
+    /// From the fault to the first safe state, s.
+    pub after_s: Option<f64>,
+    /// Largest force on the hand since the fault, N.
+    pub most_n: f64,
+    /// Longest stretch of force above what may last, s.
+    pub pressed_s: f64,
+    /// Fastest approach of hand and face when they met since the fault, m/s.
+    pub meets_m_per_s: f64,
+    /// Largest distance of the face from where it was when the fault began, while it lasted, m.
+    pub moved_m: f64,
+    /// How far of it towards the hand, m.
+    pub outward_m: f64,
+    /// What followed.
+    pub after: After,
+}
+
+/// What the matrix is judged by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// A safe state is reached within this, s: every input that no longer comes has aged by then.
+    pub safe_s: f64,
+    /// Force that may last, N.
+    pub lasting_n: f64,
+    /// Force of an impact, N.
+    pub impact_n: f64,
+    /// How long a force counts as an impact, s.
+    pub impact_s: f64,
+    /// Energy of an impact, J.
+    pub energy_j: f64,
+    /// Mass of hand and board in an impact, kg.
+    pub reduced_mass_kg: f64,
+}
+
+impl Outcome {
+    /// Energy of the hardest meeting of hand and face, J: `μ v² / 2`.
+    #[must_use]
+    pub fn energy_j(&self, bounds: &Bounds) -> f64 {
+        0.5 * bounds.reduced_mass_kg * self.meets_m_per_s * self.meets_m_per_s
+    }
+
+    /// What exceeds a limit, and by how much.
+    #[must_use]
+    pub fn exceeds(&self, bounds: &Bounds) -> Option<String> {
+        let energy_j = self.energy_j(bounds);
+        if self.most_n > bounds.impact_n {
+            Some(format!("force by {:.0} N", self.most_n - bounds.impact_n))
+        } else if self.pressed_s > bounds.impact_s {
+            let longer_s = self.pressed_s - bounds.impact_s;
+            Some(format!("lasting force by {longer_s:.2} s"))
+        } else if energy_j > bounds.energy_j {
+            Some(format!("energy by {:.2} J", energy_j - bounds.energy_j))
+        } else {
+            None
+        }
+    }
+
+    /// Was a safe state asked for, and not reached in time?
+    #[must_use]
+    pub fn is_unsafe(&self, bounds: &Bounds) -> bool {
+        let asked = self.fault.unheeded(self.phase).is_none();
+        asked && self.after_s.is_none_or(|after_s| after_s > bounds.safe_s)
+    }
+
+    /// Did the session not go on after the fault, nor after a reset?
+    #[must_use]
+    pub fn is_stuck(&self) -> bool {
+        self.after == After::Stuck
+    }
+
+    /// The worse of two runs of the same combination in every number.
+    #[must_use]
+    pub fn worse_of(self, other: Self) -> Self {
+        let later = match (self.after_s, other.after_s) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            _ => None,
+        };
+        let reason = match self.reason.is_empty() {
+            true => other.reason,
+            false => self.reason,
+        };
+        Self {
+            reached: self.reached.min(other.reached),
+            reason,
+            after_s: later,
+            most_n: self.most_n.max(other.most_n),
+            pressed_s: self.pressed_s.max(other.pressed_s),
+            meets_m_per_s: self.meets_m_per_s.max(other.meets_m_per_s),
+            moved_m: self.moved_m.max(other.moved_m),
+            outward_m: self.outward_m.max(other.outward_m),
+            after: match (self.after, other.after) {
+                (After::Stuck, _) | (_, After::Stuck) => After::Stuck,
+                (After::Latched, _) | (_, After::Latched) => After::Latched,
+                _ => After::Recovered,
+            },
+            ..self
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! A predictor that can be spoiled.
+
+use super::fault::{Fault, Input, Spoiled};
+use glam::DVec3;
+use hwall_contact::{
+    ContactPrediction, DeterministicConfig, DeterministicPredictor, Predictor, PredictorInput,
+};
+use hwall_scene::Scene;
+
+/// The gaze ray, then the hand; its places are spoiled while a fault lasts.
+pub(super) struct SpoiledPredictor {
+    sound: DeterministicPredictor,
+    answers: Vec<ContactPrediction>,
+    frozen: Vec<ContactPrediction>,
+    /// The fault and for how long it has lasted, s.
+    pub(super) fault: Option<(Fault, f64)>,
+}
+
+/// In front of the arm's own base, base frame, m.
+const BASE_M: DVec3 = DVec3::new(0.16, 0.0, 0.3);
+
+impl SpoiledPredictor {
+    pub(super) fn new() -> anyhow::Result<Self> {
+        Ok(Self {
+            sound: DeterministicPredictor::new(DeterministicConfig::ray_led())?,
+            answers: Vec::new(),
+            frozen: Vec::new(),
+            fault: None,
+        })
+    }
+}
+
+impl Predictor for SpoiledPredictor {
+    fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
+        let answers = self.sound.predict(scene, input);
+        self.answers.clear();
+        self.answers.extend_from_slice(answers);
+        let Some((fault, since_s)) = self.fault else {
+            self.frozen.clone_from(&self.answers);
+            return &self.answers;
+        };
+        let put = |answers: &mut Vec<ContactPrediction>, point: &dyn Fn(DVec3) -> DVec3| {
+            for answer in answers {
+                answer.point_m = point(answer.point_m);
+            }
+        };
+        match fault {
+            Fault::Spoiled(Input::Target, Spoiled::Missing) => self.answers.clear(),
+            Fault::Spoiled(Input::Target, Spoiled::Frozen) => {
+                self.answers.clone_from(&self.frozen);
+            }
+            Fault::Spoiled(Input::Target, Spoiled::NotANumber) => {
+                put(&mut self.answers, &|_| DVec3::NAN);
+            }
+            Fault::Spoiled(Input::Target, Spoiled::Jumping) => {
+                let off_m = DVec3::Y * 0.2 * super::bench::to_and_fro(since_s);
+                put(&mut self.answers, &|at| at + off_m);
+            }
+            Fault::SelfCollision => put(&mut self.answers, &|_| BASE_M),
+            _ => {}
+        }
+        &self.answers
+    }
+}

@@ -1,0 +1,117 @@
+//! All combinations, on all cores.
+
+use super::bench::{self, Setup};
+use super::fault::Fault;
+use super::impact::{self, Impact, MASSES_KG, STIFFNESSES_N_PER_M};
+use super::outcome::{Bounds, Outcome};
+use super::phase::Phase;
+use hwall::haptics::ContactLimits;
+use hwall::session_supervisor;
+use hwall_stage::run::simulated_arm::ArmLevel;
+use rayon::prelude::*;
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Request {
+    /// Seeds of the sensors' noise; the worst outcome of all counts.
+    pub seeds: Vec<u64>,
+    /// How much of the arm is simulated.
+    pub levels: Vec<ArmLevel>,
+    /// Only faults whose names contain this.
+    pub only: Option<String>,
+}
+
+/// The whole matrix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// One for each fault, phase and level, in this order.
+    pub outcomes: Vec<Outcome>,
+    /// One for each level, mass and stiffness.
+    pub impacts: Vec<Impact>,
+    /// What they are judged by.
+    pub bounds: Bounds,
+}
+
+impl Results {
+    /// Combinations without a safe state in time, or stuck afterwards.
+    pub fn unsafe_ones(&self) -> impl Iterator<Item = &Outcome> {
+        let bounds = &self.bounds;
+        self.outcomes
+            .iter()
+            .filter(move |outcome| outcome.is_unsafe(bounds) || outcome.is_stuck())
+    }
+}
+
+/// Cycles that any answer may take beside the age of an input, s.
+const CYCLES_S: f64 = 0.06;
+
+/// What the matrix is judged by: the settings of a session.
+#[must_use]
+pub fn bounds() -> Bounds {
+    let limits = ContactLimits::default();
+    let supervisor = session_supervisor();
+    // What no longer comes, and what no longer changes: the oldest that anything may be.
+    let slowest_s = [
+        Some(supervisor.hand.max_age_s),
+        Some(supervisor.head.max_age_s),
+        Some(supervisor.largest_tick_s),
+        Some(super::bench::HEAD_FROZEN_S),
+    ];
+    let slowest_s = slowest_s.into_iter().flatten().fold(0.0, f64::max);
+    Bounds {
+        safe_s: slowest_s + CYCLES_S,
+        lasting_n: limits.lasting_force_n(),
+        impact_n: limits.impact_force_n(),
+        impact_s: limits.transient_s,
+        energy_j: limits.energy_j,
+        reduced_mass_kg: limits.reduced_mass_kg(supervisor.effective_mass_kg),
+    }
+}
+
+/// Runs every combination; `progress` is told how many are done, and of how many.
+///
+/// # Errors
+/// A phase that never comes, or a simulation that fails.
+pub fn run(request: &Request, progress: impl Fn(usize, usize) + Sync) -> anyhow::Result<Results> {
+    let setup = Setup::new()?;
+    let mut jobs = Vec::new();
+    let asked = |fault: &Fault| {
+        let name = fault.name();
+        request.only.as_ref().is_none_or(|only| name.contains(only))
+    };
+    for level in &request.levels {
+        for fault in Fault::all().into_iter().filter(asked) {
+            for phase in Phase::ALL {
+                jobs.push((fault, phase, *level));
+            }
+        }
+    }
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let outcomes = jobs
+        .par_iter()
+        .map(|job| {
+            let runs: anyhow::Result<Vec<Outcome>> = request
+                .seeds
+                .iter()
+                .map(|seed| bench::run(&setup, *job, *seed))
+                .collect();
+            let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            progress(done, jobs.len());
+            Ok(runs?.into_iter().reduce(Outcome::worse_of))
+        })
+        .collect::<anyhow::Result<Vec<Option<Outcome>>>>()?;
+    let seed = request.seeds.first().copied().unwrap_or(1);
+    let mut impacts = Vec::new();
+    for level in &request.levels {
+        for mass_kg in MASSES_KG {
+            for stiffness in STIFFNESSES_N_PER_M {
+                impacts.push(impact::run(&setup, (*level, mass_kg, stiffness), seed)?);
+            }
+        }
+    }
+    Ok(Results {
+        outcomes: outcomes.into_iter().flatten().collect(),
+        impacts,
+        bounds: bounds(),
+    })
+}
