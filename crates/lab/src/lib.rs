@@ -14,6 +14,7 @@ pub mod bip;
 pub mod contact;
 pub mod demonstrations;
 pub mod environment;
+pub mod feel;
 pub mod in_time;
 pub mod passivity;
 pub mod psychophysics;

@@ -1,6 +1,7 @@
 //! What the arm does now: follow, wait, hold, or slide under the hand.
 
 mod contact;
+mod force_lead;
 mod hold;
 mod impedance;
 mod object_rendering;
