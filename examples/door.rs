@@ -13,10 +13,10 @@ fn main() -> anyhow::Result<()> {
         println!("{}", way.name());
         for (kind, k, m, b) in [
             (Kind::Panel, 0.0, 3.0, 10.0), (Kind::Panel, 0.0, 10.0, 20.0), (Kind::Panel, 200.0, 3.0, 10.0), (Kind::Panel, 500.0, 3.0, 20.0), (Kind::Panel, 1000.0, 3.0, 30.0), (Kind::Panel, 2000.0, 5.0, 50.0),
-            (Kind::Button, 400.0, 2.0, 10.0), (Kind::Door, 10.0, 2.0, 3.0), (Kind::Door, 0.0, 4.3, 4.0)] {
+            (Kind::Button, 400.0, 2.0, 10.0), (Kind::Door, 40.0, 2.0, 6.0), (Kind::Door, 0.0, 4.3, 4.0)] {
             let s = made(&rig, kind, "x".into(), ObjectConfig { stiffness: k, damping: b, ..ObjectConfig::new(m) })?;
             let mean_n = if k > 0.0 { 12.0 } else { 0.0 };
-            let profile = Profile { mean_n, sines: freqs.iter().enumerate().map(|(i, f)| [2.5, *f, i as f64 * 1.3]).collect(), until_s: 100.0 };
+            let profile = Profile { mean_n, sines: freqs.iter().enumerate().map(|(i, f)| [e("AMP").unwrap_or(1.5), *f, i as f64 * 1.3]).collect(), until_s: 100.0 };
             let push = Push { way, hand: Hand::Profile(profile), seconds: 8.0, seed: 1, config };
             let t = run(&rig, &s, &push)?;
             let f = identify::identify(&t.samples)?;

@@ -166,6 +166,15 @@ impl MovingObject {
         Ok(())
     }
 
+    /// Holds the object back at a position on its way, with a velocity; a click that has let go does so until its release.
+    pub(crate) fn hold_back(&mut self, position: f64, velocity: f64) -> Result<(), HapticsError> {
+        let armed = self.state.armed;
+        self.set_state(position, velocity)?;
+        let released = self.config.click.is_some_and(|click| position > click.release);
+        self.state.armed &= armed || !released;
+        Ok(())
+    }
+
     /// Moves the object on by `dt_s` (not negative) under a constant force, N m or N. Does not allocate.
     ///
     /// # Errors

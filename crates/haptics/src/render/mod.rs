@@ -11,7 +11,7 @@ mod renderer;
 
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
-pub use impedance::{CartesianImpedance, FaceMotion, ImpedanceConfig};
+pub use impedance::{CartesianImpedance, FaceMotion, FrictionLeft, ImpedanceConfig};
 pub use object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep, RenderedObject,
 };

@@ -51,6 +51,10 @@ pub struct ObjectRenderingConfig {
     /// Stiffest hand under which the board must be stable, N/m; default 1000. Objects that are too light for it and the
     /// delays are made [heavier](ObjectRendering::least_inertia).
     pub hand_stiffness_n_per_m: f64,
+    /// Joint accelerations that following an object may use, rad/s²; default nine tenths of
+    /// [`IIWA7_ACCELERATION_RAD_PER_S2`](hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2). An object that a hand throws about faster is
+    /// followed later.
+    pub max_acceleration_rad_per_s2: [f64; 7],
 }
 
 impl Default for ObjectRenderingConfig {
@@ -60,6 +64,8 @@ impl Default for ObjectRenderingConfig {
             force_delay_s: None,
             motion_delay_s: None,
             hand_stiffness_n_per_m: 1000.0,
+            max_acceleration_rad_per_s2: hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2
+                .map(|most| 0.9 * most),
         }
     }
 }
@@ -97,6 +103,8 @@ pub struct ObjectRendering {
     hand_stiffness_n_per_m: f64,
     force: ForceLead<1>,
     wrench: ForceLead<6>,
+    /// Of the arm along the path, as of the last step, rad/s² or m/s².
+    most_acceleration: f64,
 }
 
 /// Least inertia at the face over `k t²`, hand stiffness and delay (docs/FEEL.md).
@@ -125,10 +133,13 @@ impl ObjectRendering {
         let motion_delay_s = config.motion_delay_s.unwrap_or(motion_delay_s);
         non_negative("force_delay_s", force_delay_s)?;
         non_negative("motion_delay_s", motion_delay_s)?;
+        for most in config.max_acceleration_rad_per_s2 {
+            positive("max_acceleration_rad_per_s2", most)?;
+        }
         let hand_stiffness_n_per_m = config.hand_stiffness_n_per_m;
         non_negative("hand_stiffness_n_per_m", hand_stiffness_n_per_m)?;
         Ok(Self {
-            follower: PathFollower::new(arm),
+            follower: PathFollower::new(arm, config.max_acceleration_rad_per_s2),
             impedance,
             filter_s,
             force_lead_s: filter_s + force_delay_s,
@@ -136,6 +147,7 @@ impl ObjectRendering {
             hand_stiffness_n_per_m,
             force: ForceLead::NONE,
             wrench: ForceLead::NONE,
+            most_acceleration: f64::INFINITY,
         })
     }
 
@@ -148,9 +160,13 @@ impl ObjectRendering {
         rendered: &RenderedObject,
         q: &JointPositions,
     ) -> Result<(), HapticsError> {
+        if let Some(impedance) = &mut self.impedance {
+            impedance.begin();
+        }
         self.follower
             .begin(rendered.path, rendered.object.position(), q)?;
         (self.force, self.wrench) = (ForceLead::NONE, ForceLead::NONE);
+        self.most_acceleration = f64::INFINITY;
         Ok(())
     }
 
@@ -196,9 +212,19 @@ impl ObjectRendering {
         let face = self.follower.face_at(self.follower.reached());
         let pushed = rendered.path.generalized_force(face.position_m(), wrench);
         let filtered = self.force.step(&[pushed], self.filter_s, dt_s);
-        let (from, force) = (object.position(), filtered.value()[0]);
+        let force = filtered.value()[0];
+        let (from, before) = (object.position(), object.velocity());
         object.step(force, dt_s)?;
         self.force = filtered;
+        // What speeds up faster than the arm can is felt as heavier.
+        let most = self.most_acceleration * dt_s;
+        let (gained, speed) = (object.velocity() - before, object.velocity());
+        if gained.abs() > most && gained * speed > 0.0 {
+            let slower = before + gained.clamp(-most, most);
+            let share = (before + slower) / (before + speed);
+            let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+            object.hold_back(from + share * (object.position() - from), slower)?;
+        }
 
         let both_s = self.force_lead_s + self.motion_lead_s;
         let lead_s = match self.impedance {
@@ -206,11 +232,12 @@ impl ObjectRendering {
             Some(_) => self.force_lead_s,
         };
         let (wanted, velocity) = object.after(self.mean_force(lead_s), lead_s)?;
-        let followed = self.follower.follow(wanted, dt_s)?;
+        let followed = self.follower.follow(wanted, velocity, dt_s)?;
+        self.most_acceleration = followed.most_acceleration;
         if followed.share < 1.0 {
             // Held back: it loses speed, and gains no energy.
             let slower = from + followed.share * (object.position() - from);
-            object.set_state(slower, followed.share * object.velocity())?;
+            object.hold_back(slower, followed.share * object.velocity())?;
         }
         let q = *self.follower.q();
         let command = match &mut self.impedance {
@@ -230,7 +257,7 @@ impl ObjectRendering {
                     qdd_rad_per_s2: rates
                         .map(|rate| followed.share * (rate * acceleration).clamp(-MOST, MOST)),
                 };
-                ArmCommand::Torque(impedance.torques(state, &wanted, &held)?)
+                ArmCommand::Torque(impedance.torques(state, &wanted, &held, dt_s)?)
             }
         };
         Ok(ObjectStep {

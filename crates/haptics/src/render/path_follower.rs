@@ -16,6 +16,10 @@ const SPEED_SHARE: f64 = 0.95;
 /// A solution further than this from the last one belongs to another family of configurations, rad.
 const NEXT_RAD: f64 = 0.2;
 
+/// Time in which the face catches up with what is missing, s. It smooths the noise of wanted positions, not their motion.
+const CATCHING_S: f64 = 0.005;
+/// Share of the acceleration that catching up counts upon to brake with.
+const BRAKING: f64 = 0.4;
 /// Keeps joint rates finite near singular poses; m² rad²/s².
 const DAMPING: f64 = 1e-6;
 
@@ -29,8 +33,10 @@ pub(super) struct PathFollower {
     /// The face where the touch began, base frame, and the object's position then.
     face: Pose,
     position: f64,
-    /// Where the face is on the path.
+    /// Where the face is on the path, and how fast it goes there.
     reached: f64,
+    rate: f64,
+    max_acceleration_rad_per_s2: [f64; 7],
     q: JointPositions,
 }
 
@@ -41,11 +47,16 @@ pub(super) struct Followed {
     pub(super) share: f64,
     /// Why not at all.
     pub(super) unreachable: Option<Unreachable>,
+    /// Largest acceleration along the path here, rad/s² or m/s².
+    pub(super) most_acceleration: f64,
 }
 
 impl PathFollower {
     /// The tool of the arm is the face of the board.
-    pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
+    pub(super) fn new(
+        arm: Arc<dyn ArmKinematics>,
+        max_acceleration_rad_per_s2: [f64; 7],
+    ) -> Self {
         // Slow joints turn less.
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
         Self {
@@ -61,6 +72,8 @@ impl PathFollower {
             },
             position: 0.0,
             reached: 0.0,
+            rate: 0.0,
+            max_acceleration_rad_per_s2,
             q: JointPositions::default(),
             arm,
         }
@@ -79,7 +92,7 @@ impl PathFollower {
         all_finite("q", &q.0)?;
         self.face = self.arm.forward(q);
         (self.path, self.position, self.q) = (path, position, *q);
-        self.reached = position;
+        (self.reached, self.rate) = (position, 0.0);
         Ok(())
     }
 
@@ -93,38 +106,70 @@ impl PathFollower {
         self.path.moved(&self.face, position - self.position)
     }
 
-    /// Goes on to a position, or as far towards it as the joints allow within the period.
-    pub(super) fn follow(&mut self, wanted: f64, dt_s: f64) -> Result<Followed, HapticsError> {
+    /// Goes on to a position that moves at a rate, or as far towards it as the joints allow: all slow down together, so that the face
+    /// stays on the path.
+    pub(super) fn follow(
+        &mut self,
+        wanted: f64,
+        rate: f64,
+        dt_s: f64,
+    ) -> Result<Followed, HapticsError> {
         positive("dt_s", dt_s)?;
-        let held = |reason| {
-            Ok(Followed {
-                share: 0.0,
-                unreachable: Some(reason),
-            })
+        let most = self.largest_acceleration();
+        let rate = self.next_rate(wanted, rate, most, dt_s);
+        let aimed = self.reached + rate * dt_s;
+        let mut followed = Followed {
+            share: 1.0,
+            unreachable: None,
+            most_acceleration: most,
         };
-        let q = match self.solved(wanted)? {
+        let mut held = |follower: &mut Self, reason| {
+            follower.rate = 0.0;
+            (followed.share, followed.unreachable) = (0.0, Some(reason));
+            Ok(followed)
+        };
+        let mut q = match self.solved(aimed)? {
             Ok(q) => q,
-            Err(reason) => return held(reason),
+            Err(reason) => return held(self, reason),
         };
         let speeds = self.arm.max_velocity_rad_per_s();
-        let most = (0..self.arm.joint_count())
+        let excess = (0..self.arm.joint_count())
             .map(|i| (q[i] - self.q[i]).abs() / (SPEED_SHARE * speeds[i] * dt_s))
-            .fold(0.0, f64::max);
-        let (q, reached, share) = if most <= 1.0 {
-            (q, wanted, 1.0)
-        } else {
+            .fold(1.0, f64::max);
+        let mut reached = aimed;
+        if excess > 1.0 {
             // Nearly straight over one period.
-            let slower = self.reached + (wanted - self.reached) / most;
-            match self.solved(slower)? {
-                Ok(q) => (q, slower, 1.0 / most),
-                Err(reason) => return held(reason),
-            }
-        };
+            reached = self.reached + (aimed - self.reached) / excess;
+            q = match self.solved(reached)? {
+                Ok(q) => q,
+                Err(reason) => return held(self, reason),
+            };
+        }
+        followed.share = 1.0 / excess;
+        self.rate = (reached - self.reached) / dt_s;
         (self.q, self.reached) = (q, reached);
-        Ok(Followed {
-            share,
-            unreachable: None,
-        })
+        Ok(followed)
+    }
+
+    /// How fast the face goes on, within the accelerations of the joints. What is missing to the wanted position is caught up
+    /// with, at a speed that can still be braked.
+    fn next_rate(&self, wanted: f64, rate: f64, most: f64, dt_s: f64) -> f64 {
+        let missing = wanted - (self.reached + rate * dt_s);
+        let closing = (missing.abs() / CATCHING_S.max(dt_s))
+            .min((BRAKING * 2.0 * most * missing.abs()).sqrt())
+            .copysign(missing);
+        (rate + closing).clamp(self.rate - most * dt_s, self.rate + most * dt_s)
+    }
+
+    /// Along the path, rad/s² or m/s².
+    fn largest_acceleration(&self) -> f64 {
+        let rates = self.joint_rates();
+        rates
+            .iter()
+            .zip(self.max_acceleration_rad_per_s2)
+            .filter(|(rate, _)| **rate != 0.0)
+            .map(|(rate, most)| most / rate.abs())
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Where the face is on the path: position of the object as of the last step.

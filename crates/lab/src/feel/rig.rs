@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_haptics::{
-    Arm, ArmCommand, ArmState, Board, ImpedanceConfig, ObjectCommand, ObjectRendering,
+    Arm, ArmCommand, ArmState, Board, FrictionLeft, ImpedanceConfig, ObjectCommand, ObjectRendering,
     ObjectRenderingConfig,
 };
 use hwall_kinematics::{
@@ -155,7 +155,23 @@ impl Rig {
                 (ObjectCommand::Position, config)
             }
             (ArmLevel::Torque, Render::Impedance) => {
+                let e = |n: &str| std::env::var(n).ok().and_then(|v| v.parse::<f64>().ok());
+                let arm = TorqueConfig::default();
+                let known = e("KNOWN").unwrap_or(1.0);
+                let dry = arm.friction.map(|friction| known * friction.coulomb_n_m);
+                let left = 1.0 - arm.friction_compensation.share;
                 let impedance = ImpedanceConfig {
+                    stiffness_n_per_m: e("STIFF").unwrap_or(2000.0),
+                    damping_ratio: e("ZETA").unwrap_or(0.8),
+                    integral_per_s: e("INTEGRAL").unwrap_or(3.0),
+                    friction: FrictionLeft {
+                        slow_n_m: dry,
+                        moving_n_m: dry.map(|dry| left * dry),
+                        between_rad_per_s: [
+                            arm.friction_compensation.off_rad_per_s,
+                            arm.friction_compensation.full_rad_per_s,
+                        ],
+                    },
                     rotor_inertia_kg_m2: TorqueConfig::default().felt_rotor_inertia_kg_m2(),
                     ..ImpedanceConfig::default()
                 };

@@ -34,6 +34,8 @@ pub enum Kind {
     Button,
 }
 
+/// The study's objects stand this much further out than the board at the start of the arm, m: there is more room to go back.
+const OUT_M: f64 = 0.1;
 /// From the hinge of a study's door to the middle of the board, m.
 const LEVER_M: f64 = 0.6;
 
@@ -48,6 +50,10 @@ pub fn made(
     config: ObjectConfig,
 ) -> anyhow::Result<Subject> {
     let face = rig.kinematics.forward(&rig.start);
+    let face = face.at(face.position_m() + OUT_M * face.rotation().z_axis);
+    let near = NearestConfig::default();
+    let mut scratch = rig.kinematics.scratch();
+    let start = rig.kinematics.nearest(&face, &rig.start, &near, &mut scratch)?.q;
     let inward = -face.rotation().z_axis;
     let path = match kind {
         Kind::Panel | Kind::Button => ObjectPath::sliding(inward)?,
@@ -63,7 +69,7 @@ pub fn made(
             object: MovingObject::new(config)?,
             path,
         },
-        start: rig.start,
+        start,
         face,
     })
 }
