@@ -141,11 +141,30 @@ impl MovingObject {
     /// Acceleration under a force (N m or N) at this instant, rad/s² or m/s²; zero where friction or a stop holds it.
     #[must_use]
     pub fn acceleration(&self, force: f64) -> f64 {
-        let Some(way) = self.way(&self.state, force) else {
+        self.acceleration_at(&self.state, force)
+    }
+
+    /// Acceleration under a force once another one has acted for `dt_s` (not negative); the object stays where it is.
+    ///
+    /// # Errors
+    /// As for [`after`](Self::after).
+    pub fn acceleration_after(
+        &self,
+        force: f64,
+        dt_s: f64,
+        force_then: f64,
+    ) -> Result<f64, HapticsError> {
+        finite("force_then", force_then)?;
+        let state = self.state_after(force, dt_s)?;
+        Ok(self.acceleration_at(&state, force_then))
+    }
+
+    fn acceleration_at(&self, state: &State, force: f64) -> f64 {
+        let Some(way) = self.way(state, force) else {
             return 0.0;
         };
-        let pull = self.pull(&way, self.state.position, force);
-        (pull - self.config.damping * self.state.velocity) / self.inertia
+        let pull = self.pull(&way, state.position, force);
+        (pull - self.config.damping * state.velocity) / self.inertia
     }
 
     /// Puts the object somewhere, with a velocity. A click is armed below its snap.

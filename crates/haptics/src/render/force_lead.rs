@@ -40,6 +40,15 @@ impl<const N: usize> ForceLead<N> {
         }
     }
 
+    /// Delay of both together at a sampling period, s.
+    pub(super) fn lag_s(filter_s: f64, dt_s: f64) -> f64 {
+        if filter_s == 0.0 {
+            return 0.0;
+        }
+        let share = -(-2.0 * dt_s / filter_s).exp_m1();
+        2.0 * dt_s * (1.0 / share - 1.0)
+    }
+
     /// The newest, filtered.
     pub(super) const fn value(&self) -> &[f64; N] {
         &self.second

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Settings of [`CartesianImpedance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpedanceConfig {
-    /// Stiffness of the face against being moved, N/m; default 2000.
+    /// Stiffness of the face against being moved, N/m; default 4000.
     pub stiffness_n_per_m: f64,
     /// And against being turned, N m/rad; default 100.
     pub stiffness_n_m_per_rad: f64,
@@ -43,7 +43,7 @@ pub struct ImpedanceConfig {
 impl Default for ImpedanceConfig {
     fn default() -> Self {
         Self {
-            stiffness_n_per_m: 2000.0,
+            stiffness_n_per_m: 4000.0,
             stiffness_n_m_per_rad: 100.0,
             damping_ratio: 0.8,
             joint_stiffness_n_m_per_rad: 10.0,

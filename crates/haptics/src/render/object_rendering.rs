@@ -43,7 +43,8 @@ pub struct ObjectRenderingConfig {
     /// Delay of the filter (two equal low passes) on the measured wrench, s; default 0.008. It is made up for, like the other
     /// delays; a longer one makes commands quieter and light objects heavier.
     pub filter_s: f64,
-    /// From a force to its measurement, s. `None`, the default: 0 for positions, 0.0064 for torques (external torques of 25 Hz).
+    /// From a force to its measurement, s. `None`, the default: 0.0005 for positions (half a period), 0.0055 for
+    /// torques (external torques of 25 Hz).
     pub force_delay_s: Option<f64>,
     /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an
     /// iiwa ([H-Wall]), and 0.0085 for torques: 5 ms on the way, 3 ms in the torque loop, half a period.
@@ -97,9 +98,8 @@ pub struct ObjectRendering {
     follower: PathFollower,
     impedance: Option<CartesianImpedance>,
     filter_s: f64,
-    /// By how much the object is late, and by how much the arm.
-    force_lead_s: f64,
-    motion_lead_s: f64,
+    force_delay_s: f64,
+    motion_delay_s: f64,
     hand_stiffness_n_per_m: f64,
     force: ForceLead<1>,
     wrench: ForceLead<6>,
@@ -121,11 +121,11 @@ impl ObjectRendering {
         config: ObjectRenderingConfig,
     ) -> Result<Self, HapticsError> {
         let (impedance, force_delay_s, motion_delay_s) = match command {
-            ObjectCommand::Position => (None, 0.0, 0.022),
+            ObjectCommand::Position => (None, 0.0005, 0.022),
             ObjectCommand::Torque { dynamics, config } => {
                 let arm = Arc::clone(&arm);
                 let impedance = CartesianImpedance::new(arm, *dynamics, config)?;
-                (Some(impedance), 0.0064, 0.0085)
+                (Some(impedance), 0.0055, 0.0085)
             }
         };
         let filter_s = non_negative("filter_s", config.filter_s)?;
@@ -142,8 +142,8 @@ impl ObjectRendering {
             follower: PathFollower::new(arm, config.max_acceleration_rad_per_s2),
             impedance,
             filter_s,
-            force_lead_s: filter_s + force_delay_s,
-            motion_lead_s: motion_delay_s,
+            force_delay_s,
+            motion_delay_s,
             hand_stiffness_n_per_m,
             force: ForceLead::NONE,
             wrench: ForceLead::NONE,
@@ -186,7 +186,7 @@ impl ObjectRendering {
             .velocity_at(face.position_m(), 1.0)
             .linear_m_per_s
             .length();
-        let delay_s = self.force_lead_s + self.motion_lead_s;
+        let delay_s = self.filter_s + self.force_delay_s + self.motion_delay_s;
         LEAST_SHARE * self.hand_stiffness_n_per_m * delay_s * delay_s * lever * lever
     }
 
@@ -226,12 +226,15 @@ impl ObjectRendering {
             object.hold_back(from + share * (object.position() - from), slower)?;
         }
 
-        let both_s = self.force_lead_s + self.motion_lead_s;
+        let force_lead_s = ForceLead::<1>::lag_s(self.filter_s, dt_s) + self.force_delay_s;
+        let both_s = force_lead_s + self.motion_delay_s;
         let lead_s = match self.impedance {
             None => both_s,
-            Some(_) => self.force_lead_s,
+            Some(_) => force_lead_s,
         };
-        let (wanted, velocity) = object.after(self.mean_force(lead_s), lead_s)?;
+        // The constant forces that move a mass as far, and make it as fast, as one that goes on changing.
+        let (wanted, _) = object.after(self.force.after(lead_s / 3.0)[0], lead_s)?;
+        let (_, velocity) = object.after(self.force.after(lead_s / 2.0)[0], lead_s)?;
         let followed = self.follower.follow(wanted, velocity, dt_s)?;
         self.most_acceleration = followed.most_acceleration;
         if followed.share < 1.0 {
@@ -248,7 +251,11 @@ impl ObjectRendering {
                 let rates = self.follower.joint_rates();
                 let pose = self.follower.face_at(self.follower.reached());
                 let velocity = followed.share * velocity;
-                let acceleration = acceleration_after(&rendered.object, self.force.after(0.5 * both_s)[0], both_s)?;
+                let acceleration = rendered.object.acceleration_after(
+                    self.force.after(0.5 * both_s)[0],
+                    both_s,
+                    self.force.after(both_s)[0],
+                )?;
                 let wanted = FaceMotion {
                     twist: rendered.path.velocity_at(pose.position_m(), velocity),
                     pose,
@@ -268,24 +275,6 @@ impl ObjectRendering {
                 .then(|| rendered.object.inertia()),
         })
     }
-
-    /// The constant force that moves a mass as far within a time as the one that goes on changing does.
-    fn mean_force(&self, within_s: f64) -> f64 {
-        self.force.after(within_s / 3.0)[0]
-    }
-}
-
-/// Acceleration of the object after a time under a constant force: the mean over a period around it.
-fn acceleration_after(
-    object: &MovingObject,
-    force: f64,
-    after_s: f64,
-) -> Result<f64, HapticsError> {
-    const AROUND_S: f64 = 1e-3;
-    let before_s = (after_s - AROUND_S).max(0.0);
-    let (_, before) = object.after(force, before_s)?;
-    let (_, after) = object.after(force, before_s + AROUND_S)?;
-    Ok((after - before) / AROUND_S)
 }
 
 /// Largest joint acceleration that is fed forward, rad/s²: beyond that of any arm, but not that of a stop that is met.

@@ -10,7 +10,7 @@ use hwall_haptics::{
 use hwall_kinematics::{
     ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointVelocities, Pose, Wrench,
 };
-use hwall_sim::{ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use hwall_sim::{JointFriction, ServoArm, ServoConfig, TorqueArm, TorqueConfig};
 use hwall_stage::input::arms::BoardArm;
 use std::sync::Arc;
 
@@ -65,6 +65,41 @@ impl Way {
     }
 }
 
+/// What the simulated arm at torque level is spared: which error is whose?
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spared {
+    /// It has all its faults.
+    Nothing,
+    /// The torque sensors have no ripple.
+    Ripple,
+    /// The joints have no friction.
+    Friction,
+    /// Neither.
+    Both,
+}
+
+impl Spared {
+    /// From all faults to none of the two.
+    pub const ALL: [Self; 4] = [Self::Nothing, Self::Ripple, Self::Friction, Self::Both];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "as it is",
+            Self::Ripple => "no ripple of the torque sensors",
+            Self::Friction => "no friction",
+            Self::Both => "neither",
+        }
+    }
+}
+
+/// Of the external torques that an arm at torque level reports, s.
+const FORCE_DELAY_S: f64 = 0.0055;
+/// Of that arm's own servo, whose reference leads, s.
+const SERVO_DELAY_S: f64 = 0.005;
+/// Share of the arm's dry friction that is known and fed forward.
+const KNOWN_SHARE: f64 = 0.8;
 /// Mass of the board with its mount, kg; an assumption.
 const BOARD_KG: f64 = 1.0;
 
@@ -79,6 +114,8 @@ pub struct Rig {
     pub board: Board,
     /// Where it starts.
     pub start: JointPositions,
+    /// What the arm is spared.
+    pub spared: Spared,
 }
 
 impl Rig {
@@ -101,6 +138,7 @@ impl Rig {
             dynamics: ChainDynamics::new(&Chain::iiwa7())?.with_payload(&payload)?,
             board,
             start: arm.start(),
+            spared: Spared::Nothing,
         })
     }
 
@@ -124,14 +162,35 @@ impl Rig {
                 Device::Servo(Box::new(ServoArm::new(arm, start, config)?))
             }
             ArmLevel::Torque => {
-                let config = TorqueConfig {
+                let mut config = TorqueConfig {
                     seed,
                     ..TorqueConfig::default()
                 };
+                match self.spared {
+                    Spared::Nothing => {}
+                    Spared::Ripple => config.sensor.ripple_n_m = [0.0; 7],
+                    Spared::Friction => config.friction = [JointFriction::NONE; 7],
+                    Spared::Both => {
+                        config.sensor.ripple_n_m = [0.0; 7];
+                        config.friction = [JointFriction::NONE; 7];
+                    }
+                }
                 let dynamics = self.dynamics.clone();
                 Device::Torque(Box::new(TorqueArm::new(arm, dynamics, start, config)?))
             }
         })
+    }
+
+    /// All delays of a way together, from the force to the motion, s: those that the rendering makes up for.
+    #[must_use]
+    pub fn delay_s(&self, way: Way) -> f64 {
+        let filter_s = ObjectRenderingConfig::default().filter_s;
+        filter_s
+            + match (way.level, way.render) {
+                (ArmLevel::Servo, _) => 0.0005 + 0.022,
+                (ArmLevel::Torque, Render::Admittance) => FORCE_DELAY_S + SERVO_DELAY_S,
+                (ArmLevel::Torque, Render::Impedance) => FORCE_DELAY_S + 0.0085,
+            }
     }
 
     /// The rendering that drives it.
@@ -148,22 +207,19 @@ impl Rig {
             (ArmLevel::Torque, Render::Admittance) => {
                 // A torque-controlled arm that is told positions: its sensors are as late as ever, and its servo is faster.
                 let config = ObjectRenderingConfig {
-                    force_delay_s: config.force_delay_s.or(Some(0.0064)),
-                    motion_delay_s: config.motion_delay_s.or(Some(0.0085)),
+                    force_delay_s: config.force_delay_s.or(Some(FORCE_DELAY_S)),
+                    motion_delay_s: config.motion_delay_s.or(Some(SERVO_DELAY_S)),
                     ..config
                 };
                 (ObjectCommand::Position, config)
             }
             (ArmLevel::Torque, Render::Impedance) => {
-                let e = |n: &str| std::env::var(n).ok().and_then(|v| v.parse::<f64>().ok());
                 let arm = TorqueConfig::default();
-                let known = e("KNOWN").unwrap_or(1.0);
-                let dry = arm.friction.map(|friction| known * friction.coulomb_n_m);
+                let dry = arm
+                    .friction
+                    .map(|friction| KNOWN_SHARE * friction.coulomb_n_m);
                 let left = 1.0 - arm.friction_compensation.share;
                 let impedance = ImpedanceConfig {
-                    stiffness_n_per_m: e("STIFF").unwrap_or(2000.0),
-                    damping_ratio: e("ZETA").unwrap_or(0.8),
-                    integral_per_s: e("INTEGRAL").unwrap_or(3.0),
                     friction: FrictionLeft {
                         slow_n_m: dry,
                         moving_n_m: dry.map(|dry| left * dry),
@@ -172,7 +228,7 @@ impl Rig {
                             arm.friction_compensation.full_rad_per_s,
                         ],
                     },
-                    rotor_inertia_kg_m2: TorqueConfig::default().felt_rotor_inertia_kg_m2(),
+                    rotor_inertia_kg_m2: arm.felt_rotor_inertia_kg_m2(),
                     ..ImpedanceConfig::default()
                 };
                 let command = ObjectCommand::Torque {

@@ -23,6 +23,15 @@ pub struct Subject {
     pub face: Pose,
 }
 
+impl Subject {
+    /// Way of the middle of the face for each rad or m of the position, m.
+    #[must_use]
+    pub fn lever_m(&self) -> f64 {
+        let at_m = self.face.position_m();
+        self.object.path.velocity_at(at_m, 1.0).linear_m_per_s.length()
+    }
+}
+
 /// What the path of a study's object is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
