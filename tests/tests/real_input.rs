@@ -133,7 +133,6 @@ fn the_recorded_reaches_find_a_wall_of_the_house_that_the_arm_can_present() {
         walls: &walls,
         hand: &participant.hand,
         textured: true,
-        level: hwall_stage::run::simulated_arm::ArmLevel::Servo,
         period_s: 2e-3,
         seed: 1,
     };

@@ -15,6 +15,7 @@ pub mod contact;
 pub mod demonstrations;
 pub mod environment;
 pub mod faults;
+pub mod feel;
 pub mod in_time;
 pub mod passivity;
 pub mod psychophysics;

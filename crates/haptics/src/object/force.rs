@@ -55,6 +55,13 @@ impl PieceTable {
         }
     }
 
+    /// The same springs before another inertia.
+    pub(super) fn set_inertia(&mut self, inertia: f64, damping: f64) {
+        for piece in self.armed.iter_mut().chain(&mut self.released) {
+            piece.oscillator = Oscillator::new(inertia, damping, piece.stiffness);
+        }
+    }
+
     /// Is a click armed at a position that the object is put to?
     pub(super) fn armed_at(&self, position: f64) -> bool {
         position < self.snap

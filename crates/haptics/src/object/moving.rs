@@ -4,7 +4,7 @@ use super::config::ObjectConfig;
 use super::force::{Piece, PieceTable};
 use super::oscillator::Oscillator;
 use crate::HapticsError;
-use hwall_numeric::check::{finite, non_negative, that};
+use hwall_numeric::check::{finite, non_negative, positive, that};
 
 /// An object with one degree of freedom that is pushed.
 ///
@@ -17,6 +17,8 @@ use hwall_numeric::check::{finite, non_negative, that};
 #[derive(Debug, Clone)]
 pub struct MovingObject {
     config: ObjectConfig,
+    /// That of the configuration, or a larger one.
+    inertia: f64,
     table: PieceTable,
     state: State,
 }
@@ -58,16 +60,46 @@ impl MovingObject {
             armed,
         };
         Ok(Self {
+            inertia: config.inertia,
             config,
             table,
             state,
         })
     }
 
-    /// How it moves.
+    /// How it was asked to move; [`inertia`](Self::inertia) says what became of its inertia.
     #[must_use]
     pub fn config(&self) -> &ObjectConfig {
         &self.config
+    }
+
+    /// Inertia that it moves with, kg m² or kg: that of its configuration, unless it was [raised](Self::raise_inertia).
+    #[must_use]
+    pub fn inertia(&self) -> f64 {
+        self.inertia
+    }
+
+    /// Makes the object heavier than its configuration asks, at most as heavy as `inertia` (kg m² or kg); less than what it
+    /// has changes nothing. The velocity stays. Does not allocate.
+    ///
+    /// # Errors
+    /// NaN, an infinity or what is not positive; the object stays as it was.
+    pub fn raise_inertia(&mut self, inertia: f64) -> Result<(), HapticsError> {
+        positive("inertia", inertia)?;
+        if inertia > self.inertia {
+            self.table.set_inertia(inertia, self.config.damping);
+            self.inertia = inertia;
+        }
+        Ok(())
+    }
+
+    /// Position and velocity after `dt_s` (not negative) under a constant force, N m or N; the object stays where it is.
+    ///
+    /// # Errors
+    /// NaN or an infinity; a motion beyond what f64 can hold.
+    pub fn after(&self, force: f64, dt_s: f64) -> Result<(f64, f64), HapticsError> {
+        let state = self.state_after(force, dt_s)?;
+        Ok((state.position, state.velocity))
     }
 
     /// Position, rad or m.
@@ -95,7 +127,7 @@ impl MovingObject {
         let stretch = position - config.rest;
         let detents: f64 = config.detents.iter().map(|d| d.energy_j(position)).sum();
         let click = config.click.map_or(0.0, |c| c.energy_j(position, armed));
-        0.5 * (config.inertia * velocity * velocity + config.stiffness * stretch * stretch)
+        0.5 * (self.inertia * velocity * velocity + config.stiffness * stretch * stretch)
             + detents
             + click
     }
@@ -109,11 +141,30 @@ impl MovingObject {
     /// Acceleration under a force (N m or N) at this instant, rad/s² or m/s²; zero where friction or a stop holds it.
     #[must_use]
     pub fn acceleration(&self, force: f64) -> f64 {
-        let Some(way) = self.way(&self.state, force) else {
+        self.acceleration_at(&self.state, force)
+    }
+
+    /// Acceleration under a force once another one has acted for `dt_s` (not negative); the object stays where it is.
+    ///
+    /// # Errors
+    /// As for [`after`](Self::after).
+    pub fn acceleration_after(
+        &self,
+        force: f64,
+        dt_s: f64,
+        force_then: f64,
+    ) -> Result<f64, HapticsError> {
+        finite("force_then", force_then)?;
+        let state = self.state_after(force, dt_s)?;
+        Ok(self.acceleration_at(&state, force_then))
+    }
+
+    fn acceleration_at(&self, state: &State, force: f64) -> f64 {
+        let Some(way) = self.way(state, force) else {
             return 0.0;
         };
-        let pull = self.pull(&way, self.state.position, force);
-        (pull - self.config.damping * self.state.velocity) / self.config.inertia
+        let pull = self.pull(&way, state.position, force);
+        (pull - self.config.damping * state.velocity) / self.inertia
     }
 
     /// Puts the object somewhere, with a velocity. A click is armed below its snap.
@@ -134,18 +185,34 @@ impl MovingObject {
         Ok(())
     }
 
+    /// Holds the object back at a position on its way, with a velocity; a click that has let go does so until its release.
+    pub(crate) fn hold_back(&mut self, position: f64, velocity: f64) -> Result<(), HapticsError> {
+        let armed = self.state.armed;
+        self.set_state(position, velocity)?;
+        let released = self
+            .config
+            .click
+            .is_some_and(|click| position > click.release);
+        self.state.armed &= armed || !released;
+        Ok(())
+    }
+
     /// Moves the object on by `dt_s` (not negative) under a constant force, N m or N. Does not allocate.
     ///
     /// # Errors
     /// NaN or an infinity; a motion beyond what f64 can hold. The object stays as it was.
     pub fn step(&mut self, force: f64, dt_s: f64) -> Result<(), HapticsError> {
+        self.state = self.state_after(force, dt_s)?;
+        Ok(())
+    }
+
+    fn state_after(&self, force: f64, dt_s: f64) -> Result<State, HapticsError> {
         finite("force", force)?;
         non_negative("dt_s", dt_s)?;
         let state = self.moved(self.state, force, dt_s);
         finite("position", state.position)?;
         finite("velocity", state.velocity)?;
-        self.state = state;
-        Ok(())
+        Ok(state)
     }
 
     fn moved(&self, mut state: State, force: f64, dt_s: f64) -> State {
@@ -205,7 +272,7 @@ impl MovingObject {
         } = way.piece;
         state.armed = way.armed;
         let from = state.position;
-        let g = self.pull(way, from, force) / self.config.inertia;
+        let g = self.pull(way, from, force) / self.inertia;
         if self.config.friction == 0.0
             && oscillator.stays_within(state.velocity, g, low - from, high - from)
         {
@@ -258,8 +325,7 @@ impl MovingObject {
         let away = self.pull(&way, state.position, force);
         let back = if up { -away } else { away };
         // Otherwise ever smaller rebounds would follow each other without end.
-        let small =
-            back > 0.0 && 0.5 * self.config.inertia * velocity * velocity < LEAST_REBOUND * back;
+        let small = back > 0.0 && 0.5 * self.inertia * velocity * velocity < LEAST_REBOUND * back;
         if !small {
             state.velocity = velocity;
         }

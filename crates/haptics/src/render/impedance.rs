@@ -8,14 +8,14 @@ use hwall_kinematics::{
     ArmKinematics, ChainDynamics, DynamicsScratch, Jacobian, JointPositions, JointTorques,
     JointVelocities,
 };
-use hwall_numeric::check::{all_finite, non_negative, positive};
+use hwall_numeric::check::{all_finite, non_negative, positive, that};
 use hwall_numeric::dense::{cholesky_in_place, solve_lower};
 use std::sync::Arc;
 
 /// Settings of [`CartesianImpedance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpedanceConfig {
-    /// Stiffness of the face against being moved, N/m; default 2000.
+    /// Stiffness of the face against being moved, N/m; default 4000.
     pub stiffness_n_per_m: f64,
     /// And against being turned, N m/rad; default 100.
     pub stiffness_n_m_per_rad: f64,
@@ -29,6 +29,13 @@ pub struct ImpedanceConfig {
     /// Share of the measured external force that is counteracted, 0 to 1; default 1: the face then stays on its path under a
     /// push, and the object alone decides how it yields.
     pub force_share: f64,
+    /// Rate at which a lasting error of the joints is worked off, 1/s; default 3: what friction and sensors would leave. Its
+    /// torque is at most `integral_most_n_m`.
+    pub integral_per_s: f64,
+    /// Largest torque of that, N m; default 3.
+    pub integral_most_n_m: f64,
+    /// Friction that the arm itself leaves, as far as it is known.
+    pub friction: FrictionLeft,
     /// Inertia of the rotors as the joints feel it, kg m²; default zero. What is not known here is missing in the feed-forward.
     pub rotor_inertia_kg_m2: [f64; 7],
 }
@@ -36,12 +43,15 @@ pub struct ImpedanceConfig {
 impl Default for ImpedanceConfig {
     fn default() -> Self {
         Self {
-            stiffness_n_per_m: 2000.0,
+            stiffness_n_per_m: 4000.0,
             stiffness_n_m_per_rad: 100.0,
             damping_ratio: 0.8,
             joint_stiffness_n_m_per_rad: 10.0,
             joint_damping_n_m_s_per_rad: 1.0,
             force_share: 1.0,
+            integral_per_s: 3.0,
+            integral_most_n_m: 3.0,
+            friction: FrictionLeft::default(),
             rotor_inertia_kg_m2: [0.0; 7],
         }
     }
@@ -59,10 +69,64 @@ impl ImpedanceConfig {
         non_negative("joint_stiffness", self.joint_stiffness_n_m_per_rad)?;
         non_negative("joint_damping", self.joint_damping_n_m_s_per_rad)?;
         non_negative("force_share", self.force_share)?;
+        non_negative("integral_per_s", self.integral_per_s)?;
+        non_negative("integral_most_n_m", self.integral_most_n_m)?;
+        self.friction.validate()?;
         for inertia in self.rotor_inertia_kg_m2 {
             non_negative("rotor_inertia_kg_m2", inertia)?;
         }
         Ok(())
+    }
+}
+
+/// Dry friction that an arm leaves uncompensated, fed forward in the direction of the planned motion. It is found by turning joints slowly
+/// one by one; what is not known is left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionLeft {
+    /// Of joints that hardly move, N m; default zero.
+    pub slow_n_m: [f64; 7],
+    /// Of joints in motion, N m; default zero.
+    pub moving_n_m: [f64; 7],
+    /// Up to which speed the one holds, and from which the other, rad/s; default 0.01 and 0.05.
+    pub between_rad_per_s: [f64; 2],
+}
+
+impl Default for FrictionLeft {
+    fn default() -> Self {
+        Self {
+            slow_n_m: [0.0; 7],
+            moving_n_m: [0.0; 7],
+            between_rad_per_s: [0.01, 0.05],
+        }
+    }
+}
+
+/// Planned speed at which a direction counts as known, rad/s.
+const DIRECTION_RAD_PER_S: f64 = 0.003;
+
+impl FrictionLeft {
+    fn validate(&self) -> Result<(), HapticsError> {
+        for joint in 0..7 {
+            non_negative("slow_n_m", self.slow_n_m[joint])?;
+            non_negative("moving_n_m", self.moving_n_m[joint])?;
+        }
+        let [slow, moving] = self.between_rad_per_s;
+        non_negative("between_rad_per_s[0]", slow)?;
+        that(
+            moving > slow,
+            "between_rad_per_s[1]",
+            moving,
+            "above the first",
+        )?;
+        Ok(())
+    }
+
+    /// Torque against it at a planned speed, N m.
+    fn torque_n_m(&self, joint: usize, qd_rad_per_s: f64) -> f64 {
+        let [slow, moving] = self.between_rad_per_s;
+        let share = ((qd_rad_per_s.abs() - slow) / (moving - slow)).clamp(0.0, 1.0);
+        let known = self.slow_n_m[joint] + share * (self.moving_n_m[joint] - self.slow_n_m[joint]);
+        known * (qd_rad_per_s / DIRECTION_RAD_PER_S).tanh()
     }
 }
 
@@ -81,7 +145,7 @@ pub struct FaceMotion {
     pub qdd_rad_per_s2: [f64; 7],
 }
 
-/// Torques over those that carry gravity: `τ = Jᵀ (K e + D ė − s F) + M q̈_d + joint terms`, the measured external wrench
+/// Torques over those that carry gravity: `τ = Jᵀ (K e + D ė − s F) + M q̈_d + integral + friction + joint terms`, the measured external wrench
 /// `F` counteracted by a share `s`; the damping from the effective mass along each axis, `D_i = 2 ζ √(K_i m_i)`
 /// ([Khatib 1995], [Ott 2008]). Allocates nothing after construction.
 #[derive(Debug, Clone)]
@@ -91,6 +155,8 @@ pub struct CartesianImpedance {
     scratch: DynamicsScratch,
     config: ImpedanceConfig,
     mass: [f64; 49],
+    /// What works off lasting errors, N m.
+    integral: [f64; 7],
 }
 
 impl CartesianImpedance {
@@ -117,19 +183,28 @@ impl CartesianImpedance {
             dynamics,
             config,
             mass: [0.0; 49],
+            integral: [0.0; 7],
         })
     }
 
-    /// The torques for a measured state and the measured external wrench on the face (base axes, about its middle).
+    /// Forgets what lasting errors have left.
+    pub const fn begin(&mut self) {
+        self.integral = [0.0; 7];
+    }
+
+    /// The torques for a measured state and the measured external wrench on the face (base axes, about its middle), once
+    /// in a period.
     ///
     /// # Errors
-    /// NaN or infinity; a mass matrix that is not positive definite.
+    /// NaN or infinity, a period that is not positive; a mass matrix that is not positive definite.
     pub fn torques(
         &mut self,
         state: &ArmState,
         wanted: &FaceMotion,
         external: &Wrench,
+        dt_s: f64,
     ) -> Result<JointTorques, HapticsError> {
+        positive("dt_s", dt_s)?;
         let joints = self.arm.joint_count();
         let jacobian = self.arm.jacobian(&state.q);
         let face = self.arm.forward(&state.q);
@@ -174,6 +249,15 @@ impl CartesianImpedance {
             moment_n_m +=
                 axis * (c.stiffness_n_m_per_rad * off_rad.dot(axis) + damping * spin.dot(axis));
         }
+        let springs = jacobian.torques(&Wrench {
+            force_n: c.stiffness_n_per_m * off_m,
+            moment_n_m: c.stiffness_n_m_per_rad * off_rad,
+        });
+        let most = c.integral_most_n_m;
+        let integral: [f64; 7] = std::array::from_fn(|i| {
+            let spring = springs[i] + c.joint_stiffness_n_m_per_rad * (wanted.q[i] - state.q[i]);
+            (self.integral[i] + dt_s * c.integral_per_s * spring).clamp(-most, most)
+        });
         let held = jacobian.torques(&Wrench {
             force_n: force_n - external.force_n * c.force_share,
             moment_n_m: moment_n_m - external.moment_n_m * c.force_share,
@@ -181,10 +265,13 @@ impl CartesianImpedance {
         let torques = JointTorques(std::array::from_fn(|i| {
             held[i]
                 + feed_forward[i]
+                + integral[i]
+                + c.friction.torque_n_m(i, wanted.qd[i])
                 + c.joint_stiffness_n_m_per_rad * (wanted.q[i] - state.q[i])
                 + c.joint_damping_n_m_s_per_rad * (wanted.qd[i] - state.qd[i])
         }));
         all_finite("torques", &torques.0)?;
+        self.integral = integral;
         Ok(torques)
     }
 }

@@ -2,6 +2,7 @@
 
 mod config;
 mod contact;
+mod force_lead;
 mod hold;
 mod impedance;
 mod object_rendering;
@@ -15,7 +16,7 @@ mod supervised;
 pub use config::{ForceConfig, RendererConfig, WatchdogConfig};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
-pub use impedance::{CartesianImpedance, FaceMotion, ImpedanceConfig};
+pub use impedance::{CartesianImpedance, FaceMotion, FrictionLeft, ImpedanceConfig};
 pub use object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep, RenderedObject,
 };

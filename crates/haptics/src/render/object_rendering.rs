@@ -1,5 +1,6 @@
 //! A touched object that moves: the board goes along with it.
 
+use super::force_lead::ForceLead;
 use super::impedance::{CartesianImpedance, FaceMotion, ImpedanceConfig};
 use super::path_follower::PathFollower;
 use crate::arm::{ArmCommand, ArmState};
@@ -9,7 +10,7 @@ use hwall_geometry::Wrench;
 use hwall_kinematics::{
     ArmKinematics, ChainDynamics, JointPositions, JointVelocities, Unreachable,
 };
-use hwall_numeric::check::{non_negative, positive};
+use hwall_numeric::check::{all_finite, non_negative, positive};
 use std::sync::Arc;
 
 /// An object in the scene: how it moves, and where.
@@ -23,6 +24,8 @@ pub struct RenderedObject {
 
 /// How the arm is told to go along with an object. The object itself is the same: a simulation that the measured force
 /// pushes.
+// Made once for a renderer.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum ObjectCommand {
     /// Admittance: the motion of the object as joint positions, for any arm with a position interface.
@@ -40,13 +43,34 @@ pub enum ObjectCommand {
 /// Settings of [`ObjectRendering`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectRenderingConfig {
-    /// Time constant of the filter on the force that moves the object, s; default 0.004.
+    /// Delay of the filter (two equal low passes) on the measured wrench, s; default 0.008. It is made up for, like the other
+    /// delays; a longer one makes commands quieter and light objects heavier.
     pub filter_s: f64,
+    /// From a force to its measurement, s. `None`, the default: 0.0005 for positions (half a period), 0.0055 for
+    /// torques (external torques of 25 Hz).
+    pub force_delay_s: Option<f64>,
+    /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an
+    /// iiwa ([H-Wall]), and 0.0085 for torques: 5 ms on the way, 3 ms in the torque loop, half a period.
+    pub motion_delay_s: Option<f64>,
+    /// Stiffest hand under which the board must be stable, N/m; default 1000. Objects that are too light for it and the
+    /// delays are made [heavier](ObjectRendering::least_inertia).
+    pub hand_stiffness_n_per_m: f64,
+    /// Joint accelerations that following an object may use, rad/s²; default nine tenths of
+    /// [`IIWA7_ACCELERATION_RAD_PER_S2`](hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2). An object that a hand throws about faster is
+    /// followed later.
+    pub max_acceleration_rad_per_s2: [f64; 7],
 }
 
 impl Default for ObjectRenderingConfig {
     fn default() -> Self {
-        Self { filter_s: 0.004 }
+        Self {
+            filter_s: 0.008,
+            force_delay_s: None,
+            motion_delay_s: None,
+            hand_stiffness_n_per_m: 1000.0,
+            max_acceleration_rad_per_s2: hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2
+                .map(|most| 0.9 * most),
+        }
     }
 }
 
@@ -59,22 +83,35 @@ pub struct ObjectStep {
     pub force: f64,
     /// Why the arm cannot go along, if so; the object is held back.
     pub unreachable: Option<Unreachable>,
+    /// What the object's inertia had to be raised to, kg m² or kg; `None`: it is as it was asked for.
+    pub raised_inertia: Option<f64>,
 }
 
 /// Renders one object at a time under a hand.
 ///
-/// In every step the measured wrench on the face moves the object by its own law, exactly ([`MovingObject`]), and the
-/// face follows it along its path: a door's board turns with it. What the hand feels is the object as long as the arm follows;
-/// the delay `t_d` of force and motion adds about `b t_d` of inertia to a damped object, and the device is stable where the
-/// object is heavier than about `k_hand t_d²`. Allocates nothing after construction.
+/// In every step the measured wrench on the face moves the object by its own law, exactly ([`MovingObject`]). Filter and sensors
+/// make that late by `t_f`, and the arm moves later still by `t_m`: so the face is led to where the object will be `t_f + t_m`
+/// later, by the same law and under a force that goes on changing as it does (for torques the reference leads by `t_f`, feed-forward
+/// and counteracted wrench by both). The face stays on the path; a door's board turns with it.
+///
+/// What is left of the delays cannot be made up for: hands act within them. Objects lighter than
+/// [`least_inertia`](Self::least_inertia) are made heavier, and the step says so. Allocates nothing after construction.
 #[derive(Debug, Clone)]
 pub struct ObjectRendering {
     follower: PathFollower,
     impedance: Option<CartesianImpedance>,
-    config: ObjectRenderingConfig,
-    force: f64,
-    qd: JointVelocities,
+    filter_s: f64,
+    force_delay_s: f64,
+    motion_delay_s: f64,
+    hand_stiffness_n_per_m: f64,
+    force: ForceLead<1>,
+    wrench: ForceLead<6>,
+    /// Of the arm along the path, as of the last step, rad/s² or m/s².
+    most_acceleration: f64,
 }
+
+/// Least inertia at the face over `k t²`, hand stiffness and delay (docs/FEEL.md).
+const LEAST_SHARE: f64 = 1.0;
 
 impl ObjectRendering {
     /// The tool of the arm is the face of the board.
@@ -86,21 +123,34 @@ impl ObjectRendering {
         command: ObjectCommand,
         config: ObjectRenderingConfig,
     ) -> Result<Self, HapticsError> {
-        non_negative("filter_s", config.filter_s)?;
-        let impedance = match command {
-            ObjectCommand::Position => None,
-            ObjectCommand::Torque { dynamics, config } => Some(CartesianImpedance::new(
-                Arc::clone(&arm),
-                *dynamics,
-                config,
-            )?),
+        let (impedance, force_delay_s, motion_delay_s) = match command {
+            ObjectCommand::Position => (None, 0.0005, 0.022),
+            ObjectCommand::Torque { dynamics, config } => {
+                let arm = Arc::clone(&arm);
+                let impedance = CartesianImpedance::new(arm, *dynamics, config)?;
+                (Some(impedance), 0.0055, 0.0085)
+            }
         };
+        let filter_s = non_negative("filter_s", config.filter_s)?;
+        let force_delay_s = config.force_delay_s.unwrap_or(force_delay_s);
+        let motion_delay_s = config.motion_delay_s.unwrap_or(motion_delay_s);
+        non_negative("force_delay_s", force_delay_s)?;
+        non_negative("motion_delay_s", motion_delay_s)?;
+        for most in config.max_acceleration_rad_per_s2 {
+            positive("max_acceleration_rad_per_s2", most)?;
+        }
+        let hand_stiffness_n_per_m = config.hand_stiffness_n_per_m;
+        non_negative("hand_stiffness_n_per_m", hand_stiffness_n_per_m)?;
         Ok(Self {
-            follower: PathFollower::new(arm),
+            follower: PathFollower::new(arm, config.max_acceleration_rad_per_s2),
             impedance,
-            config,
-            force: 0.0,
-            qd: JointVelocities::default(),
+            filter_s,
+            force_delay_s,
+            motion_delay_s,
+            hand_stiffness_n_per_m,
+            force: ForceLead::NONE,
+            wrench: ForceLead::NONE,
+            most_acceleration: f64::INFINITY,
         })
     }
 
@@ -113,10 +163,13 @@ impl ObjectRendering {
         rendered: &RenderedObject,
         q: &JointPositions,
     ) -> Result<(), HapticsError> {
+        if let Some(impedance) = &mut self.impedance {
+            impedance.begin();
+        }
         self.follower
             .begin(rendered.path, rendered.object.position(), q)?;
-        self.force = 0.0;
-        self.qd = JointVelocities::default();
+        (self.force, self.wrench) = (ForceLead::NONE, ForceLead::NONE);
+        self.most_acceleration = f64::INFINITY;
         Ok(())
     }
 
@@ -126,10 +179,24 @@ impl ObjectRendering {
         self.follower.q()
     }
 
-    /// How they move there, rad/s.
+    /// How they move when the object moves at a velocity (rad/s or m/s), rad/s.
     #[must_use]
-    pub const fn qd(&self) -> &JointVelocities {
-        &self.qd
+    pub fn qd_at(&self, velocity: f64) -> JointVelocities {
+        JointVelocities(self.follower.joint_rates().map(|rate| rate * velocity))
+    }
+
+    /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `k t²`, with the hand's
+    /// stiffness `k` and all delays `t` together.
+    #[must_use]
+    pub fn least_inertia(&self, rendered: &RenderedObject) -> f64 {
+        let face = self.follower.face_at(rendered.object.position());
+        let lever = rendered
+            .path
+            .velocity_at(face.position_m(), 1.0)
+            .linear_m_per_s
+            .length();
+        let delay_s = self.filter_s + self.force_delay_s + self.motion_delay_s;
+        LEAST_SHARE * self.hand_stiffness_n_per_m * delay_s * delay_s * lever * lever
     }
 
     /// One step under the measured wrench of the hand on the face (base axes, about its middle).
@@ -144,41 +211,84 @@ impl ObjectRendering {
         dt_s: f64,
     ) -> Result<ObjectStep, HapticsError> {
         positive("dt_s", dt_s)?;
+        state.validate()?;
+        all_finite("wrench", &wrench.to_array())?;
+        let least = self.least_inertia(rendered);
         let object = &mut rendered.object;
-        let face = self.follower.face_at(object.position());
+        if least > object.inertia() {
+            object.raise_inertia(least)?;
+        }
+        let face = self.follower.face_at(self.follower.reached());
         let pushed = rendered.path.generalized_force(face.position_m(), wrench);
-        let share = match self.config.filter_s > 0.0 {
-            true => -(-dt_s / self.config.filter_s).exp_m1(),
-            false => 1.0,
-        };
-        let force = self.force + share * (pushed - self.force);
-        let (from, before) = (object.position(), *self.follower.q());
+        let filtered = self.force.step(&[pushed], self.filter_s, dt_s);
+        let force = filtered.value()[0];
+        let (from, before) = (object.position(), object.velocity());
         object.step(force, dt_s)?;
-        self.force = force;
-        let unreachable = self.follower.follow(object, from, dt_s)?;
+        self.force = filtered;
+        // What speeds up faster than the arm can is felt as heavier.
+        let most = self.most_acceleration * dt_s;
+        let (gained, speed) = (object.velocity() - before, object.velocity());
+        if gained.abs() > most && gained * speed > 0.0 {
+            let slower = before + gained.clamp(-most, most);
+            let share = (before + slower) / (before + speed);
+            let share = if share.is_finite() {
+                share.clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            object.hold_back(from + share * (object.position() - from), slower)?;
+        }
+
+        let force_lead_s = ForceLead::<1>::lag_s(self.filter_s, dt_s) + self.force_delay_s;
+        let both_s = force_lead_s + self.motion_delay_s;
+        let lead_s = match self.impedance {
+            None => both_s,
+            Some(_) => force_lead_s,
+        };
+        // The constant forces that move a mass as far, and make it as fast, as one that goes on changing.
+        let (wanted, _) = object.after(self.force.after(lead_s / 3.0)[0], lead_s)?;
+        let (_, velocity) = object.after(self.force.after(lead_s / 2.0)[0], lead_s)?;
+        let followed = self.follower.follow(wanted, velocity, dt_s)?;
+        self.most_acceleration = followed.most_acceleration;
+        if followed.share < 1.0 {
+            // Held back: it loses speed, and gains no energy.
+            let slower = from + followed.share * (object.position() - from);
+            object.hold_back(slower, followed.share * object.velocity())?;
+        }
         let q = *self.follower.q();
-        let qd = JointVelocities(std::array::from_fn(|i| (q[i] - before[i]) / dt_s));
         let command = match &mut self.impedance {
             None => ArmCommand::Position(q),
             Some(impedance) => {
-                let pose = self.follower.face_at(object.position());
+                self.wrench = self.wrench.step(&wrench.to_array(), self.filter_s, dt_s);
+                let held = Wrench::from_array(self.wrench.after(both_s));
+                let rates = self.follower.joint_rates();
+                let pose = self.follower.face_at(self.follower.reached());
+                let velocity = followed.share * velocity;
+                let acceleration = rendered.object.acceleration_after(
+                    self.force.after(0.5 * both_s)[0],
+                    both_s,
+                    self.force.after(both_s)[0],
+                )?;
                 let wanted = FaceMotion {
-                    twist: rendered
-                        .path
-                        .velocity_at(pose.position_m(), object.velocity()),
+                    twist: rendered.path.velocity_at(pose.position_m(), velocity),
                     pose,
                     q,
-                    qd,
-                    qdd_rad_per_s2: std::array::from_fn(|i| (qd[i] - self.qd[i]) / dt_s),
+                    qd: JointVelocities(rates.map(|rate| rate * velocity)),
+                    qdd_rad_per_s2: rates
+                        .map(|rate| followed.share * (rate * acceleration).clamp(-MOST, MOST)),
                 };
-                ArmCommand::Torque(impedance.torques(state, &wanted, wrench)?)
+                ArmCommand::Torque(impedance.torques(state, &wanted, &held, dt_s)?)
             }
         };
-        self.qd = qd;
         Ok(ObjectStep {
             command,
             force,
-            unreachable,
+            unreachable: followed.unreachable,
+            raised_inertia: (rendered.object.inertia() > rendered.object.config().inertia)
+                .then(|| rendered.object.inertia()),
         })
     }
 }
+
+/// Largest joint acceleration that is fed forward, rad/s²: beyond that of any arm, but not that of a stop that is met.
+const MOST: f64 = 20.0;

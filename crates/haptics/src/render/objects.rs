@@ -34,8 +34,9 @@ impl Objects {
 
     /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.
     pub(super) fn release(&mut self) -> Option<(JointPositions, JointVelocities)> {
-        self.touched.take()?;
-        Some((*self.rendering.q(), *self.rendering.qd()))
+        let rendered = self.all.get(self.touched.take()?)?;
+        let velocity = rendered.object.velocity();
+        Some((*self.rendering.q(), self.rendering.qd_at(velocity)))
     }
 
     /// Time passes for what is not touched.

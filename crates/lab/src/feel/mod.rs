@@ -1,0 +1,11 @@
+//! What does a hand feel? Doors, panels and buttons under simulated pushes, both ways of driving an arm.
+
+pub mod cost;
+pub mod document;
+pub mod figures;
+pub mod identify;
+pub mod push;
+pub mod rig;
+pub mod stability;
+pub mod study;
+pub mod subject;

@@ -1,0 +1,267 @@
+//! One push: hand, arm and object, step by step, beside the object that the same hand would have moved.
+
+use super::rig::{Rig, Way};
+use super::subject::Subject;
+use glam::DVec3;
+use hwall_haptics::{ObjectPath, ObjectRenderingConfig};
+use hwall_kinematics::{Pose, Unreachable, Wrench, WrenchConfig};
+use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Period of the control, s.
+pub const PERIOD_S: f64 = 1e-3;
+
+/// Who pushes.
+#[derive(Debug, Clone)]
+pub enum Hand {
+    /// A force on the middle of the face, against its normal, whatever the board does.
+    Profile(Profile),
+    /// A hand with mass that aims behind the face: how far, m, over the time of the push.
+    Body {
+        /// The hand.
+        config: HandBodyConfig,
+        /// Depth of the aim at its deepest, m.
+        depth_m: f64,
+        /// Time in which it goes there, s; the aim then stays.
+        rise_s: f64,
+        /// When it goes back, s.
+        until_s: f64,
+    },
+}
+
+/// A force over time, N.
+#[derive(Debug, Clone)]
+pub struct Profile {
+    /// Held force, N, after [`RISE_S`](Self::RISE_S).
+    pub mean_n: f64,
+    /// Sines on top: amplitude N, frequency Hz, phase rad.
+    pub sines: Vec<[f64; 3]>,
+    /// When all of it fades, s.
+    pub until_s: f64,
+}
+
+impl Profile {
+    /// Time in which a push rises and falls, s.
+    pub const RISE_S: f64 = 0.2;
+
+    /// The force at a time, N.
+    #[must_use]
+    pub fn force_n(&self, t_s: f64) -> f64 {
+        let smooth = |x: f64| {
+            let x = x.clamp(0.0, 1.0);
+            x * x * (3.0 - 2.0 * x)
+        };
+        let share = smooth(t_s / Self::RISE_S) * smooth((self.until_s - t_s) / Self::RISE_S);
+        let sines = self
+            .sines
+            .iter()
+            .map(|[a, hz, phase]| a * (TAU * hz * t_s + phase).sin());
+        share * (self.mean_n + sines.sum::<f64>())
+    }
+}
+
+/// A push in numbers.
+#[derive(Debug, Clone)]
+pub struct Push {
+    /// How the arm is driven.
+    pub way: Way,
+    /// Who pushes.
+    pub hand: Hand,
+    /// Length, s.
+    pub seconds: f64,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
+    /// Settings of the rendering.
+    pub config: ObjectRenderingConfig,
+}
+
+/// The truth at one instant; forces hold from then on for a period.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Time, s.
+    pub t_s: f64,
+    /// Force of the hand on the board, N.
+    pub force_n: f64,
+    /// What moves the object: of the true wrench, N m or N.
+    pub generalized: f64,
+    /// What the renderer took it for.
+    pub measured: f64,
+    /// Where the face is along the path, rad or m.
+    pub position: f64,
+    /// Where the object of the renderer is.
+    pub object: f64,
+    /// Where the object as asked for would be under the true force.
+    pub ideal: f64,
+    /// Distance of the face from the path, m.
+    pub off_path_m: f64,
+    /// Energy given to the board so far, J.
+    pub given_j: f64,
+    /// Energy that the ideal object was given so far, J.
+    pub ideal_given_j: f64,
+    /// Largest torque of a motor, N m.
+    pub torque_n_m: f64,
+}
+
+/// What became of a push.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// One for each period.
+    pub samples: Vec<Sample>,
+    /// Inertia with which the object was rendered.
+    pub inertia: f64,
+    /// Periods in which the arm could not go along, and the last reason.
+    pub unreachable: (usize, Option<Unreachable>),
+    /// Time of each control step (wrench estimate and rendering), ns.
+    pub step_ns: Vec<f64>,
+    /// Of the rendering alone, ns.
+    pub rendering_ns: Vec<f64>,
+}
+
+/// Pushes.
+///
+/// # Errors
+/// Settings outside their ranges; a simulation that fails.
+pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
+    let mut rendered = subject.object.clone();
+    let mut ideal = subject.object.object.clone();
+    let path = rendered.path;
+    let mut device = rig.device(push.way.level, subject.start, push.seed)?;
+    let mut rendering = rig.rendering(push.way, push.config)?;
+    rendering.begin(&rendered, &subject.start)?;
+    let at_start = ideal.position();
+    let first = device.pose();
+    let outward = first.rotation().z_axis;
+    let mut body = match &push.hand {
+        Hand::Profile(_) => None,
+        Hand::Body { config, .. } => {
+            let before_m = first.position_m() + 1e-4 * outward;
+            Some(HandBody::new(*config, before_m, DVec3::ZERO)?)
+        }
+    };
+    let mut trace = Trace {
+        samples: Vec::new(),
+        inertia: 0.0,
+        unreachable: (0, None),
+        step_ns: Vec::new(),
+        rendering_ns: Vec::new(),
+    };
+    let (mut given_j, mut ideal_given_j) = (0.0, 0.0);
+    let steps = (push.seconds / PERIOD_S).round() as usize;
+    for k in 0..steps {
+        let t_s = k as f64 * PERIOD_S;
+        let state = device.state()?;
+        let began = Instant::now();
+        let measured = match state.external_torque {
+            Some(torque) => {
+                rig.kinematics
+                    .wrench_from_torques(&state.q, &torque, &WrenchConfig::default())?
+                    .wrench
+            }
+            None => Wrench::default(),
+        };
+        let estimated = Instant::now();
+        let step = rendering.step(&mut rendered, &state, &measured, PERIOD_S)?;
+        trace
+            .rendering_ns
+            .push(estimated.elapsed().as_nanos() as f64);
+        trace.step_ns.push(began.elapsed().as_nanos() as f64);
+        if step.unreachable.is_some() {
+            trace.unreachable = (trace.unreachable.0 + 1, step.unreachable);
+        }
+
+        let pose = device.pose();
+        let wrench = match (&push.hand, &mut body) {
+            (Hand::Profile(profile), _) => Wrench {
+                force_n: -pose.rotation().z_axis * profile.force_n(t_s),
+                moment_n_m: DVec3::ZERO,
+            },
+            (
+                Hand::Body {
+                    depth_m,
+                    rise_s,
+                    until_s,
+                    ..
+                },
+                Some(body),
+            ) => {
+                let (joints, rates) = device.joints();
+                let twist = rig.kinematics.jacobian(&joints).twist(&rates);
+                let aim = aim(&first, *depth_m, *rise_s, *until_s, t_s);
+                body.step(PERIOD_S, &pose, &twist, &aim)?
+            }
+            (Hand::Body { .. }, None) => Wrench::default(),
+        };
+        let generalized = path.generalized_force(pose.position_m(), &wrench);
+        let (position, off_path_m) = along(&path, &first, &pose);
+        trace.samples.push(Sample {
+            t_s,
+            force_n: -wrench.force_n.dot(pose.rotation().z_axis),
+            generalized,
+            measured: step.force,
+            position: at_start + position,
+            object: rendered.object.position(),
+            ideal: ideal.position(),
+            off_path_m,
+            given_j,
+            ideal_given_j,
+            torque_n_m: device.largest_torque_n_m().unwrap_or_else(|| {
+                let held = rig.kinematics.torques_from_wrench(&state.q, &wrench);
+                held.0.iter().fold(0.0, |most: f64, t| most.max(t.abs()))
+            }),
+        });
+        device.advance(step.command, wrench, PERIOD_S)?;
+        let before = ideal.position();
+        ideal.step(generalized, PERIOD_S)?;
+        ideal_given_j += generalized * (ideal.position() - before);
+        let after = device.pose();
+        let turned = (
+            after.rotation() * pose.rotation().transpose(),
+            after.position_m() - pose.position_m(),
+        );
+        given_j += wrench.force_n.dot(turned.1) + wrench.moment_n_m.dot(small_rotation(turned.0));
+    }
+    trace.inertia = rendered.object.inertia();
+    Ok(trace)
+}
+
+/// Axis times angle of a small rotation, rad.
+fn small_rotation(rotation: glam::DMat3) -> DVec3 {
+    glam::DQuat::from_mat3(&rotation)
+        .normalize()
+        .to_scaled_axis()
+}
+
+fn aim(first: &Pose, depth_m: f64, rise_s: f64, until_s: f64, t_s: f64) -> HandDrive {
+    let inward = -first.rotation().z_axis;
+    let speed = depth_m / rise_s;
+    let (gone, velocity) = if t_s < rise_s {
+        (speed * t_s, speed)
+    } else if t_s < until_s {
+        (depth_m, 0.0)
+    } else {
+        (depth_m - speed * (t_s - until_s), -speed)
+    };
+    HandDrive::Aim {
+        position_m: first.position_m() + inward * gone,
+        velocity_m_per_s: inward * velocity,
+    }
+}
+
+/// How far something fixed to an object, first at one pose, has come along the path, rad or m, and its distance from it, m.
+fn along(path: &ObjectPath, first: &Pose, now: &Pose) -> (f64, f64) {
+    let by = match *path {
+        ObjectPath::Sliding { direction } => direction.dot(now.position_m() - first.position_m()),
+        ObjectPath::Turning {
+            hinge_point_m,
+            hinge_axis,
+        } => {
+            let flat =
+                |point_m: DVec3| (point_m - hinge_point_m).reject_from_normalized(hinge_axis);
+            let (a, b) = (flat(first.position_m()), flat(now.position_m()));
+            hinge_axis.dot(a.cross(b)).atan2(a.dot(b))
+        }
+    };
+    let there = path.moved(first, by);
+    (by, there.position_m().distance(now.position_m()))
+}

@@ -1,0 +1,324 @@
+//! A simulated arm with a board, at servo or torque level, and how it is told to go along with an object.
+
+use anyhow::{Context, bail};
+use clap::ValueEnum;
+use glam::DVec3;
+use hwall_haptics::{
+    Arm, ArmCommand, ArmState, Board, FrictionLeft, ImpedanceConfig, ObjectCommand,
+    ObjectRendering, ObjectRenderingConfig,
+};
+use hwall_kinematics::{
+    ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointVelocities, Pose, Wrench,
+};
+use hwall_sim::{JointFriction, ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use hwall_stage::input::arms::BoardArm;
+use std::sync::Arc;
+
+/// What of the arm is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ArmLevel {
+    /// A stiff servo that follows positions after its reaction time.
+    Servo,
+    /// Rigid bodies, friction, torque loop and torque sensors.
+    Torque,
+}
+
+/// How the arm is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Render {
+    /// Force in, joint positions out.
+    Admittance,
+    /// Motion in, joint torques out.
+    Impedance,
+}
+
+/// One of the ways in which an arm renders an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Way {
+    /// The simulated arm.
+    pub level: ArmLevel,
+    /// How it is driven.
+    pub render: Render,
+}
+
+impl Way {
+    /// All that exist: a servo knows no torques.
+    pub const ALL: [Self; 3] = [
+        Self {
+            level: ArmLevel::Servo,
+            render: Render::Admittance,
+        },
+        Self {
+            level: ArmLevel::Torque,
+            render: Render::Admittance,
+        },
+        Self {
+            level: ArmLevel::Torque,
+            render: Render::Impedance,
+        },
+    ];
+
+    /// For tables.
+    #[must_use]
+    pub fn name(self) -> String {
+        format!("{:?}, {:?}", self.level, self.render).to_lowercase()
+    }
+}
+
+/// What the simulated arm at torque level is spared: which error is whose?
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spared {
+    /// It has all its faults.
+    Nothing,
+    /// The torque sensors have no ripple.
+    Ripple,
+    /// The joints have no friction.
+    Friction,
+    /// Neither.
+    Both,
+}
+
+impl Spared {
+    /// From all faults to none of the two.
+    pub const ALL: [Self; 4] = [Self::Nothing, Self::Ripple, Self::Friction, Self::Both];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "as it is",
+            Self::Ripple => "no ripple of the torque sensors",
+            Self::Friction => "no friction",
+            Self::Both => "neither",
+        }
+    }
+}
+
+/// Of the external torques that an arm at torque level reports, s.
+const FORCE_DELAY_S: f64 = 0.0055;
+/// Of that arm's own servo, whose reference leads, s.
+const SERVO_DELAY_S: f64 = 0.005;
+/// Share of the arm's dry friction that is known and fed forward.
+const KNOWN_SHARE: f64 = 0.8;
+/// Mass of the board with its mount, kg; an assumption.
+const BOARD_KG: f64 = 1.0;
+
+/// An arm with a board.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    /// The tool is the middle of the face.
+    pub kinematics: Arc<dyn ArmKinematics>,
+    /// The same arm with the mass of the board.
+    pub dynamics: ChainDynamics,
+    /// The board.
+    pub board: Board,
+    /// Where it starts.
+    pub start: JointPositions,
+    /// What the arm is spared.
+    pub spared: Spared,
+}
+
+impl Rig {
+    /// An iiwa 7 with a board of 1 kg.
+    ///
+    /// # Errors
+    /// None that is known.
+    pub fn new() -> anyhow::Result<Self> {
+        let board = Board::default();
+        let arm = BoardArm::named("iiwa7", &board)?;
+        let place_m = DVec3::new(0.0, 0.0, 0.5 * board.thickness_m);
+        let size_m = DVec3::new(
+            2.0 * board.half_width_m,
+            2.0 * board.half_height_m,
+            board.thickness_m,
+        );
+        let payload = Inertial::solid_box("board", BOARD_KG, place_m, size_m);
+        Ok(Self {
+            kinematics: Arc::clone(arm.kinematics()),
+            dynamics: ChainDynamics::new(&Chain::iiwa7())?.with_payload(&payload)?,
+            board,
+            start: arm.start(),
+            spared: Spared::Nothing,
+        })
+    }
+
+    /// The simulated arm at rest.
+    ///
+    /// # Errors
+    /// A start outside the limits.
+    pub fn device(
+        &self,
+        level: ArmLevel,
+        start: JointPositions,
+        seed: u64,
+    ) -> anyhow::Result<Device> {
+        let arm = Arc::clone(&self.kinematics);
+        Ok(match level {
+            ArmLevel::Servo => {
+                let config = ServoConfig {
+                    seed,
+                    ..ServoConfig::default()
+                };
+                Device::Servo(Box::new(ServoArm::new(arm, start, config)?))
+            }
+            ArmLevel::Torque => {
+                let mut config = TorqueConfig {
+                    seed,
+                    ..TorqueConfig::default()
+                };
+                match self.spared {
+                    Spared::Nothing => {}
+                    Spared::Ripple => config.sensor.ripple_n_m = [0.0; 7],
+                    Spared::Friction => config.friction = [JointFriction::NONE; 7],
+                    Spared::Both => {
+                        config.sensor.ripple_n_m = [0.0; 7];
+                        config.friction = [JointFriction::NONE; 7];
+                    }
+                }
+                let dynamics = self.dynamics.clone();
+                Device::Torque(Box::new(TorqueArm::new(arm, dynamics, start, config)?))
+            }
+        })
+    }
+
+    /// All delays of a way together, from the force to the motion, s: those that the rendering makes up for.
+    #[must_use]
+    pub fn delay_s(&self, way: Way) -> f64 {
+        let filter_s = ObjectRenderingConfig::default().filter_s;
+        filter_s
+            + match (way.level, way.render) {
+                (ArmLevel::Servo, _) => 0.0005 + 0.022,
+                (ArmLevel::Torque, Render::Admittance) => FORCE_DELAY_S + SERVO_DELAY_S,
+                (ArmLevel::Torque, Render::Impedance) => FORCE_DELAY_S + 0.0085,
+            }
+    }
+
+    /// The rendering that drives it.
+    ///
+    /// # Errors
+    /// Torques for an arm at servo level.
+    pub fn rendering(
+        &self,
+        way: Way,
+        config: ObjectRenderingConfig,
+    ) -> anyhow::Result<ObjectRendering> {
+        let (command, config) = match (way.level, way.render) {
+            (ArmLevel::Servo, Render::Admittance) => (ObjectCommand::Position, config),
+            (ArmLevel::Torque, Render::Admittance) => {
+                // A torque-controlled arm that is told positions: its sensors are as late as ever, and its servo is faster.
+                let config = ObjectRenderingConfig {
+                    force_delay_s: config.force_delay_s.or(Some(FORCE_DELAY_S)),
+                    motion_delay_s: config.motion_delay_s.or(Some(SERVO_DELAY_S)),
+                    ..config
+                };
+                (ObjectCommand::Position, config)
+            }
+            (ArmLevel::Torque, Render::Impedance) => {
+                let arm = TorqueConfig::default();
+                let dry = arm
+                    .friction
+                    .map(|friction| KNOWN_SHARE * friction.coulomb_n_m);
+                let left = 1.0 - arm.friction_compensation.share;
+                let impedance = ImpedanceConfig {
+                    friction: FrictionLeft {
+                        slow_n_m: dry,
+                        moving_n_m: dry.map(|dry| left * dry),
+                        between_rad_per_s: [
+                            arm.friction_compensation.off_rad_per_s,
+                            arm.friction_compensation.full_rad_per_s,
+                        ],
+                    },
+                    rotor_inertia_kg_m2: arm.felt_rotor_inertia_kg_m2(),
+                    ..ImpedanceConfig::default()
+                };
+                let command = ObjectCommand::Torque {
+                    dynamics: Box::new(self.dynamics.clone()),
+                    config: impedance,
+                };
+                (command, config)
+            }
+            (ArmLevel::Servo, Render::Impedance) => {
+                bail!("an arm at servo level takes positions, no torques")
+            }
+        };
+        ObjectRendering::new(Arc::clone(&self.kinematics), command, config)
+            .context("object rendering")
+    }
+}
+
+/// A simulated arm at either level.
+#[derive(Debug)]
+pub enum Device {
+    /// Stiff servo.
+    Servo(Box<ServoArm>),
+    /// Rigid bodies.
+    Torque(Box<TorqueArm>),
+}
+
+impl Device {
+    /// What the arm reports.
+    ///
+    /// # Errors
+    /// Those of the arm.
+    pub fn state(&mut self) -> anyhow::Result<ArmState> {
+        Ok(match self {
+            Self::Servo(arm) => arm.state()?,
+            Self::Torque(arm) => arm.state()?,
+        })
+    }
+
+    /// One period: the command goes out, and the wrench acts, base axes, about the middle of the face.
+    ///
+    /// # Errors
+    /// Those of the arm.
+    pub fn advance(
+        &mut self,
+        command: ArmCommand,
+        wrench: Wrench,
+        dt_s: f64,
+    ) -> anyhow::Result<()> {
+        match self {
+            Self::Servo(arm) => {
+                arm.command(command)?;
+                arm.apply_wrench(wrench)?;
+                arm.advance(dt_s)?;
+            }
+            Self::Torque(arm) => {
+                arm.command(command)?;
+                arm.apply_wrench(wrench)?;
+                arm.advance(dt_s)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// True pose of the face.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        match self {
+            Self::Servo(arm) => arm.pose(),
+            Self::Torque(arm) => arm.pose(),
+        }
+    }
+
+    /// True joint angles and velocities.
+    #[must_use]
+    pub fn joints(&self) -> (JointPositions, JointVelocities) {
+        match self {
+            Self::Servo(arm) => (arm.q(), arm.qd()),
+            Self::Torque(arm) => (arm.q(), arm.qd()),
+        }
+    }
+
+    /// Largest torque of the motors now, N m; `None` at servo level.
+    #[must_use]
+    pub fn largest_torque_n_m(&self) -> Option<f64> {
+        match self {
+            Self::Servo(_) => None,
+            Self::Torque(arm) => {
+                let torques = arm.motor_torque().0;
+                Some(torques.iter().fold(0.0, |most: f64, t| most.max(t.abs())))
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! The runs of the study: what is felt against what was asked for.
+
+use super::identify::{Felt, identify};
+use super::push::{Hand, PERIOD_S, Profile, Push, run};
+use super::rig::{Rig, Spared, Way};
+use super::stability::{self, Bound, Held};
+use super::subject::{Kind, Subject, made};
+use hwall_haptics::{MovingObject, ObjectConfig, ObjectRenderingConfig};
+use hwall_testkit::{Sampler, Timing};
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Request {
+    /// Seed of the pushes and the sensors' noise.
+    pub seed: u64,
+}
+
+/// One object, rendered in one way.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// How.
+    pub way: Way,
+    /// Which path.
+    pub kind: Kind,
+    /// As asked for.
+    pub asked: ObjectConfig,
+    /// Inertia with which it was rendered.
+    pub inertia: f64,
+    /// What was found.
+    pub felt: Felt,
+    /// Largest distance from the path, m.
+    pub off_path_m: f64,
+    /// Error of the position under a held push of [`HELD_N`], m at the face.
+    pub held_m: f64,
+    /// Least energy given, less what the object holds at least, J: below zero what came out of nothing.
+    pub least_given_j: f64,
+}
+
+/// The whole study.
+#[derive(Debug, Clone)]
+pub struct Results {
+    /// Every object, every way.
+    pub rows: Vec<Row>,
+    /// Which errors are whose: the stiffest and the freest objects at torque level.
+    pub causes: Vec<(Spared, Row)>,
+    /// The lightest stable objects.
+    pub bounds: Vec<Bound>,
+    /// Light objects as they are rendered.
+    pub held: Vec<Held>,
+    /// Of the control step and of the rendering alone.
+    pub costs: Vec<(String, Timing)>,
+}
+
+/// The held push, N.
+pub const HELD_N: f64 = 10.0;
+/// Frequencies of the excitation, Hz.
+pub const EXCITED_HZ: [f64; 5] = [0.4, 0.9, 1.7, 2.6, 3.7];
+/// Largest acceleration of the face that the ideal object reaches under the excitation, m/s²: an arm can follow that.
+pub const MOST_M_PER_S2: f64 = 1.8;
+/// Length of a push, s.
+const SECONDS: f64 = 8.0;
+
+/// The objects: stiffness, inertia, damping.
+const PANELS: [[f64; 3]; 9] = [
+    [0.0, 3.0, 10.0],
+    [0.0, 10.0, 20.0],
+    [200.0, 3.0, 20.0],
+    [200.0, 10.0, 40.0],
+    [500.0, 3.0, 30.0],
+    [500.0, 10.0, 60.0],
+    [1000.0, 3.0, 40.0],
+    [1000.0, 10.0, 80.0],
+    [2000.0, 5.0, 80.0],
+];
+const DOORS: [[f64; 3]; 4] = [
+    [0.0, 4.3, 4.0],
+    [20.0, 4.3, 4.0],
+    [50.0, 2.0, 8.0],
+    [150.0, 4.3, 12.0],
+];
+const BUTTONS: [[f64; 3]; 3] = [[400.0, 2.0, 25.0], [1000.0, 2.0, 40.0], [2000.0, 3.0, 60.0]];
+
+/// Runs everything; `progress` is told the share that is done.
+///
+/// # Errors
+/// A simulation that fails.
+pub fn study(request: &Request, mut progress: impl FnMut(f64)) -> anyhow::Result<Results> {
+    let rig = Rig::new()?;
+    let objects: Vec<(Kind, [f64; 3])> = [
+        (Kind::Panel, &PANELS[..]),
+        (Kind::Door, &DOORS[..]),
+        (Kind::Button, &BUTTONS[..]),
+    ]
+    .into_iter()
+    .flat_map(|(kind, list)| list.iter().map(move |numbers| (kind, *numbers)))
+    .collect();
+    let (mut rows, mut costs) = (Vec::new(), Vec::new());
+    for (k, way) in Way::ALL.into_iter().enumerate() {
+        let (mut step_ns, mut rendering_ns) = (Vec::new(), Vec::new());
+        for (i, (kind, numbers)) in objects.iter().enumerate() {
+            let (row, times) = felt(&rig, way, *kind, *numbers, request.seed)?;
+            step_ns.extend(&times[0]);
+            rendering_ns.extend(&times[1]);
+            rows.push(row);
+            progress((k as f64 + i as f64 / objects.len() as f64) / 4.0);
+        }
+        for (what, times) in [("control step", step_ns), ("rendering alone", rendering_ns)] {
+            let name = format!("{}: {what}", way.name());
+            costs.push((name, Timing::from_samples_ns(times)));
+        }
+    }
+    let mut causes = Vec::new();
+    for spared in Spared::ALL {
+        let rig = Rig {
+            spared,
+            ..rig.clone()
+        };
+        for way in &Way::ALL[1..] {
+            for (kind, numbers) in [(Kind::Panel, PANELS[8]), (Kind::Door, DOORS[0])] {
+                causes.push((spared, felt(&rig, *way, kind, numbers, request.seed)?.0));
+            }
+        }
+    }
+    let bounds = stability::bounds(&rig, request.seed)?;
+    let held = stability::light(&rig, request.seed)?;
+    progress(1.0);
+    Ok(Results {
+        rows,
+        causes,
+        bounds,
+        held,
+        costs,
+    })
+}
+
+fn felt(
+    rig: &Rig,
+    way: Way,
+    kind: Kind,
+    [stiffness, inertia, damping]: [f64; 3],
+    seed: u64,
+) -> anyhow::Result<(Row, [Vec<f64>; 2])> {
+    let asked = ObjectConfig {
+        stiffness,
+        damping,
+        ..ObjectConfig::new(inertia)
+    };
+    let subject = made(rig, kind, String::new(), asked.clone())?;
+    let hand = Hand::Profile(excitation(&subject, seed)?);
+    let config = ObjectRenderingConfig::default();
+    let mut push = Push {
+        way,
+        hand,
+        seconds: SECONDS,
+        seed,
+        config,
+    };
+    let trace = run(rig, &subject, &push)?;
+    let felt = identify(&trace.samples)?;
+    let lever_m = subject.lever_m();
+    let held_m = if stiffness > 0.0 {
+        push.hand = Hand::Profile(Profile {
+            mean_n: HELD_N,
+            sines: Vec::new(),
+            until_s: f64::INFINITY,
+        });
+        push.seconds = 4.0;
+        let held = run(rig, &subject, &push)?;
+        let last = held.samples.iter().rev().take(500);
+        last.map(|s| (s.position - s.ideal).abs() * lever_m)
+            .fold(0.0, f64::max)
+    } else {
+        f64::NAN
+    };
+    let least = trace.samples.iter().map(|s| s.given_j).fold(0.0, f64::min);
+    let off = trace
+        .samples
+        .iter()
+        .map(|s| s.off_path_m)
+        .fold(0.0, f64::max);
+    let row = Row {
+        way,
+        kind,
+        asked,
+        inertia: trace.inertia,
+        felt,
+        off_path_m: off,
+        held_m,
+        least_given_j: least,
+    };
+    Ok((row, [trace.step_ns, trace.rendering_ns]))
+}
+
+/// Sines of random phase on a mean force; as large as the arm can follow, and at most what a hand does.
+fn excitation(subject: &Subject, seed: u64) -> anyhow::Result<Profile> {
+    let mut sampler = Sampler::new(seed);
+    let sines = EXCITED_HZ.map(|hz| [1.0, hz, sampler.uniform(0.0, std::f64::consts::TAU)]);
+    let lever_m = subject.lever_m();
+    let config = subject.object.object.config();
+    // The mean bends a spring by 3 cm at the face, with 12 N at most.
+    let mean_n = (0.03 * config.stiffness / (lever_m * lever_m)).min(12.0);
+    let shape = Profile {
+        mean_n: 0.0,
+        sines: sines.to_vec(),
+        until_s: f64::INFINITY,
+    };
+    let mut ideal = MovingObject::new(config.clone())?;
+    let mut most = 0.0_f64;
+    for k in 0..(SECONDS / PERIOD_S) as usize {
+        let force = shape.force_n(k as f64 * PERIOD_S) * lever_m;
+        most = most.max((ideal.acceleration(force) * lever_m).abs());
+        ideal.step(force, PERIOD_S)?;
+    }
+    let scale = (MOST_M_PER_S2 / most).min(4.0);
+    Ok(Profile {
+        mean_n,
+        sines: sines.map(|[a, hz, phase]| [a * scale, hz, phase]).to_vec(),
+        until_s: f64::INFINITY,
+    })
+}

@@ -1,0 +1,231 @@
+//! What is pushed: objects of the study, and doors of scenes.
+
+use super::rig::Rig;
+use anyhow::{Context, bail};
+use glam::DVec3;
+use hwall::object_of;
+use hwall::scene::{Scene, SurfaceId, SurfaceKind};
+use hwall_haptics::{
+    MovingObject, ObjectConfig, ObjectPath, QUARTER_TURNS_RAD, RenderedObject, board_pose,
+};
+use hwall_kinematics::{BranchPolicy, JointPositions, NearestConfig, Pose};
+
+/// An object with the board on it.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// For tables.
+    pub name: String,
+    /// The object, as asked for.
+    pub object: RenderedObject,
+    /// Joints that hold the board on it.
+    pub start: JointPositions,
+    /// The face there.
+    pub face: Pose,
+}
+
+impl Subject {
+    /// Way of the middle of the face for each rad or m of the position, m.
+    #[must_use]
+    pub fn lever_m(&self) -> f64 {
+        let at_m = self.face.position_m();
+        self.object
+            .path
+            .velocity_at(at_m, 1.0)
+            .linear_m_per_s
+            .length()
+    }
+}
+
+/// What the path of a study's object is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Turns about an upright hinge, 0.6 m beside the middle of the board.
+    Door,
+    /// Slides along the normal of the board, away from the hand.
+    Panel,
+    /// The same, shorter.
+    Button,
+}
+
+/// The study's objects stand this much further out than the board at the start of the arm, m: there is more room to go back.
+const OUT_M: f64 = 0.1;
+/// From the hinge of a study's door to the middle of the board, m.
+const LEVER_M: f64 = 0.6;
+
+/// An object in front of the starting posture; rising positions lead away from the hand.
+///
+/// # Errors
+/// Numbers that are not valid.
+pub fn made(rig: &Rig, kind: Kind, name: String, config: ObjectConfig) -> anyhow::Result<Subject> {
+    let face = rig.kinematics.forward(&rig.start);
+    let face = face.at(face.position_m() + OUT_M * face.rotation().z_axis);
+    let near = NearestConfig::default();
+    let mut scratch = rig.kinematics.scratch();
+    let start = rig
+        .kinematics
+        .nearest(&face, &rig.start, &near, &mut scratch)?
+        .q;
+    let inward = -face.rotation().z_axis;
+    let path = match kind {
+        Kind::Panel | Kind::Button => ObjectPath::sliding(inward)?,
+        Kind::Door => {
+            let beside = DVec3::Z.cross(inward).normalize();
+            let hinge_m = face.position_m() - LEVER_M * beside;
+            ObjectPath::turning(hinge_m, beside.cross(inward))?
+        }
+    };
+    Ok(Subject {
+        name,
+        object: RenderedObject {
+            object: MovingObject::new(config)?,
+            path,
+        },
+        start,
+        face,
+    })
+}
+
+/// A moving surface of a scene, touched where the arm can hold the board best among a few places along it.
+///
+/// # Errors
+/// An unknown name, a surface that does not move, one that the arm cannot hold the board on.
+pub fn of_scene(rig: &Rig, scene: &Scene, name: Option<&str>) -> anyhow::Result<Subject> {
+    let surfaces = scene.surfaces();
+    let wanted = |kind: &SurfaceKind, of: &str| match name {
+        Some(name) => name == of,
+        None => matches!(kind, SurfaceKind::RevolvingDoor { .. }),
+    };
+    let mut tried = 0;
+    for (index, surface) in surfaces.iter().enumerate() {
+        if !wanted(&surface.kind, &surface.name) {
+            continue;
+        }
+        tried += 1;
+        let Some((config, path)) = object_of(scene, SurfaceId(index))? else {
+            bail!("surface {:?} does not move", surface.name);
+        };
+        if let Some(subject) = held(rig, scene, SurfaceId(index), &config, path)? {
+            return Ok(subject);
+        }
+    }
+    match (tried, name) {
+        (0, Some(name)) => bail!("no surface is called {name:?}"),
+        (0, None) => bail!("the scene has no door"),
+        _ => bail!(
+            "the arm cannot hold the board on {}",
+            name.unwrap_or("any door")
+        ),
+    }
+}
+
+/// Distance of the places that are tried, and of the board's middle from the edge of a surface, m.
+const STEP_M: f64 = 0.1;
+/// How far a touched object should at least be carried along, rad or m.
+const CARRIED: f64 = 0.3;
+/// Least distance of a place from a hinge, m: nobody pushes a door beside it.
+const LEAST_LEVER_M: f64 = 0.4;
+
+/// The place on the surface from which the arm has to turn least when it carries the object along.
+fn held(
+    rig: &Rig,
+    scene: &Scene,
+    id: SurfaceId,
+    config: &ObjectConfig,
+    path: ObjectPath,
+) -> anyhow::Result<Option<Subject>> {
+    let surface = scene.surface(id);
+    let triangles: Vec<_> = scene.triangles_m(id)?.collect();
+    let normal_of = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]);
+    let largest = triangles
+        .iter()
+        .max_by(|a, b| normal_of(a).length().total_cmp(&normal_of(b).length()))
+        .context("a surface without triangles")?;
+    let middle_m = (largest[0] + largest[1] + largest[2]) / 3.0;
+    let normal = normal_of(largest).normalize();
+    // The person stands on the other side of it than the arm.
+    let normal = if normal.dot(middle_m) < 0.0 {
+        -normal
+    } else {
+        normal
+    };
+    let [right, up] = hwall_haptics::surface_axes(normal)?;
+    let corners = || triangles.iter().flatten().map(|&p| p - middle_m);
+    let span = |axis: DVec3| {
+        let along = corners().map(|p| p.dot(axis));
+        along.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)))
+    };
+    let places = |axis: DVec3| {
+        let (low, high) = span(axis);
+        let count = ((high - low) / STEP_M).floor().max(1.0) as usize;
+        (1..count).map(move |k| low + STEP_M * k as f64)
+    };
+    let mut best: Option<(f64, Subject)> = None;
+    for u in places(right) {
+        for v in places(up) {
+            let point_m = middle_m + right * u + up * v;
+            let lever = path.velocity_at(point_m, 1.0).linear_m_per_s;
+            if matches!(path, ObjectPath::Turning { .. }) && lever.length() < LEAST_LEVER_M {
+                continue;
+            }
+            for roll_rad in QUARTER_TURNS_RAD {
+                let face = board_pose(point_m, normal, roll_rad)?;
+                let way = if lever.dot(normal) < 0.0 {
+                    CARRIED
+                } else {
+                    -CARRIED
+                };
+                let Some((start, turned)) = carried(rig, &face, &path, config, way)? else {
+                    continue;
+                };
+                if best.as_ref().is_none_or(|(least, _)| turned < *least) {
+                    let object = RenderedObject {
+                        object: MovingObject::new(config.clone())?,
+                        path,
+                    };
+                    let name = surface.name.clone();
+                    let subject = Subject {
+                        name,
+                        object,
+                        start,
+                        face,
+                    };
+                    best = Some((turned, subject));
+                }
+            }
+        }
+    }
+    Ok(best.map(|(_, subject)| subject))
+}
+
+/// Joints that hold the board at the start, and how far the farthest joint turns until the object has moved.
+fn carried(
+    rig: &Rig,
+    face: &Pose,
+    path: &ObjectPath,
+    config: &ObjectConfig,
+    way: f64,
+) -> anyhow::Result<Option<(JointPositions, f64)>> {
+    let mut scratch = rig.kinematics.scratch();
+    let mut near = |pose: &Pose, from: &JointPositions, policy| {
+        let config = NearestConfig {
+            policy,
+            ..NearestConfig::default()
+        };
+        rig.kinematics
+            .nearest(pose, from, &config, &mut scratch)
+            .ok()
+    };
+    let Some(start) = near(face, &rig.start, BranchPolicy::Any) else {
+        return Ok(None);
+    };
+    let (mut q, mut turned) = (start.q, 0.0_f64);
+    for k in 1..=10 {
+        let by = (way * f64::from(k) / 10.0).clamp(config.range[0], config.range[1]);
+        let Some(next) = near(&path.moved(face, by), &q, BranchPolicy::Keep) else {
+            return Ok(None);
+        };
+        q = next.q;
+        turned = turned.max(q.max_abs_difference(&start.q));
+    }
+    Ok(Some((start.q, turned)))
+}
