@@ -53,6 +53,7 @@ fn name(state: SessionState) -> &'static str {
         SessionState::InPlace => "in_place",
         SessionState::Touched => "touched",
         SessionState::TouchedInMovingWorld => "touched_in_moving_world",
+        SessionState::Safe(safe) => safe.name(),
         _ => "unknown",
     }
 }
@@ -61,8 +62,8 @@ type States = &'static [&'static str];
 /// The board goes or stands where it is sent.
 const SERVES: States = &["approaching", "late", "in_place"];
 const TOUCHED: States = &["touched"];
-const NO_TARGET: States = &["no_target"];
-const SERVES_OR_NO_TARGET: States = &["approaching", "late", "in_place", "no_target"];
+/// Without a target until the hand has been missed for a while; then the board stands for it, and withdraws.
+const NO_TARGET: States = &["no_target", "holding", "retreating"];
 
 /// A row of the table.
 struct Fault {
@@ -96,7 +97,7 @@ const TRACKER: [Fault; 10] = [
     Fault::new(
         "silent tracker",
         |at| frames(at, |_, _| None),
-        unheeded_by_a_touch(&["stale_target"]),
+        unheeded_by_a_touch(&["stale_target", "retreating"]),
     ),
     Fault::new(
         "all points missing",
@@ -157,8 +158,8 @@ const TRACKER: [Fault; 10] = [
                 })
             })
         },
-        // A hand that rests far from the wall, or leaves it, leads nowhere.
-        [SERVES_OR_NO_TARGET, TOUCHED, SERVES_OR_NO_TARGET, SERVES],
+        // A person whose head is not known is kept clear of.
+        unheeded_by_a_touch(NO_TARGET),
     ),
     Fault::new(
         "NaN frame time",
@@ -194,7 +195,7 @@ const TRACKER: [Fault; 10] = [
                 })
             })
         },
-        unheeded_by_a_touch(&["stale_target"]),
+        unheeded_by_a_touch(&["stale_target", "retreating"]),
     ),
 ];
 
@@ -232,7 +233,8 @@ const ARM: [Fault; 8] = [
     Fault::new(
         "a torque too large to square",
         |at| states(at, |_, state| with_torque(state, 1e300)),
-        everywhere(&["implausible_force"]),
+        // No arm bears it: broken, and latched.
+        everywhere(&["implausible_force", "holding", "stopped"]),
     ),
     Fault::new(
         "NaN torque in every third state",
@@ -245,11 +247,12 @@ const ARM: [Fault; 8] = [
                 }
             })
         },
+        // Sound ones in between are no recovery.
         [
-            &["approaching", "late", "in_place", "non_finite_state"],
-            &["touched", "non_finite_state"],
-            &["approaching", "late", "in_place", "non_finite_state"],
-            &["approaching", "late", "in_place", "non_finite_state"],
+            &["non_finite_state", "retreating"],
+            &["non_finite_state"],
+            &["non_finite_state", "retreating"],
+            &["non_finite_state", "retreating"],
         ],
     ),
     Fault::new(
@@ -286,12 +289,7 @@ const CLOCK: [Fault; 4] = [
                 }
             })
         },
-        [
-            &["approaching", "late", "in_place", "non_finite_time"],
-            &["touched", "non_finite_time"],
-            &["approaching", "late", "in_place", "non_finite_time"],
-            &["approaching", "late", "in_place", "non_finite_time"],
-        ],
+        everywhere(&["non_finite_time"]),
     ),
     Fault::new(
         "NaN control clock",
@@ -314,7 +312,7 @@ const PREDICTION: [Fault; 3] = [
     Fault::new(
         "NaN prediction",
         |at| predictions(at, |_, point_m| point_m.with_z(f64::NAN)),
-        unheeded_by_a_touch(&["invalid_target"]),
+        unheeded_by_a_touch(&["invalid_target", "retreating"]),
     ),
     Fault::new(
         "prediction out of reach",
@@ -504,7 +502,7 @@ fn states_are_named(
             }
         }
         if (FAULT_S + RECOVERED_S..FAULT_S + RECOVERED_S + 0.09).contains(&since_s)
-            && matches!(tick.state, SessionState::Holding(_))
+            && matches!(tick.state, SessionState::Holding(_) | SessionState::Safe(_))
         {
             return Err(at());
         }

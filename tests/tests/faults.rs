@@ -33,6 +33,17 @@ impl Outcome {
         self.ticks.iter().filter(within)
     }
 
+    /// The board stands, and then withdraws from the wall.
+    fn stands_or_withdraws(&self) {
+        let first = self.during(SETTLED_S).next().expect("steps");
+        let from_m = first.base_from_board.position_m();
+        for tick in self.during(SETTLED_S) {
+            let way_m = tick.base_from_board.position_m() - from_m;
+            assert!((-0.11..1e-3).contains(&way_m.x), "moves forward: {way_m}");
+            assert!(way_m.with_x(0.0).length() < 0.01, "moves aside: {way_m}");
+        }
+    }
+
     fn stands_still(&self) {
         let first = self.during(SETTLED_S).next().expect("steps");
         assert!(
@@ -51,7 +62,7 @@ impl Outcome {
             assert!(because(&reason), "{reason:?}");
             assert_eq!(tick.step.phase, Phase::Hold(HoldReason::NoTarget));
         }
-        self.stands_still();
+        self.stands_or_withdraws();
     }
 
     /// In place when the hand arrives, and the touch is felt.
@@ -158,7 +169,7 @@ fn a_silent_tracker_makes_the_target_stale() {
         };
         assert!((0.25..=FAULT_S).contains(&age_s));
     }
-    outcome.stands_still();
+    outcome.stands_or_withdraws();
     let back = outcome.ticks.iter().find_map(|tick| match tick.tracking {
         Some(Tracking::Lost {
             reason: LostReason::Gap { gap_s },
@@ -349,6 +360,6 @@ fn a_nan_target_is_held_as_invalid() {
     });
     let held = Phase::Hold(HoldReason::InvalidTarget);
     assert!(outcome.during(FRAME_S).all(|tick| tick.step.phase == held));
-    outcome.stands_still();
+    outcome.stands_or_withdraws();
     outcome.recovers();
 }

@@ -34,8 +34,8 @@ fn steps_and_frames_do_not_allocate() {
             }
         }
         let (now_s, mut state) = (bench.now_s(), bench.state());
-        // Every now and then a bad state, before the touch and in it.
-        if (now_s / 0.01).round() as i64 % 20 == 0 {
+        // Every now and then a bad state, before the touch and in it; in between the session recovers.
+        if (now_s / 0.01).round() as i64 % 70 == 0 {
             state.q = JointPositions([f64::NAN; 7]);
         }
         let mut command = ArmCommand::Hold;

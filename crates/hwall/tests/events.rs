@@ -123,6 +123,7 @@ fn a_missing_tracker_is_held_and_resumed() {
     };
     assert!((0.25..0.26).contains(&age_s), "{age_s} s");
     // The frames of the meantime come late, and all at once.
+    // Inputs must have been sound for a tenth of a second.
     let back = events(&mut session, &mut bench, 1.4);
     assert_eq!(story(&back)[0], "resumed");
 }

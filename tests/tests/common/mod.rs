@@ -237,6 +237,10 @@ impl Rig {
             &mut self.servo,
             &mut self.around,
             |session, servo, around, cycle| {
+                // Whatever is latched, somebody resets it at once.
+                if session.control().is_latched() {
+                    session.reset();
+                }
                 check(servo, last_command, cycle.command);
                 servo.advance(DT_S)?;
                 let t_s = around.t_s();

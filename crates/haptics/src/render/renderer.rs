@@ -462,7 +462,10 @@ impl Renderer {
             (None, None) => return Err(HoldReason::NoTarget),
         };
         let age_s = now_s - stamp_s;
-        if !age_s.is_finite() {
+        let is_place = |target: &BoardTarget| {
+            target.point_m.is_finite() && target.normal.try_normalize().is_some()
+        };
+        if !age_s.is_finite() || !input.target.is_none_or(is_place) {
             return Err(HoldReason::InvalidTarget);
         }
         if age_s.abs() > self.watchdog.max_target_age_s {

@@ -185,15 +185,20 @@ impl ArmCapsules {
     }
 
     /// Least distance between two parts that do not touch by construction, m: links with at least one other between them,
-    /// and the tool with all links but the last two. Infinite where there are none.
+    /// and the tool with all links but the last two. Parts with less between them than their radii, as the short links of a
+    /// wrist, touch by construction, too. Infinite where there are none.
     #[must_use]
     pub fn least_distance_m(&self) -> f64 {
         let capsules = self.capsules();
         let tool = self.count - 1;
         let mut least = f64::INFINITY;
         for (i, first) in capsules.iter().enumerate() {
+            let mut between_m = 0.0;
             for (j, second) in capsules.iter().enumerate().skip(i + 2) {
-                if j == tool && i + 2 >= tool {
+                let last = &capsules[j - 1];
+                between_m += last.from_m.distance(last.to_m);
+                let always = between_m <= first.radius_m + second.radius_m;
+                if always || (j == tool && i + 2 >= tool) {
                     continue;
                 }
                 let distance = first.distance_m(second);

@@ -13,6 +13,7 @@ use super::watchdog::{Watch, WatchFault};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
 use crate::error::HapticsError;
+use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use std::sync::Arc;
 
@@ -39,6 +40,8 @@ pub(super) struct Inspection {
     /// Since when the force is above what may last, s.
     pressed_since_s: Option<f64>,
     last_q: Option<JointPositions>,
+    /// Filtered force and moment, and the stamp of the last, s.
+    located: Option<(Wrench, f64)>,
 }
 
 impl Inspection {
@@ -67,6 +70,7 @@ impl Inspection {
             },
             pressed_since_s: None,
             last_q: None,
+            located: None,
         })
     }
 
@@ -220,8 +224,14 @@ impl Inspection {
         let clearance_m = self.capsules.clearance_m;
         let least_m = |q| ArmCapsules::new(&*self.arm, q, &self.capsules).least_distance_m();
         let distance_m = least_m(&wanted);
-        // Out of a collision is always allowed.
-        if distance_m < clearance_m && distance_m < least_m(&from) {
+        // Out of a collision is always allowed; and an arm that is deep within itself is not the one that the capsules describe.
+        const IMPOSSIBLE_M: f64 = -0.02;
+        let from_m = if distance_m < clearance_m {
+            least_m(&from)
+        } else {
+            distance_m
+        };
+        if distance_m < clearance_m && distance_m < from_m && from_m > IMPOSSIBLE_M {
             return blind(SafeReason::SelfCollision { distance_m });
         }
         None
@@ -292,12 +302,36 @@ impl Inspection {
         if let Err(bad) = checked {
             return fault(reason_of(bad, Channel::Force), Severity::Unsure);
         }
+        let wrench = self.located(&wrench, input.state.t_s);
         let load = BoardLoad::new(&self.arm.forward(&input.state.q), &wrench);
         if load.exceeds(&self.load, &self.board) {
             let moment_n_m = load.moment_n_m;
             return fault(SafeReason::BoardEdge { moment_n_m }, Severity::Unsure);
         }
         None
+    }
+}
+
+impl Inspection {
+    /// First-order low pass; from nothing after a gap.
+    fn located(&mut self, wrench: &Wrench, stamp_s: f64) -> Wrench {
+        const GAP_S: f64 = 0.1;
+        let (last, last_s) = self.located.unwrap_or((Wrench::default(), stamp_s));
+        let dt_s = stamp_s - last_s;
+        let last = match (0.0..=GAP_S).contains(&dt_s) {
+            true => last,
+            false => Wrench::default(),
+        };
+        let share = match self.load.filter_s > 0.0 {
+            true => -(-dt_s.clamp(0.0, GAP_S) / self.load.filter_s).exp_m1(),
+            false => 1.0,
+        };
+        let filtered = Wrench {
+            force_n: last.force_n.lerp(wrench.force_n, share),
+            moment_n_m: last.moment_n_m.lerp(wrench.moment_n_m, share),
+        };
+        self.located = Some((filtered, stamp_s));
+        filtered
     }
 }
 

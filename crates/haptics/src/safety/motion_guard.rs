@@ -163,8 +163,8 @@ impl GuardLimits {
         let (mut share, mut cut) = (1.0, None);
         for joint in 0..MOST_JOINTS {
             let step = (to[joint] - from[joint]).abs();
-            let most = self.velocity_rad_per_s[joint] * dt_s * ROUNDING;
-            if step * share > most {
+            let most = self.velocity_rad_per_s[joint] * dt_s;
+            if step * share > most * ROUNDING {
                 share = most / step;
                 cut = Some(SafeReason::CommandLimit {
                     channel: Channel::Velocity,

@@ -146,6 +146,7 @@ impl Control {
             person_m[points] = point_m;
             points += 1;
         }
+        let is_touched = matches!(self.renderer.contact(), ContactState::Contact { .. });
         let mut step = self.renderer.step_with(
             now_s,
             state,
@@ -155,7 +156,7 @@ impl Control {
                 slide: slide.as_ref(),
                 object: self.object(),
                 person_m: &person_m[..points],
-                request: self.safety.request(),
+                request: self.safety.request(is_touched),
             },
         );
         let is_touched = matches!(self.renderer.contact(), ContactState::Contact { .. });
@@ -348,8 +349,8 @@ impl Control {
         }
         self.contact = self.contact_now();
         let world_moved = self.contact.is_some_and(|contact| contact.world_moved);
-        let after = match (self.safety.takes_over(step.phase), step.phase) {
-            (Some(safe), _) => SessionState::Safe(safe),
+        let after = match (self.safety.in_force(step.phase), step.phase) {
+            (Some(in_force), _) => in_force,
             (None, Phase::Hold(reason)) => SessionState::Holding(reason),
             (None, Phase::Contact { .. }) if world_moved => SessionState::TouchedInMovingWorld,
             (None, Phase::Contact { .. }) => SessionState::Touched,

@@ -1,5 +1,6 @@
 //! The supervisor within a session.
 
+use super::control::SessionState;
 use super::guidance::Guidance;
 use glam::DVec3;
 use hwall_haptics::safety::{PersonPart, PersonPoint, SupervisorConfig};
@@ -13,6 +14,8 @@ use hwall_kinematics::ArmKinematics;
 pub(super) struct Safety {
     supervisor: Option<Supervisor>,
     last: Option<SupervisorStep>,
+    /// The name that the renderer has given to the fault.
+    named: Option<HoldReason>,
 }
 
 impl Safety {
@@ -20,6 +23,7 @@ impl Safety {
         Self {
             supervisor: None,
             last: None,
+            named: None,
         }
     }
 
@@ -31,12 +35,19 @@ impl Safety {
         Ok(Self {
             supervisor: Some(Supervisor::new(arm, board, config)?),
             last: None,
+            named: None,
         })
     }
 
-    /// What the renderer is asked to do in the coming step.
-    pub(super) fn request(&self) -> Option<SafeRequest> {
-        self.last.map(|last| last.request)
+    /// What the renderer is asked to do in the coming step. A touched board stands: it is not withdrawn from under a hand, unless
+    /// that hand presses too hard.
+    pub(super) fn request(&self, is_touched: bool) -> Option<SafeRequest> {
+        let last = self.last?;
+        let withdraws = matches!(last.request, SafeRequest::Retreat { .. });
+        Some(match withdraws && is_touched && !last.latched {
+            true => SafeRequest::Hold,
+            false => last.request,
+        })
     }
 
     pub(super) const fn state(&self) -> SafeState {
@@ -108,7 +119,7 @@ impl Safety {
             }
         }
         let target = guidance.target.filter(|_| !is_touched);
-        let said = supervisor.step(&SupervisorInput {
+        let mut said = supervisor.step(&SupervisorInput {
             now_s,
             state,
             person: &person[..points],
@@ -116,21 +127,35 @@ impl Safety {
             force: step.wrench,
             command: step.command,
         });
+        // What does not withdraw, stands.
+        if let (SafeState::Retreating { reason }, ArmCommand::Hold) = (said.state, said.command) {
+            said.state = SafeState::Holding { reason };
+        }
         self.last = Some(said);
         said.command
     }
 
-    /// The state that is in force instead of the session's; `None` while commands go through, and for a fault that the
-    /// renderer has named and for which the arm stands.
-    pub(super) fn takes_over(&self, phase: Phase) -> Option<SafeState> {
+    /// The state that is in force instead of the session's; `None` while commands go through. A fault that the renderer has
+    /// named keeps that name for as long as the arm stands for it.
+    pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
         let stands = match last.state {
-            SafeState::Normal | SafeState::Slowed { .. } => return None,
-            SafeState::Holding { .. } | SafeState::Stopped { .. } => !last.latched,
-            _ => false,
+            SafeState::Normal | SafeState::Slowed { .. } => {
+                self.named = None;
+                return None;
+            }
+            // A renderer that has no sound state of the arm cannot withdraw, but stands.
+            _ => !last.latched && last.command == ArmCommand::Hold,
         };
-        let is_named = matches!(phase, Phase::Hold(reason) if reason != HoldReason::NoTarget);
-        (!(stands && is_named)).then_some(last.state)
+        if let Phase::Hold(reason) = phase
+            && reason != HoldReason::NoTarget
+        {
+            self.named = Some(reason);
+        }
+        Some(match self.named.filter(|_| stands) {
+            Some(reason) => SessionState::Holding(reason),
+            None => SessionState::Safe(last.state),
+        })
     }
 }
 
