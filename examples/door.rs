@@ -39,7 +39,7 @@ struct Args {
     #[arg(long, value_enum)]
     render: Option<Render>,
     /// Peak force, N
-    #[arg(long, default_value_t = 15.0)]
+    #[arg(long, default_value_t = 10.0)]
     push: f64,
     /// Length, s; the hand pushes for the first third
     #[arg(long, default_value_t = 3.0)]
@@ -158,7 +158,9 @@ fn table(lines: &[(String, Trace)]) -> MarkdownTable {
         let off = |i: usize| 1e3 * (s[i].position - s[i].ideal).abs();
         let squares: f64 = (0..s.len()).map(|i| off(i).powi(2)).sum();
         let gained = |sign: f64| -> f64 {
-            s.windows(2).map(|p| (sign * (p[1].given_j - p[0].given_j)).max(0.0)).sum()
+            s.windows(2)
+                .map(|p| (sign * (p[1].given_j - p[0].given_j)).max(0.0))
+                .sum()
         };
         let timing = Timing::from_samples_ns(trace.step_ns.clone());
         table.row([

@@ -189,7 +189,10 @@ impl MovingObject {
     pub(crate) fn hold_back(&mut self, position: f64, velocity: f64) -> Result<(), HapticsError> {
         let armed = self.state.armed;
         self.set_state(position, velocity)?;
-        let released = self.config.click.is_some_and(|click| position > click.release);
+        let released = self
+            .config
+            .click
+            .is_some_and(|click| position > click.release);
         self.state.armed &= armed || !released;
         Ok(())
     }
@@ -322,8 +325,7 @@ impl MovingObject {
         let away = self.pull(&way, state.position, force);
         let back = if up { -away } else { away };
         // Otherwise ever smaller rebounds would follow each other without end.
-        let small =
-            back > 0.0 && 0.5 * self.inertia * velocity * velocity < LEAST_REBOUND * back;
+        let small = back > 0.0 && 0.5 * self.inertia * velocity * velocity < LEAST_REBOUND * back;
         if !small {
             state.velocity = velocity;
         }

@@ -220,7 +220,11 @@ impl ObjectRendering {
         if gained.abs() > most && gained * speed > 0.0 {
             let slower = before + gained.clamp(-most, most);
             let share = (before + slower) / (before + speed);
-            let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+            let share = if share.is_finite() {
+                share.clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
             object.hold_back(from + share * (object.position() - from), slower)?;
         }
 
@@ -247,8 +251,12 @@ impl ObjectRendering {
                 let rates = self.follower.joint_rates();
                 let pose = self.follower.face_at(self.follower.reached());
                 // Across the path the stiffness holds the face: a counteracted wrench that is late would make it swing there.
-                let way = rendered.path.velocity_at(pose.position_m(), 1.0).linear_m_per_s;
-                let along_n = self.force.after(both_s)[0] / way.length_squared().max(f64::MIN_POSITIVE);
+                let way = rendered
+                    .path
+                    .velocity_at(pose.position_m(), 1.0)
+                    .linear_m_per_s;
+                let along_n =
+                    self.force.after(both_s)[0] / way.length_squared().max(f64::MIN_POSITIVE);
                 let held = Wrench {
                     force_n: way * along_n,
                     ..Wrench::default()

@@ -53,10 +53,7 @@ pub(super) struct Followed {
 
 impl PathFollower {
     /// The tool of the arm is the face of the board.
-    pub(super) fn new(
-        arm: Arc<dyn ArmKinematics>,
-        max_acceleration_rad_per_s2: [f64; 7],
-    ) -> Self {
+    pub(super) fn new(arm: Arc<dyn ArmKinematics>, max_acceleration_rad_per_s2: [f64; 7]) -> Self {
         // Slow joints turn less.
         let weights = arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2));
         Self {
@@ -195,7 +192,9 @@ impl PathFollower {
         let mut square = [0.0; 36];
         for a in 0..6 {
             for b in 0..=a {
-                square[6 * a + b] = (0..joints).map(|i| row(a, i) * row(b, i) / weights[i]).sum();
+                square[6 * a + b] = (0..joints)
+                    .map(|i| row(a, i) * row(b, i) / weights[i])
+                    .sum();
             }
             square[7 * a] += DAMPING;
         }

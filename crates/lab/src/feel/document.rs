@@ -91,16 +91,22 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
             ),
             (
                 TARGETS[1],
-                own().map(|row| row.felt.inertia / row.asked.inertia - 1.0).collect(),
+                own()
+                    .map(|row| row.felt.inertia / row.asked.inertia - 1.0)
+                    .collect(),
             ),
             (
                 TARGETS[1],
-                own().map(|row| row.felt.damping / row.asked.damping - 1.0).collect(),
+                own()
+                    .map(|row| row.felt.damping / row.asked.damping - 1.0)
+                    .collect(),
             ),
         ];
         for (target, errors) in errors {
             let within = errors.iter().filter(|error| error.abs() <= target).count();
-            let worst = errors.iter().fold(0.0, |most: f64, error| most.max(error.abs()));
+            let worst = errors
+                .iter()
+                .fold(0.0, |most: f64, error| most.max(error.abs()));
             cells.push(format!("{within} of {}", errors.len()));
             cells.push(format!("{:.1}", 100.0 * worst));
         }
@@ -195,7 +201,11 @@ fn cost_table(results: &Results) -> MarkdownTable {
 /// All tables, as they are printed and written.
 #[must_use]
 pub fn text(results: &Results) -> String {
-    let least_j = results.rows.iter().map(|row| row.least_given_j).fold(0.0, f64::min);
+    let least_j = results
+        .rows
+        .iter()
+        .map(|row| row.least_given_j)
+        .fold(0.0, f64::min);
     format!(
         "## What is felt\n\n{}\n{}\n`(…)`: nothing was asked for, the value itself. The least that had been given to the board at \
          any time, less what came back: {least_j:.1e} J.\n\n## What is whose error\n\n{}\n## Light objects, stiff hands\n\nThe lightest \
@@ -212,7 +222,7 @@ pub fn text(results: &Results) -> String {
     )
 }
 
-/// The push of the figures: 15 N for a second on the door of the built-in room.
+/// The push of the figures: 10 N for a second on the door of the built-in room.
 ///
 /// # Errors
 /// As for [`of_scene`].
@@ -222,7 +232,7 @@ pub fn shown(rig: &Rig, seed: u64) -> anyhow::Result<(Subject, Vec<Push>)> {
     let push = |way| Push {
         way,
         hand: Hand::Profile(Profile {
-            mean_n: 15.0,
+            mean_n: 10.0,
             sines: Vec::new(),
             until_s: 1.0,
         }),

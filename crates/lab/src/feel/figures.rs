@@ -26,7 +26,12 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
     let panels = root.split_evenly((3, 1));
     type Value = Box<dyn Fn(&Sample) -> f64>;
     let rows: [(&str, &str, Value, Option<Value>); 3] = [
-        ("Force of the hand", "force, N", Box::new(|s| s.force_n), None),
+        (
+            "Force of the hand",
+            "force, N",
+            Box::new(|s| s.force_n),
+            None,
+        ),
         (
             "Opening: rendered, and that of the ideal object under the same force",
             unit,
@@ -43,7 +48,11 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
     for (area, (title, unit, value, ideal)) in panels.iter().zip(rows) {
         let samples = || lines.iter().flat_map(|(_, trace)| &trace.samples);
         let most_s = samples().map(|s| s.t_s).fold(0.0, f64::max);
-        let all = || samples().flat_map(|s| [Some(value(s)), ideal.as_ref().map(|f| f(s))]).flatten();
+        let all = || {
+            samples()
+                .flat_map(|s| [Some(value(s)), ideal.as_ref().map(|f| f(s))])
+                .flatten()
+        };
         let (low, high) = (all().fold(0.0, f64::min), all().fold(1e-6, f64::max));
         let room = 0.08 * (high - low);
         let mut chart = ChartBuilder::on(area)
@@ -72,9 +81,11 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
                 });
         }
         if let (Some(ideal), Some((_, trace))) = (&ideal, lines.first()) {
-            let dots = trace.samples.iter().step_by(60).map(|s| {
-                Circle::new((s.t_s, ideal(s)), 3, BLACK.stroke_width(1))
-            });
+            let dots = trace
+                .samples
+                .iter()
+                .step_by(60)
+                .map(|s| Circle::new((s.t_s, ideal(s)), 3, BLACK.stroke_width(1)));
             chart
                 .draw_series(dots)
                 .map_err(plot_error)?
@@ -94,7 +105,11 @@ pub fn errors(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
     const MOST: f64 = 20.0;
     let root = SVGBackend::new(path, (900, 480)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
-    let names = ["stiffness (target 2 %)", "inertia (target 5 %)", "damping (target 5 %)"];
+    let names = [
+        "stiffness (target 2 %)",
+        "inertia (target 5 %)",
+        "damping (target 5 %)",
+    ];
     let mut chart = ChartBuilder::on(&root)
         .caption("What is felt against what was asked for", TITLE)
         .margin(12)
@@ -154,7 +169,10 @@ pub fn bounds(path: &Path, bounds: &[Bound]) -> anyhow::Result<()> {
     let root = SVGBackend::new(path, (900, 480)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
-        .caption("Lightest stable panel: found (dots), 1.3 k t² (lines)", TITLE)
+        .caption(
+            "Lightest stable panel: found (dots), 1.3 k t² (lines)",
+            TITLE,
+        )
         .margin(12)
         .x_label_area_size(46)
         .y_label_area_size(70)

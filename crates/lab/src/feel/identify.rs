@@ -67,7 +67,10 @@ pub fn identify(samples: &[Sample]) -> anyhow::Result<Felt> {
         }
     }
     let solved = cholesky_in_place(4, &mut normal).is_ok();
-    ensure!(solved, "the motion does not tell stiffness, damping and inertia apart");
+    ensure!(
+        solved,
+        "the motion does not tell stiffness, damping and inertia apart"
+    );
     solve_lower(&normal, &mut right);
     solve_lower_transposed(&normal, &mut right);
     let [stiffness, damping, inertia, constant] = std::array::from_fn(|i| right[i] / scale[i]);
@@ -101,5 +104,56 @@ impl Filter {
             mean = 0.5 * (*state + next);
             *state = next;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feel::push::Profile;
+    use hwall_haptics::{MovingObject, ObjectConfig};
+
+    #[test]
+    fn an_ideal_object_is_found() {
+        let mut object = MovingObject::new(ObjectConfig {
+            stiffness: 500.0,
+            damping: 20.0,
+            ..ObjectConfig::new(4.0)
+        })
+        .unwrap();
+        let profile = Profile {
+            mean_n: 10.0,
+            sines: vec![[2.0, 0.7, 0.0], [2.0, 1.9, 1.0], [2.0, 3.7, 2.0]],
+            until_s: f64::INFINITY,
+        };
+        let samples: Vec<Sample> = (0..6000)
+            .map(|k| {
+                let t_s = f64::from(k) * PERIOD_S;
+                let (generalized, position) = (profile.force_n(t_s), object.position());
+                object.step(generalized, PERIOD_S).unwrap();
+                Sample {
+                    t_s,
+                    force_n: generalized,
+                    generalized,
+                    measured: generalized,
+                    position,
+                    object: position,
+                    ideal: position,
+                    off_path_m: 0.0,
+                    given_j: 0.0,
+                    ideal_given_j: 0.0,
+                    torque_n_m: 0.0,
+                }
+            })
+            .collect();
+        let felt = identify(&samples).unwrap();
+        for (felt, asked) in [
+            (felt.stiffness, 500.0),
+            (felt.damping, 20.0),
+            (felt.inertia, 4.0),
+        ] {
+            assert!((felt / asked - 1.0).abs() < 1e-4, "{felt} {asked}");
+        }
+        assert!(identify(&samples[..1]).is_err() && identify(&[]).is_err());
     }
 }

@@ -53,7 +53,10 @@ impl Profile {
             x * x * (3.0 - 2.0 * x)
         };
         let share = smooth(t_s / Self::RISE_S) * smooth((self.until_s - t_s) / Self::RISE_S);
-        let sines = self.sines.iter().map(|[a, hz, phase]| a * (TAU * hz * t_s + phase).sin());
+        let sines = self
+            .sines
+            .iter()
+            .map(|[a, hz, phase]| a * (TAU * hz * t_s + phase).sin());
         share * (self.mean_n + sines.sum::<f64>())
     }
 }
@@ -159,7 +162,9 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
         };
         let estimated = Instant::now();
         let step = rendering.step(&mut rendered, &state, &measured, PERIOD_S)?;
-        trace.rendering_ns.push(estimated.elapsed().as_nanos() as f64);
+        trace
+            .rendering_ns
+            .push(estimated.elapsed().as_nanos() as f64);
         trace.step_ns.push(began.elapsed().as_nanos() as f64);
         if step.unreachable.is_some() {
             trace.unreachable = (trace.unreachable.0 + 1, step.unreachable);
@@ -210,7 +215,10 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
         ideal.step(generalized, PERIOD_S)?;
         ideal_given_j += generalized * (ideal.position() - before);
         let after = device.pose();
-        let turned = (after.rotation() * pose.rotation().transpose(), after.position_m() - pose.position_m());
+        let turned = (
+            after.rotation() * pose.rotation().transpose(),
+            after.position_m() - pose.position_m(),
+        );
         given_j += wrench.force_n.dot(turned.1) + wrench.moment_n_m.dot(small_rotation(turned.0));
     }
     trace.inertia = rendered.object.inertia();
@@ -219,7 +227,9 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
 
 /// Axis times angle of a small rotation, rad.
 fn small_rotation(rotation: glam::DMat3) -> DVec3 {
-    glam::DQuat::from_mat3(&rotation).normalize().to_scaled_axis()
+    glam::DQuat::from_mat3(&rotation)
+        .normalize()
+        .to_scaled_axis()
 }
 
 fn aim(first: &Pose, depth_m: f64, rise_s: f64, until_s: f64, t_s: f64) -> HandDrive {
@@ -246,7 +256,8 @@ fn along(path: &ObjectPath, first: &Pose, now: &Pose) -> (f64, f64) {
             hinge_point_m,
             hinge_axis,
         } => {
-            let flat = |point_m: DVec3| (point_m - hinge_point_m).reject_from_normalized(hinge_axis);
+            let flat =
+                |point_m: DVec3| (point_m - hinge_point_m).reject_from_normalized(hinge_axis);
             let (a, b) = (flat(first.position_m()), flat(now.position_m()));
             hinge_axis.dot(a.cross(b)).atan2(a.dot(b))
         }

@@ -4,8 +4,8 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glam::DVec3;
 use hwall_haptics::{
-    Arm, ArmCommand, ArmState, Board, FrictionLeft, ImpedanceConfig, ObjectCommand, ObjectRendering,
-    ObjectRenderingConfig,
+    Arm, ArmCommand, ArmState, Board, FrictionLeft, ImpedanceConfig, ObjectCommand,
+    ObjectRendering, ObjectRenderingConfig,
 };
 use hwall_kinematics::{
     ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointVelocities, Pose, Wrench,

@@ -88,7 +88,8 @@ pub fn light(rig: &Rig, seed: u64) -> anyhow::Result<Vec<Held>> {
     for way in Way::ALL {
         for stiffness_n_per_m in HANDS_N_PER_M {
             let hand = ObjectRenderingConfig::default().hand_stiffness_n_per_m;
-            let (rendered_kg, swing_m) = pressed(rig, way, stiffness_n_per_m, asked_kg, hand, seed)?;
+            let (rendered_kg, swing_m) =
+                pressed(rig, way, stiffness_n_per_m, asked_kg, hand, seed)?;
             held.push(Held {
                 way,
                 stiffness_n_per_m,
@@ -144,6 +145,9 @@ fn pressed(
         return Ok((mass_kg, f64::INFINITY));
     };
     let last = || trace.samples.iter().rev().take(1000).map(|s| s.position);
-    let (low, high) = (last().fold(f64::MAX, f64::min), last().fold(f64::MIN, f64::max));
+    let (low, high) = (
+        last().fold(f64::MAX, f64::min),
+        last().fold(f64::MIN, f64::max),
+    );
     Ok((trace.inertia, high - low))
 }

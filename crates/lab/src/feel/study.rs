@@ -167,12 +167,17 @@ fn felt(
         push.seconds = 4.0;
         let held = run(rig, &subject, &push)?;
         let last = held.samples.iter().rev().take(500);
-        last.map(|s| (s.position - s.ideal).abs() * lever_m).fold(0.0, f64::max)
+        last.map(|s| (s.position - s.ideal).abs() * lever_m)
+            .fold(0.0, f64::max)
     } else {
         f64::NAN
     };
     let least = trace.samples.iter().map(|s| s.given_j).fold(0.0, f64::min);
-    let off = trace.samples.iter().map(|s| s.off_path_m).fold(0.0, f64::max);
+    let off = trace
+        .samples
+        .iter()
+        .map(|s| s.off_path_m)
+        .fold(0.0, f64::max);
     let row = Row {
         way,
         kind,

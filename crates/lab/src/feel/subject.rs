@@ -28,7 +28,11 @@ impl Subject {
     #[must_use]
     pub fn lever_m(&self) -> f64 {
         let at_m = self.face.position_m();
-        self.object.path.velocity_at(at_m, 1.0).linear_m_per_s.length()
+        self.object
+            .path
+            .velocity_at(at_m, 1.0)
+            .linear_m_per_s
+            .length()
     }
 }
 
@@ -52,17 +56,15 @@ const LEVER_M: f64 = 0.6;
 ///
 /// # Errors
 /// Numbers that are not valid.
-pub fn made(
-    rig: &Rig,
-    kind: Kind,
-    name: String,
-    config: ObjectConfig,
-) -> anyhow::Result<Subject> {
+pub fn made(rig: &Rig, kind: Kind, name: String, config: ObjectConfig) -> anyhow::Result<Subject> {
     let face = rig.kinematics.forward(&rig.start);
     let face = face.at(face.position_m() + OUT_M * face.rotation().z_axis);
     let near = NearestConfig::default();
     let mut scratch = rig.kinematics.scratch();
-    let start = rig.kinematics.nearest(&face, &rig.start, &near, &mut scratch)?.q;
+    let start = rig
+        .kinematics
+        .nearest(&face, &rig.start, &near, &mut scratch)?
+        .q;
     let inward = -face.rotation().z_axis;
     let path = match kind {
         Kind::Panel | Kind::Button => ObjectPath::sliding(inward)?,
@@ -109,18 +111,25 @@ pub fn of_scene(rig: &Rig, scene: &Scene, name: Option<&str>) -> anyhow::Result<
     match (tried, name) {
         (0, Some(name)) => bail!("no surface is called {name:?}"),
         (0, None) => bail!("the scene has no door"),
-        _ => bail!("the arm cannot hold the board on {}", name.unwrap_or("any door")),
+        _ => bail!(
+            "the arm cannot hold the board on {}",
+            name.unwrap_or("any door")
+        ),
     }
 }
 
 /// Distance of the places that are tried, and of the board's middle from the edge of a surface, m.
 const STEP_M: f64 = 0.1;
-/// How far a touched object should at least be carried along, rad or m.
-const CARRIED: f64 = 0.3;
+/// How far a touched object is to be carried along, rad or m.
+const CARRIED: f64 = 0.9;
+/// Joints further apart than this belong to different postures, rad.
+const NEXT_RAD: f64 = 0.3;
+/// Steps of that way.
+const PIECES: u32 = 18;
 /// Least distance of a place from a hinge, m: nobody pushes a door beside it.
 const LEAST_LEVER_M: f64 = 0.4;
 
-/// The place on the surface from which the arm has to turn least when it carries the object along.
+/// The place on the surface from which the arm carries the object along furthest; among equals, where it has to turn least.
 fn held(
     rig: &Rig,
     scene: &Scene,
@@ -138,7 +147,11 @@ fn held(
     let middle_m = (largest[0] + largest[1] + largest[2]) / 3.0;
     let normal = normal_of(largest).normalize();
     // The person stands on the other side of it than the arm.
-    let normal = if normal.dot(middle_m) < 0.0 { -normal } else { normal };
+    let normal = if normal.dot(middle_m) < 0.0 {
+        -normal
+    } else {
+        normal
+    };
     let [right, up] = hwall_haptics::surface_axes(normal)?;
     let corners = || triangles.iter().flatten().map(|&p| p - middle_m);
     let span = |axis: DVec3| {
@@ -150,7 +163,7 @@ fn held(
         let count = ((high - low) / STEP_M).floor().max(1.0) as usize;
         (1..count).map(move |k| low + STEP_M * k as f64)
     };
-    let mut best: Option<(f64, Subject)> = None;
+    let mut best: Option<((u32, f64), Subject)> = None;
     for u in places(right) {
         for v in places(up) {
             let point_m = middle_m + right * u + up * v;
@@ -160,11 +173,18 @@ fn held(
             }
             for roll_rad in QUARTER_TURNS_RAD {
                 let face = board_pose(point_m, normal, roll_rad)?;
-                let way = if lever.dot(normal) < 0.0 { CARRIED } else { -CARRIED };
-                let Some((start, turned)) = carried(rig, &face, &path, config, way)? else {
+                let way = if lever.dot(normal) < 0.0 {
+                    CARRIED
+                } else {
+                    -CARRIED
+                };
+                let Some((start, pieces, turned)) = carried(rig, &face, &path, config, way)? else {
                     continue;
                 };
-                if best.as_ref().is_none_or(|(least, _)| turned < *least) {
+                let better = best.as_ref().is_none_or(|((most, least), _)| {
+                    pieces > *most || (pieces == *most && turned < *least)
+                });
+                if better {
                     let object = RenderedObject {
                         object: MovingObject::new(config.clone())?,
                         path,
@@ -176,7 +196,7 @@ fn held(
                         start,
                         face,
                     };
-                    best = Some((turned, subject));
+                    best = Some(((pieces, turned), subject));
                 }
             }
         }
@@ -184,33 +204,39 @@ fn held(
     Ok(best.map(|(_, subject)| subject))
 }
 
-/// Joints that hold the board at the start, and how far the farthest joint turns until the object has moved.
+/// Joints that hold the board at the start, how many pieces of the way they carry it on, and how far the farthest joint turns.
 fn carried(
     rig: &Rig,
     face: &Pose,
     path: &ObjectPath,
     config: &ObjectConfig,
     way: f64,
-) -> anyhow::Result<Option<(JointPositions, f64)>> {
+) -> anyhow::Result<Option<(JointPositions, u32, f64)>> {
     let mut scratch = rig.kinematics.scratch();
     let mut near = |pose: &Pose, from: &JointPositions, policy| {
         let config = NearestConfig {
             policy,
             ..NearestConfig::default()
         };
-        rig.kinematics.nearest(pose, from, &config, &mut scratch).ok()
+        rig.kinematics
+            .nearest(pose, from, &config, &mut scratch)
+            .ok()
     };
     let Some(start) = near(face, &rig.start, BranchPolicy::Any) else {
         return Ok(None);
     };
     let (mut q, mut turned) = (start.q, 0.0_f64);
-    for k in 1..=10 {
-        let by = (way * f64::from(k) / 10.0).clamp(config.range[0], config.range[1]);
+    let mut pieces = 0;
+    for k in 1..=PIECES {
+        let by = (way * f64::from(k) / f64::from(PIECES)).clamp(config.range[0], config.range[1]);
         let Some(next) = near(&path.moved(face, by), &q, BranchPolicy::Keep) else {
-            return Ok(None);
+            break;
         };
-        q = next.q;
+        if next.q.max_abs_difference(&q) > NEXT_RAD {
+            break;
+        }
+        (q, pieces) = (next.q, k);
         turned = turned.max(q.max_abs_difference(&start.q));
     }
-    Ok(Some((start.q, turned)))
+    Ok(Some((start.q, pieces, turned)))
 }
