@@ -52,7 +52,7 @@ pub struct ObjectRenderingConfig {
     /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an
     /// iiwa ([H-Wall]), and 0.0085 for torques: 5 ms on the way, 3 ms in the torque loop, half a period.
     pub motion_delay_s: Option<f64>,
-    /// Stiffest hand under which the board must be stable, N/m; default 1000. Objects that are too light for it and the
+    /// Stiffest hand under which the board must be stable, N/m; default 3000. Objects that are too light for it and the
     /// delays are made [heavier](ObjectRendering::least_inertia).
     pub hand_stiffness_n_per_m: f64,
     /// Joint accelerations that following an object may use, rad/s²; default nine tenths of
@@ -67,7 +67,7 @@ impl Default for ObjectRenderingConfig {
             filter_s: 0.008,
             force_delay_s: None,
             motion_delay_s: None,
-            hand_stiffness_n_per_m: 1000.0,
+            hand_stiffness_n_per_m: 3000.0,
             max_acceleration_rad_per_s2: hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2
                 .map(|most| 0.9 * most),
         }
@@ -105,13 +105,12 @@ pub struct ObjectRendering {
     motion_delay_s: f64,
     hand_stiffness_n_per_m: f64,
     force: ForceLead<1>,
-    wrench: ForceLead<6>,
     /// Of the arm along the path, as of the last step, rad/s² or m/s².
     most_acceleration: f64,
 }
 
-/// Least inertia at the face over `k t²`, hand stiffness and delay (docs/FEEL.md).
-const LEAST_SHARE: f64 = 1.0;
+/// Least inertia at the face over `k t²`, hand stiffness and delay: of what is stable in docs/FEEL.md, rounded up.
+const LEAST_SHARE: f64 = 1.3;
 
 impl ObjectRendering {
     /// The tool of the arm is the face of the board.
@@ -149,7 +148,6 @@ impl ObjectRendering {
             motion_delay_s,
             hand_stiffness_n_per_m,
             force: ForceLead::NONE,
-            wrench: ForceLead::NONE,
             most_acceleration: f64::INFINITY,
         })
     }
@@ -168,7 +166,7 @@ impl ObjectRendering {
         }
         self.follower
             .begin(rendered.path, rendered.object.position(), q)?;
-        (self.force, self.wrench) = (ForceLead::NONE, ForceLead::NONE);
+        self.force = ForceLead::NONE;
         self.most_acceleration = f64::INFINITY;
         Ok(())
     }
@@ -185,7 +183,7 @@ impl ObjectRendering {
         JointVelocities(self.follower.joint_rates().map(|rate| rate * velocity))
     }
 
-    /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `k t²`, with the hand's
+    /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `1.3 k t²`, with the hand's
     /// stiffness `k` and all delays `t` together.
     #[must_use]
     pub fn least_inertia(&self, rendered: &RenderedObject) -> f64 {
@@ -259,10 +257,19 @@ impl ObjectRendering {
         let command = match &mut self.impedance {
             None => ArmCommand::Position(q),
             Some(impedance) => {
-                self.wrench = self.wrench.step(&wrench.to_array(), self.filter_s, dt_s);
-                let held = Wrench::from_array(self.wrench.after(both_s));
                 let rates = self.follower.joint_rates();
                 let pose = self.follower.face_at(self.follower.reached());
+                // Across the path the stiffness holds the face: a counteracted wrench that is late would make it swing there.
+                let way = rendered
+                    .path
+                    .velocity_at(pose.position_m(), 1.0)
+                    .linear_m_per_s;
+                let along_n =
+                    self.force.after(both_s)[0] / way.length_squared().max(f64::MIN_POSITIVE);
+                let held = Wrench {
+                    force_n: way * along_n,
+                    ..Wrench::default()
+                };
                 let velocity = followed.share * velocity;
                 let acceleration = rendered.object.acceleration_after(
                     self.force.after(0.5 * both_s)[0],

@@ -106,3 +106,54 @@ impl Filter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feel::push::Profile;
+    use hwall_haptics::{MovingObject, ObjectConfig};
+
+    #[test]
+    fn an_ideal_object_is_found() {
+        let mut object = MovingObject::new(ObjectConfig {
+            stiffness: 500.0,
+            damping: 20.0,
+            ..ObjectConfig::new(4.0)
+        })
+        .unwrap();
+        let profile = Profile {
+            mean_n: 10.0,
+            sines: vec![[2.0, 0.7, 0.0], [2.0, 1.9, 1.0], [2.0, 3.7, 2.0]],
+            until_s: f64::INFINITY,
+        };
+        let samples: Vec<Sample> = (0..6000)
+            .map(|k| {
+                let t_s = f64::from(k) * PERIOD_S;
+                let (generalized, position) = (profile.force_n(t_s), object.position());
+                object.step(generalized, PERIOD_S).unwrap();
+                Sample {
+                    t_s,
+                    force_n: generalized,
+                    generalized,
+                    measured: generalized,
+                    position,
+                    object: position,
+                    ideal: position,
+                    off_path_m: 0.0,
+                    given_j: 0.0,
+                    ideal_given_j: 0.0,
+                    torque_n_m: 0.0,
+                }
+            })
+            .collect();
+        let felt = identify(&samples).unwrap();
+        for (felt, asked) in [
+            (felt.stiffness, 500.0),
+            (felt.damping, 20.0),
+            (felt.inertia, 4.0),
+        ] {
+            assert!((felt / asked - 1.0).abs() < 1e-4, "{felt} {asked}");
+        }
+        assert!(identify(&samples[..1]).is_err() && identify(&[]).is_err());
+    }
+}

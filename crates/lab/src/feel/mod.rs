@@ -1,6 +1,5 @@
 //! What does a hand feel? Doors, panels and buttons under simulated pushes, both ways of driving an arm.
 
-pub mod cost;
 pub mod document;
 pub mod figures;
 pub mod identify;

@@ -113,7 +113,8 @@ fn pressed(
 ) -> anyhow::Result<(f64, f64)> {
     let asked = ObjectConfig {
         stiffness: 200.0,
-        damping: 3.0,
+        // Of 0.2 of what is critical, and at least 3 N s/m: what swings by itself must come to rest.
+        damping: (0.4 * (200.0 * mass_kg).sqrt()).max(3.0),
         ..ObjectConfig::new(mass_kg)
     };
     let subject = made(rig, Kind::Panel, String::new(), asked)?;

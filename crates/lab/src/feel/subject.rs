@@ -120,12 +120,16 @@ pub fn of_scene(rig: &Rig, scene: &Scene, name: Option<&str>) -> anyhow::Result<
 
 /// Distance of the places that are tried, and of the board's middle from the edge of a surface, m.
 const STEP_M: f64 = 0.1;
-/// How far a touched object should at least be carried along, rad or m.
-const CARRIED: f64 = 0.3;
+/// How far a touched object is to be carried along, rad or m.
+const CARRIED: f64 = 0.9;
+/// Joints further apart than this belong to different postures, rad.
+const NEXT_RAD: f64 = 0.3;
+/// Steps of that way.
+const PIECES: u32 = 18;
 /// Least distance of a place from a hinge, m: nobody pushes a door beside it.
 const LEAST_LEVER_M: f64 = 0.4;
 
-/// The place on the surface from which the arm has to turn least when it carries the object along.
+/// The place on the surface from which the arm carries the object along furthest; among equals, where it has to turn least.
 fn held(
     rig: &Rig,
     scene: &Scene,
@@ -159,7 +163,7 @@ fn held(
         let count = ((high - low) / STEP_M).floor().max(1.0) as usize;
         (1..count).map(move |k| low + STEP_M * k as f64)
     };
-    let mut best: Option<(f64, Subject)> = None;
+    let mut best: Option<((u32, f64), Subject)> = None;
     for u in places(right) {
         for v in places(up) {
             let point_m = middle_m + right * u + up * v;
@@ -174,10 +178,13 @@ fn held(
                 } else {
                     -CARRIED
                 };
-                let Some((start, turned)) = carried(rig, &face, &path, config, way)? else {
+                let Some((start, pieces, turned)) = carried(rig, &face, &path, config, way)? else {
                     continue;
                 };
-                if best.as_ref().is_none_or(|(least, _)| turned < *least) {
+                let better = best.as_ref().is_none_or(|((most, least), _)| {
+                    pieces > *most || (pieces == *most && turned < *least)
+                });
+                if better {
                     let object = RenderedObject {
                         object: MovingObject::new(config.clone())?,
                         path,
@@ -189,7 +196,7 @@ fn held(
                         start,
                         face,
                     };
-                    best = Some((turned, subject));
+                    best = Some(((pieces, turned), subject));
                 }
             }
         }
@@ -197,14 +204,14 @@ fn held(
     Ok(best.map(|(_, subject)| subject))
 }
 
-/// Joints that hold the board at the start, and how far the farthest joint turns until the object has moved.
+/// Joints that hold the board at the start, how many pieces of the way they carry it on, and how far the farthest joint turns.
 fn carried(
     rig: &Rig,
     face: &Pose,
     path: &ObjectPath,
     config: &ObjectConfig,
     way: f64,
-) -> anyhow::Result<Option<(JointPositions, f64)>> {
+) -> anyhow::Result<Option<(JointPositions, u32, f64)>> {
     let mut scratch = rig.kinematics.scratch();
     let mut near = |pose: &Pose, from: &JointPositions, policy| {
         let config = NearestConfig {
@@ -219,13 +226,17 @@ fn carried(
         return Ok(None);
     };
     let (mut q, mut turned) = (start.q, 0.0_f64);
-    for k in 1..=10 {
-        let by = (way * f64::from(k) / 10.0).clamp(config.range[0], config.range[1]);
+    let mut pieces = 0;
+    for k in 1..=PIECES {
+        let by = (way * f64::from(k) / f64::from(PIECES)).clamp(config.range[0], config.range[1]);
         let Some(next) = near(&path.moved(face, by), &q, BranchPolicy::Keep) else {
-            return Ok(None);
+            break;
         };
-        q = next.q;
+        if next.q.max_abs_difference(&q) > NEXT_RAD {
+            break;
+        }
+        (q, pieces) = (next.q, k);
         turned = turned.max(q.max_abs_difference(&start.q));
     }
-    Ok(Some((start.q, turned)))
+    Ok(Some((start.q, pieces, turned)))
 }

@@ -1,0 +1,331 @@
+//! Moving objects under a board: an arm that does at once what it is told, and bad input.
+
+use hwall_haptics::glam::DVec3;
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, HapticsError, MovingObject, ObjectCommand, ObjectConfig,
+    ObjectPath, ObjectRendering, ObjectRenderingConfig, RenderedObject,
+};
+use hwall_kinematics::{
+    ArmKinematics, Chain, ChainDynamics, JointPositions, JointTorques, JointVelocities, SrsArm,
+    Unreachable, Wrench,
+};
+use hwall_testkit::{Tol, assert_close};
+use std::sync::Arc;
+
+const PERIOD_S: f64 = 1e-3;
+
+fn arm() -> Arc<dyn ArmKinematics> {
+    let face = Board::default().flange_from_board_face().unwrap();
+    Arc::new(SrsArm::iiwa7().with_tool(face))
+}
+
+fn start() -> JointPositions {
+    JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0])
+}
+
+fn torque() -> ObjectCommand {
+    ObjectCommand::Torque {
+        dynamics: Box::new(ChainDynamics::new(&Chain::iiwa7()).unwrap()),
+        config: Default::default(),
+    }
+}
+
+fn panel(config: ObjectConfig) -> RenderedObject {
+    let inward = -arm().forward(&start()).rotation().z_axis;
+    RenderedObject {
+        object: MovingObject::new(config).unwrap(),
+        path: ObjectPath::sliding(inward).unwrap(),
+    }
+}
+
+fn door(config: ObjectConfig) -> RenderedObject {
+    let face = arm().forward(&start());
+    let inward = -face.rotation().z_axis;
+    let beside = DVec3::Z.cross(inward).normalize();
+    let hinge_m = face.position_m() - 0.6 * beside;
+    RenderedObject {
+        object: MovingObject::new(config).unwrap(),
+        path: ObjectPath::turning(hinge_m, beside.cross(inward)).unwrap(),
+    }
+}
+
+fn state(q: JointPositions) -> ArmState {
+    ArmState {
+        t_s: 0.0,
+        q,
+        qd: JointVelocities::default(),
+        external_torque: Some(JointTorques::default()),
+    }
+}
+
+fn rendering(command: ObjectCommand) -> ObjectRendering {
+    ObjectRendering::new(arm(), command, ObjectRenderingConfig::default()).unwrap()
+}
+
+/// Against the normal of the face.
+fn push(q: &JointPositions, force_n: f64) -> Wrench {
+    Wrench {
+        force_n: -arm().forward(q).rotation().z_axis * force_n,
+        ..Wrench::default()
+    }
+}
+
+/// Positions of the face, one for each period, of an arm that is at once where it is told to be.
+fn followed(rendered: &mut RenderedObject, force_n: f64, steps: usize) -> Vec<JointPositions> {
+    let mut rendering = rendering(ObjectCommand::Position);
+    rendering.begin(rendered, &start()).unwrap();
+    let mut q = start();
+    (0..steps)
+        .map(|_| {
+            let wrench = push(&q, force_n);
+            let step = rendering
+                .step(rendered, &state(q), &wrench, PERIOD_S)
+                .unwrap();
+            if let ArmCommand::Position(next) = step.command {
+                q = next;
+            }
+            q
+        })
+        .collect()
+}
+
+#[test]
+fn the_face_stays_on_the_path_and_ends_where_the_spring_holds() {
+    let config = ObjectConfig {
+        stiffness: 300.0,
+        damping: 60.0,
+        ..ObjectConfig::new(5.0)
+    };
+    let mut rendered = panel(config);
+    let first = arm().forward(&start());
+    let path = rendered.path;
+    let way = followed(&mut rendered, 12.0, 3000);
+    for q in &way {
+        let now = arm().forward(q);
+        let along = (now.position_m() - first.position_m()).dot(-first.rotation().z_axis);
+        let apart = path.moved(&first, along).distance(&now);
+        assert!(
+            apart.position_m < 1e-6 && apart.angle_rad < 1e-6,
+            "{apart:?}"
+        );
+    }
+    let last = arm().forward(way.last().unwrap()).position_m();
+    assert_close!(
+        last.distance(first.position_m()),
+        12.0 / 300.0,
+        Tol::abs(1e-4)
+    );
+}
+
+#[test]
+fn a_door_turns_the_board() {
+    let config = ObjectConfig {
+        stiffness: 30.0,
+        damping: 20.0,
+        ..ObjectConfig::new(4.3)
+    };
+    let mut rendered = door(config);
+    let first = arm().forward(&start());
+    let way = followed(&mut rendered, 10.0, 6000);
+    let now = arm().forward(way.last().unwrap());
+    assert_close!(
+        rendered.object.position(),
+        10.0 * 0.6 / 30.0,
+        Tol::abs(1e-4)
+    );
+    let there = rendered.path.moved(&first, rendered.object.position());
+    let apart = there.distance(&now);
+    assert!(
+        apart.position_m < 1e-4 && apart.angle_rad < 1e-4,
+        "{apart:?}"
+    );
+}
+
+#[test]
+fn joints_keep_their_speeds_and_accelerations() {
+    let mut rendered = panel(ObjectConfig::new(4.0));
+    let way = followed(&mut rendered, 60.0, 400);
+    let speeds = *arm().max_velocity_rad_per_s();
+    let limits = ObjectRenderingConfig::default().max_acceleration_rad_per_s2;
+    for three in way.windows(3) {
+        for i in 0..7 {
+            let speed = (three[2][i] - three[1][i]) / PERIOD_S;
+            let before = (three[1][i] - three[0][i]) / PERIOD_S;
+            assert!(speed.abs() <= speeds[i]);
+            // The path is not straight in the joints.
+            let excess = (speed - before).abs() / PERIOD_S - limits[i];
+            assert!(excess < 0.5 * limits[i], "joint {i}: {excess}");
+        }
+    }
+}
+
+#[test]
+fn what_the_arm_cannot_reach_holds_the_object_back() {
+    // Pulled out of reach.
+    let mut rendered = panel(ObjectConfig {
+        damping: 5.0,
+        ..ObjectConfig::new(5.0)
+    });
+    let mut rendering = rendering(ObjectCommand::Position);
+    rendering.begin(&rendered, &start()).unwrap();
+    let (mut q, mut reasons) = (start(), Vec::<Unreachable>::new());
+    let energy_j = |r: &RenderedObject| r.object.energy_j();
+    for _ in 0..5000 {
+        let before_j = energy_j(&rendered);
+        let wrench = push(&q, -15.0);
+        let step = rendering
+            .step(&mut rendered, &state(q), &wrench, PERIOD_S)
+            .unwrap();
+        if let Some(reason) = step.unreachable {
+            assert!(energy_j(&rendered) <= before_j);
+            reasons.push(reason);
+        }
+        let ArmCommand::Position(next) = step.command else {
+            panic!("{:?}", step.command)
+        };
+        assert!(next.max_abs_difference(&q) < 0.01);
+        q = next;
+    }
+    assert!(!reasons.is_empty());
+    assert!(rendered.object.position() > -0.6);
+}
+
+#[test]
+fn light_objects_are_made_heavier_and_the_step_says_so() {
+    for (command, least, most) in [(ObjectCommand::Position, 2.0, 5.0), (torque(), 0.5, 3.0)] {
+        let mut rendered = panel(ObjectConfig::new(0.05));
+        let mut rendering = rendering(command.clone());
+        rendering.begin(&rendered, &start()).unwrap();
+        let bound = rendering.least_inertia(&rendered);
+        assert!((least..most).contains(&bound), "{bound}");
+        let step = rendering
+            .step(
+                &mut rendered,
+                &state(start()),
+                &push(&start(), 1.0),
+                PERIOD_S,
+            )
+            .unwrap();
+        assert_eq!(step.raised_inertia, Some(bound));
+        assert_eq!(rendered.object.inertia(), bound);
+        assert_eq!(rendered.object.config().inertia, 0.05);
+
+        let mut heavy = panel(ObjectConfig::new(10.0));
+        rendering.begin(&heavy, &start()).unwrap();
+        let step = rendering
+            .step(&mut heavy, &state(start()), &push(&start(), 1.0), PERIOD_S)
+            .unwrap();
+        assert_eq!(step.raised_inertia, None);
+        assert_eq!(heavy.object.inertia(), 10.0);
+    }
+}
+
+#[test]
+fn a_raised_inertia_is_that_of_a_heavier_object() {
+    let config = ObjectConfig {
+        stiffness: 400.0,
+        damping: 3.0,
+        range: [0.0, 0.02],
+        ..ObjectConfig::new(0.05)
+    };
+    let mut raised = MovingObject::new(config.clone()).unwrap();
+    raised.raise_inertia(2.0).unwrap();
+    raised.raise_inertia(1.0).unwrap();
+    let mut heavy = MovingObject::new(ObjectConfig {
+        inertia: 2.0,
+        ..config
+    })
+    .unwrap();
+    for k in 0..2000 {
+        let force = if k < 500 { 5.0 } else { 0.0 };
+        let ahead = raised.after(force, PERIOD_S).unwrap();
+        raised.step(force, PERIOD_S).unwrap();
+        heavy.step(force, PERIOD_S).unwrap();
+        assert_eq!(ahead, (raised.position(), raised.velocity()));
+        assert_eq!(raised.position(), heavy.position());
+        assert_eq!(raised.energy_j(), heavy.energy_j());
+    }
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(raised.raise_inertia(bad).is_err());
+    }
+}
+
+#[test]
+fn bad_input_is_named_and_changes_nothing() {
+    for command in [ObjectCommand::Position, torque()] {
+        let mut rendered = panel(ObjectConfig::new(5.0));
+        let mut rendering = rendering(command);
+        rendering.begin(&rendered, &start()).unwrap();
+        let good = push(&start(), 5.0);
+        let bad_wrench = Wrench {
+            force_n: DVec3::new(f64::NAN, 0.0, 0.0),
+            ..Wrench::default()
+        };
+        let mut bad_state = state(start());
+        bad_state.q[3] = f64::NAN;
+        let before = rendered.object.position();
+        for (state, wrench, dt_s) in [
+            (state(start()), bad_wrench, PERIOD_S),
+            (bad_state, good, PERIOD_S),
+            (state(start()), good, 0.0),
+            (state(start()), good, f64::NAN),
+        ] {
+            let answer = rendering.step(&mut rendered, &state, &wrench, dt_s);
+            assert!(answer.is_err());
+            assert_eq!(rendered.object.position(), before);
+            assert_eq!(rendered.object.velocity(), 0.0);
+        }
+        assert!(
+            rendering
+                .begin(&rendered, &JointPositions([f64::NAN; 7]))
+                .is_err()
+        );
+        assert!(
+            rendering
+                .step(&mut rendered, &state(start()), &good, PERIOD_S)
+                .is_ok()
+        );
+    }
+    for config in [
+        ObjectRenderingConfig {
+            filter_s: f64::NAN,
+            ..Default::default()
+        },
+        ObjectRenderingConfig {
+            motion_delay_s: Some(-1.0),
+            ..Default::default()
+        },
+        ObjectRenderingConfig {
+            max_acceleration_rad_per_s2: [0.0; 7],
+            ..Default::default()
+        },
+    ] {
+        let error = ObjectRendering::new(arm(), ObjectCommand::Position, config).unwrap_err();
+        assert!(matches!(error, HapticsError::Argument(_)));
+    }
+}
+
+#[test]
+fn steps_do_not_allocate() {
+    for command in [ObjectCommand::Position, torque()] {
+        let mut rendered = door(ObjectConfig {
+            stiffness: 20.0,
+            damping: 5.0,
+            range: [0.0, 0.1],
+            ..ObjectConfig::new(4.0)
+        });
+        let mut rendering = rendering(command);
+        let (there, back) = (push(&start(), 20.0), push(&start(), -20.0));
+        let allocated = allocation_counter::measure(|| {
+            rendering.begin(&rendered, &start()).unwrap();
+            for k in 0..500 {
+                let wrench = if k < 300 { there } else { back };
+                let q = *rendering.q();
+                rendering
+                    .step(&mut rendered, &state(q), &wrench, PERIOD_S)
+                    .unwrap();
+            }
+        });
+        assert_eq!(allocated.count_total, 0);
+    }
+}
