@@ -29,7 +29,7 @@ pub struct ImpedanceConfig {
     /// Share of the measured external force that is counteracted, 0 to 1; default 1: the face then stays on its path under a
     /// push, and the object alone decides how it yields.
     pub force_share: f64,
-    /// Rate at which a lasting error of the joints is worked off, 1/s; default 3: what friction and sensors would leave. Its
+    /// Rate at which a lasting error of the joints is worked off, 1/s; default 1: what friction and sensors would leave. Its
     /// torque is at most `integral_most_n_m`.
     pub integral_per_s: f64,
     /// Largest torque of that, N m; default 3.
@@ -49,7 +49,7 @@ impl Default for ImpedanceConfig {
             joint_stiffness_n_m_per_rad: 10.0,
             joint_damping_n_m_s_per_rad: 1.0,
             force_share: 1.0,
-            integral_per_s: 3.0,
+            integral_per_s: 1.0,
             integral_most_n_m: 3.0,
             friction: FrictionLeft::default(),
             rotor_inertia_kg_m2: [0.0; 7],

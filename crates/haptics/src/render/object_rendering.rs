@@ -24,9 +24,11 @@ pub struct RenderedObject {
 
 /// How the arm is told to go along with an object. The object itself is the same: a simulation that the measured force
 /// pushes.
-// Made once for a renderer.
-#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq, Default)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made once, and its numbers are easier to write unboxed"
+)]
 pub enum ObjectCommand {
     /// Admittance: the motion of the object as joint positions, for any arm with a position interface.
     #[default]
@@ -52,7 +54,7 @@ pub struct ObjectRenderingConfig {
     /// From a command to the motion of the face, s. `None`, the default: 0.022 for positions, the reaction of an
     /// iiwa ([H-Wall]), and 0.0085 for torques: 5 ms on the way, 3 ms in the torque loop, half a period.
     pub motion_delay_s: Option<f64>,
-    /// Stiffest hand under which the board must be stable, N/m; default 3000. Objects that are too light for it and the
+    /// Stiffest hand under which the board must be stable, N/m; default 3000; 0: none, and nothing is made heavier. Objects that are too light for it and the
     /// delays are made [heavier](ObjectRendering::least_inertia).
     pub hand_stiffness_n_per_m: f64,
     /// Joint accelerations that following an object may use, rad/s²; default nine tenths of
@@ -109,8 +111,9 @@ pub struct ObjectRendering {
     most_acceleration: f64,
 }
 
-/// Least inertia at the face over `k t²`, hand stiffness and delay: of what is stable in docs/FEEL.md, rounded up.
-const LEAST_SHARE: f64 = 1.3;
+/// Stiffness that every hand has in front of the bound, N/m: even soft hands swing on what is too light. What is stable in
+/// docs/FEEL.md lies below `(k + 1000) t²` for all hands and arms.
+const SOFTEST_N_PER_M: f64 = 1000.0;
 
 impl ObjectRendering {
     /// The tool of the arm is the face of the board.
@@ -183,7 +186,7 @@ impl ObjectRendering {
         JointVelocities(self.follower.joint_rates().map(|rate| rate * velocity))
     }
 
-    /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `1.3 k t²`, with the hand's
+    /// Least inertia with which the object is stable under the stiffest hand, kg m² or kg: at the face `(k + 1000 N/m) t²`, with the hand's
     /// stiffness `k` and all delays `t` together.
     #[must_use]
     pub fn least_inertia(&self, rendered: &RenderedObject) -> f64 {
@@ -194,7 +197,11 @@ impl ObjectRendering {
             .linear_m_per_s
             .length();
         let delay_s = self.filter_s + self.force_delay_s + self.motion_delay_s;
-        LEAST_SHARE * self.hand_stiffness_n_per_m * delay_s * delay_s * lever * lever
+        if self.hand_stiffness_n_per_m == 0.0 {
+            return 0.0;
+        }
+        let stiffness_n_per_m = self.hand_stiffness_n_per_m + SOFTEST_N_PER_M;
+        stiffness_n_per_m * (delay_s * lever).powi(2)
     }
 
     /// One step under the measured wrench of the hand on the face (base axes, about its middle).

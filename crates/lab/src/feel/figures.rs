@@ -121,7 +121,6 @@ pub fn errors(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
         .configure_mesh()
         .x_labels(0)
         .disable_x_mesh()
-        .x_desc(names.join("                    "))
         .y_desc("error, %")
         .label_style(TEXT)
         .light_line_style(WHITE)
@@ -131,6 +130,12 @@ pub fn errors(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
         let (left, right) = (column as f64 + 0.05, column as f64 + 0.95);
         let band = Rectangle::new([(left, -target), (right, target)], BLACK.mix(0.08).filled());
         chart.draw_series([band]).map_err(plot_error)?;
+    }
+    for (column, name) in names.into_iter().enumerate() {
+        let place = (column as f64 + 0.28, 0.93 * MOST);
+        chart
+            .draw_series([Text::new(name, place, TEXT)])
+            .map_err(plot_error)?;
     }
     for (k, way) in Way::ALL.into_iter().enumerate() {
         let colour = COLOURS[k];
@@ -170,7 +175,7 @@ pub fn bounds(path: &Path, bounds: &[Bound]) -> anyhow::Result<()> {
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
-            "Lightest stable panel: found (dots), 1.3 k t² (lines)",
+            "Lightest stable panel: found (dots), (k + 1000 N/m) t² (lines)",
             TITLE,
         )
         .margin(12)
@@ -189,7 +194,12 @@ pub fn bounds(path: &Path, bounds: &[Bound]) -> anyhow::Result<()> {
     for (k, way) in Way::ALL.into_iter().enumerate() {
         let colour = COLOURS[k];
         let own = || bounds.iter().filter(|b| b.way == way);
-        let line = own().map(|b| (b.stiffness_n_per_m, 1.3 * b.mass_kg / b.share));
+        let line = own().map(|b| {
+            (
+                b.stiffness_n_per_m,
+                (b.stiffness_n_per_m + 1000.0) * b.mass_kg / (b.share * b.stiffness_n_per_m),
+            )
+        });
         chart
             .draw_series(LineSeries::new(line, colour.stroke_width(2)))
             .map_err(plot_error)?
