@@ -31,7 +31,7 @@ fn pushed(way: Way, kind: Kind, config: ObjectConfig, hand: Hand, seconds: f64) 
 fn wavering() -> Hand {
     Hand::Profile(Profile {
         mean_n: 10.0,
-        sines: vec![[1.0, 0.7, 0.0], [1.0, 1.9, 1.0], [1.0, 3.1, 2.0]],
+        sines: vec![[2.5, 0.7, 0.0], [2.5, 1.9, 1.0], [2.5, 3.1, 2.0]],
         until_s: f64::INFINITY,
     })
 }

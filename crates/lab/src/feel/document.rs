@@ -4,7 +4,7 @@ use super::figures;
 use super::push::{Hand, Profile, Push, run};
 use super::rig::{Rig, Way};
 use super::stability::{Bound, Held, SWING_M};
-use super::study::{EXCITED_HZ, HELD_N, Request, Results, Row};
+use super::study::{EXCITED_HZ, HELD_N, MOST_M, PUSHES, Request, Results, Row};
 use super::subject::{Kind, Subject, of_scene};
 use crate::documents::Documents;
 use hwall_haptics::ObjectRenderingConfig;
@@ -25,7 +25,7 @@ fn percent(felt: f64, asked: f64) -> String {
     }
 }
 
-/// One row for each object and way.
+/// One row for each object and way: the push that is worst for stiffness, inertia and damping together.
 #[must_use]
 pub fn table(rows: &[Row]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
@@ -41,7 +41,10 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
         "off its path, mm",
         "held push off, mm",
     ]);
-    for row in rows {
+    for pushes in rows.chunks(PUSHES as usize) {
+        let Some(row) = pushes.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) else {
+            continue;
+        };
         let (asked, felt) = (&row.asked, &row.felt);
         let held = if row.held_m.is_finite() {
             format!("{:.2}", 1e3 * row.held_m)
@@ -65,12 +68,27 @@ pub fn table(rows: &[Row]) -> MarkdownTable {
     table
 }
 
+/// Largest error over its target.
+fn worst(row: &Row) -> f64 {
+    let (asked, felt) = (&row.asked, &row.felt);
+    [
+        (felt.stiffness, asked.stiffness, TARGETS[0]),
+        (felt.inertia, asked.inertia, TARGETS[1]),
+        (felt.damping, asked.damping, TARGETS[1]),
+    ]
+    .into_iter()
+    .filter(|(_, asked, _)| *asked > 0.0)
+    .map(|(felt, asked, target)| (felt / asked - 1.0).abs() / target)
+    .fold(0.0, f64::max)
+}
+
 /// What is to be shown, and whether it was.
 #[must_use]
 pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     let mut table = MarkdownTable::new([
         "arm, way",
-        "objects",
+        "pushes",
+        "out of reach, periods",
         "stiffness within 2 %",
         "worst, %",
         "inertia within 5 %",
@@ -81,6 +99,7 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
     for way in Way::ALL {
         let own = || rows.iter().filter(move |row| row.way == way);
         let mut cells = vec![way.name(), own().count().to_string()];
+        cells.push(own().map(|row| row.unreachable).sum::<usize>().to_string());
         let errors: [(f64, Vec<f64>); 3] = [
             (
                 TARGETS[0],
@@ -207,7 +226,8 @@ pub fn text(results: &Results) -> String {
         .map(|row| row.least_given_j)
         .fold(0.0, f64::min);
     format!(
-        "## What is felt\n\n{}\n{}\n`(…)`: nothing was asked for, the value itself. The least that had been given to the board at \
+        "## What is felt\n\n{PUSHES} different pushes at every object.\n\n{}\nThe worst push at each, by the largest error over its \
+         target:\n\n{}\n`(…)`: nothing was asked for, the value itself. The least that had been given to the board at \
          any time, less what came back: {least_j:.1e} J.\n\n## What is whose error\n\n{}\n## Light objects, stiff hands\n\nThe lightest \
          panel (spring 200 N/m) on which the board does not go on swinging by {} mm under a hand of 0.6 kg that leans on it; nothing \
          is made heavier here.\n\n{}\nAs it is rendered: a panel of 50 g is made heavier.\n\n{}\n## Cost\n\nOf one step at 1 kHz; nothing is \
@@ -284,7 +304,8 @@ fn explained() -> String {
   ripple, external torques of 25 Hz; it takes positions (*admittance*) or torques (*impedance*). The renderer sees the wrench
   that the torque sensors say, never the true one.
 - **Pushes**: a force of up to 12 N on the middle of the face and five sines on top ({:?} Hz, random phases), scaled such that the
-  ideal object is accelerated by at most 1.8 m/s² at the face, which the arm can follow; 8 s.
+  ideal object is accelerated by at most 1.8 m/s² at the face, which the arm can follow, and that the
+  sines move it by at most {} mm; 8 s. With smaller sines the errors at torque level grow: the sensors' ripple stays the same.
 - **Identified** from the true force and the true motion of the face: `m a + b v + k x + c = f` by least squares, both sides
   seen through the same filter `(λ / (s + λ))³`, λ of 5 Hz, whose states give velocity and acceleration without differentiating. Units of a
   door are N m/rad, kg m², N m s/rad, otherwise N/m, kg, N s/m. *Unexplained*: root mean square of what the three leave of the force.
@@ -301,7 +322,9 @@ servo level, 1.4 to 1.9 kg at torque level. A button of 50 g is not to be had fr
 
 ## What remains, and why
 
-- At servo level the targets hold.
+- At servo level the targets hold. Where a push asks for all the acceleration that the arm has, joint by joint the servo's limits of
+  jerk lead the face off its path (see the column; 1 mm was aimed at).
+- Free objects are the hardest: their small motions at 3 Hz are tenths of a millimetre.
 - At torque level the ripple of the torque sensors (0.1 N m in each joint, twice in a turn of the wave generator) is some tenths
   of a newton at the face that come and go within a centimetre of motion. It is most of what is unexplained in admittance (table of causes), and
   at 200 N/m some tenths of a newton are the millimetres of a held push. A ripple that was measured joint by joint could be taken off; this is not done.
@@ -309,6 +332,7 @@ servo level, 1.4 to 1.9 kg at torque level. A button of 50 g is not to be had fr
   Friction that is not known (a fifth of it, and breaking away) shows as damping of stiff objects: without friction that error
   is gone. What is left then is the arm following its reference late, with 8.5 ms from torque to motion.
 ",
-        EXCITED_HZ
+        EXCITED_HZ,
+        1e3 * MOST_M
     )
 }

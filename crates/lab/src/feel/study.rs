@@ -18,6 +18,8 @@ pub struct Request {
 /// One object, rendered in one way.
 #[derive(Debug, Clone)]
 pub struct Row {
+    /// Of the push.
+    pub seed: u64,
     /// How.
     pub way: Way,
     /// Which path.
@@ -28,6 +30,8 @@ pub struct Row {
     pub inertia: f64,
     /// What was found.
     pub felt: Felt,
+    /// Periods in which the arm could not go along.
+    pub unreachable: usize,
     /// Largest distance from the path, m.
     pub off_path_m: f64,
     /// Error of the position under a held push of [`HELD_N`], m at the face.
@@ -57,6 +61,10 @@ pub const HELD_N: f64 = 10.0;
 pub const EXCITED_HZ: [f64; 5] = [0.4, 0.9, 1.7, 2.6, 3.7];
 /// Largest acceleration of the face that the ideal object reaches under the excitation, m/s²: an arm can follow that.
 pub const MOST_M_PER_S2: f64 = 1.8;
+/// Largest way of the face that the sines make the ideal object go, m: the arm must reach there.
+pub const MOST_M: f64 = 0.06;
+/// Different pushes at every object.
+pub const PUSHES: u64 = 3;
 /// Length of a push, s.
 const SECONDS: f64 = 8.0;
 
@@ -98,10 +106,12 @@ pub fn study(request: &Request, mut progress: impl FnMut(f64)) -> anyhow::Result
     for (k, way) in Way::ALL.into_iter().enumerate() {
         let (mut step_ns, mut rendering_ns) = (Vec::new(), Vec::new());
         for (i, (kind, numbers)) in objects.iter().enumerate() {
-            let (row, times) = felt(&rig, way, *kind, *numbers, request.seed)?;
-            step_ns.extend(&times[0]);
-            rendering_ns.extend(&times[1]);
-            rows.push(row);
+            for seed in request.seed..request.seed.saturating_add(PUSHES) {
+                let (row, times) = felt(&rig, way, *kind, *numbers, seed)?;
+                step_ns.extend(&times[0]);
+                rendering_ns.extend(&times[1]);
+                rows.push(row);
+            }
             progress((k as f64 + i as f64 / objects.len() as f64) / 4.0);
         }
         for (what, times) in [("control step", step_ns), ("rendering alone", rendering_ns)] {
@@ -179,6 +189,8 @@ fn felt(
         .map(|s| s.off_path_m)
         .fold(0.0, f64::max);
     let row = Row {
+        seed,
+        unreachable: trace.unreachable.0,
         way,
         kind,
         asked,
@@ -205,13 +217,14 @@ fn excitation(subject: &Subject, seed: u64) -> anyhow::Result<Profile> {
         until_s: f64::INFINITY,
     };
     let mut ideal = MovingObject::new(config.clone())?;
-    let mut most = 0.0_f64;
+    let (mut most, mut farthest) = (0.0_f64, 0.0_f64);
     for k in 0..(SECONDS / PERIOD_S) as usize {
         let force = shape.force_n(k as f64 * PERIOD_S) * lever_m;
         most = most.max((ideal.acceleration(force) * lever_m).abs());
         ideal.step(force, PERIOD_S)?;
+        farthest = farthest.max((ideal.position() * lever_m).abs());
     }
-    let scale = (MOST_M_PER_S2 / most).min(4.0);
+    let scale = (MOST_M_PER_S2 / most).min(MOST_M / farthest).min(4.0);
     Ok(Profile {
         mean_n,
         sines: sines.map(|[a, hz, phase]| [a * scale, hz, phase]).to_vec(),
