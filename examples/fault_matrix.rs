@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 /// Injects every fault in every phase of a touch at both arm levels, and lets hands hit the board; writes FAULTS.md.
 ///
-/// Fails if a fault does not end in a named safe state in time, or if the session does not go on afterwards.
+/// Fails if a fault does not end in a named safe state in time.
 #[derive(Parser)]
 struct Args {
     #[command(flatten)]
@@ -58,7 +58,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let bad = results.unsafe_ones().count();
     ensure!(
         bad == 0,
-        "{bad} combinations are not safe as asked for; see {}",
+        "{bad} combinations reach no safe state in time; see {}",
         path.display()
     );
     Ok(())

@@ -213,6 +213,20 @@ impl PathFollower {
         })
     }
 
+    /// Goes to a position on the path, which is near; why the face cannot be there, if so. The joints then stay.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub(super) fn go_to(&mut self, position: f64) -> Result<Option<Unreachable>, HapticsError> {
+        Ok(match self.solved(position)? {
+            Ok(q) => {
+                self.q = q;
+                None
+            }
+            Err(reason) => Some(reason),
+        })
+    }
+
     fn solved(
         &mut self,
         position: f64,

@@ -65,7 +65,7 @@ pub struct Renderer {
     detached: Detached,
     last_s: Option<f64>,
     /// The way back that a supervisor asked for.
-    withdrawal: Option<Withdrawal>,
+    withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
     cap: SpeedCap,
 }
@@ -116,12 +116,12 @@ impl Renderer {
             speed_share: 1.0,
             felt_n: 0.0,
             detector: ContactDetector::new(contact)?,
-            follower: Follower::new(arm, follower, &JointPositions::default())?
+            follower: Follower::new(Arc::clone(&arm), follower, &JointPositions::default())?
                 .with_board(approach, *board),
             objects: None,
             detached: Detached::Always,
             last_s: None,
-            withdrawal: None,
+            withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
         })
     }
@@ -250,7 +250,7 @@ impl Renderer {
             self.stop_objects(dt_s);
             self.supervised(input.request, dt_s)
         } else {
-            self.withdrawal = None;
+            self.end_withdrawal();
             let asked = match input.request {
                 Some(SafeRequest::Go { speed_share }) => speed_share,
                 _ => 1.0,
@@ -294,29 +294,30 @@ impl Renderer {
 
     /// What a supervisor asks for instead of going on: to stand, or to withdraw.
     fn supervised(&mut self, request: Option<SafeRequest>, dt_s: f64) -> ArmCommand {
-        let (behind_m, speed_m_per_s) = match request {
+        let back = match request {
             Some(SafeRequest::Retreat {
                 behind_m,
                 speed_m_per_s,
-            }) => (behind_m, speed_m_per_s),
-            _ => {
-                // The arm brakes by itself.
-                self.withdrawal = None;
-                self.detached = Detached::Held;
-                let _ = self.follower.brake(dt_s);
-                return ArmCommand::Hold;
-            }
+            }) => self
+                .withdrawal
+                .step(&self.follower, behind_m, speed_m_per_s, dt_s),
+            _ => None,
         };
-        let withdrawal = self
-            .withdrawal
-            .get_or_insert_with(|| Withdrawal::new(&self.follower, behind_m));
-        let share = withdrawal.step(&mut self.follower, speed_m_per_s);
-        self.speed_share = share.unwrap_or(self.speed_share);
-        let moved = match withdrawal.moves() {
-            true => self.follower.step(dt_s),
-            false => self.follower.brake(dt_s),
-        };
-        moved.map_or(ArmCommand::Hold, ArmCommand::Position)
+        if let Some(q) = back {
+            return ArmCommand::Position(q);
+        }
+        // The arm brakes by itself.
+        self.end_withdrawal();
+        self.detached = Detached::Held;
+        let _ = self.follower.brake(dt_s);
+        ArmCommand::Hold
+    }
+
+    /// The motion goes on from where the board has withdrawn to.
+    fn end_withdrawal(&mut self) {
+        if let Some((q, qd)) = self.withdrawal.end() {
+            let _ = self.follower.restart(&q, &qd);
+        }
     }
 
     /// No object is under the hand any more; all go on by themselves.

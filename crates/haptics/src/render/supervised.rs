@@ -1,65 +1,87 @@
 //! What the renderer does for a supervisor: withdraw the board, and slow down.
 
+use super::path_follower::PathFollower;
 use super::proximity::SHARES;
-use crate::board::{BoardTarget, surface_axes};
 use crate::motion::Follower;
-use glam::DVec3;
+use crate::object::ObjectPath;
+use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities};
+use std::sync::Arc;
 
-/// The way of a board that withdraws along -normal of its face.
-#[derive(Debug, Clone, Copy)]
+/// How fast a withdrawal starts and ends, m/s².
+const ACCELERATION_M_PER_S2: f64 = 1.0;
+
+/// Brings the board back along -normal of its face.
+#[derive(Debug, Clone)]
 pub(super) struct Withdrawal {
-    /// Where the face shall be; `None`: it is behind its surface already, or nothing behind it can be reached.
-    target: Option<BoardTarget>,
+    path: PathFollower,
+    way: Option<Way>,
+    qd: JointVelocities,
 }
 
-/// Shares of the way back that are tried, the whole first.
-const WAYS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
-/// Less is no way, m.
-const LEAST_M: f64 = 1e-3;
-/// Slower than this nothing is slowed down, m/s.
-const SLOWEST_M_PER_S: f64 = 1e-3;
+/// The way under way.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// Its length, m: shorter where the arm cannot go on.
+    length_m: f64,
+    done_m: f64,
+    speed_m_per_s: f64,
+}
 
 impl Withdrawal {
-    /// From where the board is commanded to be; a board that is behind all surfaces withdraws the less.
-    pub(super) fn new(follower: &Follower, behind_m: f64) -> Self {
-        let in_front_m = follower.protrusion_m().unwrap_or(0.0);
-        let way_m = (behind_m + in_front_m).clamp(0.0, behind_m.max(0.0));
-        let face = follower.commanded_pose();
-        let [x, y, normal] = [0, 1, 2].map(|i| face.rotation().col(i));
-        let _ = x;
-        let target = surface_axes(normal).ok().map(|[x0, y0]| BoardTarget {
-            roll_rad: Some((-y.dot(x0)).atan2(y.dot(y0))),
-            behind_m: way_m,
-            near: Some(follower.commanded()),
-            ..BoardTarget::new(face.position_m(), normal, 0.0)
-        });
+    /// The tool of the arm is the face of the board.
+    pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
         Self {
-            target: target.filter(|_| way_m >= LEAST_M),
+            path: PathFollower::new(arm),
+            way: None,
+            qd: JointVelocities::default(),
         }
     }
 
-    pub(super) const fn moves(&self) -> bool {
-        self.target.is_some()
+    /// One step back from where the follower has commanded the board to be: `None` if that is not finite. A board that is
+    /// behind all surfaces already withdraws the less.
+    pub(super) fn step(
+        &mut self,
+        follower: &Follower,
+        behind_m: f64,
+        speed_m_per_s: f64,
+        dt_s: f64,
+    ) -> Option<JointPositions> {
+        let mut way = match self.way {
+            Some(way) => way,
+            None => {
+                let direction = -follower.commanded_pose().rotation().z_axis;
+                let in_front_m = follower.protrusion_m().unwrap_or(0.0);
+                let path = ObjectPath::sliding(direction).ok()?;
+                self.path.begin(path, 0.0, &follower.commanded()).ok()?;
+                Way {
+                    length_m: (behind_m + in_front_m).clamp(0.0, behind_m.max(0.0)),
+                    done_m: 0.0,
+                    speed_m_per_s: 0.0,
+                }
+            }
+        };
+        let left_m = (way.length_m - way.done_m).max(0.0);
+        way.speed_m_per_s = (way.speed_m_per_s + ACCELERATION_M_PER_S2 * dt_s)
+            .min(speed_m_per_s)
+            .min((2.0 * ACCELERATION_M_PER_S2 * left_m).sqrt());
+        let next_m = (way.done_m + way.speed_m_per_s * dt_s).min(way.length_m);
+        let before = *self.path.q();
+        match self.path.go_to(next_m) {
+            Ok(None) => way.done_m = next_m,
+            _ => (way.length_m, way.speed_m_per_s) = (way.done_m, 0.0),
+        }
+        let q = *self.path.q();
+        if dt_s > 0.0 {
+            self.qd = JointVelocities(std::array::from_fn(|i| (q[i] - before[i]) / dt_s));
+        }
+        self.way = Some(way);
+        Some(q)
     }
 
-    /// Sends the follower there. Returns the share of the joint speeds that was set.
-    pub(super) fn step(&mut self, follower: &mut Follower, speed_m_per_s: f64) -> Option<f64> {
-        let target = self.target?;
-        let reached = WAYS.into_iter().find_map(|way| {
-            let nearer = BoardTarget {
-                behind_m: way * target.behind_m,
-                ..target
-            };
-            matches!(follower.set_target(&nearer), Ok(None)).then_some(nearer)
-        });
-        self.target = reached;
-        let speed: DVec3 = follower.commanded_twist().linear_m_per_s;
-        let share = match speed.length() > speed_m_per_s.max(SLOWEST_M_PER_S) {
-            true => SHARES[0] * speed_m_per_s / speed.length(),
-            false => SHARES[0],
-        };
-        let share = share.max(0.1 * SHARES[0]);
-        follower.set_speed_share(share).is_ok().then_some(share)
+    /// The way is over: where the arm is, and how it moves there; `None` if there was none.
+    pub(super) fn end(&mut self) -> Option<(JointPositions, JointVelocities)> {
+        self.way.take()?;
+        Some((*self.path.q(), self.qd))
     }
 }
 

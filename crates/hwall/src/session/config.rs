@@ -2,7 +2,7 @@
 
 use super::policy::PolicyConfig;
 use hwall_hand::{GazeFilterConfig, HandFilterConfig};
-use hwall_haptics::safety::{ChannelWatch, SupervisorConfig, TimingConfig};
+use hwall_haptics::safety::{ChannelWatch, LoadLimits, SupervisorConfig, TimingConfig};
 use hwall_haptics::{ObjectCommand, PlaceTolerance, RendererConfig};
 
 /// Settings of a [`Session`](crate::Session).
@@ -52,6 +52,8 @@ impl Default for SessionConfig {
 ///
 /// - Points of the hand may stand still: [`HandFilterConfig::freeze`] finds frozen ones, and such a hand is lost. A head may
 ///   stand still, too, for in a simulation it does; where a headset always trembles, set `head.frozen_s`.
+/// - The edge of the face is 15 mm wide, for a touch in place keeps 20 mm away from it ([`PlaceTolerance`]); only pushes above 20 N
+///   are located, and those to some millimetres.
 /// - Inputs count as sound again after 0.1 s: a board that comes back later meets a hand that is in the wall already.
 #[must_use]
 pub fn session_supervisor() -> SupervisorConfig {
@@ -63,6 +65,11 @@ pub fn session_supervisor() -> SupervisorConfig {
     SupervisorConfig {
         hand: still(usual.hand),
         head: still(usual.head),
+        load: LoadLimits {
+            edge_m: 0.015,
+            least_n: 20.0,
+            ..usual.load
+        },
         timing: TimingConfig {
             recovery_s: 0.1,
             ..usual.timing

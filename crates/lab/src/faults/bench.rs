@@ -239,8 +239,8 @@ impl Bench {
         self.hand_wrench = self.hand.step(DT_S, &pose, &twist, &drive)?;
         let mut wrench = self.hand_wrench;
         if matches!(fault, Some((Fault::EdgePush, _))) {
-            let force_n = pose.rotation().z_axis * -30.0;
-            let lever_m = pose.rotation().x_axis * 0.098;
+            let force_n = pose.rotation().z_axis * -80.0;
+            let lever_m = pose.rotation().x_axis * 0.099;
             wrench.force_n += force_n;
             wrench.moment_n_m += lever_m.cross(force_n);
         }
@@ -310,7 +310,7 @@ impl Bench {
             },
             Fault::Spoiled(Input::Torque, kind) => match kind {
                 Spoiled::Frozen => state.external_torque = last.external_torque,
-                Spoiled::Jumping => torque(&mut state, &|torque| torque[1] += 20.0 * side),
+                Spoiled::Jumping => torque(&mut state, &|torque| torque[1] += 140.0 * side),
                 Spoiled::Missing => state.external_torque = None,
                 _ => torque(&mut state, &|torque| torque[1] = f64::NAN),
             },
@@ -560,6 +560,10 @@ pub(super) fn run(
         while bench.session.next_event().is_some() {}
     }
     let goes_on = safe_state(&bench.session, false).0 <= Reached::Slowed;
+    if !goes_on {
+        let state = bench.session.state();
+        outcome.reason = format!("at the end {state:?}");
+    }
     outcome.after = match (goes_on, latched) {
         (true, false) => After::Recovered,
         (true, true) => After::Latched,

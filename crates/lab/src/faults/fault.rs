@@ -59,7 +59,7 @@ pub enum Fault {
     JointLimit,
     /// A contact is predicted at the arm's own base.
     SelfCollision,
-    /// 30 N at the edge of the face.
+    /// 80 N at the edge of the face.
     EdgePush,
     /// The head comes to 0.15 m in front of the face.
     PersonInTheWay,
@@ -179,7 +179,9 @@ impl Fault {
             Self::Spoiled(Qd | Torque, Frozen) => "nothing is commanded from it, or the arm stands",
             Self::Spoiled(Torque, Spoiled::Missing) if !phase.is_touched() => "nothing is touched",
             Self::Spoiled(Frames, Jumping) => return None,
-            Self::PersonInTheWay if !phase.moves() => "the board stands",
+            Self::PersonInTheWay if !matches!(phase, Phase::Approaching) => {
+                "the board stands, or is slower than it may be near a head"
+            }
             _ => return None,
         })
     }

@@ -122,11 +122,16 @@ impl Outcome {
         0.5 * bounds.reduced_mass_kg * self.meets_m_per_s * self.meets_m_per_s
     }
 
-    /// What exceeds a limit, and by how much.
+    /// What exceeds a limit, and by how much; the time to a safe state first.
     #[must_use]
     pub fn exceeds(&self, bounds: &Bounds) -> Option<String> {
         let energy_j = self.energy_j(bounds);
-        if self.most_n > bounds.impact_n {
+        if self.is_unsafe(bounds) {
+            Some(match self.after_s {
+                Some(after_s) => format!("late by {:.0} ms", 1e3 * (after_s - bounds.safe_s)),
+                None => "no safe state".to_owned(),
+            })
+        } else if self.most_n > bounds.impact_n {
             Some(format!("force by {:.0} N", self.most_n - bounds.impact_n))
         } else if self.pressed_s > bounds.impact_s {
             let longer_s = self.pressed_s - bounds.impact_s;

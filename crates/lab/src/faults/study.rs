@@ -33,12 +33,12 @@ pub struct Results {
 }
 
 impl Results {
-    /// Combinations without a safe state in time, or stuck afterwards.
+    /// Combinations without a safe state in time.
     pub fn unsafe_ones(&self) -> impl Iterator<Item = &Outcome> {
         let bounds = &self.bounds;
         self.outcomes
             .iter()
-            .filter(move |outcome| outcome.is_unsafe(bounds) || outcome.is_stuck())
+            .filter(move |outcome| outcome.is_unsafe(bounds))
     }
 }
 

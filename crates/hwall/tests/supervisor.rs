@@ -1,0 +1,210 @@
+//! The safe states of a session: what they are called, what the board does in them, and how they end.
+
+mod common;
+
+use common::{Bench, GazeSession, Hand, session, wall};
+use hwall::glam::DVec3;
+use hwall::haptics::safety::Channel;
+use hwall::haptics::{ArmCommand, ArmState, HoldReason, SafeReason, SafeState};
+use hwall::{EventKind, SessionState};
+
+const TARGET_M: DVec3 = DVec3::new(0.6, 0.0, 0.6);
+
+/// In place before a slow hand.
+fn in_place() -> (GazeSession, Bench) {
+    let hand = Hand::reaching_in(4.0, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    bench.run(&mut session, 1.6);
+    assert_eq!(session.state(), SessionState::InPlace);
+    while session.next_event().is_some() {}
+    (session, bench)
+}
+
+/// Pressed for 0.3 s.
+fn touched() -> (GazeSession, Bench) {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    bench.run(&mut session, hand.press_s + 0.3);
+    assert_eq!(session.state(), SessionState::Touched);
+    while session.next_event().is_some() {}
+    (session, bench)
+}
+
+/// Cycles for a time, s, with the state spoiled; the states of the session, each once, in order.
+fn spoiled(
+    session: &mut GazeSession,
+    bench: &mut Bench,
+    for_s: f64,
+    spoil: impl Fn(ArmState) -> ArmState,
+) -> Vec<&'static str> {
+    let until_s = bench.now_s() + for_s;
+    let mut names = Vec::new();
+    while bench.now_s() < until_s {
+        while let Some(frame) = bench.next_frame() {
+            session.frame(&frame);
+        }
+        let state = spoil(bench.state());
+        let command = session.step(bench.now_s(), &state);
+        bench.obey(command);
+        let name = match session.state() {
+            SessionState::Safe(safe) => safe.name(),
+            SessionState::Holding(reason) => reason.name(),
+            SessionState::Touched => "touched",
+            _ => "free",
+        };
+        if names.last() != Some(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+#[test]
+fn a_head_that_is_no_longer_seen_makes_the_board_stand_then_withdraw_then_come_back() {
+    let (mut session, mut bench) = in_place();
+    let from_m = bench.servo.pose().position_m();
+    let mut told = Vec::new();
+    while bench.now_s() < 2.3 {
+        while let Some(mut frame) = bench.next_frame() {
+            frame.head_m = None;
+            session.frame(&frame);
+        }
+        let state = bench.state();
+        let command = session.step(bench.now_s(), &state);
+        bench.obey(command);
+        while let Some(event) = session.next_event() {
+            if let EventKind::Safe(safe) = event.kind {
+                told.push((safe.name(), safe.reason().and_then(|r| r.channel())));
+            }
+        }
+    }
+    let head = Some(Channel::Head);
+    assert_eq!(told, [("holding", head), ("retreating", head)]);
+    let way_m = bench.servo.pose().position_m() - from_m;
+    assert!((-0.03..-0.005).contains(&way_m.x), "{way_m}");
+    assert!(way_m.with_x(0.0).length() < 2e-3, "{way_m}");
+    let until_s = bench.now_s() + 0.15;
+    bench.run(&mut session, until_s);
+    assert_eq!(session.control().safety(), SafeState::Normal);
+    let resumed = std::iter::from_fn(|| session.next_event());
+    assert_eq!(resumed.filter(|e| e.kind == EventKind::Resumed).count(), 1);
+}
+
+#[test]
+fn a_retreat_is_no_faster_than_asked_for_and_ends_behind_the_surface() {
+    let (mut session, mut bench) = in_place();
+    let from_m = bench.servo.pose().position_m();
+    let mut fastest: f64 = 0.0;
+    while bench.now_s() < 3.4 {
+        while let Some(mut frame) = bench.next_frame() {
+            frame.head_m = None;
+            session.frame(&frame);
+        }
+        let state = bench.state();
+        let command = session.step(bench.now_s(), &state);
+        bench.obey(command);
+        fastest = fastest.max(bench.servo.twist().linear_m_per_s.length());
+    }
+    assert!(fastest < 0.11, "{fastest} m/s");
+    let way_m = bench.servo.pose().position_m() - from_m;
+    assert!((-0.105..-0.08).contains(&way_m.x), "{way_m}");
+    assert_eq!(session.control().safety().name(), "retreating");
+}
+
+#[test]
+fn a_fault_that_the_renderer_has_named_keeps_that_name() {
+    let (mut session, mut bench) = in_place();
+    let names = spoiled(&mut session, &mut bench, 0.6, |mut state| {
+        state.q[1] = f64::NAN;
+        state
+    });
+    assert_eq!(names, ["non_finite_state"]);
+    assert_eq!(session.control().safety().name(), "stopped");
+    let events: Vec<_> = std::iter::from_fn(|| session.next_event()).collect();
+    let held = |kind: &EventKind| matches!(kind, EventKind::Held(_) | EventKind::Safe(_));
+    assert_eq!(events.iter().filter(|e| held(&e.kind)).count(), 1);
+    assert_eq!(
+        spoiled(&mut session, &mut bench, 0.2, |state| state),
+        ["non_finite_state", "free"]
+    );
+}
+
+#[test]
+fn a_touched_board_stands_whatever_the_tracker_does() {
+    let (mut session, mut bench) = touched();
+    let q = bench.servo.q();
+    let until_s = bench.now_s() + 0.6;
+    while bench.now_s() < until_s {
+        // No frame at all.
+        while bench.next_frame().is_some() {}
+        let state = bench.state();
+        let command = session.step(bench.now_s(), &state);
+        bench.obey(command);
+        assert_eq!(session.state(), SessionState::Touched);
+    }
+    assert_eq!(bench.servo.q(), q);
+}
+
+#[test]
+fn a_hand_that_presses_too_hard_is_let_go_and_that_is_latched() {
+    let (mut session, mut bench) = touched();
+    let from_m = bench.servo.pose().position_m();
+    // 300 N against the face.
+    let push = hwall::geometry::Wrench {
+        force_n: bench.servo.pose().rotation().z_axis * -300.0,
+        moment_n_m: DVec3::ZERO,
+    };
+    let torque = session
+        .control()
+        .arm()
+        .jacobian(&bench.servo.q())
+        .torques(&push);
+    let names = spoiled(&mut session, &mut bench, 0.3, |mut state| {
+        state.external_torque = Some(torque);
+        state
+    });
+    assert_eq!(names.last(), Some(&"retreating"), "{names:?}");
+    let SafeState::Retreating { reason } = session.control().safety() else {
+        panic!("{:?}", session.control().safety())
+    };
+    assert!(matches!(reason, SafeReason::Force { limit_n, .. } if limit_n == 280.0));
+    assert!(bench.servo.pose().position_m().x < from_m.x - 0.01);
+    // Gone, but latched.
+    spoiled(&mut session, &mut bench, 0.5, |state| state);
+    assert!(session.control().is_latched());
+    session.reset();
+    spoiled(&mut session, &mut bench, 0.3, |state| state);
+    assert!(!session.control().is_latched());
+    assert_eq!(session.control().safety().name(), "normal");
+}
+
+#[test]
+fn a_stop_stands_until_it_is_reset() {
+    let (mut session, mut bench) = in_place();
+    session.stop();
+    let state = bench.state();
+    assert_eq!(session.step(bench.now_s(), &state), ArmCommand::Hold);
+    let reason = SafeReason::Requested;
+    assert_eq!(
+        session.state(),
+        SessionState::Safe(SafeState::Stopped { reason })
+    );
+    bench.obey(ArmCommand::Hold);
+    session.reset();
+    let until_s = bench.now_s() + 0.2;
+    bench.run(&mut session, until_s);
+    assert_eq!(session.state(), SessionState::InPlace);
+}
+
+#[test]
+fn waiting_for_a_first_frame_is_no_fault() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
+    for _ in 0..500 {
+        let state = bench.state();
+        let command = session.step(bench.now_s(), &state);
+        bench.obey(command);
+        assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
+        assert_eq!(session.control().safety(), SafeState::Normal);
+    }
+}
