@@ -220,7 +220,7 @@ impl PathFollower {
     pub(super) fn go_to(&mut self, position: f64) -> Result<Option<Unreachable>, HapticsError> {
         Ok(match self.solved(position)? {
             Ok(q) => {
-                self.q = q;
+                (self.q, self.reached) = (q, position);
                 None
             }
             Err(reason) => Some(reason),

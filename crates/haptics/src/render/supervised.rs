@@ -31,7 +31,7 @@ impl Withdrawal {
     /// The tool of the arm is the face of the board.
     pub(super) fn new(arm: Arc<dyn ArmKinematics>) -> Self {
         Self {
-            path: PathFollower::new(arm),
+            path: PathFollower::new(arm, hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2),
             way: None,
             qd: JointVelocities::default(),
         }
