@@ -545,17 +545,16 @@ fn feels_each_touch_once(touches: &[TouchTruth; 2], ticks: &[Tick]) -> Result<us
     let [first_s, rest @ ..] = &touched_s[..] else {
         return Err("no touch is felt".to_owned());
     };
+    // One that had withdrawn comes back to a hand in the wall, and may feel it twice.
     let felt = soon(*first_s, first)
-        // One that comes late meets the finger lightly and may lose it once.
         && rest.len() <= 2
         && rest
             .iter()
             .all(|felt_s| (second.contact_s..second.release_s).contains(felt_s));
-    let freed = released_s
-        .first()
-        .is_some_and(|freed_s| (-0.6..0.2).contains(&(freed_s - first.release_s)));
-    if felt && freed && released_s.len() < touched_s.len().max(2) {
-        return Ok(touched_s.len().min(2));
+    let freed = (1..=rest.len().max(1)).contains(&released_s.len())
+        && (-0.6..0.2).contains(&(released_s[0] - first.release_s));
+    if felt && freed {
+        return Ok(touched_s.len());
     }
     let truth = touches.map(|touch| (touch.contact_s, touch.release_s));
     Err(format!(
