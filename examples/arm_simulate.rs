@@ -26,9 +26,9 @@ struct Args {
     /// iiwa7, iiwa14, or the path of a URDF file
     #[arg(long, default_value = "iiwa7")]
     arm: String,
-    /// Joint angles at the start, rad: q1,..,q7
+    /// Joint angles at the start, rad: q1,..,q7; zero when absent
     #[arg(long, allow_hyphen_values = true)]
-    start: String,
+    start: Option<String>,
     /// Joint velocities at the start, rad/s; zero when absent
     #[arg(long, allow_hyphen_values = true)]
     start_velocity: Option<String>,
@@ -110,7 +110,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let mut motion = ChainMotion::new(
         ChainDynamics::new(&chain)?,
-        &list("start", Some(&args.start))?,
+        &list("start", args.start.as_ref())?,
         &list("start-velocity", args.start_velocity.as_ref())?,
         config,
     )?;

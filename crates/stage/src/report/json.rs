@@ -43,6 +43,8 @@ struct TouchEntry<'a> {
     foreseen_s: Option<f64>,
     /// How often it turned back on its way since the touch before.
     reversals: usize,
+    /// Whose touch it was, from 0: every person has a run, and a clock, of their own.
+    person: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -68,8 +70,8 @@ struct SummaryEntry {
     misses: BTreeMap<&'static str, usize>,
 }
 
-impl<'a> From<&'a JudgedTouch> for TouchEntry<'a> {
-    fn from(judged: &'a JudgedTouch) -> Self {
+impl<'a> TouchEntry<'a> {
+    fn new(person: usize, judged: &'a JudgedTouch) -> Self {
         let JudgedTouch {
             outcome, regret, ..
         } = judged;
@@ -87,6 +89,7 @@ impl<'a> From<&'a JudgedTouch> for TouchEntry<'a> {
             reason: regret.miss.map(Miss::name),
             foreseen_s: regret.foreseen_s,
             reversals: regret.detours.reversals,
+            person,
         }
     }
 }
@@ -118,9 +121,12 @@ impl From<&Summary> for SummaryEntry {
 /// # Errors
 /// None that is known of; the serializer's, if it has one.
 pub fn text(runs: &[PersonRun]) -> anyhow::Result<String> {
-    let touches = runs.iter().flat_map(|run| &run.touches);
+    let touches = runs.iter().enumerate().flat_map(|(person, run)| {
+        let touches = run.touches.iter();
+        touches.map(move |touch| TouchEntry::new(person, touch))
+    });
     let file = File {
-        touches: touches.map(TouchEntry::from).collect(),
+        touches: touches.collect(),
         summary: SummaryEntry::from(&Summary::new(runs)),
     };
     Ok(serde_json::to_string_pretty(&file)? + "\n")

@@ -46,6 +46,7 @@ pub fn base_by_arrival(
     touches: &LikelyTouches,
     kind: PersonKind,
 ) -> anyhow::Result<FloorPose> {
+    eprintln!("looking for a place for the base, then rehearsing: a minute or two");
     let mut places = places_by_arrival(scene, arm, board, touches)?;
     places.insert(0, FloorPose::ORIGIN);
     // One after the other on each half: a rehearsal takes seconds.
