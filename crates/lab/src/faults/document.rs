@@ -225,5 +225,6 @@ const EXPLAINED: &str = "\
   found since the reset.
 - **Commands refused**: the loop stops the session, as `drive` does. **A hold is not obeyed**: a stop is asked for, and joint 1
   goes on turning; nothing but a brake of the arm's own can end that.
-- **A hand at 2 m/s** brings its own energy: a board that stands cannot take less. The arm is rigid at servo level.
+- **A hand at 2 m/s** brings its own energy: a board that stands cannot take less. The arm is rigid at servo level. The board moves
+  a little because the predicted place follows the hand.
 ";
