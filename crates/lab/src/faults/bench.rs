@@ -357,9 +357,9 @@ impl Bench {
                 self.session.stop();
                 self.arm.command(ArmCommand::Hold)?;
             }
-            Some((Fault::NotObeyed, _)) if command == ArmCommand::Hold => {
-                let mut q: JointPositions = self.arm.q();
-                q[0] += 0.3 * 0.1;
+            Some((Fault::NotObeyed, since_s)) if command == ArmCommand::Hold => {
+                let mut q: JointPositions = self.last_state.map_or(self.arm.q(), |state| state.q);
+                q[0] += 0.3 * since_s;
                 self.arm.command(ArmCommand::Position(q))?;
             }
             _ => self.arm.command(command)?,
