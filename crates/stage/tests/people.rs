@@ -95,6 +95,7 @@ fn check_json(value: &Value, summary: &Summary) {
         "reason",
         "foreseen_s",
         "reversals",
+        "person",
     ];
     keys.sort_unstable();
     let count = |what: &dyn Fn(&Value) -> bool| touches.iter().filter(|t| what(t)).count();
