@@ -35,8 +35,7 @@ impl StrainConfig {
     }
 
     /// The price of a configuration, s.
-    #[must_use]
-    pub fn price_of_s(&self, arm: &SrsArm, q: &JointPositions) -> f64 {
+    pub(crate) fn price_of_s(&self, arm: &SrsArm, q: &JointPositions) -> f64 {
         let part = |room: f64| {
             let lacking = (1.0 - room / self.room_rad).max(0.0);
             lacking * lacking

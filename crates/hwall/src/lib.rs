@@ -3,7 +3,6 @@
 mod error;
 mod fingertip;
 mod objects;
-mod rehearsal;
 pub mod session;
 #[cfg(feature = "texture")]
 pub mod texture;

@@ -1,7 +1,6 @@
 //! The walls of a scene, as maps of where the arm can present its board.
 
 use crate::error::SessionError;
-use crate::rehearsal::{self, Rehearsal};
 #[cfg(feature = "texture")]
 use crate::texture::TextureLevels;
 use glam::DVec3;
@@ -92,8 +91,6 @@ pub struct Walls {
     pub atlas: Option<Arc<Atlas>>,
     /// Where the arm waits while nothing is about to be touched, rad; `None`: where it is.
     pub waiting: Option<JointPositions>,
-    /// Tries out the ways to a place.
-    rehearsal: Option<Box<Rehearsal>>,
 }
 
 impl Walls {
@@ -117,7 +114,7 @@ impl Walls {
         let targets = targets_of(scene, board, &maps, config)?;
         let surfaces = Surfaces::from_maps(&maps, config.waiting.clearance.margin_m)?;
         let found = waiting_posture(arm, &targets, &surfaces, extent, &limits, &config.waiting);
-        let straight = match found {
+        let waiting = match found {
             Ok(posture) => posture.q,
             Err(
                 ArrivalError::NoWalls
@@ -126,40 +123,18 @@ impl Walls {
             ) => return Ok(maps.into()),
             Err(error) => return Err(error.into()),
         };
-        // What bent ways cost is not in the times of straight ones.
-        let mut rehearsal = Rehearsal::new(arm, board, &barriers_of(scene)?, &config.motion)?;
-        let waiting =
-            rehearsal::better_posture(&mut rehearsal, straight, &targets, &config.waiting)?;
         let atlas = Atlas::build(arm, &maps, extent, &limits, &waiting, &config.atlas)?;
         Ok(Self {
             maps,
             atlas: Some(Arc::new(atlas)),
             waiting: Some(waiting),
-            rehearsal: Some(Box::new(rehearsal)),
         })
     }
 
     /// A configuration from which the arm presents a place well; `None` where none is known.
-    pub(crate) fn near(
-        &mut self,
-        point_m: DVec3,
-        normal: DVec3,
-        roll_rad: Option<f64>,
-    ) -> Option<JointPositions> {
-        if let (Some(rehearsal), Some(waiting)) = (&mut self.rehearsal, &self.waiting)
-            && let Some(q) = rehearsal.quickest(waiting, point_m, normal, roll_rad)
-        {
-            return Some(q);
-        }
+    pub(crate) fn near(&self, point_m: DVec3, normal: DVec3) -> Option<JointPositions> {
         let entry = self.atlas.as_ref()?.look_up(point_m, normal)?;
         Some(entry.q)
-    }
-
-    /// The touch is over: the next place has nothing to do with the last one.
-    pub(crate) fn forget_last(&mut self) {
-        if let Some(rehearsal) = &mut self.rehearsal {
-            rehearsal.forget();
-        }
     }
 
     pub(crate) fn validate(&self, arm: &dyn ArmKinematics) -> Result<(), SessionError> {

@@ -59,15 +59,6 @@ impl Default for WaitingConfig {
 }
 
 impl WaitingConfig {
-    /// How likely an arrival at this time is to be late, as a time, s: `4 τ / (1 + exp((budget - t) / τ))`, the slope of which
-    /// is 1 at the budget. What is hopeless then counts no more than what is just too late, where a mean of lateness would
-    /// serve the hopeless.
-    #[must_use]
-    pub fn soft_lateness_s(&self, time_s: f64) -> f64 {
-        let softness_s = self.softness_s;
-        4.0 * softness_s / (1.0 + ((self.budget_s - time_s) / softness_s).exp())
-    }
-
     /// Rejects settings out of range.
     ///
     /// # Errors

@@ -264,7 +264,7 @@ impl<'a> Problem<'a> {
                 self.config.blocked_price_s
             };
             let time_s = arrival.time_s + price_s;
-            sum_s += place.weight * (self.config.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
+            sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
             weight += place.weight;
         }
         sum_s / weight + lack_s
@@ -277,7 +277,7 @@ impl<'a> Problem<'a> {
             let time_s = self
                 .fastest(place, q, &[])
                 .map_or(f64::INFINITY, |(_, time_s)| time_s);
-            sum_s += place.weight * (self.config.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
+            sum_s += place.weight * (self.soft_lateness_s(time_s) + SHARE_OF_MEAN * time_s);
             weight += place.weight;
         }
         sum_s / weight
@@ -294,6 +294,13 @@ impl<'a> Problem<'a> {
             + standing.links_m.max(0.0)
             + (self.passage.clearance.own_body_m - standing.own_body_m).max(0.0);
         LACK_S_PER_M * lack_m + self.config.strain.price_of_s(arm, q)
+    }
+
+    /// How likely it is to be late, as a time: `4 τ / (1 + exp((budget - t) / τ))`, the slope of which is 1 at the budget. What is
+    /// hopeless then counts no more than what is just too late, where a mean of lateness would serve the hopeless.
+    fn soft_lateness_s(&self, time_s: f64) -> f64 {
+        let softness_s = self.config.softness_s;
+        4.0 * softness_s / (1.0 + ((self.config.budget_s - time_s) / softness_s).exp())
     }
 
     /// Share of all targets, by weight, that are reached within the budget by a clear way; an arrival at the budget

@@ -1,7 +1,7 @@
 //! From where the board shall be to joint commands within the arm's limits.
 
 use super::barrier::Barrier;
-use super::goals::{Goal, Goals};
+use super::goals::Goals;
 use super::profile::{JointBounds, JointMotion};
 use super::route::{ApproachConfig, Destination, Route};
 use super::slide::{Slide, Sliding};
@@ -9,7 +9,7 @@ use super::solver::{Solver, Stop};
 use crate::board::{Board, BoardTarget, QUARTER_TURNS_RAD};
 use crate::error::HapticsError;
 use glam::DVec3;
-use hwall_geometry::{Pose, direction};
+use hwall_geometry::Pose;
 use hwall_kinematics::{ArmKinematics, JointPositions, JointVelocities, Twist, Unreachable};
 use hwall_motion::{JointState, MotionConfig, MotionLimits, ReferenceMotion};
 use hwall_numeric::check::{all_finite, non_negative, that};
@@ -243,41 +243,6 @@ impl Follower {
         self.destination = Some(Destination::Posture(*q));
         self.is_to_plan = true;
         Ok(())
-    }
-
-    /// The time from rest at a posture to a configuration that presents a point of a surface with a roll, behind the barriers
-    /// and without leaving another place, s; `None` if no way is found. What the follower was doing is forgotten.
-    ///
-    /// # Errors
-    /// NaN, infinity or a normal without a direction.
-    pub fn rehearse(
-        &mut self,
-        from: &JointPositions,
-        to: &JointPositions,
-        point_m: DVec3,
-        normal: DVec3,
-        roll_rad: f64,
-    ) -> Result<Option<f64>, HapticsError> {
-        all_finite("to", &to.0)?;
-        all_finite("point_m", &point_m.to_array())?;
-        self.restart(from, &JointVelocities::default())?;
-        let goal = Goal {
-            q: *to,
-            point_m,
-            normal: direction("normal", normal)?,
-            roll_rad,
-            behind_m: 0.0,
-        };
-        let destination = Destination::Goal(goal);
-        let solver = &mut self.goals.solver;
-        let planned = self
-            .route
-            .head_for(&destination, true, &mut self.reference, solver);
-        self.destination = Some(destination);
-        let is_open = planned.is_ok() && !self.route.is_blocked();
-        let left_s = self.left_s().filter(|_| is_open);
-        self.destination = None;
-        Ok(left_s)
     }
 
     /// The goal configuration, rad, if a reachable target or a posture was ever set.

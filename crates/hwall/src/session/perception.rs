@@ -292,7 +292,6 @@ impl<P: Predictor> Perception<P> {
         match (intent, foreseen) {
             (Some(Intent::Wait), _) if self.walls.waiting.is_some() => {
                 guidance.waits_s = Some(stamp_s);
-                self.walls.forget_last();
             }
             (Some(Intent::Lean), foreseen) if self.walls.waiting.is_some() => {
                 guidance.waits_s = Some(stamp_s);
@@ -301,8 +300,7 @@ impl<P: Predictor> Perception<P> {
                         Presented::Nearest(point_m) => point_m,
                         _ => contact.point_m,
                     };
-                    let roll_rad = self.roll_rad(&contact);
-                    self.walls.near(point_m, contact.normal, roll_rad)
+                    self.walls.near(point_m, contact.normal)
                 });
             }
             (Some(intent), Some(foreseen)) => self.aim(&mut guidance, foreseen, intent),
@@ -339,7 +337,7 @@ impl<P: Predictor> Perception<P> {
                 _ => 0.0,
             },
             slack_m,
-            near: self.walls.near(point_m, contact.normal, roll_rad),
+            near: self.walls.near(point_m, contact.normal),
         };
         guidance.target = Some(target);
         guidance.surface = Some(contact.surface);

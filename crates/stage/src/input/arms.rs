@@ -134,9 +134,10 @@ impl BoardArm {
         texture: bool,
     ) -> anyhow::Result<Walls> {
         let Some(arm) = &self.closed_form else {
-            let mut walls = Walls::default();
-            walls.waiting = Some(self.start);
-            return Ok(walls);
+            return Ok(Walls {
+                waiting: Some(self.start),
+                ..Walls::default()
+            });
         };
         let config = WallsConfig {
             touches,
