@@ -6,7 +6,7 @@ use common::{Bench, GazeSession, Hand, iiwa};
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
 use hwall::glam::DVec3;
 use hwall::hand::HandFilterConfig;
-use hwall::haptics::{Board, PlaceTolerance};
+use hwall::haptics::{ArmCommand, Board, PlaceTolerance};
 use hwall::scene::{Scene, SurfaceId};
 use hwall::{MovingSurface, Session, SessionConfig, SessionState, maps_of};
 
@@ -110,4 +110,37 @@ fn a_door_that_was_open_is_pushed_further_from_there() {
     let mut bench = Bench::new(hand);
     bench.run(&mut session, hand.leave_s);
     assert!(moving(&session).position >= opening - 1e-12);
+}
+
+#[test]
+fn after_a_fault_the_door_goes_on_from_where_the_arm_is() {
+    let hand = Hand::reaching_in(1.5, TARGET_M);
+    let (mut session, mut bench) = (session(door(30.0), true), Bench::new(hand));
+    while !moving(&session).touched || moving(&session).velocity < 0.02 {
+        bench.cycle(&mut session);
+    }
+    // States that are nothing, while the door swings.
+    for _ in 0..300 {
+        let mut state = bench.state();
+        state.q[0] = f64::NAN;
+        while let Some(frame) = bench.next_frame() {
+            session.frame(&frame);
+        }
+        let command = session.step(bench.now_s(), &state);
+        assert_eq!(command, ArmCommand::Hold);
+        bench.obey(command);
+    }
+    assert!(!moving(&session).touched);
+    // No command leaps.
+    let mut last = bench.servo.q();
+    for _ in 0..400 {
+        let command = bench.cycle(&mut session);
+        if let ArmCommand::Position(q) = command {
+            let leap_rad = q.max_abs_difference(&last);
+            assert!(leap_rad < 0.01, "{leap_rad} rad at {}", bench.now_s());
+            last = q;
+        } else {
+            last = bench.servo.q();
+        }
+    }
 }

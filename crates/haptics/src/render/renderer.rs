@@ -560,6 +560,9 @@ impl Renderer {
         if self.detector.state() == ContactState::NonContact {
             self.felt_n = 0.0;
         }
+        // What was under way on an object's path, or back from a surface, is over: it begins anew from where the arm then is.
+        self.end_withdrawal();
+        self.stop_objects(dt_s);
         if self.detached == Detached::No {
             self.detached = Detached::Held;
         }
