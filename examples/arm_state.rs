@@ -3,6 +3,7 @@
 //! `echo "q1,q2,q3,q4,q5,q6,q7
 //! 0,0.5,0,-1.2,0,0.8,0" | cargo run --release --example arm_state -- --dynamics`
 
+use anyhow::Context;
 use clap::Parser;
 use hwall_kinematics::ChainDynamics;
 use hwall_stage::arms;
@@ -69,8 +70,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
 
     let mut scratch = chain.scratch();
     while let Some(row) = input.next_row()? {
+        let place = || input.place(&row);
         let q = input.values(&row, &q_places)?;
-        let pose = chain.forward_jacobian_into(&q, &mut scratch)?;
+        let pose = chain
+            .forward_jacobian_into(&q, &mut scratch)
+            .with_context(place)?;
         let columns = scratch.jacobian_columns();
         let mut values = pose.position_m().to_array().to_vec();
         values.extend(pose.rotation().transpose().to_cols_array());
@@ -80,9 +84,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
                 Some(places) => input.values(&row, places),
                 None => Ok(vec![0.0; n]),
             };
-            values.extend(dynamics.gravity_torque(&q)?);
-            values.extend(dynamics.mass_matrix(&q)?);
-            values.extend(dynamics.inverse(&q, &rates(&qd_places)?, &rates(&qdd_places)?)?);
+            let (qd, qdd) = (rates(&qd_places)?, rates(&qdd_places)?);
+            values.extend(dynamics.gravity_torque(&q).with_context(place)?);
+            values.extend(dynamics.mass_matrix(&q).with_context(place)?);
+            values.extend(dynamics.inverse(&q, &qd, &qdd).with_context(place)?);
         }
         output.write_record(to_cells(values))?;
     }

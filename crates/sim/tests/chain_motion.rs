@@ -351,6 +351,47 @@ fn samples_and_torques_meet_their_times() {
 }
 
 #[test]
+fn a_motion_that_diverges_says_when_and_where() {
+    for integrator in BOTH {
+        for (torque, most_s) in [(1e7, 1.0), (1e300, 1e-3)] {
+            let config = ChainMotionConfig {
+                integrator,
+                ..Default::default()
+            };
+            let mut motion = ChainMotion::new(iiwa7(), &START, &[0.0; 7], config).unwrap();
+            let mut torques = HeldTorques::new(7);
+            let mut row = [0.0; 7];
+            row[2] = torque;
+            torques.push(0.0, &row).unwrap();
+            let sampling = MotionSampling {
+                duration_s: 1.0,
+                every_s: 0.01,
+                max_step_s: 1e-4,
+            };
+            let visit = |sample: hwall_sim::MotionSample<'_>| {
+                let numbers = sample.q.iter().chain(sample.qd);
+                let all_finite = numbers.chain([&sample.energy_j]).all(|v| v.is_finite());
+                assert!(all_finite, "{sample:?}");
+                Ok(())
+            };
+            match sample_motion(&mut motion, &torques, &QUIET, &sampling, visit) {
+                Err(SimError::Diverged {
+                    t_s,
+                    joint,
+                    velocity,
+                    step_s,
+                }) => {
+                    assert!(0.0 < t_s && t_s < most_s, "{t_s} s");
+                    assert!(joint < 7 && velocity.abs() > 6e4, "{joint} {velocity}");
+                    assert_close!(step_s, 1e-4, Tol::rel(1e-9));
+                }
+                other => panic!("{torque} N m, {integrator:?}: {other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
 fn bad_input_is_named() {
     let make = |q: &[f64], qd: &[f64], config| ChainMotion::new(iiwa7(), q, qd, config).map(|_| ());
     let plain = ChainMotionConfig::default;

@@ -1,6 +1,6 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers on each line.
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow, bail, ensure};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::fs::File;
@@ -310,6 +310,23 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
 /// Numbers in the shortest form that reads back to the same bits.
 pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = String> {
     values.into_iter().map(|v| v.to_string())
+}
+
+/// So many finite numbers, separated by commas.
+///
+/// # Errors
+/// Another count, or a cell that is not a finite number.
+pub fn list(text: &str, count: usize) -> anyhow::Result<Vec<f64>> {
+    let values = text
+        .split(',')
+        .map(|cell| {
+            let value: Option<f64> = cell.trim().parse().ok().filter(|v: &f64| v.is_finite());
+            value.with_context(|| format!("{cell:?} is not a finite number"))
+        })
+        .collect::<anyhow::Result<Vec<f64>>>()?;
+    let got = values.len();
+    ensure!(got == count, "{got} numbers, expected {count}");
+    Ok(values)
 }
 
 /// `1 reach`, `2 reaches`.
