@@ -8,8 +8,7 @@ use clap::Parser;
 use hwall_kinematics::ChainDynamics;
 use hwall_stage::arms;
 use hwall_stage::exit;
-use hwall_stage::numbers::{NumberReader, matrix_names, numbered, to_cells, writer};
-use std::path::PathBuf;
+use hwall_stage::numbers::{TableFiles, matrix_names, numbered, to_cells};
 use std::process::ExitCode;
 
 /// Flange pose, Jacobian and dynamics for each row of joint angles.
@@ -27,12 +26,8 @@ struct Args {
     /// Add gravity torque, mass matrix and inverse dynamics
     #[arg(long)]
     dynamics: bool,
-    /// Read this CSV file instead of standard input
-    #[arg(long = "in")]
-    input: Option<PathBuf>,
-    /// Write this CSV file instead of standard output
-    #[arg(long = "out")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    files: TableFiles,
 }
 
 fn main() -> ExitCode {
@@ -46,7 +41,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         .dynamics
         .then(|| ChainDynamics::new(&chain))
         .transpose()?;
-    let mut input = NumberReader::open(args.input.as_deref())?;
+    let mut input = args.files.reader()?;
     let q_places = input.columns(&numbered("q", n))?;
     let optional = |prefix: &str| {
         let names = numbered(prefix, n);
@@ -57,7 +52,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let (qd_places, qdd_places) = (optional("qd")?, optional("qdd")?);
 
-    let mut output = writer(args.output.as_deref())?;
+    let mut output = args.files.writer()?;
     let mut header: Vec<String> = ["px", "py", "pz"].map(String::from).to_vec();
     header.extend(matrix_names("r", 3, 3));
     header.extend(matrix_names("j", 6, n));

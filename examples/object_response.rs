@@ -8,7 +8,7 @@
 use anyhow::Context;
 use clap::Parser;
 use hwall_stage::exit;
-use hwall_stage::numbers::writer;
+use hwall_stage::numbers::TableFiles;
 use hwall_stage::response::object_motion::{ForceRows, ObjectKind, ObjectOptions, PushedObject};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -69,12 +69,8 @@ struct Args {
     /// The surface of the scene
     #[arg(long, requires = "scene")]
     surface: Option<String>,
-    /// Read this CSV file instead of standard input
-    #[arg(long = "in")]
-    input: Option<PathBuf>,
-    /// Write this CSV file instead of standard output
-    #[arg(long = "out")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    files: TableFiles,
 }
 
 fn main() -> ExitCode {
@@ -93,8 +89,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         Some(radius_m) => object.with_radius(radius_m)?,
         None => object,
     };
-    let mut input = ForceRows::open(args.input.as_deref())?;
-    object.write(&mut input, &mut writer(args.output.as_deref())?)
+    let mut input = ForceRows::open(args.files.input.as_deref())?;
+    object.write(&mut input, &mut args.files.writer()?)
 }
 
 fn options(args: &Args) -> ObjectOptions<'_> {

@@ -5,8 +5,37 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
+
+/// The flags of a command that makes a table of a table.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct TableFiles {
+    /// Read this CSV file instead of standard input
+    #[arg(long = "in")]
+    pub input: Option<PathBuf>,
+    /// Write this CSV file instead of standard output
+    #[arg(long = "out")]
+    pub output: Option<PathBuf>,
+}
+
+impl TableFiles {
+    /// The table that is read.
+    ///
+    /// # Errors
+    /// As for [`NumberReader::open`].
+    pub fn reader(&self) -> anyhow::Result<NumberReader> {
+        NumberReader::open(self.input.as_deref())
+    }
+
+    /// The table that is written.
+    ///
+    /// # Errors
+    /// As for [`writer`].
+    pub fn writer(&self) -> anyhow::Result<csv::Writer<Box<dyn Write>>> {
+        writer(self.output.as_deref())
+    }
+}
 
 /// Reads rows by column name; errors name line and column.
 pub struct NumberReader {
