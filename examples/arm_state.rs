@@ -3,12 +3,12 @@
 //! `echo "q1,q2,q3,q4,q5,q6,q7
 //! 0,0.5,0,-1.2,0,0.8,0" | cargo run --release --example arm_state -- --dynamics`
 
+use anyhow::Context;
 use clap::Parser;
 use hwall_kinematics::ChainDynamics;
 use hwall_stage::arms;
 use hwall_stage::exit;
-use hwall_stage::numbers::{NumberReader, matrix_names, numbered, to_cells, writer};
-use std::path::PathBuf;
+use hwall_stage::numbers::{TableFiles, matrix_names, numbered, to_cells};
 use std::process::ExitCode;
 
 /// Flange pose, Jacobian and dynamics for each row of joint angles.
@@ -26,12 +26,8 @@ struct Args {
     /// Add gravity torque, mass matrix and inverse dynamics
     #[arg(long)]
     dynamics: bool,
-    /// Read this CSV file instead of standard input
-    #[arg(long = "in")]
-    input: Option<PathBuf>,
-    /// Write this CSV file instead of standard output
-    #[arg(long = "out")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    files: TableFiles,
 }
 
 fn main() -> ExitCode {
@@ -45,7 +41,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         .dynamics
         .then(|| ChainDynamics::new(&chain))
         .transpose()?;
-    let mut input = NumberReader::open(args.input.as_deref())?;
+    let mut input = args.files.reader()?;
     let q_places = input.columns(&numbered("q", n))?;
     let optional = |prefix: &str| {
         let names = numbered(prefix, n);
@@ -56,7 +52,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     };
     let (qd_places, qdd_places) = (optional("qd")?, optional("qdd")?);
 
-    let mut output = writer(args.output.as_deref())?;
+    let mut output = args.files.writer()?;
     let mut header: Vec<String> = ["px", "py", "pz"].map(String::from).to_vec();
     header.extend(matrix_names("r", 3, 3));
     header.extend(matrix_names("j", 6, n));
@@ -69,8 +65,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
 
     let mut scratch = chain.scratch();
     while let Some(row) = input.next_row()? {
+        let place = || input.place(&row);
         let q = input.values(&row, &q_places)?;
-        let pose = chain.forward_jacobian_into(&q, &mut scratch)?;
+        let pose = chain
+            .forward_jacobian_into(&q, &mut scratch)
+            .with_context(place)?;
         let columns = scratch.jacobian_columns();
         let mut values = pose.position_m().to_array().to_vec();
         values.extend(pose.rotation().transpose().to_cols_array());
@@ -80,9 +79,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
                 Some(places) => input.values(&row, places),
                 None => Ok(vec![0.0; n]),
             };
-            values.extend(dynamics.gravity_torque(&q)?);
-            values.extend(dynamics.mass_matrix(&q)?);
-            values.extend(dynamics.inverse(&q, &rates(&qd_places)?, &rates(&qdd_places)?)?);
+            let (qd, qdd) = (rates(&qd_places)?, rates(&qdd_places)?);
+            values.extend(dynamics.gravity_torque(&q).with_context(place)?);
+            values.extend(dynamics.mass_matrix(&q).with_context(place)?);
+            values.extend(dynamics.inverse(&q, &qd, &qdd).with_context(place)?);
         }
         output.write_record(to_cells(values))?;
     }

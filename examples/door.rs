@@ -3,18 +3,16 @@
 //! `cargo run --release --example door -- --push 20`, or with `--identify` the whole study
 
 use anyhow::{Context, bail, ensure};
-use clap::{Parser, ValueEnum};
-use hwall_haptics::ObjectRenderingConfig;
+use clap::Parser;
 use hwall_lab::documents::Destination;
-use hwall_lab::feel::push::{Hand, Profile, Push, Trace, run as push};
-use hwall_lab::feel::rig::{ArmLevel, Render, Rig, Way};
+use hwall_lab::feel::document;
+use hwall_lab::feel::rig::{Render, Rig, Way};
+use hwall_lab::feel::single::{HandKind, SinglePush, report};
 use hwall_lab::feel::study::{self, Request};
 use hwall_lab::feel::subject::of_scene;
-use hwall_lab::feel::{document, figures};
-use hwall_sim::HandBodyConfig;
 use hwall_stage::exit;
+use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
-use hwall_testkit::{MarkdownTable, Timing};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -55,12 +53,6 @@ struct Args {
     identify: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum HandKind {
-    Profile,
-    Body,
-}
-
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
@@ -79,11 +71,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         "--seconds is {}, it must be above 0 and at most 600",
         args.seconds
     );
-    let ways: Vec<Way> = Way::ALL
-        .into_iter()
-        .filter(|way| args.arm_level.is_none_or(|level| way.level == level))
-        .filter(|way| args.render.is_none_or(|render| way.render == render))
-        .collect();
+    let ways = Way::matching(args.arm_level, args.render);
     if ways.is_empty() {
         bail!("--render impedance needs torques: --arm-level torque");
     }
@@ -91,95 +79,19 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let (scene, remarks) = load_scene(args.scene.as_deref())?;
     let subject = of_scene(&rig, &scene, args.surface.as_deref())?;
     let documents = args.destination.open("out/door")?;
-    let until_s = args.seconds / 3.0;
-    let mut lines = Vec::new();
-    for way in ways {
-        let hand = match args.hand {
-            HandKind::Profile => Hand::Profile(Profile {
-                mean_n: args.push,
-                sines: Vec::new(),
-                until_s,
-            }),
-            HandKind::Body => Hand::Body {
-                config: HandBodyConfig::default(),
-                depth_m: args.push / HandBodyConfig::default().arm_stiffness_n_per_m + 0.1,
-                rise_s: 0.5 * until_s,
-                until_s,
-            },
-        };
-        let made = Push {
-            way,
-            hand,
-            seconds: args.seconds,
-            seed: args.seed,
-            config: ObjectRenderingConfig::default(),
-        };
-        lines.push((way.name(), push(&rig, &subject, &made)?));
-    }
-    let path = documents.folder().join("door.svg");
-    figures::push(&path, &subject, &lines)?;
+    let push = SinglePush {
+        hand: args.hand,
+        force_n: args.push,
+        seconds: args.seconds,
+        seed: args.seed,
+    };
+    let lines = push.run(&rig, &subject, &ways)?;
+    let text = report(&documents.folder().join("door.svg"), &subject, &lines)?;
     let mut out = io::stdout();
     for remark in remarks {
         writeln!(out, "{remark}")?;
     }
-    let place_m = subject.face.position_m();
-    writeln!(
-        out,
-        "{}, pushed at ({:.2}, {:.2}, {:.2}) m; positions in mrad or mm\n\n{}\nwrote {}",
-        subject.name,
-        place_m.x,
-        place_m.y,
-        place_m.z,
-        table(&lines),
-        path.display()
-    )
-    .context("standard output")
-}
-
-fn table(lines: &[(String, Trace)]) -> MarkdownTable {
-    let mut table = MarkdownTable::new([
-        "arm, way",
-        "peak force, N",
-        "opened",
-        "ideal",
-        "largest difference",
-        "rms",
-        "given, J",
-        "returned, J",
-        "largest joint torque, N m",
-        "inertia as rendered",
-        "held back, steps",
-        "step p50, us",
-        "p99, us",
-    ]);
-    for (name, trace) in lines {
-        let most = |f: &dyn Fn(usize) -> f64| (0..trace.samples.len()).map(f).fold(0.0, f64::max);
-        let s = &trace.samples;
-        let off = |i: usize| 1e3 * (s[i].position - s[i].ideal).abs();
-        let squares: f64 = (0..s.len()).map(|i| off(i).powi(2)).sum();
-        let gained = |sign: f64| -> f64 {
-            s.windows(2)
-                .map(|p| (sign * (p[1].given_j - p[0].given_j)).max(0.0))
-                .sum()
-        };
-        let timing = Timing::from_samples_ns(trace.step_ns.clone());
-        table.row([
-            name.clone(),
-            format!("{:.1}", most(&|i| s[i].force_n)),
-            format!("{:.1}", 1e3 * most(&|i| s[i].position.abs())),
-            format!("{:.1}", 1e3 * most(&|i| s[i].ideal.abs())),
-            format!("{:.2}", most(&off)),
-            format!("{:.2}", (squares / s.len() as f64).sqrt()),
-            format!("{:.3}", gained(1.0)),
-            format!("{:.3}", gained(-1.0)),
-            format!("{:.1}", most(&|i| s[i].torque_n_m)),
-            format!("{:.2}", trace.inertia),
-            trace.unreachable.0.to_string(),
-            format!("{:.1}", 1e-3 * timing.median_ns),
-            format!("{:.1}", 1e-3 * timing.p99_ns),
-        ]);
-    }
-    table
+    writeln!(out, "{text}").context("standard output")
 }
 
 fn identify(args: &Args) -> anyhow::Result<()> {

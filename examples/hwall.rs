@@ -2,7 +2,6 @@
 //!
 //! `cargo run --release --example hwall`
 
-use anyhow::Context;
 use clap::{Parser, ValueEnum};
 use hwall_haptics::Board;
 use hwall_stage::exit;
@@ -10,13 +9,13 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::report::{json, plan_figure, run_figures, tables};
+use hwall_stage::report::outputs::{self, Outputs};
 use hwall_stage::run::people::{self, Stage};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::{Setting, SettingOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -111,12 +110,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
         (0.1..=20.0).contains(&args.period_ms),
         "--period-ms must lie in 0.1..=20"
     );
-    // Said before minutes of work, not after them.
-    let folder = args.json.as_deref().and_then(Path::parent);
-    anyhow::ensure!(
-        folder.is_none_or(|f| f.as_os_str().is_empty() || f.is_dir()),
-        "--json: no folder for that file"
-    );
+    let outputs = Outputs {
+        folder: &args.out,
+        json: args.json.as_deref(),
+    };
+    outputs.check()?;
     let board = Board::default();
     let arm = BoardArm::named(&args.arm, &board)?;
     let setting = Setting::new(
@@ -160,29 +158,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
-    let first = runs.first().context("nobody touches anything")?;
-    let table = format!(
-        "{}\n{}\n{}{}",
-        tables::table(&runs, &walls.maps, mapping),
-        tables::regrets(&runs),
-        tables::who_was_right(&runs),
-        tables::textures(&first.run) + &tables::pushes(&first.run)
-    );
+    let table = outputs::text(&runs, &walls.maps, mapping)?;
     writeln!(io::stdout(), "{table}")?;
-
-    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    let (trace, span_s) = (&first.run.trace, setting.participants[0].hand.span_s());
-    plan_figure::plan(&args.out.join("plan.svg"), scene, &walls.maps, trace)?;
-    run_figures::over_time(&args.out.join("time.svg"), trace, &first.run.forces, span_s)?;
-    tables::touches_csv(&args.out.join("touches.csv"), &runs)?;
-    if let Some(path) = &args.json {
-        json::write(path, &runs)?;
-    }
-    std::fs::write(args.out.join("table.md"), table)?;
-    writeln!(
-        io::stdout(),
-        "wrote plan.svg, time.svg, table.md and touches.csv to {}",
-        args.out.display()
-    )?;
+    let span_s = setting.participants[0].hand.span_s();
+    let written = outputs.write(&table, &runs, scene, &walls.maps, span_s)?;
+    writeln!(io::stdout(), "{written}")?;
     Ok(())
 }

@@ -5,13 +5,11 @@
 //! 0.5,0
 //! 2,0" | cargo run --release --example object_response -- --object door --inertia 4.3 --friction 0.5 --radius 0.7`
 
-use anyhow::{Context, bail, ensure};
-use clap::{Parser, ValueEnum};
-use hwall::object_of;
-use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
-use hwall_scene::Scene;
+use anyhow::Context;
+use clap::Parser;
 use hwall_stage::exit;
-use hwall_stage::numbers::{NumberReader, writer};
+use hwall_stage::numbers::TableFiles;
+use hwall_stage::response::object_motion::{ForceRows, ObjectKind, ObjectOptions, PushedObject};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -24,7 +22,7 @@ use std::process::ExitCode;
 struct Args {
     /// What moves; or --scene and --surface
     #[arg(long, value_enum, required_unless_present = "scene")]
-    object: Option<Kind>,
+    object: Option<ObjectKind>,
     /// Of a door about its hinge, kg m²
     #[arg(long, allow_hyphen_values = true)]
     inertia: Option<f64>,
@@ -71,20 +69,8 @@ struct Args {
     /// The surface of the scene
     #[arg(long, requires = "scene")]
     surface: Option<String>,
-    /// Read this CSV file instead of standard input
-    #[arg(long = "in")]
-    input: Option<PathBuf>,
-    /// Write this CSV file instead of standard output
-    #[arg(long = "out")]
-    output: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Kind {
-    Door,
-    Panel,
-    Drawer,
-    Button,
+    #[command(flatten)]
+    files: TableFiles,
 }
 
 fn main() -> ExitCode {
@@ -92,129 +78,36 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
-    let (config, turns) = match args.object {
-        Some(kind) => (configured(args, kind)?, kind == Kind::Door),
-        None => from_scene(args)?,
+    let object = match args.object {
+        Some(kind) => PushedObject::from_options(kind, &options(args))?,
+        None => PushedObject::from_scene(
+            args.scene.as_deref().context("--object or --scene")?,
+            args.surface.as_deref().context("--surface")?,
+        )?,
     };
-    let [low, high] = config.range;
-    let mut object = MovingObject::new(config)?;
-    ensure!(
-        low <= 0.0 && 0.0 <= high,
-        "the range must hold zero, where the object starts"
-    );
-    let radius_m = match args.radius {
-        Some(_) if !turns => bail!("--radius is for doors"),
-        Some(r) if !(r.is_finite() && r > 0.0) => bail!("--radius is {r}, it must be positive"),
-        Some(radius_m) => radius_m,
-        None => 1.0,
+    let object = match args.radius {
+        Some(radius_m) => object.with_radius(radius_m)?,
+        None => object,
     };
-
-    let names = ["t", "force_n"];
-    let mut input = NumberReader::open_or(args.input.as_deref(), &names)?;
-    let places = input.columns(&names.map(String::from))?;
-    let mut output = writer(args.output.as_deref())?;
-    output.write_record(["t", "position", "velocity"])?;
-    // Time and force of the row before.
-    let mut held = None;
-    while let Some(row) = input.next_row()? {
-        let place = input.place(&row);
-        let [t_s, force_n] = input.values(&row, &places)?[..] else {
-            bail!("{place}: not two numbers");
-        };
-        if let Some((since_s, force)) = held {
-            let rising = t_s > since_s;
-            ensure!(
-                rising,
-                "{place}, column t: {t_s} does not lie after {since_s}"
-            );
-            object.step(force, t_s - since_s).context(place)?;
-        }
-        held = Some((t_s, force_n * if turns { radius_m } else { 1.0 }));
-        let numbers = [t_s, object.position(), object.velocity()];
-        output.write_record(numbers.map(|v| format!("{v:.16e}")))?;
-    }
-    ensure!(held.is_some(), "the input has no rows");
-    output.flush()?;
-    Ok(())
+    let mut input = ForceRows::open(args.files.input.as_deref())?;
+    object.write(&mut input, &mut args.files.writer()?)
 }
 
-/// The object that the options describe.
-fn configured(args: &Args, kind: Kind) -> anyhow::Result<ObjectConfig> {
-    let door = kind == Kind::Door;
-    // What the other kinds have instead.
-    let others = if door {
-        [
-            ("mass", args.mass.is_some()),
-            ("rest-m", args.rest_m.is_some()),
-            ("range-m", args.range_m.is_some()),
-        ]
-    } else {
-        [
-            ("inertia", args.inertia.is_some()),
-            ("rest-deg", args.rest_deg.is_some()),
-            ("range-deg", args.range_deg.is_some()),
-        ]
-    };
-    let name = kind
-        .to_possible_value()
-        .map_or_else(String::new, |v| v.get_name().to_owned());
-    if let Some((option, _)) = others.iter().find(|(_, given)| *given) {
-        bail!("--{option} is not for a {name}");
-    }
-    ensure!(
-        kind == Kind::Button || args.click.is_none(),
-        "--click is not for a {name}"
-    );
-    let (option, inertia) = if door {
-        ("inertia", args.inertia)
-    } else {
-        ("mass", args.mass)
-    };
-    let inertia = inertia.with_context(|| format!("a {name} needs --{option}"))?;
-    ensure!(
-        inertia.is_finite() && inertia > 0.0,
-        "--{option} is {inertia}, it must be positive"
-    );
-    let scale = if door { 1_f64.to_radians() } else { 1.0 };
-    let free = ObjectConfig::new(inertia);
-    let detent = |&[position, half_width, force]: &[f64; 3]| Detent {
-        position: position * scale,
-        half_width: half_width * scale,
-        force,
-    };
-    let click = |[start, snap, release, force]: [f64; 4]| Click {
-        start,
-        snap,
-        release,
-        force,
-    };
-    Ok(ObjectConfig {
+fn options(args: &Args) -> ObjectOptions<'_> {
+    ObjectOptions {
+        inertia: args.inertia,
+        mass: args.mass,
         stiffness: args.stiffness,
-        rest: scale * args.rest_deg.or(args.rest_m).unwrap_or(0.0),
+        rest_deg: args.rest_deg,
+        rest_m: args.rest_m,
         damping: args.damping,
         friction: args.friction,
-        range: args
-            .range_deg
-            .or(args.range_m)
-            .map_or(free.range, |range| range.map(|v| v * scale)),
+        range_deg: args.range_deg,
+        range_m: args.range_m,
         restitution: args.restitution,
-        detents: args.detent.iter().map(detent).collect(),
-        click: args.click.map(click),
-        ..free
-    })
-}
-
-/// The object that a surface of a scene is, and whether it turns.
-fn from_scene(args: &Args) -> anyhow::Result<(ObjectConfig, bool)> {
-    let path = args.scene.as_deref().context("--object or --scene")?;
-    let name = args.surface.as_deref().context("--surface")?;
-    let (scene, _) = Scene::from_obj_file(path, None)?;
-    let surface = scene
-        .find(name)
-        .with_context(|| format!("{} has no surface {name:?}", path.display()))?;
-    let (config, path) =
-        object_of(&scene, surface)?.with_context(|| format!("surface {name:?} does not move"))?;
-    Ok((config, matches!(path, ObjectPath::Turning { .. })))
+        detents: &args.detent,
+        click: args.click,
+    }
 }
 
 /// `N` numbers with commas between them.

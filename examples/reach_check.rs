@@ -9,9 +9,8 @@ use glam::{DQuat, DVec3};
 use hwall_kinematics::{Pose, SrsArm, Verdict};
 use hwall_stage::arms;
 use hwall_stage::exit;
-use hwall_stage::numbers::{NumberReader, numbered, to_cells, writer};
+use hwall_stage::numbers::{TableFiles, numbered, to_cells};
 use hwall_testkit::time_batches;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Can the arm hold each flange pose? With a witness, or the reason why not.
@@ -30,12 +29,8 @@ struct Args {
     /// Report nanoseconds per verdict on standard error
     #[arg(long)]
     timing: bool,
-    /// Read this CSV file instead of standard input
-    #[arg(long = "in")]
-    input: Option<PathBuf>,
-    /// Write this CSV file instead of standard output
-    #[arg(long = "out")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    files: TableFiles,
 }
 
 fn main() -> ExitCode {
@@ -44,10 +39,10 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let arm = arms::closed_form(&args.arm)?;
-    let mut input = NumberReader::open(args.input.as_deref())?;
+    let mut input = args.files.reader()?;
     let names = ["px", "py", "pz", "qw", "qx", "qy", "qz"].map(String::from);
     let places = input.columns(&names)?;
-    let mut output = writer(args.output.as_deref())?;
+    let mut output = args.files.writer()?;
     let mut header = vec!["reachable".to_owned(), "reason".to_owned()];
     header.extend(numbered("q", 7));
     header.push("margin_rad".to_owned());

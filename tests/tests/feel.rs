@@ -3,9 +3,10 @@
 use hwall_haptics::{ObjectConfig, ObjectRenderingConfig};
 use hwall_lab::feel::identify::identify;
 use hwall_lab::feel::push::{Hand, Profile, Push, Trace, run};
-use hwall_lab::feel::rig::{ArmLevel, Rig, Way};
+use hwall_lab::feel::rig::{Rig, Way};
 use hwall_lab::feel::subject::{Kind, made};
 use hwall_sim::HandBodyConfig;
+use hwall_stage::run::simulated_arm::ArmLevel;
 
 fn spring_panel() -> ObjectConfig {
     ObjectConfig {

@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use hwall_reachability::BinaryFileError;
 use std::path::{Path, PathBuf};
 
 /// What can be wrong with a request or a file.
@@ -98,6 +99,22 @@ pub enum ArrivalError {
     /// A pose that is not valid.
     #[error(transparent)]
     Geometry(#[from] hwall_geometry::GeometryError),
+}
+
+impl From<BinaryFileError> for ArrivalError {
+    fn from(error: BinaryFileError) -> Self {
+        match error {
+            BinaryFileError::Foreign => Self::ForeignFile,
+            BinaryFileError::Newer { found, known } => Self::NewerFile { found, known },
+            BinaryFileError::WrongLength { expected, found } => {
+                Self::WrongFileLength { expected, found }
+            }
+            BinaryFileError::Damaged { expected, found } => Self::DamagedFile { expected, found },
+            BinaryFileError::Malformed { what } => Self::MalformedFile { what },
+            // The enum may grow.
+            _ => Self::MalformedFile { what: "file" },
+        }
+    }
 }
 
 impl ArrivalError {

@@ -59,25 +59,42 @@ fn spoiled(
     names
 }
 
+/// Cycles until a time, s, with no head in the frames; `after` sees every cycle.
+fn headless(
+    session: &mut GazeSession,
+    bench: &mut Bench,
+    until_s: f64,
+    mut after: impl FnMut(&mut GazeSession, &Bench),
+) {
+    while bench.now_s() < until_s {
+        while let Some(mut frame) = bench.next_frame() {
+            frame.head_m = None;
+            session.frame(&frame);
+        }
+        step(session, bench);
+        after(session, bench);
+    }
+}
+
+/// One step of the arm, without a frame.
+fn step(session: &mut GazeSession, bench: &mut Bench) {
+    let state = bench.state();
+    let command = session.step(bench.now_s(), &state);
+    bench.obey(command);
+}
+
 #[test]
 fn a_head_that_is_no_longer_seen_makes_the_board_stand_then_withdraw_then_come_back() {
     let (mut session, mut bench) = in_place();
     let from_m = bench.servo.pose().position_m();
     let mut told = Vec::new();
-    while bench.now_s() < 2.3 {
-        while let Some(mut frame) = bench.next_frame() {
-            frame.head_m = None;
-            session.frame(&frame);
-        }
-        let state = bench.state();
-        let command = session.step(bench.now_s(), &state);
-        bench.obey(command);
+    headless(&mut session, &mut bench, 2.3, |session, _| {
         while let Some(event) = session.next_event() {
             if let EventKind::Safe(safe) = event.kind {
                 told.push((safe.name(), safe.reason().and_then(|r| r.channel())));
             }
         }
-    }
+    });
     let head = Some(Channel::Head);
     assert_eq!(told, [("holding", head), ("retreating", head)]);
     let way_m = bench.servo.pose().position_m() - from_m;
@@ -95,16 +112,9 @@ fn a_retreat_is_no_faster_than_asked_for_and_ends_behind_the_surface() {
     let (mut session, mut bench) = in_place();
     let from_m = bench.servo.pose().position_m();
     let mut fastest: f64 = 0.0;
-    while bench.now_s() < 3.4 {
-        while let Some(mut frame) = bench.next_frame() {
-            frame.head_m = None;
-            session.frame(&frame);
-        }
-        let state = bench.state();
-        let command = session.step(bench.now_s(), &state);
-        bench.obey(command);
+    headless(&mut session, &mut bench, 3.4, |_, bench| {
         fastest = fastest.max(bench.servo.twist().linear_m_per_s.length());
-    }
+    });
     assert!(fastest < 0.11, "{fastest} m/s");
     let way_m = bench.servo.pose().position_m() - from_m;
     assert!((-0.105..-0.08).contains(&way_m.x), "{way_m}");
@@ -137,9 +147,7 @@ fn a_touched_board_stands_whatever_the_tracker_does() {
     while bench.now_s() < until_s {
         // No frame at all.
         while bench.next_frame().is_some() {}
-        let state = bench.state();
-        let command = session.step(bench.now_s(), &state);
-        bench.obey(command);
+        step(&mut session, &mut bench);
         assert_eq!(session.state(), SessionState::Touched);
     }
     assert_eq!(bench.servo.q(), q);
@@ -201,9 +209,7 @@ fn waiting_for_a_first_frame_is_no_fault() {
     let hand = Hand::reaching_in(1.5, TARGET_M);
     let (mut session, mut bench) = (session(wall(0.6)), Bench::new(hand));
     for _ in 0..500 {
-        let state = bench.state();
-        let command = session.step(bench.now_s(), &state);
-        bench.obey(command);
+        step(&mut session, &mut bench);
         assert_eq!(session.state(), SessionState::Holding(HoldReason::NoTarget));
         assert_eq!(session.control().safety(), SafeState::Normal);
     }

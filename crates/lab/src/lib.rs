@@ -8,6 +8,7 @@
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
+pub mod architecture;
 pub mod documents;
 
 pub mod bip;

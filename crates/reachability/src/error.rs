@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use crate::binary_file::BinaryFileError;
 use std::path::{Path, PathBuf};
 
 /// What can be wrong with a request, a grid or a file.
@@ -93,6 +94,20 @@ pub enum ReachabilityError {
     /// A pose is not valid.
     #[error(transparent)]
     Geometry(#[from] hwall_kinematics::GeometryError),
+}
+
+impl From<BinaryFileError> for ReachabilityError {
+    fn from(error: BinaryFileError) -> Self {
+        match error {
+            BinaryFileError::Foreign => Self::ForeignFile,
+            BinaryFileError::Newer { found, known } => Self::NewerFile { found, known },
+            BinaryFileError::WrongLength { expected, found } => {
+                Self::WrongFileLength { expected, found }
+            }
+            BinaryFileError::Damaged { expected, found } => Self::DamagedFile { expected, found },
+            BinaryFileError::Malformed { what } => Self::MalformedFile { what },
+        }
+    }
 }
 
 impl ReachabilityError {

@@ -5,6 +5,7 @@ mod progress;
 mod steps;
 mod wall;
 
+mod binary_file;
 mod error;
 
 pub mod line;
@@ -13,6 +14,7 @@ pub mod optimization;
 pub mod placement;
 pub mod polygon;
 
+pub use binary_file::{BinaryFileError, BinaryFormat};
 pub use error::ReachabilityError;
 pub use progress::{Monitor, Progress};
 pub use steps::Steps;

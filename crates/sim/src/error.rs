@@ -46,6 +46,20 @@ pub enum SimError {
         /// The one before, s.
         before_s: f64,
     },
+    /// A motion that no step of the integration follows any more.
+    #[error(
+        "the motion diverged at t = {t_s} s: joint {joint} at {velocity} rad/s or m/s, in steps of {step_s} s"
+    )]
+    Diverged {
+        /// End of the step, s.
+        t_s: f64,
+        /// Joint, from 0.
+        joint: usize,
+        /// Its velocity, rad/s or m/s; infinite where it overflowed.
+        velocity: f64,
+        /// Length of the step, s.
+        step_s: f64,
+    },
     /// More commands wait for the reaction delay to pass than the queue holds.
     #[error("{capacity} commands are waiting already")]
     QueueFull {

@@ -1,8 +1,11 @@
 //! Rigid bodies in motion: reference data, conserved quantities, closed forms of friction, stops, bad input.
 
+#[path = "common/chain.rs"]
+mod chain;
 #[path = "common/motion.rs"]
 mod motion;
 
+use chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, run, turning};
 use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{
     Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, KinematicsError, Pose, Wrench,
@@ -14,43 +17,6 @@ use hwall_sim::{
 use hwall_testkit::{Sampler, Tol, assert_close, shared};
 use motion::Case;
 use std::collections::BTreeMap;
-
-const BOTH: [Integrator; 2] = [Integrator::SemiImplicit, Integrator::Rk4];
-const START: [f64; 7] = [0.3, 0.9, -0.4, -1.1, 0.5, 0.8, 0.2];
-const QUIET: Wrench = Wrench {
-    force_n: DVec3::ZERO,
-    moment_n_m: DVec3::ZERO,
-};
-
-fn iiwa7() -> ChainDynamics {
-    ChainDynamics::new(&Chain::iiwa7()).unwrap()
-}
-
-/// A mass of 2 kg on a lever of 0.5 m: 0.5 kg m² about an axis.
-fn lever(axis: DVec3) -> ChainDynamics {
-    let joint = ChainJoint {
-        inertials: vec![Inertial::point("mass", 2.0, DVec3::new(0.5, 0.0, 0.0))],
-        ..ChainJoint::revolute("joint", Pose::IDENTITY, axis, JointLimit::FREE)
-    };
-    ChainDynamics::new(&Chain::new(vec![joint], Pose::IDENTITY).unwrap()).unwrap()
-}
-
-const LEVER_KG_M2: f64 = 0.5;
-
-fn turning(friction: JointFriction, integrator: Integrator, qd: f64) -> ChainMotion {
-    let config = ChainMotionConfig {
-        friction: vec![friction],
-        integrator,
-        ..Default::default()
-    };
-    ChainMotion::new(lever(DVec3::Z), &[0.0], &[qd], config).unwrap()
-}
-
-fn run(motion: &mut ChainMotion, steps: usize, dt_s: f64, torques: &[f64]) {
-    for _ in 0..steps {
-        motion.step(dt_s, torques, &QUIET).unwrap();
-    }
-}
 
 /// Positions of the truth are good to 1e-10 rad; its flange has a mass that the description does not have (tests/data/README.md).
 fn agrees(name: &str, case: &Case) {
@@ -348,6 +314,47 @@ fn samples_and_torques_meet_their_times() {
     })
     .unwrap();
     assert_eq!(k, 101);
+}
+
+#[test]
+fn a_motion_that_diverges_says_when_and_where() {
+    for integrator in BOTH {
+        for (torque, most_s) in [(1e7, 1.0), (1e300, 1e-3)] {
+            let config = ChainMotionConfig {
+                integrator,
+                ..Default::default()
+            };
+            let mut motion = ChainMotion::new(iiwa7(), &START, &[0.0; 7], config).unwrap();
+            let mut torques = HeldTorques::new(7);
+            let mut row = [0.0; 7];
+            row[2] = torque;
+            torques.push(0.0, &row).unwrap();
+            let sampling = MotionSampling {
+                duration_s: 1.0,
+                every_s: 0.01,
+                max_step_s: 1e-4,
+            };
+            let visit = |sample: hwall_sim::MotionSample<'_>| {
+                let numbers = sample.q.iter().chain(sample.qd);
+                let all_finite = numbers.chain([&sample.energy_j]).all(|v| v.is_finite());
+                assert!(all_finite, "{sample:?}");
+                Ok(())
+            };
+            match sample_motion(&mut motion, &torques, &QUIET, &sampling, visit) {
+                Err(SimError::Diverged {
+                    t_s,
+                    joint,
+                    velocity,
+                    step_s,
+                }) => {
+                    assert!(0.0 < t_s && t_s < most_s, "{t_s} s");
+                    assert!(joint < 7 && velocity.abs() > 6e4, "{joint} {velocity}");
+                    assert_close!(step_s, 1e-4, Tol::rel(1e-9));
+                }
+                other => panic!("{torque} N m, {integrator:?}: {other:?}"),
+            }
+        }
+    }
 }
 
 #[test]

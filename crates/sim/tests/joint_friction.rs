@@ -1,46 +1,12 @@
 //! Friction and rotors of joints against closed forms; rest that is exact.
 
+#[path = "common/chain.rs"]
+mod chain;
+
+use chain::{BOTH, LEVER_KG_M2, QUIET, START, iiwa7, lever, run, turning};
 use hwall_kinematics::glam::DVec3;
-use hwall_kinematics::{Chain, ChainDynamics, ChainJoint, Inertial, JointLimit, Pose, Wrench};
 use hwall_sim::{ChainMotion, ChainMotionConfig, Integrator, JointFriction};
 use hwall_testkit::{Sampler, Tol, assert_close};
-
-const BOTH: [Integrator; 2] = [Integrator::SemiImplicit, Integrator::Rk4];
-const START: [f64; 7] = [0.3, 0.9, -0.4, -1.1, 0.5, 0.8, 0.2];
-const QUIET: Wrench = Wrench {
-    force_n: DVec3::ZERO,
-    moment_n_m: DVec3::ZERO,
-};
-
-fn iiwa7() -> ChainDynamics {
-    ChainDynamics::new(&Chain::iiwa7()).unwrap()
-}
-
-/// A mass of 2 kg on a lever of 0.5 m: 0.5 kg m² about an axis.
-fn lever(axis: DVec3) -> ChainDynamics {
-    let joint = ChainJoint {
-        inertials: vec![Inertial::point("mass", 2.0, DVec3::new(0.5, 0.0, 0.0))],
-        ..ChainJoint::revolute("joint", Pose::IDENTITY, axis, JointLimit::FREE)
-    };
-    ChainDynamics::new(&Chain::new(vec![joint], Pose::IDENTITY).unwrap()).unwrap()
-}
-
-const LEVER_KG_M2: f64 = 0.5;
-
-fn turning(friction: JointFriction, integrator: Integrator, qd: f64) -> ChainMotion {
-    let config = ChainMotionConfig {
-        friction: vec![friction],
-        integrator,
-        ..Default::default()
-    };
-    ChainMotion::new(lever(DVec3::Z), &[0.0], &[qd], config).unwrap()
-}
-
-fn run(motion: &mut ChainMotion, steps: usize, dt_s: f64, torques: &[f64]) {
-    for _ in 0..steps {
-        motion.step(dt_s, torques, &QUIET).unwrap();
-    }
-}
 
 #[test]
 fn viscous_friction_decays_exponentially() {

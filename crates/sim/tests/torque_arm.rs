@@ -1,10 +1,12 @@
 //! The arm at torque level: drives, servo, friction, sensors and observer, stops, bad input.
 
+#[path = "common/torque.rs"]
+mod torque;
+
 use hwall_haptics::{Arm, ArmCommand};
 use hwall_kinematics::glam::DVec3;
 use hwall_kinematics::{
-    ArmKinematics, Chain, ChainArm, ChainDynamics, Inertial, JointPositions, JointTorques, Pose,
-    SrsArm, Wrench,
+    Chain, ChainArm, ChainDynamics, JointPositions, JointTorques, Pose, SrsArm, Wrench,
 };
 use hwall_motion::{MotionConfig, MotionLimits, ReferenceMotion};
 use hwall_sim::{
@@ -14,55 +16,10 @@ use hwall_sim::{
 use hwall_testkit::{Sampler, Tol, assert_close};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-
-fn start() -> JointPositions {
-    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
-}
-
-/// A board of 1 kg.
-fn dynamics() -> ChainDynamics {
-    let place = DVec3::new(0.0, 0.0, 0.03);
-    let board = Inertial::solid_box("board", 1.0, place, DVec3::new(0.2, 0.2, 0.02));
-    ChainDynamics::new(&Chain::iiwa7())
-        .unwrap()
-        .with_payload(&board)
-        .unwrap()
-}
-
-fn kinematics() -> Arc<dyn ArmKinematics> {
-    let face = Pose::from_translation(DVec3::new(0.0, 0.0, 0.04)).unwrap();
-    Arc::new(SrsArm::iiwa7().with_tool(face))
-}
-
-fn arm_with(dynamics: ChainDynamics, config: TorqueConfig) -> TorqueArm {
-    TorqueArm::new(kinematics(), dynamics, start(), config).unwrap()
-}
-
-fn arm(config: TorqueConfig) -> TorqueArm {
-    arm_with(dynamics(), config)
-}
+use torque::{arm, arm_with, dynamics, force, kinematics, ms, overlay, start};
 
 fn weightless(config: TorqueConfig) -> TorqueArm {
     arm_with(dynamics().with_gravity(DVec3::ZERO).unwrap(), config)
-}
-
-fn overlay(joint: usize, torque_n_m: f64) -> ArmCommand {
-    let mut torques = JointTorques::default();
-    torques[joint] = torque_n_m;
-    ArmCommand::Torque(torques)
-}
-
-fn force(x: f64, y: f64, z: f64) -> Wrench {
-    Wrench {
-        force_n: DVec3::new(x, y, z),
-        moment_n_m: DVec3::ZERO,
-    }
-}
-
-fn ms(arm: &mut TorqueArm, count: usize) {
-    for _ in 0..count {
-        arm.advance(1e-3).unwrap();
-    }
 }
 
 #[test]

@@ -1,61 +1,14 @@
 //! What the arm at torque level says about external torques.
 
-use hwall_haptics::{Arm, ArmCommand};
-use hwall_kinematics::glam::DVec3;
-use hwall_kinematics::{
-    ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointTorques, Pose, SrsArm,
-    Wrench,
-};
-use hwall_sim::{TorqueArm, TorqueConfig, TorqueSensor};
+#[path = "common/torque.rs"]
+mod torque;
+
+use hwall_haptics::Arm;
+use hwall_kinematics::{Chain, ChainDynamics};
+use hwall_sim::{TorqueConfig, TorqueSensor};
 use hwall_testkit::{Tol, assert_close};
 use std::f64::consts::TAU;
-use std::sync::Arc;
-
-fn start() -> JointPositions {
-    JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0])
-}
-
-/// A board of 1 kg.
-fn dynamics() -> ChainDynamics {
-    let place = DVec3::new(0.0, 0.0, 0.03);
-    let board = Inertial::solid_box("board", 1.0, place, DVec3::new(0.2, 0.2, 0.02));
-    ChainDynamics::new(&Chain::iiwa7())
-        .unwrap()
-        .with_payload(&board)
-        .unwrap()
-}
-
-fn kinematics() -> Arc<dyn ArmKinematics> {
-    let face = Pose::from_translation(DVec3::new(0.0, 0.0, 0.04)).unwrap();
-    Arc::new(SrsArm::iiwa7().with_tool(face))
-}
-
-fn arm_with(dynamics: ChainDynamics, config: TorqueConfig) -> TorqueArm {
-    TorqueArm::new(kinematics(), dynamics, start(), config).unwrap()
-}
-
-fn arm(config: TorqueConfig) -> TorqueArm {
-    arm_with(dynamics(), config)
-}
-
-fn overlay(joint: usize, torque_n_m: f64) -> ArmCommand {
-    let mut torques = JointTorques::default();
-    torques[joint] = torque_n_m;
-    ArmCommand::Torque(torques)
-}
-
-fn force(x: f64, y: f64, z: f64) -> Wrench {
-    Wrench {
-        force_n: DVec3::new(x, y, z),
-        moment_n_m: DVec3::ZERO,
-    }
-}
-
-fn ms(arm: &mut TorqueArm, count: usize) {
-    for _ in 0..count {
-        arm.advance(1e-3).unwrap();
-    }
-}
+use torque::{arm, dynamics, force, ms, overlay, start};
 
 #[test]
 fn the_observer_is_a_low_pass_of_the_truth() {

@@ -5,6 +5,7 @@
 pub mod input;
 pub mod person;
 pub mod report;
+pub mod response;
 pub mod run;
 pub mod setting;
 
@@ -12,6 +13,7 @@ pub use input::{arms, numbers};
 pub use person::training;
 pub use report::figures;
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 /// Ends a binary: one clear line on standard error and status 2 for an error.
@@ -29,8 +31,21 @@ pub fn exit(result: anyhow::Result<()>) -> ExitCode {
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| {
-        let io = cause.downcast_ref::<std::io::Error>();
-        io.is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
-    })
+    error
+        .chain()
+        .any(|cause| io_kind(cause) == Some(ErrorKind::BrokenPipe))
+}
+
+/// Writers of tables keep an error of the output to themselves: it is not among their sources.
+fn io_kind(cause: &(dyn std::error::Error + 'static)) -> Option<ErrorKind> {
+    if let Some(io) = cause.downcast_ref::<std::io::Error>() {
+        return Some(io.kind());
+    }
+    if let Some(json) = cause.downcast_ref::<serde_json::Error>() {
+        return json.io_error_kind();
+    }
+    match cause.downcast_ref::<csv::Error>()?.kind() {
+        csv::ErrorKind::Io(io) => Some(io.kind()),
+        _ => None,
+    }
 }

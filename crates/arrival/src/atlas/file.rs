@@ -1,8 +1,6 @@
 //! Atlases as files: versioned, checksummed, the same bytes on every machine.
 //!
-//! Layout: 8 bytes `HWALLATL`, format (u16), length of the body (u64), the body (postcard), CRC-32 of everything before
-//! it (u32); integers little-endian, as in the files of reachability maps. Nothing is rounded. Times are not stored:
-//! they follow from the limits.
+//! Laid out as a [`BinaryFormat`], as maps are. Times are not stored: they follow from the limits.
 
 use super::build::{Atlas, MOST_NODES, check_waiting};
 use super::config::{AtlasConfig, check_rolls};
@@ -11,14 +9,14 @@ use crate::board::BoardExtent;
 use crate::error::ArrivalError;
 use hwall_kinematics::{JointPositions, MOST_JOINTS, SrsArm, SrsParameters};
 use hwall_motion::MotionLimits;
-use hwall_reachability::{Steps, WallPlane};
+use hwall_reachability::{BinaryFormat, Steps, WallPlane};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-const MAGIC: &[u8; 8] = b"HWALLATL";
-const FORMAT: u16 = 1;
-const HEADER: usize = 8 + 2 + 8;
-const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+const FORMAT: BinaryFormat = BinaryFormat {
+    magic: *b"HWALLATL",
+    format: 1,
+};
 
 /// A stored configuration must hold the board at its node as exactly as this, m and rad.
 const HELD: f64 = 1e-6;
@@ -84,16 +82,7 @@ impl Atlas {
             seam_rad: self.seam_rad,
             walls: self.walls.iter().map(stored_wall).collect(),
         };
-        // Plain numbers and lists of known length: postcard has no reason to refuse.
-        let body = postcard::to_stdvec(&body).unwrap_or_default();
-        let mut bytes = Vec::with_capacity(HEADER + body.len() + 4);
-        bytes.extend_from_slice(MAGIC);
-        bytes.extend_from_slice(&FORMAT.to_le_bytes());
-        bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
-        bytes.extend_from_slice(&body);
-        let checksum = CHECKSUM.checksum(&bytes);
-        bytes.extend_from_slice(&checksum.to_le_bytes());
-        bytes
+        FORMAT.to_bytes(&body)
     }
 
     /// An atlas from bytes that [`to_bytes`](Self::to_bytes) made.
@@ -101,14 +90,7 @@ impl Atlas {
     /// # Errors
     /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ArrivalError> {
-        let body = checked_body(bytes)?;
-        let malformed = |what| ArrivalError::MalformedFile { what };
-        let (body, rest) =
-            postcard::take_from_bytes::<Body>(body).map_err(|_| malformed("body"))?;
-        if !rest.is_empty() {
-            return Err(malformed("bytes behind the body"));
-        }
-        body.into_atlas()
+        FORMAT.from_bytes::<Body>(bytes)?.into_atlas()
     }
 
     /// Writes the atlas to a file.
@@ -129,51 +111,6 @@ impl Atlas {
         let bytes = std::fs::read(path).map_err(|error| ArrivalError::file(path, &error))?;
         Self::from_bytes(&bytes)
     }
-}
-
-/// The body between header and checksum, both of which must be right.
-fn checked_body(bytes: &[u8]) -> Result<&[u8], ArrivalError> {
-    let number = |at: usize, count: usize| {
-        let mut value = [0; 8];
-        value[..count].copy_from_slice(bytes.get(at..at + count)?);
-        Some(u64::from_le_bytes(value))
-    };
-    if !bytes.starts_with(MAGIC) {
-        return Err(ArrivalError::ForeignFile);
-    }
-    let too_short = ArrivalError::WrongFileLength {
-        expected: (HEADER + 4) as u64,
-        found: bytes.len() as u64,
-    };
-    let (Some(format), Some(length)) = (number(8, 2), number(10, 8)) else {
-        return Err(too_short);
-    };
-    if format == 0 {
-        return Err(ArrivalError::MalformedFile { what: "format 0" });
-    }
-    if format > u64::from(FORMAT) {
-        return Err(ArrivalError::NewerFile {
-            found: format as u16,
-            known: FORMAT,
-        });
-    }
-    let expected = length.saturating_add(HEADER as u64 + 4);
-    if bytes.len() as u64 != expected {
-        return Err(ArrivalError::WrongFileLength {
-            expected,
-            found: bytes.len() as u64,
-        });
-    }
-    let end = bytes.len() - 4;
-    let stored = number(end, 4).ok_or(too_short)? as u32;
-    let found = CHECKSUM.checksum(&bytes[..end]);
-    if found != stored {
-        return Err(ArrivalError::DamagedFile {
-            expected: stored,
-            found,
-        });
-    }
-    Ok(&bytes[HEADER..end])
 }
 
 impl Body {

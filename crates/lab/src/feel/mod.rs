@@ -5,6 +5,7 @@ pub mod figures;
 pub mod identify;
 pub mod push;
 pub mod rig;
+pub mod single;
 pub mod stability;
 pub mod study;
 pub mod subject;

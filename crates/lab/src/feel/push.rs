@@ -3,7 +3,7 @@
 use super::rig::{Rig, Way};
 use super::subject::Subject;
 use glam::DVec3;
-use hwall_haptics::{ObjectPath, ObjectRenderingConfig};
+use hwall_haptics::{Arm, ObjectPath, ObjectRenderingConfig};
 use hwall_kinematics::{Pose, Unreachable, Wrench, WrenchConfig};
 use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 use std::f64::consts::TAU;
@@ -185,8 +185,7 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
                 },
                 Some(body),
             ) => {
-                let (joints, rates) = device.joints();
-                let twist = rig.kinematics.jacobian(&joints).twist(&rates);
+                let twist = device.twist();
                 let aim = aim(&first, *depth_m, *rise_s, *until_s, t_s);
                 body.step(PERIOD_S, &pose, &twist, &aim)?
             }
@@ -210,7 +209,9 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
                 held.0.iter().fold(0.0, |most: f64, t| most.max(t.abs()))
             }),
         });
-        device.advance(step.command, wrench, PERIOD_S)?;
+        device.command(step.command)?;
+        device.apply_wrench(wrench)?;
+        device.advance(PERIOD_S)?;
         let before = ideal.position();
         ideal.step(generalized, PERIOD_S)?;
         ideal_given_j += generalized * (ideal.position() - before);

@@ -2,26 +2,14 @@
 
 use anyhow::{Context, bail};
 use clap::ValueEnum;
-use glam::DVec3;
 use hwall_haptics::{
-    Arm, ArmCommand, ArmState, Board, FrictionLeft, ImpedanceConfig, ObjectCommand,
-    ObjectRendering, ObjectRenderingConfig,
+    Board, FrictionLeft, ImpedanceConfig, ObjectCommand, ObjectRendering, ObjectRenderingConfig,
 };
-use hwall_kinematics::{
-    ArmKinematics, Chain, ChainDynamics, Inertial, JointPositions, JointVelocities, Pose, Wrench,
-};
-use hwall_sim::{JointFriction, ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions};
+use hwall_sim::{JointFriction, TorqueConfig};
 use hwall_stage::input::arms::BoardArm;
+use hwall_stage::run::simulated_arm::{ArmLevel, SimulatedArm, board_body};
 use std::sync::Arc;
-
-/// What of the arm is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ArmLevel {
-    /// A stiff servo that follows positions after its reaction time.
-    Servo,
-    /// Rigid bodies, friction, torque loop and torque sensors.
-    Torque,
-}
 
 /// How the arm is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -57,6 +45,15 @@ impl Way {
             render: Render::Impedance,
         },
     ];
+
+    /// Those at a level, driven in a way; any for `None`.
+    #[must_use]
+    pub fn matching(level: Option<ArmLevel>, render: Option<Render>) -> Vec<Self> {
+        let mut ways = Self::ALL.to_vec();
+        ways.retain(|way| level.is_none_or(|level| way.level == level));
+        ways.retain(|way| render.is_none_or(|render| way.render == render));
+        ways
+    }
 
     /// For tables.
     #[must_use]
@@ -126,13 +123,7 @@ impl Rig {
     pub fn new() -> anyhow::Result<Self> {
         let board = Board::default();
         let arm = BoardArm::named("iiwa7", &board)?;
-        let place_m = DVec3::new(0.0, 0.0, 0.5 * board.thickness_m);
-        let size_m = DVec3::new(
-            2.0 * board.half_width_m,
-            2.0 * board.half_height_m,
-            board.thickness_m,
-        );
-        let payload = Inertial::solid_box("board", BOARD_KG, place_m, size_m);
+        let payload = board_body(&board, BOARD_KG);
         Ok(Self {
             kinematics: Arc::clone(arm.kinematics()),
             dynamics: ChainDynamics::new(&Chain::iiwa7())?.with_payload(&payload)?,
@@ -151,34 +142,24 @@ impl Rig {
         level: ArmLevel,
         start: JointPositions,
         seed: u64,
-    ) -> anyhow::Result<Device> {
+    ) -> anyhow::Result<SimulatedArm> {
         let arm = Arc::clone(&self.kinematics);
-        Ok(match level {
-            ArmLevel::Servo => {
-                let config = ServoConfig {
-                    seed,
-                    ..ServoConfig::default()
-                };
-                Device::Servo(Box::new(ServoArm::new(arm, start, config)?))
-            }
+        match level {
+            ArmLevel::Servo => SimulatedArm::servo(arm, start, seed),
             ArmLevel::Torque => {
                 let mut config = TorqueConfig {
                     seed,
                     ..TorqueConfig::default()
                 };
-                match self.spared {
-                    Spared::Nothing => {}
-                    Spared::Ripple => config.sensor.ripple_n_m = [0.0; 7],
-                    Spared::Friction => config.friction = [JointFriction::NONE; 7],
-                    Spared::Both => {
-                        config.sensor.ripple_n_m = [0.0; 7];
-                        config.friction = [JointFriction::NONE; 7];
-                    }
+                if matches!(self.spared, Spared::Ripple | Spared::Both) {
+                    config.sensor.ripple_n_m = [0.0; 7];
                 }
-                let dynamics = self.dynamics.clone();
-                Device::Torque(Box::new(TorqueArm::new(arm, dynamics, start, config)?))
+                if matches!(self.spared, Spared::Friction | Spared::Both) {
+                    config.friction = [JointFriction::NONE; 7];
+                }
+                SimulatedArm::torque(arm, self.dynamics.clone(), start, config)
             }
-        })
+        }
     }
 
     /// All delays of a way together, from the force to the motion, s: those that the rendering makes up for.
@@ -243,82 +224,5 @@ impl Rig {
         };
         ObjectRendering::new(Arc::clone(&self.kinematics), command, config)
             .context("object rendering")
-    }
-}
-
-/// A simulated arm at either level.
-#[derive(Debug)]
-pub enum Device {
-    /// Stiff servo.
-    Servo(Box<ServoArm>),
-    /// Rigid bodies.
-    Torque(Box<TorqueArm>),
-}
-
-impl Device {
-    /// What the arm reports.
-    ///
-    /// # Errors
-    /// Those of the arm.
-    pub fn state(&mut self) -> anyhow::Result<ArmState> {
-        Ok(match self {
-            Self::Servo(arm) => arm.state()?,
-            Self::Torque(arm) => arm.state()?,
-        })
-    }
-
-    /// One period: the command goes out, and the wrench acts, base axes, about the middle of the face.
-    ///
-    /// # Errors
-    /// Those of the arm.
-    pub fn advance(
-        &mut self,
-        command: ArmCommand,
-        wrench: Wrench,
-        dt_s: f64,
-    ) -> anyhow::Result<()> {
-        match self {
-            Self::Servo(arm) => {
-                arm.command(command)?;
-                arm.apply_wrench(wrench)?;
-                arm.advance(dt_s)?;
-            }
-            Self::Torque(arm) => {
-                arm.command(command)?;
-                arm.apply_wrench(wrench)?;
-                arm.advance(dt_s)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// True pose of the face.
-    #[must_use]
-    pub fn pose(&self) -> Pose {
-        match self {
-            Self::Servo(arm) => arm.pose(),
-            Self::Torque(arm) => arm.pose(),
-        }
-    }
-
-    /// True joint angles and velocities.
-    #[must_use]
-    pub fn joints(&self) -> (JointPositions, JointVelocities) {
-        match self {
-            Self::Servo(arm) => (arm.q(), arm.qd()),
-            Self::Torque(arm) => (arm.q(), arm.qd()),
-        }
-    }
-
-    /// Largest torque of the motors now, N m; `None` at servo level.
-    #[must_use]
-    pub fn largest_torque_n_m(&self) -> Option<f64> {
-        match self {
-            Self::Servo(_) => None,
-            Self::Torque(arm) => {
-                let torques = arm.motor_torque().0;
-                Some(torques.iter().fold(0.0, |most: f64, t| most.max(t.abs())))
-            }
-        }
     }
 }

@@ -1,22 +1,22 @@
 //! Maps as files: versioned, checksummed, the same bytes on every machine.
 //!
-//! Layout: 8 bytes `HWALLMAP`, format (u16), length of the body (u64), the body (postcard), CRC-32
-//! of everything before it (u32); integers little-endian. The body holds the arm, the solver's
-//! settings, the grids, and each line's intervals and bands as they are: nothing is rounded.
+//! Laid out as a [`BinaryFormat`]. The body holds the arm, the solver's settings, the grids, and each line's intervals and
+//! bands as they are: nothing is rounded.
 
 use super::grid::{WallGrid, checked_line_count};
 use super::keep_out::KeepOut;
 use super::reachability_map::ReachabilityMap;
+use crate::binary_file::BinaryFormat;
 use crate::error::ReachabilityError;
 use crate::line::{ExactConfig, Interval, LineReachability, ReachableInterval};
 use hwall_kinematics::{BranchSet, SrsArm, SrsParameters};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-const MAGIC: &[u8; 8] = b"HWALLMAP";
-const FORMAT: u16 = 1;
-const HEADER: usize = 8 + 2 + 8;
-const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+const FORMAT: BinaryFormat = BinaryFormat {
+    magic: *b"HWALLMAP",
+    format: 1,
+};
 
 #[derive(Serialize, Deserialize)]
 struct Body {
@@ -56,16 +56,7 @@ impl ReachabilityMap {
             keep_out: self.keep_out().to_vec(),
             lines: lines.collect(),
         };
-        // Plain numbers and lists of known length: postcard has no reason to refuse.
-        let body = postcard::to_stdvec(&body).unwrap_or_default();
-        let mut bytes = Vec::with_capacity(HEADER + body.len() + 4);
-        bytes.extend_from_slice(MAGIC);
-        bytes.extend_from_slice(&FORMAT.to_le_bytes());
-        bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
-        bytes.extend_from_slice(&body);
-        let checksum = CHECKSUM.checksum(&bytes);
-        bytes.extend_from_slice(&checksum.to_le_bytes());
-        bytes
+        FORMAT.to_bytes(&body)
     }
 
     /// A map from bytes that [`to_bytes`](Self::to_bytes) made.
@@ -73,52 +64,8 @@ impl ReachabilityMap {
     /// # Errors
     /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReachabilityError> {
-        let number = |at: usize, count: usize| {
-            let mut value = [0; 8];
-            value[..count].copy_from_slice(bytes.get(at..at + count)?);
-            Some(u64::from_le_bytes(value))
-        };
-        if !bytes.starts_with(MAGIC) {
-            return Err(ReachabilityError::ForeignFile);
-        }
-        let too_short = ReachabilityError::WrongFileLength {
-            expected: (HEADER + 4) as u64,
-            found: bytes.len() as u64,
-        };
-        let (Some(format), Some(length)) = (number(8, 2), number(10, 8)) else {
-            return Err(too_short);
-        };
-        if format == 0 {
-            return Err(ReachabilityError::MalformedFile { what: "format 0" });
-        }
-        if format > u64::from(FORMAT) {
-            return Err(ReachabilityError::NewerFile {
-                found: format as u16,
-                known: FORMAT,
-            });
-        }
-        let expected = length.saturating_add(HEADER as u64 + 4);
-        if bytes.len() as u64 != expected {
-            return Err(ReachabilityError::WrongFileLength {
-                expected,
-                found: bytes.len() as u64,
-            });
-        }
-        let end = bytes.len() - 4;
-        let stored = number(end, 4).ok_or(too_short)? as u32;
-        let found = CHECKSUM.checksum(&bytes[..end]);
-        if found != stored {
-            return Err(ReachabilityError::DamagedFile {
-                expected: stored,
-                found,
-            });
-        }
         let malformed = |what| ReachabilityError::MalformedFile { what };
-        let (body, rest) = postcard::take_from_bytes::<Body>(&bytes[HEADER..end])
-            .map_err(|_| malformed("body"))?;
-        if !rest.is_empty() {
-            return Err(malformed("bytes behind the body"));
-        }
+        let body: Body = FORMAT.from_bytes(bytes)?;
         if checked_line_count(&body.walls)? != body.lines.len() {
             return Err(malformed("count of lines"));
         }

@@ -4,6 +4,7 @@ mod config;
 mod hand_contact;
 mod servo;
 mod stream;
+mod tool;
 mod torque;
 mod tracking;
 

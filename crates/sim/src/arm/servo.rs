@@ -2,6 +2,7 @@
 
 use super::config::ServoConfig;
 use super::stream::{Segment, Stream};
+use super::tool::Tool;
 use super::tracking::{Step, Tracking};
 use crate::error::SimError;
 use hwall_haptics::{Arm, ArmCommand, ArmState};
@@ -42,7 +43,7 @@ const COMMANDS_PER_S: f64 = 10_000.0;
 /// Nothing is allocated after construction.
 #[derive(Debug)]
 pub struct ServoArm {
-    arm: Arc<dyn ArmKinematics>,
+    tool: Tool,
     delay_s: f64,
     tracking: [Tracking; 7],
     torque_noise_n_m: f64,
@@ -50,7 +51,6 @@ pub struct ServoArm {
     joints: [JointPoint; 7],
     stream: Stream,
     capacity: usize,
-    wrench: Wrench,
     generator: Pcg64,
     noise: [f64; 7],
 }
@@ -74,7 +74,7 @@ impl ServoArm {
             Tracking::new(bounds[i], [limits[i].min_rad, limits[i].max_rad])
         });
         let mut servo = Self {
-            arm,
+            tool: Tool::new(arm),
             delay_s,
             tracking,
             torque_noise_n_m: config.torque_noise_n_m,
@@ -82,7 +82,6 @@ impl ServoArm {
             joints: start.0.map(JointPoint::at_rest),
             stream: Stream::new(capacity, delay_s, bounds),
             capacity,
-            wrench: Wrench::default(),
             generator: Pcg64::seed_from_u64(config.seed),
             noise: [0.0; 7],
         };
@@ -128,9 +127,7 @@ impl ServoArm {
     /// # Errors
     /// NaN or infinity.
     pub fn apply_wrench(&mut self, wrench: Wrench) -> Result<(), SimError> {
-        all_finite("wrench", &wrench.to_array())?;
-        self.wrench = wrench;
-        Ok(())
+        self.tool.push(wrench)
     }
 
     /// Time on the arm's clock, s.
@@ -154,19 +151,19 @@ impl ServoArm {
     /// True pose of the tool, `base_from_tool`.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        self.arm.forward(&self.q())
+        self.tool.pose(&self.q())
     }
 
     /// True velocity of the tool, base axes, at the tool origin.
     #[must_use]
     pub fn twist(&self) -> Twist {
-        self.arm.jacobian(&self.q()).twist(&self.qd())
+        self.tool.twist(&self.q(), &self.qd())
     }
 
     /// The kinematic model.
     #[must_use]
     pub const fn model(&self) -> &Arc<dyn ArmKinematics> {
-        &self.arm
+        &self.tool.arm
     }
 
     /// Puts the joints somewhere else, within limits and speeds: where an arm was moved by others.
@@ -218,7 +215,7 @@ impl ServoArm {
 
     fn draw_noise(&mut self) {
         // Seven numbers for any arm: a seed means the same noise on the same joint.
-        let joints = self.arm.joint_count();
+        let joints = self.tool.arm.joint_count();
         for (joint, noise) in self.noise.iter_mut().enumerate() {
             let drawn = self.generator.sample::<f64, _>(StandardNormal);
             if joint < joints {
@@ -233,7 +230,7 @@ impl Arm for ServoArm {
 
     fn state(&mut self) -> Result<ArmState, SimError> {
         let q = self.q();
-        let exact = self.arm.jacobian(&q).torques(&self.wrench);
+        let exact = self.tool.torques(&q);
         let external_torque = Some(JointTorques(std::array::from_fn(|i| {
             exact[i] + self.noise[i]
         })));
@@ -247,7 +244,7 @@ impl Arm for ServoArm {
 
     fn command(&mut self, command: ArmCommand) -> Result<(), SimError> {
         let target = match command {
-            ArmCommand::Position(q) => Some(within_limits(&*self.arm, "command", &q)?),
+            ArmCommand::Position(q) => Some(within_limits(&*self.tool.arm, "command", &q)?),
             ArmCommand::Hold => None,
             _ => return Err(SimError::UnsupportedCommand),
         };

@@ -1,5 +1,6 @@
 //! Arms by name or URDF file, for the command line.
 
+use super::numbers::list;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use hwall::haptics::{Board, QUARTER_TURNS_RAD, board_pose};
@@ -266,21 +267,11 @@ pub fn closed_form(name: &str) -> anyhow::Result<SrsArm> {
 /// # Errors
 /// Another count, or a value that is not a finite number.
 pub fn parse_list<const N: usize>(text: &str) -> anyhow::Result<[f64; N]> {
-    let values: Vec<f64> = text
-        .split(',')
-        .map(|part| {
-            let value: f64 = part
-                .trim()
-                .parse()
-                .with_context(|| format!("{part:?} is not a number"))?;
-            anyhow::ensure!(value.is_finite(), "{part:?} is not finite");
-            Ok(value)
-        })
-        .collect::<anyhow::Result<_>>()?;
+    let values = list(text, N)?;
     let count = values.len();
     values
         .try_into()
-        .map_err(|_| anyhow::anyhow!("expected {N} numbers, got {count}"))
+        .map_err(|_| anyhow::anyhow!("{count} numbers, expected {N}"))
 }
 
 #[cfg(test)]

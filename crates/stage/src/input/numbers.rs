@@ -1,12 +1,41 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers on each line.
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow, bail, ensure};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
+
+/// The flags of a command that makes a table of a table.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct TableFiles {
+    /// Read this CSV file instead of standard input
+    #[arg(long = "in")]
+    pub input: Option<PathBuf>,
+    /// Write this CSV file instead of standard output
+    #[arg(long = "out")]
+    pub output: Option<PathBuf>,
+}
+
+impl TableFiles {
+    /// The table that is read.
+    ///
+    /// # Errors
+    /// As for [`NumberReader::open`].
+    pub fn reader(&self) -> anyhow::Result<NumberReader> {
+        NumberReader::open(self.input.as_deref())
+    }
+
+    /// The table that is written.
+    ///
+    /// # Errors
+    /// As for [`writer`].
+    pub fn writer(&self) -> anyhow::Result<csv::Writer<Box<dyn Write>>> {
+        writer(self.output.as_deref())
+    }
+}
 
 /// Reads rows by column name; errors name line and column.
 pub struct NumberReader {
@@ -310,6 +339,23 @@ pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
 /// Numbers in the shortest form that reads back to the same bits.
 pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = String> {
     values.into_iter().map(|v| v.to_string())
+}
+
+/// So many finite numbers, separated by commas.
+///
+/// # Errors
+/// Another count, or a cell that is not a finite number.
+pub fn list(text: &str, count: usize) -> anyhow::Result<Vec<f64>> {
+    let values = text
+        .split(',')
+        .map(|cell| {
+            let value: Option<f64> = cell.trim().parse().ok().filter(|v: &f64| v.is_finite());
+            value.with_context(|| format!("{cell:?} is not a finite number"))
+        })
+        .collect::<anyhow::Result<Vec<f64>>>()?;
+    let got = values.len();
+    ensure!(got == count, "{got} numbers, expected {count}");
+    Ok(values)
 }
 
 /// `1 reach`, `2 reaches`.

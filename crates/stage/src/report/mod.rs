@@ -3,6 +3,7 @@
 pub mod figures;
 pub mod json;
 mod legend;
+pub mod outputs;
 pub mod plan_figure;
 pub mod run_figures;
 pub mod summary;

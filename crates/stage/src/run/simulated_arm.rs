@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use glam::DVec3;
 use hwall::haptics::{Arm, ArmCommand, ArmState, Board, ImpedanceConfig, ObjectCommand};
 use hwall_geometry::{Pose, Twist, Wrench};
-use hwall_kinematics::{ArmKinematics, ChainDynamics, Inertial, JointPositions};
+use hwall_kinematics::{ArmKinematics, ChainDynamics, Inertial, JointPositions, JointVelocities};
 use hwall_sim::{ServoArm, ServoConfig, SimError, TorqueArm, TorqueConfig};
 use std::sync::Arc;
 
@@ -58,17 +58,24 @@ impl ArmLevel {
 /// # Errors
 /// An arm whose links have no mass.
 pub fn dynamics(arm: &BoardArm, board: &Board) -> anyhow::Result<ChainDynamics> {
+    let carried = board_body(board, BOARD_KG);
+    Ok(ChainDynamics::new(&arm.links()?)?.with_payload(&carried)?)
+}
+
+/// A board of this mass, kg, at the flange.
+#[must_use]
+pub fn board_body(board: &Board, mass_kg: f64) -> Inertial {
     let size_m = DVec3::new(
         2.0 * board.half_width_m,
         2.0 * board.half_height_m,
         board.thickness_m,
     );
     let middle_m = DVec3::Z * (0.5 * board.thickness_m);
-    let carried = Inertial::solid_box("board", BOARD_KG, middle_m, size_m);
-    Ok(ChainDynamics::new(&arm.links()?)?.with_payload(&carried)?)
+    Inertial::solid_box("board", mass_kg, middle_m, size_m)
 }
 
 /// An arm with a clock of its own.
+#[derive(Debug)]
 pub enum SimulatedArm {
     /// See [`ArmLevel::Servo`].
     Servo(Box<ServoArm>),
@@ -89,23 +96,46 @@ impl SimulatedArm {
         start: JointPositions,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        Ok(match level {
-            ArmLevel::Servo => {
-                let config = ServoConfig {
-                    seed,
-                    ..ServoConfig::default()
-                };
-                Self::Servo(Box::new(ServoArm::new(model, start, config)?))
-            }
+        match level {
+            ArmLevel::Servo => Self::servo(model, start, seed),
             ArmLevel::Torque => {
                 let config = TorqueConfig {
                     seed,
                     ..TorqueConfig::default()
                 };
-                let dynamics = dynamics(arm, board)?;
-                Self::Torque(Box::new(TorqueArm::new(model, dynamics, start, config)?))
+                Self::torque(model, dynamics(arm, board)?, start, config)
             }
-        })
+        }
+    }
+
+    /// A stiff servo at rest at `start`.
+    ///
+    /// # Errors
+    /// A start outside the limits.
+    pub fn servo(
+        model: Arc<dyn ArmKinematics>,
+        start: JointPositions,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
+        let config = ServoConfig {
+            seed,
+            ..ServoConfig::default()
+        };
+        Ok(Self::Servo(Box::new(ServoArm::new(model, start, config)?)))
+    }
+
+    /// Rigid bodies at rest at `start`.
+    ///
+    /// # Errors
+    /// A start outside the limits, bodies of another arm, or settings outside their ranges.
+    pub fn torque(
+        model: Arc<dyn ArmKinematics>,
+        dynamics: ChainDynamics,
+        start: JointPositions,
+        config: TorqueConfig,
+    ) -> anyhow::Result<Self> {
+        let arm = TorqueArm::new(model, dynamics, start, config)?;
+        Ok(Self::Torque(Box::new(arm)))
     }
 
     /// Moves its clock on.
@@ -136,6 +166,27 @@ impl SimulatedArm {
         match self {
             Self::Servo(arm) => arm.q(),
             Self::Torque(arm) => arm.q(),
+        }
+    }
+
+    /// True joint velocities, rad/s.
+    #[must_use]
+    pub fn qd(&self) -> JointVelocities {
+        match self {
+            Self::Servo(arm) => arm.qd(),
+            Self::Torque(arm) => arm.qd(),
+        }
+    }
+
+    /// Largest torque of the motors now, N m; `None` at servo level.
+    #[must_use]
+    pub fn largest_torque_n_m(&self) -> Option<f64> {
+        match self {
+            Self::Servo(_) => None,
+            Self::Torque(arm) => {
+                let torques = arm.motor_torque().0;
+                Some(torques.iter().fold(0.0, |most: f64, t| most.max(t.abs())))
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use super::motion::{ChainMotion, ChainMotionConfig};
 use super::observer::MomentumObserver;
 use super::sensor::Sensors;
 use super::servo::ReferenceServo;
+use crate::arm::tool::Tool;
 use crate::error::SimError;
 use hwall_haptics::{Arm, ArmCommand, ArmState};
 use hwall_kinematics::{
@@ -67,7 +68,7 @@ enum Mode {
 /// ```
 #[derive(Debug)]
 pub struct TorqueArm {
-    arm: Arc<dyn ArmKinematics>,
+    tool: Tool,
     config: TorqueConfig,
     joints: usize,
     motion: ChainMotion,
@@ -84,7 +85,6 @@ pub struct TorqueArm {
     drive: Drive,
     sensors: Sensors,
     observer: MomentumObserver,
-    wrench: Wrench,
     t_s: f64,
     /// Time since the control period began, s.
     since_tick_s: f64,
@@ -142,7 +142,7 @@ impl TorqueArm {
         observer.begin(motion.q(), motion.qd())?;
         let capacity = (config.command_delay_s * COMMANDS_PER_S).ceil() as usize + 16;
         Ok(Self {
-            arm,
+            tool: Tool::new(arm),
             joints,
             motion,
             model: dynamics,
@@ -155,7 +155,6 @@ impl TorqueArm {
             drive: Drive::new(&config.drive, most_n_m, period_s, gravity),
             sensors: Sensors::new(config.sensor, config.seed),
             observer,
-            wrench: Wrench::default(),
             t_s: 0.0,
             since_tick_s: 0.0,
             sensed: [0.0; 7],
@@ -168,7 +167,7 @@ impl TorqueArm {
     /// # Errors
     /// As [`TorqueArm::new`] for `dynamics`.
     pub fn with_controller_model(mut self, model: ChainDynamics) -> Result<Self, SimError> {
-        check_same_arm(&*self.arm, &model, &self.q())?;
+        check_same_arm(&*self.tool.arm, &model, &self.q())?;
         let (hz, period_s) = (self.config.observer_hz, self.config.control_period_s);
         self.observer = MomentumObserver::new(model.clone(), hz, period_s);
         self.observer.begin(self.motion.q(), self.motion.qd())?;
@@ -212,9 +211,7 @@ impl TorqueArm {
     /// # Errors
     /// NaN or infinity.
     pub fn apply_wrench(&mut self, wrench: Wrench) -> Result<(), SimError> {
-        all_finite("wrench", &wrench.to_array())?;
-        self.wrench = wrench;
-        Ok(())
+        self.tool.push(wrench)
     }
 
     /// Time on the arm's clock, s.
@@ -238,19 +235,19 @@ impl TorqueArm {
     /// True pose of the tool, `base_from_tool`.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        self.arm.forward(&self.q())
+        self.tool.pose(&self.q())
     }
 
     /// True velocity of the tool, base axes, at the tool origin.
     #[must_use]
     pub fn twist(&self) -> Twist {
-        self.arm.jacobian(&self.q()).twist(&self.qd())
+        self.tool.twist(&self.q(), &self.qd())
     }
 
     /// The kinematic model.
     #[must_use]
     pub const fn model(&self) -> &Arc<dyn ArmKinematics> {
-        &self.arm
+        &self.tool.arm
     }
 
     /// Torques that the motors exert now, after saturation, delay and lag, N m.
@@ -341,7 +338,7 @@ impl TorqueArm {
         let rotors = self.config.felt_rotor_inertia_kg_m2();
         for _ in 0..count as usize {
             let motors = self.drive.advance(&aim, step_s);
-            let external = self.arm.jacobian(&self.q()).torques(&self.wrench);
+            let external = self.tool.torques(&self.q());
             let total: [f64; 7] = std::array::from_fn(|i| motors[i] + external[i]);
             let before = seven(self.motion.qd());
             self.motion.step(step_s, &total[..n], &Wrench::default())?;

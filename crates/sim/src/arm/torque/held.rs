@@ -2,13 +2,17 @@
 
 use super::motion::ChainMotion;
 use crate::error::SimError;
-use hwall_kinematics::{KinematicsError, Wrench};
+use hwall_kinematics::{JointKind, KinematicsError, Wrench};
+use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{all_finite, finite, positive, that};
+use std::f64::consts::TAU;
 
 /// Times closer than this are one, s.
 const SAME_TIME_S: f64 = 1e-12;
 /// Most samples of one motion.
 const MOST_SAMPLES: f64 = 1e9;
+/// Steps in which a joint turns further than this show nothing of its motion, rad.
+const MOST_TURN_RAD: f64 = TAU;
 
 /// Joint torques by the time from which they hold, until the next ones; zero before the first.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +98,8 @@ pub struct MotionSample<'a> {
 /// most and equal. Times are multiples, not sums. The wrench on the tip (base axes, about its origin) is constant.
 ///
 /// # Errors
-/// Settings that are not above zero, torques of another number of joints, NaN, a motion that overflows, or what `visit` returns.
+/// Settings that are not above zero, torques of another number of joints, NaN, a motion that diverges (a number overflows, or
+/// a joint turns all around within one step), or what `visit` returns.
 pub fn sample_motion<E: From<SimError>>(
     motion: &mut ChainMotion,
     torques: &HeldTorques,
@@ -102,8 +107,10 @@ pub fn sample_motion<E: From<SimError>>(
     sampling: &MotionSampling,
     mut visit: impl FnMut(MotionSample<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
+    let last = last_sample(sampling)?;
+    all_finite("wrench", &wrench.to_array()).map_err(SimError::from)?;
     let (mut t_s, mut row) = (0.0, None);
-    for k in 0..=last_sample(sampling)? {
+    for k in 0..=last {
         let sample_s = sample_time_s(sampling, k);
         loop {
             let next_row = row.map_or(0, |row| row + 1);
@@ -112,8 +119,10 @@ pub fn sample_motion<E: From<SimError>>(
             if end_s - t_s > SAME_TIME_S {
                 let span_s = end_s - t_s;
                 let count = (span_s / sampling.max_step_s - 1e-6).ceil().max(1.0);
-                for _ in 0..count as u64 {
-                    motion.step(span_s / count, torques.row(row), wrench)?;
+                let step_s = span_s / count;
+                for step in 0..count as u64 {
+                    let step_end_s = t_s + (step + 1) as f64 * step_s;
+                    step_to(motion, step_end_s, step_s, torques.row(row), wrench)?;
                 }
                 t_s = end_s;
             }
@@ -130,6 +139,45 @@ pub fn sample_motion<E: From<SimError>>(
         })?;
     }
     Ok(())
+}
+
+/// One step that ends at `t_s`; refuses one that says nothing of the motion any more.
+fn step_to(
+    motion: &mut ChainMotion,
+    t_s: f64,
+    step_s: f64,
+    torques: &[f64],
+    wrench: &Wrench,
+) -> Result<(), SimError> {
+    let diverged = |joint, velocity| SimError::Diverged {
+        t_s,
+        joint,
+        velocity,
+        step_s,
+    };
+    motion
+        .step(step_s, torques, wrench)
+        .map_err(|error| match error {
+            // Torques and wrench are finite, so this is the motion itself.
+            SimError::Argument(ArgumentError::NonFinite { index, .. })
+            | SimError::Kinematics(KinematicsError::Argument(ArgumentError::NonFinite {
+                index,
+                ..
+            })) => diverged(index.unwrap_or(0), f64::INFINITY),
+            other => other,
+        })?;
+    let joints = motion.dynamics().chain().joints();
+    let turns = joints.iter().zip(motion.qd()).map(|(joint, qd)| {
+        let is_slide = joint.kind == JointKind::Prismatic;
+        if is_slide { 0.0 } else { (qd * step_s).abs() }
+    });
+    let fastest = turns.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    match fastest {
+        Some((joint, turn_rad)) if turn_rad > MOST_TURN_RAD => {
+            Err(diverged(joint, motion.qd()[joint]))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Index of the last sample.

@@ -1,0 +1,134 @@
+//! Binary files around one body: versioned, checksummed, the same bytes on every machine.
+//!
+//! Layout: 8 bytes that name the kind of file, format (u16), length of the body (u64), the body (postcard), CRC-32 of
+//! everything before it (u32); integers little-endian. Nothing is rounded.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+const HEADER: usize = 8 + 2 + 8;
+const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// A kind of file, and the latest format of it that is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BinaryFormat {
+    /// How such files begin.
+    pub magic: [u8; 8],
+    /// Formats count from 1; this one is written, and this one and earlier ones are read.
+    pub format: u16,
+}
+
+/// Why bytes are not a file of a kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BinaryFileError {
+    /// Another kind of file.
+    #[error("the file does not begin as one of its kind")]
+    Foreign,
+    /// Written by a later version.
+    #[error("format {found}, formats up to {known} are known")]
+    Newer {
+        /// Format of the file.
+        found: u16,
+        /// The latest that is known.
+        known: u16,
+    },
+    /// The file ends too early, or goes on too long.
+    #[error("{found} bytes where the header promises {expected}")]
+    WrongLength {
+        /// Bytes that the header promises.
+        expected: u64,
+        /// Bytes there are.
+        found: u64,
+    },
+    /// The checksum does not match: some bytes have changed.
+    #[error("checksum {found:08x} instead of {expected:08x}")]
+    Damaged {
+        /// Checksum in the file.
+        expected: u32,
+        /// Checksum of its bytes.
+        found: u32,
+    },
+    /// The bytes are as written, but what they say makes no sense.
+    #[error("malformed: {what}")]
+    Malformed {
+        /// The part that makes no sense.
+        what: &'static str,
+    },
+}
+
+impl BinaryFormat {
+    /// A body as bytes. It must be of plain numbers and lists of known length, which always can be written.
+    #[must_use]
+    pub fn to_bytes(&self, body: &impl Serialize) -> Vec<u8> {
+        // Postcard has no reason to refuse such a body.
+        let body = postcard::to_stdvec(body).unwrap_or_default();
+        let mut bytes = Vec::with_capacity(HEADER + body.len() + 4);
+        bytes.extend_from_slice(&self.magic);
+        bytes.extend_from_slice(&self.format.to_le_bytes());
+        bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(&body);
+        let checksum = CHECKSUM.checksum(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    /// The body of bytes that [`to_bytes`](Self::to_bytes) made. What its numbers mean is not checked.
+    ///
+    /// # Errors
+    /// Foreign, newer, truncated, damaged or malformed bytes: each has its own variant.
+    pub fn from_bytes<T: DeserializeOwned>(&self, bytes: &[u8]) -> Result<T, BinaryFileError> {
+        let malformed = |what| BinaryFileError::Malformed { what };
+        let body = self.checked_body(bytes)?;
+        let (body, rest) = postcard::take_from_bytes(body).map_err(|_| malformed("body"))?;
+        if !rest.is_empty() {
+            return Err(malformed("bytes behind the body"));
+        }
+        Ok(body)
+    }
+
+    /// The body between header and checksum, both of which must be right.
+    fn checked_body<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], BinaryFileError> {
+        let number = |at: usize, count: usize| {
+            let mut value = [0; 8];
+            value[..count].copy_from_slice(bytes.get(at..at + count)?);
+            Some(u64::from_le_bytes(value))
+        };
+        if !bytes.starts_with(&self.magic) {
+            return Err(BinaryFileError::Foreign);
+        }
+        let too_short = BinaryFileError::WrongLength {
+            expected: (HEADER + 4) as u64,
+            found: bytes.len() as u64,
+        };
+        let (Some(format), Some(length)) = (number(8, 2), number(10, 8)) else {
+            return Err(too_short);
+        };
+        if format == 0 {
+            return Err(BinaryFileError::Malformed { what: "format 0" });
+        }
+        if format > u64::from(self.format) {
+            return Err(BinaryFileError::Newer {
+                found: format as u16,
+                known: self.format,
+            });
+        }
+        let expected = length.saturating_add(HEADER as u64 + 4);
+        if bytes.len() as u64 != expected {
+            return Err(BinaryFileError::WrongLength {
+                expected,
+                found: bytes.len() as u64,
+            });
+        }
+        let end = bytes.len() - 4;
+        let stored = number(end, 4).ok_or(too_short)? as u32;
+        let found = CHECKSUM.checksum(&bytes[..end]);
+        if found != stored {
+            return Err(BinaryFileError::Damaged {
+                expected: stored,
+                found,
+            });
+        }
+        Ok(&bytes[HEADER..end])
+    }
+}
