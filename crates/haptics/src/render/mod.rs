@@ -5,6 +5,7 @@ mod contact;
 mod force_lead;
 mod hold;
 mod impedance;
+mod object_port;
 mod object_rendering;
 mod objects;
 mod path_follower;
@@ -17,6 +18,7 @@ pub use config::{ForceConfig, RendererConfig, WatchdogConfig};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
 pub use impedance::{CartesianImpedance, FaceMotion, FrictionLeft, ImpedanceConfig};
+pub use object_port::{ObjectPortConfig, PortLedger};
 pub use object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep, RenderedObject,
 };

@@ -1,5 +1,6 @@
 //! The moving objects of a scene: one may be under the hand, the others go on by themselves.
 
+use super::object_port::PortLedger;
 use super::object_rendering::{ObjectRendering, ObjectStep, RenderedObject};
 use crate::arm::ArmState;
 use crate::error::HapticsError;
@@ -30,6 +31,11 @@ impl Objects {
     /// The object that the board is on.
     pub(super) const fn touched(&self) -> Option<usize> {
         self.touched
+    }
+
+    /// The energy between hand and board, while it is on an object.
+    pub(super) fn ledger(&self) -> Option<PortLedger> {
+        self.touched.map(|_| *self.rendering.ledger())
     }
 
     /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.

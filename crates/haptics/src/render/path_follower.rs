@@ -20,6 +20,8 @@ const NEXT_RAD: f64 = 0.2;
 const CATCHING_S: f64 = 0.005;
 /// Share of the acceleration that catching up counts upon to brake with.
 const BRAKING: f64 = 0.4;
+/// Share of the accelerations that following an object leaves to braking.
+const BRAKED_SHARE: f64 = 0.9;
 /// Keeps joint rates finite near singular poses; m² rad²/s².
 const DAMPING: f64 = 1e-6;
 
@@ -45,6 +47,10 @@ pub(super) struct PathFollower {
 pub(super) struct Followed {
     /// Share of the way asked for, 0 to 1; less where the joints are too slow, 0 where they cannot hold the face.
     pub(super) share: f64,
+    /// Share of the rate that `limited` let through, 0 to 1.
+    pub(super) allowed: f64,
+    /// How fast the face goes along the path now, rad/s or m/s.
+    pub(super) rate: f64,
     /// Why not at all.
     pub(super) unreachable: Option<Unreachable>,
     /// Largest acceleration along the path here, rad/s² or m/s².
@@ -93,6 +99,11 @@ impl PathFollower {
         Ok(())
     }
 
+    /// The arm, with the face of the board as its tool.
+    pub(super) const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+        &self.arm
+    }
+
     /// Joint angles of the last step, rad.
     pub(super) const fn q(&self) -> &JointPositions {
         &self.q
@@ -104,19 +115,34 @@ impl PathFollower {
     }
 
     /// Goes on to a position that moves at a rate, or as far towards it as the joints allow: all slow down together, so that the face
-    /// stays on the path.
+    /// stays on the path. `limited` says how fast it may go of a rate that the joints allow: no faster, and not the other way.
     pub(super) fn follow(
         &mut self,
-        wanted: f64,
-        rate: f64,
+        (wanted, rate): (f64, f64),
         dt_s: f64,
+        mut limited: impl FnMut(f64) -> Result<f64, HapticsError>,
     ) -> Result<Followed, HapticsError> {
         positive("dt_s", dt_s)?;
         let most = self.largest_acceleration();
-        let rate = self.next_rate(wanted, rate, most, dt_s);
+        let free = self.next_rate(wanted, rate, most, dt_s);
+        let allowed = limited(free)?;
+        // What is allowed may be less at once; a board that moves takes its time.
+        let least = if self.rate * free > 0.0 {
+            self.rate.abs() - most / BRAKED_SHARE * dt_s
+        } else {
+            0.0
+        };
+        let size = allowed.abs().max(least).min(free.abs());
+        let rate = size.copysign(free);
         let aimed = self.reached + rate * dt_s;
         let mut followed = Followed {
             share: 1.0,
+            allowed: if free == 0.0 {
+                1.0
+            } else {
+                (rate / free).clamp(0.0, 1.0)
+            },
+            rate: 0.0,
             unreachable: None,
             most_acceleration: most,
         };
@@ -144,6 +170,7 @@ impl PathFollower {
         }
         followed.share = 1.0 / excess;
         self.rate = (reached - self.reached) / dt_s;
+        followed.rate = self.rate;
         (self.q, self.reached) = (q, reached);
         Ok(followed)
     }

@@ -288,6 +288,7 @@ impl Renderer {
             sliding,
             left_s: self.follower.left_s(),
             obstructed,
+            object_port: self.objects.as_ref().and_then(Objects::ledger),
             blocked: self.follower.is_blocked(),
         }
     }
@@ -578,6 +579,7 @@ impl Renderer {
             sliding: false,
             left_s: self.follower.left_s(),
             obstructed: false,
+            object_port: None,
             blocked: self.follower.is_blocked(),
         }
     }

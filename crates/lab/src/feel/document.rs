@@ -95,6 +95,7 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
         "worst, %",
         "damping within 5 %",
         "worst, %",
+        "limited by the port, periods",
     ]);
     for way in Way::ALL {
         let own = || rows.iter().filter(move |row| row.way == way);
@@ -129,6 +130,11 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
             cells.push(format!("{within} of {}", errors.len()));
             cells.push(format!("{:.1}", 100.0 * worst));
         }
+        let ledgers = own().flat_map(|row| [Some(row.ledger), row.held_ledger]);
+        let (limited, all) = ledgers.flatten().fold((0, 0), |(limited, all), ledger| {
+            (limited + ledger.limited_steps, all + ledger.steps)
+        });
+        cells.push(format!("{limited} of {all}"));
         table.row(cells);
     }
     table
