@@ -6,8 +6,9 @@ use super::object_port::{ObjectPort, ObjectPortConfig, PortLedger};
 use super::path_follower::PathFollower;
 use crate::arm::{ArmCommand, ArmState};
 use crate::error::HapticsError;
+use crate::motion::Slide;
 use crate::object::{MovingObject, ObjectPath};
-use hwall_geometry::Wrench;
+use hwall_geometry::{Twist, Wrench};
 use hwall_kinematics::{
     ArmKinematics, ChainDynamics, JointPositions, JointVelocities, Unreachable,
 };
@@ -89,6 +90,8 @@ pub struct ObjectStep {
     pub force: f64,
     /// Why the arm cannot go along, if so; the object is held back.
     pub unreachable: Option<Unreachable>,
+    /// Why the board cannot slide as it was asked to, if so; it then stands within the face.
+    pub cannot_slide: Option<Unreachable>,
     /// What the object's inertia had to be raised to, kg m² or kg; `None`: it is as it was asked for.
     pub raised_inertia: Option<f64>,
     /// The energy between hand and board since the touch began.
@@ -220,6 +223,14 @@ impl ObjectRendering {
         stiffness_n_per_m * (delay_s * lever).powi(2)
     }
 
+    /// How the board slides within the face from now on, beside the motion of the object; at rest from the begin of a touch. A slide
+    /// that is not finite is none.
+    pub fn set_slide(&mut self, slide: Option<&Slide>) {
+        let finite = slide.filter(|slide| slide.validate().is_ok());
+        self.follower
+            .set_slide(&finite.copied().unwrap_or_default());
+    }
+
     /// One step under the measured wrench of the hand on the face (base axes, about its middle).
     ///
     /// # Errors
@@ -321,11 +332,18 @@ impl ObjectRendering {
                     followed.most_acceleration
                 };
                 let acceleration = acceleration.clamp(-most, most);
+                let (slides, slide_rates) = self.follower.slide_motion();
+                let along = rendered.path.velocity_at(pose.position_m(), velocity);
                 let wanted = FaceMotion {
-                    twist: rendered.path.velocity_at(pose.position_m(), velocity),
+                    twist: Twist {
+                        linear_m_per_s: along.linear_m_per_s + slides.linear_m_per_s,
+                        angular_rad_per_s: along.angular_rad_per_s + slides.angular_rad_per_s,
+                    },
                     pose,
                     q,
-                    qd: JointVelocities(rates.map(|rate| rate * velocity)),
+                    qd: JointVelocities(std::array::from_fn(|i| {
+                        rates[i] * velocity + slide_rates[i]
+                    })),
                     qdd_rad_per_s2: rates
                         .map(|rate| share * (rate * acceleration).clamp(-MOST, MOST)),
                 };
@@ -336,6 +354,7 @@ impl ObjectRendering {
             command,
             force,
             unreachable: followed.unreachable,
+            cannot_slide: followed.cannot_slide,
             raised_inertia: (rendered.object.inertia() > rendered.object.config().inertia)
                 .then(|| rendered.object.inertia()),
             ledger: *self.port.ledger(),

@@ -4,6 +4,7 @@ use super::object_port::PortLedger;
 use super::object_rendering::{ObjectRendering, ObjectStep, RenderedObject};
 use crate::arm::ArmState;
 use crate::error::HapticsError;
+use crate::motion::Slide;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{JointPositions, JointVelocities};
 
@@ -61,7 +62,7 @@ impl Objects {
         index: usize,
         q: &JointPositions,
         state: &ArmState,
-        wrench: &Wrench,
+        (wrench, slide): (&Wrench, Option<&Slide>),
         dt_s: f64,
     ) -> Option<Result<ObjectStep, HapticsError>> {
         let rendered = self.all.get_mut(index)?;
@@ -71,6 +72,7 @@ impl Objects {
             }
             self.touched = Some(index);
         }
+        self.rendering.set_slide(slide);
         Some(self.rendering.step(rendered, state, wrench, dt_s))
     }
 }

@@ -529,20 +529,6 @@ pub(super) fn run(
         let closing =
             (bench.arm.twist().linear_m_per_s - bench.hand.velocity_m_per_s()).dot(outward);
         bench.cycle(lasts.then_some((fault, since_s)))?;
-        if std::env::var("TRACE").is_ok()
-            && ((since_s * 1e3).round() as i64 % 25 == 0 || since_s > 1.9 && since_s < 2.35)
-        {
-            let st = bench.arm.state()?;
-            println!(
-                "{since_s:.3} {:?} cmd {:?} q {:.3?} qd {:.2?} ext {:.0?} hand {:.1}",
-                bench.session.state(),
-                bench.session.control().last_step().map(|s| s.command),
-                st.q.0,
-                st.qd.0,
-                st.external_torque.unwrap().0,
-                bench.hand_wrench.force_n.length()
-            );
-        }
         if bench.hand.is_touching() && !before {
             outcome.meets_m_per_s = outcome.meets_m_per_s.max(closing);
         }
