@@ -96,6 +96,7 @@ fn a_hold_that_drifts() {
 fn under_torques_an_arm_goes_where_it_is_pushed() {
     let mut bench = Bench::new();
     bench.command = ArmCommand::Torque(JointTorques::default());
+    bench.run_with(50, |_, _| {});
     for step in 0..2000 {
         let t_s = f64::from(step) * DT_S;
         measured(&mut bench, turned(0.3 * t_s));
