@@ -19,9 +19,10 @@ pub use object::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 pub use passivity::{PassivePort, PassivityMethod, PortConfig, PortInput, PortOutput};
 pub use render::{
     CartesianImpedance, ContactConfig, ContactDetector, ContactState, FaceMotion, ForceConfig,
-    FrictionLeft, HoldReason, ImpedanceConfig, ObjectCommand, ObjectRendering,
-    ObjectRenderingConfig, ObjectStep, Phase, PostureTarget, ProximityConfig, RenderInput,
-    RenderStep, RenderedObject, Renderer, RendererConfig, WatchdogConfig,
+    FrictionLeft, HoldReason, ImpedanceConfig, JointGuard, ObjectCommand, ObjectPortConfig,
+    ObjectRendering, ObjectRenderingConfig, ObjectStep, Phase, PortLedger, PostureTarget,
+    ProximityConfig, RenderInput, RenderStep, RenderedObject, Renderer, RendererConfig,
+    WatchdogConfig,
 };
 
 pub use safety::{

@@ -63,6 +63,25 @@ impl ObjectPath {
         }
     }
 
+    /// How far along the path something fixed to the object has come from one pose to another, rad or m; a turn by less than half a
+    /// circle. What moves across the path does not count.
+    #[must_use]
+    pub fn way_between(&self, from: &Pose, to: &Pose) -> f64 {
+        match *self {
+            Self::Turning {
+                hinge_point_m,
+                hinge_axis,
+            } => {
+                let arm_m = |pose: &Pose| {
+                    (pose.position_m() - hinge_point_m).reject_from_normalized(hinge_axis)
+                };
+                let (a, b) = (arm_m(from), arm_m(to));
+                hinge_axis.dot(a.cross(b)).atan2(a.dot(b))
+            }
+            Self::Sliding { direction } => direction.dot(to.position_m() - from.position_m()),
+        }
+    }
+
     /// Velocity of the object at a point (m), in base axes, when its position changes at `rate`, rad/s or m/s.
     #[must_use]
     pub fn velocity_at(&self, point_m: DVec3, rate: f64) -> Twist {

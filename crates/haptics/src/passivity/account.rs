@@ -74,6 +74,11 @@ impl PortAccount {
         self.seen.net_j()
     }
 
+    /// All that was booked.
+    pub(super) const fn observer(&self) -> &EnergyObserver {
+        &self.seen
+    }
+
     /// What is sure, J.
     pub(super) const fn sure_j(&self) -> f64 {
         self.sure_j

@@ -3,6 +3,7 @@
 use super::account::PortAccount;
 use super::controller::{DissipationLimit, PassivityController};
 use super::design::Sampling;
+use super::observer::EnergyObserver;
 use super::tank::EnergyTank;
 use crate::error::HapticsError;
 use hwall_numeric::check::{finite, non_negative, positive, that};
@@ -264,6 +265,19 @@ impl PassivePort {
     #[must_use]
     pub const fn tank(&self) -> &EnergyTank {
         &self.tank
+    }
+
+    /// The account as it looks.
+    #[must_use]
+    pub const fn observer(&self) -> &EnergyObserver {
+        self.account.observer()
+    }
+
+    /// What the device was really told in this period, if it was less than what [`step`](Self::step) let through.
+    pub fn sent(&mut self, command: f64) {
+        if command.is_finite() {
+            self.account.decided(command);
+        }
     }
 
     /// One sample: call it once in every period. Does not allocate.

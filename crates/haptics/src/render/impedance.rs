@@ -1,5 +1,6 @@
 //! Torques that hold the face on a moving pose with a Cartesian stiffness.
 
+use super::joint_guard::JointGuard;
 use crate::arm::ArmState;
 use crate::error::HapticsError;
 use glam::{DMat3, DQuat, DVec3};
@@ -36,6 +37,8 @@ pub struct ImpedanceConfig {
     pub integral_most_n_m: f64,
     /// Friction that the arm itself leaves, as far as it is known.
     pub friction: FrictionLeft,
+    /// What keeps joints off their limits.
+    pub guard: JointGuard,
     /// Inertia of the rotors as the joints feel it, kg m²; default zero. What is not known here is missing in the feed-forward.
     pub rotor_inertia_kg_m2: [f64; 7],
 }
@@ -52,6 +55,7 @@ impl Default for ImpedanceConfig {
             integral_per_s: 1.0,
             integral_most_n_m: 3.0,
             friction: FrictionLeft::default(),
+            guard: JointGuard::default(),
             rotor_inertia_kg_m2: [0.0; 7],
         }
     }
@@ -72,6 +76,7 @@ impl ImpedanceConfig {
         non_negative("integral_per_s", self.integral_per_s)?;
         non_negative("integral_most_n_m", self.integral_most_n_m)?;
         self.friction.validate()?;
+        self.guard.validate()?;
         for inertia in self.rotor_inertia_kg_m2 {
             non_negative("rotor_inertia_kg_m2", inertia)?;
         }
@@ -220,6 +225,10 @@ impl CartesianImpedance {
                 .map(|column| mass[row * joints + column] * wanted.qdd_rad_per_s2[column])
                 .sum()
         });
+        let inertia: [f64; 7] = std::array::from_fn(|i| match i < joints {
+            true => mass[i * joints + i],
+            false => 0.0,
+        });
         cholesky_in_place(joints, mass).map_err(|bad| {
             hwall_numeric::ArgumentError::OutOfRange {
                 what: "pivot of the mass matrix",
@@ -262,8 +271,16 @@ impl CartesianImpedance {
             force_n: force_n - external.force_n * c.force_share,
             moment_n_m: moment_n_m - external.moment_n_m * c.force_share,
         });
+        let speeds = self.arm.max_velocity_rad_per_s();
+        let limits = self.arm.limits();
+        let guarded = |i: usize| {
+            let (is, planned) = ([state.q[i], state.qd[i]], [wanted.q[i], wanted.qd[i]]);
+            c.guard
+                .torque_n_m(i, inertia[i], &limits[i], speeds[i], is, planned)
+        };
         let torques = JointTorques(std::array::from_fn(|i| {
-            held[i]
+            guarded(i)
+                + held[i]
                 + feed_forward[i]
                 + integral[i]
                 + c.friction.torque_n_m(i, wanted.qd[i])

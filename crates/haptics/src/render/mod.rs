@@ -2,9 +2,12 @@
 
 mod config;
 mod contact;
+mod face_slide;
 mod force_lead;
 mod hold;
 mod impedance;
+mod joint_guard;
+mod object_port;
 mod object_rendering;
 mod objects;
 mod path_follower;
@@ -17,6 +20,8 @@ pub use config::{ForceConfig, RendererConfig, WatchdogConfig};
 pub use contact::{ContactConfig, ContactDetector, ContactState};
 pub use hold::HoldReason;
 pub use impedance::{CartesianImpedance, FaceMotion, FrictionLeft, ImpedanceConfig};
+pub use joint_guard::JointGuard;
+pub use object_port::{ObjectPortConfig, PortLedger};
 pub use object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, ObjectStep, RenderedObject,
 };

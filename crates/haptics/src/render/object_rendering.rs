@@ -2,11 +2,13 @@
 
 use super::force_lead::ForceLead;
 use super::impedance::{CartesianImpedance, FaceMotion, ImpedanceConfig};
+use super::object_port::{ObjectPort, ObjectPortConfig, PortLedger};
 use super::path_follower::PathFollower;
 use crate::arm::{ArmCommand, ArmState};
 use crate::error::HapticsError;
+use crate::motion::Slide;
 use crate::object::{MovingObject, ObjectPath};
-use hwall_geometry::Wrench;
+use hwall_geometry::{Twist, Wrench};
 use hwall_kinematics::{
     ArmKinematics, ChainDynamics, JointPositions, JointVelocities, Unreachable,
 };
@@ -61,6 +63,8 @@ pub struct ObjectRenderingConfig {
     /// [`IIWA7_ACCELERATION_RAD_PER_S2`](hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2). An object that a hand throws about faster is
     /// followed later.
     pub max_acceleration_rad_per_s2: [f64; 7],
+    /// What the board may give out: no more energy than hands have put into the object.
+    pub port: ObjectPortConfig,
 }
 
 impl Default for ObjectRenderingConfig {
@@ -72,6 +76,7 @@ impl Default for ObjectRenderingConfig {
             hand_stiffness_n_per_m: 3000.0,
             max_acceleration_rad_per_s2: hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2
                 .map(|most| 0.9 * most),
+            port: ObjectPortConfig::default(),
         }
     }
 }
@@ -85,8 +90,12 @@ pub struct ObjectStep {
     pub force: f64,
     /// Why the arm cannot go along, if so; the object is held back.
     pub unreachable: Option<Unreachable>,
+    /// Why the board cannot slide as it was asked to, if so; it then stands within the face.
+    pub cannot_slide: Option<Unreachable>,
     /// What the object's inertia had to be raised to, kg m² or kg; `None`: it is as it was asked for.
     pub raised_inertia: Option<f64>,
+    /// The energy between hand and board since the touch began.
+    pub ledger: PortLedger,
 }
 
 /// Renders one object at a time under a hand.
@@ -107,6 +116,7 @@ pub struct ObjectRendering {
     motion_delay_s: f64,
     hand_stiffness_n_per_m: f64,
     force: ForceLead<1>,
+    port: ObjectPort,
     /// Of the arm along the path, as of the last step, rad/s² or m/s².
     most_acceleration: f64,
 }
@@ -151,6 +161,7 @@ impl ObjectRendering {
             motion_delay_s,
             hand_stiffness_n_per_m,
             force: ForceLead::NONE,
+            port: ObjectPort::new(config.port, force_delay_s, motion_delay_s)?,
             most_acceleration: f64::INFINITY,
         })
     }
@@ -169,6 +180,8 @@ impl ObjectRendering {
         }
         self.follower
             .begin(rendered.path, rendered.object.position(), q)?;
+        let face = self.follower.face_at(rendered.object.position());
+        self.port.begin(rendered.path, face);
         self.force = ForceLead::NONE;
         self.most_acceleration = f64::INFINITY;
         Ok(())
@@ -178,6 +191,12 @@ impl ObjectRendering {
     #[must_use]
     pub const fn q(&self) -> &JointPositions {
         self.follower.q()
+    }
+
+    /// The energy between hand and board since the touch began.
+    #[must_use]
+    pub const fn ledger(&self) -> &PortLedger {
+        self.port.ledger()
     }
 
     /// How they move when the object moves at a velocity (rad/s or m/s), rad/s.
@@ -202,6 +221,14 @@ impl ObjectRendering {
         }
         let stiffness_n_per_m = self.hand_stiffness_n_per_m + SOFTEST_N_PER_M;
         stiffness_n_per_m * (delay_s * lever).powi(2)
+    }
+
+    /// How the board slides within the face from now on, beside the motion of the object; at rest from the begin of a touch. A slide
+    /// that is not finite is none.
+    pub fn set_slide(&mut self, slide: Option<&Slide>) {
+        let finite = slide.filter(|slide| slide.validate().is_ok());
+        self.follower
+            .set_slide(&finite.copied().unwrap_or_default());
     }
 
     /// One step under the measured wrench of the hand on the face (base axes, about its middle).
@@ -253,12 +280,21 @@ impl ObjectRendering {
         // The constant forces that move a mass as far, and make it as fast, as one that goes on changing.
         let (wanted, _) = object.after(self.force.after(lead_s / 3.0)[0], lead_s)?;
         let (_, velocity) = object.after(self.force.after(lead_s / 2.0)[0], lead_s)?;
-        let followed = self.follower.follow(wanted, velocity, dt_s)?;
+        let measured = (pushed, self.follower.arm().forward(&state.q));
+        let held_j = object.energy_j();
+        let port = &mut self.port;
+        let followed = self.follower.follow((wanted, velocity), dt_s, |rate| {
+            port.limited((measured.0, &measured.1), held_j, rate, dt_s)
+        })?;
+        port.sent(followed.rate);
         self.most_acceleration = followed.most_acceleration;
-        if followed.share < 1.0 {
+        // What the port takes off a motion back to where it was goes with the object: it loses that energy.
+        let same_way = followed.rate * object.velocity() >= 0.0;
+        let share = followed.share * if same_way { followed.allowed } else { 1.0 };
+        if share < 1.0 {
             // Held back: it loses speed, and gains no energy.
-            let slower = from + followed.share * (object.position() - from);
-            object.hold_back(slower, followed.share * object.velocity())?;
+            let slower = from + share * (object.position() - from);
+            object.hold_back(slower, share * object.velocity())?;
         }
         let q = *self.follower.q();
         let command = match &mut self.impedance {
@@ -271,25 +307,45 @@ impl ObjectRendering {
                     .path
                     .velocity_at(pose.position_m(), 1.0)
                     .linear_m_per_s;
-                let along_n =
-                    self.force.after(both_s)[0] / way.length_squared().max(f64::MIN_POSITIVE);
+                // What is foreseen of a loop that swings by itself makes it swing more.
+                let spent = self.port.is_spent();
+                let lead_n = if spent {
+                    filtered.value()[0]
+                } else {
+                    self.force.after(both_s)[0]
+                };
+                let along_n = lead_n / way.length_squared().max(f64::MIN_POSITIVE);
                 let held = Wrench {
                     force_n: way * along_n,
                     ..Wrench::default()
                 };
-                let velocity = followed.share * velocity;
+                let velocity = share * velocity;
                 let acceleration = rendered.object.acceleration_after(
                     self.force.after(0.5 * both_s)[0],
                     both_s,
                     self.force.after(both_s)[0],
                 )?;
+                // No more than the reference may do: the torques of a faster one would throw the arm about.
+                let most = if spent {
+                    0.0
+                } else {
+                    followed.most_acceleration
+                };
+                let acceleration = acceleration.clamp(-most, most);
+                let (slides, slide_rates) = self.follower.slide_motion();
+                let along = rendered.path.velocity_at(pose.position_m(), velocity);
                 let wanted = FaceMotion {
-                    twist: rendered.path.velocity_at(pose.position_m(), velocity),
+                    twist: Twist {
+                        linear_m_per_s: along.linear_m_per_s + slides.linear_m_per_s,
+                        angular_rad_per_s: along.angular_rad_per_s + slides.angular_rad_per_s,
+                    },
                     pose,
                     q,
-                    qd: JointVelocities(rates.map(|rate| rate * velocity)),
+                    qd: JointVelocities(std::array::from_fn(|i| {
+                        rates[i] * velocity + slide_rates[i]
+                    })),
                     qdd_rad_per_s2: rates
-                        .map(|rate| followed.share * (rate * acceleration).clamp(-MOST, MOST)),
+                        .map(|rate| share * (rate * acceleration).clamp(-MOST, MOST)),
                 };
                 ArmCommand::Torque(impedance.torques(state, &wanted, &held, dt_s)?)
             }
@@ -298,8 +354,10 @@ impl ObjectRendering {
             command,
             force,
             unreachable: followed.unreachable,
+            cannot_slide: followed.cannot_slide,
             raised_inertia: (rendered.object.inertia() > rendered.object.config().inertia)
                 .then(|| rendered.object.inertia()),
+            ledger: *self.port.ledger(),
         })
     }
 }

@@ -1,8 +1,10 @@
 //! The moving objects of a scene: one may be under the hand, the others go on by themselves.
 
+use super::object_port::PortLedger;
 use super::object_rendering::{ObjectRendering, ObjectStep, RenderedObject};
 use crate::arm::ArmState;
 use crate::error::HapticsError;
+use crate::motion::Slide;
 use hwall_geometry::Wrench;
 use hwall_kinematics::{JointPositions, JointVelocities};
 
@@ -32,6 +34,11 @@ impl Objects {
         self.touched
     }
 
+    /// The energy between hand and board, while it is on an object.
+    pub(super) fn ledger(&self) -> Option<PortLedger> {
+        self.touched.map(|_| *self.rendering.ledger())
+    }
+
     /// The touch is over: where the arm is on the path of the object, and how it moves there. `None` if nothing was touched.
     pub(super) fn release(&mut self) -> Option<(JointPositions, JointVelocities)> {
         let rendered = self.all.get(self.touched.take()?)?;
@@ -55,7 +62,7 @@ impl Objects {
         index: usize,
         q: &JointPositions,
         state: &ArmState,
-        wrench: &Wrench,
+        (wrench, slide): (&Wrench, Option<&Slide>),
         dt_s: f64,
     ) -> Option<Result<ObjectStep, HapticsError>> {
         let rendered = self.all.get_mut(index)?;
@@ -65,6 +72,7 @@ impl Objects {
             }
             self.touched = Some(index);
         }
+        self.rendering.set_slide(slide);
         Some(self.rendering.step(rendered, state, wrench, dt_s))
     }
 }

@@ -1,8 +1,11 @@
 //! The joints that hold the face on the path of a moving object.
 
+use super::face_slide::{FaceSlide, InFace};
 use crate::error::HapticsError;
+use crate::motion::Slide;
 use crate::object::ObjectPath;
-use hwall_geometry::Pose;
+use glam::{DVec2, DVec3};
+use hwall_geometry::{Pose, Twist};
 use hwall_kinematics::{
     ArmKinematics, ArmScratch, BranchPolicy, JointPositions, KinematicsError, NearestConfig,
     Unreachable,
@@ -20,6 +23,14 @@ const NEXT_RAD: f64 = 0.2;
 const CATCHING_S: f64 = 0.005;
 /// Share of the acceleration that catching up counts upon to brake with.
 const BRAKING: f64 = 0.4;
+/// Share of the acceleration with which the face brakes before a joint's limit: rates of joints change on the way.
+const BEFORE_LIMITS: f64 = 0.4;
+/// A path whose share in the face is larger than this leads along it: a drawer that is pushed sideways does not slide there.
+const ACROSS: f64 = 0.1;
+/// No path is longer, rad or m.
+const FARTHEST: f64 = 1e3;
+/// Share of the accelerations that following an object leaves to braking.
+const BRAKED_SHARE: f64 = 0.9;
 /// Keeps joint rates finite near singular poses; m² rad²/s².
 const DAMPING: f64 = 1e-6;
 
@@ -36,6 +47,9 @@ pub(super) struct PathFollower {
     /// Where the face is on the path, and how fast it goes there.
     reached: f64,
     rate: f64,
+    /// How far the board has slid within the face, and how it shall.
+    slide: FaceSlide,
+    wanted_slide: InFace,
     max_acceleration_rad_per_s2: [f64; 7],
     q: JointPositions,
 }
@@ -45,6 +59,12 @@ pub(super) struct PathFollower {
 pub(super) struct Followed {
     /// Share of the way asked for, 0 to 1; less where the joints are too slow, 0 where they cannot hold the face.
     pub(super) share: f64,
+    /// Share of the rate that `limited` let through, 0 to 1.
+    pub(super) allowed: f64,
+    /// How fast the face goes along the path now, rad/s or m/s.
+    pub(super) rate: f64,
+    /// Why the board cannot slide within the face, if so.
+    pub(super) cannot_slide: Option<Unreachable>,
     /// Why not at all.
     pub(super) unreachable: Option<Unreachable>,
     /// Largest acceleration along the path here, rad/s² or m/s².
@@ -70,6 +90,8 @@ impl PathFollower {
             position: 0.0,
             reached: 0.0,
             rate: 0.0,
+            slide: FaceSlide::default(),
+            wanted_slide: InFace::default(),
             max_acceleration_rad_per_s2,
             q: JointPositions::default(),
             arm,
@@ -90,7 +112,13 @@ impl PathFollower {
         self.face = self.arm.forward(q);
         (self.path, self.position, self.q) = (path, position, *q);
         (self.reached, self.rate) = (position, 0.0);
+        (self.slide, self.wanted_slide) = (FaceSlide::default(), InFace::default());
         Ok(())
+    }
+
+    /// The arm, with the face of the board as its tool.
+    pub(super) const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+        &self.arm
     }
 
     /// Joint angles of the last step, rad.
@@ -98,53 +126,83 @@ impl PathFollower {
         &self.q
     }
 
-    /// Pose of the face on the object at a position.
+    /// Pose of the face on the object at a position, slid as far as it has.
     pub(super) fn face_at(&self, position: f64) -> Pose {
-        self.path.moved(&self.face, position - self.position)
+        let place = self.path.moved(&self.face, position - self.position);
+        self.slide.on(&place)
     }
 
     /// Goes on to a position that moves at a rate, or as far towards it as the joints allow: all slow down together, so that the face
-    /// stays on the path.
+    /// stays on the path. `limited` says how fast it may go of a rate that the joints allow: no faster, and not the other way.
     pub(super) fn follow(
         &mut self,
-        wanted: f64,
-        rate: f64,
+        (wanted, rate): (f64, f64),
         dt_s: f64,
+        mut limited: impl FnMut(f64) -> Result<f64, HapticsError>,
     ) -> Result<Followed, HapticsError> {
         positive("dt_s", dt_s)?;
-        let most = self.largest_acceleration();
-        let rate = self.next_rate(wanted, rate, most, dt_s);
+        let rates = self.joint_rates();
+        let most = self.largest_acceleration(&rates);
+        let free = self.next_rate(wanted, rate, most, dt_s);
+        let before_limits = (2.0 * BEFORE_LIMITS * most * self.left(&rates, free)).sqrt();
+        let before_limits = before_limits.max(0.0);
+        let allowed = limited(free.clamp(-before_limits, before_limits))?;
+        // What is allowed may be less at once; a board that moves takes its time.
+        let least = if self.rate * free > 0.0 {
+            self.rate.abs() - most / BRAKED_SHARE * dt_s
+        } else {
+            0.0
+        };
+        let size = allowed.abs().max(least).min(free.abs());
+        let rate = size.copysign(free);
         let aimed = self.reached + rate * dt_s;
         let mut followed = Followed {
             share: 1.0,
+            allowed: if free == 0.0 {
+                1.0
+            } else {
+                (rate / free).clamp(0.0, 1.0)
+            },
+            rate: 0.0,
             unreachable: None,
             most_acceleration: most,
+            cannot_slide: None,
         };
+        let mut slide = self.slide.next(self.wanted_slide, dt_s);
+        if slide.is_moving() {
+            // The object goes first: a slide that the joints have no room or speed for stands.
+            followed.cannot_slide = match self.solved(aimed, &slide)? {
+                Ok(q) if self.excess(&q, dt_s) <= 1.0 => None,
+                Ok(_) => Some(Unreachable::OtherBranch),
+                Err(reason) => Some(reason),
+            };
+        }
+        if followed.cannot_slide.is_some() {
+            slide = self.slide.stopped();
+        }
         let mut held = |follower: &mut Self, reason| {
-            follower.rate = 0.0;
+            (follower.rate, follower.slide) = (0.0, follower.slide.stopped());
             (followed.share, followed.unreachable) = (0.0, Some(reason));
             Ok(followed)
         };
-        let mut q = match self.solved(aimed)? {
+        let mut q = match self.solved(aimed, &slide)? {
             Ok(q) => q,
             Err(reason) => return held(self, reason),
         };
-        let speeds = self.arm.max_velocity_rad_per_s();
-        let excess = (0..self.arm.joint_count())
-            .map(|i| (q[i] - self.q[i]).abs() / (SPEED_SHARE * speeds[i] * dt_s))
-            .fold(1.0, f64::max);
+        let excess = self.excess(&q, dt_s);
         let mut reached = aimed;
         if excess > 1.0 {
             // Nearly straight over one period.
             reached = self.reached + (aimed - self.reached) / excess;
-            q = match self.solved(reached)? {
+            q = match self.solved(reached, &slide)? {
                 Ok(q) => q,
                 Err(reason) => return held(self, reason),
             };
         }
         followed.share = 1.0 / excess;
         self.rate = (reached - self.reached) / dt_s;
-        (self.q, self.reached) = (q, reached);
+        followed.rate = self.rate;
+        (self.q, self.reached, self.slide) = (q, reached, slide);
         Ok(followed)
     }
 
@@ -158,9 +216,62 @@ impl PathFollower {
         (rate + closing).clamp(self.rate - most * dt_s, self.rate + most * dt_s)
     }
 
+    /// How many times too fast the joints would have to be.
+    fn excess(&self, q: &JointPositions, dt_s: f64) -> f64 {
+        let speeds = self.arm.max_velocity_rad_per_s();
+        (0..self.arm.joint_count())
+            .map(|i| (q[i] - self.q[i]).abs() / (SPEED_SHARE * speeds[i] * dt_s))
+            .fold(1.0, f64::max)
+    }
+
+    /// How the board slides within the face from now on. What points along the normal, or along the path of the object, is left out.
+    pub(super) fn set_slide(&mut self, slide: &Slide) {
+        let place = self.path.moved(&self.face, self.reached - self.position);
+        let local = |v: DVec3| place.rotation().transpose() * v;
+        let velocity = local(slide.velocity_m_per_s).truncate();
+        let way = self.path.velocity_at(place.position_m(), 1.0);
+        let way = local(way.linear_m_per_s.normalize_or_zero()).truncate();
+        let along = match way.length() > ACROSS {
+            true => velocity.project_onto(way),
+            false => DVec2::ZERO,
+        };
+        self.wanted_slide = InFace {
+            linear: velocity - along,
+            angular: slide.turn_rad_per_s,
+        };
+    }
+
+    /// How the board slides now, base axes, and the joint velocities for that, rad/s.
+    pub(super) fn slide_motion(&self) -> (Twist, [f64; 7]) {
+        let place = self.path.moved(&self.face, self.reached - self.position);
+        let twist = self.slide.twist(&place);
+        let rates = match self.slide.is_moving() {
+            true => self.rates_for(&twist),
+            false => [0.0; 7],
+        };
+        (twist, rates)
+    }
+
+    /// How far the face can go in the direction of a rate before a joint meets its limit, rad or m: as if the joints went on
+    /// turning as they do.
+    fn left(&self, rates: &[f64; 7], rate: f64) -> f64 {
+        let limits = self.arm.limits();
+        let left = |i: usize| {
+            let towards = rates[i] * rate.signum();
+            let room = match towards > 0.0 {
+                true => limits[i].max_rad - self.q[i],
+                false => self.q[i] - limits[i].min_rad,
+            };
+            room.max(0.0) / towards.abs()
+        };
+        (0..self.arm.joint_count())
+            .filter(|i| rates[*i] != 0.0)
+            .map(left)
+            .fold(FARTHEST, f64::min)
+    }
+
     /// Along the path, rad/s² or m/s².
-    fn largest_acceleration(&self) -> f64 {
-        let rates = self.joint_rates();
+    fn largest_acceleration(&self, rates: &[f64; 7]) -> f64 {
         rates
             .iter()
             .zip(self.max_acceleration_rad_per_s2)
@@ -177,10 +288,14 @@ impl PathFollower {
     /// Change of the joint angles with the position, rad for each rad or m: the least that moves the face along its path, joints
     /// weighted as in [`follow`](Self::follow). Zero where the arm is singular.
     pub(super) fn joint_rates(&self) -> [f64; 7] {
+        let at_m = self.face_at(self.reached).position_m();
+        self.rates_for(&self.path.velocity_at(at_m, 1.0))
+    }
+
+    fn rates_for(&self, twist: &Twist) -> [f64; 7] {
         let joints = self.arm.joint_count();
         let jacobian = self.arm.jacobian(&self.q);
-        let at_m = self.face_at(self.reached).position_m();
-        let wanted = self.path.velocity_at(at_m, 1.0).to_array();
+        let wanted = twist.to_array();
         let row = |k: usize, i: usize| {
             if k < 3 {
                 jacobian.linear[i][k]
@@ -218,7 +333,8 @@ impl PathFollower {
     /// # Errors
     /// NaN or infinity.
     pub(super) fn go_to(&mut self, position: f64) -> Result<Option<Unreachable>, HapticsError> {
-        Ok(match self.solved(position)? {
+        let slide = self.slide;
+        Ok(match self.solved(position, &slide)? {
             Ok(q) => {
                 (self.q, self.reached) = (q, position);
                 None
@@ -230,8 +346,9 @@ impl PathFollower {
     fn solved(
         &mut self,
         position: f64,
+        slide: &FaceSlide,
     ) -> Result<Result<JointPositions, Unreachable>, HapticsError> {
-        let face = self.face_at(position);
+        let face = slide.on(&self.path.moved(&self.face, position - self.position));
         match self
             .arm
             .nearest(&face, &self.q, &self.config, &mut self.scratch)

@@ -272,7 +272,7 @@ impl Renderer {
             let command = moved.map_or(ArmCommand::Hold, ArmCommand::Position);
             match self.along_with_object(phase, input, state, wrench, dt_s) {
                 Some(with_object) => {
-                    (unreachable, sliding) = (with_object.1, false);
+                    (unreachable, sliding) = (with_object.1, with_object.2);
                     with_object.0
                 }
                 None => command,
@@ -288,6 +288,7 @@ impl Renderer {
             sliding,
             left_s: self.follower.left_s(),
             obstructed,
+            object_port: self.objects.as_ref().and_then(Objects::ledger),
             blocked: self.follower.is_blocked(),
         }
     }
@@ -388,7 +389,7 @@ impl Renderer {
         state: &ArmState,
         wrench: Option<Wrench>,
         dt_s: f64,
-    ) -> Option<(ArmCommand, Option<Unreachable>)> {
+    ) -> Option<(ArmCommand, Option<Unreachable>, bool)> {
         let objects = self.objects.as_mut()?;
         let is_contact = matches!(phase, Phase::Contact { .. });
         // A push may be lighter than what begins a touch, and a finger that a door runs away from will meet it again: the
@@ -409,16 +410,21 @@ impl Renderer {
         let rendered = match (touched, wrench) {
             (Some(index), Some(wrench)) if dt_s > 0.0 => {
                 let q = self.follower.commanded();
-                objects.render(index, &q, state, &wrench, dt_s)
+                let slide = input.slide.filter(|_| is_contact);
+                objects.render(index, &q, state, (&wrench, slide), dt_s)
             }
             _ => None,
         };
         objects.go_on(dt_s);
         match rendered {
-            Some(Ok(step)) => Some((step.command, step.unreachable)),
-            Some(Err(_)) => Some((ArmCommand::Hold, None)),
+            Some(Ok(step)) => {
+                let slides = is_contact && input.slide.is_some_and(|s| s.validate().is_ok());
+                let slides = slides && step.unreachable.or(step.cannot_slide).is_none();
+                Some((step.command, step.unreachable, slides))
+            }
+            Some(Err(_)) => Some((ArmCommand::Hold, None, false)),
             None if touched.is_some() && objects.touched().is_some() => {
-                Some((ArmCommand::Hold, None))
+                Some((ArmCommand::Hold, None, false))
             }
             None => {
                 // The motion goes on from where the object has carried the board.
@@ -578,6 +584,7 @@ impl Renderer {
             sliding: false,
             left_s: self.follower.left_s(),
             obstructed: false,
+            object_port: None,
             blocked: self.follower.is_blocked(),
         }
     }

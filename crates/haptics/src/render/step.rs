@@ -1,6 +1,7 @@
 //! What goes into a control step, and what comes out.
 
 use super::hold::HoldReason;
+use super::object_port::PortLedger;
 use crate::arm::ArmCommand;
 use crate::board::BoardTarget;
 use crate::motion::Slide;
@@ -73,6 +74,8 @@ pub struct RenderStep {
     pub left_s: Option<f64>,
     /// Is a person where the board would have to be? It then stays behind them.
     pub obstructed: bool,
+    /// The energy between the hand and the moving object that the board is on, since the touch began; `None` without one.
+    pub object_port: Option<PortLedger>,
     /// No way leads to the goal behind the surfaces: the motion under way ends, and the board stands.
     pub blocked: bool,
 }

@@ -6,6 +6,7 @@ use super::cycle::{Sent, SupervisorInput};
 use super::fault::{Fault, Severity};
 use super::load::{BoardLoad, LoadLimits};
 use super::motion_guard::GuardLimits;
+use super::obedience::Obedience;
 use super::person::PersonPart;
 use super::state::{Channel, SafeReason};
 use super::supervisor_config::SupervisorConfig;
@@ -37,6 +38,7 @@ pub(super) struct Inspection {
     load: LoadLimits,
     capsules: CapsuleConfig,
     watches: Watches,
+    obedience: Option<Obedience>,
     /// Since when the force is above what may last, s.
     pressed_since_s: Option<f64>,
     last_q: Option<JointPositions>,
@@ -68,6 +70,7 @@ impl Inspection {
                 target: Watch::new(config.target)?,
                 force: Watch::new(config.force)?,
             },
+            obedience: config.obedience.map(Obedience::new),
             pressed_since_s: None,
             last_q: None,
             located: None,
@@ -84,8 +87,11 @@ impl Inspection {
         }
     }
 
-    /// Keeps the angles to compare the next ones with.
-    pub(super) fn remember(&mut self, state: &ArmState) {
+    /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
+    pub(super) fn remember(&mut self, state: &ArmState, sent: Sent, held: bool, elapsed_s: f64) {
+        if let Some(obedience) = &mut self.obedience {
+            obedience.remember(sent, held, &state.q, elapsed_s);
+        }
         if state.q.0.iter().all(|v| v.is_finite()) {
             self.last_q = Some(state.q);
         }
@@ -112,7 +118,16 @@ impl Inspection {
             return found;
         }
         let force = self.look_at_force(input, elapsed_s);
-        worse(found, force)
+        let joints = self.arm.joint_count();
+        let obeys = self
+            .obedience
+            .as_mut()
+            .is_none_or(|o| o.holds(&input.state.q, joints, elapsed_s));
+        let astray = (!obeys).then_some(Fault {
+            reason: SafeReason::NotObeyed,
+            severity: Severity::Broken,
+        });
+        worse(worse(found, force), astray)
     }
 
     fn look_at_arm(&mut self, input: &SupervisorInput<'_>, sent: Sent) -> Option<Fault> {

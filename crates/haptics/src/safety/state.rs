@@ -122,7 +122,8 @@ pub enum SafeReason {
         /// Distance of the face, m.
         distance_m: f64,
     },
-    /// The arm took no notice of a hold, or the renderer of a request to withdraw.
+    /// The arm is not where positions told it to be, or drifts although it was told to hold
+    /// ([`ObedienceConfig`](super::ObedienceConfig)).
     NotObeyed,
     /// [`Supervisor::stop`](super::Supervisor::stop) was called.
     Requested,

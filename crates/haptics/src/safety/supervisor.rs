@@ -270,7 +270,10 @@ impl Supervisor {
             ArmCommand::Torque(torque) => Sent::Torque(torque),
             _ => Sent::Nothing,
         };
-        self.inspection.remember(input.state);
+        let held = command == ArmCommand::Hold;
+        let now_s = self.clock.elapsed_s;
+        self.inspection
+            .remember(input.state, self.sent, held, now_s);
     }
 
     fn answer(&self, command: ArmCommand, slowed: Option<(f64, SafeReason)>) -> SupervisorStep {

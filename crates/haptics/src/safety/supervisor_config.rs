@@ -4,6 +4,7 @@ use super::capsule::CapsuleConfig;
 use super::contact_limits::ContactLimits;
 use super::load::LoadLimits;
 use super::motion_guard::GuardLimits;
+use super::obedience::ObedienceConfig;
 use super::person::PersonLimits;
 use super::watchdog::ChannelWatch;
 use crate::error::HapticsError;
@@ -50,6 +51,8 @@ pub struct SupervisorConfig {
     pub load: LoadLimits,
     /// What joints may do; `None`: [`GuardLimits::of_arm`].
     pub guard: Option<GuardLimits>,
+    /// Does the arm do what it is told? `None`: this is not asked.
+    pub obedience: Option<ObedienceConfig>,
     /// The arm's body.
     pub capsules: CapsuleConfig,
     /// Mass that a push on the board feels, kg; default 5, an assumption.
@@ -90,6 +93,7 @@ impl Default for SupervisorConfig {
             person: PersonLimits::default(),
             load: LoadLimits::default(),
             guard: None,
+            obedience: Some(ObedienceConfig::default()),
             capsules: CapsuleConfig::default(),
             effective_mass_kg: 5.0,
             // The fastest joint of an iiwa turns at 3.1 rad/s.
@@ -120,6 +124,9 @@ impl SupervisorConfig {
         self.capsules.validate()?;
         if let Some(guard) = &self.guard {
             guard.validate()?;
+        }
+        if let Some(obedience) = &self.obedience {
+            obedience.validate()?;
         }
         positive("effective_mass_kg", self.effective_mass_kg)?;
         positive("largest_tick_s", self.largest_tick_s)?;

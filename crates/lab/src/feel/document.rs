@@ -95,6 +95,7 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
         "worst, %",
         "damping within 5 %",
         "worst, %",
+        "limited by the port, periods",
     ]);
     for way in Way::ALL {
         let own = || rows.iter().filter(move |row| row.way == way);
@@ -129,6 +130,11 @@ pub fn verdicts(rows: &[Row]) -> MarkdownTable {
             cells.push(format!("{within} of {}", errors.len()));
             cells.push(format!("{:.1}", 100.0 * worst));
         }
+        let ledgers = own().flat_map(|row| [Some(row.ledger), row.held_ledger]);
+        let (limited, all) = ledgers.flatten().fold((0, 0), |(limited, all), ledger| {
+            (limited + ledger.limited_steps, all + ledger.steps)
+        });
+        cells.push(format!("{limited} of {all}"));
         table.row(cells);
     }
     table
@@ -309,6 +315,8 @@ fn explained() -> String {
 - **Identified** from the true force and the true motion of the face: `m a + b v + k x + c = f` by least squares, both sides
   seen through the same filter `(λ / (s + λ))³`, λ of 5 Hz, whose states give velocity and acceleration without differentiating. Units of a
   door are N m/rad, kg m², N m s/rad, otherwise N/m, kg, N s/m. *Unexplained*: root mean square of what the three leave of the force.
+- **Limited by the port**: periods in which the account of energy between hand and board (a tank with a reserve of 0.1 J) cut a motion
+  against the hand; of all periods of the pushes and held pushes. None is meant to be.
 - **Held push**: {HELD_N} N for 4 s; distance of the face from where the ideal object stands, over the last half second.
 
 ## What is done about the delays

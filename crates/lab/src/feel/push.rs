@@ -3,7 +3,7 @@
 use super::rig::{Rig, Way};
 use super::subject::Subject;
 use glam::DVec3;
-use hwall_haptics::{Arm, ObjectPath, ObjectRenderingConfig};
+use hwall_haptics::{Arm, ObjectPath, ObjectRenderingConfig, PortLedger};
 use hwall_kinematics::{Pose, Unreachable, Wrench, WrenchConfig};
 use hwall_sim::{HandBody, HandBodyConfig, HandDrive};
 use std::f64::consts::TAU;
@@ -110,6 +110,8 @@ pub struct Trace {
     pub samples: Vec<Sample>,
     /// Inertia with which the object was rendered.
     pub inertia: f64,
+    /// The energy between hand and board, as the rendering accounts for it.
+    pub ledger: PortLedger,
     /// Periods in which the arm could not go along, and the last reason.
     pub unreachable: (usize, Option<Unreachable>),
     /// Time of each control step (wrench estimate and rendering), ns.
@@ -142,6 +144,7 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
     let mut trace = Trace {
         samples: Vec::new(),
         inertia: 0.0,
+        ledger: PortLedger::default(),
         unreachable: (0, None),
         step_ns: Vec::new(),
         rendering_ns: Vec::new(),
@@ -223,6 +226,7 @@ pub fn run(rig: &Rig, subject: &Subject, push: &Push) -> anyhow::Result<Trace> {
         given_j += wrench.force_n.dot(turned.1) + wrench.moment_n_m.dot(small_rotation(turned.0));
     }
     trace.inertia = rendered.object.inertia();
+    trace.ledger = *rendering.ledger();
     Ok(trace)
 }
 

@@ -3,7 +3,7 @@
 use super::push::{Hand, Push, run};
 use super::rig::{Rig, Way};
 use super::subject::{Kind, made};
-use hwall_haptics::{ObjectConfig, ObjectRenderingConfig};
+use hwall_haptics::{ObjectConfig, ObjectPortConfig, ObjectRenderingConfig, PassivityMethod};
 use hwall_sim::HandBodyConfig;
 
 /// Stiffness of finger and arm, N/m.
@@ -111,6 +111,12 @@ fn pressed(
     for_hand_n_per_m: f64,
     seed: u64,
 ) -> anyhow::Result<(f64, f64)> {
+    // What is found by bisection is what the bound for the inertia rests on: nothing else may hold the board.
+    let method = if for_hand_n_per_m > 0.0 {
+        PassivityMethod::Tank
+    } else {
+        PassivityMethod::Off
+    };
     let asked = ObjectConfig {
         stiffness: 200.0,
         // Of 0.2 of what is critical, and at least 3 N s/m: what swings by itself must come to rest.
@@ -137,6 +143,10 @@ fn pressed(
         seed,
         config: ObjectRenderingConfig {
             hand_stiffness_n_per_m: for_hand_n_per_m,
+            port: ObjectPortConfig {
+                method,
+                ..ObjectPortConfig::default()
+            },
             ..ObjectRenderingConfig::default()
         },
     };

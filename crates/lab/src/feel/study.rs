@@ -5,7 +5,7 @@ use super::push::{Hand, PERIOD_S, Profile, Push, run};
 use super::rig::{Rig, Spared, Way};
 use super::stability::{self, Bound, Held};
 use super::subject::{Kind, Subject, made};
-use hwall_haptics::{MovingObject, ObjectConfig, ObjectRenderingConfig};
+use hwall_haptics::{MovingObject, ObjectConfig, ObjectRenderingConfig, PortLedger};
 use hwall_testkit::{Sampler, Timing};
 
 /// What is asked for.
@@ -32,6 +32,10 @@ pub struct Row {
     pub felt: Felt,
     /// Periods in which the arm could not go along.
     pub unreachable: usize,
+    /// The energy between hand and board, as the rendering accounts for it.
+    pub ledger: PortLedger,
+    /// The same of the held push; `None` where there is none.
+    pub held_ledger: Option<PortLedger>,
     /// Largest distance from the path, m.
     pub off_path_m: f64,
     /// Error of the position under a held push of [`HELD_N`], m at the face.
@@ -168,6 +172,7 @@ fn felt(
     let trace = run(rig, &subject, &push)?;
     let felt = identify(&trace.samples)?;
     let lever_m = subject.lever_m();
+    let mut held_ledger = None;
     let held_m = if stiffness > 0.0 {
         push.hand = Hand::Profile(Profile {
             mean_n: HELD_N,
@@ -176,6 +181,7 @@ fn felt(
         });
         push.seconds = 4.0;
         let held = run(rig, &subject, &push)?;
+        held_ledger = Some(held.ledger);
         let last = held.samples.iter().rev().take(500);
         last.map(|s| (s.position - s.ideal).abs() * lever_m)
             .fold(0.0, f64::max)
@@ -196,6 +202,8 @@ fn felt(
         asked,
         inertia: trace.inertia,
         felt,
+        ledger: trace.ledger,
+        held_ledger,
         off_path_m: off,
         held_m,
         least_given_j: least,

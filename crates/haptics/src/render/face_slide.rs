@@ -1,0 +1,90 @@
+//! A slide of the board within the face of an object that it goes along with.
+
+use glam::{DMat3, DVec2, DVec3};
+use hwall_geometry::{Pose, Twist};
+
+/// The velocity follows what is asked for through two low passes of this time constant, s, as a slide on a wall does.
+const SMOOTH_S: f64 = 0.006;
+/// Largest change of the velocity, m/s² and (for a turn) a tenth of a metre from the middle.
+const MOST_M_PER_S2: f64 = 1.0;
+const EDGE_M: f64 = 0.1;
+/// Slower than this the board stands, m/s.
+const SLOWEST_M_PER_S: f64 = 1e-9;
+
+/// A velocity within the face and a turn about its normal, face axes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct InFace {
+    pub(super) linear: DVec2,
+    pub(super) angular: f64,
+}
+
+impl InFace {
+    fn plus(self, other: Self, share: f64) -> Self {
+        Self {
+            linear: self.linear + share * other.linear,
+            angular: self.angular + share * other.angular,
+        }
+    }
+
+    fn size(self) -> f64 {
+        self.linear.length() + EDGE_M * self.angular.abs()
+    }
+}
+
+/// How far the board has slid since the touch began, in the axes of the face then, carried along with the object.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FaceSlide {
+    moved: InFace,
+    velocity: InFace,
+    aim: InFace,
+}
+
+impl FaceSlide {
+    /// One step on.
+    pub(super) fn next(&self, wanted: InFace, dt_s: f64) -> Self {
+        let smooth = -(-dt_s / SMOOTH_S).exp_m1();
+        let aim = self.aim.plus(wanted.plus(self.aim, -1.0), smooth);
+        let change = aim.plus(self.velocity, -1.0);
+        let most = MOST_M_PER_S2 * dt_s;
+        let share = smooth.min(most / change.size().max(most));
+        let velocity = self.velocity.plus(change, share);
+        let moved = self
+            .moved
+            .plus(self.velocity, 0.5 * dt_s)
+            .plus(velocity, 0.5 * dt_s);
+        Self {
+            moved,
+            velocity,
+            aim,
+        }
+    }
+
+    /// Where it is, at rest.
+    pub(super) fn stopped(&self) -> Self {
+        Self {
+            moved: self.moved,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn is_moving(&self) -> bool {
+        self.velocity.size() > SLOWEST_M_PER_S
+    }
+
+    /// The board on the face of an object.
+    pub(super) fn on(&self, face: &Pose) -> Pose {
+        let rotation = face.rotation();
+        let by_m = rotation * self.moved.linear.extend(0.0);
+        let turned = rotation * DMat3::from_rotation_z(self.moved.angular);
+        Pose::from_parts_unchecked(turned, face.position_m() + by_m)
+    }
+
+    /// How it moves there beside the object's own motion, base axes.
+    pub(super) fn twist(&self, face: &Pose) -> Twist {
+        let rotation = face.rotation();
+        Twist {
+            linear_m_per_s: rotation * self.velocity.linear.extend(0.0),
+            angular_rad_per_s: rotation * DVec3::Z * self.velocity.angular,
+        }
+    }
+}

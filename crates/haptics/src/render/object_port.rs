@@ -1,0 +1,231 @@
+//! The account of energy between a hand and the board on a moving object, and what may still be commanded.
+
+use crate::error::HapticsError;
+use crate::object::ObjectPath;
+use crate::passivity::{HandBounds, PassivePort, PassivityMethod, PortConfig, PortInput, Sampling};
+use hwall_geometry::Pose;
+use hwall_numeric::check::{non_negative, positive};
+
+/// Positions that are remembered until the force that belongs to them is known; a power of two.
+const POSITIONS: usize = 64;
+/// Longest delay that the account knows, periods; a longer one counts as this.
+const MOST_PERIODS: f64 = 60.0;
+/// Lever of an object that turns about the middle of the face, m.
+const LEAST_LEVER_M: f64 = 0.1;
+/// Cosine between path and normal from which on it is known which way a bare hand can push.
+const FACING: f64 = 0.1;
+
+/// Settings of the energy account of a touched object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObjectPortConfig {
+    /// What is done when energy runs out; default [`Tank`](PassivityMethod::Tank). [`Off`](PassivityMethod::Off): the account is kept, and nothing is
+    /// limited.
+    pub method: PassivityMethod,
+    /// Energy that may come out before any has gone in, beside what the object itself holds when the touch begins, and that the
+    /// tank keeps afterwards, J; default 0.1. It covers what the sensors hide in slow pushes; a loop that swings by itself
+    /// stops once it is spent.
+    pub reserve_j: f64,
+    /// Largest error of a measured force, N; default 0.1.
+    pub force_error_n: f64,
+    /// Largest error of a measured position along the path, m; default 1e-5.
+    pub position_error_m: f64,
+    /// Fastest motion against the push of a hand, m/s at the face; default 1.
+    pub most_m_per_s: f64,
+    /// What the hand may do while a command is on its way: by default it waits with 1000 N/m and 20 N s/m. What a stiffer one
+    /// takes beyond that is a debt, which is paid before anything else comes out.
+    pub hand: HandBounds,
+    /// Time in which the tank lets go what neither the object nor the reserve holds, s; default 0.05.
+    pub spill_s: f64,
+}
+
+impl Default for ObjectPortConfig {
+    fn default() -> Self {
+        Self {
+            method: PassivityMethod::Tank,
+            reserve_j: 0.1,
+            force_error_n: 0.1,
+            position_error_m: 1e-5,
+            most_m_per_s: 1.0,
+            hand: HandBounds {
+                speed_m_per_s: 0.0,
+                stiffness_n_per_m: 1000.0,
+                ..HandBounds::default()
+            },
+            spill_s: 0.05,
+        }
+    }
+}
+
+impl ObjectPortConfig {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        non_negative("reserve_j", self.reserve_j)?;
+        positive("most_m_per_s", self.most_m_per_s)?;
+        let sampling = Sampling {
+            period_s: 1e-3,
+            delay_s: 0.0,
+        };
+        self.port(sampling, 0.0).validate()
+    }
+
+    /// `held_j`: what the object holds when the touch begins.
+    fn port(&self, sampling: Sampling, held_j: f64) -> PortConfig {
+        PortConfig {
+            method: self.method,
+            hand: self.hand,
+            force_error_n: self.force_error_n,
+            position_error_m: self.position_error_m,
+            initial_j: self.reserve_j + held_j,
+            capacity_j: f64::INFINITY,
+            spill_s: self.spill_s,
+            ..PortConfig::admittance(sampling, self.most_m_per_s)
+        }
+    }
+}
+
+/// Energy between the hand and the board on a moving object, since the touch began.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PortLedger {
+    /// What the hand has put in, as measured, J.
+    pub given_j: f64,
+    /// What it got back, as measured, J.
+    pub returned_j: f64,
+    /// What may still be given out, J.
+    pub tank_j: f64,
+    /// What came out unforeseen and is not paid back yet, J.
+    pub debt_j: f64,
+    /// Was the motion of the last step limited?
+    pub limited: bool,
+    /// Steps with a limited motion.
+    pub limited_steps: u64,
+    /// All steps.
+    pub steps: u64,
+}
+
+/// A passive port along the path of an object. Forces and ways are those of the middle of the face.
+#[derive(Debug, Clone)]
+pub(super) struct ObjectPort {
+    config: ObjectPortConfig,
+    force_delay_s: f64,
+    motion_delay_s: f64,
+    port: Option<PassivePort>,
+    /// Way of the face for one rad or m of the object, m; the sign says which way the hand pushes.
+    lever_m: f64,
+    path: ObjectPath,
+    /// The face where the touch began.
+    face: Pose,
+    positions: [f64; POSITIONS],
+    ledger: PortLedger,
+}
+
+impl ObjectPort {
+    pub(super) fn new(
+        config: ObjectPortConfig,
+        force_delay_s: f64,
+        motion_delay_s: f64,
+    ) -> Result<Self, HapticsError> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            force_delay_s,
+            motion_delay_s,
+            port: None,
+            lever_m: 1.0,
+            path: ObjectPath::Sliding {
+                direction: glam::DVec3::X,
+            },
+            face: Pose::IDENTITY,
+            positions: [0.0; POSITIONS],
+            ledger: PortLedger::default(),
+        })
+    }
+
+    /// A touch begins with the face here.
+    pub(super) fn begin(&mut self, path: ObjectPath, face: Pose) {
+        let way = path.velocity_at(face.position_m(), 1.0).linear_m_per_s;
+        let size_m = way.length().max(LEAST_LEVER_M);
+        let outward = way.dot(face.rotation().z_axis);
+        // Along the face a hand may push either way: its first push decides.
+        self.lever_m = if outward.abs() > FACING * size_m {
+            -size_m.copysign(outward)
+        } else {
+            size_m
+        };
+        (self.path, self.face, self.port) = (path, face, None);
+        self.ledger = PortLedger::default();
+    }
+
+    pub(super) const fn ledger(&self) -> &PortLedger {
+        &self.ledger
+    }
+
+    /// Did more want to come out in the last step than may?
+    pub(super) fn is_spent(&self) -> bool {
+        let acts = self.config.method != PassivityMethod::Off;
+        self.ledger.limited || (acts && self.ledger.debt_j > 0.0)
+    }
+
+    /// One period: the measured force along the path (N m or N), where the face was measured, what the object holds (J); `rate` is
+    /// what the board is meant to move at, rad/s or m/s. Returns how it may move.
+    pub(super) fn limited(
+        &mut self,
+        (force, face): (f64, &Pose),
+        held_j: f64,
+        rate: f64,
+        dt_s: f64,
+    ) -> Result<f64, HapticsError> {
+        let position_m = self.lever_m * self.path.way_between(&self.face, face);
+        let late = ((self.force_delay_s / dt_s - 0.5).max(0.0)).round();
+        let late = late.min((POSITIONS - 1) as f64);
+        let port = match &mut self.port {
+            Some(port) => port,
+            empty => {
+                let delay_s = (self.motion_delay_s + late * dt_s).min(MOST_PERIODS * dt_s);
+                let sampling = Sampling {
+                    period_s: dt_s,
+                    delay_s,
+                };
+                self.positions = [position_m; POSITIONS];
+                empty.insert(PassivePort::new(self.config.port(sampling, held_j))?)
+            }
+        };
+        let newest = (self.ledger.steps as usize) % POSITIONS;
+        self.positions[newest] = position_m;
+        let then = (newest + POSITIONS - late as usize) % POSITIONS;
+        let wanted = self.lever_m * rate;
+        let most = self.config.most_m_per_s;
+        let out = port.step(&PortInput {
+            position_m: self.positions[then],
+            hand_force_n: force / self.lever_m,
+            wanted: wanted.min(most),
+            stored_j: Some(held_j + 0.5 * self.config.reserve_j),
+        })?;
+        // Away from the hand it may go as fast as it likes.
+        let command = if wanted > 0.0 { wanted } else { out.command };
+        let limited = (command - wanted).abs() > 1e-9;
+        self.ledger = PortLedger {
+            given_j: port.observer().absorbed_j(),
+            returned_j: port.observer().released_j(),
+            tank_j: out.tank_j,
+            debt_j: port.tank().debt_j(),
+            limited,
+            limited_steps: self.ledger.limited_steps + u64::from(limited),
+            steps: self.ledger.steps + 1,
+        };
+        Ok(if limited {
+            command / self.lever_m
+        } else {
+            rate
+        })
+    }
+
+    /// What the board was really told, rad/s or m/s.
+    pub(super) fn sent(&mut self, rate: f64) {
+        if let Some(port) = &mut self.port {
+            port.sent(self.lever_m * rate);
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Does the arm do what it was told?
+
+use super::cycle::Sent;
+use crate::error::HapticsError;
+use hwall_kinematics::{JointPositions, MOST_JOINTS};
+use hwall_numeric::check::{non_negative, positive};
+
+/// When an arm counts as one that does not do what it is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObedienceConfig {
+    /// Longest time from a commanded position to its place, s; default 0.15: the reaction of an iiwa is 0.022 s, and a motion
+    /// that its servo rounds off takes longer.
+    pub delay_s: f64,
+    /// A joint may be this far beyond all positions that were commanded within that time, rad; default 0.1: a push bends an arm.
+    pub tolerance_rad: f64,
+    /// For this long, s; default 0.1.
+    pub lasting_s: f64,
+    /// Time in which an arm that is told to hold comes to rest, s; default 0.4.
+    pub rest_s: f64,
+    /// From then on no joint may drift further than this, rad; default 0.05.
+    pub drift_rad: f64,
+}
+
+impl Default for ObedienceConfig {
+    fn default() -> Self {
+        Self {
+            delay_s: 0.15,
+            tolerance_rad: 0.1,
+            lasting_s: 0.1,
+            rest_s: 0.4,
+            drift_rad: 0.05,
+        }
+    }
+}
+
+impl ObedienceConfig {
+    /// Rejects settings outside their ranges.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), HapticsError> {
+        positive("delay_s", self.delay_s)?;
+        positive("tolerance_rad", self.tolerance_rad)?;
+        non_negative("lasting_s", self.lasting_s)?;
+        non_negative("rest_s", self.rest_s)?;
+        positive("drift_rad", self.drift_rad)?;
+        Ok(())
+    }
+}
+
+/// Pieces that the delay is cut into.
+const PIECES: usize = 16;
+
+/// Least and largest of each joint within a piece of time.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    began_s: f64,
+    least: [f64; MOST_JOINTS],
+    most: [f64; MOST_JOINTS],
+}
+
+impl Span {
+    const EMPTY: Self = Self {
+        began_s: f64::NEG_INFINITY,
+        least: [f64::INFINITY; MOST_JOINTS],
+        most: [f64::NEG_INFINITY; MOST_JOINTS],
+    };
+
+    fn widen(&mut self, q: &JointPositions) {
+        for joint in 0..MOST_JOINTS {
+            self.least[joint] = self.least[joint].min(q[joint]);
+            self.most[joint] = self.most[joint].max(q[joint]);
+        }
+    }
+}
+
+/// What the arm was told last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Told {
+    /// Torques, or nothing so far: it may be anywhere.
+    Anything,
+    Positions,
+    /// To hold: since when, and where it came to rest.
+    Hold {
+        since_s: f64,
+        rested: Option<JointPositions>,
+    },
+}
+
+/// Compares where the arm is with where it was told to be. An arm under torques goes where it is pushed; it is not judged.
+#[derive(Debug, Clone)]
+pub(super) struct Obedience {
+    config: ObedienceConfig,
+    told: Told,
+    spans: [Span; PIECES],
+    newest: usize,
+    /// Since when it is elsewhere, s.
+    astray_since_s: Option<f64>,
+}
+
+impl Obedience {
+    pub(super) const fn new(config: ObedienceConfig) -> Self {
+        Self {
+            config,
+            told: Told::Anything,
+            spans: [Span::EMPTY; PIECES],
+            newest: 0,
+            astray_since_s: None,
+        }
+    }
+
+    /// Is the arm where it was told to be? `q` is measured and finite; times are of sound clocks.
+    pub(super) fn holds(&mut self, q: &JointPositions, joints: usize, now_s: f64) -> bool {
+        let c = self.config;
+        match &mut self.told {
+            Told::Anything => true,
+            Told::Hold { since_s, rested } => {
+                if now_s - *since_s < c.rest_s {
+                    return true;
+                }
+                let at = *rested.get_or_insert(*q);
+                let drifts = (0..joints).any(|i| (q[i] - at[i]).abs() > c.drift_rad);
+                if drifts {
+                    // Said once; from here on anew.
+                    *rested = Some(*q);
+                }
+                !drifts
+            }
+            Told::Positions => {
+                let oldest_s = now_s - c.delay_s * (1.0 + 1.0 / PIECES as f64);
+                let spans = self.spans.iter().enumerate();
+                let live = spans.filter(|(k, span)| *k == self.newest || span.began_s >= oldest_s);
+                let (mut least, mut most) = (Span::EMPTY.least, Span::EMPTY.most);
+                for (_, span) in live {
+                    for i in 0..joints {
+                        least[i] = least[i].min(span.least[i]);
+                        most[i] = most[i].max(span.most[i]);
+                    }
+                }
+                let astray =
+                    (0..joints).any(|i| (least[i] - q[i]).max(q[i] - most[i]) > c.tolerance_rad);
+                if !astray {
+                    self.astray_since_s = None;
+                    return true;
+                }
+                let since_s = *self.astray_since_s.get_or_insert(now_s);
+                now_s - since_s < c.lasting_s
+            }
+        }
+    }
+
+    /// Keeps what is sent in this cycle; `q` is where the arm is.
+    pub(super) fn remember(&mut self, sent: Sent, held: bool, q: &JointPositions, now_s: f64) {
+        match (sent, self.told) {
+            (Sent::Position(to), told) => {
+                if told != Told::Positions {
+                    self.spans = [Span::EMPTY; PIECES];
+                    self.spans[self.newest].began_s = now_s;
+                    // It starts from where it is.
+                    if q.0.iter().all(|angle| angle.is_finite()) {
+                        self.spans[self.newest].widen(q);
+                    }
+                    (self.told, self.astray_since_s) = (Told::Positions, None);
+                }
+                let piece_s = self.config.delay_s / PIECES as f64;
+                if now_s - self.spans[self.newest].began_s >= piece_s {
+                    self.newest = (self.newest + 1) % PIECES;
+                    self.spans[self.newest] = Span {
+                        began_s: now_s,
+                        ..Span::EMPTY
+                    };
+                }
+                self.spans[self.newest].widen(&to);
+            }
+            (_, Told::Hold { .. }) if held => {}
+            _ if held => {
+                self.told = Told::Hold {
+                    since_s: now_s,
+                    rested: None,
+                };
+            }
+            _ => self.told = Told::Anything,
+        }
+    }
+}

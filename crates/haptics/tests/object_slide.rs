@@ -1,0 +1,198 @@
+//! A board that slides within the face of an object while the object yields.
+
+use hwall_haptics::glam::DVec3;
+use hwall_haptics::{
+    ArmCommand, ArmState, Board, BoardTarget, ForceConfig, MovingObject, ObjectCommand,
+    ObjectConfig, ObjectPath, ObjectRenderingConfig, RenderInput, RenderStep, RenderedObject,
+    Renderer, RendererConfig, Slide,
+};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Pose, SrsArm, Wrench};
+
+const DT_S: f64 = 1e-3;
+const PUSH_N: f64 = 5.0;
+
+/// A panel or a door under a push of 5 N, and an arm that does at once what it is told.
+struct Rig {
+    renderer: Renderer,
+    state: ArmState,
+    first: Pose,
+}
+
+impl Rig {
+    fn new(path: impl Fn(&Pose) -> ObjectPath, config: ObjectConfig) -> Self {
+        let q = JointPositions::from_deg([0.0, 45.0, 0.0, -70.0, 0.0, -25.0, 90.0]);
+        let settings = RendererConfig {
+            force: ForceConfig {
+                filter_s: 0.0,
+                ..ForceConfig::default()
+            },
+            ..RendererConfig::default()
+        };
+        let mut renderer = Renderer::new(&SrsArm::iiwa7(), &Board::default(), settings).unwrap();
+        let first = renderer.arm().forward(&q);
+        let object = RenderedObject {
+            object: MovingObject::new(config).unwrap(),
+            path: path(&first),
+        };
+        let prompt = ObjectRenderingConfig {
+            filter_s: 0.0,
+            force_delay_s: Some(0.0),
+            motion_delay_s: Some(0.0),
+            hand_stiffness_n_per_m: 0.0,
+            ..ObjectRenderingConfig::default()
+        };
+        renderer
+            .set_objects(ObjectCommand::Position, prompt, vec![object])
+            .unwrap();
+        let state = ArmState {
+            t_s: 0.0,
+            q,
+            qd: JointVelocities::default(),
+            external_torque: Some(JointTorques::default()),
+        };
+        Self {
+            renderer,
+            state,
+            first,
+        }
+    }
+
+    fn face(&self) -> Pose {
+        self.renderer.arm().forward(&self.state.q)
+    }
+
+    fn step(&mut self, slide: Option<Slide>) -> RenderStep {
+        self.state.t_s += DT_S;
+        let push = Wrench {
+            force_n: self.face().rotation().z_axis * -PUSH_N,
+            ..Wrench::default()
+        };
+        let arm = self.renderer.arm();
+        self.state.external_torque = Some(arm.torques_from_wrench(&self.state.q, &push));
+        let target = BoardTarget {
+            stamp_s: self.state.t_s,
+            ..BoardTarget::new(
+                self.first.position_m(),
+                self.first.rotation().z_axis,
+                self.state.t_s,
+            )
+        };
+        let input = RenderInput {
+            target: Some(&target),
+            slide: slide.as_ref(),
+            object: Some(0),
+            ..RenderInput::default()
+        };
+        let step = self.renderer.step_with(self.state.t_s, &self.state, &input);
+        let ArmCommand::Position(q) = step.command else {
+            panic!("{step:?}");
+        };
+        self.state.q = q;
+        step
+    }
+}
+
+fn spring() -> ObjectConfig {
+    ObjectConfig {
+        stiffness: 200.0,
+        damping: 30.0,
+        ..ObjectConfig::new(4.0)
+    }
+}
+
+#[test]
+fn a_textured_panel_yields_as_its_closed_form_and_scans_with_the_speed_of_its_texture() {
+    for (speed, turn) in [(0.05_f64, 0.0), (-0.08, 0.0), (0.03, 0.2)] {
+        let inward = |face: &Pose| ObjectPath::sliding(-face.rotation().z_axis).unwrap();
+        let mut rig = Rig::new(inward, spring());
+        let [x, z] = [rig.first.rotation().x_axis, rig.first.rotation().z_axis];
+        // What points along the normal is no slide.
+        let slide = Slide {
+            velocity_m_per_s: x * speed + z * 0.5,
+            turn_rad_per_s: turn,
+        };
+        let mut ideal = MovingObject::new(spring()).unwrap();
+        let mut before: Option<f64> = None;
+        for k in 0..600 {
+            let step = rig.step(Some(slide));
+            assert!(step.sliding && step.unreachable.is_none(), "{k}: {step:?}");
+            ideal.step(PUSH_N, DT_S).unwrap();
+            let by_m = rig.face().position_m() - rig.first.position_m();
+            // The face catches up with what it may not do at once.
+            let along_m = -by_m.dot(z);
+            let off_m = (along_m - ideal.position()).abs();
+            assert!(off_m < 2e-4, "{k}: {along_m} for {}", ideal.position());
+            let across_m = by_m.dot(x);
+            if let (Some(last), true) = (before, k > 100) {
+                let scans = (across_m - last) / DT_S;
+                assert!((scans / speed - 1.0).abs() < 0.05, "{k}: {scans} m/s");
+            }
+            before = Some(across_m);
+            assert!(by_m.dot(z.cross(x)).abs() < 1e-4);
+        }
+        assert!((ideal.position() - PUSH_N / 200.0).abs() < 5e-3);
+        // Without the request it comes to rest within the face, and the panel stays.
+        for _ in 0..200 {
+            rig.step(None);
+        }
+        let at_m = rig.face().position_m();
+        assert!(!rig.step(None).sliding);
+        let moved_m = (rig.face().position_m() - at_m).reject_from_normalized(z);
+        assert!(moved_m.length() < 1e-7, "{moved_m}");
+        let ledger = rig.renderer.objects()[0].object.energy_j();
+        assert!(ledger > 0.05, "{ledger}");
+    }
+}
+
+#[test]
+fn on_a_door_the_slide_turns_with_it() {
+    let hinged = |face: &Pose| {
+        let [x, y, z] = [
+            face.rotation().x_axis,
+            face.rotation().y_axis,
+            face.rotation().z_axis,
+        ];
+        // About the board's own y axis, 0.5 m beside it; a push opens it.
+        ObjectPath::turning(face.position_m() - 0.5 * x, y * z.cross(x).dot(y)).unwrap()
+    };
+    let config = ObjectConfig {
+        damping: 4.0,
+        ..ObjectConfig::new(2.0)
+    };
+    let mut rig = Rig::new(hinged, config);
+    for k in 0..400 {
+        // As the texture has it: along the surface as it is now.
+        let y = rig.face().rotation().y_axis;
+        let before = rig.face();
+        let slide = Slide {
+            velocity_m_per_s: y * 0.05,
+            turn_rad_per_s: 0.0,
+        };
+        let step = rig.step(Some(slide));
+        assert!(step.sliding, "{k}: {step:?}");
+        let scans = (rig.face().position_m() - before.position_m()).dot(y) / DT_S;
+        if k > 100 {
+            assert!((scans / 0.05 - 1.0).abs() < 0.05, "{k}: {scans} m/s");
+        }
+    }
+    assert!(rig.renderer.objects()[0].object.position().abs() > 0.05);
+}
+
+#[test]
+fn a_drawer_does_not_slide_along_its_own_path_and_bad_slides_are_none() {
+    let along = |face: &Pose| ObjectPath::sliding(face.rotation().x_axis).unwrap();
+    let mut rig = Rig::new(along, spring());
+    let x = rig.first.rotation().x_axis;
+    for velocity_m_per_s in [x * 0.1, DVec3::NAN] {
+        for _ in 0..100 {
+            let slide = Slide {
+                velocity_m_per_s,
+                turn_rad_per_s: 0.0,
+            };
+            let step = rig.step(Some(slide));
+            assert_eq!(step.sliding, velocity_m_per_s.is_finite());
+        }
+        let by_m = rig.face().position_m() - rig.first.position_m();
+        assert!(by_m.length() < 1e-5, "{by_m}");
+    }
+}
