@@ -1,6 +1,7 @@
 //! The errors of the crate.
 
 use crate::codec::{ClientCommandMode, ConnectionQuality, SessionState};
+use crate::limits::LimitViolation;
 use hwall_numeric::ArgumentError;
 use hwall_protobuf::ProtobufError;
 use std::io;
@@ -117,38 +118,9 @@ pub enum FriError {
         /// What the application on the controller has chosen.
         mode: ClientCommandMode,
     },
-    /// A commanded angle violates a joint limit.
-    #[error("joint {joint}: {value_rad} rad outside [{min_rad}, {max_rad}]")]
-    JointLimit {
-        /// Joint, from 0.
-        joint: usize,
-        /// Angle commanded, rad.
-        value_rad: f64,
-        /// Lower limit, rad.
-        min_rad: f64,
-        /// Upper limit, rad.
-        max_rad: f64,
-    },
-    /// A commanded angle is too far from the one before.
-    #[error("joint {joint}: {speed_rad_per_s} rad/s commanded, {max_rad_per_s} are allowed")]
-    JointSpeed {
-        /// Joint, from 0.
-        joint: usize,
-        /// Speed that the step means, rad/s.
-        speed_rad_per_s: f64,
-        /// Largest speed, rad/s.
-        max_rad_per_s: f64,
-    },
-    /// A commanded torque is too large.
-    #[error("joint {joint}: {value_n_m} N m commanded, {max_n_m} are allowed")]
-    JointTorque {
-        /// Joint, from 0.
-        joint: usize,
-        /// Torque commanded, N m.
-        value_n_m: f64,
-        /// Largest torque, N m.
-        max_n_m: f64,
-    },
+    /// A command outside the limits of the joints.
+    #[error(transparent)]
+    Limit(#[from] LimitViolation),
 }
 
 impl FriError {

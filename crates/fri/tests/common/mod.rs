@@ -1,6 +1,6 @@
 //! Messages with everything in them.
 
-#![allow(dead_code)]
+#![allow(dead_code, unreachable_pub)]
 
 use hwall_fri::codec::{
     CartesianPose, ClientCommandMode, CommandData, CommandMessage, ConnectionInfo,
