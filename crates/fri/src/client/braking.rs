@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CommandedMotion {
     pub(super) q_rad: [f64; 7],
-    speed_rad_per_s: [f64; 7],
+    pub(super) speed_rad_per_s: [f64; 7],
 }
 
 impl CommandedMotion {

@@ -87,3 +87,5 @@ pub fn full_command() -> CommandMessage {
         }),
     }
 }
+
+pub mod bench;
