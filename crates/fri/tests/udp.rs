@@ -65,6 +65,15 @@ struct Outcome {
     states: Vec<SessionState>,
 }
 
+/// Ends the controller's thread also when a test fails.
+struct EndsAtLast<'a>(&'a AtomicBool);
+
+impl Drop for EndsAtLast<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Runs a controller in a thread of its own as long as the client takes.
 fn with_controller<P: SimulatedPlant + Send>(
     plant: P,
@@ -81,15 +90,12 @@ where
     let mut udp = UdpController::bind(controller, any_port(), address, link).expect("a socket");
     let done = AtomicBool::new(false);
     let mut states = Vec::new();
-    let mut ended = None;
     let controller = thread::scope(|scope| {
         let loop_thread = scope.spawn(|| {
             let result = udp.run(|controller| {
                 while let Some(event) = controller.next_event() {
-                    match event.kind {
-                        EventKind::State { to, .. } => states.push(to),
-                        EventKind::Ended(reason) => ended = Some(reason),
-                        _ => {}
+                    if let EventKind::State { to, .. } = event.kind {
+                        states.push(to);
                     }
                 }
                 !done.load(Ordering::Relaxed)
@@ -97,14 +103,16 @@ where
             result.expect("a controller that runs");
             *udp.controller().statistics()
         });
-        body(&mut client);
-        done.store(true, Ordering::Relaxed);
+        {
+            let _end = EndsAtLast(&done);
+            body(&mut client);
+        }
         loop_thread.join().expect("the controller's thread")
     });
     Outcome {
         controller,
         client: *client.statistics(),
-        ended,
+        ended: udp.controller().ended(),
         states,
     }
 }

@@ -119,3 +119,30 @@ pub struct ControllerStatistics {
     /// Events that nobody took in time.
     pub dropped_events: u64,
 }
+
+impl fmt::Display for ControllerStatistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let share = |part: u64| 100.0 * part as f64 / self.expected.max(1) as f64;
+        writeln!(
+            f,
+            "{} messages sent, {} answers expected: {} in time ({:.2} %), {} missed ({:.2} %), {} in a row at most",
+            self.sent,
+            self.expected,
+            self.in_time,
+            share(self.in_time),
+            self.missed,
+            share(self.missed),
+            self.longest_miss
+        )?;
+        writeln!(
+            f,
+            "answers: {} late, {} repeated, {} malformed, {} incomplete, {} not finite",
+            self.late, self.repeated, self.malformed, self.incomplete, self.non_finite
+        )?;
+        write!(
+            f,
+            "{} commands took effect, {} expired; commanding began {} times",
+            self.accepted, self.expired, self.activations
+        )
+    }
+}

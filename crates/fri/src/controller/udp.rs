@@ -5,6 +5,7 @@ use super::machine::Controller;
 use super::plant::SimulatedPlant;
 use crate::codec::{DATAGRAM_BYTES, Datagram};
 use crate::error::{ControllerError, FriError};
+use std::fmt;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::thread;
@@ -26,6 +27,16 @@ pub struct UdpStatistics {
     pub delayed_periods: u64,
     /// Times that the loop was too far behind and began anew.
     pub restarts: u64,
+}
+
+impl fmt::Display for UdpStatistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} periods began late, {} restarts; {} datagrams not sent, {} from others",
+            self.delayed_periods, self.restarts, self.unsent, self.foreign
+        )
+    }
 }
 
 /// A [`Controller`] that sends to a client over UDP, once in every send period, and takes its answers.
@@ -179,6 +190,11 @@ impl<P: SimulatedPlant> UdpController<P> {
     #[must_use]
     pub const fn udp_statistics(&self) -> &UdpStatistics {
         &self.statistics
+    }
+
+    /// The controller, to take its events or to push its arm.
+    pub const fn controller_mut(&mut self) -> &mut Controller<P> {
+        &mut self.controller
     }
 
     /// The controller.
