@@ -13,7 +13,7 @@ const BATCHES: usize = 2000;
 const CALLS: usize = 100;
 
 fn main() {
-    println!("{}", Machine::of_this());
+    println!("{}", Machine::detect(1));
     let mut table = MarkdownTable::new(["version", "what", "bytes", "median ns", "p99 ns"]);
     for version in FriVersion::ALL {
         let codec = Codec::new(version);
