@@ -3,8 +3,7 @@
 //! `cargo run --release --example iiwa_simulator -- --client 127.0.0.1:30200 --version 1.15`
 
 use anyhow::{Context, ensure};
-use clap::{Parser, ValueEnum};
-use hwall_fri::codec::ClientCommandMode;
+use clap::Parser;
 use hwall_fri::controller::{
     Controller, ControllerConfig, LinkConfig, SimulatedPlant, UdpController,
 };
@@ -38,11 +37,11 @@ struct Args {
     #[arg(long, default_value_t = 1)]
     receive_multiplier: u32,
     /// What is simulated: joint targets, or rigid-body dynamics
-    #[arg(long, value_enum, default_value_t = Level::Servo)]
-    level: Level,
+    #[arg(long, default_value = "servo", value_parser = ["servo", "torque"])]
+    level: String,
     /// What the client is to command, as the application on a real controller decides; torque and wrench need --level torque
-    #[arg(long, value_enum, default_value_t = Mode::Position)]
-    mode: Mode,
+    #[arg(long, default_value = "position", value_parser = ["position", "torque", "wrench"])]
+    mode: String,
     /// Share of datagrams that are lost, in each direction
     #[arg(long, default_value_t = 0.0)]
     loss: f64,
@@ -60,53 +59,27 @@ struct Args {
     seed: u64,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Level {
-    Servo,
-    Torque,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Mode {
-    Position,
-    Torque,
-    Wrench,
-}
-
 fn main() -> ExitCode {
     match run(&Args::parse()) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => {
-            println!("commanding was not reached");
-            ExitCode::from(1)
-        }
-        Err(error) => hwall_stage::exit(Err(error)),
+        Ok(false) => ExitCode::from(1),
+        result => hwall_stage::exit(result.map(|_| ())),
     }
 }
 
 fn run(args: &Args) -> anyhow::Result<bool> {
     let arm: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
     let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-    let seed = args.seed;
-    match args.level {
-        Level::Servo => {
-            let config = ServoConfig {
-                seed,
-                ..ServoConfig::default()
-            };
-            serve(args, ServoArm::new(arm, start, config)?)
-        }
-        Level::Torque => {
-            let dynamics = ChainDynamics::new(&Chain::iiwa7())?;
-            // The delay of the interface is the send period.
-            let config = TorqueConfig {
-                seed,
-                command_delay_s: 0.0,
-                ..TorqueConfig::default()
-            };
-            serve(args, TorqueArm::new(arm, dynamics, start, config)?)
-        }
+    if args.level == "servo" {
+        let mut config = ServoConfig::default();
+        config.seed = args.seed;
+        return serve(args, ServoArm::new(arm, start, config)?);
     }
+    let mut config = TorqueConfig::default();
+    config.seed = args.seed;
+    // The delay of the interface is the send period.
+    config.command_delay_s = 0.0;
+    let dynamics = ChainDynamics::new(&Chain::iiwa7())?;
+    serve(args, TorqueArm::new(arm, dynamics, start, config)?)
 }
 
 fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
@@ -114,11 +87,7 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
         version: args.version.parse().context("--version")?,
         send_period_ms: args.period_ms,
         receive_multiplier: args.receive_multiplier,
-        mode: match args.mode {
-            Mode::Position => ClientCommandMode::Position,
-            Mode::Torque => ClientCommandMode::Torque,
-            Mode::Wrench => ClientCommandMode::Wrench,
-        },
+        mode: args.mode.parse()?,
         start_unix_s: SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() as u32,
         ..ControllerConfig::default()
     };
@@ -155,5 +124,9 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
         udp.controller().statistics(),
         udp.udp_statistics()
     );
-    Ok(udp.controller().statistics().activations > 0)
+    let is_reached = udp.controller().statistics().activations > 0;
+    if !is_reached {
+        println!("commanding was not reached");
+    }
+    Ok(is_reached)
 }
