@@ -4,21 +4,17 @@
 
 use anyhow::{Context, ensure};
 use clap::Parser;
-use hwall_fri::controller::{
-    Controller, ControllerConfig, LinkConfig, SimulatedPlant, UdpController,
-};
-use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions, SrsArm};
-use hwall_sim::{ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use hwall_fri::controller::{Controller, ControllerConfig, LinkConfig};
+use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
 use std::net::SocketAddr;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Simulates the controller of an iiwa 7: sends its state to an FRI client and takes the client's commands.
 ///
-/// Prints changes of state and of quality, and what was missed, until Ctrl-C or for as long as asked. Exit status: 0 if commanding was
-/// reached, 1 if not, 2 for bad arguments.
+/// Prints changes of state and of quality, and what was missed, until Ctrl-C or for as long as asked. Exit status: 0 if
+/// commanding was reached, 1 if not, 2 for bad arguments.
 #[derive(Parser)]
 struct Args {
     /// Address of the client, which is sent to
@@ -61,25 +57,17 @@ struct Args {
 
 fn main() -> ExitCode {
     match run(&Args::parse()) {
+        // Commanding was not reached.
         Ok(false) => ExitCode::from(1),
         result => hwall_stage::exit(result.map(|_| ())),
     }
 }
 
 fn run(args: &Args) -> anyhow::Result<bool> {
-    let arm: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
-    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-    if args.level == "servo" {
-        let mut config = ServoConfig::default();
-        config.seed = args.seed;
-        return serve(args, ServoArm::new(arm, start, config)?);
+    match args.level.as_str() {
+        "servo" => serve(args, iiwa7_servo(args.seed)?),
+        _ => serve(args, iiwa7_torque(args.seed)?),
     }
-    let mut config = TorqueConfig::default();
-    config.seed = args.seed;
-    // The delay of the interface is the send period.
-    config.command_delay_s = 0.0;
-    let dynamics = ChainDynamics::new(&Chain::iiwa7())?;
-    serve(args, TorqueArm::new(arm, dynamics, start, config)?)
 }
 
 fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
@@ -109,24 +97,21 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
     );
     static STOP: AtomicBool = AtomicBool::new(false);
     ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
-    let report = |controller: &mut Controller<P>| {
-        while let Some(event) = controller.next_event() {
-            println!("{:9.3} s  {}", event.t_s, event.kind);
-        }
-    };
     udp.run(|controller| {
-        report(controller);
+        print_events(controller);
         controller.t_s() < until_s && !STOP.load(Ordering::Relaxed)
     })?;
-    report(udp.controller_mut());
-    print!(
-        "{}\n{}\n",
+    print_events(udp.controller_mut());
+    println!(
+        "{}\n{}",
         udp.controller().statistics(),
         udp.udp_statistics()
     );
-    let is_reached = udp.controller().statistics().activations > 0;
-    if !is_reached {
-        println!("commanding was not reached");
+    Ok(udp.controller().statistics().activations > 0)
+}
+
+fn print_events<P: SimulatedPlant>(controller: &mut Controller<P>) {
+    while let Some(event) = controller.next_event() {
+        println!("{:9.3} s  {}", event.t_s, event.kind);
     }
-    Ok(is_reached)
 }
