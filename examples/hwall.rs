@@ -10,7 +10,7 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::report::{json, plan_figure, run_figures, tables};
+use hwall_stage::report::{json, plan_figure, run_figures, tables, views};
 use hwall_stage::run::people::{self, Stage};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::{Setting, SettingOptions};
@@ -174,6 +174,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let (trace, span_s) = (&first.run.trace, setting.participants[0].hand.span_s());
     plan_figure::plan(&args.out.join("plan.svg"), scene, &walls.maps, trace)?;
     run_figures::over_time(&args.out.join("time.svg"), trace, &first.run.forces, span_s)?;
+    views::write(&args.out, scene, &**arm.kinematics(), &board, first)?;
     tables::touches_csv(&args.out.join("touches.csv"), &runs)?;
     if let Some(path) = &args.json {
         json::write(path, &runs)?;
