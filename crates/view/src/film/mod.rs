@@ -9,6 +9,7 @@ use crate::frame::ViewFrame;
 use crate::scene::ViewScene;
 use camera::Camera;
 use glam::{DVec2, DVec3};
+use hwall::geometry::Pose;
 use hwall::numeric::check::finite;
 use picture::Picture;
 use std::fmt::Write;
@@ -82,27 +83,51 @@ fn wrong_count(frames: &[ViewFrame]) -> ViewError {
     }
 }
 
-/// Eye and target: the person's side of the surface, from the side on which the arm's base stands.
+/// Eye and target: on the person's side of the surface and beside it, where fewer walls stand before the arm.
 fn standpoint(scene: &ViewScene, last: &ViewFrame) -> (DVec3, DVec3) {
-    let tool = scene
-        .arm
-        .poses(&last.q)
-        .last()
-        .copied()
-        .unwrap_or(hwall::geometry::Pose::IDENTITY);
+    let poses = scene.arm.poses(&last.q);
+    let tool = poses.last().copied().unwrap_or(Pose::IDENTITY);
     let (point_m, normal) = last
         .goal
         .filter(|(point_m, normal)| point_m.is_finite() && normal.is_finite())
         .unwrap_or((tool.position_m(), tool.rotation().z_axis));
     let out = DVec3::new(normal.x, normal.y, 0.0).normalize_or(DVec3::X);
-    let side = DVec3::Z.cross(out);
-    // The longer way to the arm's base opens the view on it.
-    let side = if side.dot(point_m) > 0.0 { side } else { -side };
-    let target_m = 0.5 * (point_m + DVec3::new(0.0, 0.0, 0.42)) + out * 0.06;
-    (
-        target_m + out * 0.95 + side * 1.55 + DVec3::Z * 0.62,
-        target_m,
-    )
+    let target_m = 0.5 * (point_m + DVec3::new(0.0, 0.0, 0.40)) + out * 0.10;
+    let eye_m = |side: DVec3| target_m + out * 0.55 + side * 1.68 + DVec3::Z * 0.42;
+    let sides = [out.cross(DVec3::Z), DVec3::Z.cross(out)];
+    let hidden = |side: &DVec3| -> usize {
+        let eye_m = eye_m(*side);
+        poses
+            .iter()
+            .map(|pose| panes_before(scene, eye_m, pose.position_m()))
+            .sum()
+    };
+    let side = sides.into_iter().min_by_key(hidden).unwrap_or(DVec3::Y);
+    (eye_m(side), target_m)
+}
+
+/// How many triangles that face the eye stand between it and a place.
+fn panes_before(scene: &ViewScene, eye_m: DVec3, place_m: DVec3) -> usize {
+    let way_m = place_m - eye_m;
+    let touchable = scene.surfaces.iter().filter(|s| s.kind != "untouchable");
+    let triangles = touchable.flat_map(|s| &s.triangles_m);
+    triangles
+        .filter(|corners| {
+            let [a, b, c] = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+            let (u, v) = (b - a, c - a);
+            let h = way_m.cross(v);
+            // Positive for a triangle whose outside is met.
+            let determinant = u.dot(h);
+            let s = (eye_m - a).dot(h) / determinant;
+            let q = (eye_m - a).cross(u);
+            let (t, along) = (way_m.dot(q) / determinant, v.dot(q) / determinant);
+            determinant > 0.0
+                && s >= 0.0
+                && t >= 0.0
+                && s + t <= 1.0
+                && (0.0..=1.0).contains(&along)
+        })
+        .count()
 }
 
 /// What stands below a still.
@@ -122,13 +147,13 @@ fn words(frame: &ViewFrame, contact_s: f64) -> String {
     ) {
         (Some(force_n), ..) if force_n.length() > 0.5 => format!("{:.0} N", force_n.length()),
         (_, Some(board_s), Some(hand_s)) if left_s > 0.0 && frame.goal.is_some() => {
-            format!("board there in {board_s:.2} s, hand in {hand_s:.2} s")
+            format!("board in {board_s:.2} s, hand in {hand_s:.2} s")
         }
         _ => String::new(),
     };
     let (y0, y1) = (HIGH - 26.0, HIGH - 9.0);
     format!(
-        "<text x=\"12\" y=\"{y0}\" font-size=\"14.5\" font-weight=\"bold\" fill=\"#1d242d\">{when}</text><rect x=\"12\" y=\"{}\" width=\"11\" height=\"11\" rx=\"2.5\" fill=\"#{r:02x}{g:02x}{b:02x}\"/><text x=\"28\" y=\"{y1}\" font-size=\"13\" fill=\"#1d242d\">{state}<tspan dx=\"8\" fill=\"#5b6672\">{more}</tspan></text>",
+        "<text x=\"12\" y=\"{y0}\" font-size=\"14.5\" font-weight=\"bold\" fill=\"#1d242d\">{when}</text><rect x=\"12\" y=\"{}\" width=\"11\" height=\"11\" rx=\"2.5\" fill=\"#{r:02x}{g:02x}{b:02x}\"/><text x=\"28\" y=\"{y1}\" font-size=\"13\" fill=\"#1d242d\">{state}<tspan dx=\"8\" font-size=\"12\" fill=\"#5b6672\">{more}</tspan></text>",
         y1 - 10.0,
     )
 }

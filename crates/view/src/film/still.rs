@@ -185,7 +185,7 @@ fn wall(picture: &mut Picture, surface: &ViewSurface, opening: f64) {
         .filter(|[a, b, c]| (*b - *a).cross(*c - *a).dot(eye_m - *a) > 0.0)
         .collect();
     let colour = if surface.path.is_some() { DOOR } else { WALL };
-    picture.pane(triangles.iter().map(|t| t.as_slice()), colour, 0.26);
+    picture.pane(triangles.iter().map(|t| t.as_slice()), colour, 0.2);
     for [a, b] in rim(&triangles) {
         picture.line(&[a, b], EDGE, 1.1, "");
     }
@@ -235,7 +235,13 @@ fn intent(picture: &mut Picture, scene: &ViewScene, frame: &ViewFrame) {
                 predicted.point_m + a * cos + b * sin
             };
             let ring: Vec<DVec3> = (0..=36).map(on).collect();
-            picture.line(&ring, PREDICTED, 1.6, "");
+            // A guess is drawn as one.
+            let style = if a.length() > 0.3 {
+                "stroke-opacity=\".35\""
+            } else {
+                ""
+            };
+            picture.line(&ring, PREDICTED, 1.6, style);
         }
         picture.dot(predicted.point_m, 2.8, PREDICTED);
     }

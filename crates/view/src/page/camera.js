@@ -6,7 +6,7 @@ class Camera {
     this.reset();
   }
 
-  reset() { this.look([0.5, 0, 0.35], -1.02, 0.36, 3.1); }
+  reset() { this.look([0.6, 0, 0.36], -1.32, 0.3, 2.9); }
 
   /** Around a place, m; from a direction, rad; from a distance, m. */
   look(target, yaw, pitch, away) {
@@ -53,9 +53,9 @@ class Camera {
 
 /**
  * Lets pointers move a camera. `takes(event)` may claim a pointer for something else: a function that is then told of
- * it, as `{ move, end }`, or nothing.
+ * it, as `{ move, end }`, or nothing. `claiming()`: is one finger spoken for, so that two have to turn the picture?
  */
-function steer(canvas, camera, takes = () => null) {
+function steer(canvas, camera, takes = () => null, claiming = () => false) {
   const pointers = new Map();
   const middle = () => {
     const all = [...pointers.values()].filter((p) => !p.claimed);
@@ -80,7 +80,7 @@ function steer(canvas, camera, takes = () => null) {
     pointer.y = event.clientY;
     const after = middle(), dx = after.x - before.x, dy = after.y - before.y;
     if (after.count > 1) {
-      camera.pan(dx, dy, canvas.clientHeight);
+      if (claiming()) camera.orbit(dx, dy); else camera.pan(dx, dy, canvas.clientHeight);
       if (before.apart > 0 && after.apart > 0) camera.zoom(before.apart / after.apart);
     } else if (pointer.pans) camera.pan(dx, dy, canvas.clientHeight);
     else camera.orbit(dx, dy);

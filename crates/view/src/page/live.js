@@ -17,7 +17,7 @@ function live() {
 
   const begin = (message) => {
     scene = message;
-    shown = stage(scene, (event) => pointer?.takes(event) ?? null);
+    shown = stage(scene, (event) => pointer?.takes(event) ?? null, () => touching);
     const send = (sample) => connection.hand(sample);
     pointer = new PointerHand(shown, scene, send);
     headset = new Headset(shown, scene, {

@@ -3,7 +3,7 @@ const $ = (id) => document.getElementById(id);
 const seconds = (t) => (t == null ? "–" : `${t.toFixed(2)} s`);
 
 /** Makes the picture and the panel; returns the means to show frames in them. */
-function stage(scene, takes) {
+function stage(scene, takes, claiming) {
   const canvas = $("view");
   const stale = { is: true };
   const camera = new Camera(() => { stale.is = true; });
@@ -29,7 +29,7 @@ function stage(scene, takes) {
   const look = (name) => { eyes = false; views[name](); };
   for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => look(button.dataset.view));
   $("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
-  steer(canvas, { orbit: (...d) => { eyes = false; camera.orbit(...d); }, zoom: (f) => { eyes = false; camera.zoom(f); }, pan: (...d) => { eyes = false; camera.pan(...d); } }, takes);
+  steer(canvas, { orbit: (...d) => { eyes = false; camera.orbit(...d); }, zoom: (f) => { eyes = false; camera.zoom(f); }, pan: (...d) => { eyes = false; camera.pan(...d); } }, takes, claiming);
   addEventListener("resize", () => { stale.is = true; });
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -51,20 +51,23 @@ function stage(scene, takes) {
     /** Composes and draws. */
     show(frame) {
       if (lost) return;
-      viewer.compose(frame);
-      const clip = viewer.render(eyes && frame.head ? asPerson(frame) : camera);
+      const within = eyes && frame.head;
+      viewer.compose(within ? { ...frame, head: null } : frame);
+      const clip = viewer.render(within ? asPerson(frame) : camera);
       labels.show(viewer.labels, clip);
       stale.is = false;
     },
     /** Numbers of a frame. */
     tell(frame) {
       const { name, rgb } = scene.states[frame.state] ?? { name: "unknown", rgb: [128, 128, 128] };
-      const lead = leadOf(frame), rows = { time: seconds(frame.t), hand: frame.hand ? "tracked" : "lost", contact: seconds(frame.predicted?.time), left: frame.goal ? seconds(frame.left) : "–", lead: lead == null || !frame.goal ? "–" : `${lead >= 0 ? "+" : "−"}${Math.abs(lead).toFixed(2)} s`, force: frame.force && norm(frame.force) > LEAST_FORCE ? `${norm(frame.force).toFixed(1)} N` : "–" };
+      // In a touch both are there.
+      const coming = frame.goal && frame.state !== 4, lead = coming ? leadOf(frame) : null;
+      const rows = { time: seconds(frame.t), hand: frame.hand ? "tracked" : "lost", contact: frame.state === 4 ? "–" : seconds(frame.predicted?.time), left: coming ? seconds(frame.left) : "–", lead: lead == null ? "–" : `${lead >= 0 ? "+" : "−"}${Math.abs(lead).toFixed(2)} s`, force: frame.force && norm(frame.force) > LEAST_FORCE ? `${norm(frame.force).toFixed(1)} N` : "–" };
       $("state").lastElementChild.textContent = name;
       $("state").firstElementChild.style.background = `rgb(${rgb})`;
       for (const [id, text] of Object.entries(rows)) $(id).textContent = text;
       $("hand").className = frame.hand ? "" : "late";
-      $("lead").className = lead < 0 && frame.goal ? "late" : "";
+      $("lead").className = lead != null && lead < 0 ? "late" : "";
     },
   };
 }

@@ -13,7 +13,15 @@ class PointerHand {
     this.reacher = new Reacher(scene.floor);
     shown.canvas.addEventListener("pointermove", (event) => this.see(event));
     shown.canvas.addEventListener("pointerleave", () => { if (!this.reacher.held) this.at = null; });
-    setInterval(() => this.sample(), 1000 / SAMPLE_HZ);
+    this.due = performance.now();
+    // Timers know whole milliseconds: each sample is set by the clock, so that the rate is right.
+    const next = () => {
+      this.sample();
+      const now = performance.now();
+      this.due = Math.max(this.due + 1000 / SAMPLE_HZ, now - 50);
+      setTimeout(next, Math.max(0, this.due - now));
+    };
+    next();
   }
 
   see(event) {

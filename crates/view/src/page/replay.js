@@ -26,7 +26,7 @@ function replay(scene, frames, markers) {
   const play = (is) => {
     if (is && now >= end) now = start;
     playing = is;
-    $("play").textContent = is ? "❚❚" : "▶";
+    $("play").querySelector("path").setAttribute("d", is ? "M3 2h4v12H3zM9 2h4v12H9z" : "M3 1.5v13l11-6.5z");
     $("play").setAttribute("aria-label", is ? "Pause" : "Play");
     shown.stale.is = true;
   };

@@ -47,6 +47,8 @@ function readScene(scene) {
     surface.middle = sum;
   }
   scene.floor = Number.isFinite(low) ? low : 0;
+  // Does something of the room carry the arm?
+  scene.stands = scene.surfaces.some((s) => !s.touchable && s.middle[2] > scene.floor + 0.02 && Math.hypot(s.middle[0], s.middle[1]) < 0.3);
   return scene;
 }
 

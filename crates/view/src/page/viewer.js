@@ -22,7 +22,6 @@ class Viewer {
     this.line = program(gl, LINE_VERTEX, LINE_FRAGMENT);
     this.thick = new Capsules(gl, 28, 7);
     this.thin = new Capsules(gl, 8, 2);
-    this.clear = new Capsules(gl, 28, 7);
     const triangles = scene.surfaces.reduce((sum, s) => sum + s.places.length / 9, 0);
     for (const surface of scene.surfaces) {
       surface.array = triangleArray(gl, surface.places);
@@ -48,8 +47,8 @@ class Viewer {
 
   /** Collects what moves. `hands`: hands to show instead of the frame's. */
   compose(frame, hands = null) {
-    const { thick, thin, clear, scene, theme } = this;
-    [thick, thin, clear].forEach((set) => set.clear());
+    const { thick, thin, scene, theme } = this;
+    [thick, thin].forEach((set) => set.clear());
     this.labels = [];
     this.frame = frame;
     openDoors(scene, frame);
@@ -61,12 +60,12 @@ class Viewer {
     // The mount between the last link and the board, and the foot.
     const flange = point(this.tool, [0, 0, -scene.board.thickness_m]);
     thick.add(flange, point(this.tool, [0, 0, -scene.board.thickness_m - 0.03]), 0.042, theme.housing);
-    if (scene.floor < -0.05) thick.add([0, 0, scene.floor], [0, 0, 0], 0.07, theme.link.map((c) => 0.72 * c));
+    if (scene.floor < -0.05 && !scene.stands) thick.add([0, 0, scene.floor], [0, 0, 0], 0.07, theme.link.map((c) => 0.72 * c));
     (hands ?? [frame.hand]).forEach((hand) => hand && this.hand(hand));
     this.person(frame);
     this.intent(frame);
     if (frame.force && norm(frame.force) > LEAST_FORCE) this.arrow(frame);
-    [thick, thin, clear].forEach((set) => set.upload());
+    [thick, thin].forEach((set) => set.upload());
   }
 
   hand(joints) {
@@ -85,9 +84,11 @@ class Viewer {
   person({ head, gaze }) {
     if (!head) return;
     const look = gaze ? gaze.direction : [-1, 0, 0];
-    const side = unit(cross([0, 0, 1], look), [0, 1, 0]), front = along(head, look, 0.075);
-    this.clear.add(along(head, [0, 0, 1], 0.03), along(head, [0, 0, 1], -0.05), 0.088, [...SKIN, 0.55]);
-    this.thick.add(along(front, side, 0.055), along(front, side, -0.055), 0.038, this.theme.ink.map((c) => 0.25 + 0.5 * c));
+    const side = unit(cross([0, 0, 1], look), [0, 1, 0]), front = along(head, look, 0.01);
+    // Midway between the eyes; the skull is behind them.
+    const skull = along(head, look, -0.07);
+    this.thick.add(along(skull, [0, 0, 1], 0.02), along(skull, [0, 0, 1], -0.03), 0.085, SKIN);
+    this.thick.add(along(front, side, 0.05), along(front, side, -0.05), 0.034, [0.16, 0.18, 0.21]);
     if (!gaze) return;
     // The eyes' line ends at what they see.
     const hit = hitsOf(this.scene, gaze).find((h) => h.front);
@@ -111,8 +112,10 @@ class Viewer {
     this.thin.add(at, at, 0.011, [...ink, 1], 1);
     if (predicted.region) {
       const [a, b] = predicted.region;
+      // A guess is drawn as one: of a region as large as a wall only a trace.
+      const faint = norm(a) > 0.4 ? 0.3 : 0.9;
       const on = (turn) => along(along(at, a, Math.cos(turn)), b, Math.sin(turn));
-      for (let i = 0; i < 40; i++) this.thin.add(on((i * Math.PI) / 20), on(((i + 1) * Math.PI) / 20), 0.0026, [...ink, 0.9], 1);
+      for (let i = 0; i < 40; i++) this.thin.add(on((i * Math.PI) / 20), on(((i + 1) * Math.PI) / 20), 0.0026, [...ink, faint], 1);
     }
     if (predicted.time != null && predicted.time < 3 && state !== 4) this.label(along(at, predicted.normal, 0.03), `touch in ${predicted.time.toFixed(2)} s`, "predicted");
   }
@@ -141,7 +144,6 @@ class Viewer {
     gl.disable(gl.STENCIL_TEST);
     const use = ({ made, at }) => { gl.useProgram(made); gl.uniformMatrix4fv(at.u_clip, false, clip); gl.uniform3fv(at.u_eye ?? null, eye); return at; };
 
-    // Ground: what looks up and is not to be touched.
     const mesh = use(this.mesh);
     const show = ({ array, count }, model, colour, back) => {
       gl.uniformMatrix4fv(mesh.u_model, false, model);
@@ -150,10 +152,11 @@ class Viewer {
       gl.bindVertexArray(array);
       gl.drawArrays(gl.TRIANGLES, 0, count);
     };
-    const isGround = (s) => !s.touchable && s.middle[2] < scene.floor + 0.02;
+    // Ground and furniture that nobody is to touch are solid; ceilings are not, for one looks in from above.
+    const isSolid = (s) => !s.touchable && s.middle[2] < scene.floor + 1.2;
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
-    scene.surfaces.filter(isGround).forEach((s) => show(s.array, s.model, [...theme.floor, 1], 0));
+    scene.surfaces.filter(isSolid).forEach((s) => show(s.array, s.model, [...(s.middle[2] < scene.floor + 0.02 ? theme.floor : theme.wall), 1], 0));
     gl.disable(gl.POLYGON_OFFSET_FILL);
     const line = use(this.line);
     const lines = ({ array, count }, model, colour, fade) => {
@@ -181,18 +184,16 @@ class Viewer {
     }
 
     // Walls, far ones first; nothing hides behind them.
-    const walls = scene.surfaces.filter((s) => !isGround(s));
+    const walls = scene.surfaces.filter((s) => !isSolid(s));
     const far = (s) => distance(point(s.model, s.middle), eye);
     if (!solidWalls) gl.depthMask(false);
     use(this.mesh);
     for (const s of walls.sort((a, b) => far(b) - far(a))) {
       const tint = s.color ?? (s.moves >= 0 ? DOOR : theme.wall);
       const hit = this.frame.predicted && scene.surfaces[this.frame.predicted.surface] === s;
-      const opacity = solidWalls ? 1 : s.touchable ? (hit ? 0.46 : 0.34) : 0.5;
-      show(s.array, s.model, [...tint, opacity], solidWalls ? 1 : s.moves >= 0 ? 0.8 : 0.22);
+      const opacity = solidWalls ? 1 : !s.touchable ? 0.12 : s.moves >= 0 ? 0.4 : hit ? 0.34 : 0.2;
+      show(s.array, s.model, [...tint, opacity], solidWalls ? 1 : !s.touchable ? 0.2 : s.moves >= 0 ? 0.8 : 0.3);
     }
-    use(this.capsule);
-    this.clear.draw();
     use(this.line);
     for (const s of walls) if (s.edges) lines(s.edges, s.model, theme.edge, 0);
     gl.depthMask(true);
