@@ -22,7 +22,7 @@ use std::time::Instant;
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
 /// Without options: a room made for this, a simulated person and twelve touches, foreseen by what
-/// other simulated people taught. Prints four tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
+/// other simulated people taught. Prints four tables; writes plan.svg, time.svg, replay.html (open it in a browser), touch.svg, table.md and touches.csv to the output folder.
 /// More than twelve touches are made by several people, each in a run of their own; figures and lists are then of the first.
 #[derive(Parser)]
 struct Args {
@@ -77,6 +77,9 @@ struct Args {
     /// Output folder
     #[arg(long, default_value = "out/hwall")]
     out: PathBuf,
+    /// Also writes hwall.glb, the animation for Blender and other viewers
+    #[arg(long)]
+    glb: bool,
     /// Also writes every touch and a summary to this file. In the summary `reachable`, `possible` and `in_place` count touches
     /// (in_place: of the reachable ones), in_place_of_possible is the share of the possible ones that were in place, 0 to 1;
     /// gap_p90_m is of the reachable ones, felt_median_s of those that were felt; what does not exist is null
@@ -113,6 +116,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let outputs = Outputs {
         folder: &args.out,
         json: args.json.as_deref(),
+        glb: args.glb,
     };
     outputs.check()?;
     let board = Board::default();
@@ -160,8 +164,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let table = outputs::text(&runs, &walls.maps, mapping)?;
     writeln!(io::stdout(), "{table}")?;
-    let span_s = setting.participants[0].hand.span_s();
-    let written = outputs.write(&table, &runs, scene, &walls.maps, span_s)?;
+    let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;
     writeln!(io::stdout(), "{written}")?;
     Ok(())
 }

@@ -8,3 +8,4 @@ pub mod plan_figure;
 pub mod run_figures;
 pub mod summary;
 pub mod tables;
+pub mod views;

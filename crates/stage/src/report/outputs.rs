@@ -1,10 +1,9 @@
 //! All that a run of the main job leaves: what is printed, and the files.
 
-use super::{json, plan_figure, run_figures, tables};
-use crate::run::people::PersonRun;
+use super::{json, plan_figure, run_figures, tables, views};
+use crate::run::people::{PersonRun, Stage};
 use anyhow::{Context, ensure};
 use hwall::reachability::WallMaps;
-use hwall::scene::Scene;
 use std::path::Path;
 use std::time::Duration;
 
@@ -15,6 +14,8 @@ pub struct Outputs<'a> {
     pub folder: &'a Path,
     /// For the touches and their summary as JSON.
     pub json: Option<&'a Path>,
+    /// Is the animation written as glTF, too?
+    pub glb: bool,
 }
 
 impl Outputs<'_> {
@@ -31,7 +32,7 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    /// Writes plan.svg, time.svg, table.md and touches.csv, and the JSON file if there is to be one. Figures are of the first person,
+    /// Writes plan.svg, time.svg, the replay, the film strip, table.md and touches.csv, and the JSON file if there is to be one. Figures are of the first person,
     /// whose hand is there from `span_s.0` to `span_s.1`; returns what to say about it.
     ///
     /// # Errors
@@ -40,22 +41,25 @@ impl Outputs<'_> {
         &self,
         table: &str,
         runs: &[PersonRun],
-        scene: &Scene,
-        maps: &WallMaps,
+        stage: &Stage<'_>,
         span_s: (f64, f64),
     ) -> anyhow::Result<String> {
-        let run = &first(runs)?.run;
+        let (first, scene) = (first(runs)?, stage.scene);
+        let run = &first.run;
         let in_folder = |name: &str| self.folder.join(name);
         std::fs::create_dir_all(self.folder).with_context(|| self.folder.display().to_string())?;
-        plan_figure::plan(&in_folder("plan.svg"), scene, maps, &run.trace)?;
+        plan_figure::plan(&in_folder("plan.svg"), scene, &stage.walls.maps, &run.trace)?;
         run_figures::over_time(&in_folder("time.svg"), &run.trace, &run.forces, span_s)?;
+        let arm = &**stage.arm.kinematics();
+        let views = views::write(self.folder, scene, arm, stage.board, first, self.glb)?;
         tables::touches_csv(&in_folder("touches.csv"), runs)?;
         if let Some(path) = self.json {
             json::write(path, runs)?;
         }
         std::fs::write(in_folder("table.md"), table)?;
         Ok(format!(
-            "wrote plan.svg, time.svg, table.md and touches.csv to {}",
+            "wrote plan.svg, time.svg, {}, table.md and touches.csv to {}",
+            views.join(", "),
             self.folder.display()
         ))
     }
