@@ -64,11 +64,7 @@ impl Skeleton {
     ///
     /// # Errors
     /// No joint or more than seven; a chain that at zero ends elsewhere than the kinematics says.
-    pub fn new(
-        chain: &Chain,
-        arm: &dyn ArmKinematics,
-        board: &Board,
-    ) -> Result<Self, RecordError> {
+    pub fn new(chain: &Chain, arm: &dyn ArmKinematics, board: &Board) -> Result<Self, RecordError> {
         let joints = chain.joints().to_vec();
         let count = joints.len();
         if count == 0 || count > MOST_JOINTS || count != arm.joint_count() {
@@ -120,9 +116,7 @@ impl Skeleton {
                 JointKind::Revolute => {
                     Pose::from_parts_unchecked(DMat3::from_axis_angle(axis, value), DVec3::ZERO)
                 }
-                JointKind::Prismatic => {
-                    Pose::from_parts_unchecked(DMat3::IDENTITY, axis * value)
-                }
+                JointKind::Prismatic => Pose::from_parts_unchecked(DMat3::IDENTITY, axis * value),
             };
             joint.previous_from_link * moved
         })

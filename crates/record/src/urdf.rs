@@ -55,10 +55,7 @@ impl Skeleton {
         ];
         let middle = Pose::IDENTITY.at(DVec3::NEG_Z * (0.5 * size[2]));
         writeln!(xml, "  <link name=\"{BOARD}\">")?;
-        let shape = format!(
-            "<box size=\"{:?} {:?} {:?}\"/>",
-            size[0], size[1], size[2]
-        );
+        let shape = format!("<box size=\"{:?} {:?} {:?}\"/>", size[0], size[1], size[2]);
         visual(xml, &middle, &shape, "board")?;
         writeln!(xml, "  </link>")?;
         for (number, joint) in self.joints.iter().enumerate() {
@@ -75,7 +72,10 @@ impl Skeleton {
                 "  <joint name=\"{}\" type=\"{kind}\">",
                 escaped(&joint.name)
             )?;
-            writeln!(xml, "    <parent link=\"{parent}\"/><child link=\"{child}\"/>")?;
+            writeln!(
+                xml,
+                "    <parent link=\"{parent}\"/><child link=\"{child}\"/>"
+            )?;
             writeln!(xml, "    {}", origin(&joint.previous_from_link))?;
             let DVec3 { x, y, z } = joint.axis;
             writeln!(xml, "    <axis xyz=\"{x:?} {y:?} {z:?}\"/>")?;
@@ -96,7 +96,10 @@ impl Skeleton {
         }
         let last = self.links.last().map_or(BASE, String::as_str);
         writeln!(xml, "  <joint name=\"{BOARD}_mount\" type=\"fixed\">")?;
-        writeln!(xml, "    <parent link=\"{last}\"/><child link=\"{BOARD}\"/>")?;
+        writeln!(
+            xml,
+            "    <parent link=\"{last}\"/><child link=\"{BOARD}\"/>"
+        )?;
         writeln!(xml, "    {}", origin(&self.last_link_from_board))?;
         writeln!(xml, "  </joint>")?;
         writeln!(xml, "</robot>")

@@ -70,7 +70,9 @@ impl View {
                 probability: contact.probability,
                 distance_m: contact.distance_m,
             }),
-            goal: control.target().map(|target| (target.point_m, target.normal)),
+            goal: control
+                .target()
+                .map(|target| (target.point_m, target.normal)),
             left_s: step.and_then(|s| s.left_s),
             openings,
             moving,

@@ -319,7 +319,9 @@ pub(crate) fn state(w: &mut Writer<'_>, view: &View) {
     w.double(6, number(contact_in_s));
     w.double(7, number(view.left_s));
     // Positive: the board is there before the hand.
-    let lead_s = contact_in_s.zip(view.left_s).map(|(hand, board)| hand - board);
+    let lead_s = contact_in_s
+        .zip(view.left_s)
+        .map(|(hand, board)| hand - board);
     w.double(8, number(lead_s));
     w.double(9, number(view.contact.map(|c| c.probability)));
     w.double(10, number(view.contact.map(|c| c.distance_m)));

@@ -22,7 +22,11 @@ const fn plain(name: &'static str, fields: &'static [Field]) -> Message {
     }
 }
 
-const XYZ: &[Field] = &[one(1, "x", Double), one(2, "y", Double), one(3, "z", Double)];
+const XYZ: &[Field] = &[
+    one(1, "x", Double),
+    one(2, "y", Double),
+    one(3, "z", Double),
+];
 const SECONDS: &[Field] = &[one(1, "seconds", Int64), one(2, "nanos", Int32)];
 
 #[rustfmt::skip]
