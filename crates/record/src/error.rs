@@ -11,16 +11,16 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum RecordError {
     /// A file that cannot be opened, read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     Io {
         /// Which file.
         path: PathBuf,
         /// Why not; its kind says which sort of failure.
-        source: io::Error,
+        error: io::Error,
     },
     /// The MCAP writer refused something.
     #[error("the MCAP writer: {0}")]
-    Mcap(#[from] mcap::McapError),
+    Mcap(mcap::McapError),
     /// The thread that writes could not be started, or ended in a panic.
     #[error("the thread that writes the recording {0}")]
     Thread(&'static str),
@@ -83,14 +83,14 @@ pub enum RecordError {
     #[error("no /session/setup: not a recording of a session, or cut before its first chunk")]
     NoSetup,
     /// A message whose bytes are no message.
-    #[error("{channel} at byte {offset}: {source}")]
+    #[error("{channel} at byte {offset}: {problem}")]
     Message {
         /// Its channel.
         channel: &'static str,
-        /// Where the message begins; the offset in `source` counts from there.
+        /// Where the message begins; the offset in `problem` counts from there.
         offset: u64,
         /// What is wrong.
-        source: ProtobufError,
+        problem: ProtobufError,
     },
     /// A message whose values make no sense.
     #[error("{channel} at byte {offset}: {field}: {problem}")]
@@ -114,9 +114,15 @@ pub enum RecordError {
     },
 }
 
+impl From<mcap::McapError> for RecordError {
+    fn from(error: mcap::McapError) -> Self {
+        Self::Mcap(error)
+    }
+}
+
 impl RecordError {
     pub(crate) fn io(path: &std::path::Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| Self::Io { path, source }
+        move |error| Self::Io { path, error }
     }
 }

@@ -135,12 +135,12 @@ def check_schemas(messages):
     return compared
 
 
-def check_with_rerun(path):
+def check_with_rerun(path, *options):
     beside = os.path.join(os.path.dirname(sys.executable), "rerun")
     rerun = beside if os.path.exists(beside) else shutil.which("rerun")
     if rerun is None:
         return None
-    run = subprocess.run([rerun, "mcap", "check", "--full", path], capture_output=True, text=True)
+    run = subprocess.run([rerun, "mcap", "check", "--full", *options, path], capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
     lines = [line for line in run.stdout.splitlines() if "/" in line and "──" not in line]
     rows = [line for line in lines if line.rstrip().endswith("—")]
@@ -166,8 +166,9 @@ def main():
         print(f"ok: {check_schemas(messages)} messages are as Foxglove publishes them")
     except ModuleNotFoundError as error:
         print(f"skipped: others_tools: {error}")
-    for path in (finished, unfinished):
-        rows = check_with_rerun(path)
+    # An unfinished file has no summary, which rerun wants to be told.
+    for path, options in ((finished, ()), (unfinished, ("--recover",))):
+        rows = check_with_rerun(path, *options)
         if rows is None:
             print("skipped: others_tools: no rerun")
             break

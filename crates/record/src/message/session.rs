@@ -171,10 +171,10 @@ impl<'a> Body<'a> {
             }
             Ok(())
         };
-        read().map_err(|source| RecordError::Message {
+        read().map_err(|problem| RecordError::Message {
             channel: self.channel,
             offset: self.offset,
-            source,
+            problem,
         })
     }
 
