@@ -58,11 +58,13 @@ impl fmt::Display for Difference {
         if was != is {
             return write!(f, "recorded {was}, now {is}");
         }
-        let joints = old.iter().zip(&new).enumerate();
-        for (joint, (a, b)) in joints.filter(|(_, (a, b))| a.to_bits() != b.to_bits()) {
-            return write!(f, "{was} of joint {}: recorded {a:?}, now {b:?}", joint + 1);
+        let mut joints = old.iter().zip(&new).enumerate();
+        match joints.find(|(_, (a, b))| a.to_bits() != b.to_bits()) {
+            Some((joint, (a, b))) => {
+                write!(f, "{was} of joint {}: recorded {a:?}, now {b:?}", joint + 1)
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
