@@ -22,4 +22,3 @@ pub use recording::{Input, Inputs, Recording, Request};
 pub use replay::{Difference, Replayable, Replayed, replay};
 pub use setup::{ArmSource, Run, Setup};
 pub use skeleton::Skeleton;
-pub use view::view_period_s;

@@ -56,7 +56,7 @@ impl Default for RecorderConfig {
             capacity: 4096,
             chunk_bytes: 256 * 1024,
             flush_s: 0.5,
-            view_period_s: crate::view::view_period_s(),
+            view_period_s: 0.01,
             scene_every: 3,
             most_triangles: 200_000,
             epoch_ns: 0,

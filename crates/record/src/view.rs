@@ -8,12 +8,6 @@ use hwall::{Session, SessionState};
 /// Most moving surfaces that a view holds; further ones are not drawn.
 pub(crate) const MOST_MOVING: usize = 8;
 
-/// Period of the views that a recorder takes unless told otherwise, s.
-#[must_use]
-pub const fn view_period_s() -> f64 {
-    0.01
-}
-
 /// A contact that is foreseen, as it is drawn.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SeenContact {

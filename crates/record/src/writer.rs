@@ -122,7 +122,6 @@ pub(crate) struct Writer {
     /// The next message of the session.
     expected: u64,
     dropped: Arc<AtomicU64>,
-    bytes: u64,
 }
 
 impl Writer {
@@ -164,7 +163,6 @@ impl Writer {
             begun: false,
             expected: 0,
             dropped,
-            bytes: 0,
         })
     }
 
@@ -375,7 +373,6 @@ impl Writer {
         self.counts[number] = self.counts[number].wrapping_add(1);
         self.mcap.write_to_known_channel(&header, &self.buffer)?;
         self.pending += self.buffer.len();
-        self.bytes += self.buffer.len() as u64;
         Ok(())
     }
 }
