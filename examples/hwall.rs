@@ -9,6 +9,7 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
+use hwall_stage::recording;
 use hwall_stage::report::outputs::{self, Outputs};
 use hwall_stage::run::people::{self, Stage};
 use hwall_stage::run::simulated_arm::ArmLevel;
@@ -85,6 +86,12 @@ struct Args {
     /// gap_p90_m is of the reachable ones, felt_median_s of those that were felt; what does not exist is null
     #[arg(long)]
     json: Option<PathBuf>,
+    /// Also records all runs to this file, for Foxglove, Rerun and --replay; the arm's capsules as URDF beside it
+    #[arg(long)]
+    mcap: Option<PathBuf>,
+    /// Runs the sessions of such a file again instead, and compares every command bit by bit
+    #[arg(long, exclusive = true)]
+    replay: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -109,6 +116,9 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(path) = &args.replay {
+        return recording::replay(path, &mut io::stdout());
+    }
     anyhow::ensure!(
         (0.1..=20.0).contains(&args.period_ms),
         "--period-ms must lie in 0.1..=20"
@@ -146,7 +156,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let bar =
         ProgressBar::new(1000).with_style(ProgressStyle::with_template("{wide_bar} {percent} %")?);
     let began = Instant::now();
-    let walls = arm.walls_of(scene, &board, setting.likely_touches, !args.plain)?;
+    let likely = setting.likely_touches.clone();
+    let walls = arm.walls_of(scene, &board, likely, !args.plain)?;
     let mapping = began.elapsed();
     let stage = Stage {
         arm: &arm,
@@ -158,10 +169,18 @@ fn run(args: &Args) -> anyhow::Result<()> {
         level: args.arm_level,
         period_s: 1e-3 * args.period_ms,
     };
-    let runs = people::run(&stage, &setting.participants, |share| {
+    let scene_path = args.scene.as_deref();
+    let recorder = args.mcap.as_deref();
+    let recorder =
+        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_path, &args.arm));
+    let mut recorder = recorder.transpose()?;
+    let runs = people::run_recorded(&stage, &setting.participants, recorder.as_mut(), |share| {
         bar.set_position((1000.0 * share) as u64);
     })?;
     bar.finish_and_clear();
+    if let (Some(recorder), Some(path)) = (recorder, &args.mcap) {
+        writeln!(io::stdout(), "{}", recording::finish(recorder, path)?)?;
+    }
     let table = outputs::text(&runs, &walls.maps, mapping)?;
     writeln!(io::stdout(), "{table}")?;
     let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;

@@ -4,6 +4,7 @@
 
 pub mod input;
 pub mod person;
+pub mod recording;
 pub mod report;
 pub mod response;
 pub mod run;

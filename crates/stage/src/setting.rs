@@ -60,6 +60,8 @@ pub struct Setting {
     pub likely_touches: LikelyTouches,
     /// What was chosen or repaired, for the user.
     pub remarks: Vec<String>,
+    /// The arm's base in the scene as its file has it.
+    pub base: FloorPose,
 }
 
 impl Setting {
@@ -86,7 +88,7 @@ impl Setting {
         }
         let (kind, touches, seed) = (options.person, options.touches, options.seed);
         let mut remarks = remarks;
-        let (scene, participants) = if options.base_by_arrival {
+        let (base, scene, participants) = if options.base_by_arrival {
             // People such as these, before anybody is there; they stand where they stand.
             let people = participants::simulated(&scene, arm, kind, 1, seed)?;
             let likely = participants::likely_touches(&scene, arm, &people);
@@ -96,14 +98,12 @@ impl Setting {
             ));
             let scene = base.scene_seen(&scene)?;
             let people = participants::simulated_at(base, &scene, arm, kind, touches, seed)?;
-            (scene, people)
+            (base, scene, people)
         } else {
-            let scene = options
-                .base
-                .unwrap_or(FloorPose::ORIGIN)
-                .scene_seen(&scene)?;
+            let base = options.base.unwrap_or(FloorPose::ORIGIN);
+            let scene = base.scene_seen(&scene)?;
             let people = participants::simulated(&scene, arm, kind, touches, seed)?;
-            (scene, people)
+            (base, scene, people)
         };
         let likely_touches = participants::likely_touches(&scene, arm, &participants);
         Ok(Self {
@@ -112,6 +112,7 @@ impl Setting {
             likely_touches,
             training_people: TrainingPeople::default(),
             remarks,
+            base,
         })
     }
 
@@ -182,6 +183,7 @@ impl Setting {
             participants,
             training_people,
             remarks,
+            base,
         })
     }
 }
@@ -196,6 +198,20 @@ pub fn load_scene(path: Option<&Path>) -> anyhow::Result<(Scene, Vec<String>)> {
         None => Scene::from_obj_str(ROOM.0, Some(ROOM.1))?,
     };
     Ok((scene, repairs(&report)))
+}
+
+/// The texts of a scene and of its sidecar, as [`load_scene`] reads them.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(crate) fn scene_texts(path: Option<&Path>) -> anyhow::Result<(String, Option<String>)> {
+    let Some(path) = path else {
+        return Ok((ROOM.0.to_owned(), Some(ROOM.1.to_owned())));
+    };
+    let read = |path: &Path| std::fs::read_to_string(path).map_err(|e| named(path, &e));
+    let sidecar = path.with_extension("toml");
+    let sidecar = sidecar.is_file().then(|| read(&sidecar)).transpose()?;
+    Ok((read(path)?, sidecar))
 }
 
 /// The error with the name of the file in front, unless it contains it already.

@@ -44,7 +44,19 @@ impl BoardArm {
         if let Ok(arm) = closed_form(name) {
             return Self::from_srs(&arm, board);
         }
-        let chain = ChainArm::new(chain(name)?)?.with_tool(board.flange_from_board_face()?);
+        Self::from_chain(name, chain(name)?, board)
+    }
+
+    /// From the text of a URDF file; `name` is for messages.
+    ///
+    /// # Errors
+    /// As for [`BoardArm::named`].
+    pub fn from_urdf(name: &str, text: &str, board: &Board) -> anyhow::Result<Self> {
+        Self::from_chain(name, Chain::from_urdf_str(text, None, None)?, board)
+    }
+
+    fn from_chain(name: &str, chain: Chain, board: &Board) -> anyhow::Result<Self> {
+        let chain = ChainArm::new(chain)?.with_tool(board.flange_from_board_face()?);
         let links = chain.chain().clone();
         let kinematics: Arc<dyn ArmKinematics> = Arc::new(chain);
         let start = start_of(&*kinematics)?.with_context(|| {

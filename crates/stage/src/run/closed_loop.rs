@@ -3,22 +3,24 @@
 use crate::input::arms::BoardArm;
 use crate::person::hand::Hand;
 use crate::person::predictors::{PredictionRecord, PredictorKind, Predictors, SurfacePlace};
+use crate::recording::run_of;
 use crate::run::courses::{Sent, SentLog};
 use crate::run::push_log::{ForceSample, Push, PushLog};
+use crate::run::session_settings::SessionSettings;
 use crate::run::simulated_arm::{ArmLevel, SimulatedArm};
 use crate::run::texture_log::{TextureLog, TextureTouch};
 use crate::run::tick::{Led, Tick};
 use crate::run::trace::{Trace, TraceLog};
 use crate::run::view_log::ViewLog;
 use glam::DVec3;
-use hwall::haptics::{ArmCommand, ArmState, Board, RendererConfig};
+use hwall::haptics::{ArmCommand, ArmState, Board};
 use hwall::reachability::Presented;
 use hwall::{
-    Controller, Cycle, EventKind, Session, SessionConfig, SessionState, Surroundings, Walls,
-    WorldPose, drive,
+    Controller, Cycle, EventKind, Session, SessionState, Surroundings, Walls, WorldPose, drive,
 };
 use hwall_contact::{PredictionSource, Predictor};
 use hwall_hand::{HandFrame, LostReason, Tracking};
+use hwall_record::{Recorded, Recorder};
 use hwall_scene::Scene;
 use hwall_sim::{HandContact, SimError};
 use std::sync::Arc;
@@ -99,27 +101,43 @@ pub struct RunSetup<'a> {
 pub fn run(
     setup: &RunSetup<'_>,
     predictors: Predictors,
+    progress: impl FnMut(f64),
+) -> anyhow::Result<Run> {
+    run_recorded(setup, predictors, 0, None, progress)
+}
+
+/// As [`run`], recorded as the run of this number.
+///
+/// # Errors
+/// As for [`run`]. Errors of the recorder are said when it is finished.
+pub fn run_recorded(
+    setup: &RunSetup<'_>,
+    predictors: Predictors,
+    number: usize,
+    mut recorder: Option<&mut Recorder>,
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<Run> {
     let (start_s, end_s) = setup.hand.span_s();
     let steps = ((end_s - start_s) / setup.period_s).floor().max(0.0) as usize;
     let leader = predictors.leader();
-    let config = SessionConfig {
-        renderer: RendererConfig::default(),
-        hand: setup.hand.filter(),
+    let settings = SessionSettings {
+        arm: setup.arm,
+        board: setup.board,
+        scene: setup.scene,
+        walls: setup.walls,
+        textured: setup.textured,
+        level: setup.level,
+        filter: setup.hand.filter(),
         arm_minus_tracker_s: -start_s,
-        texture: setup.textured,
-        object_command: setup.level.object_command(setup.arm, setup.board)?,
-        ..SessionConfig::default()
     };
-    let session = Session::new(
-        &**setup.arm.kinematics(),
-        setup.board,
-        setup.scene.clone(),
-        setup.walls.clone(),
-        predictors,
-        config,
-    )?;
+    let session = settings.session(predictors)?;
+    if let Some(recorder) = &mut recorder {
+        recorder.begin(run_of(
+            number,
+            &settings.filter,
+            settings.arm_minus_tracker_s,
+        )?);
+    }
     let mut texture = session
         .perception()
         .texture_levels()
@@ -152,7 +170,7 @@ pub fn run(
     };
     let mut pushes = PushLog::default();
     let mut timed = Timed {
-        session,
+        recorded: Recorded { session, recorder },
         step_ns: Vec::with_capacity(steps + 1),
     };
     let mut log = Log::new(steps, start_s, setup.arm.span_m());
@@ -162,14 +180,20 @@ pub fn run(
         &mut arm,
         &mut simulation,
         |timed, arm, simulation, cycle| {
-            let session = &mut timed.session;
+            let Recorded { session, recorder } = &mut timed.recorded;
             let frames = std::mem::take(&mut simulation.frames);
             while let Some(event) = session.next_event() {
                 if let Some(texture) = &mut texture {
                     texture.event(&event);
                 }
+                if let Some(recorder) = recorder {
+                    recorder.event(&event);
+                }
                 log.event(&event, simulation);
                 view.event(start_s + event.t_s, &event);
+            }
+            if let Some(recorder) = recorder {
+                recorder.view(session, cycle);
             }
             let tip = simulation.advance(arm, cycle)?;
             if let (Some(texture), Some(moving)) = (&mut texture, session.control().texture()) {
@@ -191,7 +215,7 @@ pub fn run(
         },
     )?;
     let Timed {
-        session,
+        recorded: Recorded { session, .. },
         mut step_ns,
     } = timed;
     step_ns.sort_by(f64::total_cmp);
@@ -206,24 +230,24 @@ pub fn run(
     })
 }
 
-/// A session whose steps are timed.
-struct Timed<P> {
-    session: Session<P>,
+/// A session whose steps are timed, with what it takes to record them.
+struct Timed<'a, P> {
+    recorded: Recorded<'a, P>,
     step_ns: Vec<f64>,
 }
 
-impl<P: Predictor> Controller for Timed<P> {
+impl<P: Predictor> Controller for Timed<'_, P> {
     fn frame(&mut self, frame: &HandFrame) {
-        self.session.frame(frame);
+        self.recorded.frame(frame);
     }
 
     fn world(&mut self, pose: &WorldPose) {
-        Controller::world(&mut self.session, pose);
+        self.recorded.world(pose);
     }
 
     fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
         let began = Instant::now();
-        let command = self.session.step(now_s, state);
+        let command = self.recorded.step(now_s, state);
         self.step_ns.push(began.elapsed().as_secs_f64() * 1e9);
         command
     }

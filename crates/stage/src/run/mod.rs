@@ -8,6 +8,7 @@ pub mod least_time;
 pub mod people;
 pub mod push_log;
 pub mod regret;
+pub mod session_settings;
 pub mod simulated_arm;
 pub mod snapshots;
 pub mod texture_log;

@@ -14,6 +14,7 @@ use hwall::Walls;
 use hwall::haptics::Board;
 use hwall_haptics::PlaceTolerance;
 use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_record::Recorder;
 use hwall_scene::Scene;
 
 /// What all runs share: made once, however many people there are.
@@ -65,6 +66,19 @@ pub struct PersonRun {
 pub fn run(
     stage: &Stage<'_>,
     participants: &[Participant],
+    progress: impl FnMut(f64),
+) -> anyhow::Result<Vec<PersonRun>> {
+    run_recorded(stage, participants, None, progress)
+}
+
+/// As [`run`], with every person's run in a recording.
+///
+/// # Errors
+/// As for [`run`].
+pub fn run_recorded(
+    stage: &Stage<'_>,
+    participants: &[Participant],
+    mut recorder: Option<&mut Recorder>,
     mut progress: impl FnMut(f64),
 ) -> anyhow::Result<Vec<PersonRun>> {
     let kinematics = &**stage.arm.kinematics();
@@ -85,7 +99,8 @@ pub fn run(
         .enumerate()
         .map(|(done, participant)| {
             let report = |share: f64| progress((done as f64 + share) / all);
-            let mut run = person(stage, &regrets, participant, report)?;
+            let recorded = (done, recorder.as_deref_mut());
+            let mut run = person(stage, &regrets, participant, recorded, report)?;
             if done > 0 {
                 // Megabytes for each person, and only the first one is shown.
                 run.run.view = ViewLog::default();
@@ -99,6 +114,7 @@ fn person(
     stage: &Stage<'_>,
     regrets: &Regrets<'_>,
     participant: &Participant,
+    (number, recorder): (usize, Option<&mut Recorder>),
     progress: impl FnMut(f64),
 ) -> anyhow::Result<PersonRun> {
     let setup = RunSetup {
@@ -113,7 +129,7 @@ fn person(
         seed: participant.seed,
     };
     let predictors = stage.predictors.for_another_person();
-    let mut run = closed_loop::run(&setup, predictors, progress)?;
+    let mut run = closed_loop::run_recorded(&setup, predictors, number, recorder, progress)?;
     let touches = &participant.touches;
     let outcomes = judge::judge(stage.arm, stage.board, touches, &run.ticks)?;
     let log = RunLog {

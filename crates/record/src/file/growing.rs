@@ -1,0 +1,85 @@
+//! A file that is a whole MCAP file after every flush.
+
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What ends a file without a summary: the record that ends the data, a footer that names no summary, the magic.
+/// Offsets and checksums of zero mean that there are none.
+const TAIL: [u8; 13 + 29 + 8] = {
+    let mut tail = [0; 50];
+    tail[0] = 0x0f; // data end
+    tail[1] = 4; // length of its body: a checksum
+    tail[13] = 0x02; // footer
+    tail[14] = 20; // length of its body: two offsets and a checksum
+    let magic = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
+    let mut i = 0;
+    while i < 8 {
+        tail[42 + i] = magic[i];
+        i += 1;
+    }
+    tail
+};
+
+/// Keeps what is written until the flush, and then writes it and an ending in one call over the ending of the flush
+/// before. A program that is killed leaves a file that opens, with everything up to its last flush.
+pub(crate) struct GrowingFile {
+    file: File,
+    /// Where the ending begins, bytes from the start.
+    end: u64,
+    pending: Vec<u8>,
+    /// The one who writes brings the ending.
+    is_last: Arc<AtomicBool>,
+}
+
+impl GrowingFile {
+    /// No ending is added once `is_last` is set, for then the one who writes brings it.
+    pub(crate) fn new(file: File, is_last: Arc<AtomicBool>) -> Self {
+        Self {
+            file,
+            end: 0,
+            pending: Vec::new(),
+            is_last,
+        }
+    }
+}
+
+impl Write for GrowingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.pending.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let length = self.pending.len() as u64;
+        if length == 0 {
+            return Ok(());
+        }
+        let is_last = self.is_last.load(Ordering::Relaxed);
+        if !is_last {
+            self.pending.extend_from_slice(&TAIL);
+        }
+        self.file.seek(SeekFrom::Start(self.end))?;
+        self.file.write_all(&self.pending)?;
+        self.end += length;
+        self.pending.clear();
+        if is_last {
+            // The ending of the flush before may have been longer.
+            self.file.set_len(self.end)?;
+        }
+        self.file.flush()
+    }
+}
+
+/// The writer of MCAP asks where it is, and never goes elsewhere while chunks are kept in memory.
+impl Seek for GrowingFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let at = self.end + self.pending.len() as u64;
+        match to {
+            SeekFrom::Current(0) | SeekFrom::End(0) => Ok(at),
+            SeekFrom::Start(place) if place == at => Ok(at),
+            _ => Err(io::ErrorKind::Unsupported.into()),
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! MCAP files: one that is whole after every flush, and the records of one that may be cut anywhere.
+
+mod growing;
+mod records;
+
+pub(crate) use growing::GrowingFile;
+pub(crate) use records::{MessageAt, read_messages};
+
+/// How a recording ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The recorder was finished.
+    Finished,
+    /// The file is whole, but nobody finished the recorder: the program ended before it could.
+    Unfinished,
+    /// The file is cut within a record; what stands before it was read.
+    Cut {
+        /// Where the cut record begins, bytes from the start of the file.
+        offset: u64,
+    },
+}

@@ -1,0 +1,232 @@
+//! The records of an MCAP file, whole or cut.
+
+use super::Ending;
+use crate::error::RecordError;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+const CHANNEL: u8 = 0x04;
+const MESSAGE: u8 = 0x05;
+const CHUNK: u8 = 0x06;
+const DATA_END: u8 = 0x0f;
+/// Bytes of a record before its body: what it is, and the length.
+const FRAMING: usize = 9;
+/// Bytes of a message before its data: channel, sequence, two times.
+const MESSAGE_HEADER: usize = 22;
+
+/// A message that stands on a channel of interest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct MessageAt {
+    pub(crate) channel: &'static str,
+    /// Its data, bytes of the file.
+    pub(crate) data: Range<usize>,
+}
+
+/// Where things are, and whether the file ends where it should.
+struct Walk<'a, F> {
+    bytes: &'a [u8],
+    /// Names of interest.
+    wanted: &'a [&'static str],
+    channels: BTreeMap<u16, &'static str>,
+    found: F,
+}
+
+/// Calls `found` for every message of the channels that are `wanted`, in the order of the file.
+pub(crate) fn read_messages(
+    bytes: &[u8],
+    wanted: &[&'static str],
+    found: impl FnMut(MessageAt),
+) -> Result<Ending, RecordError> {
+    if !bytes.starts_with(&MAGIC) {
+        return Err(RecordError::NotMcap);
+    }
+    let mut walk = Walk {
+        bytes,
+        wanted,
+        channels: BTreeMap::new(),
+        found,
+    };
+    walk.records(MAGIC.len()..bytes.len(), true)
+}
+
+/// What a body says next.
+struct Cursor<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.rest.split_at_checked(count)?;
+        self.rest = rest;
+        Some(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Option<&'a str> {
+        let length = self.u32()? as usize;
+        std::str::from_utf8(self.take(length)?).ok()
+    }
+}
+
+impl<F: FnMut(MessageAt)> Walk<'_, F> {
+    /// The records of a part of the file; `top`: outside chunks.
+    fn records(&mut self, part: Range<usize>, top: bool) -> Result<Ending, RecordError> {
+        let bytes = self.bytes;
+        let mut at = part.start;
+        while let Some(rest) = bytes.get(at..part.end).filter(|rest| !rest.is_empty()) {
+            let cut = Ending::Cut { offset: at as u64 };
+            let mut framing = Cursor { rest };
+            let (Some(op), Some(length)) = (framing.array::<1>(), framing.u64()) else {
+                return Ok(cut);
+            };
+            let whole = usize::try_from(length)
+                .ok()
+                .and_then(|length| framing.take(length));
+            let start = at + FRAMING;
+            let Some(body) = whole else {
+                // What a cut chunk still holds is good as far as it goes.
+                if op == [CHUNK] && top {
+                    self.cut_chunk(start, framing.rest)?;
+                }
+                return Ok(cut);
+            };
+            match op[0] {
+                CHANNEL => self.channel(at, body)?,
+                MESSAGE => self.message(at, start, body)?,
+                CHUNK if top => self.chunk(at, start, body)?,
+                DATA_END if top => return Ok(Ending::Unfinished),
+                _ => {}
+            }
+            at = start + body.len();
+        }
+        Ok(Ending::Cut { offset: at as u64 })
+    }
+
+    fn channel(&mut self, at: usize, body: &[u8]) -> Result<(), RecordError> {
+        let mut cursor = Cursor { rest: body };
+        let mut read = || {
+            let (id, _schema) = (cursor.u16()?, cursor.u16()?);
+            Some((id, cursor.text()?))
+        };
+        let (id, topic) = read().ok_or(RecordError::BadRecord {
+            offset: at as u64,
+            kind: "channel",
+            missing: "id and topic",
+        })?;
+        if let Some(name) = self.wanted.iter().find(|name| **name == topic) {
+            self.channels.insert(id, name);
+        } else {
+            self.channels.remove(&id);
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, at: usize, start: usize, body: &[u8]) -> Result<(), RecordError> {
+        let mut cursor = Cursor { rest: body };
+        let (Some(id), true) = (cursor.u16(), body.len() >= MESSAGE_HEADER) else {
+            return Err(RecordError::BadRecord {
+                offset: at as u64,
+                kind: "message",
+                missing: "channel, sequence and times",
+            });
+        };
+        if let Some(channel) = self.channels.get(&id) {
+            (self.found)(MessageAt {
+                channel,
+                data: start + MESSAGE_HEADER..start + body.len(),
+            });
+        }
+        Ok(())
+    }
+
+    fn chunk(&mut self, at: usize, start: usize, body: &[u8]) -> Result<(), RecordError> {
+        let offset = at as u64;
+        let missing = RecordError::BadRecord {
+            offset,
+            kind: "chunk",
+            missing: "its header or all its records",
+        };
+        let Some(header) = ChunkHeader::read(body) else {
+            return Err(missing);
+        };
+        if !header.compression.is_empty() {
+            return Err(RecordError::Compressed {
+                offset,
+                compression: header.compression.to_owned(),
+            });
+        }
+        let records = usize::try_from(header.length)
+            .ok()
+            .and_then(|length| body.get(header.size..)?.get(..length));
+        let Some(records) = records else {
+            return Err(missing);
+        };
+        let found = CHECKSUM.checksum(records);
+        // Zero says that nobody computed one.
+        if header.checksum != 0 && header.checksum != found {
+            return Err(RecordError::Checksum {
+                offset,
+                expected: header.checksum,
+                found,
+            });
+        }
+        let first = start + header.size;
+        match self.records(first..first + records.len(), false)? {
+            Ending::Cut { offset } if offset == (first + records.len()) as u64 => Ok(()),
+            _ => Err(missing),
+        }
+    }
+
+    fn cut_chunk(&mut self, start: usize, body: &[u8]) -> Result<(), RecordError> {
+        if let Some(header) = ChunkHeader::read(body)
+            && header.compression.is_empty()
+        {
+            self.records(start + header.size..start + body.len(), false)?;
+        }
+        Ok(())
+    }
+}
+
+struct ChunkHeader<'a> {
+    checksum: u32,
+    compression: &'a str,
+    /// Of the records, bytes.
+    length: u64,
+    /// Of the header itself, bytes.
+    size: usize,
+}
+
+impl<'a> ChunkHeader<'a> {
+    fn read(body: &'a [u8]) -> Option<Self> {
+        let mut cursor = Cursor { rest: body };
+        let (_first_ns, _last_ns, _uncompressed) = (cursor.u64()?, cursor.u64()?, cursor.u64()?);
+        let checksum = cursor.u32()?;
+        let compression = cursor.text()?;
+        let length = cursor.u64()?;
+        Some(Self {
+            checksum,
+            compression,
+            length,
+            size: body.len() - cursor.rest.len(),
+        })
+    }
+}

@@ -1,0 +1,4 @@
+//! The bytes of the messages.
+
+pub(crate) mod look;
+pub(crate) mod session;

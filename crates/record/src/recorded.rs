@@ -1,0 +1,63 @@
+//! A session with a recorder beside it.
+
+use crate::recorder::Recorder;
+use crate::recording::Request;
+use crate::replay::Replayable;
+use hwall::contact::Predictor;
+use hwall::hand::HandFrame;
+use hwall::haptics::{ArmCommand, ArmState};
+use hwall::{Controller, Cycle, Session, WorldPose};
+
+/// A session that writes down what it is given and what it answers, in that order: a [`Controller`] for
+/// [`drive`](hwall::drive) like the session itself. Without a recorder it is the session.
+///
+/// Views and events come from the loop: after each cycle it calls [`Recorder::view`], and [`Recorder::event`] for every
+/// event that it takes.
+pub struct Recorded<'a, P> {
+    /// The session. What it is told other than through here is not recorded.
+    pub session: Session<P>,
+    /// The recorder.
+    pub recorder: Option<&'a mut Recorder>,
+}
+
+impl<P: Predictor> Recorded<'_, P> {
+    /// Tells the session something, and writes it down.
+    pub fn request(&mut self, request: Request) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.request(request);
+        }
+        Replayable::request(&mut self.session, request);
+    }
+}
+
+impl<P: Predictor> Controller for Recorded<'_, P> {
+    fn frame(&mut self, frame: &HandFrame) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.frame(frame);
+        }
+        self.session.frame(frame);
+    }
+
+    fn world(&mut self, pose: &WorldPose) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.world(pose);
+        }
+        Controller::world(&mut self.session, pose);
+    }
+
+    fn step(&mut self, now_s: f64, state: &ArmState) -> ArmCommand {
+        let command = self.session.step(now_s, state);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.cycle(&Cycle {
+                t_s: now_s,
+                state: *state,
+                command,
+            });
+        }
+        command
+    }
+
+    fn failed(&mut self) {
+        self.request(Request::Stop);
+    }
+}

@@ -1,0 +1,316 @@
+//! The recorder: takes what happens in a loop and hands it to a thread that writes.
+
+use crate::error::RecordError;
+use crate::file::GrowingFile;
+use crate::recording::Request;
+use crate::setup::{Run, Setup};
+use crate::skeleton::Skeleton;
+use crate::view::View;
+use crate::writer::{Stage, Writer};
+use hwall::contact::Predictor;
+use hwall::hand::{HandFrame, Tracking};
+use hwall::numeric::check::{non_negative, that};
+use hwall::scene::Scene;
+use hwall::{Cycle, Event, EventKind, Session, WorldPose};
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+
+/// What happens when the thread that writes falls behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overflow {
+    /// The loop waits: for simulations, of which every step counts.
+    Wait,
+    /// What does not fit is left out, counted and said in the recording: for loops that must not wait.
+    Drop,
+}
+
+/// Settings of a [`Recorder`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecorderConfig {
+    /// What happens when the writing thread falls behind; default [`Overflow::Drop`].
+    pub overflow: Overflow,
+    /// Messages that wait to be written at most; default 4096, four seconds of a loop at 1 kHz.
+    pub capacity: usize,
+    /// A chunk is written out when it has grown to this size, bytes; default 256 KiB.
+    pub chunk_bytes: usize,
+    /// Or after this time, s, so that a crash loses no more; default 0.5.
+    pub flush_s: f64,
+    /// Period of the views, s; default 0.01.
+    pub view_period_s: f64,
+    /// One of so many views is drawn in `/scene/now`; default 3. Zero: none.
+    pub scene_every: u32,
+    /// Scenes of more triangles are not drawn; default 200,000.
+    pub most_triangles: usize,
+    /// Time of the arm's zero in the file, ns; default 0. Set it to the time since 1970 to find the recording among others.
+    pub epoch_ns: u64,
+}
+
+impl Default for RecorderConfig {
+    fn default() -> Self {
+        Self {
+            overflow: Overflow::Drop,
+            capacity: 4096,
+            chunk_bytes: 256 * 1024,
+            flush_s: 0.5,
+            view_period_s: 0.01,
+            scene_every: 3,
+            most_triangles: 200_000,
+            epoch_ns: 0,
+        }
+    }
+}
+
+impl RecorderConfig {
+    /// For simulations: nothing is left out.
+    #[must_use]
+    pub fn simulated() -> Self {
+        Self {
+            overflow: Overflow::Wait,
+            ..Self::default()
+        }
+    }
+
+    fn validate(&self) -> Result<(), RecordError> {
+        non_negative("view_period_s", self.view_period_s)?;
+        non_negative("flush_s", self.flush_s)?;
+        that(self.flush_s <= 60.0, "flush_s", self.flush_s, "at most 60")?;
+        let capacity = self.capacity as f64;
+        that(
+            (1..=1 << 20).contains(&self.capacity),
+            "capacity",
+            capacity,
+            "1 to 2^20",
+        )?;
+        let chunk = self.chunk_bytes as f64;
+        that(
+            (1..=1 << 28).contains(&self.chunk_bytes),
+            "chunk_bytes",
+            chunk,
+            "1 to 2^28",
+        )?;
+        Ok(())
+    }
+}
+
+/// What came of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Summary {
+    /// Messages of the session, those left out included.
+    pub messages: u64,
+    /// Messages of the session that were left out: the recording cannot run again beyond the first.
+    pub dropped: u64,
+    /// Views and log lines that were left out.
+    pub views_dropped: u64,
+    /// Size of the file.
+    pub bytes: u64,
+}
+
+/// What is handed to the thread that writes. `sequence` counts the messages of the session, so that a reader sees gaps.
+// Boxing the large ones would allocate in the loop.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug)]
+pub(crate) enum Item {
+    Run(u64, Run),
+    Frame(u64, HandFrame),
+    World(u64, WorldPose),
+    Request(u64, Request),
+    Cycle(u64, Cycle),
+    View(View),
+    Event(Event),
+}
+
+/// Writes a session to an MCAP file, from a thread of its own.
+///
+/// Every call copies a value of fixed size into a queue: nothing is allocated, no lock is waited for, no system call is
+/// made. Only with [`Overflow::Wait`] and a full queue does a call wait.
+///
+/// Inputs and answers must be recorded in the order in which the session got them: [`Recorded`](crate::Recorded) does so.
+#[derive(Debug)]
+pub struct Recorder {
+    /// `None` once finished.
+    sender: Option<SyncSender<Item>>,
+    thread: Option<JoinHandle<Result<u64, RecordError>>>,
+    overflow: Overflow,
+    sequence: u64,
+    dropped: Arc<AtomicU64>,
+    views_dropped: u64,
+    /// The writing thread met an error.
+    failed: Arc<AtomicBool>,
+    view_period_s: f64,
+    /// When the last view was taken, s.
+    viewed_s: f64,
+    /// Was the hand tracked in the newest frame?
+    tracked: Option<bool>,
+}
+
+impl Recorder {
+    /// Makes the file, or empties it, and writes the setup. `scene` is drawn where it stands now: it is that of `setup`,
+    /// seen from the arm's base, its moving surfaces at opening zero.
+    ///
+    /// # Errors
+    /// A file that cannot be written, a setting outside its range, a scene that makes no sense.
+    pub fn create(
+        path: &Path,
+        setup: &Setup,
+        skeleton: Skeleton,
+        scene: &Scene,
+        config: &RecorderConfig,
+    ) -> Result<Self, RecordError> {
+        config.validate()?;
+        let is_last = Arc::new(AtomicBool::new(false));
+        let file = File::create(path).map_err(RecordError::io(path))?;
+        let file = GrowingFile::new(file, Arc::clone(&is_last));
+        let stage = Stage::new(skeleton, scene)?;
+        let dropped = Arc::new(AtomicU64::new(0));
+        let failed = Arc::new(AtomicBool::new(false));
+        let mut writer = Writer::new(file, is_last, stage, config, Arc::clone(&dropped))?;
+        writer.setup(setup)?;
+        let (sender, receiver) = sync_channel(config.capacity);
+        let has_failed = Arc::clone(&failed);
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || {
+                let result = writer.run(&receiver);
+                has_failed.store(result.is_err(), Ordering::Relaxed);
+                result
+            })
+            .map_err(|_| RecordError::Thread("could not be started"))?;
+        Ok(Self {
+            sender: Some(sender),
+            thread: Some(thread),
+            overflow: config.overflow,
+            sequence: 0,
+            dropped,
+            views_dropped: 0,
+            failed,
+            view_period_s: config.view_period_s,
+            viewed_s: f64::NEG_INFINITY,
+            tracked: None,
+        })
+    }
+
+    /// A new session begins, its clock at zero. Comes before everything else.
+    pub fn begin(&mut self, run: Run) {
+        self.viewed_s = f64::NEG_INFINITY;
+        self.tracked = None;
+        self.input(|sequence| Item::Run(sequence, run));
+    }
+
+    /// A frame of the tracker, as the session gets it.
+    pub fn frame(&mut self, frame: &HandFrame) {
+        self.input(|sequence| Item::Frame(sequence, *frame));
+    }
+
+    /// A place of the virtual world, as the session gets it.
+    pub fn world(&mut self, world: &WorldPose) {
+        self.input(|sequence| Item::World(sequence, *world));
+    }
+
+    /// Something else that the session was told.
+    pub fn request(&mut self, request: Request) {
+        self.input(|sequence| Item::Request(sequence, request));
+    }
+
+    /// A cycle: time and state that the session got, command that it answered.
+    pub fn cycle(&mut self, cycle: &Cycle) {
+        self.input(|sequence| Item::Cycle(sequence, *cycle));
+    }
+
+    /// Something that happened. Frames and predictions come too often for a log: of those only the loss of the hand and
+    /// its return are kept.
+    pub fn event(&mut self, event: &Event) {
+        match event.kind {
+            EventKind::Predicted(_) => return,
+            EventKind::Frame(tracking) => {
+                let tracked = matches!(tracking, Tracking::Tracked(_));
+                if self.tracked.replace(tracked) == Some(tracked) {
+                    return;
+                }
+            }
+            _ => {}
+        }
+        let sent = self.send(Item::Event(*event));
+        self.views_dropped += u64::from(!sent);
+    }
+
+    /// What is to be seen of a session after a cycle; taken once in every period of the settings, otherwise nothing is done.
+    pub fn view<P: Predictor>(&mut self, session: &Session<P>, cycle: &Cycle) {
+        // Half a microsecond of rounding would skip every other view.
+        let due = cycle.t_s - self.viewed_s >= self.view_period_s - 5e-7;
+        let backwards = cycle.t_s < self.viewed_s;
+        if due || backwards {
+            self.viewed_s = cycle.t_s;
+            let sent = self.send(Item::View(View::of(session, cycle.t_s, &cycle.state)));
+            self.views_dropped += u64::from(!sent);
+        }
+    }
+
+    /// Messages of the session that were left out so far.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Did writing fail? Nothing more is recorded then; [`finish`](Self::finish) says why.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.failed.load(Ordering::Relaxed)
+    }
+
+    fn input(&mut self, item: impl FnOnce(u64) -> Item) {
+        let sequence = self.sequence;
+        self.sequence += 1;
+        if !self.send(item(sequence)) {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Was there space for it?
+    fn send(&self, item: Item) -> bool {
+        let Some(sender) = &self.sender else {
+            return false;
+        };
+        match self.overflow {
+            Overflow::Wait => sender.send(item).is_ok(),
+            Overflow::Drop => match sender.try_send(item) {
+                Ok(()) => true,
+                Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+            },
+        }
+    }
+
+    /// Writes what still waits, and ends the file. A recorder that is dropped does the same and keeps silent.
+    ///
+    /// # Errors
+    /// The first error of the thread that writes.
+    pub fn finish(mut self) -> Result<Summary, RecordError> {
+        let bytes = self.close()?;
+        Ok(Summary {
+            messages: self.sequence,
+            dropped: self.dropped(),
+            views_dropped: self.views_dropped,
+            bytes,
+        })
+    }
+
+    fn close(&mut self) -> Result<u64, RecordError> {
+        self.sender = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(result)) => result,
+            Some(Err(_)) => Err(RecordError::Thread("ended in a panic")),
+            None => Err(RecordError::Thread("has ended already")),
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        if self.thread.is_some() {
+            let _ = self.close();
+        }
+    }
+}

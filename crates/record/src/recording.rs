@@ -1,0 +1,164 @@
+//! A recording, read back.
+
+use crate::error::RecordError;
+use crate::file::{Ending, MessageAt, read_messages};
+use crate::message::session::{self, Body};
+use crate::setup::{Run, Setup};
+use hwall::hand::HandFrame;
+use hwall::{Cycle, WorldPose};
+use std::path::Path;
+
+/// What a session can be told besides frames, places of the world and states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Request {
+    /// [`Session::stop`](hwall::Session::stop).
+    Stop,
+    /// [`Session::reset`](hwall::Session::reset).
+    Reset,
+    /// [`Perception::set_clock_offset_s`](hwall::Perception::set_clock_offset_s).
+    ClockOffset {
+        /// The arm's clock minus the tracker's, s.
+        arm_minus_tracker_s: f64,
+    },
+}
+
+/// What a session was given, or answered.
+// Read one at a time.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    /// A new session begins.
+    Run(Run),
+    /// A frame of the tracker.
+    Frame(HandFrame),
+    /// A place of the virtual world.
+    World(WorldPose),
+    /// A request.
+    Request(Request),
+    /// A state, and the command that answered it.
+    Cycle(Cycle),
+    /// The recorder was finished.
+    End {
+        /// Messages of the session that were left out.
+        dropped: u64,
+    },
+}
+
+/// A recording of sessions, read from a file that may be cut anywhere.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    bytes: Vec<u8>,
+    setup: Setup,
+    messages: Vec<MessageAt>,
+    ending: Ending,
+}
+
+const SETUP_NUMBER: usize = 0;
+const CHANNELS: [&str; 7] = [
+    session::SETUP,
+    session::RUN,
+    session::FRAME,
+    session::WORLD,
+    session::REQUEST,
+    session::CYCLE,
+    session::END,
+];
+
+impl Recording {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read; otherwise as for [`Recording::from_bytes`].
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        Self::from_bytes(std::fs::read(path).map_err(RecordError::io(path))?)
+    }
+
+    /// Reads an MCAP file whose chunks are not compressed. Other channels than those of a session are passed over. A
+    /// file that is cut is read as far as it goes, see [`Recording::ending`].
+    ///
+    /// # Errors
+    /// Bytes that are no MCAP file, records that contradict themselves, a chunk with another checksum, no setup or a
+    /// malformed one.
+    pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordError> {
+        let (mut setup_at, mut messages) = (None, Vec::new());
+        let mut ending = read_messages(&bytes, &CHANNELS, |message| {
+            if message.channel == CHANNELS[SETUP_NUMBER] {
+                setup_at.get_or_insert(message);
+            } else {
+                messages.push(message);
+            }
+        })?;
+        let setup_at = setup_at.ok_or(RecordError::NoSetup)?;
+        let setup = body(&bytes, &setup_at).setup()?;
+        let finished = messages.last().is_some_and(|m| m.channel == session::END);
+        if ending == Ending::Unfinished && finished {
+            ending = Ending::Finished;
+        }
+        Ok(Self {
+            bytes,
+            setup,
+            messages,
+            ending,
+        })
+    }
+
+    /// What the sessions were made of.
+    #[must_use]
+    pub const fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// How the file ends.
+    #[must_use]
+    pub const fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// What the sessions were given and answered, in that order.
+    #[must_use]
+    pub fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            recording: self,
+            next: 0,
+            begun: false,
+        }
+    }
+}
+
+fn body<'a>(bytes: &'a [u8], message: &MessageAt) -> Body<'a> {
+    Body {
+        channel: message.channel,
+        offset: message.data.start as u64,
+        bytes: bytes.get(message.data.clone()).unwrap_or_default(),
+    }
+}
+
+/// The inputs of a recording, see [`Recording::inputs`]. With each comes its number among all messages of the sessions:
+/// a number that is skipped was left out of the recording.
+#[derive(Debug, Clone)]
+pub struct Inputs<'a> {
+    recording: &'a Recording,
+    next: usize,
+    begun: bool,
+}
+
+impl Iterator for Inputs<'_> {
+    type Item = Result<(u64, Input), RecordError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let message = self.recording.messages.get(self.next)?;
+        self.next += 1;
+        let read = body(&self.recording.bytes, message).input();
+        if let Ok((_, input)) = &read {
+            let outside = matches!(input, Input::End { .. });
+            self.begun |= matches!(input, Input::Run(_));
+            if !(self.begun || outside) {
+                return Some(Err(RecordError::BeforeRun {
+                    channel: message.channel,
+                    offset: message.data.start as u64,
+                }));
+            }
+        }
+        Some(read)
+    }
+}

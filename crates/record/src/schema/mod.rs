@@ -1,0 +1,71 @@
+//! What the messages mean, for tools that never saw this crate: descriptors as protobuf has them.
+
+mod descriptor;
+mod foxglove;
+mod session;
+
+pub(crate) use descriptor::descriptor_set;
+
+/// A message: its full name, the fields, and enumerations declared in it.
+#[derive(Debug)]
+pub(crate) struct Message {
+    pub(crate) name: &'static str,
+    pub(crate) fields: &'static [Field],
+    pub(crate) enums: &'static [Enum],
+}
+
+/// A field of a message.
+#[derive(Debug)]
+pub(crate) struct Field {
+    pub(crate) number: u32,
+    pub(crate) name: &'static str,
+    pub(crate) kind: Kind,
+    pub(crate) repeated: bool,
+}
+
+/// An enumeration; values count from zero.
+#[derive(Debug)]
+pub(crate) struct Enum {
+    pub(crate) name: &'static str,
+    pub(crate) values: &'static [&'static str],
+}
+
+/// The type of a field; names are full ones.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Kind {
+    Double,
+    Int64,
+    Uint64,
+    Int32,
+    Fixed32,
+    Bool,
+    String,
+    Bytes,
+    Uint32,
+    Message(&'static str),
+    Enum(&'static str),
+}
+
+const fn one(number: u32, name: &'static str, kind: Kind) -> Field {
+    Field {
+        number,
+        name,
+        kind,
+        repeated: false,
+    }
+}
+
+const fn many(number: u32, name: &'static str, kind: Kind) -> Field {
+    Field {
+        number,
+        name,
+        kind,
+        repeated: true,
+    }
+}
+
+/// A message of any of the tables.
+fn find(name: &str) -> Option<&'static Message> {
+    let mut all = foxglove::MESSAGES.iter().chain(session::MESSAGES);
+    all.find(|message| message.name == name)
+}

@@ -1,0 +1,410 @@
+//! The thread that writes: values in, messages out.
+
+use crate::error::RecordError;
+use crate::file::GrowingFile;
+use crate::message::look::{self, Level, MovingFrame};
+use crate::message::session;
+use crate::recorder::{Item, RecorderConfig};
+use crate::schema::descriptor_set;
+use crate::setup::Setup;
+use crate::skeleton::Skeleton;
+use hwall::geometry::Pose;
+use hwall::hand::Tracking;
+use hwall::scene::{Scene, SurfaceId};
+use hwall::{Event, EventKind, objects_of};
+use hwall_protobuf::Writer as Message;
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer as McapWriter};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
+
+/// How long the thread sleeps when there is nothing to do. It is not woken: that would cost the loop a system call.
+const NAP: Duration = Duration::from_millis(2);
+/// Between two sessions of a recording, ns.
+const PAUSE_NS: u64 = 1_000_000_000;
+/// Times beyond this are no times of a session, s: 30 years.
+const LONGEST_S: f64 = 1e9;
+
+/// What is drawn and does not change.
+pub(crate) struct Stage {
+    skeleton: Skeleton,
+    scene: Scene,
+    moving: Vec<MovingFrame>,
+    surfaces: Vec<(SurfaceId, String)>,
+}
+
+impl Stage {
+    pub(crate) fn new(skeleton: Skeleton, scene: &Scene) -> Result<Self, RecordError> {
+        let mut scene = scene.clone();
+        let (mut moving, mut surfaces) = (Vec::new(), Vec::new());
+        for object in objects_of(&scene)? {
+            let name = format!("surface/{}", scene.surface(object.surface).name);
+            surfaces.push((object.surface, name.clone()));
+            moving.push(MovingFrame {
+                name,
+                path: object.path,
+            });
+        }
+        // In their own frames they stand at zero.
+        for (surface, _) in &surfaces {
+            scene.set_opening(*surface, 0.0)?;
+        }
+        Ok(Self {
+            skeleton,
+            scene,
+            moving,
+            surfaces,
+        })
+    }
+}
+
+/// The channels by number in [`CHANNELS`].
+#[derive(Clone, Copy)]
+enum Topic {
+    Setup,
+    Run,
+    Frame,
+    World,
+    Request,
+    Cycle,
+    End,
+    Transforms,
+    FixedTransforms,
+    Scene,
+    SceneNow,
+    Hand,
+    State,
+    Log,
+}
+
+/// Topic and schema, in the order of [`Topic`].
+const CHANNELS: [(&str, &str); 14] = [
+    (session::SETUP, "hwall.Setup"),
+    (session::RUN, "hwall.Run"),
+    (session::FRAME, "hwall.Frame"),
+    (session::WORLD, "hwall.World"),
+    (session::REQUEST, "hwall.Request"),
+    (session::CYCLE, "hwall.Cycle"),
+    (session::END, "hwall.End"),
+    ("/tf", "foxglove.FrameTransforms"),
+    ("/tf_static", "foxglove.FrameTransforms"),
+    ("/scene", "foxglove.SceneUpdate"),
+    ("/scene/now", "foxglove.SceneUpdate"),
+    ("/hand", "foxglove.PosesInFrame"),
+    ("/state", "hwall.State"),
+    ("/log", "foxglove.Log"),
+];
+
+pub(crate) struct Writer {
+    mcap: McapWriter<GrowingFile>,
+    is_last: Arc<AtomicBool>,
+    channels: [u16; CHANNELS.len()],
+    counts: [u32; CHANNELS.len()],
+    buffer: Vec<u8>,
+    stage: Stage,
+    base_from_world: Pose,
+    scene_every: u32,
+    views: u32,
+    most_triangles: usize,
+    chunk_bytes: usize,
+    flush_after: Duration,
+    /// Since the last flush.
+    pending: usize,
+    flushed: Instant,
+    /// Of the arm's zero in the file, ns.
+    zero_ns: u64,
+    /// The newest time in the file, ns.
+    newest_ns: u64,
+    begun: bool,
+    /// The next message of the session.
+    expected: u64,
+    dropped: Arc<AtomicU64>,
+}
+
+impl Writer {
+    pub(crate) fn new(
+        file: GrowingFile,
+        is_last: Arc<AtomicBool>,
+        stage: Stage,
+        config: &RecorderConfig,
+        dropped: Arc<AtomicU64>,
+    ) -> Result<Self, RecordError> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .library(concat!("hwall-record ", env!("CARGO_PKG_VERSION")))
+            .chunk_size(None)
+            .disable_seeking(true);
+        let mut mcap = options.create(file)?;
+        let mut channels = [0; CHANNELS.len()];
+        for (id, (topic, schema)) in channels.iter_mut().zip(CHANNELS) {
+            let schema = mcap.add_schema(schema, "protobuf", &descriptor_set(schema))?;
+            *id = mcap.add_channel(schema, topic, "protobuf", &BTreeMap::new())?;
+        }
+        Ok(Self {
+            mcap,
+            is_last,
+            channels,
+            counts: [0; CHANNELS.len()],
+            buffer: Vec::with_capacity(4096),
+            stage,
+            base_from_world: Pose::IDENTITY,
+            scene_every: config.scene_every,
+            views: 0,
+            most_triangles: config.most_triangles,
+            chunk_bytes: config.chunk_bytes,
+            flush_after: Duration::from_secs_f64(config.flush_s),
+            pending: 0,
+            flushed: Instant::now(),
+            zero_ns: config.epoch_ns,
+            newest_ns: config.epoch_ns,
+            begun: false,
+            expected: 0,
+            dropped,
+        })
+    }
+
+    /// Writes how the session is set up, at once.
+    pub(crate) fn setup(&mut self, setup: &Setup) -> Result<(), RecordError> {
+        let t_ns = self.zero_ns;
+        self.write(Topic::Setup, t_ns, |m| session::write_setup(m, setup))?;
+        self.flush()
+    }
+
+    /// Until the recorder is finished or dropped. Returns the bytes of the file.
+    pub(crate) fn run(mut self, items: &Receiver<Item>) -> Result<u64, RecordError> {
+        loop {
+            match items.try_recv() {
+                Ok(item) => {
+                    self.item(item)?;
+                    if self.pending >= self.chunk_bytes {
+                        self.flush()?;
+                    }
+                }
+                Err(TryRecvError::Empty) => {
+                    if self.pending > 0 && self.flushed.elapsed() >= self.flush_after {
+                        self.flush()?;
+                    }
+                    std::thread::sleep(NAP);
+                }
+                Err(TryRecvError::Disconnected) => return self.end(),
+            }
+        }
+    }
+
+    fn end(mut self) -> Result<u64, RecordError> {
+        let dropped = self.dropped.load(Ordering::Relaxed);
+        let (sequence, t_ns) = (self.expected, self.newest_ns);
+        self.write(Topic::End, t_ns, |m| {
+            session::write_end(m, sequence, dropped);
+        })?;
+        self.flush()?;
+        self.is_last.store(true, Ordering::Relaxed);
+        self.mcap.finish()?;
+        let mut file = self.mcap.into_inner();
+        let flushed = std::io::Write::flush(&mut file);
+        flushed.map_err(mcap::McapError::Io)?;
+        let end = std::io::Seek::stream_position(&mut file);
+        Ok(end.map_err(mcap::McapError::Io)?)
+    }
+
+    fn flush(&mut self) -> Result<(), RecordError> {
+        self.mcap.flush()?;
+        self.pending = 0;
+        self.flushed = Instant::now();
+        Ok(())
+    }
+
+    fn item(&mut self, item: Item) -> Result<(), RecordError> {
+        match item {
+            Item::Run(sequence, run) => {
+                self.gap(sequence)?;
+                if self.begun {
+                    self.zero_ns = self.newest_ns.saturating_add(PAUSE_NS);
+                }
+                self.begun = true;
+                self.base_from_world = Pose::IDENTITY;
+                let t_ns = self.zero_ns;
+                self.write(Topic::Run, t_ns, |m| session::write_run(m, sequence, &run))?;
+                self.draw_stage(t_ns)
+            }
+            Item::Frame(sequence, frame) => {
+                self.gap(sequence)?;
+                // Its own time is the tracker's; it came in now.
+                let t_ns = self.newest_ns;
+                self.write(Topic::Frame, t_ns, |m| {
+                    session::write_frame(m, sequence, &frame);
+                })?;
+                self.write(Topic::Hand, t_ns, |m| look::hand(m, t_ns, &frame))
+            }
+            Item::World(sequence, world) => {
+                self.gap(sequence)?;
+                let t_ns = self.newest_ns;
+                self.base_from_world = world.base_from_world;
+                self.write(Topic::World, t_ns, |m| {
+                    session::write_world(m, sequence, &world);
+                })?;
+                self.draw_fixed(t_ns)
+            }
+            Item::Request(sequence, request) => {
+                self.gap(sequence)?;
+                let t_ns = self.newest_ns;
+                self.write(Topic::Request, t_ns, |m| {
+                    session::write_request(m, sequence, request);
+                })
+            }
+            Item::Cycle(sequence, cycle) => {
+                self.gap(sequence)?;
+                let t_ns = self.time_ns(cycle.t_s);
+                self.write(Topic::Cycle, t_ns, |m| {
+                    session::write_cycle(m, sequence, &cycle);
+                })
+            }
+            Item::View(view) => self.view(&view),
+            Item::Event(event) => self.event(&event),
+        }
+    }
+
+    fn view(&mut self, view: &crate::view::View) -> Result<(), RecordError> {
+        let t_ns = self.time_ns(view.t_s);
+        let finite = view.q.iter().all(|q| q.is_finite());
+        if finite {
+            self.write_with(Topic::Transforms, t_ns, |m, stage| {
+                look::transforms(m, t_ns, &stage.skeleton, &stage.moving, view);
+            })?;
+        }
+        self.write(Topic::State, t_ns, |m| look::state(m, view))?;
+        let drawn = self.scene_every > 0 && self.views.is_multiple_of(self.scene_every);
+        self.views = self.views.wrapping_add(1);
+        if drawn && finite {
+            self.write_with(Topic::SceneNow, t_ns, |m, stage| {
+                look::scene_now(m, t_ns, &stage.skeleton, view);
+            })?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecordError> {
+        let t_ns = self.time_ns(event.t_s);
+        let (level, text) = said(&event.kind);
+        self.write(Topic::Log, t_ns, |m| look::log(m, t_ns, level, &text))
+    }
+
+    /// Arm, board and surfaces, at the beginning of a session.
+    fn draw_stage(&mut self, t_ns: u64) -> Result<(), RecordError> {
+        let triangles = self.stage.scene.triangle_count();
+        let shown = triangles <= self.most_triangles;
+        let mut drawn = Ok(());
+        self.write_with(Topic::Scene, t_ns, |m, stage| {
+            let scene = shown.then_some(&stage.scene);
+            drawn = look::scene(m, t_ns, &stage.skeleton, scene, &stage.surfaces);
+        })?;
+        drawn?;
+        if !shown {
+            let text = format!("the scene is not drawn: it has {triangles} triangles");
+            self.write(Topic::Log, t_ns, |m| {
+                look::log(m, t_ns, Level::Warning, &text);
+            })?;
+        }
+        self.draw_fixed(t_ns)
+    }
+
+    fn draw_fixed(&mut self, t_ns: u64) -> Result<(), RecordError> {
+        let world = self.base_from_world;
+        self.write_with(Topic::FixedTransforms, t_ns, |m, stage| {
+            look::fixed_transforms(m, t_ns, &stage.skeleton, &world);
+        })
+    }
+
+    /// Says what is missing before this message.
+    fn gap(&mut self, sequence: u64) -> Result<(), RecordError> {
+        let missing = sequence.saturating_sub(self.expected);
+        self.expected = sequence + 1;
+        if missing == 0 {
+            return Ok(());
+        }
+        let t_ns = self.newest_ns;
+        let text = format!("{missing} messages of the session left out: writing fell behind");
+        self.write(Topic::Log, t_ns, |m| {
+            look::log(m, t_ns, Level::Warning, &text);
+        })
+    }
+
+    /// Time in the file; what is no time stands at the newest one.
+    fn time_ns(&mut self, t_s: f64) -> u64 {
+        if t_s.is_finite() && (0.0..LONGEST_S).contains(&t_s) {
+            let t_ns = self.zero_ns.saturating_add((t_s * 1e9).round() as u64);
+            self.newest_ns = self.newest_ns.max(t_ns);
+            t_ns
+        } else {
+            self.newest_ns
+        }
+    }
+
+    fn write(
+        &mut self,
+        topic: Topic,
+        t_ns: u64,
+        body: impl FnOnce(&mut Message<'_>),
+    ) -> Result<(), RecordError> {
+        self.write_with(topic, t_ns, |message, _| body(message))
+    }
+
+    fn write_with(
+        &mut self,
+        topic: Topic,
+        t_ns: u64,
+        body: impl FnOnce(&mut Message<'_>, &Stage),
+    ) -> Result<(), RecordError> {
+        self.buffer.clear();
+        let mut message = Message::to_vec(&mut self.buffer);
+        body(&mut message, &self.stage);
+        // Numbers of fields are fixed, and a `Vec` grows: nothing can go wrong.
+        let _ = message.finish();
+        let number = topic as usize;
+        let header = MessageHeader {
+            channel_id: self.channels[number],
+            sequence: self.counts[number],
+            log_time: t_ns,
+            publish_time: t_ns,
+        };
+        self.counts[number] = self.counts[number].wrapping_add(1);
+        self.mcap.write_to_known_channel(&header, &self.buffer)?;
+        self.pending += self.buffer.len();
+        Ok(())
+    }
+}
+
+/// An event as a line.
+fn said(event: &EventKind) -> (Level, String) {
+    let warning = |text: String| (Level::Warning, text);
+    let info = |text: String| (Level::Info, text);
+    match event {
+        EventKind::Frame(Tracking::Tracked(_)) => info("the hand is tracked".to_owned()),
+        EventKind::Frame(Tracking::Lost { reason, .. }) => {
+            warning(format!("the hand is lost: {reason:?}"))
+        }
+        EventKind::GoalSet(goal) => {
+            let at = goal.target.point_m;
+            info(format!(
+                "the board is sent to {:.3}, {:.3}, {:.3} m on surface {}",
+                at.x, at.y, at.z, goal.surface.0
+            ))
+        }
+        EventKind::Arrived => info("the board is in place".to_owned()),
+        EventKind::Late => warning("the board is late".to_owned()),
+        EventKind::Unreachable(why) => warning(format!("the goal cannot be held: {why:?}")),
+        EventKind::Touched { normal_force_n } => info(format!("touched, {normal_force_n:.1} N")),
+        EventKind::Released => info("released".to_owned()),
+        EventKind::Held(reason) => warning(format!("the arm holds: {reason:?}")),
+        EventKind::Safe(state) => warning(format!("the supervisor: {state:?}")),
+        EventKind::Resumed => info("resumed".to_owned()),
+        EventKind::WorldMovedWhileTouched => {
+            warning("the world moved under the hand that touches".to_owned())
+        }
+        EventKind::WorldRefused => warning("a place of the world was refused".to_owned()),
+        other => info(format!("{other:?}")),
+    }
+}

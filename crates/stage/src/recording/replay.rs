@@ -1,0 +1,70 @@
+//! `--replay FILE`.
+
+use super::rerun::Rebuilt;
+use anyhow::bail;
+use hwall_record::{Ending, RecordError, Recording, Replayed};
+use std::io::Write;
+use std::path::Path;
+
+/// Runs the sessions of a recording again and says whether every command is the same, bit by bit.
+///
+/// # Errors
+/// A recording that cannot be read or made again; a command that differs.
+pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
+    let recording = Recording::open(path)?;
+    let rebuilt = Rebuilt::new(recording.setup())?;
+    let replayed = hwall_record::replay(&recording, |_, run| {
+        rebuilt.session(run).map_err(Failure::Setup)
+    });
+    let replayed = match replayed {
+        Ok(replayed) => replayed,
+        Err(Failure::Setup(error)) => return Err(error),
+        Err(Failure::Record(error)) => return Err(error.into()),
+    };
+    let Replayed {
+        runs,
+        frames,
+        cycles,
+        ..
+    } = replayed;
+    writeln!(
+        out,
+        "replayed {cycles} cycles and {frames} frames of {runs} runs"
+    )?;
+    match replayed.ending {
+        Ending::Finished => {}
+        Ending::Unfinished => {
+            writeln!(
+                out,
+                "the recording was not finished: its last half second may be missing"
+            )?;
+        }
+        Ending::Cut { offset } => writeln!(out, "the recording is cut at byte {offset}")?,
+    }
+    if replayed.missing > 0 {
+        writeln!(
+            out,
+            "{} messages were left out when it was recorded",
+            replayed.missing
+        )?;
+    }
+    if let Some(difference) = replayed.difference {
+        bail!(
+            "{}: the commands differ, first in {difference}",
+            path.display()
+        );
+    }
+    writeln!(out, "all commands are the recorded ones, bit by bit")?;
+    Ok(())
+}
+
+enum Failure {
+    Record(RecordError),
+    Setup(anyhow::Error),
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        Self::Record(error)
+    }
+}

@@ -1,0 +1,315 @@
+//! A session's settings as the options of a recording.
+//!
+//! Numbers are written with `{:?}`: as many digits as it takes to come back bit by bit.
+
+use crate::input::floor_pose::FloorPose;
+use crate::person::predictors::{PredictorKind, TrainingPeople};
+use crate::run::simulated_arm::ArmLevel;
+use crate::setting;
+use anyhow::{Context, bail};
+use clap::ValueEnum;
+use glam::DVec3;
+use hwall::LikelyTouches;
+use hwall::arrival::WeightedTarget;
+use hwall::haptics::Board;
+use hwall::reachability::Target;
+use hwall_hand::{HandFilterConfig, HandPoint};
+use hwall_record::{ArmSource, Run, Setup};
+use std::path::Path;
+
+/// Where a session comes from: all that is needed to make it again, trained as it was.
+#[derive(Debug, Clone)]
+pub struct SessionSource<'a> {
+    /// OBJ file; `None`: the built-in room.
+    pub scene: Option<&'a Path>,
+    /// `iiwa7`, `iiwa14` or the path of a URDF file.
+    pub arm: &'a str,
+    /// The board.
+    pub board: &'a Board,
+    /// The arm's base in the scene.
+    pub base: FloorPose,
+    /// Does the board present the roughness of surfaces?
+    pub textured: bool,
+    /// How objects are rendered.
+    pub level: ArmLevel,
+    /// Who leads the board.
+    pub predictor: PredictorKind,
+    /// Whom the predictor learnt from; who they are follows from a seed that is built in.
+    pub training_people: &'a TrainingPeople,
+    /// What the arm waits for.
+    pub likely_touches: &'a LikelyTouches,
+}
+
+impl SessionSource<'_> {
+    /// As a recording keeps it, with the texts of the files.
+    ///
+    /// # Errors
+    /// A file that cannot be read; likely touches that are neither places nor the usual range.
+    pub fn to_setup(&self) -> anyhow::Result<Setup> {
+        let (scene_obj, scene_sidecar) = setting::scene_texts(self.scene)?;
+        let arm = if self.arm.to_ascii_lowercase().ends_with(".urdf") {
+            ArmSource::Urdf {
+                name: self.arm.to_owned(),
+                text: std::fs::read_to_string(self.arm).with_context(|| self.arm.to_owned())?,
+            }
+        } else {
+            ArmSource::Named(self.arm.to_owned())
+        };
+        let people = self.training_people;
+        let points: Vec<&str> = people.points.iter().map(|point| point.name()).collect();
+        let FloorPose { origin_m, yaw_rad } = self.base;
+        let usual = TrainingPeople::default().person;
+        if people.person != usual {
+            bail!("people who are not the usual ones cannot be recorded");
+        }
+        let options = [
+            (
+                "base",
+                numbers(&[origin_m.x, origin_m.y, origin_m.z, yaw_rad]),
+            ),
+            ("textured", self.textured.to_string()),
+            ("level", name_of(self.level)),
+            ("predictor", name_of(self.predictor)),
+            ("training_points", points.join(" ")),
+            ("training_head", people.head.to_string()),
+            ("training_gaze", people.gaze.to_string()),
+            ("likely_touches", touches_text(self.likely_touches)?),
+        ];
+        Ok(Setup {
+            program: concat!("hwall ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene_obj,
+            scene_sidecar,
+            arm,
+            board: *self.board,
+            options: options.map(|(key, value)| (key.to_owned(), value)).into(),
+        })
+    }
+}
+
+/// One session of a recording.
+///
+/// # Errors
+/// A filter that is neither that for simulated hands nor the usual one.
+pub fn run_of(
+    number: usize,
+    filter: &HandFilterConfig,
+    arm_minus_tracker_s: f64,
+) -> anyhow::Result<Run> {
+    let filter = FILTERS.iter().find(|(_, config)| config() == *filter);
+    let (filter, _) =
+        filter.context("a hand filter with settings of its own cannot be recorded")?;
+    let options = [
+        ("hand_filter", (*filter).to_owned()),
+        ("arm_minus_tracker_s", format!("{arm_minus_tracker_s:?}")),
+    ];
+    Ok(Run {
+        number: u32::try_from(number)?,
+        options: options.map(|(key, value)| (key.to_owned(), value)).into(),
+    })
+}
+
+type Filter = (&'static str, fn() -> HandFilterConfig);
+
+const FILTERS: [Filter; 2] = [
+    ("simulated", HandFilterConfig::simulated),
+    ("usual", HandFilterConfig::default),
+];
+
+/// The filter and the clock's offset, s, of a run.
+pub(super) fn run_from(run: &Run) -> anyhow::Result<(HandFilterConfig, f64)> {
+    let name = wanted(run.option("hand_filter"), "hand_filter")?;
+    let filter = FILTERS.iter().find(|(known, _)| *known == name);
+    let (_, filter) = filter.with_context(|| format!("hand_filter: {name:?} is not known"))?;
+    let offset = wanted(run.option("arm_minus_tracker_s"), "arm_minus_tracker_s")?;
+    let [offset_s] = numbers_of("arm_minus_tracker_s", offset)?;
+    Ok((filter(), offset_s))
+}
+
+/// The options of a setup, read back.
+pub(super) struct Options {
+    pub(super) base: FloorPose,
+    pub(super) textured: bool,
+    pub(super) level: ArmLevel,
+    pub(super) predictor: PredictorKind,
+    pub(super) training_people: TrainingPeople,
+    pub(super) likely_touches: LikelyTouches,
+}
+
+impl Options {
+    pub(super) fn of(setup: &Setup) -> anyhow::Result<Self> {
+        let text = |key: &'static str| wanted(setup.option(key), key);
+        let flag = |key: &'static str| -> anyhow::Result<bool> {
+            let value = text(key)?;
+            value
+                .parse()
+                .with_context(|| format!("{key}: {value:?} is neither true nor false"))
+        };
+        let [x, y, z, yaw_rad] = numbers_of("base", text("base")?)?;
+        let points = text("training_points")?.split_whitespace().map(|name| {
+            let point = HandPoint::ALL.into_iter().find(|p| p.name() == name);
+            point.with_context(|| format!("training_points: {name:?} is no point of a hand"))
+        });
+        Ok(Self {
+            base: FloorPose {
+                origin_m: DVec3::new(x, y, z),
+                yaw_rad,
+            },
+            textured: flag("textured")?,
+            level: named("level", text("level")?)?,
+            predictor: named("predictor", text("predictor")?)?,
+            training_people: TrainingPeople {
+                points: points.collect::<anyhow::Result<_>>()?,
+                head: flag("training_head")?,
+                gaze: flag("training_gaze")?,
+                ..TrainingPeople::default()
+            },
+            likely_touches: touches_of(text("likely_touches")?)?,
+        })
+    }
+}
+
+fn wanted<'a>(value: Option<&'a str>, key: &str) -> anyhow::Result<&'a str> {
+    value.with_context(|| format!("the recording does not say its {key}: not one of the main job"))
+}
+
+/// The word of the command line.
+fn name_of(value: impl ValueEnum) -> String {
+    let word = value.to_possible_value();
+    word.map_or_else(String::new, |word| word.get_name().to_owned())
+}
+
+fn named<T: ValueEnum>(key: &str, text: &str) -> anyhow::Result<T> {
+    T::from_str(text, false).map_err(|_| anyhow::anyhow!("{key}: {text:?} is not known"))
+}
+
+fn numbers(values: &[f64]) -> String {
+    let words: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+    words.join(" ")
+}
+
+fn numbers_of<const N: usize>(key: &str, text: &str) -> anyhow::Result<[f64; N]> {
+    let parsed = text.split_whitespace().map(|word| {
+        let value: f64 = word
+            .parse()
+            .with_context(|| format!("{key}: {word:?} is no number"))?;
+        anyhow::ensure!(value.is_finite(), "{key}: {word} is not finite");
+        Ok(value)
+    });
+    let values: Vec<f64> = parsed.collect::<anyhow::Result<_>>()?;
+    let count = values.len();
+    let all = <[f64; N]>::try_from(values);
+    all.map_err(|_| anyhow::anyhow!("{key}: {count} numbers instead of {N}"))
+}
+
+/// Likely touches that no places name.
+const USUAL_RANGE: &str = "usual range";
+/// In place of a roll that is free.
+const ANY_ROLL: &str = "any";
+
+fn touches_text(touches: &LikelyTouches) -> anyhow::Result<String> {
+    let places = match touches {
+        LikelyTouches::Such(places) => places,
+        range if *range == LikelyTouches::default() => return Ok(USUAL_RANGE.to_owned()),
+        LikelyTouches::InRange(_) => {
+            bail!("a range of likely touches of its own cannot be recorded")
+        }
+    };
+    let place = |place: &WeightedTarget| {
+        let (at, normal) = (place.target.point_m, place.target.normal);
+        let all = [at.x, at.y, at.z, normal.x, normal.y, normal.z, place.weight];
+        let roll = place.roll_rad.map(|roll_rad| format!("{roll_rad:?}"));
+        format!("{} {}", numbers(&all), roll.as_deref().unwrap_or(ANY_ROLL))
+    };
+    Ok(places.iter().map(place).collect::<Vec<_>>().join("; "))
+}
+
+fn touches_of(text: &str) -> anyhow::Result<LikelyTouches> {
+    if text == USUAL_RANGE {
+        return Ok(LikelyTouches::default());
+    }
+    let places = text.split(';').filter(|place| !place.trim().is_empty());
+    let place = |text: &str| -> anyhow::Result<WeightedTarget> {
+        let (rest, roll) = text.trim().rsplit_once(' ').unwrap_or(("", text));
+        let [x, y, z, nx, ny, nz, weight] = numbers_of("likely_touches", rest)?;
+        let roll_rad = match roll {
+            ANY_ROLL => None,
+            angle => Some(numbers_of::<1>("likely_touches", angle)?[0]),
+        };
+        let target = Target {
+            point_m: DVec3::new(x, y, z),
+            normal: DVec3::new(nx, ny, nz),
+        };
+        Ok(WeightedTarget {
+            target,
+            weight,
+            roll_rad,
+        })
+    };
+    let places = places.map(place).collect::<anyhow::Result<_>>()?;
+    Ok(LikelyTouches::Such(places))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_come_back_bit_by_bit() {
+        let board = Board::default();
+        let place = |x: f64, roll_rad| WeightedTarget {
+            target: Target {
+                point_m: DVec3::new(x, -0.1 - x, 1.0 / 3.0),
+                normal: DVec3::new(x.cos(), x.sin(), -0.0),
+            },
+            weight: 1e-300,
+            roll_rad,
+        };
+        let source = SessionSource {
+            scene: None,
+            arm: "iiwa14",
+            board: &board,
+            base: FloorPose {
+                origin_m: DVec3::new(0.1, -2.0 / 7.0, 5e-324),
+                yaw_rad: std::f64::consts::PI / 7.0,
+            },
+            textured: false,
+            level: ArmLevel::Torque,
+            predictor: PredictorKind::RayLed,
+            training_people: &TrainingPeople {
+                points: vec![HandPoint::Palm, HandPoint::Index],
+                head: true,
+                gaze: false,
+                ..TrainingPeople::default()
+            },
+            likely_touches: &LikelyTouches::Such(vec![place(0.3, None), place(0.7, Some(0.1))]),
+        };
+        let options = Options::of(&source.to_setup().unwrap()).unwrap();
+        assert_eq!(options.base.origin_m, source.base.origin_m);
+        assert_eq!(
+            options.base.yaw_rad.to_bits(),
+            source.base.yaw_rad.to_bits()
+        );
+        assert_eq!(&options.training_people, source.training_people);
+        assert_eq!(&options.likely_touches, source.likely_touches);
+        assert_eq!((options.textured, options.level), (false, ArmLevel::Torque));
+        assert_eq!(options.predictor, PredictorKind::RayLed);
+        let run = run_of(3, &HandFilterConfig::default(), -0.1).unwrap();
+        assert_eq!(run_from(&run).unwrap(), (HandFilterConfig::default(), -0.1));
+    }
+
+    #[test]
+    fn a_setup_that_lacks_something_is_refused_by_name() {
+        let setup = Setup {
+            program: String::new(),
+            scene_obj: String::new(),
+            scene_sidecar: None,
+            arm: ArmSource::Named("iiwa7".to_owned()),
+            board: Board::default(),
+            options: vec![("base".to_owned(), "0 0 NaN 0".to_owned())],
+        };
+        let error = Options::of(&setup).err().unwrap().to_string();
+        assert!(error.contains("base"), "{error}");
+        let error = run_from(&Run::default()).unwrap_err().to_string();
+        assert!(error.contains("hand_filter"), "{error}");
+    }
+}

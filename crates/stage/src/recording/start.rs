@@ -1,0 +1,81 @@
+//! `--mcap FILE`.
+
+use super::setup::SessionSource;
+use crate::input::arms::BoardArm;
+use crate::run::people::Stage;
+use crate::setting::Setting;
+use anyhow::Context;
+use hwall_record::{Recorder, RecorderConfig, Skeleton};
+use hwall_scene::Scene;
+use std::path::Path;
+
+/// Begins a recording and writes the arm's capsules beside it: `session.urdf` for `session.mcap`. `scene` is the one
+/// that `source` names, seen from the arm's base.
+///
+/// # Errors
+/// A file that cannot be read or written, an arm whose links are not known.
+pub fn start(
+    path: &Path,
+    source: &SessionSource<'_>,
+    arm: &BoardArm,
+    scene: &Scene,
+    config: &RecorderConfig,
+) -> anyhow::Result<Recorder> {
+    let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
+    let urdf = path.with_extension("urdf");
+    let name = Path::new(source.arm).file_stem().unwrap_or_default();
+    let text = skeleton.to_urdf(&name.to_string_lossy());
+    std::fs::write(&urdf, text).with_context(|| urdf.display().to_string())?;
+    let setup = source.to_setup()?;
+    Ok(Recorder::create(path, &setup, skeleton, scene, config)?)
+}
+
+/// As [`start`], for the runs of the main job, of which nothing is left out.
+///
+/// # Errors
+/// As for [`start`].
+pub fn of_stage(
+    path: &Path,
+    stage: &Stage<'_>,
+    setting: &Setting,
+    scene: Option<&Path>,
+    arm: &str,
+) -> anyhow::Result<Recorder> {
+    let source = SessionSource {
+        scene,
+        arm,
+        board: stage.board,
+        base: setting.base,
+        textured: stage.textured,
+        level: stage.level,
+        predictor: stage.predictors.leader(),
+        training_people: &setting.training_people,
+        likely_touches: &setting.likely_touches,
+    };
+    start(
+        path,
+        &source,
+        stage.arm,
+        stage.scene,
+        &RecorderConfig::simulated(),
+    )
+}
+
+/// Ends a recording. Returns a line for the user.
+///
+/// # Errors
+/// The first error of writing.
+pub fn finish(recorder: Recorder, path: &Path) -> anyhow::Result<String> {
+    let summary = recorder.finish()?;
+    let mut line = format!(
+        "wrote {} ({:.1} MB, {} messages of the session) and {}",
+        path.display(),
+        1e-6 * summary.bytes as f64,
+        summary.messages,
+        path.with_extension("urdf").display()
+    );
+    if summary.dropped > 0 {
+        line += &format!("; {} messages were left out", summary.dropped);
+    }
+    Ok(line)
+}
