@@ -1,0 +1,152 @@
+//! What is seen at an instant.
+
+use crate::hand::ViewHand;
+use crate::scene::MOST_MOVING;
+use crate::state::ViewState;
+use glam::{DMat3, DVec3};
+use hwall::Session;
+use hwall::contact::{ContactPrediction, Predictor};
+use hwall::hand::HandFrame;
+use hwall::haptics::{ArmState, surface_axes};
+use hwall::kinematics::JointPositions;
+
+/// The 90 % quantile of chi squared with two degrees of freedom: the region in the plane of a surface.
+const NINETY_PERCENT: f64 = 4.605;
+
+/// Where the hand is foreseen to touch, base frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewPrediction {
+    /// The point, m.
+    pub point_m: DVec3,
+    /// Unit normal of the surface there, towards the hand.
+    pub normal: DVec3,
+    /// The surface, by its place in the scene.
+    pub surface: Option<u32>,
+    /// Half axes, in the plane of the surface, of the ellipse that holds the touch with 90 %, m; `None`: not known.
+    pub region_m: Option<[DVec3; 2]>,
+    /// Time until the touch, s; `None`: the hand does not approach.
+    pub contact_s: Option<f64>,
+}
+
+impl ViewPrediction {
+    /// Of a predicted contact in the base frame.
+    #[must_use]
+    pub fn of(contact: &ContactPrediction) -> Self {
+        Self {
+            point_m: contact.point_m,
+            normal: contact.normal,
+            surface: u32::try_from(contact.surface.0).ok(),
+            region_m: contact
+                .covariance_m2
+                .and_then(|covariance| region_m(&covariance, contact.normal)),
+            contact_s: contact.time_to_contact_s.map(|time| time.mean_s),
+        }
+    }
+}
+
+/// Half axes of the 90 % ellipse of a covariance (m²) within the plane of a normal, m.
+fn region_m(covariance_m2: &DMat3, normal: DVec3) -> Option<[DVec3; 2]> {
+    let [x, y] = surface_axes(normal).ok()?;
+    let (a, b, c) = (
+        x.dot(*covariance_m2 * x),
+        x.dot(*covariance_m2 * y),
+        y.dot(*covariance_m2 * y),
+    );
+    // Eigenvalues of [[a, b], [b, c]] and the angle of the first axis.
+    let (mean, half) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
+    let (sin, cos) = (0.5 * (2.0 * b).atan2(a - c)).sin_cos();
+    let length_m = |variance_m2: f64| (NINETY_PERCENT * variance_m2.max(0.0)).sqrt();
+    let axes_m = [
+        (x * cos + y * sin) * length_m(mean + half),
+        (y * cos - x * sin) * length_m(mean - half),
+    ];
+    axes_m
+        .iter()
+        .all(|axis_m| axis_m.is_finite())
+        .then_some(axes_m)
+}
+
+/// What is seen at an instant. All places are in the arm's base frame: z up, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewFrame {
+    /// On the arm's clock, s.
+    pub t_s: f64,
+    /// The arm, rad.
+    pub q: JointPositions,
+    /// The hand; lost if nothing of it is seen.
+    pub hand: ViewHand,
+    /// The head.
+    pub head_m: Option<DVec3>,
+    /// Line of sight: origin and unit direction.
+    pub gaze: Option<(DVec3, DVec3)>,
+    /// Where the hand is foreseen to touch.
+    pub predicted: Option<ViewPrediction>,
+    /// Where the board is sent: point and unit normal.
+    pub goal: Option<(DVec3, DVec3)>,
+    /// Time until the board is there, s.
+    pub left_s: Option<f64>,
+    /// Force of the hand on the board, base axes, N.
+    pub force_n: Option<DVec3>,
+    /// Openings of the moving surfaces, rad or m, in the order of the scene; beyond the last one zero.
+    pub openings: [f64; MOST_MOVING],
+    /// What the board is doing.
+    pub state: ViewState,
+}
+
+impl ViewFrame {
+    /// An arm that waits at an instant, and nothing else.
+    #[must_use]
+    pub const fn new(t_s: f64, q: JointPositions) -> Self {
+        Self {
+            t_s,
+            q,
+            hand: ViewHand::LOST,
+            head_m: None,
+            gaze: None,
+            predicted: None,
+            goal: None,
+            left_s: None,
+            force_n: None,
+            openings: [0.0; MOST_MOVING],
+            state: ViewState::Waiting,
+        }
+    }
+
+    /// A session at the instant of a state of its arm. `seen` is the newest frame of the tracker, in the base frame; of a hand
+    /// that the session holds for lost nothing is shown. Allocates nothing.
+    #[must_use]
+    pub fn of<P: Predictor>(
+        session: &Session<P>,
+        state: &ArmState,
+        seen: Option<&HandFrame>,
+    ) -> Self {
+        let control = session.control();
+        let step = control.last_step();
+        let tracked = session.tracking().is_some_and(|t| t.state().is_some());
+        let hand = seen.filter(|_| tracked).map(ViewHand::from_frame);
+        let gaze = seen.and_then(HandFrame::gaze_ray);
+        let unit = |normal: DVec3| normal.normalize_or(DVec3::Z);
+        let mut openings = [0.0; MOST_MOVING];
+        for (opening, moving) in openings.iter_mut().zip(control.moving()) {
+            *opening = moving.position;
+        }
+        Self {
+            hand: hand.unwrap_or(ViewHand::LOST),
+            head_m: seen.and_then(|s| s.head_m).filter(|m| m.is_finite()),
+            gaze: gaze.map(|ray| (ray.origin_m, ray.direction)),
+            predicted: session.contact().as_ref().map(ViewPrediction::of),
+            goal: control.target().map(|t| (t.point_m, unit(t.normal))),
+            left_s: step.and_then(|step| step.left_s),
+            force_n: step.and_then(|step| step.wrench).map(|w| w.force_n),
+            openings,
+            state: session.state().into(),
+            ..Self::new(state.t_s, state.q)
+        }
+    }
+
+    /// How long before the hand the board will be at its goal, s; negative: after it. `None` where either is not known.
+    #[must_use]
+    pub fn lead_s(&self) -> Option<f64> {
+        Some(self.predicted?.contact_s? - self.left_s?)
+    }
+}

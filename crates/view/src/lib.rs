@@ -1,0 +1,25 @@
+#![doc = include_str!("../README.md")]
+
+mod arm;
+mod error;
+mod frame;
+mod hand;
+mod marker;
+mod page;
+mod scene;
+mod scene_json;
+mod state;
+mod wire;
+
+// What is to be seen.
+pub use arm::{ViewArm, ViewCapsule, ViewJoint};
+pub use frame::{ViewFrame, ViewPrediction};
+pub use hand::{HAND_BONES, HAND_JOINTS, ViewHand};
+pub use marker::{ViewMarker, ViewMarkerKind};
+pub use scene::{MOST_MOVING, ViewBoard, ViewScene, ViewSurface};
+pub use state::ViewState;
+
+// Where it is seen.
+pub use page::{live_page, replay_page};
+
+pub use error::ViewError;

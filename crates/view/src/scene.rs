@@ -1,0 +1,121 @@
+//! What does not change while one looks.
+
+use crate::arm::ViewArm;
+use crate::error::ViewError;
+use glam::DVec3;
+use hwall::contact::Predictor;
+use hwall::haptics::{Board, ObjectPath};
+use hwall::kinematics::ArmKinematics;
+use hwall::scene::{Scene, SurfaceId};
+use hwall::{Session, objects_of};
+
+/// Most moving surfaces whose openings a frame carries; further ones are shown as modelled in their file.
+pub const MOST_MOVING: usize = 32;
+
+/// A surface of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewSurface {
+    /// Its name in the scene.
+    pub name: String,
+    /// The word for its kind in a sidecar: `static`, `revolving_door`, `sliding_panel`, `drawer`, `button`, `untouchable`.
+    pub kind: &'static str,
+    /// Corners at opening zero, counter-clockwise from outside, base frame, m.
+    pub triangles_m: Vec<[[f32; 3]; 3]>,
+    /// What it may move along. The moving surfaces of a scene, in its order, have the openings of a frame.
+    pub path: Option<ObjectPath>,
+    /// Diffuse colour of its material, red green blue in 0..1.
+    pub color_rgb: Option<[f64; 3]>,
+}
+
+/// The board as it is shown: its face is the tool of the [`ViewArm`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewBoard {
+    /// Half of the extent along the face's x axis, m.
+    pub half_width_m: f64,
+    /// Half of the extent along the face's y axis, m.
+    pub half_height_m: f64,
+    /// From the flange to the face, m.
+    pub thickness_m: f64,
+}
+
+/// What does not change while one looks: the room, the arm, the board. In the arm's base frame: z up, m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewScene {
+    /// Said above the picture.
+    pub title: String,
+    /// The room.
+    pub surfaces: Vec<ViewSurface>,
+    /// The arm; its tool is the face of the board.
+    pub arm: ViewArm,
+    /// The board.
+    pub board: ViewBoard,
+}
+
+impl ViewScene {
+    /// Of a scene in the arm's base frame, an arm whose tool is the face of the board, and the board.
+    ///
+    /// # Errors
+    /// A board without extent; moving surfaces that cannot be understood.
+    pub fn new(
+        title: impl Into<String>,
+        scene: &Scene,
+        arm: &dyn ArmKinematics,
+        board: &Board,
+    ) -> Result<Self, ViewError> {
+        board.validate()?;
+        // As modelled: frames say how far doors are open.
+        let mut shut = scene.clone();
+        let objects = objects_of(scene)?;
+        for object in &objects {
+            shut.set_opening(object.surface, 0.0)?;
+        }
+        let mut moving = 0;
+        let mut surfaces = Vec::with_capacity(scene.surfaces().len());
+        for (index, surface) in scene.surfaces().iter().enumerate() {
+            let id = SurfaceId(index);
+            let path = objects.iter().find(|object| object.surface == id);
+            let triangles = shut.triangles_m(id)?;
+            moving += usize::from(path.is_some());
+            surfaces.push(ViewSurface {
+                name: surface.name.clone(),
+                kind: surface.kind.name(),
+                triangles_m: triangles.map(|corners| corners.map(single)).collect(),
+                path: path
+                    .map(|object| object.path)
+                    .filter(|_| moving <= MOST_MOVING),
+                color_rgb: surface.color_rgb,
+            });
+        }
+        Ok(Self {
+            title: title.into(),
+            surfaces,
+            arm: ViewArm::of(arm),
+            board: ViewBoard {
+                half_width_m: board.half_width_m,
+                half_height_m: board.half_height_m,
+                thickness_m: board.thickness_m,
+            },
+        })
+    }
+
+    /// Of a session: its scene, its arm and its board.
+    ///
+    /// # Errors
+    /// As for [`ViewScene::new`].
+    pub fn of<P: Predictor>(
+        title: impl Into<String>,
+        session: &Session<P>,
+    ) -> Result<Self, ViewError> {
+        let control = session.control();
+        Self::new(
+            title,
+            session.perception().scene(),
+            &**control.arm(),
+            control.board(),
+        )
+    }
+}
+
+fn single(point_m: DVec3) -> [f32; 3] {
+    point_m.to_array().map(|c| c as f32)
+}
