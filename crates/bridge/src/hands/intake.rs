@@ -1,7 +1,7 @@
 //! Which samples of which client count.
 
 use super::clock::{ClockOffset, ClockReading};
-use super::joints::HeadsetSpace;
+use super::joints::{HeadsetSpace, Joints};
 use super::message::{HandMessage, Side};
 use crate::config::{BridgeConfig, FollowedHand};
 use crate::counts::Tally;
@@ -15,6 +15,8 @@ pub(crate) const HAND_QUEUE: usize = 256;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceivedFrame {
     pub(crate) frame: HandFrame,
+    /// All joints of the hand, base frame, m.
+    pub(crate) joints_m: Joints,
     pub(crate) received_s: f64,
 }
 
@@ -124,13 +126,16 @@ impl Intake {
             return;
         }
         self.newest_s = frame.t_s;
-        let frame = self.space.to_base(&frame, message.axes);
-        let received_s = now_s;
+        let received = ReceivedFrame {
+            frame: self.space.to_base(&frame, message.axes),
+            joints_m: self.space.joints_to_base(&message.joints_m, message.axes),
+            received_s: now_s,
+        };
         let Some(queue) = &self.queue else {
             // Nobody asks for hands yet.
             return;
         };
-        match queue.try_send(ReceivedFrame { frame, received_s }) {
+        match queue.try_send(received) {
             Ok(()) => {
                 tally.accepted.add(1);
                 tally.unseen.add(u64::from(!is_seen));
@@ -266,6 +271,7 @@ mod tests {
             side,
             axes: Axes::Base,
             frame,
+            joints_m: [None; _],
         }
     }
 

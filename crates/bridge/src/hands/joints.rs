@@ -34,6 +34,16 @@ impl HeadsetSpace {
         }
     }
 
+    /// The joints in base axes.
+    pub(crate) fn joints_to_base(self, joints_m: &Joints, axes: Axes) -> Joints {
+        match axes {
+            Axes::Base => *joints_m,
+            Axes::Webxr => {
+                joints_m.map(|joint_m| joint_m.map(|m| self.base_from_webxr.transform_point(m)))
+            }
+        }
+    }
+
     /// The frame in base axes, its time as it is.
     pub(crate) fn to_base(self, frame: &HandFrame, axes: Axes) -> HandFrame {
         match axes {
@@ -43,10 +53,13 @@ impl HeadsetSpace {
     }
 }
 
-/// The named points of 25 joints (WebXR) or 26 (OpenXR), in the axes that they are in; `None` for another number of them.
+/// The joints of a hand in OpenXR's order, m; `None`: not seen.
+pub(crate) type Joints = [Option<DVec3>; OPENXR];
+
+/// 25 joints (WebXR) or 26 (OpenXR) in OpenXR's order; `None` for another number of them.
 ///
 /// WebXR has no palm. OpenXR defines it as the middle of the metacarpal bone of the middle finger, and so it is found here.
-pub(crate) fn named_points(t_s: f64, joints_m: &[Option<DVec3>]) -> Option<HandFrame> {
+pub(crate) fn openxr_joints(joints_m: &[Option<DVec3>]) -> Option<Joints> {
     let mut all = [None; OPENXR];
     match joints_m.len() {
         OPENXR => all.copy_from_slice(joints_m),
@@ -58,7 +71,7 @@ pub(crate) fn named_points(t_s: f64, joints_m: &[Option<DVec3>]) -> Option<HandF
         }
         _ => return None,
     }
-    Some(HandFrame::from_openxr(t_s, &all))
+    Some(all)
 }
 
 #[cfg(test)]
@@ -96,20 +109,23 @@ mod tests {
         let numbered: Vec<Option<DVec3>> = (0..26)
             .map(|n| Some(DVec3::new(f64::from(n), 0.0, 0.0)))
             .collect();
-        let openxr = named_points(1.0, &numbered).expect("26 joints");
-        let webxr = named_points(1.0, &numbered[1..]).expect("25 joints");
-        assert_eq!(openxr.tips_m, webxr.tips_m);
-        assert_eq!(openxr.palm_m, Some(DVec3::ZERO));
-        assert_eq!(webxr.palm_m, Some(DVec3::new(11.5, 0.0, 0.0)));
-        assert_eq!(openxr.t_s, 1.0);
+        let openxr = openxr_joints(&numbered).expect("26 joints");
+        let webxr = openxr_joints(&numbered[1..]).expect("25 joints");
+        assert_eq!(openxr[1..], webxr[1..]);
+        let tips = |joints: &Joints| HandFrame::from_openxr(1.0, joints).tips_m;
+        assert_eq!(
+            tips(&webxr).map(|m| m.map(|m| m.x)),
+            [5.0, 10.0, 15.0, 20.0, 25.0].map(Some)
+        );
+        assert_eq!(openxr[0], Some(DVec3::ZERO));
+        assert_eq!(webxr[0], Some(DVec3::new(11.5, 0.0, 0.0)));
     }
 
     #[test]
     fn other_counts_are_no_hand_and_missing_joints_stay_missing() {
         for count in [0, 1, 24, 27, 1000] {
-            assert_eq!(named_points(0.0, &vec![None; count]), None);
+            assert_eq!(openxr_joints(&vec![None; count]), None);
         }
-        let unseen = named_points(0.0, &[None; 25]).expect("25 joints");
-        assert_eq!(unseen, HandFrame::empty(0.0));
+        assert_eq!(openxr_joints(&[None; 25]), Some([None; 26]));
     }
 }

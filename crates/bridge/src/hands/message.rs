@@ -1,6 +1,6 @@
 //! Messages of a page: strict JSON, every number checked.
 
-use super::joints::{Axes, named_points};
+use super::joints::{Axes, Joints, openxr_joints};
 use glam::DVec3;
 use hwall::hand::{HandFrame, MAX_COORDINATE_M};
 use serde::Deserialize;
@@ -20,8 +20,10 @@ pub(crate) struct HandMessage {
     pub(crate) seq: u64,
     pub(crate) side: Side,
     pub(crate) axes: Axes,
-    /// In the axes named.
+    /// Named points, head and gaze, in the axes named.
     pub(crate) frame: HandFrame,
+    /// All joints, in the axes named, m.
+    pub(crate) joints_m: Joints,
 }
 
 /// Which hand.
@@ -100,17 +102,17 @@ impl PageMessage {
                     return Err(Refused::Range("source"));
                 }
                 let t_s = 1e-3 * time("client_ms", client_ms)?;
-                let mut frame = match joints {
-                    None => HandFrame::empty(t_s),
+                let joints_m = match joints {
+                    None => [None; _],
                     Some(joints) => {
-                        let count = joints.len();
                         let joints_m = joints
-                            .into_iter()
+                            .iter()
                             .map(|joint| joint.map(|p| point("joints", p)).transpose())
                             .collect::<Result<Vec<_>, _>>()?;
-                        named_points(t_s, &joints_m).ok_or(Refused::Joints(count))?
+                        openxr_joints(&joints_m).ok_or(Refused::Joints(joints.len()))?
                     }
                 };
+                let mut frame = HandFrame::from_openxr(t_s, &joints_m);
                 frame.head_m = head
                     .map(|[x, y, z, ..]| point("head", [x, y, z]))
                     .transpose()?;
@@ -129,6 +131,7 @@ impl PageMessage {
                     side,
                     axes,
                     frame,
+                    joints_m,
                 }))
             }
         }
@@ -222,7 +225,10 @@ mod tests {
         for _ in 0..20_000 {
             let mut bytes = whole.clone().into_bytes();
             for _ in 0..=sampler.index(6) {
-                let at = sampler.index(bytes.len());
+                let at = sampler.index(bytes.len().max(1));
+                if bytes.len() < 2 {
+                    break;
+                }
                 match sampler.index(3) {
                     0 => bytes[at] = sampler.index(256) as u8,
                     1 => {

@@ -1,6 +1,8 @@
 //! The loop's end of the hands.
 
 use super::intake::ReceivedFrame;
+use super::joints::Joints;
+use glam::DVec3;
 use hwall::hand::HandFrame;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
@@ -24,6 +26,7 @@ pub struct HandQueue {
     heard_s: Option<f64>,
     /// Newest time given, s on the arm's clock.
     newest_s: f64,
+    newest: Option<(HandFrame, Joints)>,
 }
 
 impl HandQueue {
@@ -39,7 +42,14 @@ impl HandQueue {
             arm_minus_server: None,
             heard_s: None,
             newest_s: f64::NEG_INFINITY,
+            newest: None,
         }
+    }
+
+    /// The frame given last, in the base frame, and all joints of its hand in OpenXR's order, m.
+    #[must_use]
+    pub const fn newest(&self) -> Option<&(HandFrame, [Option<DVec3>; 26])> {
+        self.newest.as_ref()
     }
 
     /// The next frame that has come in by now (s, the arm's clock) and was not given yet.
@@ -64,13 +74,20 @@ impl HandQueue {
 
     fn next_frame_at(&mut self, now_s: f64, server_s: f64) -> Option<HandFrame> {
         let offset_s = self.arm_minus_server_s(now_s, server_s);
-        while let Ok(ReceivedFrame { frame, received_s }) = self.frames.try_recv() {
+        while let Ok(received) = self.frames.try_recv() {
+            let ReceivedFrame {
+                frame,
+                joints_m,
+                received_s,
+            } = received;
             self.heard_s = Some(received_s);
             let t_s = frame.t_s + offset_s;
             // A frame from before its hand was said to be lost.
             if t_s > self.newest_s {
                 self.newest_s = t_s;
-                return Some(HandFrame { t_s, ..frame });
+                let frame = HandFrame { t_s, ..frame };
+                self.newest = Some((frame, joints_m));
+                return Some(frame);
             }
         }
         let heard_s = self.heard_s?;
@@ -80,14 +97,15 @@ impl HandQueue {
         // Said again and again, but not in every cycle.
         self.heard_s = Some(server_s - self.lost_after_s + SAY_S);
         self.newest_s = now_s;
-        Some(HandFrame::empty(now_s))
+        let lost = HandFrame::empty(now_s);
+        self.newest = Some((lost, [None; _]));
+        Some(lost)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
     use std::sync::mpsc::{SyncSender, sync_channel};
 
     fn queue() -> (SyncSender<ReceivedFrame>, HandQueue) {
@@ -100,6 +118,7 @@ mod tests {
         frame.palm_m = Some(DVec3::X);
         ReceivedFrame {
             frame,
+            joints_m: [None; _],
             received_s: t_s,
         }
     }
@@ -115,7 +134,7 @@ mod tests {
         for cycle in 1..=1000 {
             let t_s = 1e-3 * f64::from(cycle);
             if let Some(frame) = queue.next_frame_at(t_s, 100.0 + t_s) {
-                assert!(t_s > 0.15 && frame == HandFrame::empty(t_s));
+                assert!(t_s > 0.149 && frame == HandFrame::empty(t_s));
                 said += 1;
             }
         }
