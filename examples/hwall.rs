@@ -10,7 +10,7 @@ use hwall_stage::input::arms::BoardArm;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
-use hwall_stage::report::{json, plan_figure, run_figures, tables};
+use hwall_stage::report::{json, plan_figure, run_figures, tables, views};
 use hwall_stage::run::people::{self, Stage};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::{Setting, SettingOptions};
@@ -23,7 +23,7 @@ use std::time::Instant;
 /// A simulated arm presents a board where a hand is about to touch a virtual wall.
 ///
 /// Without options: a room made for this, a simulated person and twelve touches, foreseen by what
-/// other simulated people taught. Prints four tables; writes plan.svg, time.svg, table.md and touches.csv to the output folder.
+/// other simulated people taught. Prints four tables; writes plan.svg, time.svg, replay.html (open it in a browser), touch.svg, table.md and touches.csv to the output folder.
 /// More than twelve touches are made by several people, each in a run of their own; figures and lists are then of the first.
 #[derive(Parser)]
 struct Args {
@@ -78,6 +78,9 @@ struct Args {
     /// Output folder
     #[arg(long, default_value = "out/hwall")]
     out: PathBuf,
+    /// Also writes hwall.glb, the animation for Blender and other viewers
+    #[arg(long)]
+    glb: bool,
     /// Also writes every touch and a summary to this file. In the summary `reachable`, `possible` and `in_place` count touches
     /// (in_place: of the reachable ones), in_place_of_possible is the share of the possible ones that were in place, 0 to 1;
     /// gap_p90_m is of the reachable ones, felt_median_s of those that were felt; what does not exist is null
@@ -174,6 +177,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let (trace, span_s) = (&first.run.trace, setting.participants[0].hand.span_s());
     plan_figure::plan(&args.out.join("plan.svg"), scene, &walls.maps, trace)?;
     run_figures::over_time(&args.out.join("time.svg"), trace, &first.run.forces, span_s)?;
+    let views = views::write(
+        &args.out,
+        scene,
+        &**arm.kinematics(),
+        &board,
+        first,
+        args.glb,
+    )?;
     tables::touches_csv(&args.out.join("touches.csv"), &runs)?;
     if let Some(path) = &args.json {
         json::write(path, &runs)?;
@@ -181,7 +192,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::write(args.out.join("table.md"), table)?;
     writeln!(
         io::stdout(),
-        "wrote plan.svg, time.svg, table.md and touches.csv to {}",
+        "wrote plan.svg, time.svg, {}, table.md and touches.csv to {}",
+        views.join(", "),
         args.out.display()
     )?;
     Ok(())

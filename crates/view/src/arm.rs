@@ -120,6 +120,8 @@ impl ViewArm {
 /// Radii from base to tool in proportion to the arm: those of an iiwa for a reach of 0.95 m.
 const BASE_RADIUS: f64 = 0.088;
 const TOOL_RADIUS: f64 = 0.052;
+/// Thickness of a board, about, m.
+const CARRIED_M: f64 = 0.02;
 
 fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
     let mut points_m = vec![DVec3::ZERO];
@@ -136,22 +138,30 @@ fn capsules(axes: &[(DVec3, DVec3, bool)], tool_m: DVec3) -> Vec<ViewCapsule> {
         let middle_m = along_m + 0.5 * pair[0].distance(pair[1]);
         // Piece i moves with joint i: from where that joint stands.
         let origin_m = if i == 0 { DVec3::ZERO } else { pair[0] };
-        if pair[0].distance(pair[1]) > SAME_M {
+        let link = (pair[1] - pair[0]).normalize_or_zero();
+        let long_m = pair[0].distance(pair[1]);
+        if long_m > SAME_M {
+            let round_m = 0.86 * radius_m(middle_m);
+            // The last link ends behind what it carries.
+            let end_m = if i == axes.len() {
+                (long_m - round_m - CARRIED_M).max(0.0)
+            } else {
+                long_m
+            };
             capsules.push(ViewCapsule {
                 frame: i,
                 from_m: pair[0] - origin_m,
-                to_m: pair[1] - origin_m,
-                radius_m: 0.86 * radius_m(middle_m),
+                to_m: pair[0] - origin_m + link * end_m,
+                radius_m: round_m,
                 housing: false,
             });
         }
-        along_m += pair[0].distance(pair[1]);
+        along_m += long_m;
         // A housing along the axis of the next joint where the arm bends there: the axis crosses the link.
         let Some((_, axis, false)) = axes.get(i) else {
             continue;
         };
-        let link = (pair[1] - pair[0]).normalize_or_zero();
-        if pair[0].distance(pair[1]) > SAME_M && link.dot(*axis).abs() < 0.7 {
+        if long_m > SAME_M && link.dot(*axis).abs() < 0.7 {
             let half_m = 0.62 * radius_m(along_m);
             capsules.push(ViewCapsule {
                 frame: i + 1,

@@ -42,12 +42,12 @@ pub enum ViewError {
         /// The largest value with a meaning.
         most: u32,
     },
-    /// Too few frames to show anything.
+    /// Another number of frames than is needed.
     #[error("{what} needs {needed} frames, got {got}")]
-    TooFewFrames {
+    FrameCount {
         /// What is to be made of them.
         what: &'static str,
-        /// Least number.
+        /// How many it takes.
         needed: usize,
         /// How many there are.
         got: usize,

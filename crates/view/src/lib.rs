@@ -2,7 +2,9 @@
 
 mod arm;
 mod error;
+mod film;
 mod frame;
+mod glb;
 mod hand;
 mod marker;
 mod page;
@@ -20,6 +22,8 @@ pub use scene::{MOST_MOVING, ViewBoard, ViewScene, ViewSurface};
 pub use state::ViewState;
 
 // Where it is seen.
+pub use film::film_strip;
+pub use glb::glb;
 pub use page::{live_page, replay_page};
 
 pub use error::ViewError;

@@ -4,6 +4,7 @@ use crate::arm::ViewArm;
 use crate::error::ViewError;
 use glam::DVec3;
 use hwall::contact::Predictor;
+use hwall::geometry::Pose;
 use hwall::haptics::{Board, ObjectPath};
 use hwall::kinematics::ArmKinematics;
 use hwall::scene::{Scene, SurfaceId};
@@ -49,6 +50,8 @@ pub struct ViewScene {
     pub arm: ViewArm,
     /// The board.
     pub board: ViewBoard,
+    /// Where the space of a headset stands once its axes are z up; for those who look through one. Identity unless set.
+    pub base_from_headset: Pose,
 }
 
 impl ViewScene {
@@ -95,6 +98,7 @@ impl ViewScene {
                 half_height_m: board.half_height_m,
                 thickness_m: board.thickness_m,
             },
+            base_from_headset: Pose::IDENTITY,
         })
     }
 

@@ -1,6 +1,7 @@
 //! The scene as the page reads it.
 
 use crate::arm::{ViewCapsule, ViewJoint};
+use crate::page::push_base64;
 use crate::scene::{ViewScene, ViewSurface};
 use crate::state::ViewState;
 use glam::DVec3;
@@ -9,7 +10,8 @@ use hwall::haptics::ObjectPath;
 use serde_json::{Value, json};
 
 impl ViewScene {
-    /// The scene as JSON, with `"type":"scene"`: the page's first message. Lengths are written to 0.1 mm.
+    /// The scene as JSON, with `"type":"scene"`: the page's first message. Surfaces are written
+    /// to within 1e-5 of their longest side.
     #[must_use]
     pub fn to_json(&self) -> String {
         let states: Vec<Value> = ViewState::ALL
@@ -29,6 +31,7 @@ impl ViewScene {
                 "half_m": [self.board.half_width_m, self.board.half_height_m],
                 "thickness_m": self.board.thickness_m,
             },
+            "base_from_headset": pose(&self.base_from_headset),
             "states": states,
         })
         .to_string()
@@ -36,7 +39,6 @@ impl ViewScene {
 }
 
 fn surface(surface: &ViewSurface) -> Value {
-    let corners = surface.triangles_m.iter().flatten().flatten();
     let path = surface.path.map(|path| match path {
         ObjectPath::Turning {
             hinge_point_m,
@@ -47,15 +49,35 @@ fn surface(surface: &ViewSurface) -> Value {
     json!({
         "name": surface.name,
         "kind": surface.kind,
-        "triangles_m": corners.map(|c| short(f64::from(*c))).collect::<Vec<_>>(),
+        "triangles": triangles(&surface.triangles_m),
         "path": path,
         "color": surface.color_rgb,
     })
 }
 
-/// To 0.1 mm: fewer digits in the file.
-fn short(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4
+/// Corners on a grid of 65536 steps along the longest side, as base64 of little-endian u16: a quarter of the text that numbers
+/// would take.
+fn triangles(triangles_m: &[[[f32; 3]; 3]]) -> Value {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for corner in triangles_m.iter().flatten() {
+        for i in 0..3 {
+            low[i] = low[i].min(corner[i]);
+            high[i] = high[i].max(corner[i]);
+        }
+    }
+    let longest_m = (0..3).fold(0.0, |m: f32, i| m.max(high[i] - low[i]));
+    let step_m = f64::from(longest_m.max(1e-3)) / 65535.0;
+    let mut bytes = Vec::with_capacity(triangles_m.len() * 18);
+    for corner in triangles_m.iter().flatten() {
+        for (value, low) in corner.iter().zip(low) {
+            // The cast keeps what is out of range at its ends, and NaN at zero.
+            let steps = (f64::from(value - low) / step_m).round() as u16;
+            bytes.extend(steps.to_le_bytes());
+        }
+    }
+    let mut corners = String::new();
+    push_base64(&bytes, &mut corners);
+    json!({ "origin_m": low.map(f64::from), "step_m": step_m, "corners": corners })
 }
 
 fn joint(joint: &ViewJoint) -> Value {

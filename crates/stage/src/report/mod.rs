@@ -7,3 +7,4 @@ pub mod plan_figure;
 pub mod run_figures;
 pub mod summary;
 pub mod tables;
+pub mod views;

@@ -9,6 +9,7 @@ use crate::run::simulated_arm::{ArmLevel, SimulatedArm};
 use crate::run::texture_log::{TextureLog, TextureTouch};
 use crate::run::tick::{Led, Tick};
 use crate::run::trace::{Trace, TraceLog};
+use crate::run::view_log::ViewLog;
 use glam::DVec3;
 use hwall::haptics::{ArmCommand, ArmState, Board, RendererConfig};
 use hwall::reachability::Presented;
@@ -56,6 +57,8 @@ pub struct Run {
     pub pushes: Vec<Push>,
     /// Force of the hand and opening over time.
     pub forces: Vec<ForceSample>,
+    /// What was to be seen.
+    pub view: ViewLog,
 }
 
 /// The hand was lost.
@@ -153,6 +156,7 @@ pub fn run(
         step_ns: Vec::with_capacity(steps + 1),
     };
     let mut log = Log::new(steps, start_s, setup.arm.span_m());
+    let mut view = ViewLog::default();
     drive(
         &mut timed,
         &mut arm,
@@ -165,12 +169,15 @@ pub fn run(
                     texture.event(&event);
                 }
                 log.event(&event, simulation);
+                view.event(start_s + event.t_s, &event);
             }
             let tip = simulation.advance(arm, cycle)?;
             if let (Some(texture), Some(moving)) = (&mut texture, session.control().texture()) {
                 texture.feel(cycle.t_s, &arm.pose(), tip, &arm.twist(), moving.scan_rad());
             }
             log.tick(session, arm, cycle, frames > 0);
+            let (seen, force_n) = (simulation.tip.frame.as_ref(), simulation.force_n);
+            view.step(start_s + cycle.t_s, session, &cycle.state, seen, force_n);
             pushes.step(
                 start_s + cycle.t_s,
                 setup.period_s,
@@ -193,6 +200,7 @@ pub fn run(
     Ok(Run {
         pushes,
         forces,
+        view,
         textures: texture.map(TextureLog::into_touches),
         ..log.finish(leader, predictions, step_ns)
     })
@@ -461,6 +469,7 @@ impl Log {
             textures: None,
             pushes: Vec::new(),
             forces: Vec::new(),
+            view: ViewLog::default(),
         }
     }
 }

@@ -13,3 +13,4 @@ pub mod snapshots;
 pub mod texture_log;
 pub mod tick;
 pub mod trace;
+pub mod view_log;

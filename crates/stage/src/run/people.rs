@@ -9,6 +9,7 @@ use crate::run::least_time::LeastTime;
 use crate::run::regret::{Regret, Regrets, RunLog};
 use crate::run::simulated_arm::ArmLevel;
 use crate::run::snapshots;
+use crate::run::view_log::ViewLog;
 use hwall::Walls;
 use hwall::haptics::Board;
 use hwall_haptics::PlaceTolerance;
@@ -84,7 +85,12 @@ pub fn run(
         .enumerate()
         .map(|(done, participant)| {
             let report = |share: f64| progress((done as f64 + share) / all);
-            person(stage, &regrets, participant, report)
+            let mut run = person(stage, &regrets, participant, report)?;
+            if done > 0 {
+                // Megabytes for each person, and only the first one is shown.
+                run.run.view = ViewLog::default();
+            }
+            Ok(run)
         })
         .collect()
 }

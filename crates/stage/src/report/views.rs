@@ -1,0 +1,70 @@
+//! The main job to look at: a replay, a film strip and, on request, an animation.
+
+use crate::run::people::PersonRun;
+use anyhow::Context;
+use hwall::haptics::Board;
+use hwall_kinematics::ArmKinematics;
+use hwall_scene::Scene;
+use hwall_view::{ViewFrame, ViewScene, film_strip, glb, replay_page};
+use std::path::Path;
+
+/// Stills of the film strip: times after the contact, s.
+const STILLS_S: [f64; 6] = [-0.9, -0.6, -0.4, -0.2, 0.0, 0.3];
+
+/// Writes `replay.html` of a run to a folder, `touch.svg` if a board was in place for a touch, and `hwall.glb` if asked for.
+/// Returns their names.
+///
+/// # Errors
+/// A file that cannot be written; a board or a scene that cannot be shown.
+pub fn write(
+    folder: &Path,
+    scene: &Scene,
+    arm: &dyn ArmKinematics,
+    board: &Board,
+    person: &PersonRun,
+    with_glb: bool,
+) -> anyhow::Result<Vec<&'static str>> {
+    let scene = ViewScene::new("H-Wall: the main job", scene, arm, board)?;
+    let view = &person.run.view;
+    let mut written = Vec::new();
+    let mut write = |name: &'static str, content: &[u8]| {
+        let path = folder.join(name);
+        written.push(name);
+        std::fs::write(&path, content).with_context(|| path.display().to_string())
+    };
+    let replay = replay_page(&scene, &view.frames, &view.markers);
+    write("replay.html", replay.as_bytes())?;
+    if let Some((stills, contact_s)) = stills_of_one_touch(&scene, person) {
+        write(
+            "touch.svg",
+            film_strip(&scene, &stills, contact_s)?.as_bytes(),
+        )?;
+    }
+    if with_glb {
+        write("hwall.glb", &glb(&scene, &view.frames))?;
+    }
+    Ok(written)
+}
+
+/// Of the touches that the board was in place for, that to which it came from furthest away; its frames and the contact, s.
+fn stills_of_one_touch(scene: &ViewScene, person: &PersonRun) -> Option<(Vec<ViewFrame>, f64)> {
+    let frames = &person.run.view.frames;
+    let at = |t_s: f64| {
+        let near = |frame: &&ViewFrame| (frame.t_s - t_s).abs();
+        frames.iter().min_by(|a, b| near(a).total_cmp(&near(b)))
+    };
+    let middle_m = |frame: &ViewFrame| {
+        let poses = scene.arm.poses(&frame.q);
+        poses.last().map(|pose| pose.position_m())
+    };
+    let way_m = |contact_s: f64| {
+        let [from, to] = [STILLS_S[0], 0.0].map(|s| at(contact_s + s).and_then(middle_m));
+        from.zip(to).map_or(0.0, |(from, to)| from.distance(to))
+    };
+    let in_place = person.touches.iter().filter(|t| t.outcome.in_place());
+    let contact_s = in_place
+        .map(|touch| touch.outcome.touch.contact_s)
+        .max_by(|a, b| way_m(*a).total_cmp(&way_m(*b)))?;
+    let stills = STILLS_S.iter().map(|s| at(contact_s + s).copied());
+    Some((stills.collect::<Option<Vec<_>>>()?, contact_s))
+}

@@ -1,0 +1,72 @@
+//! What was to be seen during a run: frames for the replay, and what its time line names.
+
+use hwall::haptics::ArmState;
+use hwall::{Event, EventKind, Session};
+use hwall_contact::Predictor;
+use hwall_hand::{HandFrame, LostReason, Tracking};
+use hwall_view::{ViewFrame, ViewMarker, ViewMarkerKind};
+
+/// Frames and markers on the hand's clock.
+#[derive(Debug, Clone, Default)]
+pub struct ViewLog {
+    /// Thirty a second.
+    pub frames: Vec<ViewFrame>,
+    /// In order of time.
+    pub markers: Vec<ViewMarker>,
+    lost: bool,
+    tracked: bool,
+}
+
+/// Time between two frames, s.
+const PERIOD_S: f64 = 1.0 / 30.0;
+
+impl ViewLog {
+    /// At the end of a cycle; `t_s` on the hand's clock.
+    pub(super) fn step<P: Predictor>(
+        &mut self,
+        t_s: f64,
+        session: &Session<P>,
+        state: &ArmState,
+        seen: Option<&HandFrame>,
+        force_n: glam::DVec3,
+    ) {
+        let due_s = self.frames.last().map(|last| last.t_s + PERIOD_S);
+        if due_s.is_some_and(|due_s| t_s < due_s - 1e-6) {
+            return;
+        }
+        self.frames.push(ViewFrame {
+            t_s,
+            force_n: Some(force_n),
+            ..ViewFrame::of(session, state, seen)
+        });
+    }
+
+    /// What an event says, its time on the hand's clock.
+    pub(super) fn event(&mut self, t_s: f64, event: &Event) {
+        let (kind, text) = match event.kind {
+            EventKind::Touched { normal_force_n } => (
+                ViewMarkerKind::Touched,
+                format!("touched, felt at {normal_force_n:.1} N"),
+            ),
+            EventKind::Released => (ViewMarkerKind::Released, "released".to_owned()),
+            EventKind::Arrived => (ViewMarkerKind::Arrived, "board in place".to_owned()),
+            EventKind::Late => (ViewMarkerKind::Late, "board late".to_owned()),
+            EventKind::Held(reason) => (ViewMarkerKind::Held, format!("held: {}", reason.name())),
+            EventKind::Safe(_) => (ViewMarkerKind::Held, "supervisor".to_owned()),
+            EventKind::Frame(Tracking::Tracked(_)) => {
+                (self.lost, self.tracked) = (false, true);
+                return;
+            }
+            EventKind::Frame(Tracking::Lost { reason, .. }) => {
+                // The first frames of the filter are no loss.
+                let starting = matches!(reason, LostReason::Starting) && !self.tracked;
+                if starting || std::mem::replace(&mut self.lost, true) {
+                    return;
+                }
+                (ViewMarkerKind::Lost, "hand lost".to_owned())
+            }
+            _ => return,
+        };
+        self.markers.push(ViewMarker { t_s, kind, text });
+    }
+}

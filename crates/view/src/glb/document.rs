@@ -1,0 +1,203 @@
+//! The JSON half of a glTF file, and how both halves become one.
+
+use super::animation::Keys;
+use super::buffer::{Buffer, Use};
+use super::mesh::Mesh;
+use serde_json::{Value, json};
+
+/// Materials, by their place in the list of the document.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Material {
+    Link,
+    Housing,
+    Board,
+    Skin,
+    Wall,
+    Door,
+    Ground,
+}
+
+impl Material {
+    const ALL: [Self; 7] = [
+        Self::Link,
+        Self::Housing,
+        Self::Board,
+        Self::Skin,
+        Self::Wall,
+        Self::Door,
+        Self::Ground,
+    ];
+
+    /// Red, green, blue, opacity.
+    const fn rgba(self) -> [f64; 4] {
+        match self {
+            Self::Link => [0.86, 0.88, 0.90, 1.0],
+            Self::Housing => [0.95, 0.38, 0.05, 1.0],
+            Self::Board => [0.0, 0.36, 0.18, 1.0],
+            Self::Skin => [0.74, 0.42, 0.28, 1.0],
+            Self::Wall => [0.55, 0.65, 0.78, 0.3],
+            Self::Door => [0.45, 0.28, 0.14, 0.6],
+            Self::Ground => [0.6, 0.62, 0.65, 1.0],
+        }
+    }
+
+    fn to_json(self) -> Value {
+        let rgba = self.rgba();
+        let mut material = json!({
+            "name": format!("{self:?}"),
+            "pbrMetallicRoughness": { "baseColorFactor": rgba, "metallicFactor": 0.0, "roughnessFactor": 0.6 },
+        });
+        if rgba[3] < 1.0 {
+            material["alphaMode"] = json!("BLEND");
+            material["doubleSided"] = json!(true);
+        }
+        material
+    }
+}
+
+/// Nodes, meshes and animations so far.
+#[derive(Debug)]
+pub(super) struct Document {
+    title: String,
+    buffer: Buffer,
+    nodes: Vec<Value>,
+    meshes: Vec<Value>,
+    samplers: Vec<Value>,
+    channels: Vec<Value>,
+}
+
+impl Document {
+    pub(super) fn new(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            buffer: Buffer::default(),
+            nodes: Vec::new(),
+            meshes: Vec::new(),
+            samplers: Vec::new(),
+            channels: Vec::new(),
+        }
+    }
+
+    /// The times of all animations; `None` without at least one.
+    pub(super) fn times(&mut self, keys: &Keys) -> Option<usize> {
+        let rows: Vec<[f32; 1]> = keys.times_s.iter().map(|t_s| [*t_s]).collect();
+        (!rows.is_empty()).then(|| self.buffer.floats(&rows, Use::Animation))
+    }
+
+    /// Parts with a material each; `None` if none of them has a triangle.
+    pub(super) fn mesh(&mut self, name: &str, parts: &[(&Mesh, Material)]) -> Option<usize> {
+        let filled = parts.iter().filter(|(mesh, _)| !mesh.indices.is_empty());
+        let primitives: Vec<Value> = filled
+            .map(|(mesh, material)| {
+                let position = self.buffer.floats(&mesh.corners_m, Use::Vertices);
+                let normal = self.buffer.floats(&mesh.normals, Use::Vertices);
+                json!({
+                    "attributes": { "POSITION": position, "NORMAL": normal },
+                    "indices": self.buffer.indices(&mesh.indices),
+                    "material": *material as usize,
+                })
+            })
+            .collect();
+        if primitives.is_empty() {
+            return None;
+        }
+        self.meshes
+            .push(json!({ "name": name, "primitives": primitives }));
+        Some(self.meshes.len() - 1)
+    }
+
+    pub(super) fn node(&mut self, node: Value) -> usize {
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+
+    /// A node that turns: quaternions x, y, z, w.
+    pub(super) fn turns(&mut self, times: Option<usize>, node: usize, turns: &[[f32; 4]]) {
+        // The shorter way round between two keys.
+        let mut before = [0.0, 0.0, 0.0, 1.0];
+        let turns: Vec<[f32; 4]> = turns
+            .iter()
+            .map(|turn| {
+                let same: f32 = turn.iter().zip(before).map(|(a, b)| a * b).sum();
+                before = if same < 0.0 { turn.map(|c| -c) } else { *turn };
+                before
+            })
+            .collect();
+        self.channel(times, node, "rotation", "LINEAR", &turns);
+    }
+
+    /// A node that moves, m.
+    pub(super) fn moves(&mut self, times: Option<usize>, node: usize, places_m: &[[f32; 3]]) {
+        self.channel(times, node, "translation", "LINEAR", places_m);
+    }
+
+    /// A node that changes its size; sizes that stay one are no animation.
+    pub(super) fn sizes(&mut self, times: Option<usize>, node: usize, sizes: &[[f32; 3]]) {
+        if sizes.iter().any(|size| *size != [1.0; 3]) {
+            self.channel(times, node, "scale", "STEP", sizes);
+        }
+    }
+
+    fn channel<const N: usize>(
+        &mut self,
+        times: Option<usize>,
+        node: usize,
+        path: &str,
+        interpolation: &str,
+        rows: &[[f32; N]],
+    ) {
+        let Some(input) = times else { return };
+        let output = self.buffer.floats(rows, Use::Animation);
+        self.channels.push(
+            json!({ "sampler": self.samplers.len(), "target": { "node": node, "path": path } }),
+        );
+        self.samplers
+            .push(json!({ "input": input, "output": output, "interpolation": interpolation }));
+    }
+
+    /// The file. `top` are the nodes of the base frame.
+    pub(super) fn finish(mut self, top: &[usize]) -> Vec<u8> {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        // z up to y up: a quarter turn about x, backwards.
+        let root = self.node(
+            json!({ "name": self.title, "rotation": [-half, 0.0, 0.0, half], "children": top }),
+        );
+        let (views, accessors) = self.buffer.lists();
+        let materials: Vec<Value> = Material::ALL.iter().map(|m| m.to_json()).collect();
+        let mut document = json!({
+            "asset": { "version": "2.0", "generator": "hwall-view" },
+            "scene": 0,
+            "scenes": [{ "nodes": [root] }],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": materials,
+            "accessors": accessors,
+            "bufferViews": views,
+            "buffers": [{ "byteLength": self.buffer.bytes.len() }],
+        });
+        if !self.channels.is_empty() {
+            document["animations"] =
+                json!([{ "name": "run", "samplers": self.samplers, "channels": self.channels }]);
+        }
+        packed(document.to_string().into_bytes(), self.buffer.bytes)
+    }
+}
+
+/// Header, JSON and bytes as one file, each part padded to four bytes. Source: glTF 2.0, section 4.
+fn packed(mut json: Vec<u8>, mut bytes: Vec<u8>) -> Vec<u8> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    let length = 12 + 8 + json.len() + 8 + bytes.len();
+    let mut out = Vec::with_capacity(length);
+    let word = |out: &mut Vec<u8>, value: usize| out.extend((value as u32).to_le_bytes());
+    out.extend(b"glTF");
+    word(&mut out, 2);
+    word(&mut out, length);
+    word(&mut out, json.len());
+    out.extend(b"JSON");
+    out.extend(json);
+    word(&mut out, bytes.len());
+    out.extend(b"BIN\0");
+    out.extend(bytes);
+    out
+}

@@ -1,0 +1,114 @@
+// The page of a server: what it shows, what is wrong, a pointer or a headset as a hand.
+const TOLD = 6;
+
+function live() {
+  const address = `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/ws`;
+  let shown = null, scene = null, sceneText = null, pointer = null, headset = null, newest = null, fresh = false;
+  let connection = null, state = "connecting", retry = 0, leads = true, framed = 0;
+
+  const tell = (t, text) => {
+    const line = document.createElement("li"), time = document.createElement("time");
+    time.textContent = t == null ? "" : `${t.toFixed(2)} s`;
+    line.append(time, text);
+    $("log").prepend(line);
+    while ($("log").children.length > TOLD) $("log").lastChild.remove();
+    $("log").hidden = false;
+  };
+
+  const begin = (message) => {
+    scene = message;
+    shown = stage(scene, (event) => pointer?.takes(event) ?? null, () => touching);
+    const send = (sample) => connection.hand(sample);
+    pointer = new PointerHand(shown, scene, send);
+    headset = new Headset(shown, scene, {
+      send, newest: () => newest,
+      begins: () => { pointer.on = false; $("vr").textContent = "Leave VR"; },
+      ends: () => { pointer.on = touching; $("vr").textContent = "Enter VR"; shown.stale.is = true; },
+    });
+    mode(true);
+    Headset.offered().then((is) => { $("vr").hidden = !is; });
+    requestAnimationFrame(tick);
+    window.hwall = { ...shown, pointer, headset, connection: () => connection, newest: () => newest };
+  };
+
+  let touching = true;
+  const mode = (is) => {
+    touching = is;
+    if (pointer && !headset?.session) pointer.on = is;
+    $("touching").setAttribute("aria-pressed", String(is));
+    $("looking").setAttribute("aria-pressed", String(!is));
+    $("view").classList.toggle("touching", is);
+    $("hint").textContent = is
+      ? "Point at the wall: the person looks there. Hold the button (or a finger) to touch. Turn the picture with the right button, or with two fingers."
+      : "Drag to turn, wheel or two fingers to come nearer, shift-drag to shift.";
+  };
+  $("touching").addEventListener("click", () => mode(true));
+  $("looking").addEventListener("click", () => mode(false));
+  $("vr").addEventListener("click", async () => {
+    if (headset.session) { headset.leave(); return; }
+    try { await headset.enter(); } catch (error) { tell(null, `VR: ${error.message}`); }
+  });
+
+  const says = {
+    event: ({ t, kind, text }) => tell(t, text ? `${kind}: ${text}` : kind),
+    error: ({ text }) => tell(null, `server: ${text}`),
+    counts: (counts) => {
+      leads = counts.leads !== false;
+      const dropped = ["stale", "out_of_order", "duplicate", "malformed", "looking_on", "other_hand", "clock_leaps", "overflow"].reduce((sum, name) => sum + (counts[name] ?? 0), 0);
+      $("counts").textContent = `${counts.accepted ?? 0} taken, ${dropped} dropped`;
+    },
+    scene: (message, text) => {
+      if (!shown) { sceneText = text; begin(message); }
+      // Another room than before: everything anew.
+      else if (text !== sceneText) location.reload();
+    },
+  };
+
+  connection = new Connection(address, {
+    state: (is, ms = 0) => {
+      state = is;
+      retry = performance.now() + ms;
+      if (is === "lost") tell(newest?.t, "connection lost");
+      if (is === "open" && shown) tell(newest?.t, "connected again");
+      if (is !== "open") newest = newest && { ...newest, hand: null, predicted: null };
+      if (shown) shown.stale.is = true;
+    },
+    text: (message, text) => {
+      try { says[message.type]?.(message, text); } catch (error) {
+        console.error(error);
+        notice("This cannot be shown", String(error.message ?? error));
+      }
+    },
+    bytes: (data) => {
+      try { [newest] = decodeFrame(new DataView(data), 0); framed = performance.now(); fresh = true; } catch (error) { tell(null, String(error.message)); }
+    },
+  });
+
+  /** What is wrong, in the middle of the picture. */
+  const complain = () => {
+    const now = performance.now();
+    const name = state === "open" ? (newest && now - framed > 1500 ? "no pictures" : "connected") : state === "lost" ? "lost" : "connecting";
+    $("server").textContent = name;
+    $("server").className = name === "connected" ? "" : "late";
+    $("trip").textContent = connection.trip == null ? "–" : `${connection.trip.toFixed(1)} ms`;
+    if (state === "lost") notice("Connection lost", `Trying again in ${Math.max(0, (retry - now) / 1000).toFixed(1)} s. The arm holds still until a hand is seen again.`);
+    else if (state === "connecting") notice(shown ? "Reconnecting …" : "Connecting …", address);
+    else if (!shown) notice("Connected", "Waiting for the room.");
+    else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
+    else if (newest?.state === 7 && newest.hand) notice("The arm holds", "An input is missing or wrong; see the messages below.");
+    else if (!leads && pointer.at) notice("Somebody else's hand is followed", "It is your turn once theirs has rested for a while.");
+    else notice(null);
+  };
+  setInterval(complain, 200);
+
+  function tick() {
+    requestAnimationFrame(tick);
+    // In a headset its own frames draw.
+    if (!newest || headset.session || !(fresh || shown.stale.is)) return;
+    fresh = false;
+    shown.show(newest);
+    shown.tell(newest);
+  }
+}
+
+live();
