@@ -3,9 +3,9 @@
 //! `cargo run --release --example bridge`
 
 use anyhow::Context;
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use hwall::geometry::Pose;
-use hwall_bridge::{BridgeConfig, BridgeServer, UnityConfig, UnityReceiver};
+use hwall_bridge::{BridgeConfig, BridgeServer, FollowedHand, UnityConfig, UnityReceiver};
 use hwall_stage::exit;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::live::{LiveOptions, prepare, run_simulated, run_told};
@@ -36,6 +36,9 @@ struct Args {
     /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
     #[arg(long, value_enum, default_value_t)]
     arm_level: ArmLevel,
+    /// Which hand the board serves; a mouse counts as a right one. either: the one that is seen first
+    #[arg(long, value_enum, default_value = "right")]
+    hand: Hand,
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     watch_frozen: bool,
@@ -50,6 +53,23 @@ struct Args {
     seed: u64,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum Hand {
+    Left,
+    Right,
+    Either,
+}
+
+impl From<Hand> for FollowedHand {
+    fn from(hand: Hand) -> Self {
+        match hand {
+            Hand::Left => Self::Left,
+            Hand::Right => Self::Right,
+            Hand::Either => Self::Either,
+        }
+    }
+}
+
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
@@ -62,6 +82,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let server = BridgeServer::start(BridgeConfig {
         listen: args.listen,
         hosts: args.hosts.clone(),
+        hand: args.hand.into(),
         base_from_headset: Pose::from_affine(&args.origin.outer_from_here())?,
         ..BridgeConfig::default()
     })?;

@@ -8,12 +8,13 @@ use std::net::{Ipv4Addr, SocketAddr};
 /// Which hand the board serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FollowedHand {
-    /// The one that is seen first; the other one when that is not seen for [`BridgeConfig::lost_after_s`].
-    #[default]
+    /// The one that is seen first; the other one when that is not seen for [`BridgeConfig::lost_after_s`]. For cameras that see
+    /// one hand at a time: of two that are seen, the second is not followed.
     Either,
     /// The left one.
     Left,
-    /// The right one.
+    /// The right one; a mouse counts as one.
+    #[default]
     Right,
 }
 
@@ -27,7 +28,7 @@ pub struct BridgeConfig {
     pub hosts: Vec<String>,
     /// Origin of the headset's space (z up, after the change of axes) in the arm's base frame; default the base itself.
     pub base_from_headset: Pose,
-    /// Which hand is followed; default either.
+    /// Which hand is followed; default the right one.
     pub hand: FollowedHand,
     /// Most clients at a time, default 8.
     pub max_clients: usize,
@@ -57,7 +58,7 @@ impl Default for BridgeConfig {
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)),
             hosts: Vec::new(),
             base_from_headset: Pose::IDENTITY,
-            hand: FollowedHand::Either,
+            hand: FollowedHand::Right,
             max_clients: 8,
             max_message_bytes: 65_536,
             max_age_s: 0.15,

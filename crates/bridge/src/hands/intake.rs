@@ -335,7 +335,10 @@ mod tests {
 
     #[test]
     fn the_other_hand_is_followed_when_the_first_is_not_seen() {
-        let mut s = setup(&BridgeConfig::default());
+        let mut s = setup(&BridgeConfig {
+            hand: FollowedHand::Either,
+            ..BridgeConfig::default()
+        });
         let mut stream = ClientStream::new(1);
         let mut seq = 0;
         let mut take = |s: &mut Setup, t_s: f64, side, is_seen| {

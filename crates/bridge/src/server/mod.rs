@@ -116,7 +116,7 @@ impl BridgeServer {
         self.greet(&reply::preparing(text));
     }
 
-    /// Shows a scene, and returns the loop's end of the bridge. A loop that was connected before is cut off.
+    /// Shows a scene, with the headset's space where the settings have it, and returns the loop's end of the bridge. A loop that was connected before is cut off.
     #[must_use]
     pub fn connect(&self, scene: &ViewScene) -> Bridge {
         let config = &self.shared.config;
@@ -125,7 +125,11 @@ impl BridgeServer {
         let (event_sender, events) = sync_channel(EVENT_QUEUE);
         locked(&self.shared.intake).connect(hand_sender);
         *locked(&self.shared.from_loop) = Some(FromLoop { views, events });
-        self.greet(&scene.to_json());
+        let placed = ViewScene {
+            base_from_headset: config.base_from_headset,
+            ..scene.clone()
+        };
+        self.greet(&placed.to_json());
         Bridge {
             pacing: Pacing::new(config.period_s, config.max_behind_s),
             hands: HandQueue::new(hands, self.shared.start, config.lost_after_s),
