@@ -152,9 +152,9 @@ const REACH = `async (target, seconds) => {
   const begun = performance.now(), crossed = await move(rest, deep, 1000 * seconds);
   await wait(700);
   window.drawing = window.pressing = true;
-  await wait(700);
+  while (window.pressing) await frame();
+  window.drawing = false;
   await move(deep, rest, 800);
-  window.pressing = false;
   return { begun, crossed };
 }`;
 
@@ -166,8 +166,8 @@ async function inHeadset(browser) {
   await page.value(`document.getElementById("vr").click()`);
   await until("a session", () => page.value("Boolean(hwall.headset.session)"), 10000);
   await until("hands", () => page.value("hwall.headset.hands?.length > 0"), 10000);
-  // To draw in software takes longer than a headset's whole period: one picture in each touch is enough.
-  await page.value(`(() => { const { headset } = hwall, draw = headset.draw.bind(headset); headset.draw = (frame) => { if (window.drawing) { window.drawing = false; draw(frame); } }; })()`);
+  // To draw in software takes longer than a headset's whole period: pictures are for those who ask for them.
+  await page.value(`(() => { const { headset } = hwall, draw = headset.draw.bind(headset); headset.draw = (frame) => { if (window.drawing) draw(frame); }; })()`);
   // Whoever touched before has had their second.
   await until("to lead", () => page.value(`heard.filter((m) => m.type === "counts").at(-1)?.leads`), 10000);
   let done = null;
@@ -175,9 +175,10 @@ async function inHeadset(browser) {
     const running = page.value(`(${REACH})(${JSON.stringify(TARGET)}, ${0.9 + 0.1 * attempt})`);
     running.catch(() => {});
     await until("the end of the reach", () => page.value("window.pressing === true"), 20000);
+    if (pictures) await pause(1500);
     await picture(page, "headset.png");
+    await page.value("window.pressing = false");
     const { begun, crossed } = await running;
-    say(await page.value("hwall.connection().seq"), await page.value("performance.now()"));
     const all = await events(page, begun - 700);
     const [arrived, felt] = ["arrived", "touched"].map((kind) => all.find((e) => e.kind === kind));
     if (arrived && felt && arrived.ms < crossed && arrived.t < felt.t) done = { before: (crossed - arrived.ms) / 1000, text: felt.text, all };
