@@ -1,11 +1,16 @@
 // Frames come as bytes: the same encoding live and in a replay.
 const FRAME_VERSION = 1;
+/** States that the pages treat in a way of their own, by their number. */
+const TOUCHED = 4, HOLDING = 7;
 
 /** Reads the frame at `at`; returns it and where the next one begins. */
 function decodeFrame(data, at) {
   const version = data.getUint8(at);
   if (version !== FRAME_VERSION) throw new Error(`frame of version ${version}, expected ${FRAME_VERSION}`);
-  const frame = { state: data.getUint8(at + 1), t: data.getFloat64(at + 4, true), hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [] };
+  const frame = {
+    state: data.getUint8(at + 1), t: data.getFloat64(at + 4, true),
+    hand: null, head: null, gaze: null, predicted: null, goal: null, left: null, force: null, openings: [],
+  };
   const present = data.getUint16(at + 2, true);
   at += 12;
   const number = () => { at += 4; return data.getFloat32(at - 4, true); };

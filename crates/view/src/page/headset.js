@@ -64,7 +64,8 @@ class Headset {
     const pose = frame.getViewerPose(this.space), seen = this.newest();
     if (!pose || !seen) return;
     const { viewer } = this.shown, { gl } = viewer;
-    viewer.compose({ ...seen, head: null, gaze: null }, this.hands);
+    // The wearer sees the room and their hands, and nothing of what is foreseen of them.
+    viewer.compose({ ...seen, head: null, gaze: null, predicted: null, goal: null, force: null }, this.hands);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.layer.framebuffer);
     gl.clearColor(...viewer.theme.sky, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);

@@ -1,5 +1,7 @@
 // The page of a server: what it shows, what is wrong, a pointer or a headset as a hand.
 const TOLD = 6;
+/** Counts of the server that are samples of a hand that it did not use. */
+const DROPPED = ["stale", "out_of_order", "duplicate", "malformed", "looking_on", "other_hand", "clock_leaps", "overflow"];
 
 function live() {
   const address = `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/ws`;
@@ -55,7 +57,7 @@ function live() {
     error: ({ text }) => tell(null, `server: ${text}`),
     counts: (counts) => {
       leads = counts.leads !== false;
-      const dropped = ["stale", "out_of_order", "duplicate", "malformed", "looking_on", "other_hand", "clock_leaps", "overflow"].reduce((sum, name) => sum + (counts[name] ?? 0), 0);
+      const dropped = DROPPED.reduce((sum, name) => sum + (counts[name] ?? 0), 0);
       $("counts").textContent = `${counts.accepted ?? 0} taken, ${dropped} dropped`;
     },
     scene: (message, text) => {
@@ -96,7 +98,7 @@ function live() {
     else if (state === "connecting") notice(shown ? "Reconnecting …" : "Connecting …", address);
     else if (!shown) notice("Preparing", preparing);
     else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
-    else if (newest?.state === 7 && newest.hand) notice("The arm holds", "An input is missing or wrong; see the messages below.");
+    else if (newest?.state === HOLDING && newest.hand) notice("The arm holds", "An input is missing or wrong; see the messages below.");
     else if (!leads && pointer.at) notice("Somebody else's hand is followed", "It is your turn once theirs has rested for a while.");
     else notice(null);
   };

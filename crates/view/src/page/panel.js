@@ -29,7 +29,9 @@ function stage(scene, takes, claiming) {
   const look = (name) => { eyes = false; views[name](); };
   for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => look(button.dataset.view));
   $("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
-  steer(canvas, { orbit: (...d) => { eyes = false; camera.orbit(...d); }, zoom: (f) => { eyes = false; camera.zoom(f); }, pan: (...d) => { eyes = false; camera.pan(...d); } }, takes, claiming);
+  // Whoever moves the camera leaves the person's eyes.
+  const outside = (name) => (...way) => { eyes = false; camera[name](...way); };
+  steer(canvas, { orbit: outside("orbit"), zoom: outside("zoom"), pan: outside("pan") }, takes, claiming);
   addEventListener("resize", () => { stale.is = true; });
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -37,7 +39,11 @@ function stage(scene, takes, claiming) {
     if (name) look(name);
   });
   let lost = false;
-  canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); lost = true; notice("The graphics card was lost", "Reload the page to go on."); });
+  canvas.addEventListener("webglcontextlost", (event) => {
+    event.preventDefault();
+    lost = true;
+    notice("The graphics card was lost", "Reload the page to go on.");
+  });
 
   /** A camera in the person's head. */
   const asPerson = ({ head, gaze, predicted }) => {
@@ -61,8 +67,16 @@ function stage(scene, takes, claiming) {
     tell(frame) {
       const { name, rgb } = scene.states[frame.state] ?? { name: "unknown", rgb: [128, 128, 128] };
       // In a touch both are there.
-      const coming = frame.goal && frame.state !== 4, lead = coming ? leadOf(frame) : null;
-      const rows = { time: seconds(frame.t), hand: frame.hand ? "tracked" : "lost", contact: frame.state === 4 ? "–" : seconds(frame.predicted?.time), left: coming ? seconds(frame.left) : "–", lead: lead == null ? "–" : `${lead >= 0 ? "+" : "−"}${Math.abs(lead).toFixed(2)} s`, force: frame.force && norm(frame.force) > LEAST_FORCE ? `${norm(frame.force).toFixed(1)} N` : "–" };
+      const touched = frame.state === TOUCHED, coming = frame.goal && !touched;
+      const lead = coming ? leadOf(frame) : null, force = frame.force ? norm(frame.force) : 0;
+      const rows = {
+        time: seconds(frame.t),
+        hand: frame.hand ? "tracked" : "lost",
+        contact: touched ? "–" : seconds(frame.predicted?.time),
+        left: coming ? seconds(frame.left) : "–",
+        lead: lead == null ? "–" : `${lead >= 0 ? "+" : "−"}${Math.abs(lead).toFixed(2)} s`,
+        force: force > LEAST_FORCE ? `${force.toFixed(1)} N` : "–",
+      };
       $("state").lastElementChild.textContent = name;
       $("state").firstElementChild.style.background = `rgb(${rgb})`;
       for (const [id, text] of Object.entries(rows)) $(id).textContent = text;

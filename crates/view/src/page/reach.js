@@ -100,7 +100,7 @@ class Reacher {
       if (far) this.walk = this.standing(this.goal);
       if (this.walk) {
         const way = sub(this.walk, this.head), left = norm(way);
-        this.head = left < HEAD_SPEED * dt ? this.walk : along(this.head, way, (HEAD_SPEED * dt) / left);
+        this.head = left <= HEAD_SPEED * dt ? this.walk : along(this.head, way, (HEAD_SPEED * dt) / left);
         if (left < 0.01) this.walk = null;
       }
     }

@@ -58,8 +58,8 @@ class Viewer {
       thick.add(point(poses[at], from_m), point(poses[at], to_m), radius_m, housing ? theme.housing : theme.link);
     }
     // The mount between the last link and the board, and the foot.
-    const flange = point(this.tool, [0, 0, -scene.board.thickness_m]);
-    thick.add(flange, point(this.tool, [0, 0, -scene.board.thickness_m - 0.03]), 0.042, theme.housing);
+    const mount = (back) => point(this.tool, [0, 0, -scene.board.thickness_m - back]);
+    thick.add(mount(0.032), mount(0.05), 0.042, theme.housing);
     if (scene.floor < -0.05 && !scene.stands) thick.add([0, 0, scene.floor], [0, 0, 0], 0.07, theme.link.map((c) => 0.72 * c));
     (hands ?? [frame.hand]).forEach((hand) => hand && this.hand(hand));
     this.person(frame);
@@ -117,7 +117,7 @@ class Viewer {
       const on = (turn) => along(along(at, a, Math.cos(turn)), b, Math.sin(turn));
       for (let i = 0; i < 40; i++) this.thin.add(on((i * Math.PI) / 20), on(((i + 1) * Math.PI) / 20), 0.0026, [...ink, faint], 1);
     }
-    if (predicted.time != null && predicted.time < 3 && state !== 4) this.label(along(at, predicted.normal, 0.03), `touch in ${predicted.time.toFixed(2)} s`, "predicted");
+    if (predicted.time != null && predicted.time < 3 && state !== TOUCHED) this.label(along(at, predicted.normal, 0.03), `touch in ${predicted.time.toFixed(2)} s`, "predicted");
   }
 
   arrow({ force, hand }) {
