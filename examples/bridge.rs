@@ -6,9 +6,10 @@ use anyhow::Context;
 use clap::{Parser, ValueEnum};
 use hwall::geometry::Pose;
 use hwall_bridge::{BridgeConfig, BridgeServer, FollowedHand, UnityConfig, UnityReceiver};
+use hwall_fri::{FriClientConfig, FriVersion};
 use hwall_stage::exit;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::live::{LiveOptions, prepare, run_simulated, run_told};
+use hwall_stage::live::{LiveOptions, prepare, run_driven, run_simulated, run_told};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use std::io::{self, Write};
 use std::net::SocketAddr;
@@ -42,6 +43,12 @@ struct Args {
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     watch_frozen: bool,
+    /// Listens here for the FRI controller of an iiwa (30200 to 30209 for a real one) and leads its arm instead of a simulated one
+    #[arg(long, conflicts_with = "unity_udp")]
+    fri: Option<SocketAddr>,
+    /// Version of its interface: 1.15, 2.5 or 2.7
+    #[arg(long, default_value = "1.15")]
+    fri_version: FriVersion,
     /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
     #[arg(long)]
     unity_udp: Option<SocketAddr>,
@@ -105,8 +112,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
     for remark in &prepared.remarks {
         eprintln!("{remark}");
     }
-    match unity {
-        Some(mut unity) => {
+    match (unity, args.fri) {
+        (Some(mut unity), _) => {
             say(&format!("datagrams at {}", unity.address()))?;
             run_told(&server, &mut unity, prepared, &options)?;
             let counts = unity.counts();
@@ -115,7 +122,15 @@ fn run(args: &Args) -> anyhow::Result<()> {
                 counts.datagrams, counts.refused_datagrams
             ))?;
         }
-        None => run_simulated(&server, prepared, &options)?,
+        (None, Some(listen)) => {
+            let config = FriClientConfig {
+                listen,
+                version: args.fri_version,
+                ..FriClientConfig::default()
+            };
+            run_driven(&server, prepared, config, &options)?;
+        }
+        (None, None) => run_simulated(&server, prepared, &options)?,
     }
     say(&format!("{:#?}", server.counts()))
 }

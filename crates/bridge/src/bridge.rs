@@ -138,7 +138,8 @@ impl ViewSender {
         self.shared.is_stopped()
     }
 
-    pub(crate) fn count_cycle(&self, skipped: u64) {
+    /// Counts a cycle of a loop that another clock paces, and those that it left out.
+    pub fn count_cycle(&self, skipped: u64) {
         self.shared.tally.cycles.add(1);
         self.shared.tally.skipped_cycles.add(skipped);
     }

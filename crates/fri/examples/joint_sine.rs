@@ -1,0 +1,50 @@
+//! Moves one joint in a sine, against a controller, real or simulated:
+//! `cargo run --release -p hwall-fri --example joint_sine -- 1.15 127.0.0.1:30200 5`
+//! (version, address to listen on, seconds; these are the defaults). The simulated controller is
+//! `cargo run --release --example iiwa_simulator`.
+
+use hwall_fri::{FriClient, FriClientConfig};
+use hwall_haptics::{Arm, ArmCommand};
+use hwall_kinematics::{ArmKinematics, SrsArm};
+use std::sync::Arc;
+use std::time::Duration;
+
+const JOINT: usize = 3;
+const AMPLITUDE_RAD: f64 = 0.1;
+const HZ: f64 = 0.25;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let mut next = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
+    let config = FriClientConfig {
+        version: next("1.15").parse()?,
+        listen: next("127.0.0.1:30200").parse()?,
+        ..FriClientConfig::default()
+    };
+    let seconds: f64 = next("5").parse()?;
+    let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
+    let mut arm = FriClient::bind(&model, config)?;
+    println!("listening on {}", arm.local_address()?);
+
+    let began_s = arm.wait_for_commanding(Duration::from_secs(60))?;
+    let start = arm.state()?.q;
+    println!(
+        "commanding joint {} from {:.3} rad",
+        JOINT + 1,
+        start[JOINT]
+    );
+    let mut t_s = began_s;
+    let mut farthest_rad: f64 = 0.0;
+    while t_s - began_s < seconds {
+        let phase = std::f64::consts::TAU * HZ * (t_s - began_s);
+        let mut q = start;
+        // Begins at rest: a sine of the angle would begin with a leap of the speed.
+        q.0[JOINT] += AMPLITUDE_RAD * 0.5 * (1.0 - phase.cos());
+        arm.command(ArmCommand::Position(q))?;
+        t_s = arm.wait_for_message(Duration::from_secs(1))?;
+        farthest_rad = farthest_rad.max((arm.state()?.q[JOINT] - start[JOINT]).abs());
+    }
+    println!("moved by {farthest_rad:.3} rad");
+    println!("{:#?}", arm.statistics());
+    Ok(())
+}

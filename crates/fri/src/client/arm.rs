@@ -1,0 +1,184 @@
+//! The client as an arm: states and commands.
+
+use super::braking::CommandedMotion;
+use super::config::TorqueReference;
+use super::fri_client::FriClient;
+use crate::codec::{ClientCommandMode, CommandData};
+use crate::error::FriError;
+use crate::wrench::wrench_to_wire;
+use hwall_haptics::{Arm, ArmCommand, ArmState};
+use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Wrench};
+use hwall_numeric::check::all_finite;
+
+/// Longest time that a step may count as, s: what is older no longer says how fast a command moves.
+const LONGEST_STEP_S: f64 = 0.05;
+
+impl FriClient {
+    /// In mode wrench: a wrench at the tool, along the axes of the tool, beside the springs that hold the arm where commanding
+    /// began.
+    ///
+    /// # Errors
+    /// As [`Arm::command`].
+    pub fn command_wrench(&mut self, wrench: &Wrench) -> Result<(), FriError> {
+        if !self.begin_command()? {
+            return self.mirror();
+        }
+        if let Err(error) = all_finite("wrench", &wrench.to_array()) {
+            return self.refuse(error.into());
+        }
+        match self.command_mode() {
+            ClientCommandMode::Wrench => self.wrench(wrench),
+            mode => self.refuse(FriError::OtherMode {
+                asked: "a wrench",
+                mode,
+            }),
+        }
+    }
+
+    /// Is a command taken now? Otherwise the answer is a mirror.
+    fn begin_command(&mut self) -> Result<bool, FriError> {
+        match self.is_active() {
+            Ok(true) => Ok(true),
+            Ok(false) => {
+                self.count_not_in_force();
+                Ok(false)
+            }
+            Err(ended @ FriError::CommandingEnded { .. }) => {
+                // The connection is kept, so that commanding can begin again.
+                self.mirror()?;
+                Err(ended)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn wrench(&mut self, wrench: &Wrench) -> Result<(), FriError> {
+        let q_rad = self.interpolator_rad()?;
+        self.answer(CommandData {
+            position_rad: Some(q_rad),
+            wrench: Some(wrench_to_wire(wrench)),
+            ..CommandData::default()
+        })
+    }
+
+    fn position(&mut self, q_rad: [f64; 7]) -> Result<(), FriError> {
+        if let Err(error) = all_finite("commanded position", &q_rad) {
+            return self.refuse(error.into());
+        }
+        let (last, dt_s) = self.last_motion()?;
+        match self.limits.check_step(&last.q_rad, &q_rad, dt_s) {
+            Ok(()) => self.send_motion(last.moved_to(q_rad, dt_s)),
+            Err(violation) => self.refuse(violation.into()),
+        }
+    }
+
+    /// What was commanded last, and how long ago, s.
+    fn last_motion(&self) -> Result<(CommandedMotion, f64), FriError> {
+        let newest = self.newest()?;
+        let period_ms = newest.message.connection.send_period_ms.unwrap_or(1);
+        let period_s = f64::from(period_ms.max(1)) * 1e-3;
+        let since_ns = newest.time_ns.saturating_sub(self.motion_ns);
+        let since_s = since_ns as f64 * 1e-9;
+        match self.motion {
+            Some(motion) => Ok((
+                motion,
+                since_s.clamp(period_s, LONGEST_STEP_S.max(period_s)),
+            )),
+            // Nothing was commanded: the interpolator holds the arm.
+            None => Ok((CommandedMotion::at_rest(self.interpolator_rad()?), period_s)),
+        }
+    }
+
+    fn send_motion(&mut self, motion: CommandedMotion) -> Result<(), FriError> {
+        let torques = self.command_mode() == ClientCommandMode::Torque;
+        self.motion_ns = self.newest()?.time_ns;
+        self.motion = Some(motion);
+        self.answer(CommandData {
+            position_rad: Some(motion.q_rad),
+            torque_n_m: torques.then_some([0.0; 7]),
+            ..CommandData::default()
+        })
+    }
+
+    fn torque(&mut self, torque_n_m: [f64; 7]) -> Result<(), FriError> {
+        if let Err(error) = all_finite("commanded torque", &torque_n_m) {
+            return self.refuse(error.into());
+        }
+        if let Err(violation) = self.limits.check_torque(&torque_n_m) {
+            return self.refuse(violation.into());
+        }
+        let newest = self.newest()?;
+        let (measured, time_ns) = (newest.q_rad, newest.time_ns);
+        let q_rad = match self.config.torque_reference {
+            TorqueReference::Measured => self.limits.clamped(&measured),
+            TorqueReference::Interpolator => self.interpolator_rad()?,
+        };
+        self.motion_ns = time_ns;
+        self.motion = Some(CommandedMotion::at_rest(q_rad));
+        self.answer(CommandData {
+            position_rad: Some(q_rad),
+            torque_n_m: Some(torque_n_m),
+            ..CommandData::default()
+        })
+    }
+
+    fn hold(&mut self) -> Result<(), FriError> {
+        let (last, dt_s) = self.last_motion()?;
+        let braked = last.braked(&self.config.braking_rad_per_s2, dt_s);
+        // At the end of a range the arm stops harder than it would brake.
+        self.send_motion(CommandedMotion {
+            q_rad: self.limits.clamped(&braked.q_rad),
+            ..braked
+        })
+    }
+
+    fn interpolator_rad(&self) -> Result<[f64; 7], FriError> {
+        let newest = self.newest()?;
+        let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
+        Ok(interpolator.unwrap_or(newest.q_rad))
+    }
+}
+
+impl Arm for FriClient {
+    type Error = FriError;
+
+    /// The newest state; what has come meanwhile is taken. Noise and delay are those of the controller.
+    fn state(&mut self) -> Result<ArmState, FriError> {
+        if !self.owes_answer() {
+            self.take_waiting()?;
+        }
+        let newest = self.newest()?;
+        let data = newest.message.data.unwrap_or_default();
+        let state = ArmState {
+            t_s: self.t_s().ok_or(FriError::NoMessage)?,
+            q: JointPositions(newest.q_rad),
+            qd: JointVelocities(*self.velocity_rad_per_s()),
+            external_torque: data.external_torque_n_m.map(JointTorques),
+        };
+        Ok(state)
+    }
+
+    /// Answers the newest message. A refused command leaves the last one in force, which goes out once more.
+    fn command(&mut self, command: ArmCommand) -> Result<(), FriError> {
+        if !self.begin_command()? {
+            return self.mirror();
+        }
+        let mode = self.command_mode();
+        match (command, mode) {
+            (ArmCommand::Position(q), ClientCommandMode::Position | ClientCommandMode::Torque) => {
+                self.position(q.0)
+            }
+            (ArmCommand::Torque(torque), ClientCommandMode::Torque) => self.torque(torque.0),
+            (ArmCommand::Hold, ClientCommandMode::Wrench) => self.wrench(&Wrench::default()),
+            (ArmCommand::Hold, _) => self.hold(),
+            (ArmCommand::Torque(_), _) => self.refuse(FriError::OtherMode {
+                asked: "torque",
+                mode,
+            }),
+            _ => self.refuse(FriError::OtherMode {
+                asked: "position",
+                mode,
+            }),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Settings of a client, and what it counts.
+
+use crate::codec::{ArrayEncoding, FriVersion};
+use crate::error::FriError;
+use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
+use hwall_numeric::check::{non_negative, positive, that};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+/// Which positions go with commanded torques.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TorqueReference {
+    /// The measured ones: the springs of the controller exert nothing, whatever their stiffness. The arm is as compliant as
+    /// [`ArmCommand::Torque`](hwall_haptics::ArmCommand::Torque) asks for.
+    #[default]
+    Measured,
+    /// Those of the interpolator: the springs hold the arm where commanding began.
+    Interpolator,
+}
+
+/// Settings of a [`FriClient`](super::FriClient).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FriClientConfig {
+    /// Address to listen on; default port 30200 on every interface. The real controller takes ports 30200 to 30209.
+    pub listen: SocketAddr,
+    /// Only this controller is listened to; `None`, the default: the first one that speaks.
+    pub controller: Option<IpAddr>,
+    /// Version of the interface; default 1.15.
+    pub version: FriVersion,
+    /// How repeated numbers are written; default as the manufacturer's clients do.
+    pub arrays: ArrayEncoding,
+    /// Without a message for this long the connection counts as lost, s; default 0.5.
+    pub silence_s: f64,
+    /// Corner of the filter of velocities, Hz, at most 1000; default 50. See [`FriClient`](super::FriClient).
+    pub velocity_hz: f64,
+    /// Which positions go with commanded torques; default the measured ones.
+    pub torque_reference: TorqueReference,
+    /// Largest torques that are commanded, N m; default 176, 176, 110, 110, 110, 40, 40, those of the iiwa 7's joints.
+    pub max_torque_n_m: [f64; 7],
+    /// Decelerations to rest, rad/s²: for `Hold` while positions are commanded. Default those of the iiwa 7.
+    pub braking_rad_per_s2: [f64; 7],
+}
+
+impl Default for FriClientConfig {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::from((Ipv4Addr::UNSPECIFIED, 30200)),
+            controller: None,
+            version: FriVersion::V1_15,
+            arrays: ArrayEncoding::Unpacked,
+            silence_s: 0.5,
+            velocity_hz: 50.0,
+            torque_reference: TorqueReference::Measured,
+            max_torque_n_m: [176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0],
+            braking_rad_per_s2: IIWA7_ACCELERATION_RAD_PER_S2,
+        }
+    }
+}
+
+impl FriClientConfig {
+    pub(super) fn validate(&self) -> Result<(), FriError> {
+        that(
+            self.silence_s <= 1e6,
+            "silence_s",
+            self.silence_s,
+            "at most 1e6",
+        )?;
+        positive("silence_s", self.silence_s)?;
+        let hz = self.velocity_hz;
+        that(hz <= 1000.0, "velocity_hz", hz, "at most 1000")?;
+        positive("velocity_hz", hz)?;
+        for most in self.max_torque_n_m {
+            non_negative("max_torque_n_m", most)?;
+        }
+        for braking in self.braking_rad_per_s2 {
+            positive("braking_rad_per_s2", braking)?;
+        }
+        Ok(())
+    }
+}
+
+/// What a client has counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ClientStatistics {
+    /// Messages of the controller that were taken.
+    pub received: u64,
+    /// Answers sent.
+    pub answered: u64,
+    /// Messages that were due for an answer and got none: the program was too slow or had no command.
+    pub unanswered: u64,
+    /// Messages that never came: gaps in the sequence.
+    pub lost: u64,
+    /// Messages that came after a newer one, or twice.
+    pub stale: u64,
+    /// Messages that were read only together with a newer one: the program was late.
+    pub skipped: u64,
+    /// Datagrams that are no message of the controller.
+    pub malformed: u64,
+    /// Datagrams from elsewhere than the controller.
+    pub foreign: u64,
+    /// Commands refused.
+    pub refused: u64,
+    /// Commands given while the controller took none.
+    pub not_in_force: u64,
+    /// Sessions: times that the sequence began anew.
+    pub sessions: u64,
+}

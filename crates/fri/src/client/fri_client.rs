@@ -1,0 +1,431 @@
+//! The connection to a controller: messages in, answers out.
+
+use super::braking::CommandedMotion;
+use super::config::{ClientStatistics, FriClientConfig};
+use super::velocity::VelocityFilter;
+use crate::codec::{
+    ClientCommandMode, Codec, CommandData, CommandMessage, ConnectionQuality, DATAGRAM_BYTES,
+    Datagram, Header, MonitorMessage, SessionState,
+};
+use crate::error::FriError;
+use crate::limits::CommandLimits;
+use hwall_kinematics::ArmKinematics;
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A message this much older than the newest one is not a late one: the controller has begun anew.
+const NEW_SEQUENCE: u32 = 1000;
+
+/// A client of the Fast Robot Interface, and an [`Arm`](hwall_haptics::Arm).
+///
+/// The controller sets the pace: wait for its next message ([`wait_for_message`](Self::wait_for_message)), read the state, give
+/// a command, which answers that message. Whoever only waits uses [`mirror`](Self::mirror), which answers without
+/// wanting anything, or [`wait_for_commanding`](Self::wait_for_commanding), which does it until commands are taken. A message that gets no
+/// answer before the next wait is counted ([`ClientStatistics::unanswered`]) and lowers the quality of the connection.
+///
+/// What commands do depends on what the application on the controller has chosen ([`command_mode`](Self::command_mode)):
+/// positions and `Hold` in mode position, torques and `Hold` in mode torque, [`command_wrench`](Self::command_wrench) and `Hold` in mode
+/// wrench. Before commanding is active they have no effect and the positions of the interpolator go out instead; once it was
+/// active and has ended, they are refused ([`FriError::CommandingEnded`]).
+///
+/// Times count from the first message of a session, on the clock of the controller. Velocities are differences of the
+/// measured positions through a first-order low-pass ([`FriClientConfig::velocity_hz`]): exact for steady motion,
+/// late by 3.2 ms and half a period at 50 Hz. After construction nothing is allocated.
+///
+/// Only tested against the simulated controller of this crate.
+#[derive(Debug)]
+pub struct FriClient {
+    pub(super) config: FriClientConfig,
+    pub(super) limits: CommandLimits,
+    socket: UdpSocket,
+    codec: Codec,
+    peer: Option<SocketAddr>,
+    newest: Option<Newest>,
+    /// Time stamp with which the session began, ns.
+    began_ns: u64,
+    velocity: VelocityFilter,
+    /// Messages since the last answer.
+    since_answer: u32,
+    /// Is an answer to the newest message due, and not given?
+    owes: bool,
+    sequence: u32,
+    was_active: bool,
+    /// Positions commanded last, and the message that they answered.
+    pub(super) motion: Option<CommandedMotion>,
+    pub(super) motion_ns: u64,
+    /// The last answer, for when a command is refused.
+    in_force: CommandData,
+    statistics: ClientStatistics,
+}
+
+/// The newest message of the controller.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Newest {
+    pub(super) message: MonitorMessage,
+    pub(super) q_rad: [f64; 7],
+    /// Time on the controller's clock, ns.
+    pub(super) time_ns: u64,
+    arrived: Instant,
+}
+
+impl FriClient {
+    /// Listens for a controller. `model` gives the limits that commands must keep.
+    ///
+    /// # Errors
+    /// A setting outside its range, or a socket that cannot be had: another program may listen there.
+    pub fn bind(model: &Arc<dyn ArmKinematics>, config: FriClientConfig) -> Result<Self, FriError> {
+        config.validate()?;
+        let socket = UdpSocket::bind(config.listen).map_err(FriError::io("binding the client"))?;
+        Ok(Self {
+            limits: CommandLimits::new(&**model, config.max_torque_n_m),
+            socket,
+            codec: Codec {
+                version: config.version,
+                arrays: config.arrays,
+            },
+            peer: None,
+            newest: None,
+            began_ns: 0,
+            velocity: VelocityFilter::new(config.velocity_hz),
+            since_answer: 0,
+            owes: false,
+            sequence: 0,
+            was_active: false,
+            motion: None,
+            motion_ns: 0,
+            in_force: CommandData::default(),
+            statistics: ClientStatistics::default(),
+            config,
+        })
+    }
+
+    /// Waits for the next message of the controller; returns its time, s. Of several that have come the newest counts.
+    ///
+    /// # Errors
+    /// No message within `timeout` ([`FriError::Silent`]), a state without positions, or what the network says.
+    pub fn wait_for_message(&mut self, timeout: Duration) -> Result<f64, FriError> {
+        if std::mem::take(&mut self.owes) {
+            self.statistics.unanswered += 1;
+        }
+        let began = Instant::now();
+        self.block(true)?;
+        loop {
+            let left = timeout.saturating_sub(began.elapsed());
+            if left.is_zero() {
+                return Err(self.silent(timeout));
+            }
+            self.socket
+                .set_read_timeout(Some(left))
+                .map_err(FriError::io("setting up the socket"))?;
+            if self.receive()? == Some(true) {
+                break;
+            }
+        }
+        self.take_waiting()?;
+        self.t_s().ok_or(FriError::NoMessage)
+    }
+
+    /// Takes what has come, without waiting.
+    pub(super) fn take_waiting(&mut self) -> Result<(), FriError> {
+        self.block(false)?;
+        while let Some(is_message) = self.receive()? {
+            self.statistics.skipped += u64::from(is_message);
+        }
+        Ok(())
+    }
+
+    /// Answers every message, wanting nothing, until commanding is active; returns the time of its first message, s.
+    ///
+    /// # Errors
+    /// As [`wait_for_message`](Self::wait_for_message); commanding that does not begin within `timeout`.
+    pub fn wait_for_commanding(&mut self, timeout: Duration) -> Result<f64, FriError> {
+        let began = Instant::now();
+        loop {
+            let left = timeout.saturating_sub(began.elapsed());
+            let t_s = self.wait_for_message(left)?;
+            if self.session_state() == Some(SessionState::CommandingActive) {
+                return Ok(t_s);
+            }
+            self.mirror()?;
+        }
+    }
+
+    /// Answers the newest message without wanting anything: with the positions of the interpolator, zero torques, no wrench.
+    ///
+    /// # Errors
+    /// What the network says; no message to answer.
+    pub fn mirror(&mut self) -> Result<(), FriError> {
+        let newest = self.newest.as_ref().ok_or(FriError::NoMessage)?;
+        let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
+        let data = newest.message.data.unwrap_or_default();
+        let q_rad = interpolator
+            .or(data.commanded_position_rad)
+            .unwrap_or(newest.q_rad);
+        let mode = self.command_mode();
+        self.motion = Some(CommandedMotion::at_rest(q_rad));
+        self.motion_ns = newest.time_ns;
+        self.answer(CommandData {
+            position_rad: Some(q_rad),
+            torque_n_m: (mode == ClientCommandMode::Torque).then_some([0.0; 7]),
+            wrench: (mode == ClientCommandMode::Wrench).then_some([0.0; 6]),
+            ..CommandData::default()
+        })
+    }
+
+    /// Sends an answer to the newest message, if one is due.
+    pub(super) fn answer(&mut self, data: CommandData) -> Result<(), FriError> {
+        self.in_force = data;
+        let (Some(newest), Some(peer)) = (&self.newest, self.peer) else {
+            return Err(FriError::NoMessage);
+        };
+        if !std::mem::take(&mut self.owes) {
+            return Ok(());
+        }
+        let message = CommandMessage {
+            header: Header {
+                sequence: self.sequence,
+                reflected_sequence: newest.message.header.sequence,
+            },
+            data: Some(data),
+        };
+        self.since_answer = 0;
+        let mut datagram: Datagram = [0; DATAGRAM_BYTES];
+        let length = self.codec.encode_command(&message, &mut datagram)?;
+        self.sequence = self.sequence.wrapping_add(1);
+        let bytes = datagram.get(..length).unwrap_or(&[]);
+        self.socket
+            .send_to(bytes, peer)
+            .map_err(FriError::io("answering the controller"))?;
+        self.statistics.answered += 1;
+        Ok(())
+    }
+
+    /// A refused command: what was in force goes out once more, so that the controller gets its answer.
+    pub(super) fn refuse(&mut self, error: FriError) -> Result<(), FriError> {
+        self.statistics.refused += 1;
+        if self.in_force.position_rad.is_some() {
+            self.answer(self.in_force)?;
+        }
+        Err(error)
+    }
+
+    /// Is an answer to the newest message due, and not given?
+    pub(super) const fn owes_answer(&self) -> bool {
+        self.owes
+    }
+
+    pub(super) const fn count_not_in_force(&mut self) {
+        self.statistics.not_in_force += 1;
+    }
+
+    /// One datagram: `Some(true)` for a new message, `None` if there is no datagram.
+    fn receive(&mut self) -> Result<Option<bool>, FriError> {
+        let mut datagram: Datagram = [0; DATAGRAM_BYTES];
+        let (length, from) = match self.socket.recv_from(&mut datagram) {
+            Ok(received) => received,
+            Err(error) => {
+                return match error.kind() {
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {
+                        Ok(None)
+                    }
+                    // Of an answer to a controller that is gone.
+                    ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset => Ok(Some(false)),
+                    _ => Err(FriError::io("receiving from the controller")(error)),
+                };
+            }
+        };
+        if !self.listens_to(from) {
+            self.statistics.foreign += 1;
+            return Ok(Some(false));
+        }
+        match self
+            .codec
+            .decode_monitor(datagram.get(..length).unwrap_or(&[]))
+        {
+            Ok(message) => self.take(message, from).map(Some),
+            Err(_) => {
+                self.statistics.malformed += 1;
+                Ok(Some(false))
+            }
+        }
+    }
+
+    /// One controller at a time; another one only when the first has fallen silent.
+    fn listens_to(&self, from: SocketAddr) -> bool {
+        let is_allowed = self.config.controller.is_none_or(|ip| ip == from.ip());
+        let is_free = self.peer.is_none_or(|peer| peer == from) || self.is_silent();
+        is_allowed && is_free
+    }
+
+    fn is_silent(&self) -> bool {
+        let silence_s = self.config.silence_s;
+        let heard = |newest: &Newest| newest.arrived.elapsed().as_secs_f64() <= silence_s;
+        !self.newest.as_ref().is_some_and(heard)
+    }
+
+    fn take(&mut self, message: MonitorMessage, from: SocketAddr) -> Result<bool, FriError> {
+        let data = message.data.unwrap_or_default();
+        let q_rad = data.position_rad.ok_or(FriError::NoPositions)?;
+        if !q_rad.iter().all(|q| q.is_finite()) {
+            self.statistics.malformed += 1;
+            return Ok(false);
+        }
+        let sequence = message.header.sequence;
+        let period_ms = message.connection.send_period_ms.unwrap_or(1).max(1);
+        let period_ns = u64::from(period_ms) * 1_000_000;
+        let stamp_ns = data.time.map(|time| time.to_ns());
+        let ahead = self
+            .newest
+            .as_ref()
+            .map(|newest| sequence.wrapping_sub(newest.message.header.sequence));
+        let is_stale = ahead.is_some_and(|ahead| ahead == 0 || ahead > u32::MAX - NEW_SEQUENCE);
+        if is_stale && self.peer == Some(from) {
+            self.statistics.stale += 1;
+            return Ok(false);
+        }
+        let last = self.newest.take();
+        let time_ns = match (ahead, &last) {
+            (Some(ahead @ 1..NEW_SEQUENCE), Some(last)) if self.peer == Some(from) => {
+                self.statistics.lost += u64::from(ahead - 1);
+                let by_period_ns = last.time_ns + u64::from(ahead) * period_ns;
+                let time_ns = stamp_ns.unwrap_or(by_period_ns);
+                let dt_ns = time_ns.saturating_sub(last.time_ns);
+                self.velocity.update(&q_rad, dt_ns as f64 * 1e-9);
+                time_ns
+            }
+            _ => {
+                self.begin_session(&q_rad);
+                self.began_ns = stamp_ns.unwrap_or(0);
+                self.began_ns
+            }
+        };
+        self.peer = Some(from);
+        self.was_active |= message.connection.state == SessionState::CommandingActive;
+        self.newest = Some(Newest {
+            message,
+            q_rad,
+            time_ns,
+            arrived: Instant::now(),
+        });
+        self.statistics.received += 1;
+        self.since_answer = self.since_answer.saturating_add(1);
+        let multiplier = message.connection.receive_multiplier.unwrap_or(1);
+        self.owes =
+            message.connection.state != SessionState::Idle && self.since_answer >= multiplier;
+        Ok(true)
+    }
+
+    fn begin_session(&mut self, q_rad: &[f64; 7]) {
+        self.velocity.reset();
+        self.velocity.update(q_rad, 0.0);
+        self.since_answer = 0;
+        self.was_active = false;
+        self.motion = None;
+        self.in_force = CommandData::default();
+        self.statistics.sessions += 1;
+    }
+
+    fn block(&self, blocks: bool) -> Result<(), FriError> {
+        self.socket
+            .set_nonblocking(!blocks)
+            .map_err(FriError::io("setting up the socket"))
+    }
+
+    fn silent(&self, waited: Duration) -> FriError {
+        let since = |newest: &Newest| newest.arrived.elapsed();
+        let waited = self.newest.as_ref().map_or(waited, since);
+        FriError::Silent {
+            waited_s: waited.as_secs_f64(),
+        }
+    }
+
+    /// The newest message, unless the controller has been silent for too long.
+    pub(super) fn newest(&self) -> Result<&Newest, FriError> {
+        let newest = self.newest.as_ref().ok_or(FriError::NoMessage)?;
+        match self.is_silent() {
+            true => Err(self.silent(Duration::ZERO)),
+            false => Ok(newest),
+        }
+    }
+
+    /// Is commanding active, or did it end (an error), or has it not begun?
+    pub(super) fn is_active(&self) -> Result<bool, FriError> {
+        let connection = self.newest()?.message.connection;
+        let is_active = connection.state == SessionState::CommandingActive;
+        if self.was_active && !is_active {
+            return Err(FriError::CommandingEnded {
+                state: connection.state,
+                quality: connection.quality,
+            });
+        }
+        Ok(is_active)
+    }
+
+    /// After commanding has ended: commands may be given again when it begins again.
+    pub const fn begin_again(&mut self) {
+        self.was_active = false;
+        self.motion = None;
+    }
+
+    pub(super) const fn velocity_rad_per_s(&self) -> &[f64; 7] {
+        self.velocity.velocity_rad_per_s()
+    }
+
+    /// Time of the newest message since the session began, on the clock of the controller, s.
+    #[must_use]
+    pub fn t_s(&self) -> Option<f64> {
+        let newest = self.newest.as_ref()?;
+        Some(newest.time_ns.saturating_sub(self.began_ns) as f64 * 1e-9)
+    }
+
+    /// The newest message as it came.
+    #[must_use]
+    pub fn message(&self) -> Option<&MonitorMessage> {
+        self.newest.as_ref().map(|newest| &newest.message)
+    }
+
+    /// Where the session stands.
+    #[must_use]
+    pub fn session_state(&self) -> Option<SessionState> {
+        self.message().map(|message| message.connection.state)
+    }
+
+    /// How well answers come, as the controller judges it.
+    #[must_use]
+    pub fn quality(&self) -> Option<ConnectionQuality> {
+        self.message().map(|message| message.connection.quality)
+    }
+
+    /// What the controller takes; known from when commanding is about to begin.
+    #[must_use]
+    pub fn command_mode(&self) -> ClientCommandMode {
+        let mode = |message: &MonitorMessage| message.interpolator?.command_mode;
+        self.message()
+            .and_then(mode)
+            .unwrap_or(ClientCommandMode::None)
+    }
+
+    /// The controller that is listened to.
+    #[must_use]
+    pub const fn controller(&self) -> Option<SocketAddr> {
+        self.peer
+    }
+
+    /// The address that is listened on.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn local_address(&self) -> Result<SocketAddr, FriError> {
+        self.socket
+            .local_addr()
+            .map_err(FriError::io("asking for the address"))
+    }
+
+    /// What was counted.
+    #[must_use]
+    pub const fn statistics(&self) -> &ClientStatistics {
+        &self.statistics
+    }
+}

@@ -1,0 +1,10 @@
+//! A client: an arm for those who have a controller, real or simulated.
+
+mod arm;
+mod braking;
+mod config;
+mod fri_client;
+mod velocity;
+
+pub use config::{ClientStatistics, FriClientConfig, TorqueReference};
+pub use fri_client::FriClient;

@@ -1,0 +1,198 @@
+//! Parts that both messages have.
+
+use super::message::{CartesianPose, Header, Redundancy, TimeStamp};
+use crate::error::FriError;
+use hwall_protobuf::{Field, Writer};
+
+/// Name of a transformation: that of the tool has none.
+const POSE_NAME: &str = "";
+
+/// How repeated numbers are written; both are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ArrayEncoding {
+    /// A tag for each value, as the controller and the manufacturer's clients do.
+    #[default]
+    Unpacked,
+    /// One tag for all.
+    Packed,
+}
+
+impl ArrayEncoding {
+    pub(super) fn doubles(self, writer: &mut Writer, field: u32, values: &[f64]) {
+        match self {
+            Self::Unpacked => writer.repeated_doubles(field, values),
+            Self::Packed => writer.packed_doubles(field, values),
+        }
+    }
+
+    /// A nested message whose field 1 are the values, if there are any.
+    pub(super) fn nested<const N: usize>(
+        self,
+        writer: &mut Writer,
+        field: u32,
+        values: Option<&[f64; N]>,
+    ) {
+        if let Some(values) = values {
+            writer.message(field, |body| self.doubles(body, 1, values));
+        }
+    }
+
+    pub(super) fn pose(self, writer: &mut Writer, field: u32, pose: Option<&CartesianPose>) {
+        if let Some(pose) = pose {
+            writer.message(field, |body| {
+                // A required field of the protocol, even when empty.
+                body.string(1, POSE_NAME);
+                self.doubles(body, 2, &pose.elements);
+            });
+        }
+    }
+}
+
+/// As many values as a repeated field must have.
+pub(super) struct Values<const N: usize> {
+    what: &'static str,
+    values: [f64; N],
+    count: usize,
+}
+
+impl<const N: usize> Values<N> {
+    pub(super) const fn new(what: &'static str) -> Self {
+        Self {
+            what,
+            values: [0.0; N],
+            count: 0,
+        }
+    }
+
+    pub(super) fn add(&mut self, field: &Field) -> Result<(), FriError> {
+        for value in field.doubles()? {
+            if let Some(place) = self.values.get_mut(self.count) {
+                *place = value;
+            }
+            self.count += 1;
+        }
+        Ok(())
+    }
+
+    pub(super) const fn finish(self) -> Result<[f64; N], FriError> {
+        if self.count == N {
+            return Ok(self.values);
+        }
+        Err(FriError::WrongLength {
+            what: self.what,
+            found: self.count,
+            expected: N,
+        })
+    }
+}
+
+/// Values of field 1 of a nested message.
+pub(super) fn nested<const N: usize>(
+    what: &'static str,
+    field: &Field,
+) -> Result<Option<[f64; N]>, FriError> {
+    let mut values = Values::new(what);
+    for inner in field.message()? {
+        let inner = inner?;
+        if inner.number == 1 {
+            values.add(&inner)?;
+        }
+    }
+    values.finish().map(Some)
+}
+
+pub(super) fn write_header(writer: &mut Writer, identifier: u32, header: &Header) {
+    writer.message(1, |body| {
+        body.uint64(1, u64::from(identifier));
+        body.uint64(2, u64::from(header.sequence));
+        body.uint64(3, u64::from(header.reflected_sequence));
+    });
+}
+
+pub(super) fn read_header(field: &Field, identifier: u32) -> Result<Header, FriError> {
+    let mut header = Header::default();
+    let (mut found, mut sequence, mut reflected) = (None, None, None);
+    for inner in field.message()? {
+        let inner = inner?;
+        match inner.number {
+            1 => found = Some(inner.to_u32()?),
+            2 => sequence = Some(inner.to_u32()?),
+            3 => reflected = Some(inner.to_u32()?),
+            _ => {}
+        }
+    }
+    let found = found.ok_or(FriError::Missing("message identifier"))?;
+    if found != identifier {
+        let expected = identifier;
+        return Err(FriError::OtherMessage { found, expected });
+    }
+    header.sequence = sequence.ok_or(FriError::Missing("sequence counter"))?;
+    header.reflected_sequence = reflected.ok_or(FriError::Missing("reflected counter"))?;
+    Ok(header)
+}
+
+pub(super) fn read_pose(field: &Field) -> Result<Option<CartesianPose>, FriError> {
+    let mut values = Values::new("pose");
+    for inner in field.message()? {
+        let inner = inner?;
+        if inner.number == 2 {
+            values.add(&inner)?;
+        }
+    }
+    let elements = values.finish()?;
+    Ok(Some(CartesianPose { elements }))
+}
+
+pub(super) fn write_redundancy(writer: &mut Writer, field: u32, redundancy: Option<&Redundancy>) {
+    if let Some(redundancy) = redundancy {
+        writer.message(field, |body| {
+            body.int64(1, i64::from(redundancy.strategy));
+            body.double(2, redundancy.value_rad);
+        });
+    }
+}
+
+pub(super) fn read_redundancy(field: &Field) -> Result<Option<Redundancy>, FriError> {
+    let (mut strategy, mut value) = (None, None);
+    for inner in field.message()? {
+        let inner = inner?;
+        match inner.number {
+            1 => strategy = Some(inner.to_i32()?),
+            2 => value = Some(inner.to_f64()?),
+            _ => {}
+        }
+    }
+    Ok(Some(Redundancy {
+        strategy: strategy.ok_or(FriError::Missing("redundancy strategy"))?,
+        value_rad: value.ok_or(FriError::Missing("redundancy value"))?,
+    }))
+}
+
+pub(super) fn write_time(writer: &mut Writer, field: u32, time: Option<&TimeStamp>) {
+    if let Some(time) = time {
+        writer.message(field, |body| {
+            body.uint64(1, u64::from(time.seconds));
+            body.uint64(2, u64::from(time.nanoseconds));
+        });
+    }
+}
+
+pub(super) fn read_time(field: &Field) -> Result<Option<TimeStamp>, FriError> {
+    let (mut seconds, mut nanoseconds) = (None, None);
+    for inner in field.message()? {
+        let inner = inner?;
+        match inner.number {
+            1 => seconds = Some(inner.to_u32()?),
+            2 => nanoseconds = Some(inner.to_u32()?),
+            _ => {}
+        }
+    }
+    let time = TimeStamp {
+        seconds: seconds.ok_or(FriError::Missing("seconds"))?,
+        nanoseconds: nanoseconds.ok_or(FriError::Missing("nanoseconds"))?,
+    };
+    match time.nanoseconds {
+        0..1_000_000_000 => Ok(Some(time)),
+        nanoseconds => Err(FriError::Nanoseconds { nanoseconds }),
+    }
+}

@@ -1,0 +1,544 @@
+//! The controller as a pure state machine: datagrams in, a datagram out, once in every send period.
+
+use super::config::ControllerConfig;
+use super::message::{Measured, monitor_message};
+use super::plant::SimulatedPlant;
+use super::quality::AnswerWindow;
+use super::report::{ControllerEvent, ControllerStatistics, EndReason, EventKind};
+use crate::codec::{
+    ClientCommandMode, Codec, CommandMessage, ConnectionQuality, Datagram, Header, SessionState,
+};
+use crate::error::{ControllerError, FriError};
+use crate::limits::CommandLimits;
+use crate::wrench::wrench_from_wire;
+use hwall_haptics::{ArmCommand, ArmState};
+use hwall_kinematics::{JointPositions, JointTorques, Wrench};
+use hwall_numeric::check::all_finite;
+use std::collections::VecDeque;
+
+/// Events that are kept until somebody takes them.
+const EVENTS: usize = 64;
+/// Period of the impedance of the modes torque and wrench, s.
+const IMPEDANCE_PERIOD_S: f64 = 1e-3;
+
+/// A command as far as the mode needs it, all numbers finite.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    /// Message that it answers.
+    answers: u32,
+    position_rad: [f64; 7],
+    torque_n_m: [f64; 7],
+    wrench: Wrench,
+}
+
+/// What moves the arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Law {
+    /// Its own servo: positions, or holding.
+    Servo,
+    /// Springs of the joints and the overlay.
+    Joints,
+    /// Springs of the tool and the overlay.
+    Tool,
+}
+
+/// A simulated controller around a simulated arm.
+///
+/// It has no clock, no socket and no threads: call [`receive`](Self::receive) for every datagram that has come in, then
+/// [`cycle`](Self::cycle), and send what that gives; a second of its time is a thousand milliseconds of cycles. The same
+/// datagrams in the same cycles give the same answers to the last bit. [`UdpController`](super::UdpController) is the loop around it.
+///
+/// A command takes effect in the cycle after the one in which it came. After construction nothing is allocated.
+#[derive(Debug)]
+pub struct Controller<P> {
+    plant: P,
+    config: ControllerConfig,
+    codec: Codec,
+    limits: CommandLimits,
+    expiry_s: f64,
+    cycles: u64,
+    state: SessionState,
+    since_s: f64,
+    may_command: bool,
+    window: AnswerWindow,
+    quality: ConnectionQuality,
+    /// Sequence number of the newest message.
+    sequence: u32,
+    /// Messages since answers are expected.
+    counted: u64,
+    answered: bool,
+    misses: u64,
+    /// Of the client: its newest message, and which one it answered.
+    client_sequence: u32,
+    last_answered: Option<u32>,
+    incoming: Option<Wanted>,
+    /// Positions of the interpolator: where the arm stood when commanding began.
+    interpolator: JointPositions,
+    in_force: Wanted,
+    in_force_since_s: f64,
+    /// When positions like those of the interpolator came last, s.
+    mirrored_s: Option<f64>,
+    expired: bool,
+    law: Law,
+    commanded_torque_n_m: [f64; 7],
+    statistics: ControllerStatistics,
+    events: VecDeque<ControllerEvent>,
+    refusal: Option<FriError>,
+    ended: Option<EndReason>,
+}
+
+impl<P: SimulatedPlant> Controller<P> {
+    /// A controller at time zero, before a session. The arm holds.
+    ///
+    /// # Errors
+    /// A setting outside its range, or a mode that the arm cannot do.
+    pub fn new(mut plant: P, config: ControllerConfig) -> Result<Self, ControllerError<P::Error>> {
+        config.validate()?;
+        if config.mode != ClientCommandMode::Position && !plant.takes_torques() {
+            return Err(FriError::NeedsTorques(config.mode).into());
+        }
+        let q = plant.state().map_err(ControllerError::Plant)?.q;
+        plant
+            .command(ArmCommand::Hold)
+            .map_err(ControllerError::Plant)?;
+        let limits = CommandLimits::new(&**plant.model(), config.max_overlay_torque_n_m);
+        let interpolator = JointPositions(limits.clamped(&q.0));
+        let answer_s = config.send_period_s() * f64::from(config.receive_multiplier);
+        Ok(Self {
+            limits,
+            codec: Codec {
+                version: config.version,
+                arrays: config.arrays,
+            },
+            // A command must live until the next one can come.
+            expiry_s: config.command_expiry_s.max(2.0 * answer_s),
+            cycles: 0,
+            state: SessionState::Idle,
+            since_s: 0.0,
+            may_command: config.ready_s.is_some(),
+            window: AnswerWindow::new(config.quality)?,
+            quality: ConnectionQuality::Poor,
+            sequence: u32::MAX,
+            counted: 0,
+            answered: false,
+            misses: 0,
+            client_sequence: 0,
+            last_answered: None,
+            incoming: None,
+            interpolator,
+            in_force: Wanted {
+                answers: 0,
+                position_rad: interpolator.0,
+                torque_n_m: [0.0; 7],
+                wrench: Wrench::default(),
+            },
+            in_force_since_s: 0.0,
+            mirrored_s: None,
+            expired: false,
+            law: Law::Servo,
+            commanded_torque_n_m: [0.0; 7],
+            statistics: ControllerStatistics::default(),
+            events: VecDeque::with_capacity(EVENTS),
+            refusal: None,
+            ended: None,
+            plant,
+            config,
+        })
+    }
+
+    /// Takes a datagram of the client. Whatever is wrong with it is counted.
+    pub fn receive(&mut self, datagram: &[u8]) {
+        match self.codec.decode_command(datagram) {
+            Ok(message) => self.take_answer(&message),
+            Err(error) => {
+                self.statistics.malformed += 1;
+                self.refusal = Some(error);
+            }
+        }
+    }
+
+    fn take_answer(&mut self, message: &CommandMessage) {
+        let answers = message.header.reflected_sequence;
+        let age = self.sequence.wrapping_sub(answers);
+        if self.counted == 0 || age >= self.config.receive_multiplier {
+            self.statistics.late += 1;
+            return;
+        }
+        if self.last_answered == Some(answers) {
+            self.statistics.repeated += 1;
+            return;
+        }
+        self.last_answered = Some(answers);
+        self.client_sequence = message.header.sequence;
+        self.answered = true;
+        if self.state >= SessionState::CommandingWait {
+            match self.wanted(message) {
+                Ok(Some(wanted)) => self.incoming = Some(wanted),
+                Ok(None) => self.statistics.incomplete += 1,
+                Err(error) => {
+                    self.statistics.non_finite += 1;
+                    self.refusal = Some(error);
+                }
+            }
+        }
+    }
+
+    /// What the mode needs of a command; `None` if it is not there.
+    fn wanted(&self, message: &CommandMessage) -> Result<Option<Wanted>, FriError> {
+        let data = message.data.unwrap_or_default();
+        let Some(position_rad) = data.position_rad else {
+            return Ok(None);
+        };
+        let (mut torque_n_m, mut wrench) = ([0.0; 7], [0.0; 6]);
+        match self.config.mode {
+            ClientCommandMode::Torque => match data.torque_n_m {
+                Some(torque) => torque_n_m = torque,
+                None => return Ok(None),
+            },
+            ClientCommandMode::Wrench => match data.wrench {
+                Some(given) => wrench = given,
+                None => return Ok(None),
+            },
+            _ => {}
+        }
+        all_finite("commanded position", &position_rad)?;
+        all_finite("commanded torque", &torque_n_m)?;
+        all_finite("commanded wrench", &wrench)?;
+        Ok(Some(Wanted {
+            answers: message.header.reflected_sequence,
+            position_rad,
+            torque_n_m,
+            wrench: wrench_from_wire(&wrench),
+        }))
+    }
+
+    /// One send period: the arm moves on, the answers of the last period are judged, the next message is written. Returns its
+    /// bytes.
+    ///
+    /// # Errors
+    /// What the simulated arm says.
+    pub fn cycle(&mut self, datagram: &mut Datagram) -> Result<usize, ControllerError<P::Error>> {
+        if self.cycles > 0 {
+            self.advance().map_err(ControllerError::Plant)?;
+        }
+        let now_s = self.t_s();
+        let measured = self.plant.state().map_err(ControllerError::Plant)?;
+        self.judge_answers();
+        self.step_session(now_s, &measured)
+            .map_err(ControllerError::Plant)?;
+        self.cycles += 1;
+        self.sequence = self.sequence.wrapping_add(1);
+        self.counted += u64::from(self.state != SessionState::Idle);
+        self.statistics.sent += 1;
+        let message = monitor_message(&Measured {
+            header: Header {
+                sequence: self.sequence,
+                reflected_sequence: self.client_sequence,
+            },
+            t_s: now_s,
+            config: &self.config,
+            state: self.state,
+            quality: self.quality,
+            arm: &measured,
+            model: &**self.plant.model(),
+            torque_n_m: self.plant.measured_torque().0,
+            commanded_position_rad: self.in_force.position_rad,
+            commanded_torque_n_m: self.commanded_torque_n_m,
+            interpolator_rad: self.interpolator.0,
+        });
+        Ok(self.codec.encode_monitor(&message, datagram)?)
+    }
+
+    fn advance(&mut self) -> Result<(), P::Error> {
+        if self.law == Law::Servo {
+            self.commanded_torque_n_m = [0.0; 7];
+            return self.plant.advance(self.config.send_period_s());
+        }
+        for _ in 0..self.config.send_period_ms {
+            let state = self.plant.state()?;
+            let reference = JointPositions(self.in_force.position_rad);
+            let impedance = &self.config.impedance;
+            let torques = match self.law {
+                Law::Tool => {
+                    let arm = &**self.plant.model();
+                    impedance.cartesian_torques(arm, &state, &reference, &self.in_force.wrench)
+                }
+                _ => impedance.joint_torques(&state, &reference, &self.in_force.torque_n_m),
+            };
+            self.commanded_torque_n_m = torques;
+            self.plant
+                .command(ArmCommand::Torque(JointTorques(torques)))?;
+            self.plant.advance(IMPEDANCE_PERIOD_S)?;
+        }
+        Ok(())
+    }
+
+    /// Closes the window of an expected answer, if the next message expects one.
+    fn judge_answers(&mut self) {
+        let multiplier = u64::from(self.config.receive_multiplier);
+        if self.counted == 0 || !self.counted.is_multiple_of(multiplier) {
+            return;
+        }
+        let answered = std::mem::take(&mut self.answered);
+        self.window.push(answered);
+        self.statistics.expected += 1;
+        if answered {
+            self.statistics.in_time += 1;
+            self.misses = 0;
+        } else {
+            self.statistics.missed += 1;
+            self.misses += 1;
+            self.statistics.longest_miss = self.statistics.longest_miss.max(self.misses);
+        }
+        let (from, to) = (self.quality, self.window.quality());
+        if from != to {
+            self.quality = to;
+            self.say(EventKind::Quality { from, to });
+        }
+    }
+
+    fn step_session(&mut self, now_s: f64, measured: &ArmState) -> Result<(), P::Error> {
+        let is_good = self.quality >= ConnectionQuality::Good;
+        let for_s = now_s - self.since_s;
+        let incoming = self.incoming.take();
+        match self.state {
+            SessionState::Idle if for_s >= self.config.idle_s => {
+                self.enter(SessionState::MonitoringWait);
+            }
+            SessionState::Idle => {}
+            SessionState::MonitoringWait if is_good => self.enter(SessionState::MonitoringReady),
+            SessionState::MonitoringWait => {}
+            SessionState::MonitoringReady if !is_good => self.enter(SessionState::MonitoringWait),
+            SessionState::MonitoringReady => {
+                let is_asked = self.config.ready_s.is_some_and(|after_s| for_s >= after_s);
+                if self.may_command && is_asked {
+                    self.prepare(measured);
+                    self.enter(SessionState::CommandingWait);
+                }
+            }
+            SessionState::CommandingWait | SessionState::CommandingActive if !is_good => {
+                self.end(EndReason::Quality(self.quality))?;
+            }
+            SessionState::CommandingWait => self.wait_for_commands(now_s, incoming),
+            SessionState::CommandingActive => self.follow(now_s, measured, incoming)?,
+        }
+        Ok(())
+    }
+
+    /// The positions that the client has to repeat, and with torques the springs that hold there.
+    fn prepare(&mut self, measured: &ArmState) {
+        self.interpolator = JointPositions(self.limits.clamped(&measured.q.0));
+        self.in_force = Wanted {
+            answers: self.sequence,
+            position_rad: self.interpolator.0,
+            torque_n_m: [0.0; 7],
+            wrench: Wrench::default(),
+        };
+        self.mirrored_s = None;
+        self.expired = false;
+        self.ended = None;
+        self.law = self.law_of_mode();
+    }
+
+    const fn law_of_mode(&self) -> Law {
+        match self.config.mode {
+            ClientCommandMode::Torque => Law::Joints,
+            ClientCommandMode::Wrench => Law::Tool,
+            _ => Law::Servo,
+        }
+    }
+
+    fn wait_for_commands(&mut self, now_s: f64, incoming: Option<Wanted>) {
+        if let Some(wanted) = incoming {
+            let asked = JointPositions(wanted.position_rad);
+            let off_rad = self.interpolator.max_abs_difference(&asked);
+            let is_mirrored = off_rad <= self.config.mirror_tolerance_rad;
+            self.mirrored_s = is_mirrored.then_some(now_s);
+        }
+        let is_fresh = |then_s: f64| now_s - then_s <= self.expiry_s;
+        let for_s = now_s - self.since_s;
+        if for_s >= self.config.wait_s && self.mirrored_s.is_some_and(is_fresh) {
+            self.in_force.answers = self.sequence;
+            self.in_force_since_s = now_s;
+            self.statistics.activations += 1;
+            self.enter(SessionState::CommandingActive);
+        }
+    }
+
+    fn follow(
+        &mut self,
+        now_s: f64,
+        measured: &ArmState,
+        incoming: Option<Wanted>,
+    ) -> Result<(), P::Error> {
+        if let Some(reason) = self.external_torque_reason(measured) {
+            return self.end(reason);
+        }
+        let Some(wanted) = incoming else {
+            if !self.expired && now_s - self.in_force_since_s > self.expiry_s {
+                self.expired = true;
+                self.statistics.expired += 1;
+                self.say(EventKind::Expired);
+                // Whatever comes next has to begin where the arm is.
+                self.in_force.position_rad = self.limits.clamped(&measured.q.0);
+                self.law = Law::Servo;
+                return self.plant.command(ArmCommand::Hold);
+            }
+            return Ok(());
+        };
+        let cycles = wanted.answers.wrapping_sub(self.in_force.answers);
+        let period_s = self.config.send_period_s();
+        let dt_s = (f64::from(cycles) * period_s).clamp(period_s, self.expiry_s);
+        let last_rad = self.in_force.position_rad;
+        let checked = self
+            .limits
+            .check_step(&last_rad, &wanted.position_rad, dt_s)
+            .and_then(|()| self.limits.check_torque(&wanted.torque_n_m))
+            .and_then(|()| {
+                let jacobian = self.plant.model().jacobian(&measured.q);
+                self.limits
+                    .check_torque(&jacobian.torques(&wanted.wrench).0)
+            });
+        if let Err(violation) = checked {
+            return self.end(EndReason::Limit(violation));
+        }
+        self.statistics.accepted += 1;
+        self.in_force = wanted;
+        self.in_force.position_rad = self.limits.clamped(&wanted.position_rad);
+        self.in_force_since_s = now_s;
+        self.expired = false;
+        self.law = self.law_of_mode();
+        match self.law {
+            Law::Servo => {
+                let q = JointPositions(self.in_force.position_rad);
+                self.plant.command(ArmCommand::Position(q))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn external_torque_reason(&self, measured: &ArmState) -> Option<EndReason> {
+        let torques = measured.external_torque?.0;
+        let limits = self.config.max_external_torque_n_m;
+        // NaN is beyond every limit.
+        let joint = (0..7).find(|&i| torques[i].abs() > limits[i] || torques[i].is_nan())?;
+        Some(EndReason::ExternalTorque {
+            joint,
+            value_n_m: torques[joint],
+            max_n_m: limits[joint],
+        })
+    }
+
+    fn end(&mut self, reason: EndReason) -> Result<(), P::Error> {
+        self.ended = Some(reason);
+        self.say(EventKind::Ended(reason));
+        self.may_command = self.config.asks_again && matches!(reason, EndReason::Quality(_));
+        self.law = Law::Servo;
+        self.incoming = None;
+        self.enter(match self.quality >= ConnectionQuality::Good {
+            true => SessionState::MonitoringReady,
+            false => SessionState::MonitoringWait,
+        });
+        self.plant.command(ArmCommand::Hold)
+    }
+
+    fn enter(&mut self, to: SessionState) {
+        let from = std::mem::replace(&mut self.state, to);
+        self.since_s = self.t_s();
+        self.say(EventKind::State { from, to });
+    }
+
+    fn say(&mut self, kind: EventKind) {
+        if self.events.len() == EVENTS {
+            self.events.pop_front();
+            self.statistics.dropped_events += 1;
+        }
+        let t_s = self.t_s();
+        self.events.push_back(ControllerEvent { t_s, kind });
+    }
+
+    /// Closes the session: the arm holds, the next messages say `IDLE`, no answers are expected any more.
+    ///
+    /// # Errors
+    /// What the simulated arm says.
+    pub fn close(&mut self) -> Result<(), ControllerError<P::Error>> {
+        if self.state >= SessionState::CommandingWait {
+            self.end(EndReason::Closed)
+                .map_err(ControllerError::Plant)?;
+        }
+        self.may_command = false;
+        self.config.idle_s = f64::INFINITY;
+        self.counted = 0;
+        self.enter(SessionState::Idle);
+        Ok(())
+    }
+
+    /// Lets the application ask for commands again after a limit ended commanding.
+    pub const fn acknowledge(&mut self) {
+        self.may_command = self.config.ready_s.is_some();
+    }
+
+    /// The oldest event that was not taken yet.
+    pub fn next_event(&mut self) -> Option<ControllerEvent> {
+        self.events.pop_front()
+    }
+
+    /// What was counted since the start.
+    #[must_use]
+    pub const fn statistics(&self) -> &ControllerStatistics {
+        &self.statistics
+    }
+
+    /// What was wrong with the last datagram or command that was refused.
+    #[must_use]
+    pub const fn refusal(&self) -> Option<&FriError> {
+        self.refusal.as_ref()
+    }
+
+    /// Why commanding ended last; `None` before, and from when it begins again.
+    #[must_use]
+    pub const fn ended(&self) -> Option<EndReason> {
+        self.ended
+    }
+
+    /// Where the session stands.
+    #[must_use]
+    pub const fn state(&self) -> SessionState {
+        self.state
+    }
+
+    /// How well answers come.
+    #[must_use]
+    pub const fn quality(&self) -> ConnectionQuality {
+        self.quality
+    }
+
+    /// Share of the last answers that came in time.
+    #[must_use]
+    pub fn share_in_time(&self) -> f64 {
+        self.window.share()
+    }
+
+    /// Time of the next message on the clock of the controller, s.
+    #[must_use]
+    pub fn t_s(&self) -> f64 {
+        (self.cycles * u64::from(self.config.send_period_ms)) as f64 * 1e-3
+    }
+
+    /// Settings.
+    #[must_use]
+    pub const fn config(&self) -> &ControllerConfig {
+        &self.config
+    }
+
+    /// The simulated arm.
+    #[must_use]
+    pub const fn plant(&self) -> &P {
+        &self.plant
+    }
+
+    /// The simulated arm, to push it or to ask it for its state.
+    pub const fn plant_mut(&mut self) -> &mut P {
+        &mut self.plant
+    }
+}

@@ -1,0 +1,22 @@
+//! A simulated controller of the arm: everything that a client sees, without the arm.
+
+mod config;
+mod impedance;
+mod link;
+mod machine;
+mod message;
+mod plant;
+mod quality;
+mod report;
+#[cfg(feature = "sim")]
+mod sim;
+mod udp;
+
+pub use config::ControllerConfig;
+pub use impedance::ImpedanceConfig;
+pub use link::{Link, LinkConfig};
+pub use machine::Controller;
+pub use plant::SimulatedPlant;
+pub use quality::QualityConfig;
+pub use report::{ControllerEvent, ControllerStatistics, EndReason, EventKind};
+pub use udp::{UdpController, UdpStatistics};

@@ -1,0 +1,144 @@
+//! The errors of the crate.
+
+use crate::codec::{ClientCommandMode, ConnectionQuality, SessionState};
+use crate::limits::LimitViolation;
+use hwall_numeric::ArgumentError;
+use hwall_protobuf::ProtobufError;
+use std::io;
+
+/// What is wrong with a datagram, a command, a setting or a connection.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FriError {
+    /// A setting or a command makes no sense.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// The bytes are no protobuf message.
+    #[error(transparent)]
+    Wire(#[from] ProtobufError),
+    /// A field that a message must have.
+    #[error("the message has no {0}")]
+    Missing(&'static str),
+    /// A message of another kind, or of another robot.
+    #[error("message identifier {found:#x} instead of {expected:#x}")]
+    OtherMessage {
+        /// Identifier found.
+        found: u32,
+        /// Identifier of the message that is read.
+        expected: u32,
+    },
+    /// A repeated field with another number of values.
+    #[error("{what}: {found} values instead of {expected}")]
+    WrongLength {
+        /// Which values.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        expected: usize,
+    },
+    /// A value that an enumeration does not have.
+    #[error("{value} is no {what}")]
+    UnknownValue {
+        /// Which enumeration.
+        what: &'static str,
+        /// The number.
+        value: i32,
+    },
+    /// A time stamp with a second or more of nanoseconds.
+    #[error("a time stamp with {nanoseconds} ns")]
+    Nanoseconds {
+        /// The number.
+        nanoseconds: u32,
+    },
+    /// A datagram of 2.7 without space for its length and checksum.
+    #[error("{found} bytes are too short for a framed datagram")]
+    FrameTooShort {
+        /// Bytes of the datagram.
+        found: usize,
+    },
+    /// A datagram of 2.7 that is shorter than it says.
+    #[error("a frame of {stated} bytes, of which {found} are there")]
+    FrameLength {
+        /// Length that is stated.
+        stated: usize,
+        /// Bytes there are.
+        found: usize,
+    },
+    /// A datagram of 2.7 whose checksum does not fit.
+    #[error("checksum {stated:#010x}, the message has {found:#010x}")]
+    Checksum {
+        /// Checksum that is stated.
+        stated: u32,
+        /// Checksum of the message.
+        found: u32,
+    },
+    /// A version that is not known.
+    #[error("`{0}` is no known version: 1.15, 2.5, 2.7")]
+    UnknownVersion(String),
+    /// The simulated arm cannot do what a mode needs.
+    #[error("{0} needs an arm that takes torques")]
+    NeedsTorques(ClientCommandMode),
+    /// A mode that the simulated controller does not have.
+    #[error("the simulated controller has no mode {0}")]
+    UnsupportedMode(ClientCommandMode),
+    /// The network failed.
+    #[error("{doing}: {kind}")]
+    Io {
+        /// What was being done.
+        doing: &'static str,
+        /// What failed.
+        kind: io::ErrorKind,
+    },
+    /// Nothing has come from the controller yet.
+    #[error("no message from the controller yet")]
+    NoMessage,
+    /// Nothing came from the controller for too long.
+    #[error("no message from the controller for {waited_s} s")]
+    Silent {
+        /// How long, s.
+        waited_s: f64,
+    },
+    /// A state without joint positions: nothing is known about the arm.
+    #[error("the controller sends no joint positions")]
+    NoPositions,
+    /// The controller ended commanding.
+    #[error("commanding has ended: the session is {state}, quality {quality}")]
+    CommandingEnded {
+        /// State of the session now.
+        state: SessionState,
+        /// Quality of the connection now.
+        quality: ConnectionQuality,
+    },
+    /// A command of another kind than the controller takes now.
+    #[error("{asked} was commanded, the controller takes {mode}")]
+    OtherMode {
+        /// What was commanded.
+        asked: &'static str,
+        /// What the application on the controller has chosen.
+        mode: ClientCommandMode,
+    },
+    /// A command outside the limits of the joints.
+    #[error(transparent)]
+    Limit(#[from] LimitViolation),
+}
+
+impl FriError {
+    pub(crate) fn io(doing: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |error| Self::Io {
+            doing,
+            kind: error.kind(),
+        }
+    }
+}
+
+/// What can go wrong while a simulated controller runs: with the protocol, or in the simulated arm.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ControllerError<E: std::error::Error> {
+    /// A setting, or the network.
+    #[error(transparent)]
+    Fri(#[from] FriError),
+    /// The simulated arm.
+    #[error("the simulated arm: {0}")]
+    Plant(#[source] E),
+}

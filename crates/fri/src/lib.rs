@@ -1,0 +1,13 @@
+#![doc = include_str!("../README.md")]
+
+mod client;
+pub mod codec;
+pub mod controller;
+mod error;
+mod limits;
+mod wrench;
+
+pub use client::{ClientStatistics, FriClient, FriClientConfig, TorqueReference};
+pub use codec::{Codec, FriVersion};
+pub use error::{ControllerError, FriError};
+pub use limits::LimitViolation;

@@ -1,0 +1,115 @@
+//! What joints may be told: one check for both sides.
+
+use hwall_kinematics::{ArmKinematics, JointLimit};
+
+/// A commanded angle may lie this far outside its limit, rad: rounding, and no more.
+const LIMIT_SLACK_RAD: f64 = 1e-9;
+/// Share of the largest speed by which a step may exceed it: clocks of two computers and rounding.
+const SPEED_SLACK: f64 = 0.05;
+/// Angle that a step may always have, rad: the noise of a mirrored measurement.
+const STEP_SLACK_RAD: f64 = 1e-5;
+
+/// Which limit a command violates.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LimitViolation {
+    /// A commanded angle outside the joint's range.
+    #[error("joint {joint}: {value_rad} rad outside [{min_rad}, {max_rad}]")]
+    Position {
+        /// Joint, from 0.
+        joint: usize,
+        /// Angle commanded, rad.
+        value_rad: f64,
+        /// Lower limit, rad.
+        min_rad: f64,
+        /// Upper limit, rad.
+        max_rad: f64,
+    },
+    /// A commanded angle too far from the one before.
+    #[error("joint {joint}: {speed_rad_per_s} rad/s commanded, {max_rad_per_s} are allowed")]
+    Speed {
+        /// Joint, from 0.
+        joint: usize,
+        /// Speed that the step means, rad/s.
+        speed_rad_per_s: f64,
+        /// Largest speed, rad/s.
+        max_rad_per_s: f64,
+    },
+    /// A commanded torque too large.
+    #[error("joint {joint}: {value_n_m} N m commanded, {max_n_m} are allowed")]
+    Torque {
+        /// Joint, from 0.
+        joint: usize,
+        /// Torque commanded, N m.
+        value_n_m: f64,
+        /// Largest torque, N m.
+        max_n_m: f64,
+    },
+}
+
+/// Ranges and speeds of the joints, and how much torque may be laid over.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CommandLimits {
+    range: [JointLimit; 7],
+    speed_rad_per_s: [f64; 7],
+    torque_n_m: [f64; 7],
+}
+
+impl CommandLimits {
+    pub(crate) fn new(arm: &dyn ArmKinematics, torque_n_m: [f64; 7]) -> Self {
+        Self {
+            range: *arm.limits(),
+            speed_rad_per_s: *arm.max_velocity_rad_per_s(),
+            torque_n_m,
+        }
+    }
+
+    /// Finite angles: within their ranges, and no further from the last ones than `dt_s` allows?
+    pub(crate) fn check_step(
+        &self,
+        last_rad: &[f64; 7],
+        q_rad: &[f64; 7],
+        dt_s: f64,
+    ) -> Result<(), LimitViolation> {
+        for (joint, limit) in self.range.iter().enumerate() {
+            let value_rad = q_rad[joint];
+            if limit.distance_rad(value_rad) < -LIMIT_SLACK_RAD {
+                return Err(LimitViolation::Position {
+                    joint,
+                    value_rad,
+                    min_rad: limit.min_rad,
+                    max_rad: limit.max_rad,
+                });
+            }
+            let step_rad = (value_rad - last_rad[joint]).abs();
+            let max_rad_per_s = self.speed_rad_per_s[joint];
+            if step_rad > STEP_SLACK_RAD + (1.0 + SPEED_SLACK) * max_rad_per_s * dt_s {
+                return Err(LimitViolation::Speed {
+                    joint,
+                    speed_rad_per_s: step_rad / dt_s,
+                    max_rad_per_s,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Finite torques: small enough?
+    pub(crate) fn check_torque(&self, torque_n_m: &[f64; 7]) -> Result<(), LimitViolation> {
+        for (joint, (&value_n_m, &max_n_m)) in torque_n_m.iter().zip(&self.torque_n_m).enumerate() {
+            if value_n_m.abs() > max_n_m {
+                return Err(LimitViolation::Torque {
+                    joint,
+                    value_n_m,
+                    max_n_m,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The angles, moved into their ranges.
+    pub(crate) fn clamped(&self, q_rad: &[f64; 7]) -> [f64; 7] {
+        std::array::from_fn(|i| q_rad[i].clamp(self.range[i].min_rad, self.range[i].max_rad))
+    }
+}

@@ -1,0 +1,18 @@
+//! Wrenches as they stand in a command.
+
+use glam::DVec3;
+use hwall_kinematics::Wrench;
+
+/// From the order of the wire: `Fx Fy Fz`, then moments about z, y and x, the turns A, B and C of the manufacturer.
+pub(crate) const fn wrench_from_wire(w: &[f64; 6]) -> Wrench {
+    Wrench {
+        force_n: DVec3::new(w[0], w[1], w[2]),
+        moment_n_m: DVec3::new(w[5], w[4], w[3]),
+    }
+}
+
+/// The reverse of [`wrench_from_wire`].
+pub(crate) const fn wrench_to_wire(wrench: &Wrench) -> [f64; 6] {
+    let (f, m) = (wrench.force_n, wrench.moment_n_m);
+    [f.x, f.y, f.z, m.z, m.y, m.x]
+}

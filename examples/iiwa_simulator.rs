@@ -1,0 +1,159 @@
+//! A simulated iiwa 7 behind KUKA's Fast Robot Interface: any FRI client can move it.
+//!
+//! `cargo run --release --example iiwa_simulator -- --client 127.0.0.1:30200 --version 1.15`
+
+use anyhow::{Context, ensure};
+use clap::{Parser, ValueEnum};
+use hwall_fri::codec::ClientCommandMode;
+use hwall_fri::controller::{
+    Controller, ControllerConfig, LinkConfig, SimulatedPlant, UdpController,
+};
+use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions, SrsArm};
+use hwall_sim::{ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use std::net::SocketAddr;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Simulates the controller of an iiwa 7: sends its state to an FRI client and takes the client's commands.
+///
+/// Prints changes of state and of quality, and what was missed, until Ctrl-C or for as long as asked. Exit status: 0 if commanding was
+/// reached, 1 if not, 2 for bad arguments.
+#[derive(Parser)]
+struct Args {
+    /// Address of the client, which is sent to
+    #[arg(long, default_value = "127.0.0.1:30200")]
+    client: SocketAddr,
+    /// Address to send from; 0.0.0.0:0 for a client on another machine
+    #[arg(long, default_value = "127.0.0.1:0")]
+    local: SocketAddr,
+    /// Version of the interface: 1.15, 2.5 or 2.7
+    #[arg(long, default_value = "1.15")]
+    version: String,
+    /// Time between messages, ms, 1 to 10
+    #[arg(long, default_value_t = 1)]
+    period_ms: u32,
+    /// An answer is expected to every so-many-th message
+    #[arg(long, default_value_t = 1)]
+    receive_multiplier: u32,
+    /// What is simulated: joint targets, or rigid-body dynamics
+    #[arg(long, value_enum, default_value_t = Level::Servo)]
+    level: Level,
+    /// What the client is to command, as the application on a real controller decides; torque and wrench need --level torque
+    #[arg(long, value_enum, default_value_t = Mode::Position)]
+    mode: Mode,
+    /// Share of datagrams that are lost, in each direction
+    #[arg(long, default_value_t = 0.0)]
+    loss: f64,
+    /// Delay of messages to the client, ms
+    #[arg(long, default_value_t = 0.0)]
+    delay_ms: f64,
+    /// Further delay, at random up to this, ms
+    #[arg(long, default_value_t = 0.0)]
+    jitter_ms: f64,
+    /// How long to run, s; without it until Ctrl-C
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Seed of losses, jitter and sensor noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Level {
+    Servo,
+    Torque,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Mode {
+    Position,
+    Torque,
+    Wrench,
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => {
+            println!("commanding was not reached");
+            ExitCode::from(1)
+        }
+        Err(error) => hwall_stage::exit(Err(error)),
+    }
+}
+
+fn run(args: &Args) -> anyhow::Result<bool> {
+    let arm: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
+    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+    let seed = args.seed;
+    match args.level {
+        Level::Servo => {
+            let config = ServoConfig {
+                seed,
+                ..ServoConfig::default()
+            };
+            serve(args, ServoArm::new(arm, start, config)?)
+        }
+        Level::Torque => {
+            let dynamics = ChainDynamics::new(&Chain::iiwa7())?;
+            // The delay of the interface is the send period.
+            let config = TorqueConfig {
+                seed,
+                command_delay_s: 0.0,
+                ..TorqueConfig::default()
+            };
+            serve(args, TorqueArm::new(arm, dynamics, start, config)?)
+        }
+    }
+}
+
+fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
+    let config = ControllerConfig {
+        version: args.version.parse().context("--version")?,
+        send_period_ms: args.period_ms,
+        receive_multiplier: args.receive_multiplier,
+        mode: match args.mode {
+            Mode::Position => ClientCommandMode::Position,
+            Mode::Torque => ClientCommandMode::Torque,
+            Mode::Wrench => ClientCommandMode::Wrench,
+        },
+        start_unix_s: SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() as u32,
+        ..ControllerConfig::default()
+    };
+    let link = LinkConfig {
+        loss: args.loss,
+        delay_s: args.delay_ms * 1e-3,
+        jitter_s: args.jitter_ms * 1e-3,
+        seed: args.seed,
+    };
+    let until_s = args.seconds.unwrap_or(f64::INFINITY);
+    ensure!(until_s > 0.0, "--seconds is {until_s}, it must be positive");
+    let controller = Controller::new(plant, config)?;
+    let mut udp = UdpController::bind(controller, args.local, args.client, link)?;
+    println!(
+        "FRI {} from {} to {}",
+        config.version,
+        udp.local_address()?,
+        args.client
+    );
+    static STOP: AtomicBool = AtomicBool::new(false);
+    ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
+    let report = |controller: &mut Controller<P>| {
+        while let Some(event) = controller.next_event() {
+            println!("{:9.3} s  {}", event.t_s, event.kind);
+        }
+    };
+    udp.run(|controller| {
+        report(controller);
+        controller.t_s() < until_s && !STOP.load(Ordering::Relaxed)
+    })?;
+    report(udp.controller_mut());
+    print!(
+        "{}\n{}\n",
+        udp.controller().statistics(),
+        udp.udp_statistics()
+    );
+    Ok(udp.controller().statistics().activations > 0)
+}
