@@ -3,13 +3,13 @@
 //! `cargo run --release --example bridge`
 
 use anyhow::Context;
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use hwall::geometry::Pose;
-use hwall_bridge::{BridgeConfig, BridgeServer, FollowedHand, UnityConfig, UnityReceiver};
+use hwall_bridge::{BridgeConfig, BridgeServer, UnityConfig};
 use hwall_fri::{FriClientConfig, FriVersion};
 use hwall_stage::exit;
 use hwall_stage::input::floor_pose::FloorPose;
-use hwall_stage::live::{LiveOptions, prepare, run_driven, run_simulated, run_told};
+use hwall_stage::live::{self, HandChoice, LiveArm, LiveOptions};
 use hwall_stage::run::simulated_arm::ArmLevel;
 use std::io::{self, Write};
 use std::net::SocketAddr;
@@ -37,9 +37,9 @@ struct Args {
     /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
     #[arg(long, value_enum, default_value_t)]
     arm_level: ArmLevel,
-    /// Which hand the board serves; a mouse counts as a right one. either: the one that is seen first
-    #[arg(long, value_enum, default_value = "right")]
-    hand: Hand,
+    /// Which hand the board serves
+    #[arg(long, value_enum, default_value_t)]
+    hand: HandChoice,
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     watch_frozen: bool,
@@ -60,23 +60,6 @@ struct Args {
     seed: u64,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Hand {
-    Left,
-    Right,
-    Either,
-}
-
-impl From<Hand> for FollowedHand {
-    fn from(hand: Hand) -> Self {
-        match hand {
-            Hand::Left => Self::Left,
-            Hand::Right => Self::Right,
-            Hand::Either => Self::Either,
-        }
-    }
-}
-
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
@@ -95,11 +78,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let stop = server.stop_handle();
     ctrlc::set_handler(move || stop.stop()).context("Ctrl-C")?;
-    let listening = args.unity_udp.map(|listen| UnityConfig {
-        listen,
-        ..UnityConfig::default()
-    });
-    let unity = listening.map(UnityReceiver::start).transpose()?;
     say(&format!("open {}", server.url()))?;
     let options = LiveOptions {
         scene: args.scene.as_deref(),
@@ -108,30 +86,23 @@ fn run(args: &Args) -> anyhow::Result<()> {
         seconds: args.seconds,
         seed: args.seed,
     };
-    let prepared = prepare(&server, &options)?;
+    let prepared = live::prepare(&server, &options)?;
     for remark in &prepared.remarks {
         eprintln!("{remark}");
     }
-    match (unity, args.fri) {
-        (Some(mut unity), _) => {
-            say(&format!("datagrams at {}", unity.address()))?;
-            run_told(&server, &mut unity, prepared, &options)?;
-            let counts = unity.counts();
-            say(&format!(
-                "{} datagrams, {} refused",
-                counts.datagrams, counts.refused_datagrams
-            ))?;
-        }
-        (None, Some(listen)) => {
-            let config = FriClientConfig {
-                listen,
-                version: args.fri_version,
-                ..FriClientConfig::default()
-            };
-            run_driven(&server, prepared, config, &options)?;
-        }
-        (None, None) => run_simulated(&server, prepared, &options)?,
-    }
+    let arm = match (args.unity_udp, args.fri) {
+        (Some(listen), _) => LiveArm::Told(UnityConfig {
+            listen,
+            ..UnityConfig::default()
+        }),
+        (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
+            listen,
+            version: args.fri_version,
+            ..FriClientConfig::default()
+        }),
+        (None, None) => LiveArm::Simulated,
+    };
+    live::run(&server, prepared, arm, &options)?;
     say(&format!("{:#?}", server.counts()))
 }
 

@@ -16,8 +16,7 @@ use std::process::Command;
 /// The folder of iwer: HWALL_IWER names it, or `target/browser` has it.
 fn iwer() -> Option<PathBuf> {
     let named = std::env::var_os("HWALL_IWER").map(PathBuf::from);
-    let built = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("../browser/node_modules/iwer");
+    let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../browser/node_modules/iwer");
     [named, Some(built)]
         .into_iter()
         .flatten()

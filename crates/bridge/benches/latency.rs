@@ -131,7 +131,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ms.sort_by(f64::total_cmp);
     late_ms.sort_by(f64::total_cmp);
     let counts = server.counts();
-    println!("hand to command over loopback, 72 Hz in, 1 kHz out, {} of {FRAMES} frames", ms.len());
+    println!(
+        "hand to command over loopback, 72 Hz in, 1 kHz out, {} of {FRAMES} frames",
+        ms.len()
+    );
     println!("| what | median ms | p95 ms | p99 ms | largest ms |");
     println!("| --- | --- | --- | --- | --- |");
     for (what, sorted) in [("hand to command", &ms), ("cycle begins late", &late_ms)] {

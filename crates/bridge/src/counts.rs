@@ -70,9 +70,28 @@ macro_rules! tally {
 }
 
 tally!(
-    accepted, unseen, stale, out_of_order, duplicate, malformed, too_large, looking_on, other_hand,
-    clock_leaps, overflow, takeovers, refused_clients, pages, refused_requests, views_sent,
-    views_dropped, events_dropped, cycles, skipped_cycles, datagrams, refused_datagrams
+    accepted,
+    unseen,
+    stale,
+    out_of_order,
+    duplicate,
+    malformed,
+    too_large,
+    looking_on,
+    other_hand,
+    clock_leaps,
+    overflow,
+    takeovers,
+    refused_clients,
+    pages,
+    refused_requests,
+    views_sent,
+    views_dropped,
+    events_dropped,
+    cycles,
+    skipped_cycles,
+    datagrams,
+    refused_datagrams
 );
 
 /// One count.

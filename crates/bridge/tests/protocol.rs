@@ -34,12 +34,21 @@ fn a_hand_in_webxr_axes_arrives_in_the_base_frame() {
     // 0.4 m ahead of the wearer, who faces the arm from 1.5 m; 0.1 m to their right; 1.2 m above their floor.
     let expected = DVec3::new(1.1, 0.1, 0.6);
     for point in seen.points() {
-        assert!(point.is_some_and(|m| m.distance(expected) < 1e-12), "{point:?}");
+        assert!(
+            point.is_some_and(|m| m.distance(expected) < 1e-12),
+            "{point:?}"
+        );
     }
     socket.text(&hand(2, 20.0, &joints(26, [0.1, 0.2, 0.3]), "base"));
     let seen = frame(&mut bridge, |f| f.palm_m.is_some());
     assert_eq!(seen.palm_m, Some(DVec3::new(0.1, 0.2, 0.3)));
-    assert_eq!(bridge.hands.newest().map(|(_, joints_m)| joints_m.iter().flatten().count()), Some(26));
+    assert_eq!(
+        bridge
+            .hands
+            .newest()
+            .map(|(_, joints_m)| joints_m.iter().flatten().count()),
+        Some(26)
+    );
 }
 
 #[test]
@@ -50,7 +59,12 @@ fn a_client_that_falls_silent_leaves_a_lost_hand_and_comes_back() {
     for connection in 0..3 {
         let mut socket = Socket::open(&server);
         let seq = 1 + 1000 * connection;
-        socket.text(&hand(seq, 1e3 + f64::from(seq as u32), &joints(25, [0.0; 3]), "base"));
+        socket.text(&hand(
+            seq,
+            1e3 + f64::from(seq as u32),
+            &joints(25, [0.0; 3]),
+            "base",
+        ));
         let seen = frame(&mut bridge, |f| f.palm_m.is_some());
         assert!(seen.t_s > last_s, "one clock for all connections");
         last_s = seen.t_s;
@@ -181,11 +195,17 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
 /// The status line of the answer to bytes sent to the server; empty if it hung up without one.
 fn answer(server: &hwall_bridge::BridgeServer, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(server.address()).expect("a connection");
-    stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a time-out");
+    stream
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .expect("a time-out");
     let _ = stream.write_all(request);
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
-    String::from_utf8_lossy(&answer).lines().next().unwrap_or_default().to_owned()
+    String::from_utf8_lossy(&answer)
+        .lines()
+        .next()
+        .unwrap_or_default()
+        .to_owned()
 }
 
 #[test]
@@ -204,8 +224,14 @@ fn requests_are_answered_with_the_page_or_refused() {
         (get("/../../etc/passwd", ""), "404"),
         (get("/%2e%2e/etc/passwd", ""), "404"),
         (get("/", "Origin: https://evil.example\r\n"), "403"),
-        (b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_vec(), "403"),
-        (vec![0x16, 3, 1, 0, 200, b'\r', b'\n', b'\r', b'\n', b'\r', b'\n'], "400"),
+        (
+            b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_vec(),
+            "403",
+        ),
+        (
+            vec![0x16, 3, 1, 0, 200, b'\r', b'\n', b'\r', b'\n', b'\r', b'\n'],
+            "400",
+        ),
         (get("/", &format!("X: {}\r\n", "a".repeat(9000))), "431"),
         (get("/", &"X: a\r\n".repeat(100)), "400"),
         // Never finished.
@@ -214,7 +240,10 @@ fn requests_are_answered_with_the_page_or_refused() {
         let line = answer(&server, &request);
         assert!(line.contains(status), "{line:?}, expected {status}");
     }
-    assert!(answer(&server, &get("/", "")).contains("200"), "it still serves");
+    assert!(
+        answer(&server, &get("/", "")).contains("200"),
+        "it still serves"
+    );
 }
 
 #[test]
@@ -224,7 +253,9 @@ fn a_request_drop_by_drop_is_cut_off() {
         ..BridgeConfig::default()
     });
     let mut stream = TcpStream::connect(server.address()).expect("a connection");
-    let drops = b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ".iter().chain(std::iter::repeat(&b'a'));
+    let drops = b"GET / HTTP/1.1\r\nHost: localhost\r\nX: "
+        .iter()
+        .chain(std::iter::repeat(&b'a'));
     // Every byte comes in time; all of them do not.
     let refused = drops.take(1000).any(|byte| {
         std::thread::sleep(Duration::from_millis(10));
@@ -247,7 +278,9 @@ fn no_bytes_harm_the_server() {
             // Past the handshake, so that the frames are garbage.
             stream.write_all(b"GET /ws HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").expect("a handshake");
         }
-        let bytes: Vec<u8> = (0..sampler.index(3000)).map(|_| sampler.index(256) as u8).collect();
+        let bytes: Vec<u8> = (0..sampler.index(3000))
+            .map(|_| sampler.index(256) as u8)
+            .collect();
         let _ = stream.write_all(&bytes);
     }
     wait_for("all of them to leave", || server.counts().clients == 0);

@@ -230,9 +230,7 @@ mod tests {
         // Without a round trip since then it may be the network: old, but no leap.
         for n in 10..20 {
             let t_s = 0.01 * f64::from(n);
-            assert!(
-                matches!(clock.sample(t_s, t_s), ClockReading::At(at_s) if t_s - at_s > 99.0)
-            );
+            assert!(matches!(clock.sample(t_s, t_s), ClockReading::At(at_s) if t_s - at_s > 99.0));
         }
         clock.round_trip(0.2, 0.202);
         assert!(

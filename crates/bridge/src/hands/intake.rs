@@ -292,8 +292,15 @@ mod tests {
     fn repeated_and_overtaken_samples_are_dropped_and_counted() {
         let mut s = setup(&BridgeConfig::default());
         let mut stream = ClientStream::new(1);
-        let took = [(5, 0.0), (5, 0.01), (4, 0.02), (6, 0.03), (9, 0.03), (10, 0.04)]
-            .map(|(seq, t_s)| s.right(&mut stream, seq, t_s));
+        let took = [
+            (5, 0.0),
+            (5, 0.01),
+            (4, 0.02),
+            (6, 0.03),
+            (9, 0.03),
+            (10, 0.04),
+        ]
+        .map(|(seq, t_s)| s.right(&mut stream, seq, t_s));
         assert_eq!(took, [true, false, false, true, false, true]);
         let counts = s.counts();
         assert_eq!(

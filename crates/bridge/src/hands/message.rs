@@ -212,10 +212,7 @@ mod tests {
         ] {
             assert!(PageMessage::parse(text).is_err(), "{text}");
         }
-        assert_eq!(
-            PageMessage::parse(&hand(&long)),
-            Err(Refused::Joints(24))
-        );
+        assert_eq!(PageMessage::parse(&hand(&long)), Err(Refused::Joints(24)));
     }
 
     #[test]

@@ -32,8 +32,10 @@ const fn refusal(status: &'static str, reason: &'static str) -> Refusal {
     Refusal { status, reason }
 }
 
-pub(crate) const TOO_LARGE: Refusal =
-    refusal("431 Request Header Fields Too Large", "the head of the request is too large");
+pub(crate) const TOO_LARGE: Refusal = refusal(
+    "431 Request Header Fields Too Large",
+    "the head of the request is too large",
+);
 pub(crate) const TOO_SLOW: Refusal = refusal("408 Request Timeout", "the request came too slowly");
 pub(crate) const BUSY: Refusal = refusal("503 Service Unavailable", "too many connections");
 const GARBAGE: Refusal = refusal("400 Bad Request", "not an HTTP/1.1 request");
@@ -105,7 +107,8 @@ pub(crate) fn judge(head: &[u8], hosts: &[String]) -> Result<Request, Refusal> {
         Ok(httparse::Status::Complete(_)) => {}
         _ => return Err(GARBAGE),
     }
-    let (Some(method), Some(path), Some(1)) = (request.method, request.path, request.version) else {
+    let (Some(method), Some(path), Some(1)) = (request.method, request.path, request.version)
+    else {
         return Err(GARBAGE);
     };
     let fields = Fields(request.headers);

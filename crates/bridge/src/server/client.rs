@@ -204,12 +204,7 @@ fn close(socket: &mut WebSocket<Half>, code: CloseCode, reason: &'static str) {
 }
 
 /// Takes messages until the connection ends.
-fn read(
-    shared: &Shared,
-    client: &Client,
-    socket: &mut WebSocket<Half>,
-    hands: &mut ClientStream,
-) {
+fn read(shared: &Shared, client: &Client, socket: &mut WebSocket<Half>, hands: &mut ClientStream) {
     let tally = &shared.tally;
     let mut said_s = f64::NEG_INFINITY;
     let mut complain = |text: &str, now_s: f64| {

@@ -76,9 +76,7 @@ fn words(kind: &EventKind) -> (&'static str, String) {
         EventKind::Held(reason) => ("held", reason.name().to_owned()),
         EventKind::Safe(state) => ("safe", format!("{state:?}")),
         EventKind::Resumed => ("resumed", "the inputs are sound again".to_owned()),
-        EventKind::WorldMovedWhileTouched => {
-            ("world", "the world moved under the hand".to_owned())
-        }
+        EventKind::WorldMovedWhileTouched => ("world", "the world moved under the hand".to_owned()),
         EventKind::WorldRefused => ("world", "a place of the world was refused".to_owned()),
         EventKind::TextureStarted(_) => ("texture", "the board moves with the scan".to_owned()),
         EventKind::TextureEnded => ("texture", "the end of the stroke".to_owned()),
@@ -106,6 +104,10 @@ mod tests {
             leads: true,
             counts: BridgeCounts::default(),
         };
-        assert!(counts.to_json().starts_with(r#"{"type":"counts","leads":true,"clients":0,"accepted":0,"#));
+        assert!(
+            counts
+                .to_json()
+                .starts_with(r#"{"type":"counts","leads":true,"clients":0,"accepted":0,"#)
+        );
     }
 }

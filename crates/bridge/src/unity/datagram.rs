@@ -192,10 +192,7 @@ mod tests {
         ] {
             let read = BoardDatagram::decode(&bytes([orientation, 0.0, 0.0, 0.0, 0.0]));
             let read = read.expect("a datagram");
-            assert_eq!(
-                (read.orientation_deg, read.is_dynamic),
-                (deg, is_dynamic)
-            );
+            assert_eq!((read.orientation_deg, read.is_dynamic), (deg, is_dynamic));
         }
     }
 
@@ -211,7 +208,8 @@ mod tests {
                 roughness: RoughnessCode::new(sampler.index(10) as u8, sampler.index(10) as u8)
                     .expect("two digits"),
             };
-            let read = BoardDatagram::decode(&written.encode().expect("bytes")).expect("a datagram");
+            let read =
+                BoardDatagram::decode(&written.encode().expect("bytes")).expect("a datagram");
             assert!((read.orientation_deg - written.orientation_deg).abs() < 1e-4);
             assert_eq!(
                 BoardDatagram {
@@ -240,7 +238,9 @@ mod tests {
         }
         for length in [0, 4, 19, 21, 1500] {
             let refused = BoardDatagram::decode(&vec![0; length]);
-            assert!(matches!(refused, Err(BridgeError::DatagramLength { bytes }) if bytes == length));
+            assert!(
+                matches!(refused, Err(BridgeError::DatagramLength { bytes }) if bytes == length)
+            );
         }
         assert!(RoughnessCode::new(10, 0).is_err());
     }

@@ -52,7 +52,10 @@ pub fn run_driven(
 ) -> anyhow::Result<()> {
     let mut session = prepared.session;
     let mut client = FriClient::bind(session.control().arm(), config)?;
-    server.prepare(&format!("waiting for an FRI controller at {}", config.listen));
+    server.prepare(&format!(
+        "waiting for an FRI controller at {}",
+        config.listen
+    ));
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
             Ok(begun_s) => break begun_s,

@@ -6,15 +6,38 @@ use crate::person::predictors::{TrainingPeople, fused};
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions, load_scene};
 use anyhow::Context;
+use clap::ValueEnum;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
 use hwall::hand::HandFilterConfig;
 use hwall::haptics::Board;
 use hwall::{LikelyTouches, Session, SessionConfig};
-use hwall_bridge::BridgeServer;
+use hwall_bridge::{BridgeServer, FollowedHand};
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
 use std::path::Path;
 use std::time::Instant;
+
+/// Which hand the board serves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum HandChoice {
+    /// The left one
+    Left,
+    /// The right one; a mouse counts as one
+    #[default]
+    Right,
+    /// The one that is seen first, the other one when that is lost
+    Either,
+}
+
+impl From<HandChoice> for FollowedHand {
+    fn from(hand: HandChoice) -> Self {
+        match hand {
+            HandChoice::Left => Self::Left,
+            HandChoice::Right => Self::Right,
+            HandChoice::Either => Self::Either,
+        }
+    }
+}
 
 /// What the command line asks for.
 pub struct LiveOptions<'a> {
@@ -70,7 +93,10 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
         ..SessionConfig::default()
     };
     let session = Session::new(&**arm.kinematics(), &board, scene, walls, predictor, config)?;
-    remarks.push(format!("prepared in {:.1} s", began.elapsed().as_secs_f64()));
+    remarks.push(format!(
+        "prepared in {:.1} s",
+        began.elapsed().as_secs_f64()
+    ));
     Ok(Prepared {
         session,
         arm,
@@ -112,10 +138,7 @@ fn scene_and_touches(
 }
 
 /// The fused predictor, or the ray-led one where there is nobody to learn from; and a line about it.
-fn predictor(
-    scene: &Scene,
-    arm: &BoardArm,
-) -> anyhow::Result<(Box<dyn Predictor + Send>, String)> {
+fn predictor(scene: &Scene, arm: &BoardArm) -> anyhow::Result<(Box<dyn Predictor + Send>, String)> {
     match fused(scene, arm, &TrainingPeople::default()) {
         Ok((fused, reaches)) => Ok((
             Box::new(fused),

@@ -44,8 +44,7 @@ pub fn run_simulated(
         ..
     } = prepared;
     let model = Arc::clone(session.control().arm());
-    let mut simulated =
-        SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
+    let mut simulated = SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
     let scene = ViewScene::of("iiwa 7", &session)?;
     let mut surroundings = Limited {
         bridge: server.connect(&scene),

@@ -6,18 +6,18 @@ use super::touching::Touching;
 use crate::run::simulated_arm::SimulatedArm;
 use hwall::haptics::{ContactState, RendererConfig};
 use hwall::{TargetControl, drive};
-use hwall_bridge::{BridgeServer, UnityReceiver};
+use hwall_bridge::{BridgeServer, UnityConfig, UnityReceiver};
 use hwall_view::{ViewFrame, ViewScene, ViewState};
 use std::sync::Arc;
 
 /// Until the server stops, or the time is over: datagrams say where the board goes, without hand and prediction. Clients look on.
 ///
 /// # Errors
-/// A command that the simulated arm refuses.
+/// An address that cannot be listened on; a command that the simulated arm refuses.
 pub fn run_told(
     server: &BridgeServer,
-    unity: &mut UnityReceiver,
     prepared: Prepared,
+    config: UnityConfig,
     options: &LiveOptions<'_>,
 ) -> anyhow::Result<()> {
     let Prepared {
@@ -30,8 +30,9 @@ pub fn run_told(
     let scene = ViewScene::of("iiwa 7, told where to go", &session)?;
     let model = Arc::clone(session.control().arm());
     let mut control = TargetControl::new(&*model, &board, RendererConfig::default())?;
-    let mut simulated =
-        SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
+    let mut simulated = SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
+    // Not before: where the board was wanted during the preparation matters no more.
+    let mut unity = UnityReceiver::start(config)?;
     let mut surroundings = Limited {
         bridge: server.connect(&scene),
         end_s: options.seconds.unwrap_or(f64::INFINITY),
@@ -65,5 +66,10 @@ pub fn run_told(
             Ok(())
         },
     )?;
+    let counts = unity.counts();
+    eprintln!(
+        "{} datagrams, {} refused",
+        counts.datagrams, counts.refused_datagrams
+    );
     Ok(())
 }
