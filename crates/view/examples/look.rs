@@ -4,14 +4,17 @@
 //! With a number behind the folder the wall has so many triangles: `-- /tmp/look 100000`.
 
 use glam::DVec3;
-use hwall::haptics::Board;
-use hwall::kinematics::{JointPositions, SrsArm};
+use hwall::haptics::{Board, board_pose};
+use hwall::kinematics::{ArmKinematics, JointPositions, NearestConfig, SrsArm};
 use hwall::scene::{Scene, Surface, SurfaceMesh};
 use hwall_view::{
     ViewFrame, ViewHand, ViewMarker, ViewMarkerKind, ViewPrediction, ViewScene, ViewState,
     film_strip, glb, replay_page,
 };
 use std::path::PathBuf;
+
+/// Where the wall is touched, m.
+const PLACE: DVec3 = DVec3::new(0.66, 0.0, 0.6);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
@@ -22,7 +25,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let board = Board::default();
     let arm = SrsArm::iiwa7().with_tool(board.flange_from_board_face()?);
     let scene = ViewScene::new("A made-up touch", &wall(triangles)?, &arm, &board)?;
-    let frames: Vec<ViewFrame> = (0..150).map(|i| frame(f64::from(i) / 30.0)).collect();
+    let waiting = JointPositions::from_deg([0.0, 20.0, 0.0, -110.0, 0.0, -40.0, 0.0]);
+    let pose = board_pose(PLACE, DVec3::X, 0.0)?;
+    let config = NearestConfig::default();
+    let presenting = ArmKinematics::nearest(&arm, &pose, &waiting, &config, &mut arm.scratch())?.q;
+    let postures = [waiting, presenting];
+    let frames: Vec<ViewFrame> = (0..150)
+        .map(|i| frame(f64::from(i) / 30.0, &postures))
+        .collect();
     let markers = [ViewMarker {
         t_s: 2.0,
         kind: ViewMarkerKind::Touched,
@@ -43,22 +53,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// The arm comes to the wall while a fingertip does, presses for two seconds, and goes.
-fn frame(t_s: f64) -> ViewFrame {
+fn frame(t_s: f64, [waiting, presenting]: &[JointPositions; 2]) -> ViewFrame {
     let ease = |from_s: f64, long_s: f64| {
         let s = ((t_s - from_s) / long_s).clamp(0.0, 1.0);
         s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
     };
     let (there, gone) = (ease(0.8, 0.9), ease(4.0, 0.8));
-    let (rest, up) = (
-        [0.5, 40.0, 0.0, -100.0, 0.0, -50.0, 0.0],
-        [0.0, 30.0, 0.0, -80.0, 0.0, -20.0, 0.0],
-    );
-    let q = JointPositions::from_deg(std::array::from_fn(|i| {
-        rest[i] + (up[i] - rest[i]) * (there - gone)
+    let q = JointPositions(std::array::from_fn(|i| {
+        waiting[i] + (presenting[i] - waiting[i]) * (there - gone)
     }));
     let mut hand = ViewHand::LOST;
-    let place = DVec3::new(0.66, 0.0, 0.59);
-    let tip_m = place + DVec3::new(0.5, 0.25, -0.25) * (1.0 - ease(1.1, 0.9) + gone);
+    let tip_m = PLACE + DVec3::new(0.5, 0.25, -0.25) * (1.0 - ease(1.1, 0.9) + gone);
     hand.joints_m[10] = Some(tip_m);
     hand.joints_m[0] = Some(tip_m + DVec3::new(0.12, 0.02, -0.01));
     let touched = (2.0..4.0).contains(&t_s);
@@ -66,7 +71,7 @@ fn frame(t_s: f64) -> ViewFrame {
         hand,
         head_m: Some(DVec3::new(1.3, 0.1, 1.0)),
         predicted: Some(ViewPrediction {
-            point_m: place,
+            point_m: PLACE,
             normal: DVec3::X,
             surface: Some(0),
             region_m: Some([DVec3::Y * 0.05, DVec3::Z * 0.03]),
@@ -88,7 +93,7 @@ fn wall(triangles: usize) -> Result<Scene, hwall::scene::SceneError> {
     let at = |i: usize, j: usize| {
         let [y, z] = [i, j].map(|k| k as f64 / strips as f64);
         DVec3::new(
-            0.66 + 0.02 * (9.0 * y).sin() * (7.0 * z).sin(),
+            PLACE.x + 0.02 * (9.0 * (y - 0.5)).sin() * (7.0 * (z - 0.3)).sin(),
             2.4 * y - 1.2,
             2.0 * z,
         )

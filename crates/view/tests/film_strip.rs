@@ -68,3 +68,20 @@ fn any_frames_give_a_picture() {
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
     }
 }
+
+/// A scanned wall of ten thousand triangles takes no more room than a plain one.
+#[test]
+fn many_triangles_stay_small() {
+    let mut scene = scene();
+    let plain = film_strip(&scene, &six(), 0.8).unwrap().len();
+    let at = |i: u8, j: u8| [0.6, f32::from(i) / 50.0 - 1.0, f32::from(j) / 50.0];
+    let cells = (0..100).flat_map(|i| (0..50).map(move |j| (i, j)));
+    scene.surfaces[0].triangles_m = cells
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let scanned = film_strip(&scene, &six(), 0.8).unwrap().len();
+    assert!(scanned < plain + 2000, "{scanned} against {plain}");
+}

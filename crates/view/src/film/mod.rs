@@ -59,9 +59,9 @@ pub fn film_strip(
         still::draw(&mut picture, scene, frame);
         let x = GAP + (i % ROW) as f64 * (WIDE + GAP);
         let y = GAP + (i / ROW) as f64 * (HIGH + GAP);
-        let _ = write!(
+        let _ = writeln!(
             stills,
-            "<g transform=\"translate({x} {y})\"><rect width=\"{WIDE}\" height=\"{HIGH}\" rx=\"8\" fill=\"#eef1f5\"/><g clip-path=\"url(#still)\">{}</g>{}</g>\n",
+            "<g transform=\"translate({x} {y})\"><rect width=\"{WIDE}\" height=\"{HIGH}\" rx=\"8\" fill=\"#eef1f5\"/><g clip-path=\"url(#still)\">{}</g>{}</g>",
             picture.body,
             words(frame, contact_s)
         );

@@ -154,6 +154,25 @@ impl Picture {
         }
     }
 
+    /// The convex outline of many places, m.
+    pub(super) fn outline<'a>(
+        &mut self,
+        points_m: impl Iterator<Item = &'a DVec3>,
+        colour: Rgb,
+        opacity: f64,
+    ) {
+        let seen = points_m.filter_map(|m| self.camera.see(*m));
+        let hull = convex_hull(seen.map(|s| s.at_px).collect());
+        if hull.len() > 2 {
+            let _ = write!(
+                self.body,
+                "<path d=\"{}\" fill=\"{}\" fill-opacity=\"{opacity}\"/>",
+                closed(&hull),
+                css(colour)
+            );
+        }
+    }
+
     /// A line through places, m.
     pub(super) fn line(&mut self, points_m: &[DVec3], colour: Rgb, wide_px: f64, style: &str) {
         let seen: Vec<DVec2> = points_m
@@ -221,4 +240,40 @@ fn wound(mut points: Vec<DVec2>) -> Vec<DVec2> {
         points.reverse();
     }
     points
+}
+
+/// Corners of the convex hull in turn: lower chain, then upper chain. Source: [Andrew 1979].
+fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for p in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp_dot(p - b) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = chain(&mut points.iter().copied());
+    hull.extend(chain(&mut points.iter().rev().copied()));
+    hull
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hull_of_a_grid_is_its_corners() {
+        let grid = (0..25).map(|i| DVec2::new(f64::from(i % 5), f64::from(i / 5)));
+        let hull = convex_hull(grid.collect());
+        let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
+        assert_eq!(hull, corners.map(|(x, y)| DVec2::new(x, y)));
+        assert!(convex_hull(Vec::new()).is_empty());
+    }
 }

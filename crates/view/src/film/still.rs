@@ -19,6 +19,8 @@ const EDGE: Rgb = [0.33, 0.40, 0.50];
 const PREDICTED: Rgb = [0.80, 0.10, 0.55];
 const FORCE: Rgb = [0.84, 0.15, 0.20];
 const GROUND: Rgb = [0.72, 0.76, 0.80];
+/// Triangles of a surface that are drawn one by one.
+const MOST_TRIANGLES: usize = 200;
 /// Length of the arrow of a force, m/N.
 const METRES_PER_NEWTON: f64 = 0.02;
 
@@ -185,6 +187,11 @@ fn wall(picture: &mut Picture, surface: &ViewSurface, opening: f64) {
         .filter(|[a, b, c]| (*b - *a).cross(*c - *a).dot(eye_m - *a) > 0.0)
         .collect();
     let colour = if surface.path.is_some() { DOOR } else { WALL };
+    if triangles.len() > MOST_TRIANGLES {
+        // A scanned wall would be megabytes: its outline stands for it.
+        picture.outline(triangles.iter().flatten(), colour, 0.12);
+        return;
+    }
     picture.pane(triangles.iter().map(|t| t.as_slice()), colour, 0.2);
     for [a, b] in rim(&triangles) {
         picture.line(&[a, b], EDGE, 1.1, "");
@@ -198,10 +205,6 @@ fn rim(triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
             .iter()
             .flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]])
     };
-    // A few dozen triangles face the eye in a room; of a scanned one no edges are drawn.
-    if triangles.len() > 200 {
-        return Vec::new();
-    }
     edges()
         .filter(|[a, b]| !edges().any(|[c, d]| c == *b && d == *a))
         .collect()

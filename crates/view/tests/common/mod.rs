@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use hwall::haptics::Board;
-use hwall::kinematics::{ArmKinematics, JointPositions, SrsArm};
+use hwall::kinematics::{JointPositions, SrsArm};
 use hwall::scene::Scene;
 use hwall_testkit::Sampler;
 use hwall_view::{
@@ -12,30 +12,30 @@ use hwall_view::{
 };
 
 /// A wall, a door that turns, a drawer that slides and a floor.
-pub const ROOM: &str = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nv 0.6 -1 1.5\nf 1 2 3 4\n\
+pub(crate) const ROOM: &str = "o wall\nv 0.6 -1 0\nv 0.6 1 0\nv 0.6 1 1.5\nv 0.6 -1 1.5\nf 1 2 3 4\n\
     o door\nv 0.6 1 0\nv 0.6 1.8 0\nv 0.6 1.8 1.5\nv 0.6 1 1.5\nf 5 6 7 8\n\
     o drawer\nv 0.5 -1.5 0\nv 0.5 -1.1 0\nv 0.5 -1.1 0.4\nv 0.5 -1.5 0.4\nf 9 10 11 12\n\
     o floor\nv -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 13 14 15 16\n";
-pub const SIDECAR: &str = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.6, 1.0, 0.0]\nhinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [0.0, 60.0]\n\
+pub(crate) const SIDECAR: &str = "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.6, 1.0, 0.0]\nhinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [0.0, 60.0]\n\
     [surface.drawer]\nkind = \"drawer\"\ndirection = [1.0, 0.0, 0.0]\nrange_m = [0.0, 0.3]\n\
     [surface.floor]\nkind = \"untouchable\"\n";
 
-pub fn room() -> Scene {
+pub(crate) fn room() -> Scene {
     Scene::from_obj_str(ROOM, Some(SIDECAR)).expect("a room").0
 }
 
 /// An iiwa 7 with a board.
-pub fn arm() -> SrsArm {
+pub(crate) fn arm() -> SrsArm {
     let board = Board::default();
     SrsArm::iiwa7().with_tool(board.flange_from_board_face().expect("a board"))
 }
 
-pub fn scene() -> ViewScene {
+pub(crate) fn scene() -> ViewScene {
     ViewScene::new("A <room> & \"more\"", &room(), &arm(), &Board::default()).expect("a scene")
 }
 
 /// Any frame, with and without each part.
-pub fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
+pub(crate) fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
     let limits = *arm().limits();
     let q = JointPositions(std::array::from_fn(|i| {
         sampler.uniform(limits[i].min_rad, limits[i].max_rad)
@@ -79,7 +79,7 @@ pub fn any_frame(t_s: f64, sampler: &mut Sampler) -> ViewFrame {
 }
 
 /// A whole frame: all there is, all 26 joints.
-pub fn full_frame(t_s: f64) -> ViewFrame {
+pub(crate) fn full_frame(t_s: f64) -> ViewFrame {
     let wave = |i: usize| (t_s + 0.7 * i as f64).sin();
     let point = |i: usize| {
         DVec3::new(
@@ -118,13 +118,13 @@ pub fn full_frame(t_s: f64) -> ViewFrame {
     }
 }
 
-pub fn frames(seconds: f64) -> Vec<ViewFrame> {
+pub(crate) fn frames(seconds: f64) -> Vec<ViewFrame> {
     (0..(30.0 * seconds) as usize)
         .map(|i| full_frame(i as f64 / 30.0))
         .collect()
 }
 
-pub fn markers() -> Vec<ViewMarker> {
+pub(crate) fn markers() -> Vec<ViewMarker> {
     vec![ViewMarker {
         t_s: 1.0,
         kind: ViewMarkerKind::Touched,
