@@ -26,6 +26,7 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 /// A quality that a busy machine keeps.
 const PATIENT: QualityConfig = QualityConfig {
     window: 100,
+    least: 20,
     fair: 0.01,
     good: 0.02,
     excellent: 0.95,
@@ -324,6 +325,7 @@ fn loss_ends_commanding_and_the_client_says_so() {
     let config = ControllerConfig {
         quality: QualityConfig {
             window: 200,
+            least: 50,
             fair: 0.05,
             good: 0.3,
             excellent: 0.95,

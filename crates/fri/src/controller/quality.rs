@@ -8,9 +8,10 @@ use hwall_numeric::check::that;
 /// are assumptions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QualityConfig {
-    /// Answers that are looked back on, `1..=100_000`. Those that could not yet be given count as missed, so a session begins
-    /// with poor quality. Default 100.
+    /// Answers that are looked back on, `1..=100_000`. Default 250.
     pub window: usize,
+    /// With fewer answers expected so far the quality is poor; at most the window. Default 50.
+    pub least: usize,
     /// Least share of answers in time for fair quality; default 0.5.
     pub fair: f64,
     /// For good quality, which commanding needs; default 0.8.
@@ -22,7 +23,8 @@ pub struct QualityConfig {
 impl Default for QualityConfig {
     fn default() -> Self {
         Self {
-            window: 100,
+            window: 250,
+            least: 50,
             fair: 0.5,
             good: 0.8,
             excellent: 0.95,
@@ -36,6 +38,7 @@ pub(super) struct AnswerWindow {
     config: QualityConfig,
     answers: Vec<bool>,
     next: usize,
+    expected: usize,
     in_time: usize,
 }
 
@@ -44,6 +47,8 @@ impl AnswerWindow {
         let window = config.window;
         let in_range = (1..=100_000).contains(&window);
         that(in_range, "window", window as f64, "1 to 100000")?;
+        let in_range = config.least <= window;
+        that(in_range, "least", config.least as f64, "at most the window")?;
         let mut least = 0.0;
         for (what, share) in [
             ("fair", config.fair),
@@ -57,6 +62,7 @@ impl AnswerWindow {
             config,
             answers: vec![false; window],
             next: 0,
+            expected: 0,
             in_time: 0,
         })
     }
@@ -68,15 +74,18 @@ impl AnswerWindow {
             *oldest = in_time;
         }
         self.next = (self.next + 1) % self.answers.len();
+        self.expected = (self.expected + 1).min(self.answers.len());
     }
 
     pub(super) fn share(&self) -> f64 {
-        self.in_time as f64 / self.answers.len() as f64
+        self.in_time as f64 / self.expected.max(1) as f64
     }
 
     pub(super) fn quality(&self) -> ConnectionQuality {
         let share = self.share();
-        if share >= self.config.excellent {
+        if self.expected < self.config.least {
+            ConnectionQuality::Poor
+        } else if share >= self.config.excellent {
             ConnectionQuality::Excellent
         } else if share >= self.config.good {
             ConnectionQuality::Good
