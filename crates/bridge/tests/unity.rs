@@ -85,7 +85,7 @@ fn a_board_goes_where_it_is_told() {
     let mut cycle = 0_u32;
     until("the board in its place", || {
         let now_s = 1e-3 * f64::from(cycle);
-        if cycle % 20 == 0 {
+        if cycle.is_multiple_of(20) {
             socket.send(&bytes).expect("sent");
         }
         cycle += 1;

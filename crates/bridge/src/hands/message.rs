@@ -11,7 +11,7 @@ pub(crate) enum PageMessage {
     /// Asks for the time.
     Ping { id: f64, client_ms: f64 },
     /// A sample of a hand.
-    Hand(HandMessage),
+    Hand(Box<HandMessage>),
 }
 
 /// A sample of a hand, its time on the client's clock.
@@ -126,13 +126,13 @@ impl PageMessage {
                     AxesText::Webxr => Axes::Webxr,
                     AxesText::Base => Axes::Base,
                 };
-                Ok(Self::Hand(HandMessage {
+                Ok(Self::Hand(Box::new(HandMessage {
                     seq,
                     side,
                     axes,
                     frame,
                     joints_m,
-                }))
+                })))
             }
         }
     }
