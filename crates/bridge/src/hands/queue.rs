@@ -160,7 +160,7 @@ mod tests {
             // The arm's clock runs 0.01 % slow, and some cycles are late by up to 3 ms.
             let late_s = 1e-3 * f64::from(cycle % 4);
             let server_s = 50.0 + 1.0001 * now_s + late_s;
-            if cycle.is_multiple_of(14) {
+            if cycle % 14 == 0 {
                 sender
                     .send(seen(50.0 + 1.0001 * now_s))
                     .expect("room in the queue");
