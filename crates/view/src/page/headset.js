@@ -7,7 +7,7 @@ const vector3 = ({ x, y, z }) => [x, y, z];
 class Headset {
   constructor(shown, scene, { send, begins, ends, newest }) {
     Object.assign(this, { shown, scene, send, begins, ends, newest, session: null });
-    this.baseFromSpace = multiply(poseMatrix(scene.base_from_headset), Z_UP);
+    this.baseFromSpace = multiply(scene.base_from_headset ? poseMatrix(scene.base_from_headset) : IDENTITY, Z_UP);
   }
 
   static async offered() {

@@ -20,7 +20,7 @@ class Viewer {
     this.capsule = program(gl, CAPSULE_VERTEX, CAPSULE_FRAGMENT);
     this.mesh = program(gl, MESH_VERTEX, MESH_FRAGMENT);
     this.line = program(gl, LINE_VERTEX, LINE_FRAGMENT);
-    this.thick = new Capsules(gl, 28, 7);
+    this.thick = new Capsules(gl, 24, 5);
     this.thin = new Capsules(gl, 8, 2);
     const triangles = scene.surfaces.reduce((sum, s) => sum + s.places.length / 9, 0);
     for (const surface of scene.surfaces) {
