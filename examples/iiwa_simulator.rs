@@ -3,23 +3,18 @@
 //! `cargo run --release --example iiwa_simulator -- --client 127.0.0.1:30200 --version 1.15`
 
 use anyhow::{Context, ensure};
-use clap::{Parser, ValueEnum};
-use hwall_fri::codec::ClientCommandMode;
-use hwall_fri::controller::{
-    Controller, ControllerConfig, LinkConfig, SimulatedPlant, UdpController,
-};
-use hwall_kinematics::{ArmKinematics, Chain, ChainDynamics, JointPositions, SrsArm};
-use hwall_sim::{ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use clap::Parser;
+use hwall_fri::controller::{Controller, ControllerConfig, LinkConfig};
+use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
 use std::net::SocketAddr;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Simulates the controller of an iiwa 7: sends its state to an FRI client and takes the client's commands.
 ///
-/// Prints changes of state and of quality, and what was missed, until Ctrl-C or for as long as asked. Exit status: 0 if commanding was
-/// reached, 1 if not, 2 for bad arguments.
+/// Prints changes of state and of quality, and what was missed, until Ctrl-C or for as long as asked. Exit status: 0 if
+/// commanding was reached, 1 if not, 2 for bad arguments.
 #[derive(Parser)]
 struct Args {
     /// Address of the client, which is sent to
@@ -38,11 +33,11 @@ struct Args {
     #[arg(long, default_value_t = 1)]
     receive_multiplier: u32,
     /// What is simulated: joint targets, or rigid-body dynamics
-    #[arg(long, value_enum, default_value_t = Level::Servo)]
-    level: Level,
+    #[arg(long, default_value = "servo", value_parser = ["servo", "torque"])]
+    level: String,
     /// What the client is to command, as the application on a real controller decides; torque and wrench need --level torque
-    #[arg(long, value_enum, default_value_t = Mode::Position)]
-    mode: Mode,
+    #[arg(long, default_value = "position", value_parser = ["position", "torque", "wrench"])]
+    mode: String,
     /// Share of datagrams that are lost, in each direction
     #[arg(long, default_value_t = 0.0)]
     loss: f64,
@@ -60,52 +55,18 @@ struct Args {
     seed: u64,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Level {
-    Servo,
-    Torque,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Mode {
-    Position,
-    Torque,
-    Wrench,
-}
-
 fn main() -> ExitCode {
     match run(&Args::parse()) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => {
-            println!("commanding was not reached");
-            ExitCode::from(1)
-        }
-        Err(error) => hwall_stage::exit(Err(error)),
+        // Commanding was not reached.
+        Ok(false) => ExitCode::from(1),
+        result => hwall_stage::exit(result.map(|_| ())),
     }
 }
 
 fn run(args: &Args) -> anyhow::Result<bool> {
-    let arm: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
-    let start = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
-    let seed = args.seed;
-    match args.level {
-        Level::Servo => {
-            let config = ServoConfig {
-                seed,
-                ..ServoConfig::default()
-            };
-            serve(args, ServoArm::new(arm, start, config)?)
-        }
-        Level::Torque => {
-            let dynamics = ChainDynamics::new(&Chain::iiwa7())?;
-            // The delay of the interface is the send period.
-            let config = TorqueConfig {
-                seed,
-                command_delay_s: 0.0,
-                ..TorqueConfig::default()
-            };
-            serve(args, TorqueArm::new(arm, dynamics, start, config)?)
-        }
+    match args.level.as_str() {
+        "servo" => serve(args, iiwa7_servo(args.seed)?),
+        _ => serve(args, iiwa7_torque(args.seed)?),
     }
 }
 
@@ -114,11 +75,7 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
         version: args.version.parse().context("--version")?,
         send_period_ms: args.period_ms,
         receive_multiplier: args.receive_multiplier,
-        mode: match args.mode {
-            Mode::Position => ClientCommandMode::Position,
-            Mode::Torque => ClientCommandMode::Torque,
-            Mode::Wrench => ClientCommandMode::Wrench,
-        },
+        mode: args.mode.parse()?,
         start_unix_s: SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() as u32,
         ..ControllerConfig::default()
     };
@@ -140,20 +97,21 @@ fn serve<P: SimulatedPlant>(args: &Args, plant: P) -> anyhow::Result<bool> {
     );
     static STOP: AtomicBool = AtomicBool::new(false);
     ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
-    let report = |controller: &mut Controller<P>| {
-        while let Some(event) = controller.next_event() {
-            println!("{:9.3} s  {}", event.t_s, event.kind);
-        }
-    };
     udp.run(|controller| {
-        report(controller);
+        print_events(controller);
         controller.t_s() < until_s && !STOP.load(Ordering::Relaxed)
     })?;
-    report(udp.controller_mut());
-    print!(
-        "{}\n{}\n",
+    print_events(udp.controller_mut());
+    println!(
+        "{}\n{}",
         udp.controller().statistics(),
         udp.udp_statistics()
     );
     Ok(udp.controller().statistics().activations > 0)
+}
+
+fn print_events<P: SimulatedPlant>(controller: &mut Controller<P>) {
+    while let Some(event) = controller.next_event() {
+        println!("{:9.3} s  {}", event.t_s, event.kind);
+    }
 }

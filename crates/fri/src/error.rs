@@ -76,6 +76,9 @@ pub enum FriError {
     /// A version that is not known.
     #[error("`{0}` is no known version: 1.15, 2.5, 2.7")]
     UnknownVersion(String),
+    /// A command mode that is not known.
+    #[error("`{0}` is no command mode")]
+    UnknownMode(String),
     /// The simulated arm cannot do what a mode needs.
     #[error("{0} needs an arm that takes torques")]
     NeedsTorques(ClientCommandMode),

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{full_command, full_monitor};
-use hwall_fri::codec::{ArrayEncoding, Codec, DATAGRAM_BYTES, Datagram, SessionState};
+use hwall_fri::codec::{
+    ArrayEncoding, ClientCommandMode, Codec, DATAGRAM_BYTES, Datagram, SessionState,
+};
 use hwall_fri::{FriError, FriVersion};
 use hwall_protobuf::{Fields, ProtobufError, Writer};
 use hwall_testkit::Sampler;
@@ -278,7 +280,12 @@ fn what_is_missing_or_wrong_is_named() {
 }
 
 #[test]
-fn texts_of_versions() {
+fn texts_of_versions_and_modes() {
+    for &mode in ClientCommandMode::ALL {
+        assert_eq!(mode.to_string().to_lowercase().parse(), Ok(mode));
+    }
+    let wrong: Result<ClientCommandMode, _> = "force".parse();
+    assert_eq!(wrong, Err(FriError::UnknownMode("force".to_owned())));
     for version in FriVersion::ALL {
         assert_eq!(version.to_string().parse(), Ok(version));
     }

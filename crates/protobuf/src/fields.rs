@@ -65,6 +65,7 @@ impl<'a> Fields<'a> {
         Self { bytes, offset: 0 }
     }
 
+    #[inline]
     fn advance(&mut self, count: usize) -> Result<&'a [u8], ProtobufError> {
         match self.bytes.split_at_checked(count) {
             Some((taken, rest)) => {
@@ -80,6 +81,7 @@ impl<'a> Fields<'a> {
         }
     }
 
+    #[inline]
     fn varint(&mut self) -> Result<u64, ProtobufError> {
         let (value, length) = varint::decode(self.bytes, self.offset)?;
         self.advance(length)?;
@@ -93,6 +95,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Field number and the three bits of the wire type.
+    #[inline]
     fn tag(&mut self) -> Result<(u32, u8), ProtobufError> {
         let offset = self.offset;
         let tag = self.varint()?;
@@ -104,6 +107,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The value of a wire type; `None` for the bounds of a group.
+    #[inline]
     fn value(&mut self, code: u8) -> Result<Option<(usize, Value<'a>)>, ProtobufError> {
         let mut offset = self.offset;
         let value = match code {
@@ -148,6 +152,7 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
+    #[inline]
     fn read(&mut self) -> Result<Option<Field<'a>>, ProtobufError> {
         while !self.bytes.is_empty() {
             let offset = self.offset;
@@ -172,6 +177,7 @@ impl<'a> Fields<'a> {
 impl<'a> Iterator for Fields<'a> {
     type Item = Result<Field<'a>, ProtobufError>;
 
+    #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         let read = self.read();
         if read.is_err() {
@@ -188,6 +194,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// Another wire type.
+    #[inline]
     pub const fn to_u64(&self) -> Result<u64, ProtobufError> {
         match self.value {
             Value::Varint(value) => Ok(value),
@@ -199,6 +206,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// Another wire type, or a value of more than 32 bits.
+    #[inline]
     pub fn to_u32(&self) -> Result<u32, ProtobufError> {
         let value = self.to_u64()?;
         u32::try_from(value).map_err(|_| self.out_of_range(value, "uint32"))
@@ -216,6 +224,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// Another wire type, or a value outside the range.
+    #[inline]
     pub fn to_i32(&self) -> Result<i32, ProtobufError> {
         let value = self.to_u64()?;
         if let Ok(value) = u32::try_from(value) {
@@ -245,6 +254,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// Another wire type.
+    #[inline]
     pub const fn to_f64(&self) -> Result<f64, ProtobufError> {
         match self.value {
             Value::Fixed64(bits) => Ok(f64::from_bits(bits)),
@@ -267,6 +277,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// Another wire type.
+    #[inline]
     pub const fn to_bytes(&self) -> Result<&'a [u8], ProtobufError> {
         match self.value {
             Value::Bytes(bytes) => Ok(bytes),
@@ -289,6 +300,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// Another wire type. What is wrong inside is said by the iterator.
+    #[inline]
     pub fn message(&self) -> Result<Fields<'a>, ProtobufError> {
         Ok(Fields {
             bytes: self.to_bytes()?,

@@ -6,6 +6,7 @@ use crate::error::ProtobufError;
 pub(crate) const MAX_LENGTH: usize = 10;
 
 /// The bytes of a value, and how many of them count.
+#[inline]
 pub(crate) const fn encode(mut value: u64) -> ([u8; MAX_LENGTH], usize) {
     let mut bytes = [0; MAX_LENGTH];
     let mut length = 0;
@@ -21,7 +22,15 @@ pub(crate) const fn encode(mut value: u64) -> ([u8; MAX_LENGTH], usize) {
 /// The value at the start of `bytes` and how many bytes it takes. `offset` is where they lie in the whole message.
 ///
 /// Zeros in front are accepted, as protobuf does; more than 64 bits are not.
+#[inline]
 pub(crate) fn decode(bytes: &[u8], offset: usize) -> Result<(u64, usize), ProtobufError> {
+    match bytes.first() {
+        Some(&byte) if byte < 0x80 => Ok((u64::from(byte), 1)),
+        _ => decode_long(bytes, offset),
+    }
+}
+
+fn decode_long(bytes: &[u8], offset: usize) -> Result<(u64, usize), ProtobufError> {
     let mut value = 0;
     for (index, &byte) in bytes.iter().enumerate().take(MAX_LENGTH) {
         let bits = u64::from(byte & 0x7f);

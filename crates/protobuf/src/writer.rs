@@ -131,8 +131,17 @@ impl<'a> Writer<'a> {
 
     /// `repeated double`, a tag for each, as proto2 does by default.
     pub fn repeated_doubles(&mut self, field: u32, values: &[f64]) {
+        let (tag, length) = varint::encode(u64::from(field) << 3 | 1);
         for &value in values {
-            self.double(field, value);
+            if length == 1 && field != 0 {
+                // Tag and value at once: most fields have small numbers.
+                let mut both = [0; 9];
+                both[0] = tag[0];
+                both[1..].copy_from_slice(&value.to_le_bytes());
+                self.append(&both);
+            } else {
+                self.double(field, value);
+            }
         }
     }
 
@@ -170,6 +179,7 @@ impl<'a> Writer<'a> {
         }
     }
 
+    #[inline]
     fn tag(&mut self, field: u32, wire_type: WireType) {
         if field == 0 || field > MAX_FIELD_NUMBER {
             let offset = self.used() - self.start;
@@ -180,11 +190,13 @@ impl<'a> Writer<'a> {
         self.varint(u64::from(field) << 3 | u64::from(wire_type.code()));
     }
 
+    #[inline]
     fn varint(&mut self, value: u64) {
         let (bytes, length) = varint::encode(value);
         self.append(&bytes[..length]);
     }
 
+    #[inline]
     fn append(&mut self, new: &[u8]) {
         if self.error.is_some() {
             return;

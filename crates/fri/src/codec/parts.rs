@@ -86,11 +86,34 @@ impl<const N: usize> Values<N> {
     }
 }
 
+/// The values of a nested message as nearly every sender writes it: a tag and a double each, nothing else.
+fn plain<const N: usize>(bytes: &[u8]) -> Option<[f64; N]> {
+    /// Field 1, eight bytes.
+    const TAG: u8 = 0x09;
+    let (pairs, []) = bytes.as_chunks::<9>() else {
+        return None;
+    };
+    let mut values = [0.0; N];
+    if pairs.len() != N {
+        return None;
+    }
+    for (value, &[tag, a, b, c, d, e, f, g, h]) in values.iter_mut().zip(pairs) {
+        if tag != TAG {
+            return None;
+        }
+        *value = f64::from_le_bytes([a, b, c, d, e, f, g, h]);
+    }
+    Some(values)
+}
+
 /// Values of field 1 of a nested message.
 pub(super) fn nested<const N: usize>(
     what: &'static str,
     field: &Field,
 ) -> Result<Option<[f64; N]>, FriError> {
+    if let Some(values) = plain(field.to_bytes()?) {
+        return Ok(Some(values));
+    }
     let mut values = Values::new(what);
     for inner in field.message()? {
         let inner = inner?;

@@ -2,6 +2,7 @@
 
 use crate::error::FriError;
 use std::fmt;
+use std::str::FromStr;
 
 /// An enumeration as it stands on the wire: its values with their numbers and names.
 macro_rules! wire_enum {
@@ -147,5 +148,16 @@ wire_enum! {
         Joint = 1, "JOINT";
         /// In Cartesian space.
         Cartesian = 2, "CARTESIAN";
+    }
+}
+
+impl FromStr for ClientCommandMode {
+    type Err = FriError;
+
+    /// From the name of the protocol, in capitals or not.
+    fn from_str(text: &str) -> Result<Self, FriError> {
+        let same = |mode: &&Self| mode.to_string().eq_ignore_ascii_case(text);
+        let mode = Self::ALL.iter().find(same).copied();
+        mode.ok_or_else(|| FriError::UnknownMode(text.to_owned()))
     }
 }

@@ -19,4 +19,6 @@ pub use machine::Controller;
 pub use plant::SimulatedPlant;
 pub use quality::QualityConfig;
 pub use report::{ControllerEvent, ControllerStatistics, EndReason, EventKind};
+#[cfg(feature = "sim")]
+pub use sim::{iiwa7_servo, iiwa7_torque};
 pub use udp::{UdpController, UdpStatistics};

@@ -6,9 +6,10 @@ use hwall_fri::codec::{
 };
 use hwall_fri::controller::{
     Controller, ControllerConfig, ControllerEvent, EventKind, Link, LinkConfig, SimulatedPlant,
+    iiwa7_torque,
 };
-use hwall_kinematics::{Chain, ChainDynamics, JointPositions, SrsArm};
-use hwall_sim::{ServoArm, ServoConfig, TorqueArm, TorqueConfig};
+use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_sim::{ServoArm, ServoConfig, TorqueArm};
 use std::sync::Arc;
 
 pub fn start() -> JointPositions {
@@ -24,12 +25,7 @@ pub fn servo() -> ServoArm {
 }
 
 pub fn torque_arm() -> TorqueArm {
-    let dynamics = ChainDynamics::new(&Chain::iiwa7()).expect("dynamics");
-    let config = TorqueConfig {
-        command_delay_s: 0.0,
-        ..TorqueConfig::default()
-    };
-    TorqueArm::new(Arc::new(SrsArm::iiwa7()), dynamics, start(), config).expect("an arm")
+    iiwa7_torque(0).expect("an arm")
 }
 
 /// A client as the manufacturer's samples are: mirrors while it waits, then adds what `overlay` says, from time 0.
