@@ -246,8 +246,11 @@ impl Predictor for Predictors {
     }
 }
 
-/// The fused predictor, and how many reaches it learnt from.
-fn fused(
+/// The fused predictor, trained for a scene, and how many reaches it learnt from.
+///
+/// # Errors
+/// A scene in which the people find nothing to touch.
+pub fn fused(
     scene: &Scene,
     arm: &BoardArm,
     people: &TrainingPeople,

@@ -6,7 +6,7 @@ const DROPPED = ["stale", "out_of_order", "duplicate", "malformed", "looking_on"
 function live() {
   const address = `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/ws`;
   let shown = null, scene = null, sceneText = null, pointer = null, headset = null, newest = null, fresh = false;
-  let connection = null, state = "connecting", retry = 0, leads = true, framed = 0;
+  let preparing = "waiting for the room", connection = null, state = "connecting", retry = 0, leads = true, framed = 0;
 
   const tell = (t, text) => {
     const line = document.createElement("li"), time = document.createElement("time");
@@ -53,6 +53,7 @@ function live() {
 
   const says = {
     event: ({ t, kind, text }) => tell(t, text ? `${kind}: ${text}` : kind),
+    preparing: ({ text }) => { preparing = text; },
     error: ({ text }) => tell(null, `server: ${text}`),
     counts: (counts) => {
       leads = counts.leads !== false;
@@ -95,7 +96,7 @@ function live() {
     $("trip").textContent = connection.trip == null ? "–" : `${connection.trip.toFixed(1)} ms`;
     if (state === "lost") notice("Connection lost", `Trying again in ${Math.max(0, (retry - now) / 1000).toFixed(1)} s. The arm holds still until a hand is seen again.`);
     else if (state === "connecting") notice(shown ? "Reconnecting …" : "Connecting …", address);
-    else if (!shown) notice("Connected", "Waiting for the room.");
+    else if (!shown) notice("Preparing", preparing);
     else if (newest && now - framed > 1500) notice("No pictures from the server", "It is connected, but has sent nothing new for a while.");
     else if (newest?.state === HOLDING && newest.hand) notice("The arm holds", "An input is missing or wrong; see the messages below.");
     else if (!leads && pointer.at) notice("Somebody else's hand is followed", "It is your turn once theirs has rested for a while.");

@@ -1,0 +1,114 @@
+//! Settings of a bridge.
+
+use crate::error::BridgeError;
+use hwall::geometry::Pose;
+use hwall::numeric::check::{positive, that};
+use std::net::{Ipv4Addr, SocketAddr};
+
+/// Which hand the board serves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FollowedHand {
+    /// The one that is seen first; the other one when that is not seen for [`BridgeConfig::lost_after_s`]. For cameras that see
+    /// one hand at a time: of two that are seen, the second is not followed.
+    Either,
+    /// The left one.
+    Left,
+    /// The right one; a mouse counts as one.
+    #[default]
+    Right,
+}
+
+/// Settings of a [`BridgeServer`](crate::BridgeServer).
+#[derive(Debug, Clone, PartialEq)]
+pub struct BridgeConfig {
+    /// Where to listen. Default 127.0.0.1:8080, this machine alone; port 0 takes a free one.
+    pub listen: SocketAddr,
+    /// Names other than this machine's that a browser may use for the server, without a port: those of a proxy. Addresses
+    /// in numbers and `localhost` are always allowed. Default none.
+    pub hosts: Vec<String>,
+    /// Origin of the headset's space (z up, after the change of axes) in the arm's base frame; default the base itself.
+    pub base_from_headset: Pose,
+    /// Which hand is followed; default the right one.
+    pub hand: FollowedHand,
+    /// Most clients at a time, default 8.
+    pub max_clients: usize,
+    /// Longest message, bytes; default 65536.
+    pub max_message_bytes: usize,
+    /// Samples older than this are dropped, s; default 0.15.
+    pub max_age_s: f64,
+    /// Without a sample for this long the hand counts as lost, s; default 0.15.
+    pub lost_after_s: f64,
+    /// Another client may lead when the leading one has shown no hand for this long, s; default 1.
+    pub takeover_s: f64,
+    /// Time that a request may take to come in, s; default 5.
+    pub request_s: f64,
+    /// A client from which nothing comes for this long is disconnected, s; default 15.
+    pub silent_s: f64,
+    /// Period of the view, s; default 1/60.
+    pub view_period_s: f64,
+    /// Period of the loop, s; default 1e-3.
+    pub period_s: f64,
+    /// A loop that is behind by more than this leaves cycles out, s; below that it catches up. Default 0.05.
+    pub max_behind_s: f64,
+}
+
+impl Default for BridgeConfig {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)),
+            hosts: Vec::new(),
+            base_from_headset: Pose::IDENTITY,
+            hand: FollowedHand::Right,
+            max_clients: 8,
+            max_message_bytes: 65_536,
+            max_age_s: 0.15,
+            lost_after_s: 0.15,
+            takeover_s: 1.0,
+            request_s: 5.0,
+            silent_s: 15.0,
+            view_period_s: 1.0 / 60.0,
+            period_s: 1e-3,
+            max_behind_s: 0.05,
+        }
+    }
+}
+
+impl BridgeConfig {
+    /// Rejects settings outside their range.
+    ///
+    /// # Errors
+    /// The first setting outside its range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), BridgeError> {
+        // Sockets take no longer time-outs, and none of zero.
+        let time = |what, value_s: f64| {
+            positive(what, value_s)?;
+            that(
+                (1e-4..=3600.0).contains(&value_s),
+                what,
+                value_s,
+                "in [1e-4, 3600] s",
+            )
+        };
+        time("max_age_s", self.max_age_s)?;
+        time("lost_after_s", self.lost_after_s)?;
+        time("takeover_s", self.takeover_s)?;
+        time("request_s", self.request_s)?;
+        time("silent_s", self.silent_s)?;
+        time("view_period_s", self.view_period_s)?;
+        time("period_s", self.period_s)?;
+        time("max_behind_s", self.max_behind_s)?;
+        that(
+            (1..=1000).contains(&self.max_clients),
+            "max_clients",
+            self.max_clients as f64,
+            "in 1..=1000",
+        )?;
+        that(
+            (1024..=16_777_216).contains(&self.max_message_bytes),
+            "max_message_bytes",
+            self.max_message_bytes as f64,
+            "in 1024..=16777216",
+        )?;
+        Ok(())
+    }
+}

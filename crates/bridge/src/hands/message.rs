@@ -1,0 +1,243 @@
+//! Messages of a page: strict JSON, every number checked.
+
+use super::joints::{Axes, Joints, openxr_joints};
+use glam::DVec3;
+use hwall::hand::{HandFrame, MAX_COORDINATE_M};
+use serde::Deserialize;
+
+/// What a page may say.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum PageMessage {
+    /// Asks for the time.
+    Ping { id: f64, client_ms: f64 },
+    /// A sample of a hand.
+    Hand(Box<HandMessage>),
+}
+
+/// A sample of a hand, its time on the client's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct HandMessage {
+    pub(crate) seq: u64,
+    pub(crate) side: Side,
+    pub(crate) axes: Axes,
+    /// Named points, head and gaze, in the axes named.
+    pub(crate) frame: HandFrame,
+    /// All joints, in the axes named, m.
+    pub(crate) joints_m: Joints,
+}
+
+/// Which hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Side {
+    Left,
+    Right,
+}
+
+/// Why a message was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum Refused {
+    #[error("{0}")]
+    Json(String),
+    #[error("{0} joints, expected 25 or 26")]
+    Joints(usize),
+    #[error("a number out of range in {0}")]
+    Range(&'static str),
+}
+
+/// As it stands in the text.
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+enum Text {
+    Ping {
+        id: f64,
+        client_ms: f64,
+    },
+    Hand {
+        seq: u64,
+        client_ms: f64,
+        side: Side,
+        joints: Option<Vec<Option<[f64; 3]>>>,
+        #[serde(default)]
+        head: Option<[f64; 7]>,
+        #[serde(default)]
+        gaze: Option<[f64; 3]>,
+        axes: AxesText,
+        #[serde(default)]
+        source: Option<String>,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum AxesText {
+    Webxr,
+    Base,
+}
+
+/// A thousand years in ms: beyond that a stamp is no time.
+const MAX_MS: f64 = 3.2e13;
+
+impl PageMessage {
+    /// Reads one message.
+    pub(crate) fn parse(text: &str) -> Result<Self, Refused> {
+        let parsed: Text =
+            serde_json::from_str(text).map_err(|error| Refused::Json(error.to_string()))?;
+        match parsed {
+            Text::Ping { id, client_ms } => {
+                time("client_ms", client_ms)?;
+                Ok(Self::Ping { id, client_ms })
+            }
+            Text::Hand {
+                seq,
+                client_ms,
+                side,
+                joints,
+                head,
+                gaze,
+                axes,
+                source,
+            } => {
+                if source.is_some_and(|name| name.len() > 64) {
+                    return Err(Refused::Range("source"));
+                }
+                let t_s = 1e-3 * time("client_ms", client_ms)?;
+                let joints_m = match joints {
+                    None => [None; _],
+                    Some(joints) => {
+                        let joints_m = joints
+                            .iter()
+                            .map(|joint| joint.map(|p| point("joints", p)).transpose())
+                            .collect::<Result<Vec<_>, _>>()?;
+                        openxr_joints(&joints_m).ok_or(Refused::Joints(joints.len()))?
+                    }
+                };
+                let mut frame = HandFrame::from_openxr(t_s, &joints_m);
+                frame.head_m = head
+                    .map(|[x, y, z, ..]| point("head", [x, y, z]))
+                    .transpose()?;
+                frame.gaze = gaze
+                    .map(|d| {
+                        let unit = point("gaze", d)?.try_normalize();
+                        unit.ok_or(Refused::Range("gaze"))
+                    })
+                    .transpose()?;
+                let axes = match axes {
+                    AxesText::Webxr => Axes::Webxr,
+                    AxesText::Base => Axes::Base,
+                };
+                Ok(Self::Hand(Box::new(HandMessage {
+                    seq,
+                    side,
+                    axes,
+                    frame,
+                    joints_m,
+                })))
+            }
+        }
+    }
+}
+
+fn time(what: &'static str, ms: f64) -> Result<f64, Refused> {
+    // NaN fails the comparison.
+    if ms.abs() <= MAX_MS {
+        Ok(ms)
+    } else {
+        Err(Refused::Range(what))
+    }
+}
+
+fn point(what: &'static str, p: [f64; 3]) -> Result<DVec3, Refused> {
+    if p.iter().all(|c| c.abs() <= MAX_COORDINATE_M) {
+        Ok(DVec3::from_array(p))
+    } else {
+        Err(Refused::Range(what))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_testkit::Sampler;
+
+    fn hand(joints: &str) -> String {
+        format!(
+            r#"{{"type":"hand","seq":3,"client_ms":12.5,"side":"right","joints":{joints},"head":[1,2,3,0,0,0,1],"gaze":[0,0,-2],"axes":"webxr","source":"webxr"}}"#
+        )
+    }
+
+    fn joints(count: usize) -> String {
+        format!("[{}]", vec!["[0.1,1.2,-0.3]"; count].join(","))
+    }
+
+    #[test]
+    fn a_hand_is_read() {
+        let Ok(PageMessage::Hand(hand)) = PageMessage::parse(&hand(&joints(25))) else {
+            panic!("a hand");
+        };
+        assert_eq!(
+            (hand.seq, hand.side, hand.axes),
+            (3, Side::Right, Axes::Webxr)
+        );
+        assert!((hand.frame.t_s - 0.0125).abs() < 1e-15);
+        assert_eq!(hand.frame.tips_m, [Some(DVec3::new(0.1, 1.2, -0.3)); 5]);
+        assert_eq!(hand.frame.head_m, Some(DVec3::new(1.0, 2.0, 3.0)));
+        assert_eq!(hand.frame.gaze, Some(DVec3::NEG_Z));
+    }
+
+    #[test]
+    fn what_is_not_of_the_protocol_is_refused() {
+        let long = joints(24);
+        for text in [
+            "",
+            "null",
+            "[]",
+            "{}",
+            r#"{"type":"other"}"#,
+            r#"{"type":"ping","id":1}"#,
+            r#"{"type":"ping","id":1,"client_ms":NaN}"#,
+            r#"{"type":"ping","id":1,"client_ms":1e400}"#,
+            r#"{"type":"ping","id":1,"client_ms":1e300}"#,
+            r#"{"type":"ping","id":1,"client_ms":1,"more":2}"#,
+            &hand(&long),
+            &hand(&joints(27)),
+            &hand("[[1,2]]"),
+            &hand("7"),
+            &hand(&joints(25)).replace("0.1,", "1e7,"),
+            &hand(&joints(25)).replace("0.1,", "NaN,"),
+            &hand(&joints(25)).replace("[0,0,-2]", "[0,0,0]"),
+            &hand(&joints(25)).replace("\"seq\":3", "\"seq\":-3"),
+            &hand(&joints(25)).replace("right", "middle"),
+            &"[".repeat(60_000),
+        ] {
+            assert!(PageMessage::parse(text).is_err(), "{text}");
+        }
+        assert_eq!(PageMessage::parse(&hand(&long)), Err(Refused::Joints(24)));
+    }
+
+    #[test]
+    fn no_text_makes_it_panic() {
+        let mut sampler = Sampler::new(16);
+        let whole = hand(&joints(25));
+        for _ in 0..20_000 {
+            let mut bytes = whole.clone().into_bytes();
+            for _ in 0..=sampler.index(6) {
+                let at = sampler.index(bytes.len().max(1));
+                if bytes.len() < 2 {
+                    break;
+                }
+                match sampler.index(3) {
+                    0 => bytes[at] = sampler.index(256) as u8,
+                    1 => {
+                        bytes.remove(at);
+                    }
+                    _ => bytes.truncate(at.max(1)),
+                }
+            }
+            let text = String::from_utf8_lossy(&bytes);
+            if let Ok(PageMessage::Hand(hand)) = PageMessage::parse(&text) {
+                assert!(hand.frame.points().iter().flatten().all(|p| p.is_finite()));
+            }
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! Hands in: messages, clocks, who leads, the queue to the loop.
+
+mod clock;
+mod intake;
+mod joints;
+mod message;
+mod queue;
+
+pub use queue::HandQueue;
+
+pub(crate) use intake::{ClientStream, HAND_QUEUE, Intake};
+pub(crate) use message::PageMessage;

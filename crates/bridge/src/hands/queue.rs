@@ -1,0 +1,176 @@
+//! The loop's end of the hands.
+
+use super::intake::ReceivedFrame;
+use super::joints::Joints;
+use glam::DVec3;
+use hwall::hand::HandFrame;
+use std::sync::mpsc::Receiver;
+use std::time::Instant;
+
+/// The arm's clock may run slower than the server's by this share.
+const DRIFT: f64 = 1e-3;
+/// Period in which a lost hand is said to be lost, s.
+const SAY_S: f64 = 0.05;
+
+/// Frames of the tracked hand for the loop, in order of time, on the arm's clock.
+///
+/// Takes no lock and allocates nothing: the queue is std's bounded channel, of which only `try_recv` is used. A hand of which nothing
+/// comes for a while is said to be lost by frames without points.
+pub struct HandQueue {
+    frames: Receiver<ReceivedFrame>,
+    server_start: Instant,
+    lost_after_s: f64,
+    /// Added to the server's time it gives the arm's, s; and the cycle that it was judged in.
+    arm_minus_server: Option<(f64, f64)>,
+    /// Receipt of the newest frame, or when its loss was said last, s on the server's clock; `None` before the first.
+    heard_s: Option<f64>,
+    /// Newest time given, s on the arm's clock.
+    newest_s: f64,
+    newest: Option<(HandFrame, Joints)>,
+}
+
+impl HandQueue {
+    pub(crate) fn new(
+        frames: Receiver<ReceivedFrame>,
+        server_start: Instant,
+        lost_after_s: f64,
+    ) -> Self {
+        Self {
+            frames,
+            server_start,
+            lost_after_s,
+            arm_minus_server: None,
+            heard_s: None,
+            newest_s: f64::NEG_INFINITY,
+            newest: None,
+        }
+    }
+
+    /// The frame given last, in the base frame, and all joints of its hand in OpenXR's order, m.
+    #[must_use]
+    pub const fn newest(&self) -> Option<&(HandFrame, [Option<DVec3>; 26])> {
+        self.newest.as_ref()
+    }
+
+    /// The next frame that has come in by now (s, the arm's clock) and was not given yet.
+    pub fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
+        let server_s = self.server_start.elapsed().as_secs_f64();
+        self.next_frame_at(now_s, server_s)
+    }
+
+    /// Where the two clocks agree: a cycle comes late, never early, so the largest difference is the least wrong.
+    fn arm_minus_server_s(&mut self, now_s: f64, server_s: f64) -> f64 {
+        let difference_s = now_s - server_s;
+        let offset_s = match self.arm_minus_server {
+            None => difference_s,
+            Some((offset_s, judged_s)) => {
+                let worn_s = offset_s - DRIFT * (server_s - judged_s).max(0.0);
+                difference_s.max(worn_s)
+            }
+        };
+        self.arm_minus_server = Some((offset_s, server_s));
+        offset_s
+    }
+
+    fn next_frame_at(&mut self, now_s: f64, server_s: f64) -> Option<HandFrame> {
+        let offset_s = self.arm_minus_server_s(now_s, server_s);
+        while let Ok(received) = self.frames.try_recv() {
+            let ReceivedFrame {
+                frame,
+                joints_m,
+                received_s,
+            } = received;
+            self.heard_s = Some(received_s);
+            let t_s = frame.t_s + offset_s;
+            // A frame from before its hand was said to be lost.
+            if t_s > self.newest_s {
+                self.newest_s = t_s;
+                let frame = HandFrame { t_s, ..frame };
+                self.newest = Some((frame, joints_m));
+                return Some(frame);
+            }
+        }
+        let heard_s = self.heard_s?;
+        if server_s - heard_s <= self.lost_after_s || now_s <= self.newest_s {
+            return None;
+        }
+        // Said again and again, but not in every cycle.
+        self.heard_s = Some(server_s - self.lost_after_s + SAY_S);
+        self.newest_s = now_s;
+        let lost = HandFrame::empty(now_s);
+        self.newest = Some((lost, [None; _]));
+        Some(lost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{SyncSender, sync_channel};
+
+    fn queue() -> (SyncSender<ReceivedFrame>, HandQueue) {
+        let (sender, receiver) = sync_channel(8);
+        (sender, HandQueue::new(receiver, Instant::now(), 0.15))
+    }
+
+    fn seen(t_s: f64) -> ReceivedFrame {
+        let mut frame = HandFrame::empty(t_s);
+        frame.palm_m = Some(DVec3::X);
+        ReceivedFrame {
+            frame,
+            joints_m: [None; _],
+            received_s: t_s,
+        }
+    }
+
+    #[test]
+    fn silence_is_a_lost_hand_and_not_a_frozen_one() {
+        let (sender, mut queue) = queue();
+        // Nothing is lost before there was a hand.
+        assert_eq!(queue.next_frame_at(0.0, 100.0), None);
+        sender.send(seen(100.0)).expect("room in the queue");
+        assert!(
+            queue
+                .next_frame_at(0.0, 100.0)
+                .is_some_and(|f| f.palm_m.is_some())
+        );
+        let mut said = 0;
+        for cycle in 1..=1000 {
+            let t_s = 1e-3 * f64::from(cycle);
+            if let Some(frame) = queue.next_frame_at(t_s, 100.0 + t_s) {
+                assert!(t_s > 0.149 && frame == HandFrame::empty(t_s));
+                said += 1;
+            }
+        }
+        assert!((15..=18).contains(&said), "{said}");
+        sender.send(seen(101.0005)).expect("room in the queue");
+        assert!(
+            queue
+                .next_frame_at(1.001, 101.001)
+                .is_some_and(|f| f.palm_m.is_some())
+        );
+    }
+
+    #[test]
+    fn times_are_of_the_arms_clock_though_cycles_come_late() {
+        let (sender, mut queue) = queue();
+        let mut last_s = f64::NEG_INFINITY;
+        for cycle in 0..5000 {
+            let now_s = 1e-3 * f64::from(cycle);
+            // The arm's clock runs 0.01 % slow, and some cycles are late by up to 3 ms.
+            let late_s = 1e-3 * f64::from(cycle % 4);
+            let server_s = 50.0 + 1.0001 * now_s + late_s;
+            if cycle % 14 == 0 {
+                sender
+                    .send(seen(50.0 + 1.0001 * now_s))
+                    .expect("room in the queue");
+            }
+            while let Some(frame) = queue.next_frame_at(now_s, server_s) {
+                assert!(frame.t_s > last_s);
+                assert!((frame.t_s - now_s).abs() < 0.004, "{} {now_s}", frame.t_s);
+                last_s = frame.t_s;
+            }
+        }
+        assert!(last_s > 4.9);
+    }
+}

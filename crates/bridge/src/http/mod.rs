@@ -1,0 +1,5 @@
+//! As much of HTTP as one page needs.
+
+mod host;
+pub(crate) mod request;
+pub(crate) mod response;

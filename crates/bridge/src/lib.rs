@@ -1,0 +1,27 @@
+#![doc = include_str!("../README.md")]
+
+mod bridge;
+mod config;
+mod counts;
+mod error;
+mod hands;
+mod http;
+mod pacing;
+mod server;
+mod unity;
+
+// The server and its settings.
+pub use config::{BridgeConfig, FollowedHand};
+pub use counts::BridgeCounts;
+pub use error::BridgeError;
+pub use server::{BridgeServer, StopHandle};
+
+// The loop's end.
+pub use bridge::{Bridge, ViewSender};
+pub use hands::HandQueue;
+pub use pacing::Pacing;
+
+// The dissertation's datagram.
+pub use unity::{BoardDatagram, RoughnessCode, UnityConfig, UnityReceiver, UnityTarget};
+
+pub use hwall_view as view;

@@ -1,0 +1,63 @@
+//! From the loop to all clients.
+
+use super::reply::{self, Reply};
+use super::shared::{FromLoop, Shared, locked};
+use hwall_view::ViewFrame;
+use std::time::Duration;
+use tungstenite::Bytes;
+
+/// How often the loop's queues are looked at. They are never waited for: a receiver that waits would make the loop wake it, which
+/// takes a lock.
+const LOOK: Duration = Duration::from_millis(4);
+/// Period of the signs of life, s.
+const PING_S: f64 = 0.25;
+/// Period of the counts, s.
+const COUNTS_S: f64 = 1.0;
+
+/// Until the server stops.
+pub(super) fn broadcast(shared: &Shared) {
+    let mut bytes = Vec::with_capacity(ViewFrame::MOST_BYTES);
+    let [mut ping_s, mut counts_s] = [0.0; 2];
+    while !shared.is_stopped() {
+        let now_s = shared.now_s();
+        if let Some(from_loop) = &*locked(&shared.from_loop) {
+            forward(shared, from_loop, now_s, &mut bytes);
+        }
+        if now_s >= ping_s {
+            ping_s = now_s + PING_S;
+            for client in locked(&shared.clients).iter() {
+                client.ping(now_s);
+            }
+        }
+        if now_s >= counts_s {
+            counts_s = now_s + COUNTS_S;
+            tell_counts(shared);
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+fn forward(shared: &Shared, from_loop: &FromLoop, now_s: f64, bytes: &mut Vec<u8>) {
+    for event in from_loop.events.try_iter() {
+        shared.say(&reply::event(&event));
+    }
+    // Of several views the newest counts.
+    let Some(view) = from_loop.views.try_iter().last() else {
+        return;
+    };
+    bytes.clear();
+    view.encode(bytes);
+    let view = Bytes::copy_from_slice(bytes);
+    for client in locked(&shared.clients).iter() {
+        client.show(&view, now_s, &shared.tally);
+    }
+}
+
+fn tell_counts(shared: &Shared) {
+    let counts = shared.counts();
+    let leader = locked(&shared.intake).leader();
+    for client in locked(&shared.clients).iter() {
+        let leads = leader == Some(client.id);
+        client.say(&Reply::Counts { leads, counts }.to_json(), &shared.tally);
+    }
+}

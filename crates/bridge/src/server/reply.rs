@@ -1,0 +1,113 @@
+//! What the server says, as text.
+
+use crate::counts::BridgeCounts;
+use hwall::hand::Tracking;
+use hwall::{Event, EventKind};
+use serde::Serialize;
+
+/// A message of the server; the scene is written by `hwall-view`.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+pub(super) enum Reply<'a> {
+    Preparing {
+        text: &'a str,
+    },
+    Event {
+        t: f64,
+        kind: &'static str,
+        text: String,
+    },
+    Pong {
+        id: f64,
+        client_ms: f64,
+        server_ms: f64,
+    },
+    Counts {
+        /// Does this client lead?
+        leads: bool,
+        #[serde(flatten)]
+        counts: BridgeCounts,
+    },
+    Error {
+        text: &'a str,
+    },
+}
+
+impl Reply<'_> {
+    pub(super) fn to_json(&self) -> String {
+        // Numbers and text always have a JSON form.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}
+
+/// The walls and the predictor are not there yet.
+pub(super) fn preparing(text: &str) -> String {
+    Reply::Preparing { text }.to_json()
+}
+
+/// An event in words.
+pub(super) fn event(event: &Event) -> String {
+    let (kind, text) = words(&event.kind);
+    Reply::Event {
+        t: event.t_s,
+        kind,
+        text,
+    }
+    .to_json()
+}
+
+fn words(kind: &EventKind) -> (&'static str, String) {
+    match kind {
+        EventKind::Frame(Tracking::Tracked(_)) => ("found", "the hand is tracked".to_owned()),
+        EventKind::Frame(Tracking::Lost { reason, .. }) => ("lost", format!("{reason:?}")),
+        EventKind::Predicted(_) => ("predicted", String::new()),
+        EventKind::GoalSet(goal) => {
+            let p = goal.target.point_m;
+            (
+                "goal",
+                format!("the board goes to {:.3}, {:.3}, {:.3} m", p.x, p.y, p.z),
+            )
+        }
+        EventKind::Arrived => ("arrived", "the board is in place".to_owned()),
+        EventKind::Late => ("late", "the hand will be there first".to_owned()),
+        EventKind::Unreachable(reason) => ("unreachable", reason.to_string()),
+        EventKind::Touched { normal_force_n } => ("touched", format!("{normal_force_n:.1} N")),
+        EventKind::Released => ("released", "the board is free".to_owned()),
+        EventKind::Held(reason) => ("held", reason.name().to_owned()),
+        EventKind::Safe(state) => ("safe", format!("{state:?}")),
+        EventKind::Resumed => ("resumed", "the inputs are sound again".to_owned()),
+        EventKind::WorldMovedWhileTouched => ("world", "the world moved under the hand".to_owned()),
+        EventKind::WorldRefused => ("world", "a place of the world was refused".to_owned()),
+        EventKind::TextureStarted(_) => ("texture", "the board moves with the scan".to_owned()),
+        EventKind::TextureEnded => ("texture", "the end of the stroke".to_owned()),
+        other => ("other", format!("{other:?}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_are_told_in_the_words_of_the_page() {
+        let said = event(&Event {
+            t_s: 1.5,
+            kind: EventKind::Touched {
+                normal_force_n: 3.25,
+            },
+        });
+        assert_eq!(
+            said,
+            r#"{"type":"event","t":1.5,"kind":"touched","text":"3.2 N"}"#
+        );
+        let counts = Reply::Counts {
+            leads: true,
+            counts: BridgeCounts::default(),
+        };
+        assert!(
+            counts
+                .to_json()
+                .starts_with(r#"{"type":"counts","leads":true,"clients":0,"accepted":0,"#)
+        );
+    }
+}

@@ -1,0 +1,89 @@
+//! What the threads of a server share.
+
+use super::client::Client;
+use crate::config::BridgeConfig;
+use crate::counts::{BridgeCounts, Tally};
+use crate::hands::Intake;
+use hwall::Event;
+use hwall_view::ViewFrame;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// What the threads of a server share. The loop touches the tally and the flag only, which are atomic.
+pub(crate) struct Shared {
+    pub(crate) config: BridgeConfig,
+    pub(crate) tally: Tally,
+    pub(crate) start: Instant,
+    pub(crate) intake: Mutex<Intake>,
+    /// Sent to whoever connects: the scene, or that it is being prepared.
+    pub(crate) greeting: Mutex<Arc<str>>,
+    pub(crate) clients: Mutex<Vec<Arc<Client>>>,
+    /// From the loop.
+    pub(crate) from_loop: Mutex<Option<FromLoop>>,
+    pub(crate) connections: AtomicUsize,
+    next_client: AtomicU64,
+    stopped: AtomicBool,
+}
+
+/// The server's ends of the loop's channels.
+pub(crate) struct FromLoop {
+    pub(crate) views: Receiver<ViewFrame>,
+    pub(crate) events: Receiver<Event>,
+}
+
+impl Shared {
+    pub(crate) fn new(config: BridgeConfig, greeting: &str) -> Self {
+        Self {
+            intake: Mutex::new(Intake::new(&config)),
+            config,
+            tally: Tally::default(),
+            start: Instant::now(),
+            greeting: Mutex::new(Arc::from(greeting)),
+            clients: Mutex::default(),
+            from_loop: Mutex::default(),
+            connections: AtomicUsize::new(0),
+            next_client: AtomicU64::new(1),
+            stopped: AtomicBool::new(false),
+        }
+    }
+
+    /// Time on the server's clock, s.
+    pub(crate) fn now_s(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    pub(crate) fn counts(&self) -> BridgeCounts {
+        self.tally.counts(locked(&self.clients).len())
+    }
+
+    pub(crate) fn new_client_id(&self) -> u64 {
+        self.next_client.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// A text to all clients.
+    pub(crate) fn say(&self, text: &str) {
+        for client in locked(&self.clients).iter() {
+            client.say(text, &self.tally);
+        }
+    }
+
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// Ends all threads; true for the first time.
+    pub(crate) fn stop(&self) -> bool {
+        let first = !self.stopped.swap(true, Ordering::SeqCst);
+        for client in locked(&self.clients).iter() {
+            client.end();
+        }
+        first
+    }
+}
+
+/// A thread that panicked leaves nothing half done here: every change is one assignment.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

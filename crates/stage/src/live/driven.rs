@@ -1,0 +1,84 @@
+//! A live session on an arm behind FRI, a real one or a simulated one.
+
+use super::preparation::{LiveOptions, Prepared};
+use anyhow::{Context, bail};
+use hwall::hand::HandFrame;
+use hwall::{Surroundings, drive};
+use hwall_bridge::{Bridge, BridgeServer};
+use hwall_fri::{FriClient, FriClientConfig, FriError};
+use hwall_view::ViewScene;
+use std::time::Duration;
+
+/// A controller that says nothing for this long is gone.
+const SILENCE: Duration = Duration::from_millis(500);
+/// How often the wait for a controller looks whether it is to end.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// The arm's clock, the bridge's hands.
+struct Driven {
+    bridge: Bridge,
+    /// When commanding began, s on the clock of the controller; that message is not answered yet.
+    unanswered: Option<f64>,
+    end_s: f64,
+}
+
+impl Surroundings<FriClient> for Driven {
+    fn next_cycle(&mut self, arm: &mut FriClient) -> Result<Option<f64>, FriError> {
+        if self.bridge.view.is_stopped() {
+            return Ok(None);
+        }
+        let now_s = match self.unanswered.take() {
+            Some(now_s) => now_s,
+            None => arm.wait_for_message(SILENCE)?,
+        };
+        self.bridge.view.count_cycle(0);
+        Ok((now_s < self.end_s).then_some(now_s))
+    }
+
+    fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
+        self.bridge.hands.next_frame(now_s)
+    }
+}
+
+/// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
+///
+/// # Errors
+/// A controller that falls silent, ends commanding, or refuses what is commanded.
+pub fn run_driven(
+    server: &BridgeServer,
+    prepared: Prepared,
+    config: FriClientConfig,
+    options: &LiveOptions<'_>,
+) -> anyhow::Result<()> {
+    let mut session = prepared.session;
+    let mut client = FriClient::bind(session.control().arm(), config)?;
+    server.prepare(&format!(
+        "waiting for an FRI controller at {}",
+        config.listen
+    ));
+    let begun_s = loop {
+        match client.wait_for_commanding(LOOK) {
+            Ok(begun_s) => break begun_s,
+            Err(FriError::Silent { .. }) if server.is_stopped() => return Ok(()),
+            Err(FriError::Silent { .. }) => {}
+            Err(error) => bail!(error),
+        }
+    };
+    let scene = ViewScene::of("iiwa 7 over FRI", &session)?;
+    let mut surroundings = Driven {
+        bridge: server.connect(&scene),
+        unanswered: Some(begun_s),
+        end_s: options.seconds.map_or(f64::INFINITY, |s| begun_s + s),
+    };
+    drive(
+        &mut session,
+        &mut client,
+        &mut surroundings,
+        |session, _, Driven { bridge, .. }, cycle| {
+            bridge.show(session, &cycle.state);
+            Ok(())
+        },
+    )
+    .context("the arm behind FRI")?;
+    Ok(())
+}

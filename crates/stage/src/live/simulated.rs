@@ -1,0 +1,67 @@
+//! A live session on the simulated arm.
+
+use super::preparation::{LiveOptions, Prepared};
+use super::touching::Touching;
+use crate::run::simulated_arm::SimulatedArm;
+use hwall::hand::HandFrame;
+use hwall::haptics::Arm;
+use hwall::{Surroundings, drive};
+use hwall_bridge::{Bridge, BridgeServer};
+use hwall_view::ViewScene;
+use std::sync::Arc;
+
+/// A bridge, for a limited time.
+pub(super) struct Limited {
+    pub(super) bridge: Bridge,
+    pub(super) end_s: f64,
+}
+
+impl<R: Arm> Surroundings<R> for Limited {
+    fn next_cycle(&mut self, arm: &mut R) -> Result<Option<f64>, R::Error> {
+        let now_s = self.bridge.next_cycle(arm)?;
+        Ok(now_s.filter(|now_s| *now_s < self.end_s))
+    }
+
+    fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
+        self.bridge.hands.next_frame(now_s)
+    }
+}
+
+/// Until the server stops, or the time is over: the hands of the clients touch the board of the simulated arm.
+///
+/// # Errors
+/// A command that the simulated arm refuses.
+pub fn run_simulated(
+    server: &BridgeServer,
+    prepared: Prepared,
+    options: &LiveOptions<'_>,
+) -> anyhow::Result<()> {
+    let Prepared {
+        mut session,
+        arm,
+        board,
+        start,
+        ..
+    } = prepared;
+    let model = Arc::clone(session.control().arm());
+    let mut simulated = SimulatedArm::new(options.level, &arm, model, &board, start, options.seed)?;
+    let scene = ViewScene::of("iiwa 7", &session)?;
+    let mut surroundings = Limited {
+        bridge: server.connect(&scene),
+        end_s: options.seconds.unwrap_or(f64::INFINITY),
+    };
+    let mut touching = Touching::new(&board);
+    drive(
+        &mut session,
+        &mut simulated,
+        &mut surroundings,
+        |session, simulated, Limited { bridge, .. }, cycle| {
+            let frame = bridge.hands.newest().map(|(frame, _)| *frame);
+            let until_s = cycle.t_s + bridge.pacing.period_s();
+            touching.advance(simulated, until_s, frame.as_ref(), session.tracking())?;
+            bridge.show(session, &cycle.state);
+            Ok(())
+        },
+    )?;
+    Ok(())
+}

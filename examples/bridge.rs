@@ -1,0 +1,111 @@
+//! Hands from a headset's browser or a mouse, a live view of the simulated iiwa in any browser.
+//!
+//! `cargo run --release --example bridge`
+
+use anyhow::Context;
+use clap::Parser;
+use hwall::geometry::Pose;
+use hwall_bridge::{BridgeConfig, BridgeServer, UnityConfig};
+use hwall_fri::{FriClientConfig, FriVersion};
+use hwall_stage::exit;
+use hwall_stage::input::floor_pose::FloorPose;
+use hwall_stage::live::{self, HandChoice, LiveArm, LiveOptions};
+use hwall_stage::run::simulated_arm::ArmLevel;
+use std::io::{self, Write};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Serves a page on which a mouse, a finger or the hands in a headset touch the walls of a room, and a simulated arm
+/// brings its board there.
+///
+/// Prints the address; ends on Ctrl-C.
+#[derive(Parser)]
+struct Args {
+    /// Where to listen; another address than 127.0.0.1 lets other machines in
+    #[arg(long, default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+    /// Name of a proxy by which browsers reach the page; may be given more than once
+    #[arg(long = "host")]
+    hosts: Vec<String>,
+    /// OBJ scene, z up, metres, in the frame of the arm's base [default: the built-in room]
+    #[arg(long)]
+    scene: Option<PathBuf>,
+    /// Origin of the headset's space in the arm's base frame: x,y,z in metres, yaw in degrees. A headset's space lies on the floor; in the built-in room that is 0.6 m below the base
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true, default_value = "1.5,0,-0.6,180")]
+    origin: FloorPose,
+    /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
+    #[arg(long, value_enum, default_value_t)]
+    arm_level: ArmLevel,
+    /// Which hand the board serves
+    #[arg(long, value_enum, default_value_t)]
+    hand: HandChoice,
+    /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
+    #[arg(long)]
+    watch_frozen: bool,
+    /// Listens here for the FRI controller of an iiwa (30200 to 30209 for a real one) and leads its arm instead of a simulated one
+    #[arg(long, conflicts_with = "unity_udp")]
+    fri: Option<SocketAddr>,
+    /// Version of its interface: 1.15, 2.5 or 2.7
+    #[arg(long, default_value = "1.15")]
+    fri_version: FriVersion,
+    /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
+    #[arg(long)]
+    unity_udp: Option<SocketAddr>,
+    /// End after this many seconds [default: never]
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Seed of the sensors' noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        args.seconds.is_none_or(|s| s.is_finite() && s > 0.0),
+        "--seconds must be above zero"
+    );
+    let server = BridgeServer::start(BridgeConfig {
+        listen: args.listen,
+        hosts: args.hosts.clone(),
+        hand: args.hand.into(),
+        base_from_headset: Pose::from_affine(&args.origin.outer_from_here())?,
+        ..BridgeConfig::default()
+    })?;
+    let stop = server.stop_handle();
+    ctrlc::set_handler(move || stop.stop()).context("Ctrl-C")?;
+    say(&format!("open {}", server.url()))?;
+    let options = LiveOptions {
+        scene: args.scene.as_deref(),
+        level: args.arm_level,
+        watch_frozen: args.watch_frozen,
+        seconds: args.seconds,
+        seed: args.seed,
+    };
+    let prepared = live::prepare(&server, &options)?;
+    for remark in &prepared.remarks {
+        eprintln!("{remark}");
+    }
+    let arm = match (args.unity_udp, args.fri) {
+        (Some(listen), _) => LiveArm::Told(UnityConfig {
+            listen,
+            ..UnityConfig::default()
+        }),
+        (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
+            listen,
+            version: args.fri_version,
+            ..FriClientConfig::default()
+        }),
+        (None, None) => LiveArm::Simulated,
+    };
+    live::run(&server, prepared, arm, &options)?;
+    say(&format!("{:#?}", server.counts()))
+}
+
+fn say(line: &str) -> anyhow::Result<()> {
+    Ok(writeln!(io::stdout(), "{line}")?)
+}
