@@ -7,6 +7,7 @@ use clap::Parser;
 use hwall_kinematics::ChainDynamics;
 use hwall_stage::arms;
 use hwall_stage::exit;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::{NumberReader, matrix_names, numbered, to_cells, writer};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    FilePlan::tables(args.input.as_deref(), args.output.as_deref()).check()?;
     let chain = arms::chain(&args.arm)?;
     let n = chain.joint_count();
     let dynamics = args

@@ -8,6 +8,7 @@ use hwall_haptics::Board;
 use hwall_lab::reach::arrival_placement::{self, ByArrival};
 use hwall_lab::reach::placement::{self, Search, TargetChoice};
 use hwall_reachability::{Interval, place_base};
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::{arms, exit, setting};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -76,6 +77,10 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    FilePlan::default()
+        .read_scene("--scene", args.scene.as_deref())
+        .write_into("--out", Some(&args.out), &["placement.svg", "placements.csv"])
+        .check()?;
     let arm = arms::closed_form(&args.arm)?.with_tool(Board::default().flange_from_board_face()?);
     let (scene, remarks) = setting::load_scene(args.scene.as_deref())?;
     for remark in remarks {

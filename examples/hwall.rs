@@ -7,6 +7,7 @@ use clap::{Parser, ValueEnum};
 use hwall_haptics::Board;
 use hwall_stage::exit;
 use hwall_stage::input::arms::BoardArm;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
@@ -85,6 +86,9 @@ struct Args {
     json: Option<PathBuf>,
 }
 
+/// The files of the output folder.
+const OUTPUTS: [&str; 4] = ["plan.svg", "time.svg", "table.md", "touches.csv"];
+
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Axes {
     YUp,
@@ -111,12 +115,13 @@ fn run(args: &Args) -> anyhow::Result<()> {
         (0.1..=20.0).contains(&args.period_ms),
         "--period-ms must lie in 0.1..=20"
     );
-    // Said before minutes of work, not after them.
-    let folder = args.json.as_deref().and_then(Path::parent);
-    anyhow::ensure!(
-        folder.is_none_or(|f| f.as_os_str().is_empty() || f.is_dir()),
-        "--json: no folder for that file"
-    );
+    FilePlan::default()
+        .read_scene("--scene", args.scene.as_deref())
+        .read("--hand", args.hand.as_deref())
+        .read("--arm", Some(Path::new(&args.arm)))
+        .write_into("--out", Some(&args.out), &OUTPUTS)
+        .write("--json", args.json.as_deref())
+        .check()?;
     let board = Board::default();
     let arm = BoardArm::named(&args.arm, &board)?;
     let setting = Setting::new(
@@ -178,7 +183,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.json {
         json::write(path, &runs)?;
     }
-    std::fs::write(args.out.join("table.md"), table)?;
+    hwall_files::write(args.out.join("table.md"), table)?;
     writeln!(
         io::stdout(),
         "wrote plan.svg, time.svg, table.md and touches.csv to {}",

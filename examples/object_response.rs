@@ -11,6 +11,7 @@ use hwall::object_of;
 use hwall_haptics::{Click, Detent, MovingObject, ObjectConfig, ObjectPath};
 use hwall_scene::Scene;
 use hwall_stage::exit;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::{NumberReader, writer};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -92,6 +93,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    FilePlan::tables(args.input.as_deref(), args.output.as_deref()).check()?;
     let (config, turns) = match args.object {
         Some(kind) => (configured(args, kind)?, kind == Kind::Door),
         None => from_scene(args)?,

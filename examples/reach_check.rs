@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3};
 use hwall_kinematics::{Pose, SrsArm, Verdict};
 use hwall_stage::arms;
 use hwall_stage::exit;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::{NumberReader, numbered, to_cells, writer};
 use hwall_testkit::time_batches;
 use std::path::PathBuf;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    FilePlan::tables(args.input.as_deref(), args.output.as_deref()).check()?;
     let arm = arms::closed_form(&args.arm)?;
     let mut input = NumberReader::open(args.input.as_deref())?;
     let names = ["px", "py", "pz", "qw", "qx", "qy", "qz"].map(String::from);

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, Study, analyse,
 };
+use hwall_stage::input::file_plan::FilePlan;
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -121,6 +122,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         !columns.within.is_empty(),
         "--factors needs a factor within subjects beside --between"
     );
+    FilePlan::default()
+        .read("the table", Some(&args.table))
+        .write("--json", args.json.as_deref())
+        .write("--md", args.markdown.as_deref())
+        .write_into("--svg", args.svg.as_deref(), &["means.svg", "boxes.svg"])
+        .check()?;
     let name = || args.table.display().to_string();
     let table = fs::File::open(&args.table).with_context(name)?;
     let study = Study::read_csv(table, &columns).with_context(name)?;
@@ -131,7 +138,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         (&args.markdown, analysis.to_markdown()),
     ] {
         if let Some(path) = path {
-            fs::write(path, text).with_context(|| path.display().to_string())?;
+            hwall_files::write(path, text).with_context(|| path.display().to_string())?;
         }
     }
     if let Some(folder) = &args.svg {

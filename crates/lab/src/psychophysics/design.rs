@@ -65,9 +65,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     // Before the file is created, so that a refused schedule leaves none behind.
     let mut script = Vec::new();
     schedule.write_csv(&mut script)?;
-    numbers::output(args.out.as_deref())?
-        .write_all(&script)
+    let mut out = numbers::output(args.out.as_deref())?;
+    out.write_all(&script)
         .context("writing the session script")?;
+    out.finish()?;
     eprintln!(
         "{} subjects, {} conditions, {} rounds",
         schedule.subjects,

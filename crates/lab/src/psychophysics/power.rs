@@ -5,7 +5,6 @@ use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{EffectPower, ErrorModel, Factor, PowerStudy, PowerTest, power};
 use hwall_testkit::MarkdownTable;
 use serde::Serialize;
-use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -115,7 +114,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&rows)? + "\n";
-        fs::write(path, text).with_context(|| path.display().to_string())?;
+        hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     let mut table = MarkdownTable::new(["subjects", "effect", "power", "95% interval"]);
     for (row, effect) in rows

@@ -10,6 +10,7 @@ use crate::rooms::study;
 use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
+use hwall_stage::input::file_plan::FilePlan;
 use std::path::{Path, PathBuf};
 
 /// Where --report writes when no file is named, and where --docs leaves its tables.
@@ -79,6 +80,10 @@ impl Arguments {
     /// folder for results is left behind.
     pub fn run(&self) -> anyhow::Result<String> {
         self.check()?;
+        FilePlan::default()
+            .read("--recordings", self.recordings.as_deref())
+            .write("--report", self.report.as_ref().and_then(|file| file.as_deref()))
+            .check()?;
         let overrides = Overrides {
             seed: self.seed.unwrap_or(1),
             people: self.people,

@@ -3,6 +3,7 @@
 use crate::texture::patch_figures;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_testkit::{MarkdownTable, format_ns};
 use hwall_texton::{
     ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, ScanAngle,
@@ -84,6 +85,11 @@ pub struct Request {
 /// # Errors
 /// Numbers that make no patch, files that cannot be written.
 pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
+    FilePlan::default()
+        .write("--stl", request.stl.as_deref())
+        .write("--obj", request.obj.as_deref())
+        .write("--exr", request.exr.as_deref())
+        .check()?;
     let texture = texture(request)?;
     let patch = patch(request, texture)?;
     let ask = Tessellation {

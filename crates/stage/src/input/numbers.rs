@@ -4,9 +4,11 @@ use anyhow::{Context, anyhow, bail};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Write};
+use std::io::{BufReader, Read};
 use std::path::Path;
 use std::rc::Rc;
+
+pub use crate::input::output::{Output, TableWriter, output, writer};
 
 /// Reads rows by column name; errors name line and column.
 pub struct NumberReader {
@@ -285,26 +287,6 @@ pub fn matrix_names(prefix: &str, rows: usize, columns: usize) -> Vec<String> {
     (1..=rows)
         .flat_map(|r| (1..=columns).map(move |c| format!("{prefix}{r}{c}")))
         .collect()
-}
-
-/// A CSV writer to a file, or to standard output for `None`.
-///
-/// # Errors
-/// A file that cannot be made.
-pub fn writer(path: Option<&Path>) -> anyhow::Result<csv::Writer<Box<dyn Write>>> {
-    Ok(csv::Writer::from_writer(output(path)?))
-}
-
-/// A file, or standard output for `None`, buffered.
-///
-/// # Errors
-/// A file that cannot be created.
-pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
-    let sink: Box<dyn Write> = match path {
-        Some(path) => Box::new(File::create(path).with_context(|| path.display().to_string())?),
-        None => Box::new(std::io::stdout().lock()),
-    };
-    Ok(Box::new(BufWriter::new(sink)))
 }
 
 /// Numbers in the shortest form that reads back to the same bits.
