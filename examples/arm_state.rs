@@ -51,10 +51,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let q_places = input.columns(&numbered("q", n))?;
     let optional = |prefix: &str| {
         let names = numbered(prefix, n);
-        input
-            .has(&names[0])
-            .then(|| input.columns(&names))
-            .transpose()
+        // One of them is enough to ask for all: a single missing column is named.
+        let any = names.iter().any(|name| input.has(name));
+        any.then(|| input.columns(&names)).transpose()
     };
     let (qd_places, qdd_places) = (optional("qd")?, optional("qdd")?);
 

@@ -79,7 +79,11 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> anyhow::Result<()> {
     FilePlan::default()
         .read_scene("--scene", args.scene.as_deref())
-        .write_into("--out", Some(&args.out), &["placement.svg", "placements.csv"])
+        .write_into(
+            "--out",
+            Some(&args.out),
+            &["placement.svg", "placements.csv"],
+        )
         .check()?;
     let arm = arms::closed_form(&args.arm)?.with_tool(Board::default().flange_from_board_face()?);
     let (scene, remarks) = setting::load_scene(args.scene.as_deref())?;

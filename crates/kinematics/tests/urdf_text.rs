@@ -384,3 +384,36 @@ fn mutated_arms_are_errors_or_sound_chains() {
         "{read} read, {refused} refused"
     );
 }
+
+/// The parser's time grew with the square of the nesting.
+#[test]
+fn deeply_nested_elements_are_refused_at_once() {
+    let depth = 90_000;
+    let text = format!(
+        "<robot>{}{}</robot>",
+        "<a>".repeat(depth),
+        "</a>".repeat(depth)
+    );
+    let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+    assert!(error.to_string().contains("nested"), "{error}");
+}
+
+/// Comments and self-closing elements are no levels.
+#[test]
+fn long_flat_files_are_not_nested() {
+    let text = format!("<robot>{}</robot>", "<!-- <a> </a> --><b/>".repeat(1000));
+    let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+    assert!(!error.to_string().contains("nested"), "{error}");
+}
+
+/// Limits of 1e154 were read; their squares overflow.
+#[test]
+fn joint_limits_out_of_this_world_are_refused() {
+    for limits in [r#"lower="-1e154" upper="1""#, r#"lower="0" upper="1e300""#] {
+        let text = format!(
+            r#"<robot><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit {limits} velocity="1" effort="1"/></joint></robot>"#
+        );
+        let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+        assert!(error.to_string().contains("limit"), "{error}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Attacks on the readers that got through once.
 
 use glam::DVec3;
-use hwall_scene::{Scene, SceneError};
+use hwall_scene::Scene;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ const RED: &str = "newmtl red\nKd 1 0 0\n";
 /// A polygon of n corners took time in proportion to n squared: 40,000 corners, 41 s. Tests run for minutes with that.
 #[test]
 fn one_polygon_of_many_corners() {
-    let n = 200_000;
+    let n = 60_000;
     let mut obj = String::new();
     for i in 0..n {
         let (y, x) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
@@ -86,7 +86,12 @@ fn material_libraries_stay_in_the_folder() {
         let path = folder.file("scene/room.obj", &text);
         Scene::from_obj_file(path, None).unwrap()
     };
-    for library in ["../outside.mtl", outside.to_str().unwrap(), "a/../../outside.mtl", "."] {
+    for library in [
+        "../outside.mtl",
+        outside.to_str().unwrap(),
+        "a/../../outside.mtl",
+        ".",
+    ] {
         let (scene, report) = obj(library);
         assert_eq!(report.missing_material_libraries, [library]);
         assert_eq!(scene.surfaces()[0].color_rgb, None);
@@ -142,49 +147,77 @@ fn the_closest_point_of_a_sliver() {
     // No point of the triangle is further from its longest side than its height.
     let (a, b) = (
         DVec3::new(-2.645763039041052, 0.9699575285696438, 1.7512129275018822),
-        DVec3::new(-1.5847667854005956, 0.057067246601219056, 0.7929561120163846),
+        DVec3::new(
+            -1.5847667854005956,
+            0.057067246601219056,
+            0.7929561120163846,
+        ),
     );
     let foot = a + (b - a) * ((p - a).dot(b - a) / a.distance_squared(b));
     assert!(found.point_m.distance(foot) < 1e-7, "{found:?}");
     assert!(found.distance_m < 1e-7, "{found:?}");
 }
 
-/// One vertex a million kilometres away turned the answers of its neighbours into NaN.
+/// One corner a million kilometres away: what was left of small faces after rounding gave NaN.
 #[test]
 fn a_sliver_beside_a_far_corner_gives_no_nan() {
-    let far = "v 1e9 1e9 1e9\nv -1e9 1e9 -1e9\nv 0 -1e9 1e9\nf 1 2 3\n";
-    for height in [1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-100] {
-        let obj = format!("{far}v 0 0 0\nv {height} 0 0\nv 0 {height} 0\nf 4 5 6\nv 1 0 0\nv 0.5 {height} 0\nf 4 7 8\n");
-        let scene = match Scene::from_obj_str(&obj, None) {
-            Ok((scene, _)) => scene,
-            Err(error) => {
-                assert!(!matches!(error, SceneError::NoFaces), "{error}");
-                continue;
-            }
-        };
+    let far = "v 1e9 9e8 7e8\nv 9e8 1e9 7e8\nv 8e8 9e8 1e9\nf 1 2 3\n";
+    for height in [
+        1e-1, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-12, 1e-15, 1e-100,
+    ] {
+        let obj = format!(
+            "{far}o small\nv 0.1 0.2 0.3\nv {} 0.2 0.3\nv 0.1 {} 0.3\nf 4 5 6\no long\nv 1.1 0.2 0.3\nv 0.5 {} 0.3\nf 4 7 8\n",
+            0.1 + height,
+            0.2 + height,
+            0.2 + height
+        );
+        let (scene, report) = Scene::from_obj_str(&obj, None).unwrap();
+        assert_eq!(scene.triangle_count() + report.degenerate_faces, 3);
         for p in [DVec3::ZERO, DVec3::new(0.3, 0.2, 1.0), DVec3::splat(1e9)] {
-            for k in 0..scene.surfaces().len() {
-                let id = scene.find(&scene.surfaces()[k].name).unwrap();
+            for surface in scene.surfaces() {
+                let id = scene.find(&surface.name).unwrap();
                 let found = scene.project_on(id, p).unwrap();
-                assert!(found.point_m.is_finite() && found.normal.is_finite());
-                assert!((found.normal.length() - 1.0).abs() < 1e-9, "{height:e} {found:?}");
+                assert!(found.point_m.is_finite(), "{height:e} {found:?}");
+                assert!(
+                    (found.normal.length() - 1.0).abs() < 1e-9,
+                    "{height:e} {found:?}"
+                );
             }
             for d in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, 2.0, 3.0)] {
                 if let Some(hit) = scene.ray_cast(p - d * 0.5, d).unwrap() {
-                    assert!(hit.point_m.is_finite() && hit.normal.is_finite(), "{hit:?}");
-                    assert!((hit.normal.length() - 1.0).abs() < 1e-9, "{height:e} {hit:?}");
+                    assert!(hit.point_m.is_finite(), "{height:e} {hit:?}");
+                    assert!(
+                        (hit.normal.length() - 1.0).abs() < 1e-9,
+                        "{height:e} {hit:?}"
+                    );
                 }
             }
         }
     }
 }
 
+/// Mechanics of 1e308 were accepted.
+#[test]
+fn mechanics_that_overflow_are_refused() {
+    for (key, value) in [
+        ("inertia_kg_m2", "1e308"),
+        ("friction_n_m", "1e200"),
+        ("roughness", "1e300"),
+    ] {
+        let sidecar = format!(
+            "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = [0.0, 0.0, 0.0]\nhinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [0.0, 90.0]\n{key} = {value}\n"
+        );
+        let error = Scene::from_obj_str(&format!("o door\n{FACE}"), Some(&sidecar)).unwrap_err();
+        assert!(error.to_string().contains("1e12"), "{error}");
+    }
+}
+
 /// The axis of a door may not be so far away that where the door stands is rounding.
 #[test]
 fn a_hinge_out_of_this_world_is_refused() {
-    for point in ["[1e20, 0, 0]", "[0, 1e300, 0]", "[0, 0, -1e10]"] {
+    for point in ["[1e20, 0.0, 0.0]", "[0.0, 1e300, 0.0]", "[0.0, 0.0, -1e10]"] {
         let sidecar = format!(
-            "[surface.door]\nkind = \"revolving_door\"\naxis_point = {point}\naxis_direction = [0, 0, 1]\nmin_angle_deg = 0\nmax_angle_deg = 90\n"
+            "[surface.door]\nkind = \"revolving_door\"\nhinge_point_m = {point}\nhinge_axis = [0.0, 0.0, 1.0]\nrange_deg = [0.0, 90.0]\n"
         );
         let error = Scene::from_obj_str(&format!("o door\n{FACE}"), Some(&sidecar)).unwrap_err();
         let text = error.to_string();

@@ -12,7 +12,12 @@ pub use input::{arms, numbers};
 pub use person::training;
 pub use report::figures;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
+
+/// Characters of an error line that are kept at its beginning, where the place stands, and at its end, where the reason
+/// does: inputs of a megabyte are not repeated.
+const KEPT: [usize; 2] = [600, 300];
 
 /// Ends a binary: one clear line on standard error and status 2 for an error.
 #[must_use]
@@ -22,7 +27,8 @@ pub fn exit(result: anyhow::Result<()>) -> ExitCode {
         // A reader that closes the pipe early (`| head`) has what it wanted.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            // A full device is no reason to panic.
+            let _ = writeln!(io::stderr(), "error: {}", shortened(&format!("{error:#}")));
             ExitCode::from(2)
         }
     }
@@ -30,7 +36,53 @@ pub fn exit(result: anyhow::Result<()>) -> ExitCode {
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
-        let io = cause.downcast_ref::<std::io::Error>();
-        io.is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+        let csv = cause.downcast_ref::<csv::Error>().map(csv::Error::kind);
+        let io = match csv {
+            Some(csv::ErrorKind::Io(io)) => Some(io),
+            _ => cause.downcast_ref::<io::Error>(),
+        };
+        io.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     })
+}
+
+/// The text, without its middle where it is very long.
+fn shortened(text: &str) -> String {
+    let [first, last] = KEPT;
+    let count = text.chars().count();
+    if count <= first + last + 100 {
+        return text.to_owned();
+    }
+    let beginning: String = text.chars().take(first).collect();
+    let end: String = text.chars().skip(count - last).collect();
+    format!(
+        "{beginning} ... ({} characters) ... {end}",
+        count - first - last
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines of a megabyte were repeated.
+    #[test]
+    fn error_lines_keep_the_place_and_the_reason() {
+        let text = format!("a.csv line 7: {:?} is not a number", "é".repeat(1 << 20));
+        let short = shortened(&text);
+        assert!(short.starts_with("a.csv line 7:") && short.ends_with("is not a number"));
+        assert!(short.chars().count() < 1000);
+        assert_eq!(shortened("short"), "short");
+    }
+
+    #[test]
+    fn a_closed_pipe_is_known_through_the_csv_writer() {
+        let closed = || io::Error::from(io::ErrorKind::BrokenPipe);
+        assert!(is_broken_pipe(
+            &anyhow::Error::new(closed()).context("rows")
+        ));
+        assert!(is_broken_pipe(&anyhow::Error::new(csv::Error::from(
+            closed()
+        ))));
+        assert!(!is_broken_pipe(&anyhow::anyhow!("full")));
+    }
 }

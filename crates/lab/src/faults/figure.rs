@@ -1,9 +1,9 @@
 //! The matrix as a picture.
 
-use hwall_stage::report::figure_file::FigureFile;
 use super::outcome::{Bounds, Outcome, Reached};
 use super::phase::Phase;
 use hwall_stage::figures::plot_error;
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

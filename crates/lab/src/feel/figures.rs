@@ -1,6 +1,5 @@
 //! A push over time, errors of what is felt, lightest stable masses.
 
-use hwall_stage::report::figure_file::FigureFile;
 use super::push::{Sample, Trace};
 use super::rig::Way;
 use super::stability::Bound;
@@ -8,6 +7,7 @@ use super::study::Row;
 use super::subject::Subject;
 use hwall_haptics::ObjectPath;
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! Stiffness against damping, and the energy that contacts generate.
 
-use hwall_stage::report::figure_file::FigureFile;
 use super::study::Row;
 use super::z_width::{Point, SAMPLINGS};
 use hwall_haptics::passivity::Causality;
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
 

@@ -17,10 +17,10 @@ pub struct Args {
     #[arg(long)]
     factors: String,
     /// Subjects
-    #[arg(long)]
+    #[arg(long, value_parser = numbers::count_within::<1, 100_000>)]
     subjects: usize,
     /// How often every subject meets every condition
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = numbers::count_within::<1, 10_000>)]
     rounds: usize,
     /// random: every round a random order of its own; latin: rows of a balanced Latin square
     #[arg(long, value_enum, default_value = "random")]

@@ -1,10 +1,10 @@
 //! The figure of arrival times: a panel for each wall, as the person sees it.
 
-use hwall_stage::report::figure_file::FigureFile;
 use super::placement::shade;
 use anyhow::ensure;
 use hwall_arrival::{AtlasWall, NodePlace};
 use hwall_stage::figures::{TEXT, TITLE, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::quantile;
 use plotters::coord::Shift;
 use plotters::prelude::*;

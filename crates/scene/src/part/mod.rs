@@ -1,5 +1,6 @@
 //! Rigid parts: triangles, their hierarchy, and how queries search it.
 
+mod even_tree;
 mod rigid_part;
 mod sliver;
 mod tree;

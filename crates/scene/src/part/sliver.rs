@@ -40,7 +40,11 @@ impl Twofold {
 
     fn ratio(self, by: Self) -> f64 {
         let first = self.high / by.high;
-        let rest = self - by * Self { high: first, low: 0.0 };
+        let rest = self
+            - by * Self {
+                high: first,
+                low: 0.0,
+            };
         first + rest.high / by.high
     }
 }
@@ -104,11 +108,7 @@ pub(super) fn weights(p: DVec3, &[a, b, c]: &Triangle) -> [f64; 3] {
     let area = aa * cc - across * across;
     let wb = cc * d1 - across * d2;
     let wc = aa * d2 - across * d1;
-    [
-        (area - wb - wc).ratio(area),
-        wb.ratio(area),
-        wc.ratio(area),
-    ]
+    [(area - wb - wc).ratio(area), wb.ratio(area), wc.ratio(area)]
 }
 
 /// The foot of `p`, which lies inside; the first side must be the longest.

@@ -38,6 +38,19 @@ pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
     !has_area
 }
 
+/// Is the triangle so low that moving it within a scene of this reach would leave nothing of its shape?
+///
+/// Corners are kept from the middle of their part on, which rounds them by the reach times 1e-16. Height below 1024
+/// times that.
+pub(crate) fn is_lost([a, b, c]: &Triangle, reach_m: f64) -> bool {
+    let longest = (*b - *a)
+        .length()
+        .max((*c - *b).length().max((*a - *c).length()));
+    let twice_area = (*b - *a).cross(*c - *a).length();
+    let is_kept = twice_area > 1024.0 * f64::EPSILON * reach_m * longest;
+    !is_kept
+}
+
 /// Closest point of the triangle, by the Voronoi region of `p` (Ericson 2005, section 5.1.5).
 ///
 /// Error: a few units in the last place of the distance and of the coordinates, whatever the shape of the triangle.
@@ -45,7 +58,11 @@ pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
 pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
     let &[a, b, c] = corners;
     let (ab, ac, bc) = (b - a, c - a, c - b);
-    let (ab2, ac2, bc2) = (ab.length_squared(), ac.length_squared(), bc.length_squared());
+    let (ab2, ac2, bc2) = (
+        ab.length_squared(),
+        ac.length_squared(),
+        bc.length_squared(),
+    );
     let longest = ab2.max(ac2).max(bc2);
     let sliver = ab.cross(ac).length_squared() < 0.01 * longest * longest;
     if sliver {
@@ -213,7 +230,11 @@ mod tests {
         let [a, b, c] = [
             DVec3::new(-1.6880956155671512, 0.1459722553485827, 0.8862793042861439),
             DVec3::new(-2.645763039041052, 0.9699575285696438, 1.7512129275018822),
-            DVec3::new(-1.5847667854005956, 0.057067246601219056, 0.7929561120163846),
+            DVec3::new(
+                -1.5847667854005956,
+                0.057067246601219056,
+                0.7929561120163846,
+            ),
         ];
         let p = DVec3::new(-2.61143134196986, 0.9404182416544303, 1.7202056713176685);
         let on_side = |a: DVec3, b: DVec3| {
@@ -221,8 +242,18 @@ mod tests {
             a.lerp(b, t.clamp(0.0, 1.0))
         };
         let sides = [on_side(a, b), on_side(b, c), on_side(c, a)];
-        let nearest = sides.iter().map(|q| p.distance(*q)).fold(f64::MAX, f64::min);
-        for corners in [[a, b, c], [b, c, a], [c, a, b], [a, c, b], [c, b, a], [b, a, c]] {
+        let nearest = sides
+            .iter()
+            .map(|q| p.distance(*q))
+            .fold(f64::MAX, f64::min);
+        for corners in [
+            [a, b, c],
+            [b, c, a],
+            [c, a, b],
+            [a, c, b],
+            [c, b, a],
+            [b, a, c],
+        ] {
             let q = closest_point(p, &corners);
             // Every point inside is within the height of a side.
             assert!(p.distance(q) <= nearest * (1.0 + 1e-12) + 1e-15);
@@ -235,7 +266,11 @@ mod tests {
     fn feet_inside_slivers_of_every_height() {
         for exponent in 1..=39 {
             let height = 0.5_f64.powi(exponent);
-            let corners = [DVec3::ZERO, DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.75, height, 0.0)];
+            let corners = [
+                DVec3::ZERO,
+                DVec3::new(1.0, 0.0, 0.0),
+                DVec3::new(0.75, height, 0.0),
+            ];
             for (x, y) in [(0.5, 0.25), (0.75, 0.5), (0.25, 0.125), (0.875, 0.125)] {
                 let foot = DVec3::new(x, y * height, 0.0);
                 let p = foot + DVec3::new(0.0, 0.0, 2.0);

@@ -111,7 +111,11 @@ impl Named {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let table = name.ends_with(".csv") || name.ends_with("_meta.json");
         let within = file.ancestors().skip(1);
-        table && file.exists() && within.into_iter().any(|folder| same_file(&self.path, folder))
+        table
+            && file.exists()
+            && within
+                .into_iter()
+                .any(|folder| same_file(&self.path, folder))
     }
 }
 

@@ -294,6 +294,15 @@ pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = S
     values.into_iter().map(|v| v.to_string())
 }
 
+/// A count of a command line, from `LEAST` to `MOST`.
+///
+/// # Errors
+/// Text that is no such count.
+pub fn count_within<const LEAST: usize, const MOST: usize>(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
+    count.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
+}
+
 /// `1 reach`, `2 reaches`.
 #[must_use]
 pub fn counted(count: usize, one: &str, many: &str) -> String {

@@ -71,7 +71,11 @@ mod tests {
         assert!(draw(true).is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "good");
         draw(false).unwrap();
-        assert!(std::fs::read_to_string(&path).unwrap().ends_with("</svg>\n"));
+        assert!(
+            std::fs::read_to_string(&path)
+                .unwrap()
+                .ends_with("</svg>\n")
+        );
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
     }
 }

@@ -1,7 +1,7 @@
 //! The look that all figures share, and the figure of speed against error.
 
-use anyhow::anyhow;
 use crate::report::figure_file::FigureFile;
+use anyhow::anyhow;
 use hwall_testkit::{SpeedErrorRow, format_ns};
 use plotters::coord::CoordTranslate;
 use plotters::prelude::*;

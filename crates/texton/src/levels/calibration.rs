@@ -5,7 +5,7 @@ use super::isotonic::isotonic_grid;
 use super::level::Level;
 use crate::error::TextonError;
 use crate::geometry::ScanAngle;
-use hwall_numeric::check::{finite, non_negative};
+use hwall_numeric::check::{finite, that};
 use spade::{
     DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, NaturalNeighbor, Point2,
     Triangulation,
@@ -82,12 +82,25 @@ impl Calibration {
     /// From conditions and magnitudes in any order; the magnitudes of one condition are averaged.
     ///
     /// # Errors
-    /// A number that is not finite, a negative speed, or conditions that do not span an area.
+    /// A speed outside 0 to 1e6 mm/s, a magnitude beyond 1e12, conditions that do not span an area.
     pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self, TextonError> {
         let mut table: Vec<Level> = rows.into_iter().collect();
         for row in &table {
-            non_negative("speed_mm_per_s", row.speed_mm_per_s)?;
-            finite("magnitude", row.magnitude)?;
+            let (speed, magnitude) = (row.speed_mm_per_s, row.magnitude);
+            let wanted = "at least 0 and at most 1e6";
+            that(
+                (0.0..=1e6).contains(&speed),
+                "speed_mm_per_s",
+                speed,
+                wanted,
+            )?;
+            // Sums and differences of these stay finite.
+            that(
+                magnitude.abs() <= 1e12,
+                "magnitude",
+                magnitude,
+                "within 1e12 of zero",
+            )?;
         }
         table.sort_by(|a, b| {
             let by_orientation = a.scan.rad().total_cmp(&b.scan.rad());
