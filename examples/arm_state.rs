@@ -52,7 +52,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let optional = |prefix: &str| {
         let names = numbered(prefix, n);
         // One of them is enough to ask for all: a single missing column is named.
-        let any = names.iter().any(|name| input.has(name));
+        let any = args.dynamics && names.iter().any(|name| input.has(name));
         any.then(|| input.columns(&names)).transpose()
     };
     let (qd_places, qdd_places) = (optional("qd")?, optional("qdd")?);

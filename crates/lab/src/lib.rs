@@ -10,6 +10,7 @@ struct Readme;
 
 pub mod documents;
 
+pub mod attack;
 pub mod bip;
 pub mod contact;
 pub mod demonstrations;
