@@ -5,8 +5,8 @@ use hwall_numeric::ArgumentError;
 use hwall_numeric::check::{all_finite, that};
 use std::f64::consts::{PI, TAU};
 
-/// Largest finite limit of a joint, rad or m.
-const MOST_RAD: f64 = 1e9;
+/// Largest number of an arm, in its unit: limits of joints, lengths, masses, velocities. Squares and products stay finite.
+pub(crate) const MOST: f64 = 1e9;
 
 /// Most joints of an arm: the length of every joint array.
 pub const MOST_JOINTS: usize = 7;
@@ -183,7 +183,7 @@ impl JointLimit {
             ("upper joint limit", self.max_rad),
         ] {
             // Sines of larger angles mean nothing, and their squares overflow.
-            let usable = value.is_infinite() || value.abs() <= MOST_RAD;
+            let usable = value.is_infinite() || value.abs() <= MOST;
             that(usable, what, value, "within 1e9 of zero, or infinite")?;
         }
         if self.min_rad > self.max_rad {

@@ -105,7 +105,9 @@ impl Documents {
                 continue;
             };
             if from.extension().is_some_and(|e| e == "svg") {
-                std::fs::copy(&from, to.join(name)).with_context(|| from.display().to_string())?;
+                let copied =
+                    std::fs::read(&from).and_then(|svg| hwall_files::write(to.join(name), svg));
+                copied.with_context(|| from.display().to_string())?;
             }
         }
         Ok(())

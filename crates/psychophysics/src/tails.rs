@@ -76,7 +76,7 @@ pub fn t_quantile_two_sided(p: f64, df: f64) -> f64 {
 pub fn chi2_tail(x: f64, df: f64) -> f64 {
     if x.is_nan() || !(1e-6..=1e8).contains(&df) {
         f64::NAN
-    } else if x <= 0.0 {
+    } else if 0.5 * x <= 0.0 {
         1.0
     } else if x.is_infinite() {
         0.0

@@ -16,27 +16,45 @@ use std::path::PathBuf;
 const HEADER: usize = 18;
 const CHECKSUM: usize = 4;
 
-pub(super) fn targets() -> anyhow::Result<Vec<Target>> {
-    let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    let (stl, exr) = (folder.join("a.stl"), folder.join("a.exr"));
+pub(super) fn map() -> anyhow::Result<Target> {
+    Ok(Target::new("map", vec![small_map()?], read_map))
+}
+
+pub(super) fn atlas() -> anyhow::Result<Target> {
+    Ok(Target::new("atlas", vec![small_atlas()?], read_atlas))
+}
+
+pub(super) fn stl() -> anyhow::Result<Target> {
+    let path = scratch("a.stl")?;
     let mesh = TriangleMesh::new(
         vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
     )?;
     let mut meshes = Vec::new();
     for format in [StlFormat::Binary, StlFormat::Ascii] {
-        mesh.write_stl(&stl, format)?;
-        meshes.push(std::fs::read(&stl)?);
+        mesh.write_stl(&path, format)?;
+        meshes.push(std::fs::read(&path)?);
     }
-    HeightField::new(8, 0.1, (0..64).map(|i| 0.01 * i as f32).collect())?.write_exr(&exr)?;
-    let picture = std::fs::read(&exr)?;
-    Ok(vec![
-        Target::new("map", vec![small_map()?], map),
-        Target::new("atlas", vec![small_atlas()?], atlas),
-        Target::new("stl", meshes, move |bytes| read_stl(&stl, bytes)),
-        Target::new("exr", vec![picture], move |bytes| read_exr(&exr, bytes)),
-    ])
+    Ok(Target::new("stl", meshes, move |bytes| {
+        read_stl(&path, bytes)
+    }))
+}
+
+pub(super) fn exr() -> anyhow::Result<Target> {
+    let path = scratch("a.exr")?;
+    let heights = (0..64).map(|i| 0.01 * i as f32).collect();
+    HeightField::new(8, 0.1, heights)?.write_exr(&path)?;
+    let picture = std::fs::read(&path)?;
+    Ok(Target::new("exr", vec![picture], move |bytes| {
+        read_exr(&path, bytes)
+    }))
+}
+
+/// A file in a folder of this process: these readers want a path.
+fn scratch(name: &str) -> anyhow::Result<PathBuf> {
+    let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    Ok(folder.join(name))
 }
 
 /// Length and checksum made right.
@@ -82,7 +100,7 @@ fn small_map() -> anyhow::Result<Vec<u8>> {
     Ok(ReachabilityMap::build(&SrsArm::iiwa7(), &config, walls)?.to_bytes())
 }
 
-fn map(bytes: &[u8]) -> Verdict {
+fn read_map(bytes: &[u8]) -> Verdict {
     judged(ReachabilityMap::from_bytes(&sealed(bytes)), |map| {
         let lengths = map.lengths();
         let counted = lengths.reachable_m >= 0.0 && lengths.unknown_m >= 0.0;
@@ -127,7 +145,7 @@ fn small_atlas() -> anyhow::Result<Vec<u8>> {
     Ok(Atlas::build(&arm, &maps, board, &limits, &waiting, &config)?.to_bytes())
 }
 
-fn atlas(bytes: &[u8]) -> Verdict {
+fn read_atlas(bytes: &[u8]) -> Verdict {
     judged(Atlas::from_bytes(&sealed(bytes)), |atlas| {
         for y in [-0.2, 0.0] {
             if let Some(entry) = atlas.look_up(DVec3::new(0.62, y, 0.5), DVec3::X) {

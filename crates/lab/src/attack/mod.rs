@@ -3,7 +3,7 @@
 mod binary;
 mod text;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use hwall_testkit::{AttackReport, MarkdownTable, Verdict, attack};
 
 /// A reader, what it promises, and inputs that it accepts.
@@ -41,22 +41,48 @@ impl Target {
     }
 }
 
+/// Names of the readers.
+const NAMES: [&str; 10] = [
+    "scene",
+    "hand",
+    "urdf",
+    "study",
+    "calibration",
+    "model",
+    "map",
+    "atlas",
+    "stl",
+    "exr",
+];
+
 /// All readers, or the one of this name.
 ///
 /// # Errors
 /// No reader of that name; an input to begin with that cannot be made.
 pub fn targets(name: &str) -> anyhow::Result<Vec<Target>> {
-    let mut all = text::targets();
-    all.extend(binary::targets()?);
     if name == "all" {
-        return Ok(all);
+        return NAMES.into_iter().map(target).collect();
     }
-    let names: Vec<&str> = all.iter().map(|target| target.name).collect();
-    let known = names.join(", ");
-    let found = all.into_iter().find(|target| target.name == name);
-    let found =
-        found.with_context(|| format!("--reader {name}: expected all or one of {known}"))?;
-    Ok(vec![found])
+    Ok(vec![target(name)?])
+}
+
+fn target(name: &str) -> anyhow::Result<Target> {
+    Ok(match name {
+        "scene" => text::scene(),
+        "hand" => text::hand(),
+        "urdf" => text::urdf(),
+        "study" => text::study(),
+        "calibration" => text::calibration(),
+        "model" => text::model(),
+        "map" => binary::map()?,
+        "atlas" => binary::atlas()?,
+        "stl" => binary::stl()?,
+        "exr" => binary::exr()?,
+        _ => bail!(
+            "--reader {name}: expected all or one of {}",
+            NAMES.join(", ")
+        ),
+    })
 }
 
 /// A row for each attack.

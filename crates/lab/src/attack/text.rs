@@ -27,22 +27,36 @@ const ARM: &str = r#"<robot name="r" version="1.0"><!-- two joints --><link name
 <joint name="bc" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="0.1 0 0"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5" velocity="0.3" effort="80"/></joint>
 <joint name="cd" type="fixed"><parent link="c"/><child link="d"/><origin xyz="0 0 0.05" rpy="0 0 0.7"/></joint></robot>"#;
 
-pub(super) fn targets() -> Vec<Target> {
-    let scene = format!("{}{CUT}{}", ROOM.0, ROOM.1).into_bytes();
+pub(super) fn scene() -> Target {
+    let room = format!("{}{CUT}{}", ROOM.0, ROOM.1);
     let small = format!(
         "v 1 -1 0\nv 1 1 0\nv 1 1 2\nv 1 -1 2\no wall\nusemtl red\nf 1 2 3 4\nf -1 -2 -3{CUT}default_kind = \"static\"\n"
     );
-    vec![
-        Target::new("scene", vec![scene, small.into_bytes()], scene_and_sidecar),
-        Target::new("hand", vec![hand_csv(false), hand_csv(true)], hand),
-        Target::new("urdf", vec![ARM.as_bytes().to_vec()], urdf),
-        Target::new("study", vec![study_csv(false), study_csv(true)], study),
-        Target::new("calibration", vec![calibration_csv()], calibration),
-        Target::new("model", models(), model),
-    ]
+    let good = vec![room.into_bytes(), small.into_bytes()];
+    Target::new("scene", good, read_scene)
 }
 
-fn scene_and_sidecar(bytes: &[u8]) -> Verdict {
+pub(super) fn hand() -> Target {
+    Target::new("hand", vec![hand_csv(false), hand_csv(true)], read_hand)
+}
+
+pub(super) fn urdf() -> Target {
+    Target::new("urdf", vec![ARM.as_bytes().to_vec()], read_urdf)
+}
+
+pub(super) fn study() -> Target {
+    Target::new("study", vec![study_csv(false), study_csv(true)], read_study)
+}
+
+pub(super) fn calibration() -> Target {
+    Target::new("calibration", vec![calibration_csv()], read_calibration)
+}
+
+pub(super) fn model() -> Target {
+    Target::new("model", models(), read_model)
+}
+
+fn read_scene(bytes: &[u8]) -> Verdict {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return Verdict::Refused;
     };
@@ -52,7 +66,8 @@ fn scene_and_sidecar(bytes: &[u8]) -> Verdict {
     };
     judged(Scene::from_obj_str(obj, sidecar), |(mut scene, _)| {
         let opened: Vec<_> = scene.surfaces().iter().map(|s| s.name.clone()).collect();
-        for id in opened.iter().filter_map(|name| scene.find(name)) {
+        let ids: Vec<_> = opened.iter().filter_map(|name| scene.find(name)).collect();
+        for id in ids {
             if let Some(range) = scene.surface(id).kind.range() {
                 let _ = scene.set_opening(id, range.max);
             }
@@ -100,7 +115,7 @@ fn hand_csv(trials: bool) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn hand(bytes: &[u8]) -> Verdict {
+fn read_hand(bytes: &[u8]) -> Verdict {
     judged(read_recordings(bytes), |recordings| {
         let valid = recordings.iter().all(|r| r.validate().is_ok());
         promise(valid, "a recording that is not valid")?;
@@ -125,7 +140,7 @@ fn hand(bytes: &[u8]) -> Verdict {
     })
 }
 
-fn urdf(bytes: &[u8]) -> Verdict {
+fn read_urdf(bytes: &[u8]) -> Verdict {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return Verdict::Refused;
     };
@@ -160,7 +175,7 @@ fn study_csv(groups: bool) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn study(bytes: &[u8]) -> Verdict {
+fn read_study(bytes: &[u8]) -> Verdict {
     let plain = Columns::new("subject", ["orientation", "velocity"], "value");
     let grouped = bytes
         .split(|byte| *byte == b'\n')
@@ -198,7 +213,7 @@ fn calibration_csv() -> Vec<u8> {
     text.into_bytes()
 }
 
-fn calibration(bytes: &[u8]) -> Verdict {
+fn read_calibration(bytes: &[u8]) -> Verdict {
     judged(Calibration::from_csv(bytes), |calibration| {
         for node in calibration.nodes() {
             let found = calibration.magnitude(node.scan, node.speed_mm_per_s);
@@ -251,7 +266,7 @@ fn models() -> Vec<Vec<u8>> {
         .collect()
 }
 
-fn model(bytes: &[u8]) -> Verdict {
+fn read_model(bytes: &[u8]) -> Verdict {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return Verdict::Refused;
     };

@@ -13,7 +13,7 @@ const MOST_NODES: u32 = 200_000;
 const MOST_EQUALS_SIGNS_IN_A_TAG: usize = 10_000;
 /// The parser's time grows with the cube of nested namespace declarations.
 const MOST_NAMESPACES: usize = 500;
-/// The parser looks at all elements around one when it ends. A robot has five levels, simulator extensions a few more.
+/// Some inputs take time in proportion to the square of their depth. A robot has five levels, simulator extensions a few more.
 const MOST_LEVELS: usize = 200;
 
 pub(super) struct Robot {
