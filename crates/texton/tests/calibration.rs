@@ -419,3 +419,15 @@ fn a_long_cell_is_cut_in_the_message() {
     let error = hwall_texton::Calibration::from_csv(text.as_bytes()).unwrap_err();
     assert!(error.to_string().len() < 200);
 }
+
+/// Speeds of 0 and 5e-324 mm/s were two nodes at one place, and one of them lost its magnitude.
+#[test]
+fn conditions_that_nearly_coincide_are_refused() {
+    for speed in ["5e-324", "1e-9"] {
+        let text = format!(
+            "orientation_deg,velocity_mm_s,value\n0,{speed},1.2\n0,40,1.4\n0,0,2.2\n45,40,2.4\n90,20,3\n"
+        );
+        let error = hwall_texton::Calibration::from_csv(text.as_bytes()).unwrap_err();
+        assert!(error.to_string().contains("speed"), "{error}");
+    }
+}
