@@ -28,7 +28,8 @@ pub fn f_tail(f: f64, df1: f64, df2: f64) -> f64 {
     } else {
         (-ratio.ln_1p(), -ratio.recip().ln_1p())
     };
-    incomplete_beta(0.5 * df2, 0.5 * df1, ln_x, ln_y)
+    // With huge degrees of freedom the fraction may end a rounding outside; NaN stays.
+    incomplete_beta(0.5 * df2, 0.5 * df1, ln_x, ln_y).clamp(0.0, 1.0)
 }
 
 /// `P(|T| > |t|)` with `df` degrees of freedom, two-sided.
