@@ -6,7 +6,7 @@ use hwall_numeric::check::{all_finite, that};
 use std::f64::consts::{PI, TAU};
 
 /// Largest finite limit of a joint, rad or m. Some descriptions write 1e16 for no limit; squares of this stay finite.
-const MOST_LIMIT: f64 = 1e100;
+pub(crate) const MOST_LIMIT: f64 = 1e100;
 /// Largest number of an arm, in its unit: lengths, masses, velocities. Squares and products stay finite.
 pub(crate) const MOST: f64 = 1e9;
 

@@ -12,8 +12,8 @@ use hwall_numeric::check::that;
 use std::fmt::Display;
 use std::io::{BufRead, ErrorKind, Seek, SeekFrom};
 
-/// What the best compression makes of a picture of one colour, with a margin.
-const MOST_SAMPLES_A_BYTE: u64 = 16_384;
+/// Deflate makes at most 516 half-precision samples of a byte, and no other compression more; with a margin.
+const MOST_SAMPLES_A_BYTE: u64 = 2_048;
 
 /// A picture with all of its layers.
 type Picture = Image<Layers<AnyChannels<FlatSamples>>>;
@@ -59,7 +59,7 @@ pub(crate) fn read_bounded(
         samples <= bytes.saturating_mul(MOST_SAMPLES_A_BYTE),
         "samples of all layers and channels",
         samples as f64,
-        "at most 16384 for each byte of the file",
+        "at most 2048 for each byte of the file",
     )?;
     let rewound = file.rewind();
     rewound.map_err(|error| TextonError::file(&name, error.kind(), error))?;

@@ -2,7 +2,7 @@
 
 use super::inertia::Inertial;
 use crate::error::KinematicsError;
-use crate::joints::{JointLimit, MOST};
+use crate::joints::{JointLimit, MOST, MOST_LIMIT};
 use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_numeric::check::{all_finite, that};
@@ -89,8 +89,8 @@ impl ChainJoint {
             ("max_effort", self.max_effort),
         ] {
             if let Some(value) = value {
-                let possible = value > 0.0 && value <= MOST;
-                that(possible, what, value, "positive and at most 1e9")?;
+                let possible = value > 0.0 && value <= MOST_LIMIT;
+                that(possible, what, value, "positive and at most 1e100")?;
             }
         }
         let origin_m = self.previous_from_link.position_m().abs().max_element();
