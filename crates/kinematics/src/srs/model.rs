@@ -50,7 +50,9 @@ impl SrsArm {
             ("d_wf", g.d_wf_m),
         ] {
             let needs_length = link == "d_se" || link == "d_ew";
-            if !(value_m.abs() <= MOST) || (needs_length && value_m <= 0.0) {
+            // NaN lies in no range.
+            let possible = (-MOST..=MOST).contains(&value_m);
+            if !possible || (needs_length && value_m <= 0.0) {
                 return Err(KinematicsError::LinkLength { link, value_m });
             }
         }

@@ -118,7 +118,7 @@ impl<'a> Mutator<'a> {
                 bytes.truncate(at);
                 bytes.extend_from_slice(&other[from..]);
             }
-            4 | 5 | 6 => self.number(bytes, at),
+            4..=6 => self.number(bytes, at),
             7 => self.line(bytes, at),
             8 => self.count(bytes, at),
             9 => {
