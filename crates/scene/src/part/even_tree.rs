@@ -17,13 +17,13 @@ pub(super) fn is_crowded(boxes: &[Aabb]) -> bool {
         return false;
     }
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut open = vec![0..order.len()];
-    while let Some(range) = open.pop() {
-        let part = &mut order[range.clone()];
+    let mut open = vec![(0, order.len())];
+    while let Some((first, end)) = open.pop() {
+        let part = &mut order[first..end];
         if part.len() > NEIGHBOURHOOD {
             let middle = halve(boxes, part);
-            open.push(range.start..range.start + middle);
-            open.push(range.start + middle..range.end);
+            open.push((first, first + middle));
+            open.push((first + middle, end));
             continue;
         }
         let areas: f32 = part.iter().map(|&i| boxes[i as usize].half_area()).sum();
