@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 pub struct FigureFile {
     /// `None` once it has its name; drawing areas borrow the path until then.
     beside: RefCell<Option<Beside>>,
-    drawn: PathBuf,
     path: PathBuf,
+    target: PathBuf,
 }
 
 impl FigureFile {
@@ -24,16 +24,16 @@ impl FigureFile {
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let beside = Beside::new(path).with_context(|| path.display().to_string())?;
         Ok(Self {
-            drawn: beside.path().to_owned(),
+            path: beside.path().to_owned(),
             beside: RefCell::new(Some(beside)),
-            path: path.to_owned(),
+            target: path.to_owned(),
         })
     }
 
     /// Where to draw.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.drawn
+        &self.path
     }
 
     /// Gives the figure its name.
@@ -45,7 +45,7 @@ impl FigureFile {
             Some(beside) => beside.finish(),
             None => Ok(()),
         }
-        .with_context(|| self.path.display().to_string())
+        .with_context(|| self.target.display().to_string())
     }
 }
 
