@@ -6,12 +6,15 @@ mod text;
 use anyhow::bail;
 use hwall_testkit::{AttackReport, MarkdownTable, Verdict, attack};
 
+/// Reads an input and checks what was read.
+type Read = Box<dyn Fn(&[u8]) -> Verdict>;
+
 /// A reader, what it promises, and inputs that it accepts.
 pub struct Target {
     /// Name on the command line.
     pub name: &'static str,
     good: Vec<Vec<u8>>,
-    read: Box<dyn Fn(&[u8]) -> Verdict>,
+    read: Read,
 }
 
 impl Target {

@@ -195,9 +195,9 @@ fn read_study(bytes: &[u8]) -> Verdict {
         let Ok(analysis) = analyse(&study, &config) else {
             return Ok(());
         };
-        let p = analysis.effects.iter().filter_map(|effect| effect.p);
+        let mut p = analysis.effects.iter().filter_map(|effect| effect.p);
         let possible = |p: f64| p.is_nan() || (0.0..=1.0 + 1e-9).contains(&p);
-        promise(p.map(possible).all(|is| is), "a probability that is none")?;
+        promise(p.all(possible), "a probability that is none")?;
         promise(!analysis.to_text().is_empty(), "no report")
     })
 }
