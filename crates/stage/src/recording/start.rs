@@ -7,10 +7,16 @@ use crate::setting::Setting;
 use anyhow::Context;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
 use hwall_scene::Scene;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Begins a recording and writes the arm's capsules beside it: `session.urdf` for `session.mcap`. `scene` is the one
-/// that `source` names, seen from the arm's base.
+/// Where the arm's capsules go: `session.urdf` for `session.mcap`.
+#[must_use]
+pub fn urdf_beside(path: &Path) -> PathBuf {
+    path.with_extension("urdf")
+}
+
+/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. `scene` is the one that `source` names,
+/// seen from the arm's base. The recording stands under its name from the beginning: what a crash leaves can be opened.
 ///
 /// # Errors
 /// A file that cannot be read or written, an arm whose links are not known.
@@ -22,10 +28,10 @@ pub fn start(
     config: &RecorderConfig,
 ) -> anyhow::Result<Recorder> {
     let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
-    let urdf = path.with_extension("urdf");
+    let urdf = urdf_beside(path);
     let name = Path::new(source.arm).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
-    std::fs::write(&urdf, text).with_context(|| urdf.display().to_string())?;
+    hwall_files::write(&urdf, text).with_context(|| urdf.display().to_string())?;
     let setup = source.to_setup()?;
     Ok(Recorder::create(path, &setup, skeleton, scene, config)?)
 }
@@ -72,7 +78,7 @@ pub fn finish(recorder: Recorder, path: &Path) -> anyhow::Result<String> {
         path.display(),
         1e-6 * summary.bytes as f64,
         summary.messages,
-        path.with_extension("urdf").display()
+        urdf_beside(path).display()
     );
     if summary.dropped > 0 {
         line += &format!("; {} messages were left out", summary.dropped);
