@@ -20,7 +20,7 @@ struct Args {
     /// Inputs for each reader
     #[arg(long, default_value_t = 100_000)]
     inputs: u64,
-    /// all, or one of scene, hand, urdf, study, calibration, model, map, atlas, stl, exr
+    /// all, or one of scene, hand, urdf, study, calibration, model, map, atlas, stl, exr, session
     #[arg(long, default_value = "all")]
     reader: String,
     /// Seed of the inputs

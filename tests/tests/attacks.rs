@@ -65,6 +65,11 @@ fn pictures() {
 }
 
 #[test]
+fn recordings_of_sessions() {
+    nothing_gets_through("session");
+}
+
+#[test]
 fn unknown_readers_are_named() {
     let error = targets("teapot").err().unwrap().to_string();
     assert!(

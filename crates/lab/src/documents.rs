@@ -22,6 +22,16 @@ pub struct Destination {
 }
 
 impl Destination {
+    /// The folder that was asked for, not made yet; `default` where none was.
+    #[must_use]
+    pub fn folder<'a>(&'a self, default: &'a str) -> &'a Path {
+        match &self.out {
+            _ if self.docs => Path::new(TRACKED),
+            Some(folder) => folder,
+            None => Path::new(default),
+        }
+    }
+
     /// The folder that was asked for; `default` where none was.
     ///
     /// # Errors

@@ -51,7 +51,7 @@ pub(super) fn exr() -> anyhow::Result<Target> {
 }
 
 /// A file in a folder of this process: these readers want a path.
-fn scratch(name: &str) -> anyhow::Result<PathBuf> {
+pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
     let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     Ok(folder.join(name))

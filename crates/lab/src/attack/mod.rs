@@ -1,6 +1,7 @@
 //! Attacks on everything that reads files: hostile inputs from good ones, and what became of them.
 
 mod binary;
+mod session;
 mod text;
 
 use anyhow::bail;
@@ -45,7 +46,7 @@ impl Target {
 }
 
 /// Names of the readers.
-const NAMES: [&str; 10] = [
+const NAMES: [&str; 11] = [
     "scene",
     "hand",
     "urdf",
@@ -56,6 +57,7 @@ const NAMES: [&str; 10] = [
     "atlas",
     "stl",
     "exr",
+    "session",
 ];
 
 /// All readers, or the one of this name.
@@ -81,6 +83,7 @@ fn target(name: &str) -> anyhow::Result<Target> {
         "atlas" => binary::atlas()?,
         "stl" => binary::stl()?,
         "exr" => binary::exr()?,
+        "session" => session::session()?,
         _ => bail!(
             "--reader {name}: expected all or one of {}",
             NAMES.join(", ")
