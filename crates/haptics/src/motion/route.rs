@@ -254,12 +254,18 @@ impl Route {
             Destination::Posture(_) => None,
         };
         let here = solver.arm().forward(&reference.state().q);
-        self.departed = None;
-        if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
-            self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+        if !bends_again {
+            self.departed = None;
+            if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
+                self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+            }
         }
         let check = self.check(&board, goal)?;
-        let allowed_m = config.allowed_m.max(check.protrusion_m(&here) + HERE_M);
+        // Time and again a little further before the surface than where the board is would be far before it.
+        let allowed_m = match bends_again {
+            true => config.allowed_m,
+            false => config.allowed_m.max(check.protrusion_m(&here) + HERE_M),
+        };
         let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
         if straight.protrusion_m <= allowed_m {
             if bends_again && straight.duration_s >= reference.left_s() {
