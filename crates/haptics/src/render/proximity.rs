@@ -74,7 +74,8 @@ impl ProximityConfig {
                     distance_and_closing(board, base_from_board, twist, *point_m);
                 in_force * self.allowed_m_per_s(distance_m) / closing_m_per_s.max(SLOWEST_M_PER_S)
             })
-            .fold(1.0, f64::min);
+            // Not cut off at 1: what is left beyond the margin is what brings a slowed arm back to full speed.
+            .fold(f64::INFINITY, f64::min);
         let most = |allowed: f64| {
             let fitting = SHARES.into_iter().filter(|share| *share <= allowed);
             fitting.fold(SHARES[0], f64::max)
@@ -113,4 +114,44 @@ fn nearest_m(board: &Board, base_from_board: &Pose, point_m: DVec3) -> DVec3 {
         p.y.clamp(-board.half_height_m, board.half_height_m),
         0.0,
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The share for a face at the origin that moves along its normal towards a finger, m/s and m.
+    fn share(closing_m_per_s: f64, distance_m: f64, in_force: f64) -> f64 {
+        let twist = Twist {
+            linear_m_per_s: DVec3::Z * closing_m_per_s,
+            angular_rad_per_s: DVec3::ZERO,
+        };
+        let finger_m = [DVec3::Z * distance_m];
+        let board = Board::default();
+        ProximityConfig::default().speed_share(&board, &Pose::IDENTITY, &twist, &finger_m, in_force)
+    }
+
+    #[test]
+    fn a_board_that_comes_too_fast_is_slowed_down() {
+        let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.1);
+        assert_eq!(share(0.9 * allowed_m_per_s, 0.1, 1.0), 1.0);
+        assert_eq!(share(2.0 * allowed_m_per_s, 0.1, 1.0), 0.5);
+    }
+
+    #[test]
+    fn every_share_goes_back_to_full_speed_once_the_board_no_longer_comes_nearer() {
+        for in_force in SHARES {
+            for closing_m_per_s in [0.0, -1.0] {
+                assert_eq!(share(closing_m_per_s, 0.1, in_force), 1.0, "{in_force}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_larger_share_needs_a_margin() {
+        let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.1);
+        // At 0.7 of the speed the board comes so fast that full speed would just be allowed, or allowed with a margin.
+        assert_eq!(share(0.69 * allowed_m_per_s, 0.1, 0.7), 0.7);
+        assert_eq!(share(0.5 * allowed_m_per_s, 0.1, 0.7), 1.0);
+    }
 }

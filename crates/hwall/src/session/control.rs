@@ -335,9 +335,11 @@ impl Control {
         };
         let left_s = self.step.and_then(|step| step.left_s);
         let presents = target.behind_m == 0.0 && self.contact.is_none();
+        // A board that serves does not go back because it moves on a little.
+        let is_there = self.state == SessionState::InPlace;
         let near = contact_s - now_s <= SOON_S;
         let is_late = |left_s: f64| left_s > SLOW_S && now_s + left_s > contact_s + LATE_S;
-        presents && near && left_s.is_some_and(is_late)
+        presents && !is_there && near && left_s.is_some_and(is_late)
     }
 
     /// Sets the state after a step, and reports what changed.
