@@ -76,8 +76,15 @@ pub(crate) fn closest_point(p: DVec3, corners: &Triangle) -> DVec3 {
         };
         return in_region(p, &corners, sliver::weights, sliver::inside);
     }
-    in_region(p, corners, weights, |_, &[a, b, c], [_, wb, wc]| {
-        a + (b - a) * wb + (c - a) * wc
+    in_region(p, corners, weights, |p, &[a, b, c], [_, wb, wc]| {
+        // By the normal a point of the plane is its own foot, to the last bit; the error grows with the distance.
+        let normal = ab.cross(ac);
+        let off = normal * (normal.dot(p - a) / normal.length_squared());
+        if off.length_squared() <= longest {
+            p - off
+        } else {
+            a + (b - a) * wb + (c - a) * wc
+        }
     })
 }
 
@@ -280,6 +287,21 @@ mod tests {
                     assert!(off.x.abs() < 1e-15, "{height:e}: {off}");
                     assert!(off.y.abs() < 1e-14 * height, "{height:e}: {off}");
                 }
+            }
+        }
+    }
+
+    /// Else a hand on a wall is off it by rounding, in any direction.
+    #[test]
+    fn a_point_of_a_plain_triangle_is_its_own_foot() {
+        for k in 0..3 {
+            let turn = |p: [f64; 3]| DVec3::new(p[k], p[(k + 1) % 3], p[(k + 2) % 3]);
+            let corners = [[1.0, 0.3, 0.1], [1.0, 2.9, 0.7], [1.0, 0.2, 1.9]].map(turn);
+            for (y, z) in [(0.7, 0.9), (1.1, 0.7), (0.9, 1.3)] {
+                let p = turn([1.0, y, z]);
+                assert_eq!(closest_point(p, &corners), p);
+                let q = closest_point(p + turn([0.1, 0.0, 0.0]), &corners);
+                assert!(q.distance(p) < 1e-15);
             }
         }
     }
