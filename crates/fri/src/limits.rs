@@ -94,10 +94,10 @@ impl CommandLimits {
         Ok(())
     }
 
-    /// Finite torques: small enough?
+    /// Torques: small enough? NaN, as of a sum of two infinities, is not.
     pub(crate) fn check_torque(&self, torque_n_m: &[f64; 7]) -> Result<(), LimitViolation> {
         for (joint, (&value_n_m, &max_n_m)) in torque_n_m.iter().zip(&self.torque_n_m).enumerate() {
-            if value_n_m.abs() > max_n_m {
+            if value_n_m.is_nan() || value_n_m.abs() > max_n_m {
                 return Err(LimitViolation::Torque {
                     joint,
                     value_n_m,
