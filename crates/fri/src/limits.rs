@@ -113,3 +113,20 @@ impl CommandLimits {
         std::array::from_fn(|i| q_rad[i].clamp(self.range[i].min_rad, self.range[i].max_rad))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::CommandLimits;
+    use hwall_kinematics::SrsArm;
+
+    #[test]
+    fn torques_that_are_no_numbers_are_too_large() {
+        let limits = CommandLimits::new(&SrsArm::iiwa7(), [10.0; 7]);
+        let mut torque_n_m = [-10.0; 7];
+        assert!(limits.check_torque(&torque_n_m).is_ok());
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 10.000_001] {
+            torque_n_m[5] = wrong;
+            assert!(limits.check_torque(&torque_n_m).is_err(), "{wrong}");
+        }
+    }
+}

@@ -50,7 +50,7 @@ fn a_wrench_is_judged_where_it_acts() {
     assert!(found.contains(&true) && found.contains(&false), "{found:?}");
 }
 
-/// The sum of two infinities is no small torque.
+/// Its torques overflow.
 #[test]
 fn a_wrench_beyond_all_numbers_ends_commanding() {
     for wrench in [
