@@ -4,7 +4,7 @@ use super::setup::SessionSource;
 use crate::input::arms::BoardArm;
 use crate::run::people::Stage;
 use crate::setting::Setting;
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
 use hwall_scene::Scene;
 use std::path::Path;
@@ -13,7 +13,7 @@ use std::path::Path;
 /// that `source` names, seen from the arm's base.
 ///
 /// # Errors
-/// A file that cannot be read or written, an arm whose links are not known.
+/// A file that cannot be read or written, or that is the arm's own description; an arm whose links are not known.
 pub fn start(
     path: &Path,
     source: &SessionSource<'_>,
@@ -23,11 +23,22 @@ pub fn start(
 ) -> anyhow::Result<Recorder> {
     let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
     let urdf = path.with_extension("urdf");
+    ensure!(
+        urdf != path && !is_same_file(&urdf, Path::new(source.arm)),
+        "{}: the arm's capsules would be written over it; record under another name",
+        urdf.display()
+    );
+    let setup = source.to_setup()?;
     let name = Path::new(source.arm).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
     std::fs::write(&urdf, text).with_context(|| urdf.display().to_string())?;
-    let setup = source.to_setup()?;
     Ok(Recorder::create(path, &setup, skeleton, scene, config)?)
+}
+
+/// Do two names lead to one file?
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    let [a, b] = [a, b].map(|path| path.canonicalize().ok());
+    a.is_some() && a == b
 }
 
 /// As [`start`], for the runs of the main job, of which nothing is left out.
@@ -78,4 +89,20 @@ pub fn finish(recorder: Recorder, path: &Path) -> anyhow::Result<String> {
         line += &format!("; {} messages were left out", summary.dropped);
     }
     Ok(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_same_file;
+    use std::path::Path;
+
+    #[test]
+    fn one_file_has_many_names() {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let (a, b) = (here.join("Cargo.toml"), here.join("src/../Cargo.toml"));
+        assert!(is_same_file(&a, &b));
+        assert!(!is_same_file(&a, &here.join("README.md")));
+        // A preset's name is no file.
+        assert!(!is_same_file(Path::new("iiwa7"), Path::new("iiwa7")));
+    }
 }
