@@ -150,6 +150,7 @@ fn recordings_are_looked_at_before_the_run() {
     let good = "x,y\n";
     std::fs::write(folder.join("hand.csv"), good).unwrap();
     std::fs::write(folder.join("arm.urdf"), good).unwrap();
+    std::fs::create_dir(folder.join("taken")).unwrap();
     for (words, because) in [
         (
             &["--hand", "hand.csv", "--mcap", "hand.csv"][..],
@@ -164,7 +165,8 @@ fn recordings_are_looked_at_before_the_run() {
             &["--mcap", "missing/run.mcap"],
             &["--mcap", "missing/run.mcap"],
         ),
-        (&["--mcap", "."], &["--mcap", "folder"]),
+        (&["--mcap", "taken"], &["--mcap", "folder"]),
+        (&["--mcap", "run.urdf"], &["--mcap", "beside"]),
         (
             &["--json", "run.mcap", "--mcap", "run.mcap"],
             &["--mcap", "--json"],
@@ -179,7 +181,7 @@ fn recordings_are_looked_at_before_the_run() {
     for name in ["hand.csv", "arm.urdf"] {
         assert_eq!(std::fs::read_to_string(folder.join(name)).unwrap(), good);
     }
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
 }
 
 /// `ensemble:99999999999` aborted, other counts never ended; 1e-320 printed NaN.

@@ -184,6 +184,12 @@ fn a_scene_reaches_those_who_wait_and_those_who_come() {
     assert_eq!(text_of(&early.wait_for("preparing"), "text"), "preparing");
     server.prepare("learning");
     assert_eq!(text_of(&early.wait_for("preparing"), "text"), "learning");
+    // A room of 300,000 triangles is told whole.
+    server.prepare(&"x".repeat(8_000_000));
+    assert_eq!(
+        text_of(&early.wait_for("preparing"), "text").len(),
+        8_000_000
+    );
     let bridge = server.connect(&scene());
     let mut late = Socket::open(&server);
     for socket in [&mut early, &mut late] {

@@ -94,10 +94,10 @@ impl CommandLimits {
         Ok(())
     }
 
-    /// Finite torques: small enough?
+    /// Torques: small enough? NaN, as of a sum of two infinities, is not.
     pub(crate) fn check_torque(&self, torque_n_m: &[f64; 7]) -> Result<(), LimitViolation> {
         for (joint, (&value_n_m, &max_n_m)) in torque_n_m.iter().zip(&self.torque_n_m).enumerate() {
-            if value_n_m.abs() > max_n_m {
+            if value_n_m.is_nan() || value_n_m.abs() > max_n_m {
                 return Err(LimitViolation::Torque {
                     joint,
                     value_n_m,
@@ -111,5 +111,22 @@ impl CommandLimits {
     /// The angles, moved into their ranges.
     pub(crate) fn clamped(&self, q_rad: &[f64; 7]) -> [f64; 7] {
         std::array::from_fn(|i| q_rad[i].clamp(self.range[i].min_rad, self.range[i].max_rad))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CommandLimits;
+    use hwall_kinematics::SrsArm;
+
+    #[test]
+    fn torques_that_are_no_numbers_are_too_large() {
+        let limits = CommandLimits::new(&SrsArm::iiwa7(), [10.0; 7]);
+        let mut torque_n_m = [-10.0; 7];
+        assert!(limits.check_torque(&torque_n_m).is_ok());
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 10.000_001] {
+            torque_n_m[5] = wrong;
+            assert!(limits.check_torque(&torque_n_m).is_err(), "{wrong}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Wrenches as they stand in a command.
 
 use glam::DVec3;
+use hwall_geometry::Pose;
 use hwall_kinematics::Wrench;
 
 /// From the order of the wire: `Fx Fy Fz`, then moments about z, y and x, the turns A, B and C of the manufacturer.
@@ -15,4 +16,12 @@ pub(crate) const fn wrench_from_wire(w: &[f64; 6]) -> Wrench {
 pub(crate) const fn wrench_to_wire(wrench: &Wrench) -> [f64; 6] {
     let (f, m) = (wrench.force_n, wrench.moment_n_m);
     [f.x, f.y, f.z, m.z, m.y, m.x]
+}
+
+/// A wrench along the axes of the tool, in those of the base.
+pub(crate) fn wrench_in_base(base_from_tool: &Pose, wrench: &Wrench) -> Wrench {
+    Wrench {
+        force_n: base_from_tool.transform_vector(wrench.force_n),
+        moment_n_m: base_from_tool.transform_vector(wrench.moment_n_m),
+    }
 }

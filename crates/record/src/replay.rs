@@ -139,7 +139,9 @@ pub fn replay<C: Replayable, E: From<RecordError>>(
                 }
                 *cycle += 1;
             }
-            Input::Run(_) | Input::End { .. } => {}
+            // Those left out at the very end leave no gap behind them.
+            Input::End { dropped } => replayed.missing = replayed.missing.max(dropped),
+            Input::Run(_) => {}
         }
     }
     Ok(replayed)

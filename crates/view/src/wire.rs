@@ -103,7 +103,8 @@ impl ViewFrame {
             vector(out, predicted.normal);
             let surface = predicted.surface.and_then(|s| i32::try_from(s).ok());
             out.extend(surface.unwrap_or(-1).to_le_bytes());
-            number(out, predicted.contact_s.unwrap_or(f64::NAN));
+            let contact_s = predicted.contact_s.filter(|s| s.is_finite());
+            number(out, contact_s.unwrap_or(f64::NAN));
         }
         if let Some(axes_m) = region_m {
             axes_m.iter().for_each(|axis_m| vector(out, *axis_m));

@@ -1,9 +1,9 @@
 //! The headset's clock beside the server's.
 
+use super::window::WindowMinimum;
+
 /// Samples are compared within this time, s: the least delay among them counts.
 const WINDOW_S: f64 = 10.0;
-/// The window moves on in as many parts.
-const PARTS: usize = 10;
 /// A clock that is off by more than this has leapt, s; delays do not shrink by as much.
 const LEAP_S: f64 = 0.05;
 /// So many samples in a row must agree that the clock has leapt.
@@ -42,8 +42,8 @@ pub(crate) struct ClockOffset {
 impl ClockOffset {
     pub(crate) const fn new() -> Self {
         Self {
-            one_way_s: WindowMinimum::new(),
-            round_trip_s: WindowMinimum::new(),
+            one_way_s: WindowMinimum::new(WINDOW_S),
+            round_trip_s: WindowMinimum::new(WINDOW_S),
             offset: None,
             suspects: 0,
             suspect_s: 0.0,
@@ -61,7 +61,6 @@ impl ClockOffset {
         self.one_way_s.add(now_s, difference_s);
         let one_way_s = self.one_way_s.minimum(now_s).unwrap_or(difference_s);
         let trip_s = self.round_trip_s.minimum(now_s).unwrap_or(0.0);
-        // A round trip longer than this sample's whole delay would be of other conditions.
         let wanted_s = one_way_s - 0.5 * trip_s;
         let offset_s = match self.offset {
             None => wanted_s,
@@ -71,7 +70,8 @@ impl ClockOffset {
             }
         };
         self.offset = Some((offset_s, now_s));
-        ClockReading::At(client_s + offset_s)
+        // The first samples may have been slower than all that follow: until the offset has followed, none is of the future.
+        ClockReading::At((client_s + offset_s).min(now_s))
     }
 
     /// A message that was sent to the client at `sent_s` was answered at `now_s`.
@@ -118,46 +118,6 @@ impl ClockOffset {
     }
 }
 
-/// The least of the values of the last ten seconds, in parts of one second.
-#[derive(Debug, Clone)]
-struct WindowMinimum {
-    /// Number of the part and its least value.
-    parts: [(i64, f64); PARTS],
-}
-
-impl WindowMinimum {
-    const fn new() -> Self {
-        Self {
-            parts: [(i64::MIN, f64::INFINITY); PARTS],
-        }
-    }
-
-    fn add(&mut self, now_s: f64, value: f64) {
-        let number = part(now_s);
-        let Some(slot) = self.parts.get_mut(number.rem_euclid(PARTS as i64) as usize) else {
-            return;
-        };
-        if slot.0 == number {
-            slot.1 = slot.1.min(value);
-        } else {
-            *slot = (number, value);
-        }
-    }
-
-    fn minimum(&self, now_s: f64) -> Option<f64> {
-        let oldest = part(now_s) - PARTS as i64;
-        self.parts
-            .iter()
-            .filter(|(number, _)| *number > oldest)
-            .map(|(_, value)| *value)
-            .min_by(f64::total_cmp)
-    }
-}
-
-fn part(now_s: f64) -> i64 {
-    (now_s * PARTS as f64 / WINDOW_S).floor() as i64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -201,6 +161,23 @@ mod tests {
         for drift in [-1e-4, 1e-4] {
             assert!(worst_error_s(drift, 0.001, 0.01, 5.0) < 0.003);
         }
+    }
+
+    #[test]
+    fn no_sample_is_of_the_future() {
+        let mut clock = ClockOffset::new();
+        let (mut last_s, mut error_s) = (f64::NEG_INFINITY, f64::INFINITY);
+        for n in 0..1000 {
+            // The first ones come late, and together.
+            let sent_s = 0.014 * f64::from(n);
+            let now_s = (sent_s + 0.001).max(0.045);
+            let ClockReading::At(t_s) = clock.sample(now_s, sent_s) else {
+                panic!("the clock did not leap");
+            };
+            assert!(t_s <= now_s && t_s >= last_s, "{last_s} {t_s} {now_s}");
+            (last_s, error_s) = (t_s, t_s - sent_s);
+        }
+        assert!(error_s.abs() < 0.002, "{error_s}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod intake;
 mod joints;
 mod message;
 mod queue;
+mod window;
 
 pub use queue::HandQueue;
 

@@ -2,13 +2,19 @@
 
 use super::intake::ReceivedFrame;
 use super::joints::Joints;
+use super::window::WindowMinimum;
 use glam::DVec3;
 use hwall::hand::HandFrame;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-/// The arm's clock may run slower than the server's by this share.
-const DRIFT: f64 = 1e-3;
+/// The two clocks are compared within this time, s. Short, for the clock of a simulated controller falls behind whenever its
+/// machine is busy; long enough that some cycle in it came in time.
+const WINDOW_S: f64 = 0.25;
+/// A frame is at most this far ahead of its cycle, s: a cycle that catches up stands for an instant that is past.
+const AHEAD_S: f64 = 0.05;
+/// An arm's clock that goes back by more than this has begun anew, s.
+const ANEW_S: f64 = 0.5;
 /// Period in which a lost hand is said to be lost, s.
 const SAY_S: f64 = 0.05;
 
@@ -20,8 +26,10 @@ pub struct HandQueue {
     frames: Receiver<ReceivedFrame>,
     server_start: Instant,
     lost_after_s: f64,
-    /// Added to the server's time it gives the arm's, s; and the cycle that it was judged in.
-    arm_minus_server: Option<(f64, f64)>,
+    /// The server's time less that of a cycle, s.
+    server_minus_arm_s: WindowMinimum,
+    /// Time of the newest cycle, s on the arm's clock.
+    cycle_s: f64,
     /// Receipt of the newest frame, or when its loss was said last, s on the server's clock; `None` before the first.
     heard_s: Option<f64>,
     /// Newest time given, s on the arm's clock.
@@ -39,7 +47,8 @@ impl HandQueue {
             frames,
             server_start,
             lost_after_s,
-            arm_minus_server: None,
+            server_minus_arm_s: WindowMinimum::new(WINDOW_S),
+            cycle_s: f64::NEG_INFINITY,
             heard_s: None,
             newest_s: f64::NEG_INFINITY,
             newest: None,
@@ -58,22 +67,21 @@ impl HandQueue {
         self.next_frame_at(now_s, server_s)
     }
 
-    /// Where the two clocks agree: a cycle comes late, never early, so the largest difference is the least wrong.
-    fn arm_minus_server_s(&mut self, now_s: f64, server_s: f64) -> f64 {
-        let difference_s = now_s - server_s;
-        let offset_s = match self.arm_minus_server {
-            None => difference_s,
-            Some((offset_s, judged_s)) => {
-                let worn_s = offset_s - DRIFT * (server_s - judged_s).max(0.0);
-                difference_s.max(worn_s)
-            }
-        };
-        self.arm_minus_server = Some((offset_s, server_s));
-        offset_s
+    /// Where the two clocks agree: a cycle comes late, never early, so the least difference is the least wrong.
+    fn server_minus_arm_s(&mut self, now_s: f64, server_s: f64) -> f64 {
+        if now_s < self.cycle_s - ANEW_S {
+            self.server_minus_arm_s = WindowMinimum::new(WINDOW_S);
+            self.newest_s = f64::NEG_INFINITY;
+        }
+        self.cycle_s = now_s;
+        let difference_s = server_s - now_s;
+        self.server_minus_arm_s.add(server_s, difference_s);
+        let least_s = self.server_minus_arm_s.minimum(server_s);
+        least_s.unwrap_or(difference_s)
     }
 
     fn next_frame_at(&mut self, now_s: f64, server_s: f64) -> Option<HandFrame> {
-        let offset_s = self.arm_minus_server_s(now_s, server_s);
+        let offset_s = self.server_minus_arm_s(now_s, server_s);
         while let Ok(received) = self.frames.try_recv() {
             let ReceivedFrame {
                 frame,
@@ -81,7 +89,7 @@ impl HandQueue {
                 received_s,
             } = received;
             self.heard_s = Some(received_s);
-            let t_s = frame.t_s + offset_s;
+            let t_s = (frame.t_s - offset_s).min(now_s + AHEAD_S);
             // A frame from before its hand was said to be lost.
             if t_s > self.newest_s {
                 self.newest_s = t_s;
@@ -172,5 +180,37 @@ mod tests {
             }
         }
         assert!(last_s > 4.9);
+    }
+
+    #[test]
+    fn an_arm_whose_clock_falls_behind_gets_frames_of_its_present() {
+        let (sender, mut queue) = queue();
+        let (mut now_s, mut last_s, mut given) = (0.0, f64::NEG_INFINITY, 0);
+        for cycle in 0..20_000 {
+            // One period in ten takes twice as long, and one stands still for 0.3 s.
+            let server_s = 7.0 + 1.1e-3 * f64::from(cycle) + if cycle > 9000 { 0.3 } else { 0.0 };
+            if cycle % 14 == 0 {
+                sender.send(seen(server_s)).expect("room in the queue");
+            }
+            while let Some(frame) = queue.next_frame_at(now_s, server_s) {
+                assert!(frame.t_s > last_s);
+                assert!((frame.t_s - now_s).abs() < 0.06, "{} {now_s}", frame.t_s);
+                assert!(frame.palm_m.is_some());
+                last_s = frame.t_s;
+                given += 1;
+            }
+            now_s += 1e-3;
+        }
+        assert!(given > 1300, "{given} frames of 1429");
+    }
+
+    #[test]
+    fn a_clock_that_begins_anew_does_not_lose_the_hand() {
+        let (sender, mut queue) = queue();
+        for (now_s, server_s) in [(30.0, 50.0), (0.0, 50.1)] {
+            sender.send(seen(server_s)).expect("room in the queue");
+            let frame = queue.next_frame_at(now_s, server_s).expect("a frame");
+            assert!((frame.t_s - now_s).abs() < 1e-9, "{} {now_s}", frame.t_s);
+        }
     }
 }

@@ -144,8 +144,8 @@ pub(super) fn serve(shared: &Arc<Shared>, stream: TcpStream, rest: Vec<u8>) -> i
     let writing = Arc::default();
     let limits = WebSocketConfig::default()
         .read_buffer_size(8192)
+        // What waits is limited by the outbox; a scene may be of any size.
         .write_buffer_size(0)
-        .max_write_buffer_size(1 << 22)
         .max_message_size(Some(shared.config.max_message_bytes))
         .max_frame_size(Some(shared.config.max_message_bytes));
     let half = Half::of(&stream, &writing)?;

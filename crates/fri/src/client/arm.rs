@@ -2,7 +2,7 @@
 
 use super::braking::CommandedMotion;
 use super::config::TorqueReference;
-use super::fri_client::FriClient;
+use super::fri_client::{FriClient, period_ms};
 use crate::codec::{ClientCommandMode, CommandData};
 use crate::error::FriError;
 use crate::wrench::wrench_to_wire;
@@ -75,8 +75,7 @@ impl FriClient {
     /// What was commanded last, and how long ago, s.
     fn last_motion(&self) -> Result<(CommandedMotion, f64), FriError> {
         let newest = self.newest()?;
-        let period_ms = newest.message.connection.send_period_ms.unwrap_or(1);
-        let period_s = f64::from(period_ms.max(1)) * 1e-3;
+        let period_s = f64::from(period_ms(&newest.message)) * 1e-3;
         let since_ns = newest.time_ns.saturating_sub(self.motion_ns);
         let since_s = since_ns as f64 * 1e-9;
         match self.motion {
@@ -90,8 +89,13 @@ impl FriClient {
     }
 
     fn send_motion(&mut self, motion: CommandedMotion) -> Result<(), FriError> {
+        let time_ns = self.newest()?.time_ns;
+        if !self.owes_answer() && self.motion.is_some() && time_ns == self.motion_ns {
+            // This message has its answer. No time has gone by since: the arm is not further than it was told to be.
+            return Ok(());
+        }
         let torques = self.command_mode() == ClientCommandMode::Torque;
-        self.motion_ns = self.newest()?.time_ns;
+        self.motion_ns = time_ns;
         self.motion = Some(motion);
         self.answer(CommandData {
             position_rad: Some(motion.q_rad),
@@ -158,7 +162,8 @@ impl Arm for FriClient {
         Ok(state)
     }
 
-    /// Answers the newest message. A refused command leaves the last one in force, which goes out once more.
+    /// Answers the newest message; a second command for it has no effect. A refused command leaves the last one in force,
+    /// which goes out once more.
     fn command(&mut self, command: ArmCommand) -> Result<(), FriError> {
         if !self.begin_command()? {
             return self.mirror();

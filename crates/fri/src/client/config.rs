@@ -93,7 +93,7 @@ pub struct ClientStatistics {
     pub stale: u64,
     /// Messages that were read only together with a newer one: the program was late.
     pub skipped: u64,
-    /// Datagrams that are no message of the controller.
+    /// Datagrams that are no message of the controller, or hold NaN.
     pub malformed: u64,
     /// Datagrams from elsewhere than the controller.
     pub foreign: u64,

@@ -268,20 +268,20 @@ impl FriClient {
     fn take(&mut self, message: MonitorMessage, from: SocketAddr) -> Result<bool, FriError> {
         let data = message.data.unwrap_or_default();
         let q_rad = data.position_rad.ok_or(FriError::NoPositions)?;
-        if !q_rad.iter().all(|q| q.is_finite()) {
+        if !is_finite(&message) {
             self.statistics.malformed += 1;
             return Ok(false);
         }
         let sequence = message.header.sequence;
-        let period_ms = message.connection.send_period_ms.unwrap_or(1).max(1);
-        let period_ns = u64::from(period_ms) * 1_000_000;
+        let period_ns = u64::from(period_ms(&message)) * 1_000_000;
         let stamp_ns = data.time.map(|time| time.to_ns());
         let ahead = self
             .newest
             .as_ref()
             .map(|newest| sequence.wrapping_sub(newest.message.header.sequence));
         let is_stale = ahead.is_some_and(|ahead| ahead == 0 || ahead > u32::MAX - NEW_SEQUENCE);
-        if is_stale && self.peer == Some(from) {
+        // After a silence it is one that has begun anew, whatever its number.
+        if is_stale && self.peer == Some(from) && !self.is_silent() {
             self.statistics.stale += 1;
             return Ok(false);
         }
@@ -289,7 +289,7 @@ impl FriClient {
         let time_ns = match (ahead, &last) {
             (Some(ahead @ 1..NEW_SEQUENCE), Some(last)) if self.peer == Some(from) => {
                 self.statistics.lost += u64::from(ahead - 1);
-                let by_period_ns = last.time_ns + u64::from(ahead) * period_ns;
+                let by_period_ns = last.time_ns.saturating_add(u64::from(ahead) * period_ns);
                 let time_ns = stamp_ns.unwrap_or(by_period_ns);
                 let dt_ns = time_ns.saturating_sub(last.time_ns);
                 self.velocity.update(&q_rad, dt_ns as f64 * 1e-9);
@@ -428,4 +428,25 @@ impl FriClient {
     pub const fn statistics(&self) -> &ClientStatistics {
         &self.statistics
     }
+}
+
+/// Longest send period that is believed, ms: steps are judged by it.
+const LONGEST_PERIOD_MS: u32 = 100;
+
+/// Time between messages of the controller, ms.
+pub(super) fn period_ms(message: &MonitorMessage) -> u32 {
+    let said = message.connection.send_period_ms.unwrap_or(1);
+    said.clamp(1, LONGEST_PERIOD_MS)
+}
+
+/// Of what is used: are all of them numbers?
+fn is_finite(message: &MonitorMessage) -> bool {
+    let data = message.data.unwrap_or_default();
+    let used = [
+        data.position_rad,
+        data.commanded_position_rad,
+        data.external_torque_n_m,
+        message.interpolator.and_then(|i| i.position_rad),
+    ];
+    used.iter().flatten().flatten().all(|v| v.is_finite())
 }

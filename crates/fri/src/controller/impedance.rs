@@ -1,6 +1,7 @@
 //! What the arm's own controller does in the modes torque and wrench: springs and dampers, and the overlay.
 
 use crate::error::FriError;
+use crate::wrench::wrench_in_base;
 use hwall_geometry::rotation_vector;
 use hwall_haptics::ArmState;
 use hwall_kinematics::{ArmKinematics, JointPositions, Wrench};
@@ -94,12 +95,13 @@ impl ImpedanceConfig {
         let turn = self.rotation_n_m_per_rad;
         let off_m = wanted.position_m() - found.position_m();
         let off_rad = rotation_vector(wanted.rotation() * found.rotation().transpose());
+        let overlay = wrench_in_base(&found, overlay);
         let wrench = Wrench {
             force_n: place * off_m - self.damping(place, self.mass_kg) * velocity.linear_m_per_s
-                + found.transform_vector(overlay.force_n),
+                + overlay.force_n,
             moment_n_m: turn * off_rad
                 - self.damping(turn, self.inertia_kg_m2) * velocity.angular_rad_per_s
-                + found.transform_vector(overlay.moment_n_m),
+                + overlay.moment_n_m,
         };
         let torques = jacobian.torques(&wrench);
         let posture = self.posture_n_m_per_rad;

@@ -10,7 +10,7 @@ use crate::codec::{
 };
 use crate::error::{ControllerError, FriError};
 use crate::limits::CommandLimits;
-use crate::wrench::wrench_from_wire;
+use crate::wrench::{wrench_from_wire, wrench_in_base};
 use hwall_haptics::{ArmCommand, ArmState};
 use hwall_kinematics::{JointPositions, JointTorques, Wrench};
 use hwall_numeric::check::all_finite;
@@ -395,9 +395,10 @@ impl<P: SimulatedPlant> Controller<P> {
             .check_step(&last_rad, &wanted.position_rad, dt_s)
             .and_then(|()| self.limits.check_torque(&wanted.torque_n_m))
             .and_then(|()| {
-                let jacobian = self.plant.model().jacobian(&measured.q);
-                self.limits
-                    .check_torque(&jacobian.torques(&wanted.wrench).0)
+                let arm = self.plant.model();
+                let wrench = wrench_in_base(&arm.forward(&measured.q), &wanted.wrench);
+                let torques = arm.jacobian(&measured.q).torques(&wrench);
+                self.limits.check_torque(&torques.0)
             });
         if let Err(violation) = checked {
             return self.end(EndReason::Limit(violation));

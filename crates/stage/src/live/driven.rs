@@ -3,16 +3,19 @@
 use super::preparation::{LiveOptions, Prepared};
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
+use hwall::haptics::{Arm, ArmCommand};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
 use hwall_fri::{FriClient, FriClientConfig, FriError};
 use hwall_view::ViewScene;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A controller that says nothing for this long is gone.
 const SILENCE: Duration = Duration::from_millis(500);
 /// How often the wait for a controller looks whether it is to end.
 const LOOK: Duration = Duration::from_secs(1);
+/// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
+const BRAKING: Duration = Duration::from_millis(500);
 
 /// The arm's clock, the bridge's hands.
 struct Driven {
@@ -51,6 +54,8 @@ pub fn run_driven(
     options: &LiveOptions<'_>,
 ) -> anyhow::Result<()> {
     let mut session = prepared.session;
+    // Before there is anything to answer: it takes longer than a period.
+    let scene = ViewScene::of("iiwa 7 over FRI", &session)?;
     let mut client = FriClient::bind(session.control().arm(), config)?;
     server.prepare(&format!(
         "waiting for an FRI controller at {}",
@@ -64,13 +69,12 @@ pub fn run_driven(
             Err(error) => bail!(error),
         }
     };
-    let scene = ViewScene::of("iiwa 7 over FRI", &session)?;
     let mut surroundings = Driven {
         bridge: server.connect(&scene),
         unanswered: Some(begun_s),
         end_s: options.seconds.map_or(f64::INFINITY, |s| begun_s + s),
     };
-    drive(
+    let driven = drive(
         &mut session,
         &mut client,
         &mut surroundings,
@@ -78,7 +82,19 @@ pub fn run_driven(
             bridge.show(session, &cycle.state);
             Ok(())
         },
-    )
-    .context("the arm behind FRI")?;
-    Ok(())
+    );
+    brake(&mut client);
+    driven.context("the arm behind FRI")
+}
+
+/// Brings the arm to rest: one command of a motion would be its last for a controller that then hears nothing.
+fn brake(client: &mut FriClient) {
+    let began = Instant::now();
+    while began.elapsed() < BRAKING {
+        let waited = client.wait_for_message(SILENCE);
+        // Commanding that has ended needs no braking, nor has a controller that is gone a use for it.
+        if waited.is_err() || client.command(ArmCommand::Hold).is_err() {
+            return;
+        }
+    }
 }

@@ -4,7 +4,8 @@ use super::setup::SessionSource;
 use crate::input::arms::BoardArm;
 use crate::run::people::Stage;
 use crate::setting::Setting;
-use anyhow::Context;
+use anyhow::{Context, ensure};
+use hwall_files::same_file;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
 use hwall_scene::Scene;
 use std::path::{Path, PathBuf};
@@ -19,7 +20,7 @@ pub fn urdf_beside(path: &Path) -> PathBuf {
 /// seen from the arm's base. The recording stands under its name from the beginning: what a crash leaves can be opened.
 ///
 /// # Errors
-/// A file that cannot be read or written, an arm whose links are not known.
+/// A file that cannot be read or written, or that is the arm's own description; an arm whose links are not known.
 pub fn start(
     path: &Path,
     source: &SessionSource<'_>,
@@ -29,10 +30,15 @@ pub fn start(
 ) -> anyhow::Result<Recorder> {
     let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
     let urdf = urdf_beside(path);
+    ensure!(
+        urdf != path && !same_file(&urdf, source.arm),
+        "{}: the arm's capsules would be written over it; record under another name",
+        urdf.display()
+    );
+    let setup = source.to_setup()?;
     let name = Path::new(source.arm).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
     hwall_files::write(&urdf, text).with_context(|| urdf.display().to_string())?;
-    let setup = source.to_setup()?;
     Ok(Recorder::create(path, &setup, skeleton, scene, config)?)
 }
 
@@ -84,4 +90,20 @@ pub fn finish(recorder: Recorder, path: &Path) -> anyhow::Result<String> {
         line += &format!("; {} messages were left out", summary.dropped);
     }
     Ok(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_same_file;
+    use std::path::Path;
+
+    #[test]
+    fn one_file_has_many_names() {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let (a, b) = (here.join("Cargo.toml"), here.join("src/../Cargo.toml"));
+        assert!(is_same_file(&a, &b));
+        assert!(!is_same_file(&a, &here.join("README.md")));
+        // A preset's name is no file.
+        assert!(!is_same_file(Path::new("iiwa7"), Path::new("iiwa7")));
+    }
 }

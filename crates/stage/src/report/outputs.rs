@@ -41,7 +41,7 @@ impl Outputs<'_> {
             .write_into("--out", Some(self.folder), &names)
             .write("--json", self.json)
             .write("--mcap", self.mcap)
-            .write("--mcap", urdf.as_deref())
+            .write("the arm's description beside --mcap", urdf.as_deref())
             .check()?;
         std::fs::create_dir_all(self.folder).with_context(|| self.folder.display().to_string())
     }

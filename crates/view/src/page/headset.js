@@ -21,10 +21,11 @@ class Headset {
     this.layer = new XRWebGLLayer(session, gl, { stencil: true });
     session.updateRenderState({ baseLayer: this.layer, depthNear: 0.03, depthFar: 80 });
     // The floor, where the headset knows it; the server's settings say where that is.
-    this.space = await session.requestReferenceSpace("local-floor").catch(() => session.requestReferenceSpace("local"));
+    let onFloor = true;
+    this.space = await session.requestReferenceSpace("local-floor").catch(() => { onFloor = false; return session.requestReferenceSpace("local"); });
     this.session = session;
     session.addEventListener("end", () => { this.session = null; this.ends(); });
-    this.begins(session);
+    this.begins(onFloor);
     const step = (ms, frame) => {
       if (!this.session) return;
       this.session.requestAnimationFrame(step);

@@ -24,7 +24,11 @@ function live() {
     pointer = new PointerHand(shown, scene, send);
     headset = new Headset(shown, scene, {
       send, newest: () => newest,
-      begins: () => { pointer.on = false; $("vr").textContent = "Leave VR"; },
+      begins: (onFloor) => {
+        pointer.on = false;
+        $("vr").textContent = "Leave VR";
+        if (!onFloor) tell(newest?.t, "VR: the headset does not know its floor; hands are off by the height of the head");
+      },
       ends: () => { pointer.on = touching; $("vr").textContent = "Enter VR"; shown.stale.is = true; },
     });
     mode(true);

@@ -1,0 +1,160 @@
+//! A client in front of a controller that sends what no controller should.
+
+use hwall_fri::codec::{
+    ClientCommandMode, Codec, ConnectionInfo, ConnectionQuality, DATAGRAM_BYTES, Datagram, Header,
+    InterpolatorData, MonitorData, MonitorMessage, SessionState,
+};
+use hwall_fri::{FriClient, FriClientConfig, FriError, FriVersion};
+use hwall_haptics::{Arm, ArmCommand};
+use hwall_kinematics::{ArmKinematics, JointPositions, SrsArm};
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::time::Duration;
+
+const SOON: Duration = Duration::from_millis(50);
+const PATIENT: Duration = Duration::from_secs(20);
+
+struct Setup {
+    client: FriClient,
+    socket: UdpSocket,
+}
+
+impl Setup {
+    fn new(silence_s: f64) -> Self {
+        let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
+        let listen = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+        let config = FriClientConfig {
+            listen,
+            silence_s,
+            ..FriClientConfig::default()
+        };
+        let client = FriClient::bind(&model, config).expect("a client");
+        let socket = UdpSocket::bind(listen).expect("a socket");
+        Self { client, socket }
+    }
+
+    fn send(&self, message: &MonitorMessage) {
+        let mut datagram: Datagram = [0; DATAGRAM_BYTES];
+        let codec = Codec::new(FriVersion::V1_15);
+        let length = codec.encode_monitor(message, &mut datagram).expect("bytes");
+        let to = self.client.local_address().expect("an address");
+        self.socket.send_to(&datagram[..length], to).expect("sent");
+    }
+
+    /// Angle of the first joint in the next answer, rad.
+    fn answer_rad(&self) -> f64 {
+        let mut datagram: Datagram = [0; DATAGRAM_BYTES];
+        self.socket
+            .set_read_timeout(Some(PATIENT))
+            .expect("a time-out");
+        let length = self.socket.recv(&mut datagram).expect("an answer");
+        let codec = Codec::new(FriVersion::V1_15);
+        let answer = codec.decode_command(&datagram[..length]).expect("bytes");
+        answer
+            .data
+            .and_then(|data| data.position_rad)
+            .expect("angles")[0]
+    }
+}
+
+fn message(sequence: u32) -> MonitorMessage {
+    MonitorMessage {
+        header: Header {
+            sequence,
+            reflected_sequence: 0,
+        },
+        robot: None,
+        data: Some(MonitorData {
+            position_rad: Some([0.1; 7]),
+            ..MonitorData::default()
+        }),
+        connection: ConnectionInfo {
+            state: SessionState::CommandingWait,
+            quality: ConnectionQuality::Good,
+            send_period_ms: Some(1),
+            receive_multiplier: Some(1),
+        },
+        interpolator: Some(InterpolatorData {
+            position_rad: Some([0.1; 7]),
+            command_mode: Some(ClientCommandMode::Position),
+            ..InterpolatorData::default()
+        }),
+    }
+}
+
+/// It would be mirrored, and a step from NaN is shorter than every limit.
+#[test]
+fn nan_of_the_controller_is_no_message() {
+    let mut setup = Setup::new(20.0);
+    let spoilt: [fn(&mut MonitorMessage); 4] = [
+        |m| m.data.as_mut().expect("data").position_rad = Some([f64::NAN; 7]),
+        |m| m.data.as_mut().expect("data").commanded_position_rad = Some([f64::INFINITY; 7]),
+        |m| m.data.as_mut().expect("data").external_torque_n_m = Some([f64::NAN; 7]),
+        |m| m.interpolator.as_mut().expect("one").position_rad = Some([f64::NAN; 7]),
+    ];
+    for (n, spoil) in (1..).zip(spoilt) {
+        let mut wrong = message(n);
+        spoil(&mut wrong);
+        setup.send(&wrong);
+        let waited = setup.client.wait_for_message(SOON);
+        assert!(matches!(waited, Err(FriError::Silent { .. })), "{waited:?}");
+        assert_eq!(setup.client.statistics().malformed, u64::from(n));
+    }
+    setup.send(&message(9));
+    setup.client.wait_for_message(PATIENT).expect("a message");
+    assert!(setup.client.mirror().is_ok());
+}
+
+/// Without time stamps times are sums of periods, also of ones that nobody has.
+#[test]
+fn times_do_not_overflow() {
+    let mut setup = Setup::new(20.0);
+    for n in 0..20 {
+        let mut odd = message(900 * n);
+        odd.connection.send_period_ms = Some(u32::MAX);
+        setup.send(&odd);
+        let t_s = setup.client.wait_for_message(PATIENT).expect("a message");
+        assert!(t_s <= 0.1 * 900.0 * 20.0, "{t_s}");
+        assert!(setup.client.state().is_ok_and(|s| s.t_s.is_finite()));
+    }
+}
+
+/// Its numbers begin at zero again, not far below the newest one.
+#[test]
+fn a_controller_that_begins_anew_after_a_silence_is_heard() {
+    let mut setup = Setup::new(0.05);
+    setup.send(&message(500));
+    setup.client.wait_for_message(PATIENT).expect("a message");
+    let silent = setup.client.wait_for_message(Duration::from_millis(100));
+    assert!(silent.is_err());
+    setup.send(&message(0));
+    setup.client.wait_for_message(PATIENT).expect("a message");
+    assert_eq!(setup.client.statistics().sessions, 2);
+    assert_eq!(setup.client.statistics().stale, 0);
+}
+
+/// As at the end of a loop, which holds without a message to answer.
+#[test]
+fn a_second_command_for_one_message_moves_nothing() {
+    let mut setup = Setup::new(20.0);
+    let mut sent_rad = 0.1;
+    for n in 0..10 {
+        let mut active = message(n);
+        active.connection.state = SessionState::CommandingActive;
+        setup.send(&active);
+        setup.client.wait_for_message(PATIENT).expect("a message");
+        let goal = JointPositions([0.1 + 1e-3 * f64::from(n); 7]);
+        let command = match n {
+            0..=4 => ArmCommand::Position(goal),
+            _ => ArmCommand::Hold,
+        };
+        for _ in 0..5 {
+            setup.client.command(command).expect("taken");
+            setup.client.command(ArmCommand::Hold).expect("taken");
+        }
+        let answer_rad = setup.answer_rad();
+        assert!((answer_rad - sent_rad).abs() < 1.01e-3, "message {n}");
+        sent_rad = answer_rad;
+    }
+    assert_eq!(setup.client.statistics().answered, 10);
+}
