@@ -1,11 +1,13 @@
 //! A live session on an arm behind FRI, a real one or a simulated one.
 
 use super::preparation::{LiveOptions, Prepared};
+use super::recorded;
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
 use hwall_fri::{FriClient, FriClientConfig, FriError};
+use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::time::Duration;
 
@@ -43,15 +45,14 @@ impl Surroundings<FriClient> for Driven {
 /// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
 ///
 /// # Errors
-/// A controller that falls silent, ends commanding, or refuses what is commanded.
+/// A controller that falls silent, ends commanding, or refuses what is commanded; a recording that cannot be written.
 pub fn run_driven(
     server: &BridgeServer,
     prepared: Prepared,
     config: FriClientConfig,
     options: &LiveOptions<'_>,
 ) -> anyhow::Result<()> {
-    let mut session = prepared.session;
-    let mut client = FriClient::bind(session.control().arm(), config)?;
+    let mut client = FriClient::bind(prepared.session.control().arm(), config)?;
     server.prepare(&format!(
         "waiting for an FRI controller at {}",
         config.listen
@@ -64,21 +65,27 @@ pub fn run_driven(
             Err(error) => bail!(error),
         }
     };
+    let mut recorder = recorded::begin(&prepared, options)?;
+    let session = prepared.session;
     let scene = ViewScene::of("iiwa 7 over FRI", &session)?;
     let mut surroundings = Driven {
         bridge: server.connect(&scene),
         unanswered: Some(begun_s),
         end_s: options.seconds.map_or(f64::INFINITY, |s| begun_s + s),
     };
-    drive(
-        &mut session,
+    let mut recorded = Recorded {
+        session,
+        recorder: recorder.as_mut(),
+    };
+    let ended = drive(
+        &mut recorded,
         &mut client,
         &mut surroundings,
-        |session, _, Driven { bridge, .. }, cycle| {
-            bridge.show(session, &cycle.state);
+        |recorded, _, Driven { bridge, .. }, cycle| {
+            recorded::show(bridge, recorded, cycle);
             Ok(())
         },
-    )
-    .context("the arm behind FRI")?;
-    Ok(())
+    );
+    recorded::finish(recorder, options.record)?;
+    ended.context("the arm behind FRI")
 }
