@@ -3,6 +3,7 @@
 use super::braking::CommandedMotion;
 use super::config::TorqueReference;
 use super::fri_client::FriClient;
+use super::transport::Transport;
 use crate::codec::{ClientCommandMode, CommandData};
 use crate::error::FriError;
 use crate::wrench::wrench_to_wire;
@@ -13,7 +14,7 @@ use hwall_numeric::check::all_finite;
 /// Longest time that a step may count as, s: what is older no longer says how fast a command moves.
 const LONGEST_STEP_S: f64 = 0.05;
 
-impl FriClient {
+impl<T: Transport> FriClient<T> {
     /// In mode wrench: a wrench at the tool, along the axes of the tool, beside the springs that hold the arm where commanding
     /// began.
     ///
@@ -139,7 +140,7 @@ impl FriClient {
     }
 }
 
-impl Arm for FriClient {
+impl<T: Transport> Arm for FriClient<T> {
     type Error = FriError;
 
     /// The newest state; what has come meanwhile is taken. Noise and delay are those of the controller.
