@@ -156,7 +156,7 @@ fn run(level: ArmLevel, mode: ClientCommandMode, version: FriVersion) -> anyhow:
             version,
             mode,
             ready_s: Some(0.1),
-            impedance: SPRINGS,
+            impedance: { let k: f64 = std::env::var("K").map_or(1000.0,|k|k.parse().unwrap()); let z: f64 = std::env::var("Z").map_or(0.2,|k|k.parse().unwrap()); ImpedanceConfig{joint_stiffness_n_m_per_rad: [k,k,k,k,0.5*k,0.3*k,0.3*k], damping_ratio: z, ..SPRINGS}},
             ..ControllerConfig::default()
         },
     )?;
@@ -173,12 +173,13 @@ fn run(level: ArmLevel, mode: ClientCommandMode, version: FriVersion) -> anyhow:
     };
     let finger = HandContact::default();
     let mut outcome = Outcome::default();
-    drive(
+    let ended = drive(
         &mut session,
         &mut client,
         &mut room,
         |session, client, room, cycle| {
             outcome.command(&cycle.command);
+            if std::env::var("P").is_ok() { while let Some(e)=session.next_event() { if !matches!(e.kind, hwall::EventKind::Predicted(_)|hwall::EventKind::Frame(_)) {println!("{e:?}")}}}
             outcome.was_in_place |= session.state() == SessionState::InPlace;
             let door = session.control().moving().next();
             let plant = client.transport_mut().controller_mut().plant_mut();
@@ -200,9 +201,10 @@ fn run(level: ArmLevel, mode: ClientCommandMode, version: FriVersion) -> anyhow:
             let _ = plant.apply_wrench(wrench);
             Ok(())
         },
-    )?;
+    );
     let controller = client.transport().controller();
     ensure!(controller.ended().is_none(), "{:?}", controller.ended());
+    ended?;
     let (statistics, client) = (controller.statistics(), client.statistics());
     ensure!(
         statistics.missed + statistics.expired == 0 && client.refused == 0,

@@ -30,6 +30,9 @@ const NEW_SEQUENCE: u32 = 1000;
 /// wrench. Before commanding is active they have no effect and the positions of the interpolator go out instead; once it was
 /// active and has ended, they are refused ([`FriError::CommandingEnded`]).
 ///
+/// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
+/// to torques and back the springs are led over no faster than the joints may move.
+///
 /// Times count from the first message of a session, on the clock of the controller. Velocities are differences of the
 /// measured positions through a first-order low-pass ([`FriClientConfig::velocity_hz`]): exact for steady motion,
 /// late by 3.2 ms and half a period at 50 Hz. After construction nothing is allocated.
@@ -58,6 +61,8 @@ pub struct FriClient<T = UdpTransport> {
     /// Positions commanded last, and the message that they answered.
     pub(super) motion: Option<CommandedMotion>,
     pub(super) motion_ns: u64,
+    /// After torques: are the positions on their way to those that are commanded?
+    pub(super) leads: bool,
     /// The last answer, for when a command is refused.
     in_force: CommandData,
     statistics: ClientStatistics,
@@ -123,6 +128,7 @@ impl<T: Transport> FriClient<T> {
             was_active: false,
             motion: None,
             motion_ns: 0,
+            leads: false,
             in_force: CommandData::default(),
             statistics: ClientStatistics::default(),
             config,
@@ -343,6 +349,7 @@ impl<T: Transport> FriClient<T> {
         self.since_answer = 0;
         self.was_active = false;
         self.motion = None;
+        self.leads = false;
         self.in_force = CommandData::default();
         self.statistics.sessions += 1;
     }
@@ -382,6 +389,7 @@ impl<T: Transport> FriClient<T> {
     pub const fn begin_again(&mut self) {
         self.was_active = false;
         self.motion = None;
+        self.leads = false;
     }
 
     pub(super) const fn velocity_rad_per_s(&self) -> &[f64; 7] {
