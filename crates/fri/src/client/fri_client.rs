@@ -285,9 +285,7 @@ impl<T: Transport> FriClient<T> {
     fn is_silent(&self) -> bool {
         let silence_s = self.config.silence_s;
         let now = self.transport.elapsed();
-        let heard = |newest: &Newest| {
-            now.saturating_sub(newest.arrived).as_secs_f64() <= silence_s
-        };
+        let heard = |newest: &Newest| now.saturating_sub(newest.arrived).as_secs_f64() <= silence_s;
         !self.newest.as_ref().is_some_and(heard)
     }
 

@@ -1,8 +1,8 @@
 //! What a live session needs before anybody touches: a scene, its walls, a predictor.
 
 use crate::input::arms::BoardArm;
-use crate::person::kinds::PersonKind;
 use crate::input::floor_pose::FloorPose;
+use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
 use crate::run::session_settings::SessionSettings;
 use crate::run::simulated_arm::ArmLevel;
