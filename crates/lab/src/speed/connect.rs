@@ -152,3 +152,16 @@ fn monitor_message(version: FriVersion, plant: TorqueArm) -> anyhow::Result<Moni
     let message = client.message().copied();
     message.ok_or_else(|| anyhow::anyhow!("no message of the controller"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::connect;
+
+    #[test]
+    fn every_row_is_measured() {
+        let section = connect(1, 100).expect("loopback and a folder for temporary files");
+        println!("{}", section.text);
+        assert_eq!(section.summary.len(), 7);
+        assert!(section.text.contains("MB"));
+    }
+}
