@@ -55,18 +55,21 @@ fn from_positions_to_torques_and_back_there_is_no_leap() {
     let mut client = commanding(torque_arm(), ClientCommandMode::Torque);
     let (q, _) = hanging_behind(&mut client);
     let mut last = client.state().expect("a state").q;
-    let mut check = |state: &ArmState| {
-        assert!(state.q.max_abs_difference(&last) < 2e-3, "{state:?}");
-        last = state.q;
+    let check = |last: &mut JointPositions, state: &ArmState| {
+        assert!(state.q.max_abs_difference(last) < 2e-3, "{state:?}");
+        *last = state.q;
     };
     for _ in 0..300 {
         let none = ArmCommand::Torque(JointTorques([0.0; 7]));
-        check(&cycle(&mut client, none).expect("taken"));
+        check(&mut last, &cycle(&mut client, none).expect("taken"));
     }
     // Without torques and springs, damping brings it to rest where it is.
     assert!((last[0] - q[0]).abs() > 0.02, "{} {}", last[0], q[0]);
     for _ in 0..2000 {
-        check(&cycle(&mut client, ArmCommand::Position(q)).expect("taken"));
+        check(
+            &mut last,
+            &cycle(&mut client, ArmCommand::Position(q)).expect("taken"),
+        );
     }
     // 1 N m of dry friction on 200 N m/rad, and a quarter more.
     assert!((last[0] - q[0]).abs() < 0.01, "{} {}", last[0], q[0]);
