@@ -52,7 +52,11 @@ pub fn run_driven(
     config: FriClientConfig,
     options: &LiveOptions<'_>,
 ) -> anyhow::Result<()> {
-    let mut client = FriClient::bind(prepared.session.control().arm(), config)?;
+    // Before there is anything to answer: both take longer than a period.
+    let scene = ViewScene::of("iiwa 7 over FRI", &prepared.session)?;
+    let mut recorder = recorded::begin(&prepared, options)?;
+    let session = prepared.session;
+    let mut client = FriClient::bind(session.control().arm(), config)?;
     server.prepare(&format!(
         "waiting for an FRI controller at {}",
         config.listen
@@ -65,9 +69,6 @@ pub fn run_driven(
             Err(error) => bail!(error),
         }
     };
-    let mut recorder = recorded::begin(&prepared, options)?;
-    let session = prepared.session;
-    let scene = ViewScene::of("iiwa 7 over FRI", &session)?;
     let mut surroundings = Driven {
         bridge: server.connect(&scene),
         unanswered: Some(begun_s),
