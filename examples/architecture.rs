@@ -29,6 +29,6 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let picture = architecture::svg(&architecture::read(&args.root)?)?;
     let documents = args.destination.open("out/architecture")?;
     let path = documents.figures("architecture")?.join("house.svg");
-    std::fs::write(&path, picture).with_context(|| path.display().to_string())?;
+    hwall_files::write(&path, picture).with_context(|| path.display().to_string())?;
     writeln!(io::stdout(), "wrote {}", path.display()).context("standard output")
 }

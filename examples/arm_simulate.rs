@@ -123,5 +123,5 @@ fn run(args: &Args) -> anyhow::Result<()> {
         true => HeldTorques::new(n),
         false => torque_rows::read(stdin().lock(), "standard input", &chain, args.saturate)?,
     };
-    motion.write(&torques, &mut writer(None)?)
+    writer(None)?.fill(|rows| motion.write(&torques, rows))
 }

@@ -35,6 +35,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    args.files.plan().read_arm("--arm", &args.arm).check()?;
     let chain = arms::chain(&args.arm)?;
     let n = chain.joint_count();
     let dynamics = args
@@ -45,10 +46,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let q_places = input.columns(&numbered("q", n))?;
     let optional = |prefix: &str| {
         let names = numbered(prefix, n);
-        input
-            .has(&names[0])
-            .then(|| input.columns(&names))
-            .transpose()
+        // One of them is enough to ask for all: a single missing column is named.
+        let any = args.dynamics && names.iter().any(|name| input.has(name));
+        any.then(|| input.columns(&names)).transpose()
     };
     let (qd_places, qdd_places) = (optional("qd")?, optional("qdd")?);
 

@@ -12,6 +12,7 @@ use hwall_haptics::Board;
 use hwall_lab::reach::arrival::{self, TouchTexts};
 use hwall_lab::reach::arrival_figure::{self, ArrivalFigure};
 use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::{arms, exit, setting};
 use std::io::{self, Write};
@@ -68,6 +69,11 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    FilePlan::default()
+        .read_scene("--scene", args.scene.as_deref())
+        .write_into("--out", Some(&args.out), &["arrival.svg"])
+        .write("--save", args.save.as_deref())
+        .check()?;
     let board = Board::default();
     let arm = arms::closed_form(&args.arm)?.with_tool(board.flange_from_board_face()?);
     let base = args.base.as_deref().map(FloorPose::parse).transpose()?;

@@ -8,6 +8,7 @@ use hwall_haptics::Board;
 use hwall_lab::reach::arrival_placement::{self, ByArrival};
 use hwall_lab::reach::placement::{self, Search, TargetChoice};
 use hwall_reachability::{Interval, place_base};
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::{arms, exit, setting};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -71,11 +72,30 @@ enum Objective {
     Arrival,
 }
 
+impl Objective {
+    fn files(self) -> &'static [&'static str] {
+        let all = &[
+            "placement.svg",
+            "placements.csv",
+            "placements_by_arrival.csv",
+            "arrival.svg",
+        ];
+        match self {
+            Self::Coverage => &all[..2],
+            Self::Arrival => all,
+        }
+    }
+}
+
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    FilePlan::default()
+        .read_scene("--scene", args.scene.as_deref())
+        .write_into("--out", Some(&args.out), args.objective.files())
+        .check()?;
     let arm = arms::closed_form(&args.arm)?.with_tool(Board::default().flange_from_board_face()?);
     let (scene, remarks) = setting::load_scene(args.scene.as_deref())?;
     for remark in remarks {

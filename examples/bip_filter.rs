@@ -8,6 +8,7 @@ use hwall_lab::bip::setup::{BasisChoice, Indices, Mode, Noise, Setup};
 use hwall_lab::bip::trajectories::TrainTest;
 use hwall_lab::bip::{figures, reaches, report, run, scores, trajectories};
 use hwall_stage::exit;
+use hwall_stage::input::file_plan::FilePlan;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -64,6 +65,12 @@ fn main() -> ExitCode {
 }
 
 fn filter(args: &Args) -> anyhow::Result<()> {
+    FilePlan::default()
+        .read("--train", args.train.as_deref())
+        .read("--test", args.test.as_deref())
+        .write("--out", args.out.as_deref())
+        .write_into("--svg", args.svg.as_deref(), &["error.svg", "coverage.svg"])
+        .check()?;
     if let Some(folder) = &args.svg {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }

@@ -11,6 +11,7 @@ use hwall_lab::feel::single::{HandKind, SinglePush, report};
 use hwall_lab::feel::study::{self, Request};
 use hwall_lab::feel::subject::of_scene;
 use hwall_stage::exit;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use hwall_stage::setting::load_scene;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -53,6 +54,10 @@ struct Args {
     identify: bool,
 }
 
+/// Of one push.
+const OUT: &str = "out/door";
+const FIGURE: &str = "door.svg";
+
 fn main() -> ExitCode {
     exit(run(&Args::parse()))
 }
@@ -75,10 +80,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
     if ways.is_empty() {
         bail!("--render impedance needs torques: --arm-level torque");
     }
+    FilePlan::default()
+        .read_scene("--scene", args.scene.as_deref())
+        .write_into("--out", Some(args.destination.folder(OUT)), &[FIGURE])
+        .check()?;
     let rig = Rig::new()?;
     let (scene, remarks) = load_scene(args.scene.as_deref())?;
     let subject = of_scene(&rig, &scene, args.surface.as_deref())?;
-    let documents = args.destination.open("out/door")?;
+    let documents = args.destination.open(OUT)?;
     let push = SinglePush {
         hand: args.hand,
         force_n: args.push,
@@ -86,7 +95,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         seed: args.seed,
     };
     let lines = push.run(&rig, &subject, &ways)?;
-    let text = report(&documents.folder().join("door.svg"), &subject, &lines)?;
+    let text = report(&documents.folder().join(FIGURE), &subject, &lines)?;
     let mut out = io::stdout();
     for remark in remarks {
         writeln!(out, "{remark}")?;

@@ -6,6 +6,7 @@ use clap::{Parser, ValueEnum};
 use hwall_haptics::Board;
 use hwall_stage::exit;
 use hwall_stage::input::arms::BoardArm;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::person::kinds::PersonKind;
 use hwall_stage::person::predictors::{PredictorKind, Predictors};
@@ -127,8 +128,13 @@ fn run(args: &Args) -> anyhow::Result<()> {
         folder: &args.out,
         json: args.json.as_deref(),
         glb: args.glb,
+        mcap: args.mcap.as_deref(),
     };
-    outputs.check()?;
+    let inputs = FilePlan::default()
+        .read_scene("--scene", args.scene.as_deref())
+        .read("--hand", args.hand.as_deref())
+        .read_arm("--arm", &args.arm);
+    outputs.prepare(inputs)?;
     let board = Board::default();
     let arm = BoardArm::named(&args.arm, &board)?;
     let setting = Setting::new(

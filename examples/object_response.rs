@@ -78,6 +78,8 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    let files = args.files.plan();
+    files.read_scene("--scene", args.scene.as_deref()).check()?;
     let object = match args.object {
         Some(kind) => PushedObject::from_options(kind, &options(args))?,
         None => PushedObject::from_scene(
@@ -90,7 +92,8 @@ fn run(args: &Args) -> anyhow::Result<()> {
         None => object,
     };
     let mut input = ForceRows::open(args.files.input.as_deref())?;
-    object.write(&mut input, &mut args.files.writer()?)
+    let output = args.files.writer()?;
+    output.fill(|rows| object.write(&mut input, rows))
 }
 
 fn options(args: &Args) -> ObjectOptions<'_> {

@@ -38,6 +38,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    args.files.plan().check()?;
     let arm = arms::closed_form(&args.arm)?;
     let mut input = args.files.reader()?;
     let names = ["px", "py", "pz", "qw", "qx", "qy", "qz"].map(String::from);

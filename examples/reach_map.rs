@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::Parser;
 use hwall_lab::reach::maps::{self, Grid, Request, Solver};
 use hwall_lab::reach::published;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::{exit, numbers};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -37,7 +38,7 @@ struct Args {
     #[arg(long, value_enum, default_value = "exact")]
     solver: Solver,
     /// Starts of the optimization on each line
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, value_parser = numbers::count_within::<1, 10_000>)]
     starts: usize,
     /// Accuracy of the ends, m (exact solver)
     #[arg(long, default_value_t = 1e-6)]
@@ -70,6 +71,16 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    let mut files = FilePlan::default().read_arm("--arm", &args.arm);
+    for (flag, path) in [
+        ("--out", &args.out),
+        ("--map-csv", &args.map_csv),
+        ("--save", &args.save),
+        ("--exr", &args.exr),
+    ] {
+        files = files.write(flag, path.as_deref());
+    }
+    files.check()?;
     let published = args.compare.as_deref().map(published::read).transpose()?;
     let grid = if args.published {
         published::grids()?
@@ -94,8 +105,9 @@ fn run(args: &Args) -> anyhow::Result<()> {
         exr: args.exr.as_deref(),
         grid: &grid,
     })?;
-    let output = numbers::output(args.out.as_deref())?;
-    published::write_rows(&solved.rows, output).context("writing the intervals")?;
+    let mut output = numbers::output(args.out.as_deref())?;
+    published::write_rows(&solved.rows, &mut output).context("writing the intervals")?;
+    output.finish()?;
     let comparisons = published
         .as_ref()
         .map(|p| published::compare(&solved.rows, p));

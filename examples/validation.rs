@@ -7,6 +7,7 @@ use clap::Parser;
 use hwall_lab::documents::Destination;
 use hwall_lab::validation::document::{self, Request};
 use hwall_stage::exit;
+use hwall_stage::numbers::count_within;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,7 +33,7 @@ struct Args {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Random poses
-    #[arg(long, default_value_t = 10_000_000)]
+    #[arg(long, default_value_t = 10_000_000, value_parser = count_within::<1, 1_000_000_000>)]
     poses: usize,
 }
 

@@ -367,10 +367,8 @@ fn what_recordings_have_no_use_for_is_refused() {
     let why = asked(&["--report", "x", "--protocol", "rooms"]).unwrap_err();
     assert!(why.starts_with("--protocol"), "{why}");
     let why = asked(&["--report", text_of(&dir.join("no/such.md"))]).unwrap_err();
-    assert!(
-        why.ends_with("such.md: no file can be written there"),
-        "{why}"
-    );
+    assert!(why.starts_with("--report"), "{why}");
+    assert!(why.ends_with("such.md: no such folder"), "{why}");
 }
 
 #[test]
@@ -388,5 +386,5 @@ fn no_empty_folder_is_left_behind() {
     study(&out);
     assert!(out.is_dir());
     let why = asked(&["--recordings", text_of(&nowhere), "--out", "/dev/null/x"]).unwrap_err();
-    assert!(why.starts_with("/dev/null/x"), "{why}");
+    assert!(why.starts_with("--out /dev/null/x"), "{why}");
 }

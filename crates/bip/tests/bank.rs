@@ -573,3 +573,50 @@ fn steps_no_clock_takes_are_refused_before_anything_changes() {
     assert_eq!(before, bank.hypotheses().collect::<Vec<_>>());
     bank.predict(1.0).unwrap();
 }
+
+/// Hypotheses that all scored NaN were all discarded, and `predict` met an empty bank.
+#[test]
+fn hostile_evidence_never_empties_a_bank() {
+    let model = Model::train(&demonstrations(1, 12), &training()).unwrap();
+    let sizes = [
+        0.0,
+        1.0,
+        -1.0,
+        1e-320,
+        5e-324,
+        1e-160,
+        1e-154,
+        1e154,
+        1e160,
+        1e300,
+        -1e300,
+        1.7e308,
+        f64::MAX,
+        f64::MIN_POSITIVE,
+        f64::NAN,
+        f64::INFINITY,
+    ];
+    let mut sampler = Sampler::new(3);
+    for round in 0..300 {
+        let config = BankConfig::default();
+        let mut bank = Bank::new(&model, &config).unwrap();
+        for _ in 0..30 {
+            let mut any = || sizes[sampler.index(sizes.len())];
+            let (values, variances) = ([any(), any(), any()], [any(), any(), any()]);
+            let (dt, phase, variance) = (any(), any(), any());
+            let seen = Observation::new(&HAND, &values);
+            // Errors are answers; what follows must still work.
+            let _ = match round % 4 {
+                0 => bank.observe(&seen),
+                1 => bank.observe(&seen.with_variances(&variances)),
+                2 => bank.observe_at(phase, &seen.with_variances(&variances)),
+                _ => bank.observe_phase(phase, variance),
+            };
+            let _ = bank.predict(dt);
+            let _ = bank.predict(0.01);
+            let total: f64 = bank.hypotheses().map(|h| h.probability).sum();
+            assert!((total - 1.0).abs() < 1e-9, "{total}");
+            assert!(bank.phase().is_finite());
+        }
+    }
+}

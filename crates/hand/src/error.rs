@@ -48,6 +48,14 @@ pub enum HandError {
         /// The sign that probably separates the columns.
         separator: char,
     },
+    /// More columns than any recording has: each takes memory, and most of them would be left out.
+    #[error("{got} columns, at most {most} are read")]
+    TooManyColumns {
+        /// Columns of the header, or the first count known to be too large.
+        got: usize,
+        /// The most.
+        most: usize,
+    },
     /// Two columns have the same name.
     #[error("column {column:?} appears twice")]
     DuplicateColumn {

@@ -178,7 +178,10 @@ fn reach_to_grasp_trials_hold_one_reach_and_one_return() {
         let Some(recording) = load(&format!("kinesis_rtg/trial{trial:02}.csv")) else {
             return;
         };
-        assert_eq!(recording.ignored_columns, ["occluded", "rel_depth_obj_mm"]);
+        assert_eq!(
+            *recording.ignored_columns,
+            ["occluded".to_owned(), "rel_depth_obj_mm".to_owned()]
+        );
         let config = SegmentConfig {
             min_length_m: 0.2,
             ..SegmentConfig::default()

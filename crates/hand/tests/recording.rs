@@ -37,7 +37,7 @@ fn random_recording(sampler: &mut Sampler, person: &str, trial: &str) -> Recordi
         person: name(person),
         trial: name(trial),
         samples,
-        ignored_columns: Vec::new(),
+        ignored_columns: [].into(),
     }
 }
 
@@ -66,7 +66,7 @@ fn columns_come_in_any_order_and_any_subset() {
     assert_eq!(index(0), Some(DVec3::new(1.0, 2.0, 3.0)));
     assert_eq!(index(1), None);
     assert_eq!(index(2), Some(DVec3::new(4.0, 5.0, 6.0)));
-    assert_eq!(recording.ignored_columns, ["note"]);
+    assert_eq!(*recording.ignored_columns, ["note".to_owned()]);
     assert_eq!(recording.steadiest_point(), Some(HandPoint::Index));
     assert_eq!(recording.duration_s(), 1.0);
 }

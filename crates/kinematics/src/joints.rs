@@ -2,8 +2,13 @@
 
 use crate::error::KinematicsError;
 use hwall_numeric::ArgumentError;
-use hwall_numeric::check::all_finite;
+use hwall_numeric::check::{all_finite, that};
 use std::f64::consts::{PI, TAU};
+
+/// Largest finite limit of a joint, rad or m. Some descriptions write 1e16 for no limit; squares of this stay finite.
+pub(crate) const MOST_LIMIT: f64 = 1e100;
+/// Largest number of an arm, in its unit: lengths, masses, velocities. Squares and products stay finite.
+pub(crate) const MOST: f64 = 1e9;
 
 /// Most joints of an arm: the length of every joint array.
 pub const MOST_JOINTS: usize = 7;
@@ -165,7 +170,7 @@ impl JointLimit {
         best
     }
 
-    /// Rejects NaN and reversed ends; infinite ends mean "no limit".
+    /// Rejects NaN, reversed ends and finite ends beyond 1e100; infinite ends mean "no limit".
     pub(crate) fn validate(&self, index: usize) -> Result<(), KinematicsError> {
         if self.min_rad.is_nan() || self.max_rad.is_nan() {
             return Err(ArgumentError::NonFinite {
@@ -174,6 +179,14 @@ impl JointLimit {
                 value: f64::NAN,
             }
             .into());
+        }
+        for (what, value) in [
+            ("lower joint limit", self.min_rad),
+            ("upper joint limit", self.max_rad),
+        ] {
+            // NaN was refused above.
+            let usable = value.is_infinite() || value.abs() <= MOST_LIMIT;
+            that(usable, what, value, "within 1e100 of zero, or infinite")?;
         }
         if self.min_rad > self.max_rad {
             return Err(KinematicsError::LimitsReversed {

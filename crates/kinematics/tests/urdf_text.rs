@@ -267,12 +267,13 @@ fn hostile_text_is_refused_quickly() {
     assert_eq!(message(&format!("{laughs}{ARM}")), "XML with DTD detected");
     message(&with("name=\"j\"", "name=\"&unknown;\""));
 
-    // Deep, but allowed: skipped as one unknown element.
+    // As deep as simulator extensions may be: skipped as one unknown element.
     let nested = |depth: usize| "<g>".repeat(depth) + &"</g>".repeat(depth);
     let inside = |extra: &str| with("<link name=\"a\"/>", &format!("<link name=\"a\"/>{extra}"));
-    assert_eq!(load(&inside(&nested(150_000))).unwrap(), load(ARM).unwrap());
-    assert_eq!(message(&inside(&nested(300_000))), "nodes limit reached");
-    message(&inside(&"<g>".repeat(150_000)));
+    assert_eq!(load(&inside(&nested(150))).unwrap(), load(ARM).unwrap());
+    for deep in [nested(150_000), "<g>".repeat(150_000)] {
+        assert_eq!(message(&inside(&deep)), "elements are nested too deeply");
+    }
     assert_eq!(
         message(&inside(&"<g/>".repeat(300_000))),
         "nodes limit reached"
@@ -383,4 +384,37 @@ fn mutated_arms_are_errors_or_sound_chains() {
         read > 1_000 && refused > 5_000,
         "{read} read, {refused} refused"
     );
+}
+
+/// The parser's time grew with the square of the nesting.
+#[test]
+fn deeply_nested_elements_are_refused_at_once() {
+    let depth = 90_000;
+    let text = format!(
+        "<robot>{}{}</robot>",
+        "<a>".repeat(depth),
+        "</a>".repeat(depth)
+    );
+    let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+    assert!(error.to_string().contains("nested"), "{error}");
+}
+
+/// Comments and self-closing elements are no levels.
+#[test]
+fn long_flat_files_are_not_nested() {
+    let text = format!("<robot>{}</robot>", "<!-- <a> </a> --><b/>".repeat(1000));
+    let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+    assert!(!error.to_string().contains("nested"), "{error}");
+}
+
+/// Limits of 1e154 were read; their squares overflow.
+#[test]
+fn joint_limits_out_of_this_world_are_refused() {
+    for limits in [r#"lower="-1e154" upper="1""#, r#"lower="0" upper="1e300""#] {
+        let text = format!(
+            r#"<robot><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit {limits} velocity="1" effort="1"/></joint></robot>"#
+        );
+        let error = hwall_kinematics::Chain::from_urdf_str(&text, None, None).unwrap_err();
+        assert!(error.to_string().contains("limit"), "{error}");
+    }
 }

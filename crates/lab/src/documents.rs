@@ -22,6 +22,16 @@ pub struct Destination {
 }
 
 impl Destination {
+    /// The folder that was asked for, not made yet; `default` where none was.
+    #[must_use]
+    pub fn folder<'a>(&'a self, default: &'a str) -> &'a Path {
+        match &self.out {
+            _ if self.docs => Path::new(TRACKED),
+            Some(folder) => folder,
+            None => Path::new(default),
+        }
+    }
+
     /// The folder that was asked for; `default` where none was.
     ///
     /// # Errors
@@ -105,7 +115,9 @@ impl Documents {
                 continue;
             };
             if from.extension().is_some_and(|e| e == "svg") {
-                std::fs::copy(&from, to.join(name)).with_context(|| from.display().to_string())?;
+                let copied =
+                    std::fs::read(&from).and_then(|svg| hwall_files::write(to.join(name), svg));
+                copied.with_context(|| from.display().to_string())?;
             }
         }
         Ok(())
@@ -117,7 +129,7 @@ impl Documents {
     /// A file that cannot be written.
     pub fn write(&self, name: &str, text: &str) -> anyhow::Result<PathBuf> {
         let path = self.folder.join(name);
-        std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+        hwall_files::write(&path, text).with_context(|| path.display().to_string())?;
         Ok(path)
     }
 }
@@ -140,7 +152,7 @@ pub fn renew_block(file: &Path, name: &str, text: &str) -> anyhow::Result<()> {
     let marked = || format!("{} has no {begin} and {end}", file.display());
     let (before, rest) = old.split_once(&begin).with_context(marked)?;
     let (_, after) = rest.split_once(&end).with_context(marked)?;
-    std::fs::write(file, format!("{before}{begin}\n{text}{end}{after}")).with_context(context)
+    hwall_files::write(file, format!("{before}{begin}\n{text}{end}{after}")).with_context(context)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ struct Readme;
 pub mod architecture;
 pub mod documents;
 
+pub mod attack;
 pub mod bip;
 pub mod contact;
 pub mod demonstrations;

@@ -277,6 +277,7 @@ impl PsychophysicsError {
 
 /// Passes a probability that is neither 0 nor 1.
 pub(crate) fn inner_probability(what: &'static str, value: f64) -> Result<f64, ArgumentError> {
-    let holds = value > 0.0 && value < 1.0;
-    that(holds, what, value, "above 0 and below 1")
+    // Nearer to the ends quantiles lose their digits, then everything.
+    let holds = (1e-9..=1.0 - 1e-9).contains(&value);
+    that(holds, what, value, "between 1e-9 and 1 - 1e-9")
 }

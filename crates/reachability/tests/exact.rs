@@ -591,3 +591,36 @@ fn bad_settings_are_named() {
     };
     assert!(solver.line(&nan).is_err());
 }
+
+/// A board of 1e160 m panicked.
+#[test]
+fn boards_without_end_are_refused() {
+    let arm = SrsArm::iiwa7();
+    for huge in [1e3, 1e160, 1e308, f64::INFINITY, f64::NAN] {
+        for (half_width_m, half_height_m) in [(huge, 0.1), (0.1, huge), (huge, huge)] {
+            let config = ExactConfig {
+                board_part: BoardPart::Any {
+                    half_width_m,
+                    half_height_m,
+                },
+                ..ExactConfig::default()
+            };
+            let error = ExactSolver::new(&arm, &config).unwrap_err().to_string();
+            assert!(error.contains("half_"), "{error}");
+        }
+    }
+}
+
+/// Lines at every distance and height are answered or refused.
+#[test]
+fn lines_out_of_this_world_do_not_panic() {
+    let solver = ExactSolver::new(&SrsArm::iiwa7(), &ExactConfig::default()).unwrap();
+    for far in [1e10, 1e100, 1e154, 1e160, 1e308] {
+        for (distance_m, height_m) in [(far, 0.3), (0.5, far), (-far, -far)] {
+            let wall = WallPlane::new(0.0, distance_m).unwrap();
+            if let Ok(found) = solver.line(&wall.line(height_m)) {
+                assert!(found.intervals.is_empty());
+            }
+        }
+    }
+}

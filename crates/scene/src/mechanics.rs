@@ -2,6 +2,9 @@
 
 use crate::error::SceneError;
 
+/// Masses, stiffnesses, forces and the like are at most this, in their units: squares and products stay finite.
+pub(crate) const MOST: f64 = 1e12;
+
 /// Mechanics of a surface that moves along its opening. `None` where the sidecar says nothing.
 ///
 /// An opening is an angle (rad) or a distance (m), a force a moment (N m) or a force (N). This crate moves nothing by it.
@@ -89,7 +92,7 @@ impl Mechanics {
     /// Rejects impossible numbers, named as in a sidecar.
     pub(crate) fn validate(&self, surface: &str, keys: &MechanicsKeys) -> Result<(), SceneError> {
         let check = |what, value: Option<f64>, holds: fn(f64) -> bool, wanted| match value {
-            Some(value) if !(value.is_finite() && holds(value)) => Err(SceneError::Parameter {
+            Some(value) if !(value.abs() <= MOST && holds(value)) => Err(SceneError::Parameter {
                 surface: surface.to_owned(),
                 what,
                 value,
@@ -97,10 +100,23 @@ impl Mechanics {
             }),
             _ => Ok(()),
         };
-        let positive = |what, value| check(what, value, |v| v > 0.0, "finite and positive");
-        let not_negative =
-            |what, value| check(what, value, |v| v >= 0.0, "finite and not negative");
-        let finite = |what, value| check(what, Some(value), |_| true, "finite");
+        let positive = |what, value| {
+            check(
+                what,
+                value,
+                |v| v > 0.0,
+                "finite, positive and at most 1e12",
+            )
+        };
+        let not_negative = |what, value| {
+            check(
+                what,
+                value,
+                |v| v >= 0.0,
+                "finite, not negative and at most 1e12",
+            )
+        };
+        let finite = |what, value| check(what, Some(value), |_| true, "finite and at most 1e12");
         positive(keys.inertia, self.inertia)?;
         not_negative(keys.stiffness, self.stiffness)?;
         finite(keys.rest, self.rest.unwrap_or(0.0))?;
@@ -125,7 +141,7 @@ impl Mechanics {
                 wanted,
             })
         };
-        if !(click.snap.is_finite() && click.snap > click.start) {
+        if !(click.snap <= MOST && click.snap > click.start) {
             return fails("click.snap_m", click.snap, "finite and above click.start_m");
         }
         if !(click.start..=click.snap).contains(&click.release) {

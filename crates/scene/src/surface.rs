@@ -1,8 +1,8 @@
 //! What a scene is made of: named surfaces and how they may move.
 
 use crate::error::{SceneError, finite};
-use crate::mechanics::{Mechanics, SLIDING, TURNING};
-use crate::part::triangle::COORDINATE_LIMIT_M;
+use crate::mechanics::{MOST, Mechanics, SLIDING, TURNING};
+use crate::part::triangle::{COORDINATE_LIMIT_M, is_usable};
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
 
@@ -206,7 +206,9 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
         wanted,
     };
     let not_negative = |what, value: Option<f64>| match value {
-        Some(v) if !(v.is_finite() && v >= 0.0) => Err(fail(what, v, "finite and not negative")),
+        Some(v) if !(0.0..=MOST).contains(&v) => {
+            Err(fail(what, v, "finite, not negative and at most 1e12"))
+        }
         _ => Ok(()),
     };
     let unit = |what, axis: DVec3| {
@@ -241,6 +243,17 @@ pub(crate) fn validated(mut surface: Surface) -> Result<Surface, SceneError> {
             mechanics,
         } => {
             finite("hinge_point_m", *hinge_point_m)?;
+            if let Some(value) = hinge_point_m
+                .to_array()
+                .into_iter()
+                .find(|x| !is_usable(*x))
+            {
+                return Err(fail(
+                    "hinge_point_m",
+                    value,
+                    "at most 1e9 m from the origin",
+                ));
+            }
             *hinge_axis = unit("hinge_axis", *hinge_axis)?;
             let turn = std::f64::consts::TAU;
             range(

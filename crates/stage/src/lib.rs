@@ -15,8 +15,12 @@ pub use input::{arms, numbers};
 pub use person::training;
 pub use report::figures;
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
+
+/// Characters of an error line that are kept at its beginning, where the place stands, and at its end, where the reason
+/// does: inputs of a megabyte are not repeated.
+const KEPT: [usize; 2] = [600, 300];
 
 /// Ends a binary: one clear line on standard error and status 2 for an error.
 #[must_use]
@@ -26,7 +30,8 @@ pub fn exit(result: anyhow::Result<()>) -> ExitCode {
         // A reader that closes the pipe early (`| head`) has what it wanted.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            // A full device is no reason to panic.
+            let _ = writeln!(io::stderr(), "error: {}", shortened(&format!("{error:#}")));
             ExitCode::from(2)
         }
     }
@@ -40,7 +45,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 /// Writers of tables keep an error of the output to themselves: it is not among their sources.
 fn io_kind(cause: &(dyn std::error::Error + 'static)) -> Option<ErrorKind> {
-    if let Some(io) = cause.downcast_ref::<std::io::Error>() {
+    if let Some(io) = cause.downcast_ref::<io::Error>() {
         return Some(io.kind());
     }
     if let Some(json) = cause.downcast_ref::<serde_json::Error>() {
@@ -49,5 +54,47 @@ fn io_kind(cause: &(dyn std::error::Error + 'static)) -> Option<ErrorKind> {
     match cause.downcast_ref::<csv::Error>()?.kind() {
         csv::ErrorKind::Io(io) => Some(io.kind()),
         _ => None,
+    }
+}
+
+/// The text, without its middle where it is very long.
+fn shortened(text: &str) -> String {
+    let [first, last] = KEPT;
+    let count = text.chars().count();
+    if count <= first + last + 100 {
+        return text.to_owned();
+    }
+    let beginning: String = text.chars().take(first).collect();
+    let end: String = text.chars().skip(count - last).collect();
+    format!(
+        "{beginning} ... ({} characters) ... {end}",
+        count - first - last
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines of a megabyte were repeated.
+    #[test]
+    fn error_lines_keep_the_place_and_the_reason() {
+        let text = format!("a.csv line 7: {:?} is not a number", "é".repeat(1 << 20));
+        let short = shortened(&text);
+        assert!(short.starts_with("a.csv line 7:") && short.ends_with("is not a number"));
+        assert!(short.chars().count() < 1000);
+        assert_eq!(shortened("short"), "short");
+    }
+
+    #[test]
+    fn a_closed_pipe_is_known_through_the_csv_writer() {
+        let closed = || io::Error::from(io::ErrorKind::BrokenPipe);
+        assert!(is_broken_pipe(
+            &anyhow::Error::new(closed()).context("rows")
+        ));
+        assert!(is_broken_pipe(&anyhow::Error::new(csv::Error::from(
+            closed()
+        ))));
+        assert!(!is_broken_pipe(&anyhow::anyhow!("full")));
     }
 }

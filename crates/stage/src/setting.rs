@@ -22,6 +22,10 @@ const ROOM: (&str, &str) = (
     include_str!("../../../examples/assets/room.toml"),
 );
 
+/// A loop steps through pauses, too: longest pause, and longest recording, s.
+const LONGEST_PAUSE_S: f64 = 60.0;
+const LONGEST_RECORDING_S: f64 = 1800.0;
+
 /// What the command line asks for.
 pub struct SettingOptions<'a> {
     /// OBJ file; `None`: the built-in room.
@@ -129,6 +133,7 @@ impl Setting {
                 sample.frame = sample.frame.transformed(&Pose::Z_UP_FROM_Y_UP);
             }
         }
+        check_times(&recording).map_err(|e| named_text(path, &e.to_string()))?;
         let contacts = place::reaches_to_contact(&recording, options.rigid_hand);
         let (base, hand) = match (options.auto, options.base, options.hand_origin) {
             // Nothing is left to place; a recording without a reach then has no touch to judge.
@@ -186,6 +191,28 @@ impl Setting {
             base,
         })
     }
+}
+
+/// Passes if a loop that runs from the first sample to the last one ends within minutes.
+///
+/// # Errors
+/// Times that are too far apart: of neighbours, or of the first and the last sample.
+fn check_times(recording: &Recording) -> anyhow::Result<()> {
+    let times_s: Vec<f64> = recording.frames().map(|frame| frame.t_s).collect();
+    for (sample, pair) in (2..).zip(times_s.windows(2)) {
+        let pause_s = pair[1] - pair[0];
+        if pause_s > LONGEST_PAUSE_S {
+            bail!(
+                "sample {sample} is at {} s, {pause_s} s after the one before; at most {LONGEST_PAUSE_S} s (seconds?)",
+                pair[1]
+            );
+        }
+    }
+    let duration_s = recording.duration_s();
+    if duration_s > LONGEST_RECORDING_S {
+        bail!("a recording of {duration_s} s, at most {LONGEST_RECORDING_S} s are followed");
+    }
+    Ok(())
 }
 
 /// The scene in a file, or the built-in room, and what had to be repaired.
@@ -255,4 +282,28 @@ fn repairs(report: &LoadReport) -> Vec<String> {
         .filter(|(_, n)| *n > 0)
         .map(|(what, n)| format!("{n} {what}"));
     vec![format!("scene: {}", found.collect::<Vec<_>>().join(", "))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_hand::HandFrame;
+
+    fn refused(times_s: impl IntoIterator<Item = f64>) -> Option<String> {
+        let recording = Recording::from_frames(times_s.into_iter().map(HandFrame::empty)).unwrap();
+        check_times(&recording).err().map(|error| error.to_string())
+    }
+
+    /// One late stamp ran for ever (1e4), out of memory (1e7) or into a panic (1e300).
+    #[test]
+    fn one_late_time_stamp_is_named() {
+        for late_s in [1e4, 1e7, 1e300] {
+            let text = refused([0.0, 0.01, 0.02, late_s]).unwrap();
+            assert!(text.contains("sample 4"), "{text}");
+        }
+        assert!(refused([-1e308, 1e308]).is_some());
+        assert!(refused((0..2000).map(f64::from)).unwrap().contains("1999"));
+        // Time may be counted from 1970.
+        assert_eq!(refused([1.7e9, 1.7e9 + 0.01]), None);
+    }
 }

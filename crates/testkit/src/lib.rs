@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod attack;
 mod difference;
 mod machine;
 mod sampler;
@@ -9,6 +10,7 @@ mod table;
 mod timing;
 mod tolerance;
 
+pub use attack::{AttackReport, Finding, Mutator, Verdict, attack};
 pub use difference::{central_difference, central_jacobian};
 pub use machine::Machine;
 pub use sampler::Sampler;

@@ -3,13 +3,17 @@
 use crate::error::TextonError;
 use crate::height::MOST_PIXELS;
 use exr::error::Error;
+use exr::meta::header::Header;
 use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, Image, Layer, Layers, MetaData, ReadChannels, ReadLayers,
     read,
 };
 use hwall_numeric::check::that;
 use std::fmt::Display;
-use std::io::{BufRead, ErrorKind, Seek};
+use std::io::{BufRead, ErrorKind, Seek, SeekFrom};
+
+/// Deflate makes at most 516 half-precision samples of a byte, and no other compression more; with a margin.
+const MOST_SAMPLES_A_BYTE: u64 = 2_048;
 
 /// A picture with all of its layers.
 type Picture = Image<Layers<AnyChannels<FlatSamples>>>;
@@ -29,22 +33,34 @@ pub(crate) fn failed(name: impl Display, error: &Error) -> TextonError {
     TextonError::file(name, kind, error)
 }
 
-/// Reads a picture, unless its header asks for more pixels than are allowed. `name`: for errors.
+/// Reads a picture, unless its headers ask for more samples than are allowed or than a file of its size can hold. `name`: for errors.
 pub(crate) fn read_bounded(
     mut file: impl BufRead + Seek,
     name: impl Display,
 ) -> Result<Picture, TextonError> {
     let meta = MetaData::read_from_buffered(&mut file, false);
     let meta = meta.map_err(|error| failed(&name, &error))?;
-    for header in &meta.headers {
-        let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
-        that(
-            pixels <= MOST_PIXELS,
-            "pixels",
-            pixels as f64,
-            "at most 268435456",
-        )?;
-    }
+    let pixels =
+        |header: &Header| (header.layer_size.0 as u64).saturating_mul(header.layer_size.1 as u64);
+    // Memory is needed for each layer and each channel of it.
+    let samples = meta.headers.iter().fold(0_u64, |sum, header| {
+        let channels = header.channels.list.len() as u64;
+        sum.saturating_add(pixels(header).saturating_mul(channels))
+    });
+    that(
+        samples <= MOST_PIXELS,
+        "samples of all layers and channels",
+        samples as f64,
+        "at most 268435456",
+    )?;
+    let end = file.seek(SeekFrom::End(0));
+    let bytes = end.map_err(|error| TextonError::file(&name, error.kind(), error))?;
+    that(
+        samples <= bytes.saturating_mul(MOST_SAMPLES_A_BYTE),
+        "samples of all layers and channels",
+        samples as f64,
+        "at most 2048 for each byte of the file",
+    )?;
     let rewound = file.rewind();
     rewound.map_err(|error| TextonError::file(&name, error.kind(), error))?;
     read()

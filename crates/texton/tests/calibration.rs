@@ -389,3 +389,45 @@ fn the_repair_of_noise_is_the_closest_table() {
     };
     assert_eq!(holes.unwrap().isotonic().unwrap_err(), refused);
 }
+
+/// Magnitudes of 1e308 overflowed in sums and differences.
+#[test]
+fn a_calibration_of_unbounded_numbers_is_refused() {
+    let table = |speed: &str, value: &str| {
+        format!("orientation_deg,velocity_mm_s,value\n0,20,1\n90,20,2\n0,{speed},{value}\n")
+    };
+    for (speed, value) in [
+        ("40", "1e308"),
+        ("40", "-1e308"),
+        ("1e308", "1"),
+        ("1e7", "1"),
+    ] {
+        let read = hwall_texton::Calibration::from_csv(table(speed, value).as_bytes());
+        assert!(read.is_err(), "{speed} {value}");
+    }
+    let read = hwall_texton::Calibration::from_csv(table("40", "3").as_bytes());
+    assert!(read.is_ok());
+}
+
+/// A cell of a megabyte was repeated in the message.
+#[test]
+fn a_long_cell_is_cut_in_the_message() {
+    let text = format!(
+        "orientation_deg,velocity_mm_s,value\n0,20,{}\n",
+        "x".repeat(1 << 20)
+    );
+    let error = hwall_texton::Calibration::from_csv(text.as_bytes()).unwrap_err();
+    assert!(error.to_string().len() < 200);
+}
+
+/// Speeds of 0 and 5e-324 mm/s were two nodes at one place, and one of them lost its magnitude.
+#[test]
+fn conditions_that_nearly_coincide_are_refused() {
+    for speed in ["5e-324", "1e-9"] {
+        let text = format!(
+            "orientation_deg,velocity_mm_s,value\n0,{speed},1.2\n0,40,1.4\n0,0,2.2\n45,40,2.4\n90,20,3\n"
+        );
+        let error = hwall_texton::Calibration::from_csv(text.as_bytes()).unwrap_err();
+        assert!(error.to_string().contains("speed"), "{error}");
+    }
+}

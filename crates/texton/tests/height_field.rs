@@ -218,3 +218,30 @@ fn a_height_field_becomes_a_solid() {
     let few = patch.height_field(0.1).unwrap().mesh(1.0, 1_000);
     assert!(matches!(few, Err(TextonError::TooManyTriangles { .. })));
 }
+
+/// Only pixels were bounded, not channels and layers: 632 bytes asked for 1.17 GB.
+#[test]
+fn a_small_file_cannot_ask_for_much_memory() {
+    let scratch = Scratch::new("bomb");
+    let path = scratch.0.join("x.exr");
+    let names: Vec<String> = (0..8).map(|i| format!("c{i}")).collect();
+    let channels: Vec<(&str, Vec<f32>)> =
+        names.iter().map(|n| (n.as_str(), vec![0.0; 4])).collect();
+    foreign(&path, (2, 2), &channels);
+    let mut bytes = std::fs::read(&path).unwrap();
+    // Both windows of the header: 6000 x 6000 pixels of 8 channels are 1.15 GB.
+    for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+        let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+        for corner in [8, 12] {
+            bytes[at + corner..at + corner + 4].copy_from_slice(&5999_i32.to_le_bytes());
+        }
+    }
+    std::fs::write(&path, &bytes).unwrap();
+    let source = HeightSource {
+        pitch_mm: Some(0.01),
+        unit_mm: Some(1.0),
+        channel: Some("c0".to_owned()),
+    };
+    let error = HeightField::read_exr(&path, &source).unwrap_err();
+    assert!(error.to_string().contains("samples"), "{error}");
+}

@@ -303,3 +303,21 @@ fn spectra_meet_the_volume_and_a_plain_sum() {
     sum *= 2.0 * PI * 2.0 / (n * n) as f64;
     assert!((sum - texton.spectrum_mm3(k)).abs() < 1e-4, "{sum}");
 }
+
+/// `harmonics(inf)` did not end, and vibration at 1e160 mm/s was NaN.
+#[test]
+fn unbounded_waves_and_speeds_end_in_numbers() {
+    use hwall_texton::{Prediction, RoughnessModel, ScanAngle, Texture, Vibration};
+    let texture = Texture::released();
+    for most in [f64::INFINITY, 1e300, f64::NAN, -1.0] {
+        assert!(texture.harmonics(most).take(5_000_000).count() < 5_000_000);
+    }
+    for speed in [0.0, 1e77, 1e160, 1e308] {
+        let scan = ScanAngle::from_deg(45.0).unwrap();
+        let found = Vibration::default().predict(&texture, scan, speed).unwrap();
+        assert!(
+            matches!(found, Prediction::Within(v) if v.is_finite()),
+            "{speed}"
+        );
+    }
+}

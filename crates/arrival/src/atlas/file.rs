@@ -99,7 +99,7 @@ impl Atlas {
     /// A file that cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ArrivalError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_bytes()).map_err(|error| ArrivalError::file(path, &error))
+        hwall_files::write(path, self.to_bytes()).map_err(|error| ArrivalError::file(path, &error))
     }
 
     /// Reads an atlas from a file.

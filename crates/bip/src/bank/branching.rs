@@ -191,16 +191,19 @@ impl Hypotheses {
     /// the sum of the weights.
     ///
     /// # Errors
-    /// The failure, if there is one and everything has become impossible; the weights stay.
+    /// Everything has become impossible: the failure, if there is one, else an overflow. The weights stay.
     pub(super) fn adopt_scores(&mut self, failed: Option<BipError>) -> Result<f64, BipError> {
         let scores = self.list.iter().map(|h| h.score);
+        // NaN counts as impossible: `max` passes over it, and its weight becomes zero below.
         let best = scores.fold(f64::NEG_INFINITY, f64::max);
-        if let (true, Some(error)) = (best == f64::NEG_INFINITY, failed) {
-            return Err(error);
+        if !best.is_finite() {
+            let phase = self.heaviest().map_or(0.0, |h| h.posterior.phase());
+            return Err(failed.unwrap_or(BipError::Overflow { phase }));
         }
         let mut sum = 0.0;
         for h in &mut self.list {
-            h.weight = (h.score - best).exp();
+            let weight = (h.score - best).exp();
+            h.weight = if weight.is_nan() { 0.0 } else { weight };
             sum += h.weight;
         }
         let mut at = 0;

@@ -13,6 +13,9 @@ const DEPENDENT: f64 = 1e-10;
 /// for exponential functions of other machines.
 #[cfg(feature = "serde")]
 const STORED: f64 = 1e-4;
+/// Functions made here are at most this far from orthonormal: directions are dropped until they are. With a margin of
+/// ten, what was made on one machine can be read on every other.
+const MADE: f64 = 1e-5;
 
 /// Number of phases for this number of functions.
 fn grid(count: usize) -> usize {
@@ -42,22 +45,26 @@ impl OrthonormalBasis {
         let scale = 1.0 / (grid as f64).sqrt();
         rows.entries_mut().iter_mut().for_each(|v| *v *= scale);
         let svd = Svd::thin(&rows)?;
-        let size = svd.rank(DEPENDENT);
         let smallest = svd.singular[count - 1];
+        let condition = if smallest > 0.0 {
+            svd.singular[0] / smallest
+        } else {
+            f64::INFINITY
+        };
         let (right, singular) = (&svd.right, &svd.singular);
-        let transform = Matrix::from_fn(count, size, |i, j| right[(i, j)] / singular[j]);
-        let inverse = Matrix::from_fn(size, count, |j, i| right[(i, j)] * singular[j]);
-        Ok(Self {
+        let of_size = |size| Self {
             basis,
             size,
-            condition: if smallest > 0.0 {
-                svd.singular[0] / smallest
-            } else {
-                f64::INFINITY
-            },
-            transform,
-            inverse,
-        })
+            condition,
+            transform: Matrix::from_fn(count, size, |i, j| right[(i, j)] / singular[j]),
+            inverse: Matrix::from_fn(size, count, |j, i| right[(i, j)] * singular[j]),
+        };
+        let mut made = of_size(svd.rank(DEPENDENT));
+        // The functions are rounded where they are steep, too, which no singular value shows.
+        while made.size > 1 && made.deviation() > MADE {
+            made = of_size(made.size - 1);
+        }
+        Ok(made)
     }
 
     /// As it was stored: the same functions on every machine, whatever signs and last digits the
@@ -106,7 +113,6 @@ impl OrthonormalBasis {
     }
 
     /// How far the functions are from orthonormal, and the inverse from one.
-    #[cfg(feature = "serde")]
     fn deviation(&self) -> f64 {
         let (count, size) = (self.basis.count(), self.size);
         let grid = grid(count);

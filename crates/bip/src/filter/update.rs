@@ -270,7 +270,8 @@ impl Filter {
             .root
             .fold(&mut scratch.rows, &mut scratch.z, &mut scratch.column);
         scratch.root.solve(&mut scratch.z, &mut scratch.padded);
-        if !(all_finite(&scratch.z) && fold.distance_squared.is_finite()) {
+        let finite = fold.distance_squared.is_finite() && fold.log_determinant.is_finite();
+        if !(all_finite(&scratch.z) && finite) {
             return Err(BipError::Overflow { phase });
         }
         Ok(Update {

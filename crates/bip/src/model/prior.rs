@@ -16,7 +16,8 @@ pub struct PhaseVelocity {
 impl PhaseVelocity {
     /// Rejects a mean that is not finite and a variance that is not positive.
     pub(super) fn validate(&self) -> Result<(), ArgumentError> {
-        check::finite("mean phase velocity", self.mean)?;
+        // A motion takes one over it: zero and negative ones make durations that are none.
+        check::positive("mean phase velocity", self.mean)?;
         check::positive("variance of the phase velocity", self.variance)?;
         Ok(())
     }

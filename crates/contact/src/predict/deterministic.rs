@@ -174,7 +174,7 @@ impl DeterministicPredictor {
         if distance_m.abs() > self.config.max_distance_m {
             return None;
         }
-        let time_to_contact_s = if behind.is_some() || distance_m == 0.0 {
+        let time_to_contact_s = if behind.is_some() || distance_m <= ON_SURFACE_M {
             Some(0.0)
         } else {
             let closing = hand.velocity_m_per_s.dot(point_m - hand_m) / distance_m;
@@ -242,6 +242,9 @@ impl DeterministicPredictor {
         (soon && hit.surface == surface).then_some(hit.point_m)
     }
 }
+
+/// A hand this near lies on the surface: what is left is rounding, and has no direction, m.
+const ON_SURFACE_M: f64 = 1e-9;
 
 /// The direction of motion counts this long before contact, s; earlier the hand still turns.
 const AHEAD_S: f64 = 0.4;

@@ -241,11 +241,12 @@ struct Source<'a> {
 
 impl Source<'_> {
     fn label(&self, labelled: &mut Labelled) {
+        let mut ends = Ends::new(self);
         let one_trial = self.config.cut == ReachCut::ByTrial && self.recording.trial.is_some();
         if one_trial {
             let reach = self
                 .trial()
-                .and_then(|(first, last)| self.reach(first, last));
+                .and_then(|(first, last)| self.reach(first, last, &mut ends));
             self.keep(reach, None, labelled);
             return;
         }
@@ -274,7 +275,7 @@ impl Source<'_> {
                         (reach.first, reach.last)
                     };
                     let contact = rising_contact(&self.samples[first..=last]);
-                    self.reach(first, contact.map_or(last, |c| first + c))
+                    self.reach(first, contact.map_or(last, |c| first + c), &mut ends)
                 }
             };
             let name = (!first_only || self.recording.trial.is_none()).then_some(start_s);
@@ -379,7 +380,12 @@ impl Source<'_> {
     }
 
     /// The reach between two samples, or why there is none.
-    fn reach(&self, first: usize, last: usize) -> Result<LabelledReach, &'static str> {
+    fn reach(
+        &self,
+        first: usize,
+        last: usize,
+        ends: &mut Ends<'_>,
+    ) -> Result<LabelledReach, &'static str> {
         let samples = &self.samples[first..=last];
         let positions: Vec<DVec3> = samples
             .iter()
@@ -388,7 +394,7 @@ impl Source<'_> {
         if positions.len() < self.config.min_samples.max(2) {
             return Err("too few samples of the touching point");
         }
-        let end_m = self.end_m(last);
+        let end_m = ends.at(last);
         let target_m = samples.iter().rev().find_map(|s| s.target_m);
         let contact_m = match target_m.filter(|_| self.config.use_target) {
             Some(target_m) => target_m,
@@ -412,19 +418,41 @@ impl Source<'_> {
             .map(|()| reach)
             .map_err(|_| "nothing can be learnt from it")
     }
+}
 
-    /// Where the touching point is in a sample; if need be by another point and the last offset, or a
-    /// little earlier.
-    fn end_m(&self, last: usize) -> Option<DVec3> {
-        let mut touching = TouchingPoint::new(self.point, [None; 6]);
-        let mut latest = None;
-        for sample in &self.samples[..=last] {
-            let position_m = touching.locate(&sample.frame.points());
-            latest = position_m.map(|p| (sample.frame.t_s, p)).or(latest);
+/// Where the touching point is in samples that are asked for in order of time: each sample is looked at once, however
+/// many reaches a recording has.
+struct Ends<'a> {
+    samples: &'a [Sample],
+    max_gap_s: f64,
+    touching: TouchingPoint,
+    /// The sample to look at next, and when and where the point was last.
+    next: usize,
+    latest: Option<(f64, DVec3)>,
+}
+
+impl<'a> Ends<'a> {
+    fn new(source: &Source<'a>) -> Self {
+        Self {
+            samples: source.samples,
+            max_gap_s: source.segment.max_gap_s,
+            touching: TouchingPoint::new(source.point, [None; 6]),
+            next: 0,
+            latest: None,
         }
-        let (t_s, end_m) = latest?;
+    }
+
+    /// Where the touching point is in a sample; if need be by another point and the last offset, or a little earlier.
+    fn at(&mut self, last: usize) -> Option<DVec3> {
+        while self.next <= last {
+            let sample = &self.samples[self.next];
+            let position_m = self.touching.locate(&sample.frame.points());
+            self.latest = position_m.map(|p| (sample.frame.t_s, p)).or(self.latest);
+            self.next += 1;
+        }
+        let (t_s, end_m) = self.latest?;
         let ago_s = self.samples[last].frame.t_s - t_s;
-        (ago_s <= self.segment.max_gap_s).then_some(end_m)
+        (ago_s <= self.max_gap_s).then_some(end_m)
     }
 }
 

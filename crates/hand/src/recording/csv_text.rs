@@ -12,8 +12,12 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::io::{Read, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Columns of a recording at most: a hundred times those of a headset with both hands and the body.
+const MOST_COLUMNS: usize = 10_000;
 
 /// A gaze shorter than this has no direction.
 const MIN_GAZE_LENGTH: f64 = 1e-6;
@@ -71,6 +75,16 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, HandErro
         byte: 0,
         line: 1,
     };
+    let first_line = text
+        .split(|&byte| byte == b'\n')
+        .find(|line| !line.trim_ascii().is_empty());
+    let commas = first_line.map_or(0, |line| line.iter().filter(|&&byte| byte == b',').count());
+    if commas >= MOST_COLUMNS {
+        return Err(HandError::TooManyColumns {
+            got: commas + 1,
+            most: MOST_COLUMNS,
+        });
+    }
     let mut csv = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_reader(text);
@@ -90,7 +104,7 @@ pub fn read_recordings(mut reader: impl Read) -> Result<Vec<Recording>, HandErro
                 person: some(person),
                 trial: some(trial),
                 samples: Vec::new(),
-                ignored_columns: columns.ignored.clone(),
+                ignored_columns: Arc::clone(&columns.ignored),
             });
             recordings.len() - 1
         });
@@ -180,7 +194,7 @@ struct Columns {
     trial: Option<usize>,
     contact: Option<usize>,
     vectors: Vec<(Quantity, [usize; 3])>,
-    ignored: Vec<String>,
+    ignored: Arc<[String]>,
 }
 
 impl Columns {
@@ -360,16 +374,15 @@ impl Lines<'_> {
         let start = position.map_or(self.byte, |p| {
             (p.byte() as usize).clamp(self.byte, self.text.len())
         });
-        let blank = self.text[start..]
-            .iter()
-            .take_while(|b| matches!(b, b'\r' | b'\n'))
-            .count();
-        let newlines = self.text[self.byte..start + blank]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count();
-        self.byte = start + blank;
-        self.line += newlines as u64;
+        let ends = |byte: &u8| matches!(byte, b'\r' | b'\n');
+        let blank = self.text[start..].iter().take_while(|b| ends(b)).count();
+        let next = start + blank;
+        let ended = (self.byte..next).filter(|&i| {
+            let halfway = self.text[i] == b'\r' && self.text.get(i + 1) == Some(&b'\n');
+            ends(&self.text[i]) && !halfway
+        });
+        self.line += ended.count() as u64;
+        self.byte = next;
         self.line
     }
 

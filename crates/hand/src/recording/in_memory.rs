@@ -3,6 +3,7 @@
 use crate::error::HandError;
 use crate::frame::{HandFrame, HandPoint};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A vector quantity of a recording: three columns `NAME_x, NAME_y, NAME_z`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -95,8 +96,8 @@ pub struct Recording {
     pub trial: Option<String>,
     /// The samples; their times increase strictly.
     pub samples: Vec<Sample>,
-    /// Columns of the file that have no meaning here and were left out.
-    pub ignored_columns: Vec<String>,
+    /// Columns of the file that have no meaning here and were left out; shared by all trials of a file.
+    pub ignored_columns: Arc<[String]>,
 }
 
 impl Recording {

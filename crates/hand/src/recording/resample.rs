@@ -6,8 +6,10 @@ use crate::frame::HandFrame;
 use glam::DVec3;
 use hwall_numeric::check::{positive, that};
 
-/// More samples than a day at a kilohertz: a period that was meant in other units.
-const MOST_SAMPLES: f64 = 1e8;
+/// Samples at most, and at most for each one that was recorded: beyond that the period or a time stamp was meant in
+/// other units, and memory runs out.
+const MOST_SAMPLES: f64 = 1e6;
+const MOST_FOR_EACH: f64 = 100.0;
 
 impl Recording {
     /// The same motion at even times from the first sample on, `period_s` apart.
@@ -22,17 +24,17 @@ impl Recording {
     ///
     /// # Errors
     /// See [`Recording::validate`]; a period or a gap that is not finite and positive, more than
-    /// 1e8 samples.
+    /// 1e6 samples and 100 for each that was recorded.
     pub fn resampled(&self, period_s: f64, longest_gap_s: f64) -> Result<Self, HandError> {
         self.validate()?;
         positive("period", period_s)?;
         positive("longest gap", longest_gap_s)?;
         let steps = self.duration_s() / period_s;
         that(
-            steps <= MOST_SAMPLES,
+            steps <= MOST_SAMPLES.max(MOST_FOR_EACH * self.samples.len() as f64),
             "period",
             period_s,
-            "long enough for at most 1e8 samples",
+            "long enough for at most 1e6 samples, or 100 for each recorded one",
         )?;
         let start_s = self.samples[0].frame.t_s;
         // A last step that misses the end by rounding alone counts.

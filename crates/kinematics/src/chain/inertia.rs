@@ -1,9 +1,10 @@
 //! Mass, centre of mass and rotational inertia of one rigid body.
 
 use crate::error::KinematicsError;
+use crate::joints::MOST;
 use glam::{DMat3, DVec3};
 use hwall_geometry::Pose;
-use hwall_numeric::check::{all_finite, finite};
+use hwall_numeric::check::{all_finite, that};
 
 /// Relative slack of the symmetry, sign and triangle checks: descriptions are rounded to a few digits.
 const PHYSICAL_TOLERANCE: f64 = 1e-3;
@@ -93,9 +94,17 @@ impl Inertial {
     /// # Errors
     /// [`KinematicsError::Argument`] or [`KinematicsError::Inertia`].
     pub fn validate(&self) -> Result<(), KinematicsError> {
-        finite("link mass", self.mass_kg)?;
-        all_finite("centre of mass", &self.com_m.to_array())?;
-        all_finite("inertia", &self.inertia_kg_m2.to_cols_array())?;
+        let (com_m, inertia) = (self.com_m.to_array(), self.inertia_kg_m2.to_cols_array());
+        for (what, values) in [
+            ("link mass", &[self.mass_kg][..]),
+            ("centre of mass", &com_m),
+            ("inertia", &inertia),
+        ] {
+            all_finite(what, values)?;
+            // Products of these stay finite.
+            let most = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            that(most <= MOST, what, most, "within 1e9 of zero")?;
+        }
         let i = self.inertia_kg_m2;
         let scale = i
             .to_cols_array()

@@ -2,10 +2,10 @@
 
 use super::inertia::Inertial;
 use crate::error::KinematicsError;
-use crate::joints::JointLimit;
+use crate::joints::{JointLimit, MOST, MOST_LIMIT};
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_numeric::check::{all_finite, positive};
+use hwall_numeric::check::{all_finite, that};
 
 /// How a joint moves along or about its axis.
 ///
@@ -89,9 +89,12 @@ impl ChainJoint {
             ("max_effort", self.max_effort),
         ] {
             if let Some(value) = value {
-                positive(what, value)?;
+                let possible = value > 0.0 && value <= MOST_LIMIT;
+                that(possible, what, value, "positive and at most 1e100")?;
             }
         }
+        let origin_m = self.previous_from_link.position_m().abs().max_element();
+        that(origin_m <= MOST, "joint origin", origin_m, "within 1e9 m")?;
         self.limit.validate(index)
     }
 }

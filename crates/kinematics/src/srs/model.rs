@@ -1,13 +1,13 @@
 //! The model of an S-R-S arm.
 
 use crate::error::KinematicsError;
-use crate::joints::JointLimit;
+use crate::joints::{JointLimit, MOST};
 use crate::srs::branch::Branch;
 use crate::srs::circle::{Distances, ElbowCircle, Pinched, Triangle, Windows};
 use crate::srs::parameters::{SrsGeometry, SrsParameters};
 use glam::DVec3;
 use hwall_geometry::Pose;
-use hwall_numeric::check::all_finite;
+use hwall_numeric::check::that;
 use std::f64::consts::PI;
 
 /// An immutable seven-joint arm with closed-form kinematics.
@@ -50,12 +50,22 @@ impl SrsArm {
             ("d_wf", g.d_wf_m),
         ] {
             let needs_length = link == "d_se" || link == "d_ew";
-            if !value_m.is_finite() || (needs_length && value_m <= 0.0) {
+            // NaN lies in no range.
+            let possible = (-MOST..=MOST).contains(&value_m);
+            if !possible || (needs_length && value_m <= 0.0) {
                 return Err(KinematicsError::LinkLength { link, value_m });
             }
         }
-        all_finite("max_velocity", &parameters.max_velocity_rad_per_s)?;
-        all_finite("max_torque", &parameters.max_torque_n_m)?;
+        for (what, values) in [
+            ("max_velocity", &parameters.max_velocity_rad_per_s),
+            ("max_torque", &parameters.max_torque_n_m),
+        ] {
+            for value in values {
+                // Negative ones came in with forged files.
+                let possible = (0.0..=MOST).contains(value);
+                that(possible, what, *value, "at least 0 and at most 1e9")?;
+            }
+        }
         for (index, limit) in limits.iter().enumerate() {
             limit.validate(index)?;
             let (min_rad, max_rad) = (limit.min_rad, limit.max_rad);

@@ -3,6 +3,7 @@
 use crate::bip::run::TestRun;
 use crate::bip::scores::{Accuracy, DofSet, INTERVALS, kinds};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::quantile;
 use plotters::prelude::*;
 use std::path::Path;
@@ -22,12 +23,14 @@ const SMALLEST: f64 = 1e-4;
 /// A file that cannot be written.
 pub fn errors(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<()> {
     let height = 400;
-    let root = SVGBackend::new(path, (980, height * sets.len() as u32)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (980, height * sets.len() as u32)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     for (panel, set) in root.split_evenly((sets.len(), 1)).iter().zip(sets) {
         errors_panel(panel, set, runs)?;
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -151,7 +154,8 @@ fn errors_panel(area: &Area<'_>, set: &DofSet, runs: &[TestRun]) -> anyhow::Resu
 /// # Errors
 /// A file that cannot be written.
 pub fn coverage(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (980, 440)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (980, 440)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
@@ -202,5 +206,6 @@ pub fn coverage(path: &Path, sets: &[DofSet], runs: &[TestRun]) -> anyhow::Resul
         }
     }
     key(&root, &names)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

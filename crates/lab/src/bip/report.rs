@@ -223,7 +223,6 @@ pub fn write_json(
     let mut out = numbers::output(Some(path))?;
     let context = || path.display().to_string();
     serde_json::to_writer(&mut out, &file).with_context(context)?;
-    writeln!(out)
-        .and_then(|()| out.flush())
-        .with_context(context)
+    writeln!(out).with_context(context)?;
+    out.finish()
 }

@@ -16,6 +16,8 @@ pub struct Indices(Vec<usize>);
 
 /// More columns than any recording has.
 const MOST_COLUMNS: usize = 10_000;
+/// Members of an ensemble at most: each is a filter of its own.
+const MOST_MEMBERS: usize = 100_000;
 
 impl FromStr for Indices {
     type Err = anyhow::Error;
@@ -122,8 +124,9 @@ impl FromStr for Mode {
             None if text == "compat" => Self::Compat,
             None if text == "bank" => Self::Bank,
             Some(("ensemble", members)) => {
-                let members: Option<usize> = members.parse().ok().filter(|n| *n > 1);
-                Self::Ensemble(members.context("an ensemble has two members or more")?)
+                let members: Option<usize> = members.parse().ok();
+                let members = members.filter(|n| (2..=MOST_MEMBERS).contains(n));
+                Self::Ensemble(members.context("an ensemble has 2 to 100000 members")?)
             }
             _ => bail!("{text:?} is none of exact, compat, bank, ensemble:N"),
         })

@@ -4,6 +4,7 @@ use crate::contact::candidates::Role;
 use crate::contact::moments::{BEFORE_S, Moment};
 use crate::contact::scores::{REGIONS, Scores};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -66,7 +67,8 @@ pub fn errors(path: &Path, title: &str, lines: &[ErrorLine]) -> anyhow::Result<(
     let points = || lines.iter().flat_map(|line| &line.points);
     let largest_mm = points().fold(100.0, |m: f64, p| m.max(1e3 * p.1));
     let earliest_ms = points().fold(100.0, |m: f64, p| m.max(1e3 * p.0));
-    let root = SVGBackend::new(path, (980, 540)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (980, 540)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let y = 0.9 * SMALLEST_MM..1.2 * largest_mm;
     let (drawing, beside) = root.split_horizontally(690);
@@ -117,7 +119,8 @@ pub fn errors(path: &Path, title: &str, lines: &[ErrorLine]) -> anyhow::Result<(
             .draw_text(&line.name, &text, (44, y - 9))
             .map_err(plot_error)?;
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Ticks of a logarithmic axis of errors: 1, 2 and 5 of each decade, or decades alone where these are many.
@@ -186,7 +189,8 @@ pub fn reliability(path: &Path, title: &str, scores: &[Scores]) -> anyhow::Resul
     if lines.is_empty() {
         return Ok(false);
     }
-    let root = SVGBackend::new(path, (680, 640)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (680, 640)).into_drawing_area();
     let axes = [
         "stated probability of the region",
         "share of the contacts in it",
@@ -206,5 +210,6 @@ pub fn reliability(path: &Path, title: &str, scores: &[Scores]) -> anyhow::Resul
     }
     legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
     root.present().map_err(plot_error)?;
+    file.finish()?;
     Ok(true)
 }

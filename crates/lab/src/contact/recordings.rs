@@ -6,8 +6,9 @@ use hwall_hand::{
     HandError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
     labelled_reaches, read_recordings,
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Files without trials are one trial each where half of those in the folder last no longer than this, s.
 const LONGEST_TRIAL_S: f64 = 10.0;
@@ -214,8 +215,12 @@ impl Source {
         };
         let files_are_people = names_trials && !names_people && file_count > 1;
         let mut ignored_columns: Vec<String> = Vec::new();
-        for column in all().flat_map(|r| &r.ignored_columns) {
-            if !ignored_columns.contains(column) {
+        let mut met = HashSet::new();
+        // The trials of a file share one list.
+        let mut lists: Vec<_> = all().map(|r| &r.ignored_columns).collect();
+        lists.dedup_by(|a, b| Arc::ptr_eq(a, b));
+        for column in lists.into_iter().flat_map(|list| list.iter()) {
+            if met.insert(column) {
                 ignored_columns.push(column.clone());
             }
         }

@@ -7,7 +7,6 @@ use glam::DVec3;
 use hwall_contact::ContactEstimate;
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
-use std::io::Write;
 use std::path::Path;
 
 /// An estimate at one frame, and how long it took.
@@ -22,7 +21,7 @@ pub struct TimedEstimate {
 /// A CSV with one row an estimate: those at the moments of the tables, and one every 50 ms.
 pub struct EstimateRows {
     source: String,
-    out: csv::Writer<Box<dyn Write>>,
+    out: numbers::TableWriter,
 }
 
 impl EstimateRows {

@@ -233,8 +233,7 @@ pub fn csv(path: &Path, source: &str, scores: &[Scores]) -> anyhow::Result<()> {
             out.write_record(&cells)?;
         }
     }
-    out.flush()?;
-    Ok(())
+    out.flush()
 }
 
 fn numbers_of(s: &Summary) -> Vec<String> {

@@ -82,8 +82,9 @@ pub fn write(folder: &Path, made: &[SimulatedReach], robot: Robot) -> anyhow::Re
     ensure!(held.next().is_none(), "{}: not empty", motions.display());
     let recordings: Vec<Recording> = made.iter().map(|d| d.recording.clone()).collect();
     let hands = folder.join(HANDS);
-    let file = numbers::output(Some(&hands))?;
-    write_recordings(file, &recordings).with_context(|| hands.display().to_string())?;
+    let mut file = numbers::output(Some(&hands))?;
+    write_recordings(&mut file, &recordings).with_context(|| hands.display().to_string())?;
+    file.finish()?;
     let points = common_points(made.iter().map(|d| &d.labelled));
     for part in [Part::Train, Part::Test] {
         let of_part = made.iter().filter(|d| d.part == part);
@@ -195,7 +196,7 @@ pub fn write_motions(folder: &Path, set: &TrajectorySet, part: Part) -> anyhow::
             let cells = t_s.into_iter().chain(row.iter().copied());
             csv.write_record(cells.map(|cell| cell.map_or(String::new(), |v| v.to_string())))?;
         }
-        csv.flush().with_context(|| path.display().to_string())?;
+        csv.flush()?;
     }
     Ok(())
 }

@@ -288,7 +288,7 @@ fn record(
         person: person.clone(),
         trial: trial.clone(),
         samples,
-        ignored_columns: Vec::new(),
+        ignored_columns: [].into(),
     };
     let labelled = LabelledReach {
         person,

@@ -6,6 +6,7 @@ use crate::environment::outcome::{Outcome, Touch};
 use crate::environment::study::{Results, Row};
 use anyhow::Context;
 use glam::{DVec2, DVec3};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_stage::report::figures::{COLOURS, TEXT, TITLE, plot_error};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -196,7 +197,8 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
         "The environment from above: {} people, exact orientations",
         row.person.name()
     );
-    let (root, mut chart, mut legend) = chart(path, &title, ["x, m", "y, m"], extent)?;
+    let file = FigureFile::create(path)?;
+    let (root, mut chart, mut legend) = chart(file.path(), &title, ["x, m", "y, m"], extent)?;
     let [_, _, _, pink, yellow, sky, grey] = COLOURS;
     // Walls: what of their triangles stands upright.
     let styles = [
@@ -253,7 +255,8 @@ pub(super) fn plan(path: &Path, results: &Results) -> anyhow::Result<()> {
     legend.text(&shown_of(touches.len(), row.touches.len()), 0)?;
     legend.marks(touches)?;
     drop(chart);
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// The touches in the base frame of the arm: where the walls of the environment come to stand.
@@ -261,7 +264,8 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
     let extent = [DVec2::new(-0.2, -0.85), DVec2::new(1.55, 0.85)];
     let title = "The same touches as the arm meets them, from above";
     let axes = ["x, m (arm's base at 0)", "y, m"];
-    let (root, mut chart, mut legend) = chart(path, title, axes, extent)?;
+    let file = FigureFile::create(path)?;
+    let (root, mut chart, mut legend) = chart(file.path(), title, axes, extent)?;
     let [_, _, _, _, yellow, _, grey] = COLOURS;
     let (row, journey) = shown(results)?;
     let touches = &row.touches;
@@ -300,5 +304,6 @@ pub(super) fn from_the_arm(path: &Path, results: &Results) -> anyhow::Result<()>
     legend.text(&shown_of(touches.len(), touches.len()), 0)?;
     legend.marks(touches)?;
     drop(chart);
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

@@ -2,7 +2,6 @@
 
 use crate::environment::outcome::Outcome;
 use crate::environment::study::Results;
-use anyhow::Context;
 use std::path::Path;
 
 const HEADER: [&str; 16] = [
@@ -26,7 +25,7 @@ const HEADER: [&str; 16] = [
 
 /// Writes touches.csv: places in the arm's base frame; empty where there is no such number.
 pub(super) fn write(path: &Path, results: &Results) -> anyhow::Result<()> {
-    let mut file = csv::Writer::from_path(path).with_context(|| path.display().to_string())?;
+    let mut file = hwall_stage::numbers::writer(Some(path))?;
     file.write_record(HEADER)?;
     for row in &results.rows {
         for (number, (touch, encounter)) in row
@@ -63,5 +62,5 @@ pub(super) fn write(path: &Path, results: &Results) -> anyhow::Result<()> {
             ])?;
         }
     }
-    file.flush().with_context(|| path.display().to_string())
+    file.flush()
 }

@@ -3,6 +3,7 @@
 use super::outcome::{Bounds, Outcome, Reached};
 use super::phase::Phase;
 use hwall_stage::figures::plot_error;
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -40,7 +41,8 @@ pub fn matrix(
     faults.dedup();
     let width = LEFT + COLUMN * Phase::ALL.len() as i32 + 16;
     let height = TOP + ROW * faults.len() as i32 + 16;
-    let root = SVGBackend::new(path, (width as u32, height as u32)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (width as u32, height as u32)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let write = |text: &str, at: (i32, i32), size: i32, colour: RGBColor, h: HPos| {
         let style = ("sans-serif", size).into_font().color(&colour);
@@ -98,5 +100,6 @@ pub fn matrix(
             }
         }
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

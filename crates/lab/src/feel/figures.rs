@@ -7,6 +7,7 @@ use super::study::Row;
 use super::subject::Subject;
 use hwall_haptics::ObjectPath;
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -21,7 +22,8 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
     } else {
         (1e3, "opening, mm")
     };
-    let root = SVGBackend::new(path, (900, 1000)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 1000)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let panels = root.split_evenly((3, 1));
     type Value = Box<dyn Fn(&Sample) -> f64>;
@@ -94,7 +96,8 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
         }
         legend(&mut chart, SeriesLabelPosition::LowerRight)?;
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Errors of stiffness, inertia and damping, one column each, a dot for each object.
@@ -103,7 +106,8 @@ pub fn push(path: &Path, subject: &Subject, lines: &[(String, Trace)]) -> anyhow
 /// A file that cannot be written.
 pub fn errors(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
     const MOST: f64 = 20.0;
-    let root = SVGBackend::new(path, (900, 480)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 480)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let names = [
         "stiffness (target 2 %)",
@@ -163,7 +167,8 @@ pub fn errors(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
             .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
     }
     legend(&mut chart, SeriesLabelPosition::LowerLeft)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Lightest stable mass over the stiffness of the hand, both logarithmic.
@@ -171,7 +176,8 @@ pub fn errors(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
 /// # Errors
 /// A file that cannot be written.
 pub fn bounds(path: &Path, bounds: &[Bound]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (900, 480)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 480)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
@@ -209,5 +215,6 @@ pub fn bounds(path: &Path, bounds: &[Bound]) -> anyhow::Result<()> {
         chart.draw_series(dots).map_err(plot_error)?;
     }
     legend(&mut chart, SeriesLabelPosition::LowerRight)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

@@ -4,6 +4,7 @@ use super::study::Row;
 use super::z_width::{Point, SAMPLINGS};
 use hwall_haptics::passivity::Causality;
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -12,7 +13,8 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be written.
 pub fn z_width(path: &Path, points: &[Point]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (900, 560)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 560)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(
@@ -55,7 +57,8 @@ pub fn z_width(path: &Path, points: &[Point]) -> anyhow::Result<()> {
         chart.draw_series(dots).map_err(plot_error)?;
     }
     legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Energies at or below this are drawn at it, J: a logarithmic axis has no zero.
@@ -66,7 +69,8 @@ const LEAST_J: f64 = 1e-10;
 /// # Errors
 /// A file that cannot be written.
 pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (900, 760)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 760)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     for (area, causality) in root
         .split_evenly((2, 1))
@@ -110,5 +114,6 @@ pub fn generated(path: &Path, rows: &[Row]) -> anyhow::Result<()> {
         }
         legend(&mut chart, SeriesLabelPosition::LowerRight)?;
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

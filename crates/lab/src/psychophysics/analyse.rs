@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use hwall_psychophysics::{
     Adjustment, AnalysisConfig, Columns, ErrorModel, Normalisation, Study, analyse,
 };
+use hwall_stage::input::file_plan::FilePlan;
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -121,22 +122,30 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         !columns.within.is_empty(),
         "--factors needs a factor within subjects beside --between"
     );
+    FilePlan::default()
+        .read("the table", Some(&args.table))
+        .write("--json", args.json.as_deref())
+        .write("--md", args.markdown.as_deref())
+        .write_into("--svg", args.svg.as_deref(), &["means.svg", "boxes.svg"])
+        .check()?;
     let name = || args.table.display().to_string();
     let table = fs::File::open(&args.table).with_context(name)?;
     let study = Study::read_csv(table, &columns).with_context(name)?;
     let config = args.config();
     let analysis = analyse(&study, &config).with_context(name)?;
+    if let Some(folder) = &args.svg {
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
     for (path, text) in [
         (&args.json, analysis.to_json() + "\n"),
         (&args.markdown, analysis.to_markdown()),
     ] {
         if let Some(path) = path {
-            fs::write(path, text).with_context(|| path.display().to_string())?;
+            hwall_files::write(path, text).with_context(|| path.display().to_string())?;
         }
     }
     if let Some(folder) = &args.svg {
         let scaled = study.normalise(config.normalisation)?;
-        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         figures::means(&folder.join("means.svg"), &scaled, config.confidence)?;
         figures::boxes(&folder.join("boxes.svg"), &scaled)?;
     }

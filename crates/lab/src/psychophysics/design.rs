@@ -17,10 +17,10 @@ pub struct Args {
     #[arg(long)]
     factors: String,
     /// Subjects
-    #[arg(long)]
+    #[arg(long, value_parser = numbers::count_within::<1, 100_000>)]
     subjects: usize,
     /// How often every subject meets every condition
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = numbers::count_within::<1, 10_000>)]
     rounds: usize,
     /// random: every round a random order of its own; latin: rows of a balanced Latin square
     #[arg(long, value_enum, default_value = "random")]
@@ -65,9 +65,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     // Before the file is created, so that a refused schedule leaves none behind.
     let mut script = Vec::new();
     schedule.write_csv(&mut script)?;
-    numbers::output(args.out.as_deref())?
-        .write_all(&script)
+    let mut out = numbers::output(args.out.as_deref())?;
+    out.write_all(&script)
         .context("writing the session script")?;
+    out.finish()?;
     eprintln!(
         "{} subjects, {} conditions, {} rounds",
         schedule.subjects,

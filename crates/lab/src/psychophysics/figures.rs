@@ -2,6 +2,7 @@
 
 use hwall_psychophysics::{CellMean, Groups, Study, cell_means};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::quantile;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -34,7 +35,8 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
         .iter()
         .flat_map(|c| [c.mean - c.ci_half_within, c.mean + c.ci_half_within]);
     let y = widened(ends, 0.08);
-    let root = SVGBackend::new(path, (900, 460 * panels as u32)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 460 * panels as u32)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     for (panel, area) in root.split_evenly((panels, 1)).iter().enumerate() {
         let group = between.filter(|_| panels > 1);
@@ -64,7 +66,8 @@ pub fn means(path: &Path, study: &Study, confidence: f64) -> anyhow::Result<()> 
             key(&right, &factor.name, &factor.levels)?;
         }
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Means with their intervals, joined by a line; moved aside by a share of a level.
@@ -106,7 +109,8 @@ pub fn boxes(path: &Path, study: &Study) -> anyhow::Result<()> {
     let within = study.within().iter().enumerate();
     let within = within.map(|(place, factor)| (factor, level_samples(study, place)));
     let panels: Vec<_> = between.into_iter().chain(within).collect();
-    let root = SVGBackend::new(path, (900, 420 * panels.len() as u32)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (900, 420 * panels.len() as u32)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let areas = root.split_evenly((panels.len(), 1));
     for ((factor, samples), area) in panels.into_iter().zip(&areas) {
@@ -125,7 +129,8 @@ pub fn boxes(path: &Path, study: &Study) -> anyhow::Result<()> {
             draw_box(&mut chart, level as f64, &values)?;
         }
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// The box of sorted values at `x`.

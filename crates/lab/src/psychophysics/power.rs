@@ -3,9 +3,9 @@
 use crate::psychophysics::design::factors;
 use anyhow::{Context, bail, ensure};
 use hwall_psychophysics::{EffectPower, ErrorModel, Factor, PowerStudy, PowerTest, power};
+use hwall_stage::numbers::count_within;
 use hwall_testkit::MarkdownTable;
 use serde::Serialize;
-use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ pub struct Args {
     )]
     means: Vec<f64>,
     /// Subjects, or several numbers of them: 10,15,20
-    #[arg(long, value_delimiter = ',', required = true)]
+    #[arg(long, value_delimiter = ',', required = true, value_parser = count_within::<2, 10_000>)]
     subjects: Vec<usize>,
     /// Standard deviation between the subjects' means
     #[arg(long, default_value_t = 1.0)]
@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long)]
     art: bool,
     /// Studies drawn
-    #[arg(long, default_value_t = 10_000)]
+    #[arg(long, default_value_t = 10_000, value_parser = count_within::<1, 10_000_000>)]
     studies: usize,
     /// Seed of the studies
     #[arg(long, default_value_t = 1)]
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&rows)? + "\n";
-        fs::write(path, text).with_context(|| path.display().to_string())?;
+        hwall_files::write(path, text).with_context(|| path.display().to_string())?;
     }
     let mut table = MarkdownTable::new(["subjects", "effect", "power", "95% interval"]);
     for (row, effect) in rows

@@ -4,6 +4,7 @@ use super::placement::shade;
 use anyhow::ensure;
 use hwall_arrival::{AtlasWall, NodePlace};
 use hwall_stage::figures::{TEXT, TITLE, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::quantile;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -124,7 +125,8 @@ pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
         width.unwrap_or(0) + KEY,
         height.unwrap_or(0).max(HEAD + 330),
     );
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), size).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let text = |text: &str, style: (&'static str, u32), at: (i32, i32)| {
         root.draw_text(text, &TextStyle::from(style), at)
@@ -145,7 +147,8 @@ pub fn draw(path: &Path, figure: &ArrivalFigure) -> anyhow::Result<()> {
         .clone()
         .shrink((size.0 - KEY, HEAD), (KEY, size.1 - HEAD));
     draw_key(&key, range, figure.budget_s)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Places of the panels' corners: in rows, as they come.

@@ -2,7 +2,6 @@
 
 use super::arrival::{degrees, extent, facets, in_base, named_walls, percent};
 use super::arrival_figure::{self, ArrivalFigure};
-use anyhow::Context;
 use hwall_arrival::reachability::{PlacementConfig, Target, WallMaps, WallMapsConfig};
 use hwall_arrival::{
     ArrivalPlacement, ArrivalPlacementConfig, Atlas, AtlasConfig, WaitingConfig, WeightedTarget,
@@ -122,7 +121,7 @@ fn table(places: &[ArrivalPlacement]) -> MarkdownTable {
 /// # Errors
 /// A file that cannot be written.
 fn csv(path: &Path, places: &[ArrivalPlacement]) -> anyhow::Result<()> {
-    let mut writer = csv::Writer::from_path(path).with_context(|| path.display().to_string())?;
+    let mut writer = hwall_stage::numbers::writer(Some(path))?;
     let mut header: Vec<String> = [
         "x_m",
         "y_m",
@@ -153,5 +152,5 @@ fn csv(path: &Path, places: &[ArrivalPlacement]) -> anyhow::Result<()> {
         row.extend(arrivals.posture.q.0.iter().map(f64::to_string));
         writer.write_record(&row)?;
     }
-    Ok(writer.flush()?)
+    writer.flush()
 }

@@ -4,6 +4,7 @@ use crate::reach::published::{Bounds, Comparison, Row};
 use anyhow::Context;
 use hwall_reachability::{LineIndex, WallGrid};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -37,7 +38,8 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
     let shown = planes.min(MOST_PANELS);
     let panel_rows = shown.div_ceil(COLUMNS);
     let size = (1240, 78 + 176 * panel_rows as u32);
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), size).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let left_out = match planes - shown {
         0 => String::new(),
@@ -94,7 +96,8 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
         });
         chart.draw_series(bars).map_err(plot_error)?;
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Share of the published bounds that are off by more than the value on the axis, one line a file.
@@ -102,7 +105,8 @@ pub fn orientation(path: &Path, grid: &WallGrid, intervals: &[LineInterval]) -> 
 /// # Errors
 /// A file that cannot be written.
 pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (860, 520)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (860, 520)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption("Published bounds against the exact solver", TITLE)
@@ -142,7 +146,8 @@ pub fn comparison(path: &Path, comparisons: &[Comparison]) -> anyhow::Result<()>
         chart.draw_series([mark]).map_err(plot_error)?;
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// The plane with the largest difference: exact intervals, published bounds on top.
@@ -181,7 +186,8 @@ pub fn worst_plane(
         }
     }
     let (_, wall, plane) = worst;
-    let root = SVGBackend::new(path, (760, 560)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (760, 560)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let title = format!(
         "ori_{}, plane {plane} (n·p = {:.3} m): the largest difference",
@@ -242,5 +248,6 @@ pub fn worst_plane(
         .label("published y_min and y_max")
         .legend(move |(x, y)| Circle::new((x + 9, y), 4, orange.filled()));
     legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

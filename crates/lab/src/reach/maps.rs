@@ -160,7 +160,9 @@ fn exact(request: &Request) -> anyhow::Result<Solved> {
         report.solved,
     ));
     if let Some(path) = request.map_csv {
-        map.write_csv(hwall_stage::numbers::output(Some(path))?)?;
+        let mut file = hwall_stage::numbers::output(Some(path))?;
+        map.write_csv(&mut file)?;
+        file.finish()?;
         solved
             .remarks
             .push(format!("map as CSV: {}", path.display()));

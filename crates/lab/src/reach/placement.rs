@@ -6,6 +6,7 @@ use hwall_kinematics::SrsArm;
 use hwall_reachability::{Interval, PlacementConfig, PlacementScores, Roll, Steps, Target};
 use hwall_scene::{Facet, Scene, SurfaceId};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::MarkdownTable;
 use plotters::prelude::*;
 use std::f64::consts::TAU;
@@ -174,7 +175,7 @@ pub fn table(scores: &PlacementScores) -> MarkdownTable {
 /// # Errors
 /// A file that cannot be written.
 pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
-    let mut writer = csv::Writer::from_path(path).with_context(|| path.display().to_string())?;
+    let mut writer = hwall_stage::numbers::writer(Some(path))?;
     writer.write_record([
         "x_m",
         "y_m",
@@ -200,7 +201,7 @@ pub fn csv(path: &Path, scores: &PlacementScores) -> anyhow::Result<()> {
             cell(place.mean_margin_m),
         ])?;
     }
-    Ok(writer.flush()?)
+    writer.flush()
 }
 
 /// From dark (0) to light (1), readable without colours too.
@@ -239,7 +240,8 @@ pub fn heat_map(
     let scale = 620.0 / (x1 - x0).max(y1 - y0);
     let (w, h) = (((x1 - x0) * scale) as u32, ((y1 - y0) * scale) as u32);
     let size = ((w + 220).max(560), h.max(260) + 120);
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), size).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let (left, key) = root.split_horizontally(size.0 - 130);
     let mut chart = ChartBuilder::on(&left)
@@ -302,7 +304,8 @@ pub fn heat_map(
         chart.draw_series([mark]).map_err(plot_error)?;
     }
     draw_key(&key, most)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 fn draw_key(

@@ -8,6 +8,7 @@ use glam::{DMat3, DVec3};
 use hwall_contact::ContactPrediction;
 use hwall_hand::GazeRay;
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -25,7 +26,8 @@ const ROUND_M: f64 = 0.08;
 /// # Errors
 /// A file that cannot be written.
 pub fn reliability(path: &Path, title: &str, all: &[PooledResult<'_>]) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (680, 640)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (680, 640)).into_drawing_area();
     let axes = [
         "stated probability of the surface",
         "share in which it was right",
@@ -49,7 +51,8 @@ pub fn reliability(path: &Path, title: &str, all: &[PooledResult<'_>]) -> anyhow
         chart.draw_series(dots).map_err(plot_error)?;
     }
     legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// The predictions at one moment of the touch that is drawn.
@@ -83,7 +86,8 @@ type Panel<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Ra
 /// # Errors
 /// A file that cannot be written.
 pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (1180, 660)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (1180, 660)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let root = root.titled(&picture.title, TITLE).map_err(plot_error)?;
     let (drawings, below) = root.split_vertically(540);
@@ -142,7 +146,8 @@ pub fn scene(path: &Path, room: &Room, picture: &TouchPicture) -> anyhow::Result
         touch(&mut chart, picture, view)?;
     }
     key(&below, picture)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;

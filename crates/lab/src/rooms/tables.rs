@@ -8,7 +8,6 @@ use crate::rooms::scores::{
 };
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
-use std::io::Write;
 use std::path::Path;
 
 /// A predictor and its predictions for every touch.
@@ -253,7 +252,7 @@ pub fn condition_rows(table: &mut MarkdownTable, condition: &str, all: &[Predict
 }
 
 /// A CSV with one row a prediction: those at the moments of the tables, and one every 50 ms.
-pub struct PredictionRows(csv::Writer<Box<dyn Write>>);
+pub struct PredictionRows(numbers::TableWriter);
 
 impl PredictionRows {
     /// Writes the header.
@@ -335,7 +334,7 @@ impl PredictionRows {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(mut self) -> anyhow::Result<()> {
-        Ok(self.0.flush()?)
+        self.0.flush()
     }
 }
 
@@ -382,5 +381,5 @@ pub fn scores_csv(path: &Path, all: &[SettingResults<'_>]) -> anyhow::Result<()>
             }
         }
     }
-    Ok(out.flush()?)
+    out.flush()
 }

@@ -1,6 +1,7 @@
 //! Small multiples of time and error: one panel a knob or a room.
 
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_testkit::format_ns;
 use plotters::prelude::*;
 use std::path::Path;
@@ -96,14 +97,16 @@ pub fn draw(path: &Path, title: &str, columns: usize, panels: &[Panel]) -> anyho
     } else {
         (width, height)
     };
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), size).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let area = root.titled(title, TITLE).map_err(plot_error)?;
     let areas = area.split_evenly((rows, columns));
     for (area, panel) in areas.iter().zip(panels) {
         panel.draw(area)?;
     }
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 impl Panel {

@@ -10,6 +10,8 @@ use crate::rooms::study;
 use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
+use hwall_stage::input::file_plan::FilePlan;
+use hwall_stage::numbers::count_within;
 use std::path::{Path, PathBuf};
 
 /// Where --report writes when no file is named, and where --docs leaves its tables.
@@ -46,10 +48,10 @@ pub struct Arguments {
     #[arg(long)]
     seed: Option<u64>,
     /// Simulated people to learn from [default: that of the protocol]
-    #[arg(long)]
+    #[arg(long, value_parser = count_within::<1, 10_000>)]
     people: Option<usize>,
     /// Reaches of all of them together [default: that of the protocol]
-    #[arg(long)]
+    #[arg(long, value_parser = count_within::<1, 100_000>)]
     reaches: Option<usize>,
 }
 
@@ -79,6 +81,15 @@ impl Arguments {
     /// folder for results is left behind.
     pub fn run(&self) -> anyhow::Result<String> {
         self.check()?;
+        FilePlan::default()
+            .read("--recordings", self.recordings.as_deref())
+            .write(
+                "--report",
+                self.report.as_ref().and_then(|file| file.as_deref()),
+            )
+            .write_into("--out", self.out.as_deref(), &[])
+            .write_into("--generate", self.generate.as_deref(), &[])
+            .check()?;
         let overrides = Overrides {
             seed: self.seed.unwrap_or(1),
             people: self.people,

@@ -42,5 +42,5 @@ pub fn write(
         text += "\n";
         text += &report::recordings(dir, candidates, out)?;
     }
-    std::fs::write(file, text).with_context(|| file.display().to_string())
+    hwall_files::write(file, text).with_context(|| file.display().to_string())
 }

@@ -3,6 +3,7 @@
 use crate::texture::patch_figures;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
+use hwall_stage::input::file_plan::FilePlan;
 use hwall_testkit::{MarkdownTable, format_ns};
 use hwall_texton::{
     ChordSide, Finding, Layout, MountingHole, Patch, PatchSpec, Printer, Radii, ScanAngle,
@@ -79,11 +80,20 @@ pub struct Request {
     pub figures: Option<PathBuf>,
 }
 
+/// From above and from the side; spacing and width over orientation.
+const FIGURES: [&str; 2] = ["texture_patch.svg", "texture_spacing.svg"];
+
 /// Makes the patch, prints what it is and writes what was asked for.
 ///
 /// # Errors
 /// Numbers that make no patch, files that cannot be written.
 pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
+    FilePlan::default()
+        .write("--stl", request.stl.as_deref())
+        .write("--obj", request.obj.as_deref())
+        .write("--exr", request.exr.as_deref())
+        .write_into("--out", request.figures.as_deref(), &FIGURES)
+        .check()?;
     let texture = texture(request)?;
     let patch = patch(request, texture)?;
     let ask = Tessellation {
@@ -104,6 +114,9 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
             patch: patch.clone(),
         }]
     };
+    if let Some(folder) = &request.figures {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
     for (k, Tile { corner_mm, patch }) in tiles.iter().enumerate() {
         if request.by_tile {
             let DVec2 { x, y } = corner_mm;
@@ -137,11 +150,7 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
     }
     writeln!(out, "\n{}", encounters(&texture)?)?;
     if let Some(folder) = &request.figures {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        let (plan, spacing) = (
-            folder.join("texture_patch.svg"),
-            folder.join("texture_spacing.svg"),
-        );
+        let (plan, spacing) = (folder.join(FIGURES[0]), folder.join(FIGURES[1]));
         patch_figures::plan(&plan, &patch)?;
         patch_figures::spacing(&spacing, &texture)?;
         writeln!(out, "wrote {} and {}", plan.display(), spacing.display())?;

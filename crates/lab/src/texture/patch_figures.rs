@@ -1,6 +1,7 @@
 //! Figures of patches: from above and from the side, and spacing and width over orientation.
 
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use hwall_stage::report::figure_file::FigureFile;
 use hwall_texton::{Patch, ScanAngle, Texture};
 use plotters::prelude::*;
 use std::path::Path;
@@ -30,7 +31,8 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     let wide = (part[0] * scale) as u32 + LEFT + 2 * MARGIN;
     let above = (part[1] * scale) as u32 + BELOW + 2 * MARGIN;
     let below = ((1.6 * height + plate) * scale).max(60.0) as u32 + BELOW + 34 + 2 * MARGIN;
-    let root = SVGBackend::new(path, (wide, above + below + 34)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (wide, above + below + 34)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let whole = if part == size {
         ""
@@ -124,7 +126,8 @@ pub fn plan(path: &Path, patch: &Patch) -> anyhow::Result<()> {
     cut.push((0.0, -plate));
     side.draw_series([Polygon::new(cut, COLOURS[0].mix(0.75))])
         .map_err(plot_error)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Spacing, mean encounter and width over orientation.
@@ -163,7 +166,8 @@ pub fn spacing(path: &Path, texture: &Texture) -> anyhow::Result<()> {
         .flat_map(points)
         .map(|p| p.1)
         .fold(0.0, f64::max);
-    let root = SVGBackend::new(path, (860, 520)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (860, 520)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption("What a straight scan meets", TITLE)
@@ -200,5 +204,6 @@ pub fn spacing(path: &Path, texture: &Texture) -> anyhow::Result<()> {
             });
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }

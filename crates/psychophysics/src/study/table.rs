@@ -163,7 +163,7 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
         let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
             line,
             column: header[value_at].clone(),
-            text: text.to_owned(),
+            text: text.chars().take(40).collect(),
         })?;
         // Checked here, as the mean over rounds has no line.
         if value.abs() > MOST_SIZE {
@@ -197,7 +197,7 @@ fn find(header: &[String], column: &str) -> Result<usize, PsychophysicsError> {
         [place] => Ok(*place),
         [] => Err(PsychophysicsError::UnknownColumn {
             column: column.to_owned(),
-            header: header.join(","),
+            header: header.join(",").chars().take(400).collect(),
         }),
         several => Err(PsychophysicsError::AmbiguousColumn {
             column: column.to_owned(),

@@ -72,6 +72,14 @@ impl ArmFamily {
                 non_negative("half_height_m", half_height_m)?,
             ),
         };
+        for (what, half_m) in [
+            ("half_width_m", half_width_m),
+            ("half_height_m", half_height_m),
+        ] {
+            // Beyond that the search only adds numbers that overflow.
+            let wanted = "at most 100 lengths of the stretched arm";
+            that(half_m <= 100.0 * size, what, half_m, wanted)?;
+        }
         let (mut narrow, mut wide) = (narrow.clone(), wide.clone());
         let at_roll = |roll: f64, half_roll: f64| Freedom {
             roll,

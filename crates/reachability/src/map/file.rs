@@ -82,7 +82,8 @@ impl ReachabilityMap {
     /// A file that cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ReachabilityError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_bytes()).map_err(|error| ReachabilityError::file(path, &error))
+        hwall_files::write(path, self.to_bytes())
+            .map_err(|error| ReachabilityError::file(path, &error))
     }
 
     /// Reads a map from a file.

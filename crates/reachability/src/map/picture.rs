@@ -92,7 +92,7 @@ impl ReachabilityMap {
         config: &PictureConfig,
     ) -> Result<(), ReachabilityError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_exr(config)?)
+        hwall_files::write(path, self.to_exr(config)?)
             .map_err(|error| ReachabilityError::file(path, &error))
     }
 

@@ -1,6 +1,8 @@
 //! Rigid parts: triangles, their hierarchy, and how queries search it.
 
+mod even_tree;
 mod rigid_part;
+mod sliver;
 mod tree;
 pub(crate) mod triangle;
 

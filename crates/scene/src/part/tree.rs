@@ -4,6 +4,7 @@
 //! one sequence of vector instructions tests four boxes. Everything is in units of the part,
 //! with coordinates in [-1, 1], in single precision.
 
+use super::even_tree;
 use glam::{DVec3, Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -422,6 +423,11 @@ fn build_bvh(boxes: &[Aabb], quality: BuildQuality) -> Bvh2 {
         BuildQuality::Balanced => (PlocSearchDistance::Medium, 3, 0.05),
         BuildQuality::Best => (PlocSearchDistance::High, 2, 0.2),
     };
+    if even_tree::is_crowded(boxes) {
+        let mut bvh = even_tree::build(boxes);
+        collapse(&mut bvh, LEAF_TRIANGLES, 3.0);
+        return bvh;
+    }
     let indices = (0..boxes.len() as u32).collect();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         search,

@@ -18,7 +18,7 @@ pub struct SurfaceMesh {
 /// What was left out or patched up on the way from a file to a scene. All zero for a clean file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LoadReport {
-    /// Faces without area, left out.
+    /// Faces without area, or with less than the rounding of a scene of this size, left out.
     pub degenerate_faces: usize,
     /// Faces with the corners of an earlier one (in any order, on any surface that moves with it), left out.
     pub duplicate_faces: usize,
@@ -49,6 +49,13 @@ pub(crate) fn repaired(
     meshes: Vec<SurfaceMesh>,
     report: &mut LoadReport,
 ) -> Result<Vec<SurfaceMesh>, SceneError> {
+    let all = meshes
+        .iter()
+        .flat_map(|mesh| coordinates(&mesh.triangles_m));
+    // What cannot be used is refused below.
+    let reach_m = all
+        .filter(|x| is_usable(*x))
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut names = HashSet::new();
     let mut seen = HashSet::new();
     let mut kept = Vec::with_capacity(meshes.len());
@@ -71,7 +78,7 @@ pub(crate) fn repaired(
             });
         }
         triangles_m.retain(|t| {
-            let degenerate = triangle::is_degenerate(t);
+            let degenerate = triangle::is_degenerate(t) || triangle::is_lost(t, reach_m);
             report.degenerate_faces += usize::from(degenerate);
             !degenerate
         });

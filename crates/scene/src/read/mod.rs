@@ -1,5 +1,6 @@
 //! From files and triangles to checked surfaces.
 
+mod materials;
 mod mesh;
 mod obj;
 mod sidecar;

@@ -1,17 +1,12 @@
-//! Wavefront OBJ, read by `tobj` after checks that `tobj` does not make.
-//!
-//! `tobj` takes NaN for a number, gives an empty mesh for binary junk, panics on a material
-//! colour of two components and names no line in its errors. So every line is looked at
-//! first, and only geometry, groups and materials are passed on.
+//! Wavefront OBJ, line by line: geometry, groups and the names of materials. Material libraries are read by `tobj`.
 
+use super::materials::Libraries;
 use super::mesh::{LoadReport, SurfaceMesh};
 use crate::error::SceneError;
 use crate::part::triangle::is_usable;
 use crate::surface::Surface;
 use glam::DVec3;
-use std::cell::RefCell;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::Path;
 
@@ -77,9 +72,8 @@ pub(crate) fn parse(
         });
     }
     let mut check = Check {
-        clean: String::with_capacity(text.len()),
         limits: *limits,
-        group: UNNAMED.to_owned(),
+        libraries: Libraries::new(directory),
         ..Check::default()
     };
     // A backslash at the end of a line continues it; `tobj` does not know that.
@@ -99,94 +93,7 @@ pub(crate) fn parse(
     if !joined.is_empty() {
         check.line(text.lines().count(), &joined)?;
     }
-    let Check {
-        clean,
-        materials_used,
-        material_of,
-        mut report,
-        ..
-    } = check;
-
-    let libraries = RefCell::new(Vec::new());
-    let (models, materials) =
-        tobj::load_obj_buf(&mut clean.as_bytes(), &tobj::GPU_LOAD_OPTIONS, |name| {
-            let library = directory
-                .ok_or(tobj::LoadError::OpenFileFailed)
-                .and_then(|d| read_materials(&d.join(name), limits));
-            if library.is_err() {
-                libraries.borrow_mut().push(name.display().to_string());
-            }
-            library
-        })
-        .map_err(|e| SceneError::Obj {
-            message: e.to_string(),
-        })?;
-    report.missing_material_libraries = libraries.into_inner();
-    // Missing libraries are in the report already; a scene needs no colours.
-    let materials = materials.unwrap_or_default();
-    report.missing_materials = materials_used
-        .iter()
-        .filter(|used| materials.iter().all(|m| m.name != **used))
-        .cloned()
-        .collect();
-    let mut meshes = surfaces(&models, &materials);
-    for SurfaceMesh { surface, .. } in &mut meshes {
-        surface.material = material_of
-            .get(&surface.name)
-            .map(|&used| materials_used[used].clone());
-    }
-    Ok((meshes, report))
-}
-
-/// One surface per group name, however often the group or its material changes in between.
-fn surfaces(models: &[tobj::Model], materials: &[tobj::Material]) -> Vec<SurfaceMesh> {
-    let mut meshes: Vec<SurfaceMesh> = Vec::new();
-    let mut by_name = HashMap::new();
-    for tobj::Model { mesh, name } in models.iter().filter(|m| !m.mesh.indices.is_empty()) {
-        let id = *by_name.entry(name).or_insert_with(|| {
-            let surface = Surface {
-                name: name.clone(),
-                ..Surface::default()
-            };
-            meshes.push(SurfaceMesh {
-                surface,
-                triangles_m: Vec::new(),
-            });
-            meshes.len() - 1
-        });
-        let SurfaceMesh {
-            surface,
-            triangles_m,
-        } = &mut meshes[id];
-        let color = mesh.material_id.and_then(|m| materials[m].diffuse);
-        surface.color_rgb = surface.color_rgb.or(color);
-        let corner = |i: u32| DVec3::from_slice(&mesh.positions[3 * i as usize..]);
-        triangles_m.extend(
-            mesh.indices
-                .chunks_exact(3)
-                .map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]),
-        );
-    }
-    meshes
-}
-
-/// A material library; refuses the colours that `tobj` would panic on.
-fn read_materials(path: &Path, limits: &LoadLimits) -> tobj::MTLLoadResult {
-    let text = read_text(path, limits).map_err(|_| tobj::LoadError::OpenFileFailed)?;
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
-        let color = matches!(words.next(), Some("Ka" | "Kd" | "Ks" | "Ke"));
-        if color
-            && words
-                .filter(|w| w.parse().is_ok_and(f64::is_finite))
-                .take(3)
-                .count()
-                < 3
-        {
-            return Err(tobj::LoadError::MaterialParseError);
-        }
-    }
-    tobj::load_mtl_buf(&mut text.as_bytes())
+    Ok(check.finish())
 }
 
 /// The name that follows the keyword of a line.
@@ -195,25 +102,35 @@ fn name_after(line: &str) -> Option<&str> {
     Some(name.trim())
 }
 
-/// Checks line by line and passes on those that matter, without what the scene
-/// does not use (normals, texture coordinates, vertex colours).
+/// Reads line by line, without what the scene does not use (normals, texture coordinates, vertex colours).
 #[derive(Default)]
-struct Check {
-    clean: String,
+struct Check<'a> {
     limits: LoadLimits,
+    libraries: Libraries<'a>,
     vertices: Vec<DVec3>,
     triangles: u64,
     polygon: Vec<usize>,
+    /// Names of materials in the order of their first use, and where they stand in it.
     materials_used: Vec<String>,
-    /// Of the faces that follow: index into `materials_used`, group.
+    place_of_material: HashMap<String, usize>,
+    /// Of the faces that follow: index into `materials_used`, and the group's name.
     material: Option<usize>,
-    group: String,
-    /// First material of each group, if it has one.
-    material_of: HashMap<String, usize>,
+    group: Option<String>,
+    /// Where the mesh of the present group stands in `groups`, once it has a face.
+    open: Option<usize>,
+    groups: Vec<Group>,
+    place_of_group: HashMap<String, usize>,
     report: LoadReport,
 }
 
-impl Check {
+/// The faces of one name, however often the group or its material changes in between.
+struct Group {
+    mesh: SurfaceMesh,
+    /// Indices into `materials_used`, in the order of the faces, without repetition in a row.
+    materials: Vec<usize>,
+}
+
+impl Check<'_> {
     fn line(&mut self, number: usize, line: &str) -> Result<(), SceneError> {
         let mut words = line.split_whitespace();
         let Some(keyword) = words.next() else {
@@ -224,21 +141,16 @@ impl Check {
             "v" => self.vertex(number, values)?,
             "f" => self.face(number, values)?,
             "o" | "g" => {
-                name_after(line)
-                    .unwrap_or(UNNAMED)
-                    .clone_into(&mut self.group);
-                self.pass_on(line);
+                self.group = name_after(line).map(str::to_owned);
+                self.open = None;
             }
-            "mtllib" => self.pass_on(line),
-            "usemtl" => match name_after(line) {
-                Some(name) => {
-                    let used = self.materials_used.iter().position(|m| m == name);
-                    self.material = Some(used.unwrap_or_else(|| {
-                        self.materials_used.push(name.to_owned());
-                        self.materials_used.len() - 1
-                    }));
-                    self.pass_on(line);
+            "mtllib" => {
+                if let Some(name) = name_after(line) {
+                    self.libraries.read(name, &self.limits);
                 }
+            }
+            "usemtl" => match name_after(line) {
+                Some(name) => self.material = Some(self.place_of(name)),
                 None => self.report.ignored_lines += 1,
             },
             "l" | "p" => self.report.points_and_lines += 1,
@@ -250,9 +162,71 @@ impl Check {
         Ok(())
     }
 
-    fn pass_on(&mut self, line: &str) {
-        self.clean.push_str(line.trim());
-        self.clean.push('\n');
+    /// Index of a material's name.
+    fn place_of(&mut self, name: &str) -> usize {
+        if let Some(&place) = self.place_of_material.get(name) {
+            return place;
+        }
+        let place = self.materials_used.len();
+        self.materials_used.push(name.to_owned());
+        self.place_of_material.insert(name.to_owned(), place);
+        place
+    }
+
+    /// The group that a face belongs to.
+    fn group(&mut self) -> &mut Group {
+        let place = match self.open {
+            Some(place) => place,
+            None => {
+                let name = self.group.as_deref().unwrap_or(UNNAMED);
+                let next = self.groups.len();
+                let place = *self.place_of_group.entry(name.to_owned()).or_insert(next);
+                if place == next {
+                    let surface = Surface {
+                        name: name.to_owned(),
+                        ..Surface::default()
+                    };
+                    self.groups.push(Group {
+                        mesh: SurfaceMesh {
+                            surface,
+                            triangles_m: Vec::new(),
+                        },
+                        materials: Vec::new(),
+                    });
+                }
+                self.open = Some(place);
+                place
+            }
+        };
+        &mut self.groups[place]
+    }
+
+    /// Colours and materials of the surfaces; what is missing.
+    fn finish(self) -> (Vec<SurfaceMesh>, LoadReport) {
+        let Self {
+            groups,
+            materials_used,
+            libraries,
+            mut report,
+            ..
+        } = self;
+        let Libraries {
+            colors, missing, ..
+        } = libraries;
+        report.missing_material_libraries = missing;
+        report.missing_materials = materials_used
+            .iter()
+            .filter(|used| !colors.contains_key(*used))
+            .cloned()
+            .collect();
+        let mesh = |group: Group| {
+            let mut mesh = group.mesh;
+            let names = || group.materials.iter().map(|&place| &materials_used[place]);
+            mesh.surface.material = names().next().cloned();
+            mesh.surface.color_rgb = names().find_map(|name| *colors.get(name)?);
+            mesh
+        };
+        (groups.into_iter().map(mesh).collect(), report)
     }
 
     fn vertex<'a>(
@@ -277,8 +251,6 @@ impl Check {
             return Err(SceneError::ObjVertex { line, value });
         }
         self.vertices.push(vertex);
-        // `{}` prints the shortest digits that read back as the same number.
-        let _ = writeln!(self.clean, "v {} {} {}", vertex.x, vertex.y, vertex.z);
         Ok(())
     }
 
@@ -325,17 +297,23 @@ impl Check {
                 limit,
             });
         }
-        if let Some(material) = self.material
-            && !self.material_of.contains_key(&self.group)
-        {
-            self.material_of.insert(self.group.clone(), material);
-        }
         self.report.concave_polygons += usize::from(self.fan_folds());
-        self.clean.push('f');
-        for v in &self.polygon {
-            let _ = write!(self.clean, " {}", v + 1);
+        let material = self.material;
+        // Taken and put back: the group borrows everything else.
+        let (polygon, vertices) = (
+            std::mem::take(&mut self.polygon),
+            std::mem::take(&mut self.vertices),
+        );
+        let group = self.group();
+        if let Some(material) = material
+            && group.materials.last() != Some(&material)
+        {
+            group.materials.push(material);
         }
-        self.clean.push('\n');
+        let corner = |i: usize| vertices[polygon[i]];
+        let fan = (1..polygon.len() - 1).map(|i| [corner(0), corner(i), corner(i + 1)]);
+        group.mesh.triangles_m.extend(fan);
+        (self.polygon, self.vertices) = (polygon, vertices);
         Ok(())
     }
 

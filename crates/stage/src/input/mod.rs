@@ -1,6 +1,8 @@
 //! What the command line asks for.
 
 pub mod arms;
+pub mod file_plan;
 pub mod floor_pose;
 pub mod numbers;
+pub mod output;
 pub mod place;

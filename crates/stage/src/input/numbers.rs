@@ -1,12 +1,15 @@
 //! Tables of numbers as CSV: a header line, then one row of finite numbers on each line.
 
+use crate::input::file_plan::FilePlan;
 use anyhow::{Context, anyhow, bail, ensure};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Write};
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+
+pub use crate::input::output::{Output, TableWriter, output, writer};
 
 /// The flags of a command that makes a table of a table.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -20,6 +23,14 @@ pub struct TableFiles {
 }
 
 impl TableFiles {
+    /// Both, to be checked with the other files of the command before one of them is opened.
+    #[must_use]
+    pub fn plan(&self) -> FilePlan {
+        FilePlan::default()
+            .read("--in", self.input.as_deref())
+            .write("--out", self.output.as_deref())
+    }
+
     /// The table that is read.
     ///
     /// # Errors
@@ -28,11 +39,11 @@ impl TableFiles {
         NumberReader::open(self.input.as_deref())
     }
 
-    /// The table that is written.
+    /// The table that is written; a file appears when it is whole.
     ///
     /// # Errors
     /// As for [`writer`].
-    pub fn writer(&self) -> anyhow::Result<csv::Writer<Box<dyn Write>>> {
+    pub fn writer(&self) -> anyhow::Result<TableWriter> {
         writer(self.output.as_deref())
     }
 }
@@ -316,26 +327,6 @@ pub fn matrix_names(prefix: &str, rows: usize, columns: usize) -> Vec<String> {
         .collect()
 }
 
-/// A CSV writer to a file, or to standard output for `None`.
-///
-/// # Errors
-/// A file that cannot be made.
-pub fn writer(path: Option<&Path>) -> anyhow::Result<csv::Writer<Box<dyn Write>>> {
-    Ok(csv::Writer::from_writer(output(path)?))
-}
-
-/// A file, or standard output for `None`, buffered.
-///
-/// # Errors
-/// A file that cannot be created.
-pub fn output(path: Option<&Path>) -> anyhow::Result<Box<dyn Write>> {
-    let sink: Box<dyn Write> = match path {
-        Some(path) => Box::new(File::create(path).with_context(|| path.display().to_string())?),
-        None => Box::new(std::io::stdout().lock()),
-    };
-    Ok(Box::new(BufWriter::new(sink)))
-}
-
 /// Numbers in the shortest form that reads back to the same bits.
 pub fn to_cells(values: impl IntoIterator<Item = f64>) -> impl Iterator<Item = String> {
     values.into_iter().map(|v| v.to_string())
@@ -356,6 +347,15 @@ pub fn list(text: &str, count: usize) -> anyhow::Result<Vec<f64>> {
     let got = values.len();
     ensure!(got == count, "{got} numbers, expected {count}");
     Ok(values)
+}
+
+/// A count of a command line, from `LEAST` to `MOST`.
+///
+/// # Errors
+/// Text that is no such count.
+pub fn count_within<const LEAST: usize, const MOST: usize>(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
+    count.ok_or_else(|| format!("not a whole number from {LEAST} to {MOST}"))
 }
 
 /// `1 reach`, `2 reaches`.

@@ -5,12 +5,19 @@ use crate::input::arms::BoardArm;
 use crate::run::people::Stage;
 use crate::setting::Setting;
 use anyhow::{Context, ensure};
+use hwall_files::same_file;
 use hwall_record::{Recorder, RecorderConfig, Skeleton};
 use hwall_scene::Scene;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Begins a recording and writes the arm's capsules beside it: `session.urdf` for `session.mcap`. `scene` is the one
-/// that `source` names, seen from the arm's base.
+/// Where the arm's capsules go: `session.urdf` for `session.mcap`.
+#[must_use]
+pub fn urdf_beside(path: &Path) -> PathBuf {
+    path.with_extension("urdf")
+}
+
+/// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. `scene` is the one that `source` names,
+/// seen from the arm's base. The recording stands under its name from the beginning: what a crash leaves can be opened.
 ///
 /// # Errors
 /// A file that cannot be read or written, or that is the arm's own description; an arm whose links are not known.
@@ -22,23 +29,17 @@ pub fn start(
     config: &RecorderConfig,
 ) -> anyhow::Result<Recorder> {
     let skeleton = Skeleton::new(&arm.links()?, &**arm.kinematics(), source.board)?;
-    let urdf = path.with_extension("urdf");
+    let urdf = urdf_beside(path);
     ensure!(
-        urdf != path && !is_same_file(&urdf, Path::new(source.arm)),
+        urdf != path && !same_file(&urdf, source.arm),
         "{}: the arm's capsules would be written over it; record under another name",
         urdf.display()
     );
     let setup = source.to_setup()?;
     let name = Path::new(source.arm).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
-    std::fs::write(&urdf, text).with_context(|| urdf.display().to_string())?;
+    hwall_files::write(&urdf, text).with_context(|| urdf.display().to_string())?;
     Ok(Recorder::create(path, &setup, skeleton, scene, config)?)
-}
-
-/// Do two names lead to one file?
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    let [a, b] = [a, b].map(|path| path.canonicalize().ok());
-    a.is_some() && a == b
 }
 
 /// As [`start`], for the runs of the main job, of which nothing is left out.
@@ -83,7 +84,7 @@ pub fn finish(recorder: Recorder, path: &Path) -> anyhow::Result<String> {
         path.display(),
         1e-6 * summary.bytes as f64,
         summary.messages,
-        path.with_extension("urdf").display()
+        urdf_beside(path).display()
     );
     if summary.dropped > 0 {
         line += &format!("; {} messages were left out", summary.dropped);

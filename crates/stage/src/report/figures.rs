@@ -1,5 +1,6 @@
 //! The look that all figures share, and the figure of speed against error.
 
+use crate::report::figure_file::FigureFile;
 use anyhow::anyhow;
 use hwall_testkit::{SpeedErrorRow, format_ns};
 use plotters::coord::CoordTranslate;
@@ -72,7 +73,8 @@ pub fn speed_error(
     let x = decade(smallest(&error), false)..decade(largest(&error), true);
     let y = decade(smallest(&|r| r.median_ns), false)..decade(largest(&|r| r.p99_ns), true);
 
-    let root = SVGBackend::new(path, (860, 520)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (860, 520)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(title, TITLE)
@@ -121,7 +123,8 @@ pub fn speed_error(
             .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// A named line of (size, time in ns).
@@ -139,7 +142,8 @@ pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::
         low / spread..high * spread
     };
     let (x, y) = (range(&|p| p.0, 1.3), range(&|p| p.1, 2.0));
-    let root = SVGBackend::new(path, (860, 420)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (860, 420)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let mut chart = ChartBuilder::on(&root)
         .caption(title, TITLE)
@@ -169,7 +173,8 @@ pub fn scaling(path: &Path, title: &str, size: &str, lines: &[Line]) -> anyhow::
             });
     }
     legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// The time at a tick without decimals: `10 ns`, `1 us`.

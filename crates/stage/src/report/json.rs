@@ -137,5 +137,5 @@ pub fn text(runs: &[PersonRun]) -> anyhow::Result<String> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
-    std::fs::write(path, text(runs)?).with_context(|| path.display().to_string())
+    hwall_files::write(path, text(runs)?).with_context(|| path.display().to_string())
 }

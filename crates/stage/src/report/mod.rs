@@ -1,5 +1,6 @@
 //! Tables and figures of a run, and the look that all figures share.
 
+pub mod figure_file;
 pub mod figures;
 pub mod json;
 mod legend;

@@ -1,11 +1,18 @@
 //! All that a run of the main job leaves: what is printed, and the files.
 
 use super::{json, plan_figure, run_figures, tables, views};
+use crate::input::file_plan::FilePlan;
+use crate::recording;
 use crate::run::people::{PersonRun, Stage};
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use hwall::reachability::WallMaps;
 use std::path::Path;
 use std::time::Duration;
+
+const PLAN: &str = "plan.svg";
+const TIME: &str = "time.svg";
+const TABLE: &str = "table.md";
+const TOUCHES: &str = "touches.csv";
 
 /// Where it goes.
 #[derive(Debug, Clone, Copy)]
@@ -16,24 +23,32 @@ pub struct Outputs<'a> {
     pub json: Option<&'a Path>,
     /// Is the animation written as glTF, too?
     pub glb: bool,
+    /// For the recording of all runs; [`recording`](crate::recording) writes it, and the arm beside it.
+    pub mcap: Option<&'a Path>,
 }
 
 impl Outputs<'_> {
-    /// Says before minutes of work, not after them, that a file cannot be written.
+    /// Says before minutes of work, not after them, that a file cannot be written, or that it is one of the `inputs`;
+    /// then makes the folder.
     ///
     /// # Errors
-    /// The folder of the JSON file does not exist.
-    pub fn check(&self) -> anyhow::Result<()> {
-        let folder = self.json.and_then(Path::parent);
-        ensure!(
-            folder.is_none_or(|f| f.as_os_str().is_empty() || f.is_dir()),
-            "--json: no folder for that file"
-        );
-        Ok(())
+    /// As [`FilePlan::check`]; a folder that cannot be made.
+    pub fn prepare(&self, inputs: FilePlan) -> anyhow::Result<()> {
+        let mut names = vec![PLAN, TIME, TABLE, TOUCHES];
+        names.extend(views::names(self.glb));
+        let urdf = self.mcap.map(recording::urdf_beside);
+        inputs
+            .write_into("--out", Some(self.folder), &names)
+            .write("--json", self.json)
+            .write("--mcap", self.mcap)
+            .write("the arm's description beside --mcap", urdf.as_deref())
+            .check()?;
+        std::fs::create_dir_all(self.folder).with_context(|| self.folder.display().to_string())
     }
 
-    /// Writes plan.svg, time.svg, the replay, the film strip, table.md and touches.csv, and the JSON file if there is to be one. Figures are of the first person,
-    /// whose hand is there from `span_s.0` to `span_s.1`; returns what to say about it.
+    /// Writes plan.svg, time.svg, the replay, the film strip, table.md and touches.csv, and the JSON file if there is to
+    /// be one, after [`prepare`](Self::prepare). Figures are of the first person, whose hand is there from `span_s.0` to
+    /// `span_s.1`; returns what to say about it.
     ///
     /// # Errors
     /// Nobody touched anything, or a file that cannot be written.
@@ -47,18 +62,18 @@ impl Outputs<'_> {
         let (first, scene) = (first(runs)?, stage.scene);
         let run = &first.run;
         let in_folder = |name: &str| self.folder.join(name);
-        std::fs::create_dir_all(self.folder).with_context(|| self.folder.display().to_string())?;
-        plan_figure::plan(&in_folder("plan.svg"), scene, &stage.walls.maps, &run.trace)?;
-        run_figures::over_time(&in_folder("time.svg"), &run.trace, &run.forces, span_s)?;
+        plan_figure::plan(&in_folder(PLAN), scene, &stage.walls.maps, &run.trace)?;
+        run_figures::over_time(&in_folder(TIME), &run.trace, &run.forces, span_s)?;
         let arm = &**stage.arm.kinematics();
         let views = views::write(self.folder, scene, arm, stage.board, first, self.glb)?;
-        tables::touches_csv(&in_folder("touches.csv"), runs)?;
+        tables::touches_csv(&in_folder(TOUCHES), runs)?;
         if let Some(path) = self.json {
             json::write(path, runs)?;
         }
-        std::fs::write(in_folder("table.md"), table)?;
+        let path = in_folder(TABLE);
+        hwall_files::write(&path, table).with_context(|| path.display().to_string())?;
         Ok(format!(
-            "wrote plan.svg, time.svg, {}, table.md and touches.csv to {}",
+            "wrote {PLAN}, {TIME}, {}, {TABLE} and {TOUCHES} to {}",
             views.join(", "),
             self.folder.display()
         ))

@@ -1,6 +1,7 @@
 //! The room from above: walls, arm, board, hand and touches.
 
 use crate::person::predictors::PredictorKind;
+use crate::report::figure_file::FigureFile;
 use crate::report::figures::{COLOURS, TEXT, TITLE, plot_error};
 use crate::report::legend::{Legend, Pixel};
 use crate::report::run_figures::runs;
@@ -52,7 +53,8 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
         (size.y * scale).round() as u32 + LABELS_PX[0] + TITLE_PX + RIM_PX,
     ];
     let all_h = h.max(LEGEND_PX[1]);
-    let root = SVGBackend::new(path, (w + LEGEND_PX[0], all_h)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (w + LEGEND_PX[0], all_h)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     // The legend may be the taller of the two.
     let left = root.clone().shrink((0, 0), (w, h));
@@ -94,7 +96,8 @@ pub fn plan(path: &Path, scene: &Scene, maps: &WallMaps, trace: &Trace) -> anyho
     drawing.paths(trace)?;
     drawing.arm(trace)?;
     drawing.touches(trace)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Everything that is drawn, with room about it.

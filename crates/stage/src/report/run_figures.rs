@@ -1,6 +1,7 @@
 //! The figure of the main job over time: distances of hand, board and predictions.
 
 use crate::person::predictors::PredictorKind;
+use crate::report::figure_file::FigureFile;
 use crate::report::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use crate::run::judge::RIGHT_M;
 use crate::run::push_log::ForceSample;
@@ -25,7 +26,8 @@ pub fn over_time(
     forces: &[ForceSample],
     (start_s, end_s): (f64, f64),
 ) -> anyhow::Result<()> {
-    let root = SVGBackend::new(path, (980, 1120)).into_drawing_area();
+    let file = FigureFile::create(path)?;
+    let root = SVGBackend::new(file.path(), (980, 1120)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
     let (upper, rest) = root.split_vertically(280);
     let (lower, rest) = rest.split_vertically(280);
@@ -140,7 +142,8 @@ pub fn over_time(
         (&opening[..], orange, "opening, degrees or mm"),
     ];
     panel(&pushed, title, "N; degrees or mm", 1.0, 1.1 * most, &series)?;
-    root.present().map_err(plot_error)
+    root.present().map_err(plot_error)?;
+    file.finish()
 }
 
 /// Cuts samples where time leaps.

@@ -465,6 +465,5 @@ pub fn touches_csv(path: &Path, runs: &[PersonRun]) -> anyhow::Result<()> {
         ]);
         out.write_record(&cells)?;
     }
-    out.flush()?;
-    Ok(())
+    out.flush()
 }

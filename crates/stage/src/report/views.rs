@@ -11,6 +11,17 @@ use std::path::Path;
 /// Stills of the film strip: times after the contact, s.
 const STILLS_S: [f64; 6] = [-0.9, -0.6, -0.4, -0.2, 0.0, 0.3];
 
+const REPLAY: &str = "replay.html";
+const STRIP: &str = "touch.svg";
+const ANIMATION: &str = "hwall.glb";
+
+/// The files that [`write`] may leave.
+pub(super) fn names(with_glb: bool) -> impl Iterator<Item = &'static str> {
+    [REPLAY, STRIP]
+        .into_iter()
+        .chain(with_glb.then_some(ANIMATION))
+}
+
 /// Writes `replay.html` of a run to a folder, `touch.svg` if a board was in place for a touch, and `hwall.glb` if asked for.
 /// Returns their names.
 ///
@@ -30,18 +41,15 @@ pub fn write(
     let mut write = |name: &'static str, content: &[u8]| {
         let path = folder.join(name);
         written.push(name);
-        std::fs::write(&path, content).with_context(|| path.display().to_string())
+        hwall_files::write(&path, content).with_context(|| path.display().to_string())
     };
     let replay = replay_page(&scene, &view.frames, &view.markers);
-    write("replay.html", replay.as_bytes())?;
+    write(REPLAY, replay.as_bytes())?;
     if let Some((stills, contact_s)) = stills_of_one_touch(&scene, person) {
-        write(
-            "touch.svg",
-            film_strip(&scene, &stills, contact_s)?.as_bytes(),
-        )?;
+        write(STRIP, film_strip(&scene, &stills, contact_s)?.as_bytes())?;
     }
     if with_glb {
-        write("hwall.glb", &glb(&scene, &view.frames))?;
+        write(ANIMATION, &glb(&scene, &view.frames))?;
     }
     Ok(written)
 }

@@ -55,8 +55,13 @@ impl Texton {
     }
 }
 
+/// Multiples of the longest wave along each axis at most: of bumps of a millimetre, waves of a micrometre. A wave number
+/// that is infinite would otherwise never end.
+const MOST_MULTIPLES: i64 = 1000;
+
 impl Texture {
-    /// Waves of the height up to a wave number, rad/mm, without the mean height.
+    /// Waves of the height up to a wave number, rad/mm, without the mean height, and up to the thousandth multiple of
+    /// the longest wave along each axis.
     ///
     /// `z(p) = mean + Σ c cos (k · p)`, the middle of a bump at the origin.
     pub fn harmonics(&self, most_rad_per_mm: f64) -> impl Iterator<Item = Harmonic> {
@@ -68,7 +73,8 @@ impl Texture {
         };
         let (kx, ky) = (TAU / long_mm, TAU / (rows * short_mm));
         let most = most_rad_per_mm;
-        let (columns, lines) = ((most / kx).floor() as i64, (most / ky).floor() as i64);
+        let multiples = |of: f64| ((most / of).floor() as i64).clamp(0, MOST_MULTIPLES);
+        let (columns, lines) = (multiples(kx), multiples(ky));
         let area_mm2 = self.layout().cell_area_mm2();
         let texton = *self.texton();
         (-columns..=columns)

@@ -100,7 +100,7 @@ impl HeightField {
         // On one thread, so that the blocks are always in the same order.
         let written = image.write().non_parallel().to_buffered(&mut bytes);
         written.map_err(|error| failed(path.display(), &error))?;
-        std::fs::write(path, bytes.into_inner()).map_err(|error| TextonError::io(path, &error))
+        hwall_files::write(path, bytes.into_inner()).map_err(|error| TextonError::io(path, &error))
     }
 
     /// Reads heights from an EXR picture, written here or measured: one channel of any sample type, square

@@ -5,11 +5,12 @@ use super::isotonic::isotonic_grid;
 use super::level::Level;
 use crate::error::TextonError;
 use crate::geometry::ScanAngle;
-use hwall_numeric::check::{finite, non_negative};
+use hwall_numeric::check::{finite, that};
 use spade::{
     DelaunayTriangulation, HasPosition, LastUsedVertexHintGenerator, NaturalNeighbor, Point2,
     Triangulation,
 };
+use std::collections::HashSet;
 use std::io::Read;
 
 /// A condition of the study and its mean magnitude.
@@ -78,16 +79,42 @@ const ON: f64 = 1e-9;
 /// Equal steps in which a crossing is looked for between two neighbouring nodes.
 const PIECES: usize = 16;
 
+/// For each point whether one before it is so near that the mesh would take them for one.
+fn too_near(points: impl Iterator<Item = Point2<f64>>) -> impl Iterator<Item = bool> {
+    let mut taken = HashSet::new();
+    points.map(move |point| {
+        let cell = [point.x, point.y].map(|x| (x / ON).floor() as i64);
+        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [cell[0] + i, cell[1] + j]));
+        let near = around.into_iter().any(|cell| taken.contains(&cell));
+        taken.insert(cell);
+        near
+    })
+}
+
 impl Calibration {
     /// From conditions and magnitudes in any order; the magnitudes of one condition are averaged.
     ///
     /// # Errors
-    /// A number that is not finite, a negative speed, or conditions that do not span an area.
+    /// A speed outside 0 to 1e6 mm/s, a magnitude beyond 1e12, conditions that do not span an area or that are
+    /// nearly but not quite the same.
     pub fn from_rows(rows: impl IntoIterator<Item = Level>) -> Result<Self, TextonError> {
         let mut table: Vec<Level> = rows.into_iter().collect();
         for row in &table {
-            non_negative("speed_mm_per_s", row.speed_mm_per_s)?;
-            finite("magnitude", row.magnitude)?;
+            let (speed, magnitude) = (row.speed_mm_per_s, row.magnitude);
+            let wanted = "at least 0 and at most 1e6";
+            that(
+                (0.0..=1e6).contains(&speed),
+                "speed_mm_per_s",
+                speed,
+                wanted,
+            )?;
+            // Sums and differences of these stay finite.
+            that(
+                magnitude.abs() <= 1e12,
+                "magnitude",
+                magnitude,
+                "within 1e12 of zero",
+            )?;
         }
         table.sort_by(|a, b| {
             let by_orientation = a.scan.rad().total_cmp(&b.scan.rad());
@@ -128,6 +155,13 @@ impl Calibration {
             least: [least_deg, least_speed],
             range: [range_deg, range_speed],
         };
+        for (near, node) in
+            too_near(nodes.iter().map(|n| scale.point(n.scan, n.speed_mm_per_s))).zip(&nodes)
+        {
+            let wanted =
+                "further from those of other conditions than 1e-9 of the range, or the same";
+            that(!near, "speed_mm_per_s", node.speed_mm_per_s, wanted)?;
+        }
         let vertices = nodes.iter().map(|node| Vertex {
             at: scale.point(node.scan, node.speed_mm_per_s),
             magnitude: node.magnitude,

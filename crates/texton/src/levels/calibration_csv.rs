@@ -37,7 +37,7 @@ pub(super) fn read(mut csv: impl Read) -> Result<Vec<Level>, TextonError> {
             let cell = || TextonError::Cell {
                 line: record.position().map_or(0, |at| line(bytes, at)),
                 column: COLUMNS[i],
-                text: text.to_owned(),
+                text: text.chars().take(40).collect(),
             };
             let value: f64 = text.parse().map_err(|_| cell())?;
             let allowed = value.is_finite() && (i != 1 || value >= 0.0);

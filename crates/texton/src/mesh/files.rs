@@ -2,9 +2,10 @@
 
 use super::triangle_mesh::TriangleMesh;
 use crate::error::TextonError;
+use hwall_files::NewFile;
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufReader, Write};
 use std::path::Path;
 
 /// The two kinds of STL.
@@ -30,12 +31,12 @@ impl TriangleMesh {
         let path = path.as_ref();
         let triangles = self.single_precision()?;
         let write = || {
-            let mut file = BufWriter::with_capacity(1 << 16, File::create(path)?);
+            let mut file = NewFile::create(path)?;
             match format {
                 StlFormat::Binary => write_binary(&mut file, &triangles)?,
                 StlFormat::Ascii => write_ascii(&mut file, &triangles)?,
             }
-            file.flush()
+            file.finish()
         };
         write().map_err(|error: io::Error| TextonError::io(path, &error))
     }
@@ -60,7 +61,7 @@ impl TriangleMesh {
     pub fn write_obj(&self, path: impl AsRef<Path>) -> Result<(), TextonError> {
         let path = path.as_ref();
         let write = || {
-            let mut file = BufWriter::with_capacity(1 << 16, File::create(path)?);
+            let mut file = NewFile::create(path)?;
             writeln!(file, "# millimetres")?;
             for [x, y, z] in self.points_mm() {
                 writeln!(file, "v {x} {y} {z}")?;
@@ -70,7 +71,7 @@ impl TriangleMesh {
                 let [a, b, c] = triangle.map(|i| u64::from(i) + 1);
                 writeln!(file, "f {a} {b} {c}")?;
             }
-            file.flush()
+            file.finish()
         };
         write().map_err(|error: io::Error| TextonError::io(path, &error))
     }

@@ -152,7 +152,13 @@ impl RoughnessModel for Vibration {
             .map(|wave| {
                 let k = wave.wave_rad_per_mm;
                 let x = speed_mm_per_s * cycles_per_mm(k, direction) / self.peak_hz;
-                let weight = 2.0 * x * x / (1.0 + x.powi(4));
+                // The same as 2 x² / (1 + x⁴), which overflows at 1e77 Hz.
+                let square = x * x;
+                let weight = if square > 0.0 {
+                    2.0 / (square + 1.0 / square)
+                } else {
+                    0.0
+                };
                 (wave.amplitude_mm * skin.gain(k) * weight).powi(2)
             })
             .sum();

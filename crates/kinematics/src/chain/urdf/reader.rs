@@ -13,6 +13,8 @@ const MOST_NODES: u32 = 200_000;
 const MOST_EQUALS_SIGNS_IN_A_TAG: usize = 10_000;
 /// The parser's time grows with the cube of nested namespace declarations.
 const MOST_NAMESPACES: usize = 500;
+/// Some inputs take time in proportion to the square of their depth. A robot has five levels, simulator extensions a few more.
+const MOST_LEVELS: usize = 200;
 
 pub(super) struct Robot {
     pub(super) links: Vec<Link>,
@@ -122,7 +124,25 @@ fn check_cost(text: &str) -> Result<(), KinematicsError> {
     if text.matches("xmlns").count() > MOST_NAMESPACES {
         return Err(malformed("too many namespaces"));
     }
+    if levels(text) > MOST_LEVELS {
+        return Err(malformed("elements are nested too deeply"));
+    }
     Ok(())
+}
+
+/// How deeply elements are nested. Comments are counted as if they were none: what is commented out is whole elements.
+fn levels(text: &str) -> usize {
+    let (mut level, mut most) = (0_usize, 0);
+    for tag in text.split('<').skip(1) {
+        let inside = tag.split('>').next().unwrap_or(tag);
+        if tag.starts_with('/') {
+            level = level.saturating_sub(1);
+        } else if !tag.starts_with(['!', '?']) && !inside.ends_with('/') {
+            level += 1;
+            most = most.max(level);
+        }
+    }
+    most
 }
 
 fn version(robot: Element) -> Version {

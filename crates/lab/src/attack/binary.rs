@@ -1,0 +1,198 @@
+//! Readers of binary files: maps, atlases, meshes, pictures. Checksums are made right again, for they are against
+//! accidents only.
+
+use super::{Target, judged, promise};
+use glam::DVec3;
+use hwall_arrival::reachability::{Interval, WallFacet, WallMaps, WallMapsConfig};
+use hwall_arrival::{Atlas, AtlasConfig, BoardExtent};
+use hwall_kinematics::{JointPositions, SrsArm};
+use hwall_motion::{MotionConfig, MotionLimits};
+use hwall_reachability::{ExactConfig, ReachabilityMap, Steps, WallGrid};
+use hwall_testkit::Verdict;
+use hwall_texton::{HeightField, HeightSource, StlFormat, TriangleMesh};
+use std::path::PathBuf;
+
+/// Bytes before the body of a map or an atlas, and of the checksum behind it.
+const HEADER: usize = 18;
+const CHECKSUM: usize = 4;
+
+pub(super) fn map() -> anyhow::Result<Target> {
+    Ok(Target::new("map", vec![small_map()?], read_map))
+}
+
+pub(super) fn atlas() -> anyhow::Result<Target> {
+    Ok(Target::new("atlas", vec![small_atlas()?], read_atlas))
+}
+
+pub(super) fn stl() -> anyhow::Result<Target> {
+    let path = scratch("a.stl")?;
+    let mesh = TriangleMesh::new(
+        vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+    )?;
+    let mut meshes = Vec::new();
+    for format in [StlFormat::Binary, StlFormat::Ascii] {
+        mesh.write_stl(&path, format)?;
+        meshes.push(std::fs::read(&path)?);
+    }
+    Ok(Target::new("stl", meshes, move |bytes| {
+        read_stl(&path, bytes)
+    }))
+}
+
+pub(super) fn exr() -> anyhow::Result<Target> {
+    let path = scratch("a.exr")?;
+    let heights = (0..64).map(|i| 0.01 * i as f32).collect();
+    HeightField::new(8, 0.1, heights)?.write_exr(&path)?;
+    let picture = std::fs::read(&path)?;
+    Ok(Target::new("exr", vec![picture], move |bytes| {
+        read_exr(&path, bytes)
+    }))
+}
+
+/// A file in a folder of this process: these readers want a path.
+pub(super) fn scratch(name: &str) -> anyhow::Result<PathBuf> {
+    let folder = std::env::temp_dir().join(format!("hwall_attack_{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    Ok(folder.join(name))
+}
+
+/// Length and checksum made right.
+fn sealed(bytes: &[u8]) -> Vec<u8> {
+    let mut sealed = bytes.to_vec();
+    let Some(end) = bytes
+        .len()
+        .checked_sub(CHECKSUM)
+        .filter(|end| *end >= HEADER)
+    else {
+        return sealed;
+    };
+    let length = (end - HEADER) as u64;
+    sealed[10..HEADER].copy_from_slice(&length.to_le_bytes());
+    let sum = crc32(&sealed[..end]);
+    sealed[end..].copy_from_slice(&sum.to_le_bytes());
+    sealed
+}
+
+/// CRC-32 as in ISO 3309, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| {
+            (sum >> 1) ^ (0xEDB8_8320 & (sum & 1).wrapping_neg())
+        })
+    })
+}
+
+fn small_map() -> anyhow::Result<Vec<u8>> {
+    let walls = [0.0, 0.7].map(|heading_rad| {
+        Ok(WallGrid {
+            heading_rad,
+            distances: Steps::new(0.5, 0.2, 2)?,
+            heights: Steps::new(0.2, 0.3, 2)?,
+            span_m: None,
+        })
+    });
+    let walls = walls.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let config = ExactConfig {
+        accuracy_m: 1e-3,
+        ..ExactConfig::default()
+    };
+    Ok(ReachabilityMap::build(&SrsArm::iiwa7(), &config, walls)?.to_bytes())
+}
+
+fn read_map(bytes: &[u8]) -> Verdict {
+    judged(ReachabilityMap::from_bytes(&sealed(bytes)), |map| {
+        let lengths = map.lengths();
+        let counted = lengths.reachable_m >= 0.0 && lengths.unknown_m >= 0.0;
+        promise(counted, "a length that is none")?;
+        for x in [0.3, 0.5, 0.7] {
+            let point_m = DVec3::new(x, 0.1, 0.4);
+            let _ = map.look_up(point_m, DVec3::NEG_X);
+            let _ = map.look_up(point_m, DVec3::X);
+            let _ = map.is_reachable(point_m, DVec3::X);
+        }
+        let again = ReachabilityMap::from_bytes(&map.to_bytes());
+        promise(again.is_ok(), "a map that cannot read its own file")
+    })
+}
+
+fn small_atlas() -> anyhow::Result<Vec<u8>> {
+    let arm = SrsArm::iiwa7();
+    let heights = Interval::new(0.3, 0.7);
+    let corner = |y: f64, z: f64| DVec3::new(0.62, y, z);
+    let facet = WallFacet {
+        point_m: corner(-0.1, 0.5),
+        normal: DVec3::X,
+        heights,
+        outline_m: vec![
+            corner(-0.3, 0.3),
+            corner(0.1, 0.3),
+            corner(0.1, 0.7),
+            corner(-0.3, 0.7),
+        ],
+    };
+    let maps = WallMaps::build(&arm, &[facet], WallMapsConfig::default())?;
+    let board = BoardExtent {
+        half_width_m: 0.1,
+        half_height_m: 0.1,
+    };
+    let limits = MotionLimits::of_arm(&arm, &MotionConfig::default())?;
+    let waiting = JointPositions::from_deg([38.8, 69.3, 53.3, 109.8, -25.8, 87.3, 21.4]);
+    let config = AtlasConfig {
+        spacing_m: 0.2,
+        ..AtlasConfig::default()
+    };
+    Ok(Atlas::build(&arm, &maps, board, &limits, &waiting, &config)?.to_bytes())
+}
+
+fn read_atlas(bytes: &[u8]) -> Verdict {
+    judged(Atlas::from_bytes(&sealed(bytes)), |atlas| {
+        for y in [-0.2, 0.0] {
+            if let Some(entry) = atlas.look_up(DVec3::new(0.62, y, 0.5), DVec3::X) {
+                let arrival_s = entry.arrival_s;
+                let possible = arrival_s >= 0.0 && arrival_s.is_finite();
+                promise(possible, "a time that is none")?;
+            }
+        }
+        let again = Atlas::from_bytes(&atlas.to_bytes());
+        promise(again.is_ok(), "an atlas that cannot read its own file")
+    })
+}
+
+fn read_stl(path: &PathBuf, bytes: &[u8]) -> Verdict {
+    if std::fs::write(path, bytes).is_err() {
+        return Verdict::Broken("no place for the file".to_owned());
+    }
+    judged(TriangleMesh::read_stl(path), |mesh| {
+        let finite = mesh.points_mm().iter().flatten().all(|x| x.is_finite());
+        promise(finite, "a point that is not finite")?;
+        let points = mesh.points_mm().len() as u32;
+        let within = mesh.triangles().iter().flatten().all(|i| *i < points);
+        promise(within, "a corner that is none")?;
+        let _ = mesh.check();
+        Ok(())
+    })
+}
+
+fn read_exr(path: &PathBuf, bytes: &[u8]) -> Verdict {
+    if std::fs::write(path, bytes).is_err() {
+        return Verdict::Broken("no place for the file".to_owned());
+    }
+    judged(
+        HeightField::read_exr(path, &HeightSource::default()),
+        |field| {
+            let finite = field.heights_mm().iter().all(|z| z.is_finite());
+            promise(finite, "a height that is not finite")
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_is_that_of_the_standard() {
+        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+    }
+}

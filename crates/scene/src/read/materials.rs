@@ -1,0 +1,67 @@
+//! Material libraries beside an OBJ: the colours of materials by name.
+
+use super::obj::{LoadLimits, read_text};
+use std::collections::{HashMap, HashSet};
+use std::path::{Component, Path};
+
+/// The libraries that an OBJ names, each read once.
+///
+/// An OBJ may come from anywhere, so a library is a plain file in the folder of the OBJ or below it: names that lead
+/// elsewhere, and what is no file (a pipe would be waited for), count as missing.
+#[derive(Default)]
+pub(super) struct Libraries<'a> {
+    directory: Option<&'a Path>,
+    asked_for: HashSet<String>,
+    /// Diffuse colour of each material, if it has one; the first definition counts.
+    pub(super) colors: HashMap<String, Option<[f64; 3]>>,
+    /// Libraries that are missing or malformed.
+    pub(super) missing: Vec<String>,
+}
+
+impl<'a> Libraries<'a> {
+    pub(super) fn new(directory: Option<&'a Path>) -> Self {
+        Self {
+            directory,
+            ..Self::default()
+        }
+    }
+
+    /// Reads a library, unless it was read already.
+    pub(super) fn read(&mut self, name: &str, limits: &LoadLimits) {
+        if !self.asked_for.insert(name.to_owned()) {
+            return;
+        }
+        match self.materials(name, limits) {
+            Some(materials) => {
+                for material in materials {
+                    self.colors.entry(material.name).or_insert(material.diffuse);
+                }
+            }
+            None => self.missing.push(name.to_owned()),
+        }
+    }
+
+    fn materials(&self, name: &str, limits: &LoadLimits) -> Option<Vec<tobj::Material>> {
+        let name = Path::new(name);
+        let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+        if !name.components().all(below) {
+            return None;
+        }
+        let path = self.directory?.join(name);
+        if !path.metadata().ok()?.is_file() {
+            return None;
+        }
+        let text = read_text(&path, limits).ok()?;
+        text.lines().all(has_whole_color).then_some(())?;
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).ok()?;
+        Some(materials)
+    }
+}
+
+/// No colour of fewer than three numbers, on which `tobj` would panic.
+fn has_whole_color(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    let color = matches!(words.next(), Some("Ka" | "Kd" | "Ks" | "Ke"));
+    let numbers = words.filter(|w| w.parse().is_ok_and(f64::is_finite));
+    !color || numbers.take(3).count() == 3
+}

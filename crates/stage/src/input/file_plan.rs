@@ -1,0 +1,247 @@
+//! What a program is going to read and write, checked before anything is done.
+
+use anyhow::{Context, bail};
+use hwall_files::{Beside, same_file};
+use std::path::{Path, PathBuf};
+
+/// The files of a command line by their flags; [`check`](Self::check) before the first is opened.
+#[derive(Debug, Clone, Default)]
+pub struct FilePlan {
+    read: Vec<Named>,
+    written: Vec<Named>,
+    /// Folders that the program makes before it writes.
+    made: Vec<Named>,
+}
+
+#[derive(Debug, Clone)]
+struct Named {
+    flag: &'static str,
+    path: PathBuf,
+}
+
+impl FilePlan {
+    /// Adds a file that is read, if there is one; of a folder, the tables in it.
+    #[must_use]
+    pub fn read(mut self, flag: &'static str, path: Option<&Path>) -> Self {
+        let path = path.into_iter();
+        self.read.extend(path.map(|path| Named {
+            flag,
+            path: path.to_owned(),
+        }));
+        self
+    }
+
+    /// Adds a scene with the files of the same name beside it, if there is one.
+    #[must_use]
+    pub fn read_scene(self, flag: &'static str, path: Option<&Path>) -> Self {
+        let beside = |extension| path.map(|path| path.with_extension(extension));
+        self.read(flag, path)
+            .read(flag, beside("toml").as_deref())
+            .read(flag, beside("mtl").as_deref())
+    }
+
+    /// Adds an arm, which is a file only if it is no name.
+    #[must_use]
+    pub fn read_arm(self, flag: &'static str, arm: &str) -> Self {
+        let is_file = arm.to_ascii_lowercase().ends_with(".urdf");
+        self.read(flag, is_file.then_some(Path::new(arm)))
+    }
+
+    /// Adds a file that is written, if there is one. Its folder exists or is one of [`write_into`](Self::write_into).
+    #[must_use]
+    pub fn write(mut self, flag: &'static str, path: Option<&Path>) -> Self {
+        let path = path.into_iter();
+        self.written.extend(path.map(|path| Named {
+            flag,
+            path: path.to_owned(),
+        }));
+        self
+    }
+
+    /// Adds files that are written into a folder, if there is one; the program makes it where it is missing, before it
+    /// writes anything.
+    #[must_use]
+    pub fn write_into(mut self, flag: &'static str, folder: Option<&Path>, names: &[&str]) -> Self {
+        let Some(folder) = folder else { return self };
+        self.made.push(Named {
+            flag,
+            path: folder.to_owned(),
+        });
+        names.iter().fold(self, |plan, name| {
+            plan.write(flag, Some(&folder.join(name)))
+        })
+    }
+
+    /// Passes if every output can be written and none of them is an input or another output.
+    ///
+    /// # Errors
+    /// An output that is a file to be read, or the same as another one; one that cannot be written, so that this is
+    /// said before minutes of work and not after them.
+    pub fn check(&self) -> anyhow::Result<()> {
+        for (place, output) in self.written.iter().enumerate() {
+            let name = || format!("{} {}", output.flag, output.path.display());
+            for input in &self.read {
+                if input.holds(&output.path) {
+                    bail!(
+                        "{} is a file that {} reads; write to another one",
+                        name(),
+                        input.flag
+                    );
+                }
+            }
+            for other in &self.written[..place] {
+                if same_file(&other.path, &output.path) {
+                    bail!("{} is also what {} writes", name(), other.flag);
+                }
+            }
+        }
+        for folder in &self.made {
+            let name = || format!("{} {}", folder.flag, folder.path.display());
+            makeable(&folder.path).with_context(name)?;
+        }
+        for output in &self.written {
+            let name = || format!("{} {}", output.flag, output.path.display());
+            // What is made here is removed again at once.
+            match output.path.parent() {
+                Some(folder) if !folder.as_os_str().is_empty() && !folder.exists() => {
+                    if !self.makes(folder) {
+                        bail!("{}: no such folder", name());
+                    }
+                }
+                _ => drop(Beside::new(&output.path).with_context(name)?),
+            }
+        }
+        Ok(())
+    }
+
+    /// Is this folder, or one below it, made before anything is written?
+    fn makes(&self, folder: &Path) -> bool {
+        let made = self.made.iter();
+        made.flat_map(|made| made.path.ancestors())
+            .any(|made| made == folder)
+    }
+}
+
+impl Named {
+    /// Is the file read, by itself or as a table of a folder?
+    fn holds(&self, file: &Path) -> bool {
+        if same_file(&self.path, file) {
+            return true;
+        }
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let table = name.ends_with(".csv") || name.ends_with("_meta.json");
+        let within = file.ancestors().skip(1);
+        table
+            && file.exists()
+            && within
+                .into_iter()
+                .any(|folder| same_file(&self.path, folder))
+    }
+}
+
+/// Can this folder, or the nearest one above it that exists, be written to?
+fn makeable(folder: &Path) -> anyhow::Result<()> {
+    let exists = |path: &&Path| path.exists();
+    let here = Path::new(".");
+    let nearest = folder
+        .ancestors()
+        .filter(|path| !path.as_os_str().is_empty())
+        .find(exists)
+        .unwrap_or(here);
+    if !nearest.is_dir() {
+        bail!("{} is no folder", nearest.display());
+    }
+    drop(Beside::new(nearest.join("hwall"))?);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scratch(name: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("hwall_plan_{}_{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        path
+    }
+
+    fn said(plan: &FilePlan) -> String {
+        plan.check().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_output_that_is_an_input_is_refused_by_name() {
+        let folder = scratch("same");
+        let (a, b) = (folder.join("z.csv"), folder.join("y.csv"));
+        std::fs::write(&a, "q1\n1\n").unwrap();
+        let plan = FilePlan::default().read("--in", Some(&a));
+        let again = folder.join(".").join("z.csv");
+        let text = said(&plan.clone().write("--out", Some(&again)));
+        assert!(text.contains("--out") && text.contains("--in"), "{text}");
+        plan.clone().write("--out", Some(&b)).check().unwrap();
+        plan.write("--out", None).check().unwrap();
+        assert_eq!(std::fs::read_to_string(&a).unwrap(), "q1\n1\n");
+        assert!(!b.exists());
+    }
+
+    #[test]
+    fn an_output_among_the_tables_of_a_folder_is_refused() {
+        let folder = scratch("tables");
+        let table = folder.join("train-1.csv");
+        std::fs::write(&table, "a\n").unwrap();
+        let plan = FilePlan::default().read("--train", Some(&folder));
+        assert!(said(&plan.clone().write("--out", Some(&table))).contains("--train"));
+        let new = folder.join("result.csv");
+        plan.write("--out", Some(&new)).check().unwrap();
+    }
+
+    #[test]
+    fn two_outputs_of_one_name_are_refused() {
+        let path = scratch("two").join("x");
+        let plan = FilePlan::default()
+            .write("--json", Some(&path))
+            .write("--md", Some(&path));
+        let text = said(&plan);
+        assert!(text.contains("--json") && text.contains("--md"), "{text}");
+    }
+
+    #[test]
+    fn an_output_that_cannot_be_written_is_named_before_the_work() {
+        let folder = scratch("unwritable");
+        let file = folder.join("file");
+        std::fs::write(&file, "").unwrap();
+        for path in [folder.clone(), file.join("x"), file.join("x/y")] {
+            let text = said(&FilePlan::default().write("--out", Some(&path)));
+            assert!(text.contains("--out"), "{text}");
+        }
+        let deep = folder.join("new/deep");
+        let plan = FilePlan::default().write_into("--out", Some(&deep), &["a", "b"]);
+        plan.check().unwrap();
+        let beside = plan.clone().write("--json", Some(&deep.join("c")));
+        beside.check().unwrap();
+        let elsewhere = plan.write("--json", Some(&folder.join("missing/c")));
+        assert!(said(&elsewhere).contains("--json"));
+        assert!(!folder.join("new").exists());
+    }
+
+    #[test]
+    fn an_arm_is_a_file_only_if_it_is_no_name() {
+        let folder = scratch("arm");
+        let urdf = folder.join("arm.URDF");
+        let plan = FilePlan::default().read_arm("--arm", &urdf.to_string_lossy());
+        assert!(said(&plan.write("--out", Some(&urdf))).contains("--arm"));
+        let plan = FilePlan::default().read_arm("--arm", "iiwa7");
+        plan.write("--out", Some(Path::new("iiwa7")))
+            .check()
+            .unwrap();
+    }
+
+    #[test]
+    fn a_scene_is_read_with_the_files_beside_it() {
+        let folder = scratch("scene");
+        let obj = folder.join("room.obj");
+        let plan = FilePlan::default().read_scene("--scene", Some(&obj));
+        let toml = folder.join("room.toml");
+        assert!(said(&plan.write("--json", Some(&toml))).contains("--scene"));
+    }
+}

@@ -1,0 +1,167 @@
+//! Text and tables to a file or to standard output; a file appears when it is whole.
+
+use anyhow::Context;
+use hwall_files::NewFile;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A file, or standard output, buffered; a file has its name from [`finish`](Self::finish) on.
+pub struct Output(Sink);
+
+enum Sink {
+    File(NewFile, PathBuf),
+    Standard(BufWriter<io::StdoutLock<'static>>),
+}
+
+impl Output {
+    /// Begins a file, or standard output for `None`.
+    ///
+    /// # Errors
+    /// A file that cannot be created.
+    pub fn create(path: Option<&Path>) -> anyhow::Result<Self> {
+        Ok(Self(match path {
+            None => Sink::Standard(BufWriter::new(io::stdout().lock())),
+            Some(path) => {
+                let file = NewFile::create(path).with_context(|| path.display().to_string())?;
+                Sink::File(file, path.to_owned())
+            }
+        }))
+    }
+
+    /// Writes what is buffered and gives a file its name.
+    ///
+    /// # Errors
+    /// A full disk, a closed pipe.
+    pub fn finish(self) -> anyhow::Result<()> {
+        match self.0 {
+            Sink::File(file, path) => file.finish().with_context(|| path.display().to_string()),
+            Sink::Standard(mut out) => out.flush().context("standard output"),
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.0 {
+            Sink::File(file, _) => file.write(bytes),
+            Sink::Standard(out) => out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.0 {
+            Sink::File(file, _) => file.flush(),
+            Sink::Standard(out) => out.flush(),
+        }
+    }
+}
+
+/// Rows of CSV; a file has its name from [`flush`](Self::flush) on.
+pub struct TableWriter(Option<csv::Writer<Output>>);
+
+impl TableWriter {
+    /// Begins a file, or standard output for `None`.
+    ///
+    /// # Errors
+    /// A file that cannot be created.
+    pub fn create(path: Option<&Path>) -> anyhow::Result<Self> {
+        Ok(Self(Some(csv::Writer::from_writer(Output::create(path)?))))
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// A full disk, a closed pipe, a row of another length; a table that has ended.
+    pub fn write_record<I, T>(&mut self, cells: I) -> anyhow::Result<()>
+    where
+        I: IntoIterator<Item = T>,
+        T: AsRef<[u8]>,
+    {
+        Ok(self.rows()?.write_record(cells)?)
+    }
+
+    /// Lets `work` write the rows and ends the table. If it fails, standard output has what was written before, and a
+    /// file is as it was.
+    ///
+    /// # Errors
+    /// That of `work`; a full disk, a closed pipe.
+    pub fn fill<F>(mut self, work: F) -> anyhow::Result<()>
+    where
+        F: FnOnce(&mut csv::Writer<Output>) -> anyhow::Result<()>,
+    {
+        work(self.rows()?)?;
+        self.flush()
+    }
+
+    fn rows(&mut self) -> anyhow::Result<&mut csv::Writer<Output>> {
+        self.0.as_mut().context("a table that has ended")
+    }
+
+    /// Ends the table: writes what is left and gives a file its name. A table that is dropped without that leaves no
+    /// file.
+    ///
+    /// # Errors
+    /// A full disk, a closed pipe.
+    pub fn flush(&mut self) -> anyhow::Result<()> {
+        let table = self.0.take().context("a table that has ended")?;
+        let output = table.into_inner().map_err(|error| {
+            let (kind, text) = (error.error().kind(), error.error().to_string());
+            io::Error::new(kind, text)
+        })?;
+        output.finish()
+    }
+}
+
+/// A CSV writer to a file, or to standard output for `None`.
+///
+/// # Errors
+/// A file that cannot be created.
+pub fn writer(path: Option<&Path>) -> anyhow::Result<TableWriter> {
+    TableWriter::create(path)
+}
+
+/// A file, or standard output for `None`, buffered.
+///
+/// # Errors
+/// A file that cannot be created.
+pub fn output(path: Option<&Path>) -> anyhow::Result<Output> {
+    Output::create(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn a_table_that_fails_halfway_leaves_the_good_file() {
+        let folder = std::env::temp_dir().join(format!("hwall_output_{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("t.csv");
+        fs::write(&path, "a,b\n1,2\n").unwrap();
+        let mut table = writer(Some(&path)).unwrap();
+        table.write_record(["a", "b"]).unwrap();
+        assert!(table.write_record(["1"]).is_err());
+        drop(table);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "a,b\n1,2\n");
+        let mut table = writer(Some(&path)).unwrap();
+        table.write_record(["c"]).unwrap();
+        table.flush().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "c\n");
+        assert!(table.flush().is_err() && table.write_record(["d"]).is_err());
+        let fill = |fails: bool| {
+            writer(Some(&path))?.fill(|rows| {
+                rows.write_record(["d"])?;
+                // Those who write rows for a pipe send off what they have before they give up.
+                rows.flush()?;
+                anyhow::ensure!(!fails, "no more");
+                Ok(())
+            })
+        };
+        assert!(fill(true).is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "c\n");
+        fill(false).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "d\n");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+    }
+}

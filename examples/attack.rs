@@ -1,0 +1,60 @@
+//! Hostile inputs for everything that reads files.
+//!
+//! `cargo run --release --example attack -- --inputs 100000 --reader all`
+
+use anyhow::{Context, ensure};
+use clap::Parser;
+use hwall_lab::attack;
+use hwall_stage::exit;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Attacks readers with inputs made from good ones, and prints what became of them.
+///
+/// Bits are flipped, ends cut off, pieces of two files joined, numbers made extreme, lines repeated, counts made huge;
+/// checksums and digests are made right again. A finding is a panic, or something that was accepted and does not hold
+/// what it promises. Ends with status 2 if there is one.
+#[derive(Parser)]
+struct Args {
+    /// Inputs for each reader
+    #[arg(long, default_value_t = 100_000)]
+    inputs: u64,
+    /// all, or one of scene, hand, urdf, study, calibration, model, map, atlas, stl, exr, session
+    #[arg(long, default_value = "all")]
+    reader: String,
+    /// Seed of the inputs
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write inputs that got through into this folder
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    exit(run(&Args::parse()))
+}
+
+fn run(args: &Args) -> anyhow::Result<()> {
+    let targets = attack::targets(&args.reader)?;
+    // Panics are counted, not shown.
+    std::panic::set_hook(Box::new(|_| {}));
+    let mut reports = Vec::new();
+    for target in &targets {
+        let report = target.attack(args.inputs, args.seed)?;
+        for finding in &report.examples {
+            eprintln!("{} input {}: {}", report.name, finding.number, finding.what);
+            if let Some(folder) = &args.out {
+                std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+                let name = format!("{}-{}-{}", report.name, args.seed, finding.number);
+                hwall_files::write(folder.join(name), &finding.input)?;
+            }
+        }
+        eprintln!("{}: slowest was input {}", report.name, report.slowest);
+        reports.push(report);
+    }
+    writeln!(io::stdout(), "{}", attack::table(&reports))?;
+    let findings: u64 = reports.iter().map(|report| report.findings).sum();
+    ensure!(findings == 0, "{findings} inputs got through");
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! A few thousand hostile inputs for every reader; `--example attack` gives as many as wanted.
+
+use hwall_lab::attack::targets;
+
+const INPUTS: u64 = 1500;
+
+fn nothing_gets_through(reader: &str) {
+    for target in targets(reader).unwrap() {
+        let report = target.attack(INPUTS, 11).unwrap();
+        assert_eq!(report.findings, 0, "{:#?}", report.examples);
+        // An attack of which everything is refused at the door tests nothing behind it.
+        assert!(report.refused > 0, "{report:?}");
+        assert!(report.accepted > 0, "{report:?}");
+    }
+}
+
+#[test]
+fn scenes() {
+    nothing_gets_through("scene");
+}
+
+#[test]
+fn recordings_of_hands() {
+    nothing_gets_through("hand");
+}
+
+#[test]
+fn arms() {
+    nothing_gets_through("urdf");
+}
+
+#[test]
+fn studies() {
+    nothing_gets_through("study");
+}
+
+#[test]
+fn calibrations() {
+    nothing_gets_through("calibration");
+}
+
+#[test]
+fn models() {
+    nothing_gets_through("model");
+}
+
+#[test]
+fn maps() {
+    nothing_gets_through("map");
+}
+
+#[test]
+fn atlases() {
+    nothing_gets_through("atlas");
+}
+
+#[test]
+fn meshes() {
+    nothing_gets_through("stl");
+}
+
+#[test]
+fn pictures() {
+    nothing_gets_through("exr");
+}
+
+#[test]
+fn recordings_of_sessions() {
+    nothing_gets_through("session");
+}
+
+#[test]
+fn unknown_readers_are_named() {
+    let error = targets("teapot").err().unwrap().to_string();
+    assert!(
+        error.contains("teapot") && error.contains("urdf"),
+        "{error}"
+    );
+}

@@ -1,0 +1,269 @@
+//! Command lines that lost data, ended in a panic or said nothing, and a shell that runs them.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const ROWS: usize = 3000;
+
+/// A built example; `None` where this test runs without the examples having been built.
+fn example(name: &str) -> Option<Command> {
+    let here = std::env::current_exe().ok()?;
+    let path = here.parent()?.parent()?.join("examples").join(name);
+    if path.is_file() {
+        return Some(Command::new(path));
+    }
+    println!("skipped: the example {name} is not built");
+    None
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("command_lines")
+        .join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn table(header: &str, row: &str) -> String {
+    format!("{header}\n{}", format!("{row}\n").repeat(ROWS))
+}
+
+fn refused(command: &mut Command, because: &[&str]) -> Output {
+    let output = command.stdin(Stdio::null()).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    assert!(error.len() < 1200, "{} bytes", error.len());
+    for word in because {
+        assert!(error.contains(word), "{word}: {error}");
+    }
+    output
+}
+
+const JOINTS: &str = "q1,q2,q3,q4,q5,q6,q7";
+const POSE: &str = "0.1,0.2,0.3,0.4,0.5,0.6,0.7";
+
+/// 5,000 rows were 390 afterwards.
+#[test]
+fn an_output_that_is_the_input_is_refused_and_nothing_is_lost() {
+    let Some(mut arm_state) = example("arm_state") else {
+        return;
+    };
+    let file = scratch("same").join("z.csv");
+    let text = table(JOINTS, POSE);
+    std::fs::write(&file, &text).unwrap();
+    arm_state.arg("--in").arg(&file).arg("--out").arg(&file);
+    refused(&mut arm_state, &["--in", "--out"]);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+}
+
+/// A row that cannot be read destroyed what stood there before.
+#[test]
+fn a_failing_run_leaves_the_good_file() {
+    let Some(mut arm_state) = example("arm_state") else {
+        return;
+    };
+    let folder = scratch("failing");
+    let (bad, out) = (folder.join("bad.csv"), folder.join("out.csv"));
+    std::fs::write(&bad, table(JOINTS, POSE) + "1,2\n").unwrap();
+    std::fs::write(&out, "good\n").unwrap();
+    arm_state.arg("--in").arg(&bad).arg("--out").arg(&out);
+    refused(&mut arm_state, &["line 3002"]);
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), "good\n");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+/// `| head -1` ended with status 2.
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let poses = "px,py,pz,qw,qx,qy,qz";
+    for (name, header, row) in [
+        ("arm_state", JOINTS, POSE),
+        ("reach_check", poses, "0.5,0,0.6,0.7071,0,0.7071,0"),
+    ] {
+        let Some(mut command) = example(name) else {
+            return;
+        };
+        let file = scratch(name).join("in.csv");
+        std::fs::write(&file, table(header, row)).unwrap();
+        command.arg("--in").arg(&file);
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{name}");
+    }
+}
+
+/// `qd2` without `qd1` was passed over.
+#[test]
+fn rates_of_some_joints_only_are_named() {
+    let Some(mut arm_state) = example("arm_state") else {
+        return;
+    };
+    let file = scratch("rates").join("in.csv");
+    std::fs::write(&file, format!("{JOINTS},qd2\n{POSE},1\n")).unwrap();
+    arm_state.arg("--dynamics").arg("--in").arg(&file);
+    refused(&mut arm_state, &["qd1"]);
+}
+
+/// Lines of a megabyte were repeated.
+#[test]
+fn long_inputs_are_cut_in_messages() {
+    let Some(mut arm_state) = example("arm_state") else {
+        return;
+    };
+    let file = scratch("long").join("in.csv");
+    std::fs::write(
+        &file,
+        format!("{JOINTS}\n{},1,1,1,1,1,1\n", "a".repeat(1 << 20)),
+    )
+    .unwrap();
+    arm_state.arg("--in").arg(&file);
+    refused(&mut arm_state, &["line 2", "q1", "not a finite number"]);
+}
+
+/// The output folder was looked at after minutes of work.
+#[test]
+fn outputs_that_cannot_be_written_are_named_first() {
+    let Some(mut hwall) = example("hwall") else {
+        return;
+    };
+    let folder = scratch("outputs");
+    let file = folder.join("file");
+    std::fs::write(&file, "").unwrap();
+    hwall.arg("--out").arg(&file);
+    refused(&mut hwall, &["--out"]);
+    let Some(mut hwall) = example("hwall") else {
+        return;
+    };
+    hwall
+        .args(["--hand", "touches.csv", "--out", "."])
+        .current_dir(&folder);
+    std::fs::write(folder.join("touches.csv"), "t\n").unwrap();
+    refused(&mut hwall, &["--out", "--hand"]);
+}
+
+/// The recording was begun after training and maps, and over whatever stood there.
+#[test]
+fn recordings_are_looked_at_before_the_run() {
+    let folder = scratch("recordings");
+    let good = "x,y\n";
+    std::fs::write(folder.join("hand.csv"), good).unwrap();
+    std::fs::write(folder.join("arm.urdf"), good).unwrap();
+    std::fs::create_dir(folder.join("taken")).unwrap();
+    for (words, because) in [
+        (
+            &["--hand", "hand.csv", "--mcap", "hand.csv"][..],
+            &["--mcap", "--hand"],
+        ),
+        // The arm's capsules go beside the recording.
+        (
+            &["--arm", "arm.urdf", "--mcap", "arm.mcap"],
+            &["--mcap", "--arm"],
+        ),
+        (
+            &["--mcap", "missing/run.mcap"],
+            &["--mcap", "missing/run.mcap"],
+        ),
+        (&["--mcap", "taken"], &["--mcap", "folder"]),
+        (&["--mcap", "run.urdf"], &["--mcap", "beside"]),
+        (
+            &["--json", "run.mcap", "--mcap", "run.mcap"],
+            &["--mcap", "--json"],
+        ),
+        (&["--replay", "missing.mcap"], &["missing.mcap", "No such"]),
+    ] {
+        let Some(mut hwall) = example("hwall") else {
+            return;
+        };
+        refused(hwall.args(words).current_dir(&folder), because);
+    }
+    for name in ["hand.csv", "arm.urdf"] {
+        assert_eq!(std::fs::read_to_string(folder.join(name)).unwrap(), good);
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
+}
+
+/// `ensemble:99999999999` aborted, other counts never ended; 1e-320 printed NaN.
+#[test]
+fn flags_have_bounds() {
+    for (name, words) in [
+        ("bip_filter", &["--mode", "ensemble:99999999999"][..]),
+        ("contact_study", &["--people", "99999999999"]),
+        ("contact_study", &["--reaches", "0"]),
+        (
+            "psychophysics",
+            &["design", "--factors", "2x2", "--subjects", "99999999999"],
+        ),
+        (
+            "psychophysics",
+            &[
+                "power",
+                "--factors",
+                "2x2",
+                "--subjects",
+                "10",
+                "--studies",
+                "99999999999",
+            ],
+        ),
+        ("reach_map", &["--starts", "99999999999"]),
+        ("validation", &["--poses", "99999999999"]),
+    ] {
+        let Some(mut command) = example(name) else {
+            return;
+        };
+        let output = command.args(words).stdin(Stdio::null()).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{name}: {error}");
+    }
+    let Some(mut analyse) = example("psychophysics") else {
+        return;
+    };
+    let file = scratch("flags").join("study.csv");
+    let rows =
+        (0..6).flat_map(|s| [0, 1].map(|level| format!("s{s},{level},{}\n", s * 3 % 5 + level)));
+    let text: String = std::iter::once("subject,a,value\n".to_owned())
+        .chain(rows)
+        .collect();
+    std::fs::write(&file, text).unwrap();
+    analyse.arg("analyse").arg(&file);
+    analyse.args([
+        "--subject",
+        "subject",
+        "--factors",
+        "a",
+        "--value",
+        "value",
+        "--confidence",
+        "1e-320",
+    ]);
+    refused(&mut analyse, &["confidence"]);
+}
+
+/// A full device ended in a panic.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_an_error_and_no_panic() {
+    for (name, words) in [
+        ("arm_state", &["--in", "in.csv"][..]),
+        (
+            "psychophysics",
+            &["design", "--factors", "2x2", "--subjects", "4"],
+        ),
+        ("texture_patch", &["--preset", "released"]),
+    ] {
+        let Some(mut command) = example(name) else {
+            return;
+        };
+        let folder = scratch("full");
+        std::fs::write(folder.join("in.csv"), table(JOINTS, POSE)).unwrap();
+        let full = std::fs::File::options()
+            .write(true)
+            .open("/dev/full")
+            .unwrap();
+        command.args(words).current_dir(&folder);
+        let status = command.stdout(full).stderr(Stdio::null()).status().unwrap();
+        assert_eq!(status.code(), Some(2), "{name}");
+    }
+}
