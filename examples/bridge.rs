@@ -10,6 +10,7 @@ use hwall_fri::{FriClientConfig, FriVersion};
 use hwall_stage::exit;
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::live::{self, HandChoice, LiveArm, LiveOptions};
+use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use std::io::{self, Write};
 use std::net::SocketAddr;
@@ -37,6 +38,9 @@ struct Args {
     /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
     #[arg(long, value_enum, default_value_t)]
     arm_level: ArmLevel,
+    /// Who leads the board [default: fused, or ray-led where there is nobody to learn from]
+    #[arg(long, value_enum)]
+    predictor: Option<PredictorKind>,
     /// Which hand the board serves
     #[arg(long, value_enum, default_value_t)]
     hand: HandChoice,
@@ -52,6 +56,9 @@ struct Args {
     /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
     #[arg(long)]
     unity_udp: Option<SocketAddr>,
+    /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`; the arm's capsules as URDF beside it
+    #[arg(long, conflicts_with = "unity_udp")]
+    record: Option<PathBuf>,
     /// End after this many seconds [default: never]
     #[arg(long)]
     seconds: Option<f64>,
@@ -82,9 +89,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let options = LiveOptions {
         scene: args.scene.as_deref(),
         level: args.arm_level,
+        predictor: args.predictor,
         watch_frozen: args.watch_frozen,
         seconds: args.seconds,
         seed: args.seed,
+        record: args.record.as_deref(),
     };
     let prepared = live::prepare(&server, &options)?;
     for remark in &prepared.remarks {

@@ -69,9 +69,11 @@ fn a_mouse_and_a_hand_in_a_headset_touch_a_board_in_place() -> anyhow::Result<()
     let options = LiveOptions {
         scene: None,
         level: ArmLevel::Servo,
+        predictor: None,
         watch_frozen: false,
         seconds: Some(600.0),
         seed: 1,
+        record: None,
     };
     let prepared = prepare(&server, &options)?;
     run_simulated(&server, prepared, &options)?;

@@ -7,7 +7,9 @@ mod error;
 mod limits;
 mod wrench;
 
-pub use client::{ClientStatistics, FriClient, FriClientConfig, TorqueReference};
+pub use client::{
+    ClientStatistics, FriClient, FriClientConfig, TorqueReference, Transport, UdpTransport,
+};
 pub use codec::{Codec, FriVersion};
 pub use error::{ControllerError, FriError};
 pub use limits::LimitViolation;

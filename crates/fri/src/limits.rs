@@ -47,7 +47,7 @@ pub enum LimitViolation {
     },
 }
 
-/// Ranges and speeds of the joints, and how much torque may be laid over.
+/// Ranges and speeds (above zero) of the joints, and how much torque may be laid over.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CommandLimits {
     range: [JointLimit; 7],
@@ -92,6 +92,15 @@ impl CommandLimits {
             }
         }
         Ok(())
+    }
+
+    /// From the last angles towards finite ones, no further than the joints may go in `dt_s`.
+    pub(crate) fn led(&self, last_rad: &[f64; 7], to_rad: &[f64; 7], dt_s: f64) -> [f64; 7] {
+        let to_rad = self.clamped(to_rad);
+        std::array::from_fn(|i| {
+            let most_rad = self.speed_rad_per_s[i] * dt_s;
+            last_rad[i] + (to_rad[i] - last_rad[i]).clamp(-most_rad, most_rad)
+        })
     }
 
     /// Torques: small enough? NaN, as of a sum of two infinities, is not.

@@ -3,6 +3,7 @@
 use super::braking::CommandedMotion;
 use super::config::TorqueReference;
 use super::fri_client::{FriClient, period_ms};
+use super::transport::Transport;
 use crate::codec::{ClientCommandMode, CommandData};
 use crate::error::FriError;
 use crate::wrench::wrench_to_wire;
@@ -12,8 +13,11 @@ use hwall_numeric::check::all_finite;
 
 /// Longest time that a step may count as, s: what is older no longer says how fast a command moves.
 const LONGEST_STEP_S: f64 = 0.05;
+/// So far from where the arm is may the first positions after torques lie, rad: what a soft arm was pushed away from them. More
+/// is a leap and refused.
+const LEAD_RAD: f64 = 0.2;
 
-impl FriClient {
+impl<T: Transport> FriClient<T> {
     /// In mode wrench: a wrench at the tool, along the axes of the tool, beside the springs that hold the arm where commanding
     /// began.
     ///
@@ -66,10 +70,25 @@ impl FriClient {
             return self.refuse(error.into());
         }
         let (last, dt_s) = self.last_motion()?;
+        if self.leads && self.is_near(&q_rad)? {
+            let led_rad = self.limits.led(&last.q_rad, &q_rad, dt_s);
+            self.leads = led_rad != q_rad;
+            return match self.limits.check_step(&q_rad, &q_rad, dt_s) {
+                Ok(()) => self.send_motion(last.moved_to(led_rad, dt_s)),
+                Err(violation) => self.refuse(violation.into()),
+            };
+        }
         match self.limits.check_step(&last.q_rad, &q_rad, dt_s) {
             Ok(()) => self.send_motion(last.moved_to(q_rad, dt_s)),
             Err(violation) => self.refuse(violation.into()),
         }
+    }
+
+    /// Could an arm that was pushed come from there?
+    fn is_near(&self, q_rad: &[f64; 7]) -> Result<bool, FriError> {
+        let measured_rad = &self.newest()?.q_rad;
+        let mut off_rad = q_rad.iter().zip(measured_rad).map(|(a, b)| (a - b).abs());
+        Ok(off_rad.all(|off_rad| off_rad <= LEAD_RAD))
     }
 
     /// What was commanded last, and how long ago, s.
@@ -113,10 +132,14 @@ impl FriClient {
         }
         let newest = self.newest()?;
         let (measured, time_ns) = (newest.q_rad, newest.time_ns);
-        let q_rad = match self.config.torque_reference {
-            TorqueReference::Measured => self.limits.clamped(&measured),
+        let reference_rad = match self.config.torque_reference {
+            TorqueReference::Measured => measured,
             TorqueReference::Interpolator => self.interpolator_rad()?,
         };
+        // An arm that hangs behind the positions commanded before: a leap back to it would end commanding.
+        let (last, dt_s) = self.last_motion()?;
+        let q_rad = self.limits.led(&last.q_rad, &reference_rad, dt_s);
+        self.leads = true;
         self.motion_ns = time_ns;
         self.motion = Some(CommandedMotion::at_rest(q_rad));
         self.answer(CommandData {
@@ -143,7 +166,7 @@ impl FriClient {
     }
 }
 
-impl Arm for FriClient {
+impl<T: Transport> Arm for FriClient<T> {
     type Error = FriError;
 
     /// The newest state; what has come meanwhile is taken. Noise and delay are those of the controller.

@@ -2,6 +2,7 @@
 
 use super::braking::CommandedMotion;
 use super::config::{ClientStatistics, FriClientConfig};
+use super::transport::{Transport, UdpTransport};
 use super::velocity::VelocityFilter;
 use crate::codec::{
     ClientCommandMode, Codec, CommandData, CommandMessage, ConnectionQuality, DATAGRAM_BYTES,
@@ -10,10 +11,9 @@ use crate::codec::{
 use crate::error::FriError;
 use crate::limits::CommandLimits;
 use hwall_kinematics::ArmKinematics;
-use std::io::ErrorKind;
-use std::net::{SocketAddr, UdpSocket};
+use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A message this much older than the newest one is not a late one: the controller has begun anew.
 const NEW_SEQUENCE: u32 = 1000;
@@ -30,16 +30,22 @@ const NEW_SEQUENCE: u32 = 1000;
 /// wrench. Before commanding is active they have no effect and the positions of the interpolator go out instead; once it was
 /// active and has ended, they are refused ([`FriError::CommandingEnded`]).
 ///
+/// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
+/// to torques and back the springs are led over no faster than the joints may move.
+///
 /// Times count from the first message of a session, on the clock of the controller. Velocities are differences of the
 /// measured positions through a first-order low-pass ([`FriClientConfig::velocity_hz`]): exact for steady motion,
 /// late by 3.2 ms and half a period at 50 Hz. After construction nothing is allocated.
 ///
+/// Datagrams go over UDP ([`bind`](FriClient::bind)), or another way ([`over`](FriClient::over)): to a simulated controller in the
+/// same program, for tests in simulated time.
+///
 /// Only tested against the simulated controller of this crate.
 #[derive(Debug)]
-pub struct FriClient {
+pub struct FriClient<T = UdpTransport> {
     pub(super) config: FriClientConfig,
     pub(super) limits: CommandLimits,
-    socket: UdpSocket,
+    transport: T,
     codec: Codec,
     peer: Option<SocketAddr>,
     newest: Option<Newest>,
@@ -55,6 +61,8 @@ pub struct FriClient {
     /// Positions commanded last, and the message that they answered.
     pub(super) motion: Option<CommandedMotion>,
     pub(super) motion_ns: u64,
+    /// After torques: are the positions on their way to those that are commanded?
+    pub(super) leads: bool,
     /// The last answer, for when a command is refused.
     in_force: CommandData,
     statistics: ClientStatistics,
@@ -67,7 +75,8 @@ pub(super) struct Newest {
     pub(super) q_rad: [f64; 7],
     /// Time on the controller's clock, ns.
     pub(super) time_ns: u64,
-    arrived: Instant,
+    /// On the transport's clock.
+    arrived: Duration,
 }
 
 impl FriClient {
@@ -77,10 +86,34 @@ impl FriClient {
     /// A setting outside its range, or a socket that cannot be had: another program may listen there.
     pub fn bind(model: &Arc<dyn ArmKinematics>, config: FriClientConfig) -> Result<Self, FriError> {
         config.validate()?;
-        let socket = UdpSocket::bind(config.listen).map_err(FriError::io("binding the client"))?;
+        Self::over(model, config, UdpTransport::bind(config.listen)?)
+    }
+
+    /// The address that is listened on.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn local_address(&self) -> Result<SocketAddr, FriError> {
+        self.transport
+            .local_address()
+            .map_err(FriError::io("asking for the address"))
+    }
+}
+
+impl<T: Transport> FriClient<T> {
+    /// As [`bind`](FriClient::bind), over another way than a socket; [`FriClientConfig::listen`] is not used.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn over(
+        model: &Arc<dyn ArmKinematics>,
+        config: FriClientConfig,
+        transport: T,
+    ) -> Result<Self, FriError> {
+        config.validate()?;
         Ok(Self {
             limits: CommandLimits::new(&**model, config.max_torque_n_m),
-            socket,
+            transport,
             codec: Codec {
                 version: config.version,
                 arrays: config.arrays,
@@ -95,6 +128,7 @@ impl FriClient {
             was_active: false,
             motion: None,
             motion_ns: 0,
+            leads: false,
             in_force: CommandData::default(),
             statistics: ClientStatistics::default(),
             config,
@@ -109,17 +143,13 @@ impl FriClient {
         if std::mem::take(&mut self.owes) {
             self.statistics.unanswered += 1;
         }
-        let began = Instant::now();
-        self.block(true)?;
+        let until = self.transport.elapsed().saturating_add(timeout);
         loop {
-            let left = timeout.saturating_sub(began.elapsed());
+            let left = until.saturating_sub(self.transport.elapsed());
             if left.is_zero() {
                 return Err(self.silent(timeout));
             }
-            self.socket
-                .set_read_timeout(Some(left))
-                .map_err(FriError::io("setting up the socket"))?;
-            if self.receive()? == Some(true) {
+            if self.receive(Some(left))? == Some(true) {
                 break;
             }
         }
@@ -129,8 +159,7 @@ impl FriClient {
 
     /// Takes what has come, without waiting.
     pub(super) fn take_waiting(&mut self) -> Result<(), FriError> {
-        self.block(false)?;
-        while let Some(is_message) = self.receive()? {
+        while let Some(is_message) = self.receive(None)? {
             self.statistics.skipped += u64::from(is_message);
         }
         Ok(())
@@ -141,9 +170,9 @@ impl FriClient {
     /// # Errors
     /// As [`wait_for_message`](Self::wait_for_message); commanding that does not begin within `timeout`.
     pub fn wait_for_commanding(&mut self, timeout: Duration) -> Result<f64, FriError> {
-        let began = Instant::now();
+        let until = self.transport.elapsed().saturating_add(timeout);
         loop {
-            let left = timeout.saturating_sub(began.elapsed());
+            let left = until.saturating_sub(self.transport.elapsed());
             let t_s = self.wait_for_message(left)?;
             if self.session_state() == Some(SessionState::CommandingActive) {
                 return Ok(t_s);
@@ -195,8 +224,8 @@ impl FriClient {
         let length = self.codec.encode_command(&message, &mut datagram)?;
         self.sequence = self.sequence.wrapping_add(1);
         let bytes = datagram.get(..length).unwrap_or(&[]);
-        self.socket
-            .send_to(bytes, peer)
+        self.transport
+            .send(bytes, peer)
             .map_err(FriError::io("answering the controller"))?;
         self.statistics.answered += 1;
         Ok(())
@@ -221,20 +250,14 @@ impl FriClient {
     }
 
     /// One datagram: `Some(true)` for a new message, `None` if there is no datagram.
-    fn receive(&mut self) -> Result<Option<bool>, FriError> {
+    fn receive(&mut self, wait: Option<Duration>) -> Result<Option<bool>, FriError> {
         let mut datagram: Datagram = [0; DATAGRAM_BYTES];
-        let (length, from) = match self.socket.recv_from(&mut datagram) {
-            Ok(received) => received,
-            Err(error) => {
-                return match error.kind() {
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {
-                        Ok(None)
-                    }
-                    // Of an answer to a controller that is gone.
-                    ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset => Ok(Some(false)),
-                    _ => Err(FriError::io("receiving from the controller")(error)),
-                };
-            }
+        let received = self
+            .transport
+            .receive(&mut datagram, wait)
+            .map_err(FriError::io("receiving from the controller"))?;
+        let Some((length, from)) = received else {
+            return Ok(None);
         };
         if !self.listens_to(from) {
             self.statistics.foreign += 1;
@@ -261,7 +284,8 @@ impl FriClient {
 
     fn is_silent(&self) -> bool {
         let silence_s = self.config.silence_s;
-        let heard = |newest: &Newest| newest.arrived.elapsed().as_secs_f64() <= silence_s;
+        let now = self.transport.elapsed();
+        let heard = |newest: &Newest| now.saturating_sub(newest.arrived).as_secs_f64() <= silence_s;
         !self.newest.as_ref().is_some_and(heard)
     }
 
@@ -307,7 +331,7 @@ impl FriClient {
             message,
             q_rad,
             time_ns,
-            arrived: Instant::now(),
+            arrived: self.transport.elapsed(),
         });
         self.statistics.received += 1;
         self.since_answer = self.since_answer.saturating_add(1);
@@ -323,18 +347,14 @@ impl FriClient {
         self.since_answer = 0;
         self.was_active = false;
         self.motion = None;
+        self.leads = false;
         self.in_force = CommandData::default();
         self.statistics.sessions += 1;
     }
 
-    fn block(&self, blocks: bool) -> Result<(), FriError> {
-        self.socket
-            .set_nonblocking(!blocks)
-            .map_err(FriError::io("setting up the socket"))
-    }
-
     fn silent(&self, waited: Duration) -> FriError {
-        let since = |newest: &Newest| newest.arrived.elapsed();
+        let now = self.transport.elapsed();
+        let since = |newest: &Newest| now.saturating_sub(newest.arrived);
         let waited = self.newest.as_ref().map_or(waited, since);
         FriError::Silent {
             waited_s: waited.as_secs_f64(),
@@ -367,6 +387,7 @@ impl FriClient {
     pub const fn begin_again(&mut self) {
         self.was_active = false;
         self.motion = None;
+        self.leads = false;
     }
 
     pub(super) const fn velocity_rad_per_s(&self) -> &[f64; 7] {
@@ -413,14 +434,15 @@ impl FriClient {
         self.peer
     }
 
-    /// The address that is listened on.
-    ///
-    /// # Errors
-    /// What the system says.
-    pub fn local_address(&self) -> Result<SocketAddr, FriError> {
-        self.socket
-            .local_addr()
-            .map_err(FriError::io("asking for the address"))
+    /// The way to the controller.
+    #[must_use]
+    pub const fn transport(&self) -> &T {
+        &self.transport
+    }
+
+    /// The way to the controller.
+    pub const fn transport_mut(&mut self) -> &mut T {
+        &mut self.transport
     }
 
     /// What was counted.

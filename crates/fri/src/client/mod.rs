@@ -4,7 +4,9 @@ mod arm;
 mod braking;
 mod config;
 mod fri_client;
+mod transport;
 mod velocity;
 
 pub use config::{ClientStatistics, FriClientConfig, TorqueReference};
 pub use fri_client::FriClient;
+pub use transport::{Transport, UdpTransport};

@@ -2,6 +2,7 @@
 
 mod config;
 mod impedance;
+mod in_process;
 mod link;
 mod machine;
 mod message;
@@ -14,6 +15,7 @@ mod udp;
 
 pub use config::ControllerConfig;
 pub use impedance::ImpedanceConfig;
+pub use in_process::InProcess;
 pub use link::{Link, LinkConfig};
 pub use machine::Controller;
 pub use plant::SimulatedPlant;

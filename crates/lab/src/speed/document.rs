@@ -3,7 +3,7 @@
 use crate::documents::{Documents, renew_block};
 use crate::speed::section::{Section, summary_table};
 use crate::speed::{
-    bip, contact, feel, fusion, kinematics, knobs, reach, roughness, scene, texture,
+    bip, connect, contact, feel, fusion, kinematics, knobs, reach, roughness, scene, texture,
 };
 use anyhow::Context;
 use hwall_testkit::Machine;
@@ -66,6 +66,7 @@ pub fn write(
         roughness::calibrations(seed, n)?,
         kinematics::dynamics(seed, n)?,
         feel::feel(seed, n)?,
+        connect::connect(seed, n)?,
     ];
     for section in &sections {
         writeln!(out, "{}", section.text).context("standard output")?;

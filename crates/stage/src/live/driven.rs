@@ -1,12 +1,14 @@
 //! A live session on an arm behind FRI, a real one or a simulated one.
 
 use super::preparation::{LiveOptions, Prepared};
+use super::recorded;
 use anyhow::{Context, bail};
 use hwall::hand::HandFrame;
 use hwall::haptics::{Arm, ArmCommand};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
 use hwall_fri::{FriClient, FriClientConfig, FriError};
+use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::time::{Duration, Instant};
 
@@ -46,16 +48,17 @@ impl Surroundings<FriClient> for Driven {
 /// Waits for a controller, and then until the server stops or the time is over lets the hands of the clients lead its arm.
 ///
 /// # Errors
-/// A controller that falls silent, ends commanding, or refuses what is commanded.
+/// A controller that falls silent, ends commanding, or refuses what is commanded; a recording that cannot be written.
 pub fn run_driven(
     server: &BridgeServer,
     prepared: Prepared,
     config: FriClientConfig,
     options: &LiveOptions<'_>,
 ) -> anyhow::Result<()> {
-    let mut session = prepared.session;
-    // Before there is anything to answer: it takes longer than a period.
-    let scene = ViewScene::of("iiwa 7 over FRI", &session)?;
+    // Before there is anything to answer: both take longer than a period.
+    let scene = ViewScene::of("iiwa 7 over FRI", &prepared.session)?;
+    let mut recorder = recorded::begin(&prepared, options)?;
+    let session = prepared.session;
     let mut client = FriClient::bind(session.control().arm(), config)?;
     server.prepare(&format!(
         "waiting for an FRI controller at {}",
@@ -74,17 +77,23 @@ pub fn run_driven(
         unanswered: Some(begun_s),
         end_s: options.seconds.map_or(f64::INFINITY, |s| begun_s + s),
     };
-    let driven = drive(
-        &mut session,
+    let mut recorded = Recorded {
+        session,
+        recorder: recorder.as_mut(),
+    };
+    let ended = drive(
+        &mut recorded,
         &mut client,
         &mut surroundings,
-        |session, _, Driven { bridge, .. }, cycle| {
-            bridge.show(session, &cycle.state);
+        |recorded, _, Driven { bridge, .. }, cycle| {
+            recorded::show(bridge, recorded, cycle);
             Ok(())
         },
     );
     brake(&mut client);
-    driven.context("the arm behind FRI")
+    let finished = recorded::finish(recorder, options.record);
+    ended.context("the arm behind FRI")?;
+    finished
 }
 
 /// Brings the arm to rest: one command of a motion would be its last for a controller that then hears nothing.

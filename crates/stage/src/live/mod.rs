@@ -2,6 +2,7 @@
 
 mod driven;
 mod preparation;
+mod recorded;
 mod simulated;
 mod told;
 mod touching;

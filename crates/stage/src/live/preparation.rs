@@ -1,16 +1,17 @@
 //! What a live session needs before anybody touches: a scene, its walls, a predictor.
 
 use crate::input::arms::BoardArm;
+use crate::input::floor_pose::FloorPose;
 use crate::person::kinds::PersonKind;
-use crate::person::predictors::{TrainingPeople, fused};
+use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
+use crate::run::session_settings::SessionSettings;
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions, load_scene};
-use anyhow::Context;
 use clap::ValueEnum;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor, Predictor};
 use hwall::hand::HandFilterConfig;
 use hwall::haptics::Board;
-use hwall::{LikelyTouches, Session, SessionConfig};
+use hwall::{LikelyTouches, Session};
 use hwall_bridge::{BridgeServer, FollowedHand};
 use hwall_kinematics::JointPositions;
 use hwall_scene::Scene;
@@ -45,13 +46,22 @@ pub struct LiveOptions<'a> {
     pub scene: Option<&'a Path>,
     /// How much of the arm is simulated.
     pub level: ArmLevel,
+    /// Who leads the board; `None`: the fused predictor, or the ray-led one where there is nobody to learn from.
+    pub predictor: Option<PredictorKind>,
     /// Does a hand that stands quite still count as lost? For headsets, whose hands tremble.
     pub watch_frozen: bool,
     /// End after this time, s.
     pub seconds: Option<f64>,
     /// Seed of the sensors' noise.
     pub seed: u64,
+    /// Records the session to this file.
+    pub record: Option<&'a Path>,
 }
+
+/// The board presents the roughness of surfaces.
+pub(super) const TEXTURED: bool = true;
+/// Frames come on the arm's clock.
+pub(super) const ARM_MINUS_TRACKER_S: f64 = 0.0;
 
 /// Ready to touch.
 pub struct Prepared {
@@ -65,6 +75,14 @@ pub struct Prepared {
     pub start: JointPositions,
     /// What was chosen or learnt, for the user.
     pub remarks: Vec<String>,
+    /// The arm's base in the scene as its file has it.
+    pub(super) base: FloorPose,
+    /// Who leads the board.
+    pub(super) leader: PredictorKind,
+    /// What the arm waits for.
+    pub(super) likely_touches: LikelyTouches,
+    /// How the hand is filtered.
+    pub(super) filter: HandFilterConfig,
 }
 
 /// Reads the scene, finds out about its walls and trains a predictor, telling the clients of a server what takes time.
@@ -76,23 +94,33 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board)?;
     server.prepare("reading the scene");
-    let (scene, likely_touches, mut remarks) = scene_and_touches(&arm, options)?;
+    let Place {
+        scene,
+        likely_touches,
+        base,
+        mut remarks,
+    } = Place::of(&arm, options)?;
     server.prepare("learning how people reach");
-    let (predictor, learnt) = predictor(&scene, &arm)?;
+    let (predictor, leader, learnt) = predictor(&scene, &arm, options.predictor)?;
     remarks.push(learnt);
     server.prepare("mapping where the arm can hold its board");
-    let walls = arm.walls_of(&scene, &board, likely_touches, true)?;
+    let walls = arm.walls_of(&scene, &board, likely_touches.clone(), TEXTURED)?;
     let start = walls.waiting.unwrap_or(arm.start());
-    let hand = match options.watch_frozen {
+    let filter = match options.watch_frozen {
         true => HandFilterConfig::default(),
         false => HandFilterConfig::simulated(),
     };
-    let config = SessionConfig {
-        hand,
-        object_command: options.level.object_command(&arm, &board)?,
-        ..SessionConfig::default()
+    let settings = SessionSettings {
+        arm: &arm,
+        board: &board,
+        scene: &scene,
+        walls: &walls,
+        textured: TEXTURED,
+        level: options.level,
+        filter,
+        arm_minus_tracker_s: ARM_MINUS_TRACKER_S,
     };
-    let session = Session::new(&**arm.kinematics(), &board, scene, walls, predictor, config)?;
+    let session = settings.session(predictor)?;
     remarks.push(format!(
         "prepared in {:.1} s",
         began.elapsed().as_secs_f64()
@@ -103,54 +131,90 @@ pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Resu
         board,
         start,
         remarks,
+        base,
+        leader,
+        likely_touches,
+        filter,
     })
 }
 
-/// The scene, and where people who stand in it would touch.
-fn scene_and_touches(
-    arm: &BoardArm,
-    options: &LiveOptions<'_>,
-) -> anyhow::Result<(Scene, LikelyTouches, Vec<String>)> {
-    let setting = Setting::new(
-        arm,
-        &SettingOptions {
-            scene: options.scene,
-            hand: None,
-            y_up: false,
-            auto: false,
-            base: None,
-            base_by_arrival: false,
-            hand_origin: None,
-            rigid_hand: false,
-            person: PersonKind::Plain,
-            touches: 1,
-            seed: 1,
-        },
-    );
-    match setting {
-        Ok(setting) => Ok((setting.scene, setting.likely_touches, setting.remarks)),
-        Err(nobody) => {
-            let (scene, mut remarks) = load_scene(options.scene)?;
-            remarks.push(format!("any place may be touched: {nobody:#}"));
-            Ok((scene, LikelyTouches::default(), remarks))
+/// The scene in the frame of the arm's base, and where people who stand in it would touch.
+struct Place {
+    scene: Scene,
+    likely_touches: LikelyTouches,
+    base: FloorPose,
+    remarks: Vec<String>,
+}
+
+impl Place {
+    fn of(arm: &BoardArm, options: &LiveOptions<'_>) -> anyhow::Result<Self> {
+        let setting = Setting::new(
+            arm,
+            &SettingOptions {
+                scene: options.scene,
+                hand: None,
+                y_up: false,
+                auto: false,
+                base: None,
+                base_by_arrival: false,
+                hand_origin: None,
+                rigid_hand: false,
+                person: PersonKind::Plain,
+                touches: 1,
+                seed: 1,
+            },
+        );
+        match setting {
+            Ok(setting) => Ok(Self {
+                scene: setting.scene,
+                likely_touches: setting.likely_touches,
+                base: setting.base,
+                remarks: setting.remarks,
+            }),
+            Err(nobody) => {
+                let (scene, mut remarks) = load_scene(options.scene)?;
+                remarks.push(format!("any place may be touched: {nobody:#}"));
+                Ok(Self {
+                    scene,
+                    likely_touches: LikelyTouches::default(),
+                    base: FloorPose::ORIGIN,
+                    remarks,
+                })
+            }
         }
     }
 }
 
-/// The fused predictor, or the ray-led one where there is nobody to learn from; and a line about it.
-fn predictor(scene: &Scene, arm: &BoardArm) -> anyhow::Result<(Box<dyn Predictor + Send>, String)> {
+/// The one that is asked for, and a line about it; otherwise the fused predictor, or the ray-led one where there is nobody to
+/// learn from.
+fn predictor(
+    scene: &Scene,
+    arm: &BoardArm,
+    asked: Option<PredictorKind>,
+) -> anyhow::Result<(Box<dyn Predictor + Send>, PredictorKind, String)> {
+    let ray = |kind: PredictorKind, line: String| -> anyhow::Result<_> {
+        let config = match kind {
+            PredictorKind::RayCast => DeterministicConfig::default(),
+            _ => DeterministicConfig::ray_led(),
+        };
+        let predictor: Box<dyn Predictor + Send> = Box::new(DeterministicPredictor::new(config)?);
+        Ok((predictor, kind, line))
+    };
+    if let Some(kind @ (PredictorKind::RayLed | PredictorKind::RayCast)) = asked {
+        return ray(kind, format!("the {} predictor", kind.name()));
+    }
     match fused(scene, arm, &TrainingPeople::default()) {
         Ok((fused, reaches)) => Ok((
             Box::new(fused),
+            PredictorKind::Fused,
             format!("the predictor learnt from {reaches} simulated reaches"),
         )),
-        Err(error) => {
-            let ray_led = DeterministicPredictor::new(DeterministicConfig::ray_led())
-                .context("the ray-led predictor")?;
-            Ok((
-                Box::new(ray_led),
-                format!("the ray-led predictor, nobody to learn from: {error:#}"),
-            ))
+        Err(error) if asked.is_some() => {
+            Err(error.context("the fused predictor cannot be trained"))
         }
+        Err(error) => ray(
+            PredictorKind::RayLed,
+            format!("the ray-led predictor, nobody to learn from: {error:#}"),
+        ),
     }
 }

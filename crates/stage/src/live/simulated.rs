@@ -1,12 +1,14 @@
 //! A live session on the simulated arm.
 
 use super::preparation::{LiveOptions, Prepared};
+use super::recorded;
 use super::touching::Touching;
 use crate::run::simulated_arm::SimulatedArm;
 use hwall::hand::HandFrame;
 use hwall::haptics::Arm;
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
+use hwall_record::Recorded;
 use hwall_view::ViewScene;
 use std::sync::Arc;
 
@@ -30,14 +32,15 @@ impl<R: Arm> Surroundings<R> for Limited {
 /// Until the server stops, or the time is over: the hands of the clients touch the board of the simulated arm.
 ///
 /// # Errors
-/// A command that the simulated arm refuses.
+/// A command that the simulated arm refuses; a recording that cannot be written.
 pub fn run_simulated(
     server: &BridgeServer,
     prepared: Prepared,
     options: &LiveOptions<'_>,
 ) -> anyhow::Result<()> {
+    let mut recorder = recorded::begin(&prepared, options)?;
     let Prepared {
-        mut session,
+        session,
         arm,
         board,
         start,
@@ -51,17 +54,23 @@ pub fn run_simulated(
         end_s: options.seconds.unwrap_or(f64::INFINITY),
     };
     let mut touching = Touching::new(&board);
-    drive(
-        &mut session,
+    let mut recorded = Recorded {
+        session,
+        recorder: recorder.as_mut(),
+    };
+    let ended = drive(
+        &mut recorded,
         &mut simulated,
         &mut surroundings,
-        |session, simulated, Limited { bridge, .. }, cycle| {
+        |recorded, simulated, Limited { bridge, .. }, cycle| {
             let frame = bridge.hands.newest().map(|(frame, _)| *frame);
             let until_s = cycle.t_s + bridge.pacing.period_s();
-            touching.advance(simulated, until_s, frame.as_ref(), session.tracking())?;
-            bridge.show(session, &cycle.state);
+            let tracking = recorded.session.tracking();
+            touching.advance(simulated, until_s, frame.as_ref(), tracking)?;
+            recorded::show(bridge, recorded, cycle);
             Ok(())
         },
-    )?;
-    Ok(())
+    );
+    recorded::finish(recorder, options.record)?;
+    Ok(ended?)
 }

@@ -1,0 +1,71 @@
+//! A live session with a recorder beside it.
+
+use super::preparation::{ARM_MINUS_TRACKER_S, LiveOptions, Prepared, TEXTURED};
+use crate::person::predictors::TrainingPeople;
+use crate::recording::{self, SessionSource};
+use hwall::Cycle;
+use hwall::contact::Predictor;
+use hwall_bridge::Bridge;
+use hwall_record::{Recorded, Recorder, RecorderConfig};
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Messages that wait at most: a disc may stand still for ten seconds and nothing is left out.
+const CAPACITY: usize = 1 << 14;
+
+/// Begins the recording that the options ask for. The loop never waits for it: what finds no room is left out and counted.
+pub(super) fn begin(
+    prepared: &Prepared,
+    options: &LiveOptions<'_>,
+) -> anyhow::Result<Option<Recorder>> {
+    let Some(path) = options.record else {
+        return Ok(None);
+    };
+    let people = TrainingPeople::default();
+    let source = SessionSource {
+        scene: options.scene,
+        arm: "iiwa7",
+        board: &prepared.board,
+        base: prepared.base,
+        textured: TEXTURED,
+        level: options.level,
+        predictor: prepared.leader,
+        training_people: &people,
+        likely_touches: &prepared.likely_touches,
+    };
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let config = RecorderConfig {
+        capacity: CAPACITY,
+        epoch_ns: now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(0)),
+        ..RecorderConfig::default()
+    };
+    let scene = prepared.session.perception().scene();
+    let mut recorder = recording::start(path, &source, &prepared.arm, scene, &config)?;
+    recorder.begin(recording::run_of(0, &prepared.filter, ARM_MINUS_TRACKER_S)?);
+    Ok(Some(recorder))
+}
+
+/// At the end of a cycle: events and views to the clients, and into the recording.
+pub(super) fn show<P: Predictor>(
+    bridge: &mut Bridge,
+    recorded: &mut Recorded<'_, P>,
+    cycle: &Cycle,
+) {
+    let Recorded { session, recorder } = recorded;
+    if let Some(recorder) = recorder {
+        while let Some(event) = session.next_event() {
+            bridge.view.event(&event);
+            recorder.event(&event);
+        }
+        recorder.view(session, cycle);
+    }
+    bridge.show(session, &cycle.state);
+}
+
+/// Ends a recording and says what was written.
+pub(super) fn finish(recorder: Option<Recorder>, path: Option<&Path>) -> anyhow::Result<()> {
+    if let (Some(recorder), Some(path)) = (recorder, path) {
+        eprintln!("{}", recording::finish(recorder, path)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,244 @@
+//! A live session whose hand comes by WebSocket: recorded, run again, and killed in the middle.
+
+use anyhow::{Context, ensure};
+use hwall_bridge::{BridgeConfig, BridgeServer};
+use hwall_record::{Ending, Input, Recording};
+use hwall_stage::live::{LiveOptions, prepare, run_simulated};
+use hwall_stage::person::predictors::PredictorKind;
+use hwall_stage::recording::replay;
+use hwall_stage::run::simulated_arm::ArmLevel;
+use std::io::{BufRead, BufReader};
+use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use tungstenite::{Message, WebSocket};
+
+/// Names the file of the child that is killed.
+const CHILD: &str = "HWALL_LIVE_CHILD";
+/// Nothing takes so long, on however busy a machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+const OBJ: &str = "o wall\nv 0.62 -1 -0.6\nv 0.62 1 -0.6\nv 0.62 1 1.9\nv 0.62 -1 1.9\nf 1 2 3 4\n";
+
+/// A file of this name that no other test uses.
+fn file(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("hwall-live-{}-{name}", std::process::id()))
+}
+
+/// Removes the recording, its URDF and its scene, also when a test fails.
+struct Files([PathBuf; 3]);
+
+impl Files {
+    fn new(name: &str) -> anyhow::Result<Self> {
+        let path = file(name);
+        let all = ["mcap", "urdf", "obj"].map(|ending| path.with_extension(ending));
+        std::fs::write(&all[2], OBJ)?;
+        Ok(Self(all))
+    }
+
+    fn mcap(&self) -> &Path {
+        &self.0[0]
+    }
+}
+
+impl Drop for Files {
+    fn drop(&mut self) {
+        for path in &self.0 {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+fn server() -> anyhow::Result<BridgeServer> {
+    Ok(BridgeServer::start(BridgeConfig {
+        listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
+        ..BridgeConfig::default()
+    })?)
+}
+
+/// Runs a session before the wall, as `bridge --record` does.
+fn live(
+    server: &BridgeServer,
+    record: &Path,
+    predictor: Option<PredictorKind>,
+    seconds: f64,
+) -> anyhow::Result<()> {
+    let scene = record.with_extension("obj");
+    let options = LiveOptions {
+        scene: Some(&scene),
+        level: ArmLevel::Servo,
+        predictor,
+        watch_frozen: false,
+        seconds: Some(seconds),
+        seed: 1,
+        record: Some(record),
+    };
+    let prepared = prepare(server, &options)?;
+    run_simulated(server, prepared, &options)
+}
+
+/// A client of the page's protocol.
+struct Client {
+    socket: WebSocket<TcpStream>,
+    began: Instant,
+    sent: u32,
+}
+
+impl Client {
+    /// Connects, and waits until there is a scene to touch.
+    fn of_a_session(address: &str) -> anyhow::Result<Self> {
+        let stream = TcpStream::connect(address)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        let (mut socket, _) = tungstenite::client(format!("ws://{address}/ws"), stream)
+            .map_err(|error| anyhow::anyhow!("{error}"))?;
+        loop {
+            if let Message::Text(text) = socket.read()? {
+                let message: serde_json::Value = serde_json::from_str(&text)?;
+                if message["type"] == "scene" {
+                    break;
+                }
+            }
+        }
+        Ok(Self {
+            socket,
+            began: Instant::now(),
+            sent: 0,
+        })
+    }
+
+    /// The next of 72 samples a second: a hand that goes to the wall and back, again and again.
+    fn send(&mut self) -> anyhow::Result<()> {
+        let t_s = f64::from(self.sent) / 72.0;
+        let due = Duration::from_secs_f64(t_s);
+        std::thread::sleep(due.saturating_sub(self.began.elapsed()));
+        let near = 0.5 - 0.5 * (std::f64::consts::TAU * t_s / 3.0).cos();
+        let (x, y) = (1.05 - 0.44 * near, 0.15 * near);
+        self.sent += 1;
+        let joints = vec![format!("[{x},{y},0.6]"); 25].join(",");
+        let client_ms = 1e3 * self.began.elapsed().as_secs_f64();
+        let seq = self.sent;
+        self.socket.send(Message::text(format!(
+            r#"{{"type":"hand","seq":{seq},"client_ms":{client_ms},"side":"right","joints":[{joints}],"head":null,"gaze":null,"axes":"base","source":"test"}}"#
+        )))?;
+        Ok(())
+    }
+}
+
+/// Cycles, frames that see a hand, and whether a board moved.
+fn content(recording: &Recording) -> anyhow::Result<(usize, usize, bool)> {
+    let (mut cycles, mut seen, mut first, mut moved) = (0, 0, None, false);
+    for input in recording.inputs() {
+        match input?.1 {
+            Input::Cycle(cycle) => {
+                cycles += 1;
+                let first = *first.get_or_insert(cycle.state.q);
+                moved |= first.max_abs_difference(&cycle.state.q) > 0.05;
+            }
+            Input::Frame(frame) => seen += usize::from(frame.palm_m.is_some()),
+            _ => {}
+        }
+    }
+    Ok((cycles, seen, moved))
+}
+
+/// The line that a replay ends with, after the others.
+fn replayed(path: &Path) -> anyhow::Result<String> {
+    let mut text = Vec::new();
+    replay(path, &mut text)?;
+    let text = String::from_utf8(text)?;
+    ensure!(text.contains("bit by bit"), "{text}");
+    ensure!(!text.contains("left out"), "{text}");
+    Ok(text)
+}
+
+#[test]
+fn a_live_session_is_made_again_bit_by_bit() -> anyhow::Result<()> {
+    let files = Files::new("whole")?;
+    let server = server()?;
+    let (address, stop) = (server.address().to_string(), server.stop_handle());
+    let is_over = AtomicBool::new(false);
+    let client = std::thread::scope(|scope| {
+        let client = scope.spawn(|| {
+            let mut client = Client::of_a_session(&address)?;
+            while client.sent < 72 * 6 && !is_over.load(Ordering::Relaxed) {
+                client.send()?;
+            }
+            stop.stop();
+            anyhow::Ok(client.sent)
+        });
+        let run = live(&server, files.mcap(), None, 600.0);
+        is_over.store(true, Ordering::Relaxed);
+        run?;
+        client.join().ok().context("the client's thread")?
+    })?;
+    let recording = Recording::open(files.mcap())?;
+    assert_eq!(recording.ending(), Ending::Finished);
+    let (cycles, seen, moved) = content(&recording)?;
+    assert!(cycles > 1000 && seen > 100, "{cycles} {seen} of {client}");
+    assert!(moved);
+    let text = replayed(files.mcap())?;
+    print!("{text}");
+    Ok(())
+}
+
+#[test]
+#[ignore = "the child that another test kills"]
+fn a_child_that_records_until_it_is_killed() -> anyhow::Result<()> {
+    let Some(record) = std::env::var_os(CHILD) else {
+        return Ok(());
+    };
+    let server = server()?;
+    println!("\nlistens at {}", server.address());
+    live(
+        &server,
+        Path::new(&record),
+        Some(PredictorKind::RayLed),
+        600.0,
+    )
+}
+
+#[test]
+fn a_session_that_is_killed_leaves_a_recording() -> anyhow::Result<()> {
+    let files = Files::new("killed")?;
+    let mut child = Command::new(std::env::current_exe()?)
+        .args(["a_child_that_records_until_it_is_killed", "--exact"])
+        .args(["--ignored", "--nocapture"])
+        .env(CHILD, files.mcap())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()?;
+    let killed = (|| {
+        let lines = BufReader::new(child.stdout.take().context("its output")?).lines();
+        let address = lines
+            .map_while(Result::ok)
+            .find_map(|line| Some(line.strip_prefix("listens at ")?.to_owned()))
+            .context("an address")?;
+        let mut client = Client::of_a_session(&address)?;
+        let began = Instant::now();
+        loop {
+            for _ in 0..36 {
+                client.send()?;
+            }
+            // Also while it is being written, the file opens.
+            let (cycles, seen, moved) = content(&Recording::open(files.mcap())?)?;
+            if cycles > 1000 && seen > 50 && moved {
+                break anyhow::Ok(());
+            }
+            ensure!(began.elapsed() < PATIENCE, "{cycles} cycles, {seen} frames");
+        }
+    })();
+    // SIGKILL on Unix: nothing is tidied up.
+    child.kill()?;
+    child.wait()?;
+    killed?;
+    let recording = Recording::open(files.mcap())?;
+    assert_ne!(recording.ending(), Ending::Finished);
+    let text = replayed(files.mcap())?;
+    assert!(
+        text.contains("not finished") || text.contains("cut"),
+        "{text}"
+    );
+    Ok(())
+}
