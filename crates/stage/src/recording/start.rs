@@ -91,19 +91,3 @@ pub fn finish(recorder: Recorder, path: &Path) -> anyhow::Result<String> {
     }
     Ok(line)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::is_same_file;
-    use std::path::Path;
-
-    #[test]
-    fn one_file_has_many_names() {
-        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let (a, b) = (here.join("Cargo.toml"), here.join("src/../Cargo.toml"));
-        assert!(is_same_file(&a, &b));
-        assert!(!is_same_file(&a, &here.join("README.md")));
-        // A preset's name is no file.
-        assert!(!is_same_file(Path::new("iiwa7"), Path::new("iiwa7")));
-    }
-}
