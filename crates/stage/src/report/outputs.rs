@@ -23,7 +23,7 @@ pub struct Outputs<'a> {
     pub json: Option<&'a Path>,
     /// Is the animation written as glTF, too?
     pub glb: bool,
-    /// For the recording of all runs; [`recording`](crate::recording) writes it, and the arm beside it.
+    /// For the recording of all runs; [`recording`] writes it, and the arm beside it.
     pub mcap: Option<&'a Path>,
 }
 
