@@ -1,9 +1,11 @@
 //! What a live session needs before anybody touches: a scene, its walls, a predictor.
 
 use crate::input::arms::BoardArm;
+use crate::input::file_plan::FilePlan;
 use crate::input::floor_pose::FloorPose;
 use crate::person::kinds::PersonKind;
 use crate::person::predictors::{PredictorKind, TrainingPeople, fused};
+use crate::recording;
 use crate::run::session_settings::SessionSettings;
 use crate::run::simulated_arm::ArmLevel;
 use crate::setting::{Setting, SettingOptions, load_scene};
@@ -58,6 +60,17 @@ pub struct LiveOptions<'a> {
     pub record: Option<&'a Path>,
 }
 
+impl LiveOptions<'_> {
+    /// Says before anybody is served that the recording cannot be written, or would be written over the scene.
+    ///
+    /// # Errors
+    /// As [`FilePlan::check`].
+    fn check(&self) -> anyhow::Result<()> {
+        let plan = FilePlan::default().read_scene("--scene", self.scene);
+        recording::planned(plan, "--record", self.record).check()
+    }
+}
+
 /// The board presents the roughness of surfaces.
 pub(super) const TEXTURED: bool = true;
 /// Frames come on the arm's clock.
@@ -88,8 +101,9 @@ pub struct Prepared {
 /// Reads the scene, finds out about its walls and trains a predictor, telling the clients of a server what takes time.
 ///
 /// # Errors
-/// A scene that is missing or malformed; a configuration that a crate refuses.
+/// A scene that is missing or malformed, a recording that cannot be written; a configuration that a crate refuses.
 pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Result<Prepared> {
+    options.check()?;
     let began = Instant::now();
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board)?;

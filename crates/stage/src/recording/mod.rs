@@ -8,4 +8,4 @@ mod start;
 pub use replay::replay;
 pub use rerun::Rebuilt;
 pub use setup::{SessionSource, run_of};
-pub use start::{finish, of_stage, start, urdf_beside};
+pub use start::{finish, of_stage, planned, start, urdf_beside};

@@ -2,6 +2,7 @@
 
 use super::setup::SessionSource;
 use crate::input::arms::BoardArm;
+use crate::input::file_plan::FilePlan;
 use crate::run::people::Stage;
 use crate::setting::Setting;
 use anyhow::{Context, ensure};
@@ -14,6 +15,16 @@ use std::path::{Path, PathBuf};
 #[must_use]
 pub fn urdf_beside(path: &Path) -> PathBuf {
     path.with_extension("urdf")
+}
+
+/// Adds a recording, if there is one, and what is written beside it to the files of a program.
+#[must_use]
+pub fn planned(plan: FilePlan, flag: &'static str, path: Option<&Path>) -> FilePlan {
+    let urdf = path.map(urdf_beside);
+    plan.write(flag, path).write(
+        "the arm's description beside the recording",
+        urdf.as_deref(),
+    )
 }
 
 /// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. `scene` is the one that `source` names,

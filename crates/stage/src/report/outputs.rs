@@ -23,7 +23,7 @@ pub struct Outputs<'a> {
     pub json: Option<&'a Path>,
     /// Is the animation written as glTF, too?
     pub glb: bool,
-    /// For the recording of all runs; [`recording`](crate::recording) writes it, and the arm beside it.
+    /// For the recording of all runs; [`recording`] writes it, and the arm beside it.
     pub mcap: Option<&'a Path>,
 }
 
@@ -36,13 +36,10 @@ impl Outputs<'_> {
     pub fn prepare(&self, inputs: FilePlan) -> anyhow::Result<()> {
         let mut names = vec![PLAN, TIME, TABLE, TOUCHES];
         names.extend(views::names(self.glb));
-        let urdf = self.mcap.map(recording::urdf_beside);
-        inputs
+        let plan = inputs
             .write_into("--out", Some(self.folder), &names)
-            .write("--json", self.json)
-            .write("--mcap", self.mcap)
-            .write("the arm's description beside --mcap", urdf.as_deref())
-            .check()?;
+            .write("--json", self.json);
+        recording::planned(plan, "--mcap", self.mcap).check()?;
         std::fs::create_dir_all(self.folder).with_context(|| self.folder.display().to_string())
     }
 
