@@ -33,11 +33,12 @@ fn positions_that_are_not_followed() {
         bench.command = ArmCommand::Position(turned(0.5 * t_s));
         measured(&mut bench, home());
         let said = bench.step();
-        if t_s < 0.4 {
+        // 0.15 s of delay, 0.6 s to be 0.3 rad off, 0.1 s to be sure.
+        if t_s < 0.8 {
             assert_eq!(said.state, SafeState::Normal, "{t_s}");
         } else if reason(said.state) == Some(SafeReason::NotObeyed) {
             assert!(said.latched && said.command == ArmCommand::Hold);
-            assert!(t_s < 0.5, "{t_s} s");
+            assert!(t_s < 0.9, "{t_s} s");
             return;
         }
     }

@@ -72,9 +72,15 @@ impl ProximityConfig {
             .map(|point_m| {
                 let (distance_m, closing_m_per_s) =
                     distance_and_closing(board, base_from_board, twist, *point_m);
-                in_force * self.allowed_m_per_s(distance_m) / closing_m_per_s.max(SLOWEST_M_PER_S)
+                let share = in_force * self.allowed_m_per_s(distance_m)
+                    / closing_m_per_s.max(SLOWEST_M_PER_S);
+                // Not cut off at 1: what is left beyond the margin is what brings a slowed arm back to full speed. But near a
+                // person a board that turns towards them at full speed could not be slowed down in time.
+                match distance_m < NEAR_M {
+                    true => share.min(1.0),
+                    false => share,
+                }
             })
-            // Not cut off at 1: what is left beyond the margin is what brings a slowed arm back to full speed.
             .fold(f64::INFINITY, f64::min);
         let most = |allowed: f64| {
             let fitting = SHARES.into_iter().filter(|share| *share <= allowed);
@@ -88,6 +94,9 @@ impl ProximityConfig {
         }
     }
 }
+
+/// Nearer to a person than this a slowed arm does not go back to full speed, m.
+const NEAR_M: f64 = 0.15;
 
 /// Slower than this nothing is slowed down, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-3;
@@ -142,16 +151,17 @@ mod tests {
     fn every_share_goes_back_to_full_speed_once_the_board_no_longer_comes_nearer() {
         for in_force in SHARES {
             for closing_m_per_s in [0.0, -1.0] {
-                assert_eq!(share(closing_m_per_s, 0.1, in_force), 1.0, "{in_force}");
+                assert_eq!(share(closing_m_per_s, 0.3, in_force), 1.0, "{in_force}");
+                assert!(share(closing_m_per_s, 0.1, in_force) < 1.0 || in_force == 1.0);
             }
         }
     }
 
     #[test]
     fn a_larger_share_needs_a_margin() {
-        let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.1);
+        let allowed_m_per_s = ProximityConfig::default().allowed_m_per_s(0.3);
         // At 0.7 of the speed the board comes so fast that full speed would just be allowed, or allowed with a margin.
-        assert_eq!(share(0.69 * allowed_m_per_s, 0.1, 0.7), 0.7);
-        assert_eq!(share(0.5 * allowed_m_per_s, 0.1, 0.7), 1.0);
+        assert_eq!(share(0.69 * allowed_m_per_s, 0.3, 0.7), 0.7);
+        assert_eq!(share(0.5 * allowed_m_per_s, 0.3, 0.7), 1.0);
     }
 }

@@ -11,7 +11,8 @@ pub struct ObedienceConfig {
     /// Longest time from a commanded position to its place, s; default 0.15: the reaction of an iiwa is 0.022 s, and a motion
     /// that its servo rounds off takes longer.
     pub delay_s: f64,
-    /// A joint may be this far beyond all positions that were commanded within that time, rad; default 0.1: a push bends an arm.
+    /// A joint may be this far beyond all positions that were commanded within that time, rad; default 0.3: a push bends an arm, and
+    /// one that is told to stop at once at full speed goes on for 0.1 to 0.2 rad.
     pub tolerance_rad: f64,
     /// For this long, s; default 0.1.
     pub lasting_s: f64,
@@ -25,7 +26,7 @@ impl Default for ObedienceConfig {
     fn default() -> Self {
         Self {
             delay_s: 0.15,
-            tolerance_rad: 0.1,
+            tolerance_rad: 0.3,
             lasting_s: 0.1,
             rest_s: 0.4,
             drift_rad: 0.05,

@@ -151,7 +151,10 @@ fn makeable(folder: &Path) -> anyhow::Result<()> {
     if !nearest.is_dir() {
         bail!("{} is no folder", nearest.display());
     }
-    drop(Beside::new(nearest.join("hwall"))?);
+    // A name that nothing else there has.
+    drop(Beside::new(
+        nearest.join(format!(".hwall-can-write-{}", std::process::id())),
+    )?);
     Ok(())
 }
 
@@ -182,6 +185,17 @@ mod tests {
         plan.write("--out", None).check().unwrap();
         assert_eq!(std::fs::read_to_string(&a).unwrap(), "q1\n1\n");
         assert!(!b.exists());
+    }
+
+    /// `out/hwall` stood in the way of `out/door`.
+    #[test]
+    fn a_folder_beside_one_of_any_name_can_be_made() {
+        let folder = scratch("beside");
+        std::fs::create_dir_all(folder.join("hwall")).unwrap();
+        let door = folder.join("door");
+        let plan = FilePlan::default().write_into("--out", Some(&door), &["door.svg"]);
+        plan.check().unwrap();
+        assert!(!door.exists());
     }
 
     #[test]

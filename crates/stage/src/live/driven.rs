@@ -60,15 +60,33 @@ pub fn run_driven(
     let mut recorder = recorded::begin(&prepared, options)?;
     let session = prepared.session;
     let mut client = FriClient::bind(session.control().arm(), config)?;
-    server.prepare(&format!(
-        "waiting for an FRI controller at {}",
-        config.listen
-    ));
+    let waiting = format!("waiting for an FRI controller at {}", config.listen);
+    server.prepare(&waiting);
+    eprintln!("{waiting}");
+    let since = Instant::now();
+    let mut told = false;
     let begun_s = loop {
         match client.wait_for_commanding(LOOK) {
             Ok(begun_s) => break begun_s,
             Err(FriError::Silent { .. }) if server.is_stopped() => return Ok(()),
-            Err(FriError::Silent { .. }) => {}
+            Err(FriError::Silent { .. }) => {
+                if options
+                    .seconds
+                    .is_some_and(|s| since.elapsed().as_secs_f64() >= s)
+                {
+                    bail!(
+                        "no FRI controller reached commanding within {:?} s",
+                        options.seconds.unwrap_or_default()
+                    );
+                }
+                if !told && client.statistics().malformed > 0 {
+                    told = true;
+                    eprintln!(
+                        "datagrams come, but none that FRI {} understands: is the controller of another version?",
+                        config.version
+                    );
+                }
+            }
             Err(error) => bail!(error),
         }
     };
