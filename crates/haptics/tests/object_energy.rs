@@ -165,8 +165,9 @@ proptest! {
         whole.step(force, dt_s).unwrap();
         parts.step(force, share * dt_s).unwrap();
         parts.step(force, dt_s - share * dt_s).unwrap();
-        prop_assert!((whole.position() - parts.position()).abs() < 1e-12);
         let speeds = 1.0 + (stiffness / inertia).sqrt();
+        // The phase of a fast oscillation is rounded with its size.
+        prop_assert!((whole.position() - parts.position()).abs() < 1e-12 + 1e-14 * speeds);
         prop_assert!((whole.velocity() - parts.velocity()).abs() < 1e-7 * speeds);
     }
 }
