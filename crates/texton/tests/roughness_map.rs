@@ -78,5 +78,5 @@ fn a_roughness_map_from_openexr() {
         large[at + 8..at + 16].copy_from_slice(&last);
     }
     let result = read(&large);
-    assert_eq!(refused(result), "pixels");
+    assert_eq!(refused(result), "samples of all layers and channels");
 }

@@ -21,10 +21,11 @@ pub fn urdf_beside(path: &Path) -> PathBuf {
 #[must_use]
 pub fn planned(plan: FilePlan, flag: &'static str, path: Option<&Path>) -> FilePlan {
     let urdf = path.map(urdf_beside);
-    plan.write(flag, path).write(
-        "the arm's description beside the recording",
-        urdf.as_deref(),
-    )
+    let beside = match flag {
+        "--record" => "the arm's description beside --record",
+        _ => "the arm's description beside --mcap",
+    };
+    plan.write(flag, path).write(beside, urdf.as_deref())
 }
 
 /// Begins a recording and writes the arm's capsules [beside](urdf_beside) it. `scene` is the one that `source` names,
