@@ -13,7 +13,7 @@ pub(super) const SENSOR_M: f64 = 3e-4;
 /// Lowest standard deviation of a time, s.
 const CLOCK_S: f64 = 2e-3;
 /// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
-const CHI_SQUARED_3_90: f64 = 6.251_389;
+pub(super) const CHI_SQUARED_3_90: f64 = 6.251_389;
 /// 90 % of a standard normal variable lie within this.
 const NORMAL_90: f64 = 1.644_854;
 /// Larger errors are clipped to this many times the median: a primitive that loses its way on one
@@ -67,6 +67,24 @@ impl HeldOut {
             let (axes, regions) = (Axes::Way, way.0);
             Self { axes, regions }
         }
+    }
+
+    /// How far the combination misses the contact of every sample whose fold is held out, m.
+    pub(super) fn off_m(
+        &self,
+        samples: &[TrainingSample],
+        rows: &Rows,
+        held_out: &[f64],
+        combination: Combination,
+    ) -> Vec<DVec3> {
+        let off_m = |(row, (sample, predicted)): (usize, (&TrainingSample, &[f64]))| {
+            let regression_m = sample.now_m + DVec3::from_slice(&predicted[..3]);
+            let errors = self.at(rows.gates(row));
+            let combined = errors.combined(combination, regression_m, sample.primitive_m);
+            combined.point_m - sample.end_m
+        };
+        let predicted = held_out.chunks_exact(rows.outputs);
+        samples.iter().zip(predicted).enumerate().map(off_m).collect()
     }
 
     /// The errors at a progress.
