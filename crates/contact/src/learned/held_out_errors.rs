@@ -13,7 +13,7 @@ pub(super) const SENSOR_M: f64 = 3e-4;
 /// Lowest standard deviation of a time, s.
 const CLOCK_S: f64 = 2e-3;
 /// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
-pub(super) const CHI_SQUARED_3_90: f64 = 6.251_389;
+const CHI_SQUARED_3_90: f64 = 6.251_389;
 /// 90 % of a standard normal variable lie within this.
 const NORMAL_90: f64 = 1.644_854;
 /// Larger errors are clipped to this many times the median: a primitive that loses its way on one
@@ -84,7 +84,12 @@ impl HeldOut {
             combined.point_m - sample.end_m
         };
         let predicted = held_out.chunks_exact(rows.outputs);
-        samples.iter().zip(predicted).enumerate().map(off_m).collect()
+        samples
+            .iter()
+            .zip(predicted)
+            .enumerate()
+            .map(off_m)
+            .collect()
     }
 
     /// The errors at a progress.

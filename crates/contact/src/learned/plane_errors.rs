@@ -3,7 +3,6 @@
 //! An estimate that has seen little of a reach lies near the middle of all places that people touched. For a reach to one plane
 //! that middle is off to one side, always the same one, and further than the errors of all reaches together say.
 
-use super::held_out_errors::{CHI_SQUARED_3_90, weighted_quantile};
 use super::samples::TrainingSample;
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
@@ -14,13 +13,11 @@ const SAME_NORMAL_COS: f64 = 0.985;
 const SAME_OFFSET_M: f64 = 0.05;
 /// Planes that were touched less often than this in a region of progress say nothing about it.
 const FEWEST: f64 = 4.0;
-/// Where less than this share of the mean is no chance, a plane is like all others.
-const CLEAR: f64 = 0.5;
 /// Covariances are pulled towards that of all planes as if by this many reaches.
 const PULL: f64 = 6.0;
 
 /// Shares of the way that are gone by then; between them errors are interpolated.
-const NODES: [f64; 9] = [0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0];
+const NODES: [f64; 7] = [0.0, 0.05, 0.12, 0.25, 0.45, 0.7, 1.0];
 /// The way left is never less than this, m: tracked points and labels have errors too.
 const LEAST_LEFT_M: f64 = 0.02;
 
@@ -112,7 +109,9 @@ impl PlaneErrors {
             .map(|_| (0..NODES.len()).map(|_| Vec::new()).collect())
             .collect();
         for ((sample, &plane), &off_m) in samples.iter().zip(&of_sample).zip(off_m) {
-            let Some(plane) = parts.get_mut(plane) else { continue };
+            let Some(plane) = parts.get_mut(plane) else {
+                continue;
+            };
             let way = Way::new(sample.start_m, sample.now_m, sample.end_m + off_m);
             let weights = way.weights();
             for (region, gate) in plane.iter_mut().zip(&weights) {
@@ -132,24 +131,8 @@ impl PlaneErrors {
             for (off, reaches) in &each {
                 pooled += off.covariance_m2 * (reaches / total.max(f64::MIN_POSITIVE));
             }
-            let each: Vec<Off> = each
-                .iter()
-                .map(|(off, reaches)| shrunk(off, *reaches, &pooled))
-                .collect();
-            // Errors have longer tails than a normal distribution.
-            let distances = each.iter().zip(&parts).flat_map(|(off, parts)| {
-                let inverse = off.covariance_m2.inverse();
-                parts[region].iter().filter(|_| off.known > 0.0).map(move |p| {
-                    let left = p.off - off.mean_m;
-                    (left.dot(inverse * left), p.weight)
-                })
-            });
-            let spread = (weighted_quantile(0.9, distances) / CHI_SQUARED_3_90).max(1.0);
-            for (plane, off) in planes.iter_mut().zip(each) {
-                plane.regions.push(Off {
-                    covariance_m2: off.covariance_m2 * spread,
-                    ..off
-                });
+            for (plane, (off, reaches)) in planes.iter_mut().zip(each) {
+                plane.regions.push(shrunk(&off, reaches, &pooled));
             }
         }
         planes
@@ -196,7 +179,10 @@ fn moments(parts: &[Part]) -> (Off, f64) {
     }
     let squares: f64 = by_reach.iter().map(|r| r.1 * r.1).sum();
     let reaches = total * total / squares;
-    let mean_m = parts.iter().map(|p| p.off * (p.weight / total)).sum::<DVec3>();
+    let mean_m = parts
+        .iter()
+        .map(|p| p.off * (p.weight / total))
+        .sum::<DVec3>();
     let mut covariance_m2 = DMat3::ZERO;
     for part in parts {
         covariance_m2 += square(part.off - mean_m) * (part.weight / total);
@@ -216,18 +202,14 @@ fn shrunk(off: &Off, reaches: f64, pooled: &DMat3) -> Off {
     if reaches < FEWEST {
         return Off::ZERO;
     }
-    let covariance_m2 =
-        (off.covariance_m2 * reaches + *pooled * PULL) * (1.0 / (reaches + PULL));
+    let covariance_m2 = (off.covariance_m2 * reaches + *pooled * PULL) * (1.0 / (reaches + PULL));
     // James and Stein: a mean that may be chance is none.
     let chance = trace(&covariance_m2) / reaches;
     let kept = (1.0 - chance / off.mean_m.length_squared().max(f64::MIN_POSITIVE)).max(0.0);
-    if kept < CLEAR {
-        return Off::ZERO;
-    }
     let mean_m = off.mean_m * kept;
     Off {
         mean_m,
-        covariance_m2: covariance_m2 * ((reaches + 1.0) / (reaches - 4.0).max(1.0))
+        covariance_m2: covariance_m2 * (1.0 + 1.0 / reaches)
             + square(off.mean_m - mean_m) * (1.0 - kept),
         known: 1.0,
     }
