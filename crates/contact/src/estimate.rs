@@ -70,13 +70,6 @@ pub trait ContactEstimator {
     /// sample in which a point of the hand is seen. All numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
 
-    /// The estimate of the latest sample, given that the contact lies in a plane: that through `point_m`, m, with the unit
-    /// `normal` towards the person. `None` where the estimator knows no more about contacts there than about any.
-    fn on_plane(&self, point_m: DVec3, normal: DVec3) -> Option<ContactEstimate> {
-        let _ = (point_m, normal);
-        None
-    }
-
     /// How many reaches it was learnt from; `None` for one that nothing was learnt for, or that does not say.
     fn training_reaches(&self) -> Option<usize> {
         None
@@ -90,10 +83,6 @@ impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         (**self).step(frame)
-    }
-
-    fn on_plane(&self, point_m: DVec3, normal: DVec3) -> Option<ContactEstimate> {
-        (**self).on_plane(point_m, normal)
     }
 
     fn training_reaches(&self) -> Option<usize> {

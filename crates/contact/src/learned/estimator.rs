@@ -4,7 +4,6 @@ use super::config::Combination;
 use super::gates::Gates;
 use super::held_out_errors::HeldOut;
 use super::local_ridge::LocalRidge;
-use super::plane_errors::{PlaneErrors, Way};
 use super::primitive::{Primitive, PrimitiveRun};
 use super::reach_track::{Inputs, ReachTrack};
 use super::training::OUTPUTS;
@@ -25,7 +24,6 @@ pub(super) struct Learnt {
     pub(super) ridge: LocalRidge,
     pub(super) primitive: Option<Primitive>,
     pub(super) errors: HeldOut,
-    pub(super) planes: Vec<PlaneErrors>,
     pub(super) combination: Combination,
 }
 
@@ -55,21 +53,6 @@ pub struct LearnedEstimator {
 impl ContactEstimator for LearnedEstimator {
     fn training_reaches(&self) -> Option<usize> {
         Some(self.learnt.origin.reaches)
-    }
-
-    fn on_plane(&self, point_m: DVec3, normal: DVec3) -> Option<ContactEstimate> {
-        let last = self.last?;
-        let way = Way::new(self.track.start()?.1, self.track.now()?.1, last.point_m);
-        let planes = &self.learnt.planes;
-        let off = planes
-            .iter()
-            .find(|plane| plane.is_at(point_m, normal))?
-            .at(&way)?;
-        Some(ContactEstimate {
-            point_m: last.point_m - off.mean_m,
-            covariance_m2: Some(off.covariance_m2),
-            ..last
-        })
     }
 
     fn begin(&mut self) {

@@ -69,29 +69,6 @@ impl HeldOut {
         }
     }
 
-    /// How far the combination misses the contact of every sample whose fold is held out, m.
-    pub(super) fn off_m(
-        &self,
-        samples: &[TrainingSample],
-        rows: &Rows,
-        held_out: &[f64],
-        combination: Combination,
-    ) -> Vec<DVec3> {
-        let off_m = |(row, (sample, predicted)): (usize, (&TrainingSample, &[f64]))| {
-            let regression_m = sample.now_m + DVec3::from_slice(&predicted[..3]);
-            let errors = self.at(rows.gates(row));
-            let combined = errors.combined(combination, regression_m, sample.primitive_m);
-            combined.point_m - sample.end_m
-        };
-        let predicted = held_out.chunks_exact(rows.outputs);
-        samples
-            .iter()
-            .zip(predicted)
-            .enumerate()
-            .map(off_m)
-            .collect()
-    }
-
     /// The errors at a progress.
     pub(super) fn at(&self, gates: &[f64]) -> Errors {
         Errors::at(&self.regions, gates)

@@ -8,7 +8,6 @@ mod local_ridge;
 mod model;
 #[cfg(feature = "serde")]
 mod model_file;
-mod plane_errors;
 mod primitive;
 mod reach_track;
 mod samples;

@@ -3,7 +3,6 @@
 use super::config::{Combination, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::held_out_errors::{HeldOut, weighted_quantile};
-use super::plane_errors::PlaneErrors;
 use super::reach_track::Inputs;
 use super::samples;
 use super::training::{self, OUTPUTS};
@@ -63,8 +62,6 @@ impl LearnedModel {
         let normals = reaches.iter().all(|r| r.normal.is_some());
         let (rows, fitted) = training::regression(&inputs, &samples, &gates, normals)?;
         let errors = HeldOut::of(&samples, &rows, &fitted.held_out, config.combination);
-        let off_m = errors.off_m(&samples, &rows, &fitted.held_out, config.combination);
-        let planes = PlaneErrors::of(&samples, &off_m);
         Ok(Self {
             learnt: Arc::new(Learnt {
                 origin: origin(reaches),
@@ -73,7 +70,6 @@ impl LearnedModel {
                 ridge: fitted.ridge,
                 primitive,
                 errors,
-                planes,
                 combination: config.combination,
             }),
         })

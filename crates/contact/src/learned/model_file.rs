@@ -338,7 +338,6 @@ impl File {
                 },
                 regions: self.errors.regions.iter().map(region).collect(),
             },
-            planes: Vec::new(),
             combination: match self.combination {
                 FileCombination::Regression => Combination::Regression,
                 FileCombination::Primitive => Combination::Primitive,

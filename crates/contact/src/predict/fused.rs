@@ -140,21 +140,7 @@ impl<E: ContactEstimator> FusedPredictor<E> {
         } else {
             self.config.gaze.rest.about(place.rest_m)
         };
-        let (now, before) = self.gaze.looks(hand.t_s, self.config.gaze.memory_s);
-        let to_seen = |ray: &GazeRay| {
-            estimated?;
-            let hit = scene.ray_cast(ray.origin_m, ray.direction).ok()??;
-            let Hit {
-                point_m, normal, ..
-            } = facing(&hit, ray.origin_m);
-            let estimate = self.stream.estimator().on_plane(point_m, normal)?;
-            gaussian_of(&estimate, default_sd_m).map(narrowed)
-        };
         Some(ByHand {
-            as_moves_to_seen: [
-                now.and_then(|look| to_seen(&look.ray)),
-                before.and_then(|(look, _)| to_seen(&look.ray)),
-            ],
             phase: place.phase,
             began_s: began.map(|began| began.since_s),
             as_moves: estimated.map(narrowed),

@@ -17,9 +17,6 @@ pub(in crate::predict) struct ByHand {
     pub(in crate::predict) began_s: Option<f64>,
     /// Where its motion leads; `None` at rest.
     pub(in crate::predict) as_moves: Option<Gaussian>,
-    /// The same, given that the surface is touched that the present look meets, and that which the one before met; `None` where
-    /// that changes nothing.
-    pub(in crate::predict) as_moves_to_seen: [Option<Gaussian>; 2],
     /// Where it may touch whatever the estimate says: what people touch from this resting place, or what lies ahead of a moving
     /// hand.
     pub(in crate::predict) anew: Gaussian,
@@ -95,9 +92,9 @@ impl GazeModel {
         let mut all = [None; HYPOTHESES];
         let (moves, resting) = all.split_at_mut(3);
         if let Some(motion) = &hand.as_moves {
-            let [to_now, to_before] = hand.as_moves_to_seen.map(|to| to.unwrap_or(*motion));
-            let now = now.and_then(|look| self.seen_anyhow(&to_now, look));
-            let before = before.and_then(|(look, _)| self.seen_anyhow(&to_before, look));
+            let seen = |look: &Look| self.seen_anyhow(motion, look);
+            let now = now.and_then(seen);
+            let before = before.and_then(|(look, _)| seen(look));
             // In every hypothesis each look is accounted for, on the target or elsewhere.
             let off = |seen: Option<Seen>| seen.map_or(0.0, |seen| seen.log_elsewhere);
             let candidate = |log_weight: f64, seen: Option<Seen>, looked_at: bool| Hypothesis {
