@@ -1,4 +1,5 @@
 #![doc = include_str!("../README.md")]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 // Everything below rests on these three: a wall and its lines, evenly spaced values, long loops.
 mod progress;
