@@ -187,12 +187,21 @@ pub fn bounds(path: &Path, bounds: &[Bound]) -> anyhow::Result<()> {
         .margin(12)
         .x_label_area_size(46)
         .y_label_area_size(70)
-        .build_cartesian_2d((150.0..4000.0).log_scale(), (0.02..10.0).log_scale())
+        .build_cartesian_2d(
+            (150.0..4000.0)
+                .log_scale()
+                .with_key_points(vec![200.0, 500.0, 1000.0, 2000.0, 3000.0]),
+            (0.02..10.0)
+                .log_scale()
+                .with_key_points(vec![0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0]),
+        )
         .map_err(plot_error)?;
     chart
         .configure_mesh()
         .x_desc("stiffness of the hand, N/m")
         .y_desc("mass, kg")
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| format!("{y}"))
         .label_style(TEXT)
         .light_line_style(WHITE)
         .draw()

@@ -174,7 +174,11 @@ pub fn fusion(seed: u64) -> anyhow::Result<Section> {
             if hypotheses == 6 {
                 let point = |y: f64| Point {
                     at: (timing.median_ns, y),
-                    label: rays.to_string(),
+                    // On a single surface rays decide nothing.
+                    label: match count {
+                        1 => String::new(),
+                        _ => rays.to_string(),
+                    },
                     ..Point::default()
                 };
                 line[0].push(point(1e3 * at[1].median_m));

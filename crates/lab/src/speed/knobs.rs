@@ -13,7 +13,7 @@ use std::rc::Rc;
 /// From this many demonstrations on, one world has to do: training takes longest.
 const MANY: usize = 400;
 /// Knobs in a row of the figure.
-const SIDE_BY_SIDE: usize = 4;
+const SIDE_BY_SIDE: usize = 2;
 
 /// The learned estimator.
 fn candidate(name: &str, config: LearnedConfig) -> Candidate {
@@ -131,7 +131,7 @@ fn knobs() -> Vec<(&'static str, Vec<Setting>)> {
 pub fn learned(seed: u64) -> anyhow::Result<Section> {
     let worlds = worlds(seed)?;
     let mut table = MarkdownTable::new(columns(&["knob", "value"]));
-    let (mut errors, mut times) = (Vec::new(), Vec::new());
+    let mut errors = Vec::new();
     // One of the settings of every knob.
     let usual = candidate("learned", LearnedConfig::default());
     let usual = Rc::new(Run::of(&usual, &worlds, DEMONSTRATIONS)?);
@@ -147,49 +147,26 @@ pub fn learned(seed: u64) -> anyhow::Result<Section> {
             table.row(cells);
             runs.push((setting.value, run));
         }
-        let line = |name: &str, y: &dyn Fn(&Run) -> f64, up: &dyn Fn(&Run) -> Option<f64>| Line {
-            name: name.to_owned(),
+        let line = |share: f64| Line {
+            name: format!("at {:.0} %", 100.0 * share),
             points: runs
                 .iter()
                 .map(|(value, run)| Point {
-                    at: (*value, y(run)),
-                    up_to: up(run),
-                    label: String::new(),
+                    at: (*value, run.median_mm(share)),
+                    ..Point::default()
                 })
                 .collect(),
         };
         errors.push(Panel {
-            title: knob.to_owned(),
-            axes: [Axis::Number(knob), Axis::Number("median error, mm")],
-            lines: SHARES
-                .map(|share| {
-                    let name = format!("at {:.0} %", 100.0 * share);
-                    line(&name, &|run| run.median_mm(share), &|_| None)
-                })
-                .into(),
-        });
-        times.push(Panel {
             title: String::new(),
-            axes: [Axis::Number(knob), Axis::Time("time")],
-            lines: vec![
-                line("training", &|run| 1e9 * run.train_s, &|_| None),
-                line("a sample, to p99", &|run| run.timing.median_ns, &|run| {
-                    Some(run.timing.p99_ns)
-                }),
-            ],
+            axes: [Axis::Number(knob), Axis::Number("median error, mm")],
+            lines: SHARES.map(line).into(),
         });
     }
-    // The times of a knob stand below its errors.
-    let mut panels = Vec::new();
-    let (mut errors, mut times) = (errors.into_iter(), times.into_iter());
-    while errors.len() > 0 {
-        panels.extend(errors.by_ref().take(SIDE_BY_SIDE));
-        panels.extend(times.by_ref().take(SIDE_BY_SIDE));
-    }
-    let title = "The learned estimator: error and time by its knobs";
+    let title = "The learned estimator: error by its knobs (times: see the table)";
     Ok(Section {
         text: format!(
-            "### {title}\n\n{} Both sources, at their defaults but for one knob: 16 regions, 30 samples of a \
+            "### The learned estimator, one knob at a time\n\n{} Both sources, at their defaults but for one knob: 16 regions, 30 samples of a \
              reach, 4 steps back (0.03 s, the next always twice as long: 0.24 s), 9 normalised Gaussians, 24 directions. 12, 24, 47, 100 and 400 demonstrations are of 2, 3, 6, 13 and 50 people; {MANY} in the first world only.\n\n{table}",
             people(seed)
         ),
@@ -197,7 +174,7 @@ pub fn learned(seed: u64) -> anyhow::Result<Section> {
             "contact_learned.svg",
             title,
             SIDE_BY_SIDE,
-            panels,
+            errors,
         )),
         summary: Vec::new(),
     })

@@ -157,8 +157,18 @@ impl Panel {
             .light_line_style(WHITE)
             .draw()
             .map_err(plot_error)?;
+        let mean_log = |line: &Line| {
+            let sum: f64 = line.points.iter().map(|p| p.at.1.ln()).sum();
+            sum / line.points.len() as f64
+        };
+        let labelled: Vec<f64> = self
+            .lines
+            .iter()
+            .filter(|l| l.points.iter().any(|p| !p.label.is_empty()))
+            .map(mean_log)
+            .collect();
         let colours = COLOURS.into_iter().chain([BROWN]).cycle();
-        for (k, (line, colour)) in self.lines.iter().zip(colours).enumerate() {
+        for (line, colour) in self.lines.iter().zip(colours) {
             let joined = LineSeries::new(line.points.iter().map(|p| p.at), colour.stroke_width(2));
             chart.draw_series(joined).map_err(plot_error)?;
             let bars = line.points.iter().filter_map(|p| {
@@ -175,11 +185,16 @@ impl Panel {
                 .map_err(plot_error)?
                 .label(&line.name)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
-            // Neighbours, on a line and among lines, have theirs on different sides.
-            let beside = |i: usize| (-4, if (k + i).is_multiple_of(2) { -20 } else { 8 });
-            let words = line.points.iter().enumerate().map(|(i, p)| {
-                EmptyElement::at(p.at) + Text::new(p.label.clone(), beside(i), SMALL)
-            });
+            // Words stand above the upper lines and below the lower ones, so that they do not meet.
+            let lower = labelled
+                .iter()
+                .filter(|&&mean| mean < mean_log(line))
+                .count();
+            let beside = (-4, if 2 * lower >= labelled.len() { -20 } else { 8 });
+            let words = line
+                .points
+                .iter()
+                .map(|p| EmptyElement::at(p.at) + Text::new(p.label.clone(), beside, SMALL));
             chart.draw_series(words).map_err(plot_error)?;
         }
         legend(&mut chart, SeriesLabelPosition::UpperRight)

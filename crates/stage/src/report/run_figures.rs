@@ -16,6 +16,18 @@ type Series<'a> = (&'a [(f64, f64)], RGBColor, &'a str);
 /// Samples further apart than this are not joined by a line, s.
 const GAP_S: f64 = 0.1;
 
+/// The whole figure, a panel of it, and what stands beside its axes; pixels.
+const WIDTH: u32 = 1100;
+const PANEL: u32 = 280;
+const MARGIN: u32 = 10;
+const LABELS: u32 = 62;
+const LEGEND: u32 = 240;
+
+/// A tick: as many digits as it needs.
+fn short(value: &f64) -> String {
+    format!("{}", (value * 1e3).round() / 1e3)
+}
+
 /// How far hand and board are from the predicted contact, force and opening of what is pushed, over time.
 ///
 /// # Errors
@@ -27,11 +39,11 @@ pub fn over_time(
     (start_s, end_s): (f64, f64),
 ) -> anyhow::Result<()> {
     let file = FigureFile::create(path)?;
-    let root = SVGBackend::new(file.path(), (980, 1120)).into_drawing_area();
+    let root = SVGBackend::new(file.path(), (WIDTH, 4 * PANEL)).into_drawing_area();
     root.fill(&WHITE).map_err(plot_error)?;
-    let (upper, rest) = root.split_vertically(280);
-    let (lower, rest) = rest.split_vertically(280);
-    let (lowest, pushed) = rest.split_vertically(280);
+    let (upper, rest) = root.split_vertically(PANEL);
+    let (lower, rest) = rest.split_vertically(PANEL);
+    let (lowest, pushed) = rest.split_vertically(PANEL);
     let [blue, orange, green, pink, yellow, ..] = COLOURS;
     let panel = |area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
                  title: &str,
@@ -42,16 +54,18 @@ pub fn over_time(
      -> anyhow::Result<()> {
         let mut chart = ChartBuilder::on(area)
             .caption(title, TITLE)
-            .margin(10)
+            .margin(MARGIN)
+            .margin_right(LEGEND)
             .x_label_area_size(40)
-            .y_label_area_size(62)
-            // Room for the legend beside the lines.
-            .build_cartesian_2d(start_s..end_s + 0.3 * (end_s - start_s), 0.0..top)
+            .y_label_area_size(LABELS)
+            .build_cartesian_2d(start_s..end_s, 0.0..top)
             .map_err(plot_error)?;
         chart
             .configure_mesh()
             .x_desc("time, s")
             .y_desc(y_desc)
+            .x_label_formatter(&short)
+            .y_label_formatter(&short)
             .label_style(TEXT)
             .light_line_style(WHITE)
             .draw()
@@ -94,7 +108,9 @@ pub fn over_time(
                     PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
                 });
         }
-        legend(&mut chart, SeriesLabelPosition::UpperRight)
+        // Beside the axes, not over the lines.
+        let right = (WIDTH - MARGIN - LABELS - LEGEND + MARGIN) as i32;
+        legend(&mut chart, SeriesLabelPosition::Coordinate(right, 0))
     };
     let farthest = trace
         .hand_distance_m
