@@ -15,6 +15,12 @@ pub enum GeometryError {
         /// Largest entry of `RᵀR - 1`; 2 for a mirror.
         deviation: f64,
     },
+    /// A matrix of four rows is not homogeneous.
+    #[error("the last row of the matrix is {row:?}, not [0, 0, 0, 1]: is it transposed?")]
+    LastRow {
+        /// The row.
+        row: [f64; 4],
+    },
     /// A vector is too short to point anywhere.
     #[error("{what} of length {length} has no direction")]
     NoDirection {

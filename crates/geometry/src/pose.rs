@@ -1,7 +1,7 @@
 //! The one checked rigid transform.
 
 use crate::error::GeometryError;
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use hwall_numeric::check::{all_finite, finite};
 
 /// Largest deviation from orthonormality that [`Pose::new`] repairs; anything above is an error.
@@ -103,6 +103,38 @@ impl Pose {
         Self::new(a_from_b.matrix3, a_from_b.translation)
     }
 
+    /// From a homogeneous matrix: columns are the axes of the inner frame and its origin in metres, the last row is
+    /// 0, 0, 0, 1.
+    ///
+    /// # Errors
+    /// As for [`Pose::new`], or [`GeometryError::LastRow`] for a matrix that is not of this form: transposed, for
+    /// instance.
+    pub fn from_matrix(a_from_b: &DMat4) -> Result<Self, GeometryError> {
+        let row = a_from_b.row(3).to_array();
+        // NaN differs from anything.
+        if row != [0.0, 0.0, 0.0, 1.0] {
+            return Err(GeometryError::LastRow { row });
+        }
+        Self::new(DMat3::from_mat4(*a_from_b), a_from_b.w_axis.truncate())
+    }
+
+    /// Roll about x, then pitch about y, then yaw about z, all about the outer frame's fixed axes, rad (the `rpy` of URDF
+    /// and SDF); origin in metres.
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn from_roll_pitch_yaw(
+        roll_pitch_yaw_rad: [f64; 3],
+        position_m: DVec3,
+    ) -> Result<Self, GeometryError> {
+        all_finite("roll, pitch, yaw", &roll_pitch_yaw_rad)?;
+        let [roll, pitch, yaw] = roll_pitch_yaw_rad;
+        let rotation = DMat3::from_rotation_z(yaw)
+            * DMat3::from_rotation_y(pitch)
+            * DMat3::from_rotation_x(roll);
+        Self::new(rotation, position_m)
+    }
+
     /// A turn about z (counter-clockwise seen from above), rad, then a translation, metres.
     ///
     /// # Errors
@@ -164,6 +196,12 @@ impl Pose {
     #[must_use]
     pub fn to_quat(&self) -> DQuat {
         DQuat::from_mat3(&self.rotation)
+    }
+
+    /// The homogeneous matrix, as [`Pose::from_matrix`] takes it.
+    #[must_use]
+    pub fn to_matrix(self) -> DMat4 {
+        DMat4::from(self.to_affine())
     }
 
     /// `b_from_a` of an `a_from_b`.

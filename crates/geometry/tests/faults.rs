@@ -49,3 +49,17 @@ fn a_zero_vector_has_no_direction() {
         assert_eq!(direction("axis", DVec3::Y * length), Ok(DVec3::Y));
     }
 }
+
+#[test]
+fn a_matrix_that_is_not_homogeneous_is_named() {
+    let pose = Pose::from_yaw(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap();
+    let row = [1.0, 2.0, 3.0, 1.0];
+    assert_eq!(
+        Pose::from_matrix(&pose.to_matrix().transpose()),
+        Err(GeometryError::LastRow { row })
+    );
+    let mut nan = pose.to_matrix();
+    nan.w_axis.w = f64::NAN;
+    assert!(Pose::from_matrix(&nan).is_err());
+    assert!(Pose::from_roll_pitch_yaw([0.0, f64::INFINITY, 0.0], DVec3::ZERO).is_err());
+}

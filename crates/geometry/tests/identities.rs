@@ -127,3 +127,19 @@ fn six_vectors_run_linear_then_angular() {
     assert_eq!(wrench.force_n, DVec3::new(1.0, 2.0, 3.0));
     assert_eq!(wrench.normal_force_n(DVec3::NEG_Z), -3.0);
 }
+
+#[test]
+fn roll_pitch_yaw_turns_about_fixed_axes() {
+    let mut sampler = Sampler::new(8);
+    for _ in 0..200 {
+        let rpy: [f64; 3] = std::array::from_fn(|_| sampler.uniform(-4.0, 4.0));
+        let at = sampler.unit_vector();
+        let pose = Pose::from_roll_pitch_yaw(rpy, at).unwrap();
+        // About x first, then about the outer y, then about the outer z.
+        let about = |axis, angle| Pose::from_rotation_about(DVec3::ZERO, axis, angle).unwrap();
+        let steps = about(DVec3::Z, rpy[2]) * about(DVec3::Y, rpy[1]) * about(DVec3::X, rpy[0]);
+        let distance = pose.distance(&steps.at(at));
+        assert!(distance.angle_rad < 1e-14 && distance.position_m == 0.0);
+        assert_eq!(Pose::from_matrix(&pose.to_matrix()), Ok(pose));
+    }
+}

@@ -152,10 +152,27 @@ pub enum KinematicsError {
         tip: String,
     },
     /// Several links end the tree, so the tip must be named.
-    #[error("URDF has {count} possible ends, name the base and tip link")]
+    #[error("URDF has {} possible ends{}: name the base and tip link", links.len(), listed(links))]
     UrdfAmbiguous {
-        /// Number of roots or leaves found.
-        count: usize,
+        /// Roots or leaves found.
+        links: Vec<String>,
+    },
+    /// The text is a macro from which URDF is made.
+    #[error("this is xacro, not URDF: run `xacro FILE` and read what it prints")]
+    UrdfXacro,
+    /// A chain is not an S-R-S arm in the posture that [`SrsGeometry`](crate::SrsGeometry) describes.
+    #[error(
+        "not an S-R-S arm: {what} of joint {joint} is {deviation} off, at most {most} is allowed"
+    )]
+    NotSrs {
+        /// Joint, from 1.
+        joint: usize,
+        /// What does not fit.
+        what: &'static str,
+        /// By how much: sine of the angle for directions, metres for distances.
+        deviation: f64,
+        /// What would do.
+        most: f64,
     },
     /// A joint kind that a serial chain cannot hold.
     #[error("URDF joint {joint:?} of kind {kind} is not supported")]
@@ -192,4 +209,20 @@ pub enum KinematicsError {
         /// What the system said.
         message: String,
     },
+}
+
+/// The first names of a list, for a message.
+fn listed(links: &[String]) -> String {
+    const MOST_NAMED: usize = 8;
+    let mut text = String::new();
+    for (k, link) in links.iter().take(MOST_NAMED).enumerate() {
+        text += if k == 0 { " (" } else { ", " };
+        text += &format!("{link:?}");
+    }
+    match links.len() {
+        0 => {}
+        count if count > MOST_NAMED => text += ", ...)",
+        _ => text.push(')'),
+    }
+    text
 }

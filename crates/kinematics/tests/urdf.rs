@@ -250,18 +250,19 @@ fn branches_need_names() {
         + &hinge("arm", "hand")
         + &hinge("hand", "left")
         + &hinge("hand", "right");
+    let both_ends = || KinematicsError::UrdfAmbiguous {
+        links: vec!["left".into(), "right".into()],
+    };
+    assert_eq!(load(&text), Err(both_ends()));
     assert_eq!(
-        load(&text),
-        Err(KinematicsError::UrdfAmbiguous { count: 2 })
+        both_ends().to_string(),
+        "URDF has 2 possible ends (\"left\", \"right\"): name the base and tip link"
     );
     let robot = format!("<robot name=\"r\">{text}</robot>");
     let get = |base, tip| Chain::from_urdf_str(&robot, base, tip);
     assert_eq!(get(None, Some("left")).unwrap().joint_count(), 3);
     assert_eq!(get(Some("arm"), Some("right")).unwrap().joint_count(), 2);
-    assert_eq!(
-        get(Some("hand"), None),
-        Err(KinematicsError::UrdfAmbiguous { count: 2 })
-    );
+    assert_eq!(get(Some("hand"), None), Err(both_ends()));
     assert_eq!(
         get(Some("arm"), Some("arm")),
         Err(KinematicsError::NoJoints)
@@ -362,7 +363,10 @@ fn broken_structure_is_named() {
         load(&(links("a") + &hinge("a", "a"))),
         Err(KinematicsError::UrdfLoop { link: "a".into() })
     );
-    assert_eq!(load(""), Err(KinematicsError::UrdfAmbiguous { count: 0 }));
+    assert_eq!(
+        load(""),
+        Err(KinematicsError::UrdfAmbiguous { links: vec![] })
+    );
     assert_eq!(load(&links("a")), Err(KinematicsError::NoJoints));
     assert_eq!(
         load(&(links("a b") + &joint("fixed", "a", "b", ""))),
@@ -370,7 +374,9 @@ fn broken_structure_is_named() {
     );
     assert_eq!(
         load(&links("a b")),
-        Err(KinematicsError::UrdfAmbiguous { count: 2 })
+        Err(KinematicsError::UrdfAmbiguous {
+            links: vec!["a".into(), "b".into()]
+        })
     );
     let same_name = links("a b c") + &hinge("a", "b") + &hinge("b", "c").replace("b_c", "a_b");
     assert_eq!(
@@ -490,11 +496,8 @@ fn malformed_text_is_an_error() {
     ] {
         let answer = Chain::from_urdf_str(text, None, None);
         assert!(
-            matches!(
-                answer,
-                Err(KinematicsError::UrdfMalformed { .. }
-                    | KinematicsError::UrdfAmbiguous { count: 0 })
-            ),
+            matches!(&answer, Err(KinematicsError::UrdfMalformed { .. }))
+                || matches!(&answer, Err(KinematicsError::UrdfAmbiguous { links }) if links.is_empty()),
             "{text:?}: {answer:?}"
         );
     }
@@ -562,4 +565,25 @@ fn impossible_inertia_only_matters_to_the_dynamics() {
     let negative = IIWA7.replace("<mass value=\"2.403626\"/>", "<mass value=\"-2\"/>");
     assert!(ChainDynamics::new(&Chain::from_urdf_str(&negative, None, None).unwrap()).is_err());
     assert!(ChainDynamics::new(&Chain::from_urdf_str(IIWA7, None, None).unwrap()).is_ok());
+}
+
+#[test]
+fn a_macro_is_named_as_one() {
+    let text = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:include filename=\"arm.xacro\"/></robot>";
+    assert_eq!(
+        Chain::from_urdf_str(text, None, None),
+        Err(KinematicsError::UrdfXacro)
+    );
+    // What xacro prints keeps the declaration.
+    let printed = format!(
+        "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">{}{}</robot>",
+        links("a b"),
+        hinge("a", "b")
+    );
+    assert_eq!(
+        Chain::from_urdf_str(&printed, None, None)
+            .unwrap()
+            .joint_count(),
+        1
+    );
 }

@@ -4,6 +4,7 @@ mod arm_angles;
 mod branch;
 mod circle;
 mod forward;
+mod from_chain;
 mod inverse;
 mod model;
 mod nearest;

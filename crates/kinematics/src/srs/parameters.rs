@@ -1,6 +1,6 @@
 //! What an S-R-S arm is made of: lengths, limits, tool.
 
-use crate::joints::JointLimit;
+use crate::joints::{JointLimit, MOST};
 use hwall_geometry::Pose;
 
 /// Link lengths of an arm with spherical shoulder, revolute elbow and spherical wrist, metres.
@@ -37,6 +37,22 @@ pub struct SrsParameters {
 }
 
 impl SrsParameters {
+    /// An arm without a tool and without known limits of torque; the fields can be set afterwards.
+    #[must_use]
+    pub const fn new(
+        geometry: SrsGeometry,
+        limits: [JointLimit; 7],
+        max_velocity_rad_per_s: [f64; 7],
+    ) -> Self {
+        Self {
+            geometry,
+            limits,
+            max_velocity_rad_per_s,
+            max_torque_n_m: [MOST; 7],
+            flange_from_tool: Pose::IDENTITY,
+        }
+    }
+
     /// KUKA LBR iiwa 7 R800 with the plain flange and no tool (manufacturer's data sheet).
     #[must_use]
     pub fn iiwa7() -> Self {

@@ -11,7 +11,7 @@ use super::joint::{ChainJoint, JointKind};
 use super::model::Chain;
 use crate::error::KinematicsError;
 use crate::joints::JointLimit;
-use glam::{DMat3, DQuat, DVec3, DVec4};
+use glam::{DQuat, DVec3, DVec4};
 use hwall_geometry::Pose;
 use hwall_numeric::check::all_finite;
 use std::collections::{HashMap, HashSet};
@@ -257,9 +257,11 @@ impl<'a> Tree<'a> {
 fn only<'a>(candidates: &[&'a str]) -> Result<&'a str, KinematicsError> {
     match candidates {
         [one] => Ok(one),
-        _ => Err(KinematicsError::UrdfAmbiguous {
-            count: candidates.len(),
-        }),
+        _ => {
+            let mut links: Vec<String> = candidates.iter().map(|&link| link.to_owned()).collect();
+            links.sort();
+            Err(KinematicsError::UrdfAmbiguous { links })
+        }
     }
 }
 
@@ -311,22 +313,19 @@ fn chain_joint(joint: &Joint, previous_from_link: Pose) -> Result<ChainJoint, Ki
 }
 
 fn pose(origin: &Origin) -> Result<Pose, KinematicsError> {
-    let rotation = match origin.rotation {
+    let position_m = DVec3::from_array(origin.xyz_m);
+    Ok(match origin.rotation {
         Rotation::RollPitchYaw(rpy) => {
             all_finite("rpy", &rpy)?;
-            let [roll, pitch, yaw] = rpy;
-            DMat3::from_rotation_z(yaw)
-                * DMat3::from_rotation_y(pitch)
-                * DMat3::from_rotation_x(roll)
+            Pose::from_roll_pitch_yaw(rpy, position_m)?
         }
         Rotation::Quaternion(xyzw) => {
             all_finite("quat_xyzw", &xyzw)?;
             // Zero is the identity, as in urdfdom.
             let unit = DVec4::from_array(xyzw).normalize_or(DVec4::W);
-            DMat3::from_quat(DQuat::from_vec4(unit))
+            Pose::from_quat(DQuat::from_vec4(unit), position_m)?
         }
-    };
-    Ok(Pose::new(rotation, DVec3::from_array(origin.xyz_m))?)
+    })
 }
 
 /// Zeros only count as no inertial; zero mass with some inertia is an error to report later.

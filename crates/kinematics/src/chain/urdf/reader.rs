@@ -95,6 +95,13 @@ impl Robot {
         };
         let document = Document::parse_with_options(text, options)
             .map_err(|error| malformed(&error.to_string()))?;
+        let is_macro = |node: Node| {
+            let namespace = node.tag_name().namespace();
+            namespace.is_some_and(|name| name.trim_end_matches('/').ends_with("xacro"))
+        };
+        if document.descendants().any(is_macro) {
+            return Err(KinematicsError::UrdfXacro);
+        }
         let robot = Element(document.root_element());
         if robot.name() != "robot" {
             return Err(robot.malformed("the outermost element must be <robot>"));

@@ -1,0 +1,143 @@
+//! S-R-S arms made from chains: the presets, tools, other axes of the same joints, and what is no such arm.
+
+use glam::{DMat3, DVec3};
+use hwall_kinematics::{
+    Chain, ChainJoint, JointLimit, JointPositions, KinematicsError, Pose, SrsArm, SrsGeometry,
+    SrsParameters,
+};
+use hwall_testkit::Sampler;
+
+/// Both arms at random angles within the limits, largest distance in metres and radians.
+fn apart(chain: &Chain, arm: &SrsArm) -> f64 {
+    let mut sampler = Sampler::new(5);
+    (0..2000)
+        .map(|_| {
+            let q = arm
+                .limits()
+                .map(|limit| sampler.uniform(limit.min_rad, limit.max_rad));
+            let by_chain = chain.forward(&q).unwrap();
+            let distance = arm.forward(&JointPositions(q)).distance(&by_chain);
+            distance.position_m.max(distance.angle_rad)
+        })
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn the_presets_come_back() {
+    for (chain, preset) in [
+        (Chain::iiwa7(), SrsArm::iiwa7()),
+        (Chain::iiwa14(), SrsArm::iiwa14()),
+    ] {
+        let arm = SrsArm::from_chain(&chain).unwrap();
+        let (a, b) = (arm.geometry(), preset.geometry());
+        for (ours, theirs) in [
+            (a.d_bs_m, b.d_bs_m),
+            (a.d_se_m, b.d_se_m),
+            (a.d_ew_m, b.d_ew_m),
+            (a.d_wf_m, b.d_wf_m),
+        ] {
+            assert!((ours - theirs).abs() < 1e-12, "{a:?} {b:?}");
+        }
+        assert_eq!(arm.limits(), preset.limits());
+        assert_eq!(
+            arm.max_velocity_rad_per_s(),
+            preset.max_velocity_rad_per_s()
+        );
+        assert_eq!(arm.max_torque_n_m(), preset.max_torque_n_m());
+        assert!(apart(&chain, &arm) < 1e-12);
+    }
+}
+
+#[test]
+fn a_tool_at_the_tip_is_kept() {
+    let tool = Pose::new(
+        DMat3::from_rotation_y(0.4) * DMat3::from_rotation_z(-1.0),
+        DVec3::new(0.05, -0.02, 0.2),
+    )
+    .unwrap();
+    let chain = Chain::iiwa7().with_tip(tool);
+    let arm = SrsArm::from_chain(&chain).unwrap();
+    assert!(apart(&chain, &arm) < 1e-12);
+}
+
+/// All joints about their own z, frames turned in between, with right angles of five digits.
+fn printed_chain() -> Chain {
+    let quarter = 1.57080;
+    let rows: [([f64; 3], f64); 7] = [
+        ([0.0, 0.0, 0.34], 0.0),
+        ([0.0, 0.0, 0.0], -quarter),
+        ([0.0, -0.4, 0.0], quarter),
+        ([0.0, 0.0, 0.0], quarter),
+        ([0.0, 0.4, 0.0], -quarter),
+        ([0.0, 0.0, 0.0], -quarter),
+        ([0.0, -0.126, 0.0], quarter),
+    ];
+    let joints = rows
+        .iter()
+        .enumerate()
+        .map(|(index, &(origin_m, roll))| ChainJoint {
+            max_velocity: Some(1.7),
+            ..ChainJoint::revolute(
+                format!("joint {index}"),
+                Pose::from_roll_pitch_yaw([roll, 0.0, 0.0], DVec3::from_array(origin_m)).unwrap(),
+                DVec3::Z,
+                JointLimit::symmetric_deg(110.0),
+            )
+        })
+        .collect();
+    Chain::new(joints, Pose::IDENTITY).unwrap()
+}
+
+#[test]
+fn frames_may_be_turned_and_printed_with_five_digits() {
+    let chain = printed_chain();
+    let arm = SrsArm::from_chain(&chain).unwrap();
+    let error = apart(&chain, &arm);
+    assert!(error > 1e-9 && error < 5e-5, "{error}");
+}
+
+#[test]
+fn what_is_no_such_arm_says_which_joint() {
+    let with = |change: &dyn Fn(&mut Vec<ChainJoint>)| {
+        let mut joints = Chain::iiwa7().joints().to_vec();
+        change(&mut joints);
+        SrsArm::from_chain(&Chain::new(joints, Pose::IDENTITY).unwrap())
+    };
+    let which = |answer| match answer {
+        Err(KinematicsError::NotSrs { joint, what, .. }) => (joint, what),
+        other => panic!("{other:?}"),
+    };
+    // An elbow that stands out, as the Panda's does.
+    let elbow = with(&|joints| {
+        let origin = joints[3].previous_from_link;
+        joints[3].previous_from_link = origin.at(origin.position_m() + DVec3::X * 0.0825);
+    });
+    assert_eq!(
+        which(elbow),
+        (4, "the distance of the axis from the vertical line")
+    );
+    let backwards = with(&|joints| joints[3].axis = -joints[3].axis);
+    assert_eq!(which(backwards), (4, "the sense of rotation"));
+    let leaning = with(&|joints| joints[5].axis = DVec3::new(0.0, 1.0, 0.01));
+    assert_eq!(which(leaning), (6, "the direction of the axis"));
+    let silent = with(&|joints| joints[2].max_velocity = None);
+    assert!(matches!(
+        silent,
+        Err(KinematicsError::NoVelocityLimit { .. })
+    ));
+    let six = with(&|joints| joints.truncate(6));
+    assert!(matches!(
+        six,
+        Err(KinematicsError::WrongJointCount { got: 6, .. })
+    ));
+}
+
+#[test]
+fn parameters_need_no_torques_and_no_tool() {
+    let iiwa = SrsParameters::iiwa7();
+    let geometry = SrsGeometry { ..iiwa.geometry };
+    let plain = SrsParameters::new(geometry, iiwa.limits, iiwa.max_velocity_rad_per_s);
+    let arm = SrsArm::new(plain).unwrap();
+    let q = JointPositions([0.3, 0.4, -0.2, 1.0, 0.1, -0.6, 0.2]);
+    assert_eq!(arm.forward(&q), SrsArm::iiwa7().forward(&q));
+}
