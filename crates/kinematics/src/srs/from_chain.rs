@@ -63,7 +63,7 @@ impl SrsArm {
             at_m[index] = base_from_link.position_m();
             let axis = base_from_link.transform_vector(joint.axis.normalize());
             let turn = axis.cross(AXES[index]).length();
-            if !(turn <= MOST_TURN) {
+            if turn > MOST_TURN {
                 return Err(not_srs("the direction of the axis", turn, MOST_TURN));
             }
             if axis.dot(AXES[index]) < 0.0 {
@@ -74,7 +74,7 @@ impl SrsArm {
                 0 => at_m[index].truncate().length(),
                 _ => at_m[index].x.abs(),
             };
-            if !(aside_m <= MOST_DISTANCE_M) {
+            if aside_m > MOST_DISTANCE_M {
                 let what = "the distance of the axis from the vertical line";
                 return Err(not_srs(what, aside_m, MOST_DISTANCE_M));
             }
