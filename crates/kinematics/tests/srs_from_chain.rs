@@ -6,6 +6,7 @@ use hwall_kinematics::{
     SrsParameters,
 };
 use hwall_testkit::Sampler;
+use std::f64::consts::FRAC_PI_2;
 
 /// Both arms at random angles within the limits, largest distance in metres and radians.
 fn apart(chain: &Chain, arm: &SrsArm) -> f64 {
@@ -62,7 +63,7 @@ fn a_tool_at_the_tip_is_kept() {
 
 /// All joints about their own z, frames turned in between, with right angles of five digits.
 fn printed_chain() -> Chain {
-    let quarter = 1.57080;
+    let quarter = (FRAC_PI_2 * 1e5).round() / 1e5;
     let rows: [([f64; 3], f64); 7] = [
         ([0.0, 0.0, 0.34], 0.0),
         ([0.0, 0.0, 0.0], -quarter),
