@@ -1,7 +1,8 @@
 #![doc = include_str!("../README.md")]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
-// Everything below rests on these three: a wall and its lines, evenly spaced values, long loops.
+// Everything below rests on these: walls and their lines, planes at any inclination, evenly spaced values, long loops.
+mod plane;
 mod progress;
 mod steps;
 mod wall;
@@ -17,6 +18,7 @@ pub mod polygon;
 
 pub use binary_file::{BinaryFileError, BinaryFormat};
 pub use error::ReachabilityError;
+pub use plane::{Plane, PlaneLine};
 pub use progress::{Monitor, Progress};
 pub use steps::Steps;
 pub use wall::{WallLine, WallPlane, WallPoint, WallProjection};
@@ -30,8 +32,9 @@ pub use line::{
 #[cfg(feature = "exr")]
 pub use map::PictureConfig;
 pub use map::{
-    BuildReport, Capsule, Carried, KeepOut, KeepOutBox, LineIndex, LookUp, MapLengths, Plate,
-    Presented, ReachabilityMap, ReachabilityReasons, WallFacet, WallGrid, WallMaps, WallMapsConfig,
+    BuildReport, Capsule, Carried, KeepOut, KeepOutBox, LineIndex, LookUp, MapLengths, PlaneMap,
+    Plate, Presented, ReachabilityMap, ReachabilityReasons, WallFacet, WallGrid, WallMaps,
+    WallMapsConfig,
 };
 // The extremes of a line, for any arm.
 pub use optimization::{Extreme, LineExtremes, OptimizationConfig, OptimizationSolver};

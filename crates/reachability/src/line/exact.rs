@@ -13,6 +13,7 @@ use super::interval::Interval;
 use super::reachability::LineReachability;
 use super::search::{FamilyVerdict, LineSearch};
 use crate::error::ReachabilityError;
+use crate::plane::PlaneLine;
 use crate::wall::WallLine;
 use hwall_kinematics::{BranchSet, SrsArm};
 use hwall_numeric::check::finite;
@@ -76,8 +77,17 @@ impl ExactSolver {
     /// # Errors
     /// A line so far away that its points are not finite.
     pub fn line(&self, line: &WallLine) -> Result<LineReachability, ReachabilityError> {
+        self.plane_line(&(*line).into())
+    }
+
+    /// Everything that is reachable of a straight line on a plane at any inclination.
+    ///
+    /// # Errors
+    /// As for [`line`](Self::line).
+    pub fn plane_line(&self, line: &PlaneLine) -> Result<LineReachability, ReachabilityError> {
+        let found = self.search(line, false)?;
         // A single arm agrees with itself.
-        Ok(self.line_of_family(line, false)?.unwrap_or_default())
+        Ok(found.unwrap_or_default())
     }
 
     /// As [`line`](Self::line), but `None` where the family's arms differ. With `mirror` only
@@ -85,6 +95,14 @@ impl ExactSolver {
     pub(crate) fn line_of_family(
         &self,
         line: &WallLine,
+        mirror: bool,
+    ) -> Result<Option<LineReachability>, ReachabilityError> {
+        self.search(&(*line).into(), mirror)
+    }
+
+    fn search(
+        &self,
+        line: &PlaneLine,
         mirror: bool,
     ) -> Result<Option<LineReachability>, ReachabilityError> {
         let half_width_m = self.family.half_width_m;
@@ -117,7 +135,7 @@ impl ExactSolver {
                 branches: BranchSet::EMPTY,
             });
         }
-        let mut search = LineSearch::new(&self.family, line)?;
+        let mut search = LineSearch::new(&self.family, &(*line).into())?;
         // Leaves the pieces of the line behind, each proven by itself.
         let _ = search.run(false);
         let hold = search.branches_along(span);
@@ -133,7 +151,7 @@ impl ExactSolver {
     /// NaN or infinity.
     pub fn is_reachable(&self, line: &WallLine, s_m: f64) -> Result<bool, ReachabilityError> {
         finite("s_m", s_m)?;
-        let search = LineSearch::new(&self.family, line)?;
+        let search = LineSearch::new(&self.family, &(*line).into())?;
         Ok(search.verdict_within(s_m, self.family.half_width_m) == FamilyVerdict::Reachable)
     }
 

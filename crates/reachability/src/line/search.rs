@@ -4,7 +4,7 @@ use super::family::{ArmFamily, Freedom, size_m};
 use super::interval::{Interval, united, without};
 use super::reachability::{Hold, LineReachability, Piece};
 use crate::error::ReachabilityError;
-use crate::wall::WallLine;
+use crate::plane::PlaneLine;
 use glam::{DMat3, DVec3};
 use hwall_kinematics::{BranchSet, Pose, PoseRegion, RegionVerdict};
 use hwall_numeric::check::finite;
@@ -66,6 +66,7 @@ pub(super) struct LineSearch<'a> {
     poses: Vec<Pose>,
     normal: DVec3,
     along: DVec3,
+    up: DVec3,
     /// Pieces found so far, in order.
     pieces: Vec<Piece>,
     undecided: usize,
@@ -76,7 +77,7 @@ pub(super) struct LineSearch<'a> {
 }
 
 impl<'a> LineSearch<'a> {
-    pub(super) fn new(family: &'a ArmFamily, line: &WallLine) -> Result<Self, ReachabilityError> {
+    pub(super) fn new(family: &'a ArmFamily, line: &PlaneLine) -> Result<Self, ReachabilityError> {
         finite("height_m", line.height_m)?;
         let poses = family.freedoms.iter();
         let poses = poses.map(|f| line.board_pose(0.0, f.roll));
@@ -85,6 +86,7 @@ impl<'a> LineSearch<'a> {
             poses: poses.collect::<Result<_, _>>()?,
             normal: line.plane.normal(),
             along: line.plane.along(),
+            up: line.plane.up(),
             pieces: Vec::with_capacity(64),
             undecided: 0,
             budget: Cell::new(0),
@@ -304,7 +306,7 @@ impl<'a> LineSearch<'a> {
         if !is_free || !matches!(middle, CellVerdict::Undecided | CellVerdict::Unreachable) {
             return middle;
         }
-        let sides = [self.along * (all + any), DVec3::Z * free.half_rise];
+        let sides = [self.along * (all + any), self.up * free.half_rise];
         let everything = PoseRegion {
             angle_rad: free.half_roll,
             ..PoseRegion::rectangle(*pose, sides)
@@ -328,7 +330,7 @@ impl<'a> LineSearch<'a> {
                 at += self.along * (side * any);
                 half *= 0.5;
             } else if extent == free.half_rise {
-                at.z += side * free.half_rise;
+                at += self.up * (side * free.half_rise);
                 free.half_rise *= 0.5;
             } else {
                 let turn = DMat3::from_axis_angle(self.normal, side * free.half_roll);

@@ -5,6 +5,7 @@ mod grid;
 mod keep_out;
 #[cfg(feature = "exr")]
 mod picture;
+mod plane_map;
 mod reachability_map;
 mod reasons;
 mod symmetry;
@@ -15,6 +16,7 @@ pub use grid::WallGrid;
 pub use keep_out::{Capsule, Carried, KeepOut, KeepOutBox, Plate};
 #[cfg(feature = "exr")]
 pub use picture::PictureConfig;
+pub use plane_map::PlaneMap;
 pub use reachability_map::{BuildReport, LineIndex, LookUp, MapLengths, ReachabilityMap};
 pub use reasons::ReachabilityReasons;
 pub use wall_maps::{Presented, WallFacet, WallMaps, WallMapsConfig};

@@ -1,0 +1,88 @@
+//! The lines of a plane at any inclination.
+
+use crate::error::ReachabilityError;
+use crate::line::{ExactConfig, ExactSolver, LineReachability};
+use crate::plane::{Plane, PlaneLine};
+use crate::steps::Steps;
+use crate::wall::WallPoint;
+use glam::DVec3;
+use hwall_kinematics::SrsArm;
+
+/// What an arm reaches of a table top, a ramp or a leaning wall: lines along the plane, exact and proven each.
+///
+/// The symmetry that lets maps of vertical walls share their lines does not hold here, so each line is solved by itself.
+///
+/// ```
+/// use glam::DVec3;
+/// use hwall_kinematics::SrsArm;
+/// use hwall_reachability::{ExactConfig, Plane, PlaneMap, Steps};
+///
+/// // A table top 0.3 m above the base, from 0.3 to 0.9 m before it.
+/// let table = Plane::through(DVec3::new(0.0, 0.0, 0.3), DVec3::Z)?;
+/// let map = PlaneMap::build(
+///     &SrsArm::iiwa7(),
+///     &ExactConfig::default(),
+///     table,
+///     Steps::spanning(-0.9, -0.3, 0.05)?,
+/// )?;
+/// assert_eq!(map.look_up(DVec3::new(0.5, 0.2, 0.3)), Some(true)); // from below
+/// # Ok::<(), hwall_reachability::ReachabilityError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneMap {
+    plane: Plane,
+    heights: Steps,
+    lines: Vec<LineReachability>,
+}
+
+impl PlaneMap {
+    /// Solves the lines at these distances up the plane.
+    ///
+    /// # Errors
+    /// What [`ExactSolver::new`] and [`ExactSolver::plane_line`] refuse.
+    pub fn build(
+        arm: &SrsArm,
+        config: &ExactConfig,
+        plane: Plane,
+        heights: Steps,
+    ) -> Result<Self, ReachabilityError> {
+        let solver = ExactSolver::new(arm, config)?;
+        let lines = heights
+            .iter()
+            .map(|height| solver.plane_line(&plane.line(height)))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            plane,
+            heights,
+            lines,
+        })
+    }
+
+    /// The plane.
+    #[must_use]
+    pub const fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
+    /// Every line with what is reachable of it.
+    pub fn lines(&self) -> impl Iterator<Item = (PlaneLine, &LineReachability)> {
+        let lines = self.heights.iter().map(|height| self.plane.line(height));
+        lines.zip(&self.lines)
+    }
+
+    /// Can a board be held at the point of the plane nearest to this one, as the nearest line has it? `None` more than half
+    /// a step beyond the lines, or for NaN.
+    #[must_use]
+    pub fn look_up(&self, point_m: DVec3) -> Option<bool> {
+        let WallPoint { s_m, z_m } = self.plane.project(point_m).at;
+        let line = self.lines.get(self.heights.nearest(z_m)?)?;
+        Some(!s_m.is_nan() && line.contains(s_m))
+    }
+
+    /// Reachable area, m²: the lines' lengths times the distance between them.
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        let lengths: f64 = self.lines.iter().map(LineReachability::length_m).sum();
+        lengths * self.heights.spacing_m()
+    }
+}
