@@ -9,6 +9,7 @@ use crate::srs::model::SrsArm;
 use crate::unreachable::Unreachable;
 use hwall_geometry::Pose;
 use hwall_numeric::check::{all_finite, positive};
+use std::cmp::Ordering;
 
 /// Which branches the nearest solution may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -87,6 +88,8 @@ const START_SPACING_RAD: f64 = 0.25;
 /// The refinement stops when the arm angle moves by less, rad: the cost is then within 1e-18
 /// of its minimum, and the pose is exact at every step anyway.
 const STEP_TOLERANCE_RAD: f64 = 1e-9;
+/// The same per root of the cost, where the rounding of the cost hides what shorter steps gain.
+const ROUNDING: f64 = 1e-8;
 
 impl SrsArm {
     /// The configuration that holds the pose and is nearest to `reference` (weighted squares of
@@ -204,17 +207,25 @@ impl Problem<'_> {
         Some(self.solution(found, near))
     }
 
-    /// The best of an arc: every starting point that beats its neighbours is refined.
+    /// The best of an arc: every starting point that beats its neighbours is refined. They are evenly spaced, with the
+    /// place nearest to the reference's arm angle among them.
     fn on_arc(&self, branch: Branch, arc: ArmAngleArc, psi_reference: f64) -> Option<Candidate> {
         let count = (arc.width_rad() / START_SPACING_RAD).ceil();
-        let spaced = |i: usize| arc.start_rad + arc.width_rad() * (i as f64 / count.max(1.0));
-        let mut best = self
-            .evaluate(arc.nearest_rad(psi_reference), branch)
-            .map(|start| self.refined(start, arc));
-        let (mut before, mut here) = (f64::INFINITY, self.evaluate(spaced(0), branch));
-        for i in 0..=count as usize {
-            let next = if i < count as usize {
-                self.evaluate(spaced(i + 1), branch)
+        let spacing = arc.width_rad() / count.max(1.0);
+        let own = arc.nearest_rad(psi_reference);
+        // So many of the spaced ones come before it; NaN and what is below zero become 0.
+        let before_own = ((own - arc.start_rad) / spacing) as usize + 1;
+        let start = |i: usize| match i.cmp(&before_own) {
+            Ordering::Less => arc.start_rad + spacing * i as f64,
+            Ordering::Equal => own,
+            Ordering::Greater => arc.start_rad + spacing * (i - 1) as f64,
+        };
+        let last = (count as usize + 1).max(before_own);
+        let mut best = None;
+        let (mut before, mut here) = (f64::INFINITY, self.evaluate(start(0), branch));
+        for i in 0..=last {
+            let next = if i < last {
+                self.evaluate(start(i + 1), branch)
             } else {
                 None
             };
@@ -252,10 +263,14 @@ impl Problem<'_> {
         })
     }
 
-    /// Gauss-Newton on the arm angle within an arc, each step halved until it helps.
+    /// Newton's method on the arm angle within an arc, each step halved until it helps. The curvature is that of
+    /// Gauss and Newton at first, then the secant of the last two slopes: far from the reference the former alone
+    /// converges linearly.
     fn refine(&self, start: Candidate, first: f64, last: f64) -> Candidate {
         let mut best = start;
+        let mut before: Option<(f64, f64)> = None;
         for _ in 0..20 {
+            let tolerance = STEP_TOLERANCE_RAD.max(ROUNDING * best.cost.sqrt());
             let slope = self
                 .circle
                 .joint_slopes(Direction::from_angle(best.psi), best.branch);
@@ -265,6 +280,13 @@ impl Problem<'_> {
                 gradient += weighted * (best.q[i] - self.reference[i]);
                 curvature += weighted * slope;
             }
+            let secant = before.map(|(psi, slope)| (gradient - slope) / (best.psi - psi));
+            // A valley curves upwards; where the secant does not, or is wild, it says nothing.
+            let curvature = match secant {
+                Some(secant) if secant > 0.05 * curvature && secant < 20.0 * curvature => secant,
+                _ => curvature,
+            };
+            before = Some((best.psi, gradient));
             // Infinite on a singularity: stay there.
             let mut step = -gradient / curvature;
             if !step.is_finite() {
@@ -272,7 +294,7 @@ impl Problem<'_> {
             }
             let improved = loop {
                 let psi = (best.psi + step).clamp(first, last);
-                if (psi - best.psi).abs() <= STEP_TOLERANCE_RAD {
+                if (psi - best.psi).abs() <= tolerance {
                     break None;
                 }
                 match self.evaluate(psi, best.branch) {
