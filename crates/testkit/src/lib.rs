@@ -9,6 +9,7 @@ mod stats;
 mod table;
 mod timing;
 mod tolerance;
+mod yardstick;
 
 pub use attack::{AttackReport, Finding, Mutator, Verdict, attack};
 pub use difference::{central_difference, central_jacobian};
@@ -19,3 +20,4 @@ pub use stats::{ErrorStats, quantile};
 pub use table::{MarkdownTable, SpeedErrorRow, SpeedErrorTable, format_error, format_ns};
 pub use timing::{Timing, time_batches, time_each};
 pub use tolerance::{Components, Tol, mismatch};
+pub use yardstick::Yardstick;

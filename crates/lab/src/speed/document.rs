@@ -6,7 +6,7 @@ use crate::speed::{
     bip, connect, contact, feel, fusion, kinematics, knobs, reach, roughness, scene, texture,
 };
 use anyhow::Context;
-use hwall_testkit::Machine;
+use hwall_testkit::{Machine, Yardstick};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -45,29 +45,34 @@ pub fn write(
     } = request;
     let figures = documents.figures("")?;
     let machine = Machine::detect(seed);
+    let mut yardstick = Yardstick::default();
+    let mut timed = |section: Section| {
+        yardstick.measure();
+        section
+    };
+    let sections = [
+        timed(kinematics::forward(seed, n)?),
+        timed(kinematics::inverse(seed, n)?),
+        timed(kinematics::verdict(seed, n)?),
+        timed(reach::maps(seed, 1_000 * n)?),
+        timed(reach::methods(seed)?),
+        timed(reach::queries(seed, n)?),
+        timed(bip::filters(seed)?),
+        timed(scene::build_quality(seed, n, scene)?),
+        timed(contact::estimators(seed)?),
+        timed(knobs::learned(seed)?),
+        timed(fusion::fusion(seed)?),
+        timed(texture::tessellation()?),
+        timed(roughness::calibrations(seed, n)?),
+        timed(kinematics::dynamics(seed, n)?),
+        timed(feel::feel(seed, n)?),
+        timed(connect::connect(seed, n)?),
+    ];
     let mut text = format!(
         "# Speed against error\n\nWritten by `cargo run --release --example speed_against_error`; not edited \
-         by hand.\n\n{machine}\n\nMedian and p99 are per call; calls below a microsecond are timed in batches, \
+         by hand.\n\n{machine}\n\n{yardstick}.\n\nMedian and p99 are per call; calls below a microsecond are timed in batches, \
          so their p99 is over batches. Errors are against the exact answer named with each table.\n"
     );
-    let sections = [
-        kinematics::forward(seed, n)?,
-        kinematics::inverse(seed, n)?,
-        kinematics::verdict(seed, n)?,
-        reach::maps(seed, 1_000 * n)?,
-        reach::methods(seed)?,
-        reach::queries(seed, n)?,
-        bip::filters(seed)?,
-        scene::build_quality(seed, n, scene)?,
-        contact::estimators(seed)?,
-        knobs::learned(seed)?,
-        fusion::fusion(seed)?,
-        texture::tessellation()?,
-        roughness::calibrations(seed, n)?,
-        kinematics::dynamics(seed, n)?,
-        feel::feel(seed, n)?,
-        connect::connect(seed, n)?,
-    ];
     for section in &sections {
         writeln!(out, "{}", section.text).context("standard output")?;
         text.push('\n');
@@ -79,13 +84,13 @@ pub fn write(
     }
     let path = documents.write(NAME, &text)?;
     for readme in readme.into_iter().chain(documents.readme()) {
-        renew_excerpt(readme, &machine, &sections)?;
+        renew_excerpt(readme, &format!("{machine}\n\n{yardstick}."), &sections)?;
     }
     Ok(path)
 }
 
 /// Replaces the excerpt in a README by rows of these sections.
-fn renew_excerpt(readme: &Path, machine: &Machine, sections: &[Section]) -> anyhow::Result<()> {
+fn renew_excerpt(readme: &Path, header: &str, sections: &[Section]) -> anyhow::Result<()> {
     let table = summary_table(sections);
-    renew_block(readme, BLOCK, &format!("{machine}\n\n{table}"))
+    renew_block(readme, BLOCK, &format!("{header}\n\n{table}"))
 }
