@@ -1,0 +1,82 @@
+//! Documents that programs write say what the programs of today would say: the same columns, the same rows, one commit for
+//! what is quoted. A table that was left behind when its program changed fails here.
+
+use hwall_lab::faults::fault::Fault;
+use hwall_lab::{feel, in_time};
+use hwall_stage::person::kinds::PersonKind;
+use std::path::Path;
+
+fn document(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn cells(line: &str) -> Vec<&str> {
+    line.split('|').map(str::trim).collect()
+}
+
+/// The rows of the tables whose header is that of `table`.
+fn rows_below<'a>(text: &'a str, table: &str) -> Vec<Vec<&'a str>> {
+    let header = cells(table.lines().next().unwrap()).join("|");
+    let mut rows = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if cells(line).join("|") == header {
+            let own = lines.by_ref().skip(1).take_while(|l| l.starts_with('|'));
+            rows.extend(own.map(cells));
+        }
+    }
+    rows
+}
+
+#[test]
+fn every_kind_of_person_is_in_the_table_of_times() {
+    let text = document("docs/IN-TIME.md");
+    let rows = rows_below(&text, &in_time::document::table(&[]).to_string());
+    let people: Vec<&str> = rows.iter().map(|row| row[1]).collect();
+    assert_eq!(people, PersonKind::ALL.map(PersonKind::name));
+    let targets = rows_below(&text, &in_time::targets::table(&[]).to_string());
+    assert!(!targets.is_empty());
+}
+
+#[test]
+fn every_fault_is_in_the_matrix() {
+    let text = document("docs/FAULTS.md");
+    for fault in Fault::all() {
+        let name = fault.name();
+        let told = text
+            .lines()
+            .any(|line| cells(line).contains(&name.as_str()));
+        assert!(told, "docs/FAULTS.md does not know {name:?}");
+    }
+}
+
+#[test]
+fn what_is_felt_has_the_columns_of_its_program() {
+    let text = document("docs/FEEL.md");
+    for table in [
+        feel::document::table(&[]).to_string(),
+        feel::document::verdicts(&[]).to_string(),
+    ] {
+        assert!(!rows_below(&text, &table).is_empty(), "{table}");
+    }
+}
+
+/// The README quotes one run, that of the document.
+#[test]
+fn the_readme_quotes_the_speeds_at_hand() {
+    let machine = |name: &str| {
+        let text = document(name);
+        let line = text.lines().find(|line| line.starts_with("CPU: "));
+        line.map(str::to_owned).unwrap_or_else(|| panic!("{name}"))
+    };
+    assert_eq!(machine("README.md"), machine("docs/SPEED-AGAINST-ERROR.md"));
+}
+
+#[test]
+fn the_columns_of_touches_are_those_of_the_readme() {
+    let header = document("docs/figures/hwall/touches.csv");
+    let header = header.lines().next().unwrap();
+    let readme = document("README.md").replace('\n', "");
+    assert!(readme.contains(&format!("`{header}`")), "{header}");
+}
