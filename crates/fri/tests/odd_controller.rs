@@ -230,3 +230,39 @@ fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
     // Braking after missed cycles is no leap either.
     command(180, 0.0, Some(ArmCommand::Hold));
 }
+
+#[test]
+fn nobody_but_this_machine_is_listened_to_unless_told_so() {
+    assert!(FriClientConfig::default().listen.ip().is_loopback());
+}
+
+/// Whoever speaks first would lead the arm's program otherwise.
+#[cfg(target_os = "linux")] // Where all of 127.0.0.0/8 is this machine.
+#[test]
+fn only_the_named_controller_is_listened_to() {
+    let named = Ipv4Addr::new(127, 0, 0, 2);
+    let mut setup = Setup::new(20.0);
+    setup.client = {
+        let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
+        let config = FriClientConfig {
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
+            controller: Some(named.into()),
+            ..FriClientConfig::default()
+        };
+        FriClient::bind(&model, config).expect("a client")
+    };
+    setup.send(&message(0));
+    let waited = setup.client.wait_for_message(SOON);
+    assert!(matches!(waited, Err(FriError::Silent { .. })), "{waited:?}");
+    assert_eq!(setup.client.statistics().foreign, 1);
+    assert_eq!(setup.client.controller(), None);
+    setup.socket = UdpSocket::bind((named, 0)).expect("a socket");
+    setup.send(&message(0));
+    setup.client.wait_for_message(PATIENT).expect("a message");
+    assert_eq!(
+        setup.client.controller().map(|c| c.ip()),
+        Some(named.into())
+    );
+    let told = setup.client.statistics().to_string();
+    assert!(told.contains("1 from others"), "{told}");
+}
