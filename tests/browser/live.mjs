@@ -31,7 +31,7 @@ try {
   const resting = await patiently("a person before the wall who looks at it", () => {
     const last = hands().at(-1);
     const looks = last && dot(last.gaze, sub(goal.point, last.head)) / distance(goal.point, last.head);
-    return looks > 0.999 && dot(sub(last.head, goal.point), goal.normal) > 0.2 && distance(last.joints[10], goal.point) > 0.2 ? last : null;
+    return looks > 0.999 && dot(sub(goal.point, last.head), goal.normal) < -0.2 && distance(last.joints[10], goal.point) > 0.2 ? last : null;
   });
   assert.equal(resting.joints.length, 26);
   assert.equal(resting.axes, "base");
