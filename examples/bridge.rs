@@ -8,14 +8,16 @@ use hwall::geometry::Pose;
 use hwall_bridge::{BridgeConfig, BridgeServer, UnityConfig};
 use hwall_fri::{FriClientConfig, FriVersion};
 use hwall_stage::exit;
+use hwall_stage::input::address::{host, socket_address};
 use hwall_stage::input::floor_pose::FloorPose;
 use hwall_stage::live::{self, HandChoice, LiveArm, LiveOptions};
 use hwall_stage::person::predictors::PredictorKind;
 use hwall_stage::run::simulated_arm::ArmLevel;
 use std::io::{self, Write};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Serves a page on which a mouse, a finger or the hands in a headset touch the walls of a room, and a simulated arm
 /// brings its board there.
@@ -24,7 +26,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Args {
     /// Where to listen; another address than 127.0.0.1 lets other machines in
-    #[arg(long, default_value = "127.0.0.1:8080")]
+    #[arg(long, default_value = "127.0.0.1:8080", value_parser = socket_address)]
     listen: SocketAddr,
     /// Name of a proxy by which browsers reach the page; may be given more than once
     #[arg(long = "host")]
@@ -47,14 +49,17 @@ struct Args {
     /// A hand that stands quite still counts as lost: for a headset that repeats its last pose when it loses a hand
     #[arg(long)]
     watch_frozen: bool,
-    /// Listens here for the FRI controller of an iiwa (30200 to 30209 for a real one) and leads its arm instead of a simulated one
-    #[arg(long, conflicts_with = "unity_udp")]
+    /// Listens here for the FRI controller of an iiwa and leads its arm instead of a simulated one: 127.0.0.1:30200 for a simulated controller, the address of this computer towards a real one, with a port of 30200 to 30209
+    #[arg(long, conflicts_with = "unity_udp", value_parser = socket_address)]
     fri: Option<SocketAddr>,
+    /// Address of the controller: what comes from elsewhere is counted and dropped [default: the first one that speaks leads]
+    #[arg(long, requires = "fri", value_parser = host)]
+    fri_controller: Option<IpAddr>,
     /// Version of its interface: 1.15, 2.5 or 2.7
     #[arg(long, default_value = "1.15")]
     fri_version: FriVersion,
     /// Takes the dissertation's UDP datagrams here, which say where the board goes; hands are then not followed
-    #[arg(long)]
+    #[arg(long, value_parser = socket_address)]
     unity_udp: Option<SocketAddr>,
     /// Records the session to this file, for Foxglove, Rerun and `hwall --replay`; the arm's capsules as URDF beside it
     #[arg(long, conflicts_with = "unity_udp")]
@@ -84,7 +89,15 @@ fn run(args: &Args) -> anyhow::Result<()> {
         ..BridgeConfig::default()
     })?;
     let stop = server.stop_handle();
-    ctrlc::set_handler(move || stop.stop()).context("Ctrl-C")?;
+    static PREPARED: AtomicBool = AtomicBool::new(false);
+    let stops = move || {
+        stop.stop();
+        // Nothing is under way yet that would have to be ended.
+        if !PREPARED.load(Ordering::Relaxed) {
+            std::process::exit(0);
+        }
+    };
+    ctrlc::set_handler(stops).context("Ctrl-C")?;
     say(&format!("open {}", server.url()))?;
     let options = LiveOptions {
         scene: args.scene.as_deref(),
@@ -96,6 +109,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
         record: args.record.as_deref(),
     };
     let prepared = live::prepare(&server, &options)?;
+    PREPARED.store(true, Ordering::Relaxed);
     for remark in &prepared.remarks {
         eprintln!("{remark}");
     }
@@ -106,13 +120,14 @@ fn run(args: &Args) -> anyhow::Result<()> {
         }),
         (None, Some(listen)) => LiveArm::Fri(FriClientConfig {
             listen,
+            controller: args.fri_controller,
             version: args.fri_version,
             ..FriClientConfig::default()
         }),
         (None, None) => LiveArm::Simulated,
     };
     live::run(&server, prepared, arm, &options)?;
-    say(&format!("{:#?}", server.counts()))
+    say(&server.counts().to_string())
 }
 
 fn say(line: &str) -> anyhow::Result<()> {

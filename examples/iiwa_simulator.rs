@@ -6,6 +6,7 @@ use anyhow::{Context, ensure};
 use clap::Parser;
 use hwall_fri::controller::{Controller, ControllerConfig, LinkConfig};
 use hwall_fri::controller::{SimulatedPlant, UdpController, iiwa7_servo, iiwa7_torque};
+use hwall_stage::input::address::socket_address;
 use std::net::SocketAddr;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,10 +19,10 @@ use std::time::{SystemTime, UNIX_EPOCH};
 #[derive(Parser)]
 struct Args {
     /// Address of the client, which is sent to
-    #[arg(long, default_value = "127.0.0.1:30200")]
+    #[arg(long, default_value = "127.0.0.1:30200", value_parser = socket_address)]
     client: SocketAddr,
     /// Address to send from; 0.0.0.0:0 for a client on another machine
-    #[arg(long, default_value = "127.0.0.1:0")]
+    #[arg(long, default_value = "127.0.0.1:0", value_parser = socket_address)]
     local: SocketAddr,
     /// Version of the interface: 1.15, 2.5 or 2.7
     #[arg(long, default_value = "1.15")]
@@ -41,7 +42,7 @@ struct Args {
     /// Share of datagrams that are lost, in each direction
     #[arg(long, default_value_t = 0.0)]
     loss: f64,
-    /// Delay of messages to the client, ms
+    /// Delay of messages to the client, ms, at most 10000
     #[arg(long, default_value_t = 0.0)]
     delay_ms: f64,
     /// Further delay, at random up to this, ms

@@ -121,10 +121,26 @@ class Page {
   }
 
   /** Waits until an expression is true. */
-  async until(expression, ms = 20000) {
+  async until(expression, ms = 60000) {
     const end = Date.now() + ms;
     while (!(await this.value(expression))) {
       if (Date.now() > end) throw new Error(`never true within ${ms} ms: ${expression}`);
+      await pause(50);
+    }
+  }
+
+  /** Waits until the page has drawn so many times. */
+  frames(count = 2) {
+    return this.value(`(async () => { for (let i = 0; i < ${count}; i++) await new Promise(requestAnimationFrame); })()`);
+  }
+
+  /** Takes pictures until one satisfies a condition, and returns it. */
+  async untilPicture(what, is, ms = 60000) {
+    const end = Date.now() + ms;
+    for (;;) {
+      const png = await this.screenshot();
+      if (is(png)) return png;
+      if (Date.now() > end) throw new Error(`never to be seen within ${ms} ms: ${what}`);
       await pause(50);
     }
   }
@@ -147,3 +163,14 @@ class Page {
 }
 
 export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+/** Asks until the answer is true, with patience for a busy machine; returns it. */
+export async function patiently(what, ask, ms = 60000) {
+  const end = Date.now() + ms;
+  for (;;) {
+    const answer = await ask();
+    if (answer) return answer;
+    if (Date.now() > end) throw new Error(`not within ${ms / 1000} s: ${what}`);
+    await pause(50);
+  }
+}

@@ -5,7 +5,7 @@
 // Prints what happened and when; status 1 with the reason where something is missing.
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { Chromium, pause } from "./chromium.mjs";
+import { Chromium, patiently as until, pause } from "./chromium.mjs";
 
 const [url, iwer, pictures] = process.argv.slice(2);
 /** Attempts at a reach: a machine that is busy with other things misses one now and then. */
@@ -36,17 +36,6 @@ const HEADSET = `
   device.position.set(0, 1.6, 0);
   window.headsetDevice = device;`;
 
-/** Asks until the answer is true, for at most `ms`. */
-async function until(what, ask, ms) {
-  const end = Date.now() + ms;
-  for (;;) {
-    const answer = await ask();
-    if (answer) return answer;
-    if (Date.now() > end) throw new Error(`not within ${ms / 1000} s: ${what}`);
-    await pause(50);
-  }
-}
-
 const picture = async (page, name) => { if (pictures) writeFileSync(join(pictures, name), await page.screenshot()); };
 const events = (page, since = 0) => page.value(`heard.filter((m) => m.type === "event" && m.ms >= ${since})`);
 const say = (...words) => console.log(words.join(" "));
@@ -57,7 +46,7 @@ function check(is, what) {
 
 async function ready(page) {
   await until("the room", () => page.value("Boolean(window.hwall)"), 120000);
-  await until("a picture of the arm", () => page.value("Boolean(hwall.newest())"), 20000);
+  await until("a picture of the arm", () => page.value("Boolean(hwall.newest())"));
 }
 
 function clean(page) {
@@ -105,7 +94,7 @@ async function withMouse(browser) {
   }
   check(touched, "the mouse touched the board in place");
   say(`mouse: in place ${touched.lead.toFixed(3)} s before the touch, ${touched.text}`);
-  await until("released", async () => (await events(page)).some((e) => e.kind === "released"), 5000);
+  await until("released", async () => (await events(page)).some((e) => e.kind === "released"));
   const counts = (await page.value(`heard.filter((m) => m.type === "counts")`)).at(-1);
   check(counts.accepted > 50 && counts.malformed === 0, `the server took the mouse: ${JSON.stringify(counts)}`);
   clean(page);
@@ -162,19 +151,19 @@ async function inHeadset(browser) {
   const source = readFileSync(join(iwer, "build/iwer.min.js"), "utf8");
   const page = await browser.open(url, { width: 640, height: 400, before: `${LISTEN}\n${source}\n${HEADSET}` });
   await ready(page);
-  await until("Enter VR", () => page.value(`!document.getElementById("vr").hidden`), 5000);
+  await until("Enter VR", () => page.value(`!document.getElementById("vr").hidden`));
   await page.value(`document.getElementById("vr").click()`);
-  await until("a session", () => page.value("Boolean(hwall.headset.session)"), 10000);
-  await until("hands", () => page.value("hwall.headset.hands?.length > 0"), 10000);
+  await until("a session", () => page.value("Boolean(hwall.headset.session)"));
+  await until("hands", () => page.value("hwall.headset.hands?.length > 0"));
   // To draw in software takes longer than a headset's whole period: pictures are for those who ask for them.
   await page.value(`(() => { const { headset } = hwall, draw = headset.draw.bind(headset); headset.draw = (frame) => { if (window.drawing) draw(frame); }; })()`);
   // Whoever touched before has had their second.
-  await until("to lead", () => page.value(`heard.filter((m) => m.type === "counts").at(-1)?.leads`), 10000);
+  await until("to lead", () => page.value(`heard.filter((m) => m.type === "counts").at(-1)?.leads`));
   let done = null;
   for (let attempt = 1; attempt <= ATTEMPTS && !done; attempt += 1) {
     const running = page.value(`(${REACH})(${JSON.stringify(TARGET)}, ${0.9 + 0.1 * attempt})`);
     running.catch(() => {});
-    await until("the end of the reach", () => page.value("window.pressing === true"), 20000);
+    await until("the end of the reach", () => page.value("window.pressing === true"));
     if (pictures) await pause(1500);
     await picture(page, "headset.png");
     await page.value("window.pressing = false");
@@ -186,13 +175,13 @@ async function inHeadset(browser) {
   }
   check(done, "the hand in the headset touched the board in place");
   say(`headset: in place ${done.before.toFixed(3)} s before the hand was there, ${done.text}`);
-  await until("released", async () => (await events(page)).some((e) => e.kind === "released"), 5000);
+  await until("released", async () => (await events(page)).some((e) => e.kind === "released"));
   // A hand that the headset no longer sees is lost, not frozen.
   const since = await page.value("performance.now()");
   await page.value(`headsetDevice.hands.right.connected = headsetDevice.hands.left.connected = false`);
-  await until("lost", async () => (await events(page, since)).some((e) => e.kind === "lost"), 5000);
+  await until("lost", async () => (await events(page, since)).some((e) => e.kind === "lost"));
   await page.value(`headsetDevice.hands.right.connected = headsetDevice.hands.left.connected = true`);
-  await until("found", async () => (await events(page, since)).some((e) => e.kind === "found"), 5000);
+  await until("found", async () => (await events(page, since)).some((e) => e.kind === "found"));
   const counts = (await page.value(`heard.filter((m) => m.type === "counts")`)).at(-1);
   check(counts.malformed === 0, `the server took the headset: ${JSON.stringify(counts)}`);
   say(JSON.stringify(counts));

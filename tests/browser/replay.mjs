@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { Chromium, findChromium, pause } from "./chromium.mjs";
+import { Chromium, findChromium } from "./chromium.mjs";
 import { colours, difference } from "./png.mjs";
 
 const [file, folder] = process.argv.slice(2);
@@ -18,7 +18,7 @@ try {
   assert.ok(colours(first) > 20, `the picture is empty: ${colours(first)} colours`);
 
   // It plays by itself; slowly from its beginning, so that a busy machine does not come to its end before the test does.
-  assert.ok(await page.value("hwall.now()") > 0, "it does not play by itself");
+  await page.until("hwall.now() > 0");
   await page.value("document.getElementById('speed').value = '0.1'; hwall.seek(0); hwall.play(true)");
   await page.until("hwall.now() > 0.1");
   const later = keep("later", await page.screenshot());
@@ -26,9 +26,8 @@ try {
 
   // Space pauses, arrows step a frame, the track is a slider.
   await page.key(" ", "Space");
-  assert.ok(await page.value("hwall.now()") < 0.9 * (await page.value("Number(document.getElementById('clock').textContent.split('/')[1].replace(' s', ''))")), "too slow a machine");
   const paused = await page.value("hwall.now()");
-  await pause(300);
+  await page.frames(5);
   assert.equal(await page.value("hwall.now()"), paused, "space does not pause");
   await page.key("ArrowRight");
   assert.ok(Math.abs((await page.value("hwall.now()")) - paused - 1 / 30) < 1e-6, "an arrow steps a frame");
@@ -39,21 +38,18 @@ try {
   assert.ok(Math.abs((await page.value("hwall.now()")) - total / 2) < 0.05 * total, "the track does not seek");
 
   // Drag turns, wheel comes nearer, buttons look from elsewhere.
-  await pause(200);
+  await page.frames();
   const before = await page.screenshot();
   await page.mouse("mousePressed", 640, 400);
   await page.mouse("mouseMoved", 760, 420);
   await page.mouse("mouseReleased", 760, 420);
-  await pause(300);
-  const turned = keep("turned", await page.screenshot());
-  assert.ok(difference(before, turned) > 0.02, "a drag does not turn the picture");
+  const turned = keep("turned", await page.untilPicture("a drag that turns it", (png) => difference(before, png) > 0.02));
   await page.send("Input.dispatchMouseEvent", { type: "mouseWheel", x: 640, y: 400, deltaX: 0, deltaY: -400 });
-  await pause(300);
-  assert.ok(difference(turned, await page.screenshot()) > 0.02, "the wheel does not come nearer");
+  await page.untilPicture("a wheel that comes nearer", (png) => difference(turned, png) > 0.02);
   for (const view of ["side", "top", "eyes", "overview"]) {
     await page.value(`document.querySelector('[data-view="${view}"]').click()`);
-    await pause(250);
-    assert.ok(colours(keep(view, await page.screenshot())) > 15, `${view} is empty`);
+    await page.frames();
+    keep(view, await page.untilPicture(view, (png) => colours(png) > 15));
   }
 
   // A resized window: the picture fits again.

@@ -1,6 +1,7 @@
 //! What came in, what was dropped and why, what went out.
 
 use serde::Serialize;
+use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Counts since the server was started.
@@ -54,6 +55,59 @@ pub struct BridgeCounts {
     pub refused_datagrams: u64,
 }
 
+impl fmt::Display for BridgeCounts {
+    /// In sentences; what did not happen is left out.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "The loop ran {} cycles", self.cycles)?;
+        listed(f, " and left out ", &[(self.skipped_cycles, "")])?;
+        write!(f, ".\nHands: {} samples taken", self.accepted)?;
+        listed(f, ", of which ", &[(self.unseen, "saw no hand")])?;
+        let dropped = [
+            (self.stale, "too old"),
+            (self.out_of_order, "out of order"),
+            (self.duplicate, "repeated"),
+            (self.malformed, "malformed"),
+            (self.too_large, "too large"),
+            (self.looking_on, "of clients that looked on"),
+            (self.other_hand, "of the other hand"),
+            (self.clock_leaps, "from a clock that leapt"),
+            (self.overflow, "faster than the loop"),
+        ];
+        listed(f, "; not taken: ", &dropped)?;
+        write!(
+            f,
+            ".\nPages: {} served, {} views sent",
+            self.pages, self.views_sent
+        )?;
+        let others = [
+            (self.views_dropped, "views that slow clients did not get"),
+            (self.events_dropped, "events that found no room"),
+            (self.takeovers, "times another client took over"),
+            (self.refused_clients, "clients too many"),
+            (self.refused_requests, "requests refused"),
+        ];
+        listed(f, "; ", &others)?;
+        write!(f, ".")?;
+        if self.datagrams + self.refused_datagrams > 0 {
+            write!(f, "\nDatagrams: {} taken", self.datagrams)?;
+            listed(f, ", ", &[(self.refused_datagrams, "refused")])?;
+            write!(f, ".")?;
+        }
+        Ok(())
+    }
+}
+
+/// What is not zero, after an introduction.
+fn listed(f: &mut fmt::Formatter<'_>, before: &str, counts: &[(u64, &str)]) -> fmt::Result {
+    let mut before = before;
+    for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {
+        let space = if what.is_empty() { "" } else { " " };
+        write!(f, "{before}{count}{space}{what}")?;
+        before = ", ";
+    }
+    Ok(())
+}
+
 macro_rules! tally {
     ($($name:ident),*) => {
         /// The same, counted by many threads.
@@ -105,5 +159,40 @@ impl Count {
 
     fn get(&self) -> u64 {
         self.0.load(Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::BridgeCounts;
+
+    #[test]
+    fn counts_are_told_in_sentences() {
+        let counts = BridgeCounts {
+            cycles: 5000,
+            skipped_cycles: 7,
+            accepted: 360,
+            unseen: 12,
+            stale: 3,
+            malformed: 1,
+            pages: 2,
+            views_sent: 290,
+            ..BridgeCounts::default()
+        };
+        assert_eq!(
+            counts.to_string(),
+            "The loop ran 5000 cycles and left out 7.\n\
+             Hands: 360 samples taken, of which 12 saw no hand; not taken: 3 too old, 1 malformed.\n\
+             Pages: 2 served, 290 views sent."
+        );
+        let told = BridgeCounts {
+            datagrams: 4,
+            refused_datagrams: 1,
+            ..BridgeCounts::default()
+        };
+        assert!(
+            told.to_string()
+                .ends_with("\nDatagrams: 4 taken, 1 refused.")
+        );
     }
 }

@@ -83,7 +83,7 @@ impl CommandLimits {
             }
             let step_rad = (value_rad - last_rad[joint]).abs();
             let max_rad_per_s = self.speed_rad_per_s[joint];
-            if step_rad > STEP_SLACK_RAD + (1.0 + SPEED_SLACK) * max_rad_per_s * dt_s {
+            if step_rad > most_step_rad(max_rad_per_s, dt_s) {
                 return Err(LimitViolation::Speed {
                     joint,
                     speed_rad_per_s: step_rad / dt_s,
@@ -96,9 +96,25 @@ impl CommandLimits {
 
     /// From the last angles towards finite ones, no further than the joints may go in `dt_s`.
     pub(crate) fn led(&self, last_rad: &[f64; 7], to_rad: &[f64; 7], dt_s: f64) -> [f64; 7] {
+        self.towards(last_rad, to_rad, |speed_rad_per_s| speed_rad_per_s * dt_s)
+    }
+
+    /// The same, as far as a step may be by [`check_step`](Self::check_step).
+    pub(crate) fn followed(&self, last_rad: &[f64; 7], to_rad: &[f64; 7], dt_s: f64) -> [f64; 7] {
+        self.towards(last_rad, to_rad, |speed_rad_per_s| {
+            most_step_rad(speed_rad_per_s, dt_s)
+        })
+    }
+
+    fn towards(
+        &self,
+        last_rad: &[f64; 7],
+        to_rad: &[f64; 7],
+        most_rad: impl Fn(f64) -> f64,
+    ) -> [f64; 7] {
         let to_rad = self.clamped(to_rad);
         std::array::from_fn(|i| {
-            let most_rad = self.speed_rad_per_s[i] * dt_s;
+            let most_rad = most_rad(self.speed_rad_per_s[i]);
             last_rad[i] + (to_rad[i] - last_rad[i]).clamp(-most_rad, most_rad)
         })
     }
@@ -121,6 +137,11 @@ impl CommandLimits {
     pub(crate) fn clamped(&self, q_rad: &[f64; 7]) -> [f64; 7] {
         std::array::from_fn(|i| q_rad[i].clamp(self.range[i].min_rad, self.range[i].max_rad))
     }
+}
+
+/// A step that counts as within the speed, rad.
+fn most_step_rad(max_rad_per_s: f64, dt_s: f64) -> f64 {
+    STEP_SLACK_RAD + (1.0 + SPEED_SLACK) * max_rad_per_s * dt_s
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@ mod common;
 
 use common::{full_command, full_monitor};
 use hwall_fri::codec::{
-    ArrayEncoding, ClientCommandMode, Codec, DATAGRAM_BYTES, Datagram, SessionState,
+    ArrayEncoding, ClientCommandMode, Codec, ConnectionQuality, ControlMode, DATAGRAM_BYTES,
+    Datagram, DriveState, OperationMode, OverlayType, SafetyState, SessionState,
 };
 use hwall_fri::{FriError, FriVersion};
 use hwall_protobuf::{Fields, ProtobufError, Writer};
@@ -383,4 +384,74 @@ fn nothing_is_allocated() {
         });
         assert_eq!(counted.count_total, 0, "{codec:?}");
     }
+}
+
+/// The public numbers of the enumerations, written down once more: what each value stands for on the wire.
+#[test]
+fn numbers_of_enumerations() {
+    fn numbers<T: Copy + std::fmt::Display>(all: &[T], number: fn(T) -> u64) -> String {
+        let each = all
+            .iter()
+            .map(|value| format!("{value} {}", number(*value)));
+        each.collect::<Vec<_>>().join(", ")
+    }
+    assert_eq!(
+        numbers(DriveState::ALL, DriveState::number),
+        "OFF 0, TRANSITIONING 1, ACTIVE 2"
+    );
+    assert_eq!(
+        numbers(SessionState::ALL, SessionState::number),
+        "IDLE 0, MONITORING_WAIT 1, MONITORING_READY 2, COMMANDING_WAIT 3, COMMANDING_ACTIVE 4"
+    );
+    assert_eq!(
+        numbers(ConnectionQuality::ALL, ConnectionQuality::number),
+        "POOR 0, FAIR 1, GOOD 2, EXCELLENT 3"
+    );
+    assert_eq!(
+        numbers(OperationMode::ALL, OperationMode::number),
+        "TEST_MODE_1 0, TEST_MODE_2 1, AUTOMATIC_MODE 2"
+    );
+    assert_eq!(
+        numbers(ControlMode::ALL, ControlMode::number),
+        "POSITION_CONTROL_MODE 0, CART_IMP_CONTROL_MODE 1, JOINT_IMP_CONTROL_MODE 2, NO_CONTROL 3"
+    );
+    assert_eq!(
+        numbers(ClientCommandMode::ALL, ClientCommandMode::number),
+        "NO_COMMAND_MODE 0, POSITION 1, WRENCH 2, TORQUE 3, CARTESIAN_POSE 4"
+    );
+    assert_eq!(
+        numbers(OverlayType::ALL, OverlayType::number),
+        "NO_OVERLAY 0, JOINT 1, CARTESIAN 2"
+    );
+    assert_eq!(SafetyState::NormalOperation.number(), 0);
+    assert_eq!(SafetyState::StopLevel2.number(), 3);
+}
+
+/// Length and checksum at the end of a message of either kind, which some senders write.
+#[test]
+fn the_end_of_a_message_is_skipped() {
+    let codec = Codec::new(FriVersion::V1_15);
+    let mut buffer: Datagram = [0; DATAGRAM_BYTES];
+    let end = written(|w| {
+        w.message(15, |m| {
+            m.uint64(1, 0xffff_ffff_ffff_ffff);
+            m.message(2, |checksum| checksum.uint64(1, 7));
+        });
+    });
+    let command = codec
+        .encode_command(&full_command(), &mut buffer)
+        .expect("it fits");
+    let with_end = [&buffer[..command], &end[..]].concat();
+    assert_eq!(
+        codec.decode_command(&with_end).expect("a command"),
+        codec.decode_command(&buffer[..command]).expect("a command")
+    );
+    let state = codec
+        .encode_monitor(&full_monitor(), &mut buffer)
+        .expect("it fits");
+    let with_end = [&buffer[..state], &end[..]].concat();
+    assert_eq!(
+        codec.decode_monitor(&with_end).expect("a state"),
+        codec.decode_monitor(&buffer[..state]).expect("a state")
+    );
 }

@@ -158,3 +158,111 @@ fn a_second_command_for_one_message_moves_nothing() {
     }
     assert_eq!(setup.client.statistics().answered, 10);
 }
+
+/// A controller whose arm hangs 5 mrad below where its interpolator holds it, every 10 ms.
+fn loaded(sequence: u32) -> MonitorMessage {
+    let mut message = message(sequence);
+    message.connection.state = SessionState::CommandingActive;
+    message.connection.send_period_ms = Some(10);
+    let interpolator = message.interpolator.as_mut().expect("one");
+    interpolator.position_rad = Some([0.105; 7]);
+    message
+}
+
+/// The error of the servo is no command: sent at once it would throw the arm by 5 mrad.
+#[test]
+fn whoever_begins_at_the_measured_angles_begins_at_the_interpolator() {
+    let mut setup = Setup::new(20.0);
+    let mut last_rad = 0.105;
+    for n in 0..120 {
+        setup.send(&loaded(n));
+        setup.client.wait_for_message(PATIENT).expect("a message");
+        let held = setup.client.interpolator();
+        assert_eq!(held, Some(JointPositions([0.105; 7])));
+        let measured = setup.client.state().expect("a state").q;
+        let command = match n {
+            // Waiting first, as a session may, changes nothing.
+            0..=3 => ArmCommand::Hold,
+            _ => ArmCommand::Position(measured),
+        };
+        setup.client.command(command).expect("taken");
+        let answer_rad = setup.answer_rad();
+        assert!((answer_rad - last_rad).abs() < 1e-4, "{n}: {answer_rad}");
+        last_rad = answer_rad;
+    }
+    assert!((last_rad - 0.1).abs() < 1e-12, "{last_rad}");
+    assert_eq!(setup.client.statistics().refused, 0);
+}
+
+/// What is asked for meanwhile goes on; the arm stood still, and goes on no faster than its joints may.
+#[test]
+fn after_missed_cycles_the_arm_is_late_and_does_not_leap() {
+    let mut setup = Setup::new(20.0);
+    let most_rad = 1e-3 * SrsArm::iiwa7().max_velocity_rad_per_s()[0];
+    let mut last_rad = 0.1;
+    let mut command = |sequence: u32, goal_rad: f64, command: Option<ArmCommand>| {
+        let mut active = message(sequence);
+        active.connection.state = SessionState::CommandingActive;
+        setup.send(&active);
+        setup.client.wait_for_message(PATIENT).expect("a message");
+        let mut goal = JointPositions([0.1; 7]);
+        goal.0[0] = goal_rad;
+        let command = command.unwrap_or(ArmCommand::Position(goal));
+        setup.client.command(command).expect("no leap is asked for");
+        let answer_rad = setup.answer_rad();
+        let step_rad = answer_rad - last_rad;
+        assert!(step_rad.abs() <= most_rad + 1e-12, "{step_rad}");
+        last_rad = answer_rad;
+        answer_rad
+    };
+    let goal_rad = |ms: u32| 0.1 + 1e-3 * f64::from(ms);
+    for ms in 0..20 {
+        command(ms, goal_rad(ms), None);
+    }
+    // At 1 rad/s, 40 cycles are missed.
+    let late_rad = command(60, goal_rad(60), None);
+    assert!(late_rad < goal_rad(25), "{late_rad}");
+    for ms in 61..140 {
+        command(ms, goal_rad(ms), None);
+    }
+    let caught_up_rad = command(140, goal_rad(140), None);
+    assert!((caught_up_rad - goal_rad(140)).abs() < 1e-12);
+    // Braking after missed cycles is no leap either.
+    command(180, 0.0, Some(ArmCommand::Hold));
+}
+
+#[test]
+fn nobody_but_this_machine_is_listened_to_unless_told_so() {
+    assert!(FriClientConfig::default().listen.ip().is_loopback());
+}
+
+/// Whoever speaks first would lead the arm's program otherwise.
+#[cfg(target_os = "linux")] // Where all of 127.0.0.0/8 is this machine.
+#[test]
+fn only_the_named_controller_is_listened_to() {
+    let named = Ipv4Addr::new(127, 0, 0, 2);
+    let mut setup = Setup::new(20.0);
+    setup.client = {
+        let model: Arc<dyn ArmKinematics> = Arc::new(SrsArm::iiwa7());
+        let config = FriClientConfig {
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
+            controller: Some(named.into()),
+            ..FriClientConfig::default()
+        };
+        FriClient::bind(&model, config).expect("a client")
+    };
+    setup.send(&message(0));
+    let waited = setup.client.wait_for_message(SOON);
+    assert!(matches!(waited, Err(FriError::Silent { .. })), "{waited:?}");
+    assert_eq!(setup.client.statistics().foreign, 1);
+    assert_eq!(setup.client.controller(), None);
+    setup.socket = UdpSocket::bind((named, 0)).expect("a socket");
+    setup.send(&message(0));
+    setup.client.wait_for_message(PATIENT).expect("a message");
+    assert_eq!(
+        setup.client.controller().map(|c| c.ip()),
+        Some(named.into())
+    );
+    let told = setup.client.statistics().to_string();
+    assert!(told.contains("1 from others"), "{told}");
+}

@@ -4,7 +4,7 @@
 mod common;
 
 use common::bench::{servo, start, torque_arm};
-use hwall_fri::codec::{ClientCommandMode, SessionState};
+use hwall_fri::codec::{ClientCommandMode, Codec, SessionState};
 use hwall_fri::controller::{
     Controller, ControllerConfig, ControllerStatistics, EndReason, EventKind, LinkConfig,
     QualityConfig, SimulatedPlant, UdpController,
@@ -476,4 +476,35 @@ fn settings_are_checked() {
     };
     let refused = FriClient::bind(&model, taken).err();
     assert!(matches!(refused, Some(FriError::Io { .. })), "{refused:?}");
+}
+
+/// The last messages, which say that the session is over, come over a slow network as well.
+#[test]
+fn goodbyes_come_over_a_delayed_link() {
+    let socket = UdpSocket::bind(any_port()).expect("a socket");
+    socket.set_read_timeout(Some(TIMEOUT)).expect("a time-out");
+    let address = socket.local_addr().expect("an address");
+    let controller = Controller::new(servo(), config(ClientCommandMode::Position)).expect("one");
+    let link = LinkConfig {
+        delay_s: 0.3,
+        ..LinkConfig::default()
+    };
+    let mut udp = UdpController::bind(controller, any_port(), address, link).expect("a socket");
+    let mut left = 60;
+    let runs = udp.run(|_| {
+        left -= 1;
+        left > 0
+    });
+    runs.expect("a controller that runs");
+    let sent = udp.controller().statistics().sent;
+    assert_eq!(sent, 63);
+    let codec = Codec::new(FriVersion::V1_15);
+    let mut datagram = [0; 1500];
+    let mut last = None;
+    for _ in 0..sent {
+        let length = socket.recv(&mut datagram).expect("every message came");
+        let message = codec.decode_monitor(&datagram[..length]);
+        last = Some(message.expect("a message").connection.state);
+    }
+    assert_eq!(last, Some(SessionState::Idle));
 }

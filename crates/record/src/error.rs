@@ -18,6 +18,12 @@ pub enum RecordError {
         /// Why not; its kind says which sort of failure.
         error: io::Error,
     },
+    /// Somebody else is recording to the file.
+    #[error("{}: another program is recording to this file", path.display())]
+    InUse {
+        /// Which file.
+        path: PathBuf,
+    },
     /// The MCAP writer refused something.
     #[error("the MCAP writer: {0}")]
     Mcap(mcap::McapError),

@@ -1,7 +1,7 @@
 //! The recorder: takes what happens in a loop and hands it to a thread that writes.
 
 use crate::error::RecordError;
-use crate::file::GrowingFile;
+use crate::file::{GrowingFile, create_alone};
 use crate::recording::Request;
 use crate::setup::{Run, Setup};
 use crate::skeleton::Skeleton;
@@ -12,7 +12,6 @@ use hwall::hand::{HandFrame, Tracking};
 use hwall::numeric::check::{non_negative, that};
 use hwall::scene::Scene;
 use hwall::{Cycle, Event, EventKind, Session, WorldPose};
-use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -148,11 +147,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Makes the file, or empties it, and writes the setup. `scene` is drawn where it stands now: it is that of `setup`,
+    /// Makes the file, or empties it, and writes the setup. As long as the recorder lives, no other one can have the file. `scene` is drawn where it stands now: it is that of `setup`,
     /// seen from the arm's base, its moving surfaces at opening zero.
     ///
     /// # Errors
-    /// A file that cannot be written, a setting outside its range, a scene that makes no sense.
+    /// A file that cannot be written or that somebody else records to, a setting outside its range, a scene that makes no sense.
     pub fn create(
         path: &Path,
         setup: &Setup,
@@ -162,8 +161,7 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         config.validate()?;
         let is_last = Arc::new(AtomicBool::new(false));
-        let file = File::create(path).map_err(RecordError::io(path))?;
-        let file = GrowingFile::new(file, Arc::clone(&is_last));
+        let file = GrowingFile::new(create_alone(path)?, Arc::clone(&is_last));
         let stage = Stage::new(skeleton, scene)?;
         let dropped = Arc::new(AtomicU64::new(0));
         let failed = Arc::new(AtomicBool::new(false));

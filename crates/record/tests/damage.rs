@@ -3,7 +3,7 @@
 mod common;
 
 use common::{file, recorded, recorder, run, session_of};
-use hwall_record::{Ending, RecordError, RecorderConfig, Recording, replay};
+use hwall_record::{Ending, RecordError, Recorder, RecorderConfig, Recording, replay};
 use hwall_testkit::Sampler;
 
 /// Where the records outside chunks begin, and where the last one ends.
@@ -210,4 +210,51 @@ fn what_is_no_recording_is_said() {
     assert_eq!(offset, chunk as u64);
     let missing = Recording::open(&file("missing.mcap")).unwrap_err();
     assert!(matches!(missing, RecordError::Io { .. }));
+}
+
+/// Of two programs that record to one file, one would overwrite what the other has written.
+#[test]
+fn a_file_has_one_recorder_at_a_time() {
+    let path = file("one_at_a_time.mcap");
+    let mut first = recorder(&path, &RecorderConfig::simulated());
+    run(&mut first, 0, 0.2);
+    let setup = common::setup();
+    let create = || {
+        let scene = common::scene_of(&setup);
+        let config = RecorderConfig::simulated();
+        Recorder::create(&path, &setup, common::skeleton(), &scene, &config)
+    };
+    let refused = create().unwrap_err();
+    assert!(
+        refused.to_string().contains("one_at_a_time.mcap"),
+        "{refused}"
+    );
+    assert!(matches!(&refused, RecordError::InUse { path: named } if *named == path));
+    // The first one's recording is unharmed, and afterwards the file may be had.
+    let summary = first.finish().unwrap();
+    let kept = Recording::open(&path).unwrap();
+    assert_eq!(kept.ending(), Ending::Finished);
+    assert_eq!(kept.inputs().count() as u64, summary.messages + 1);
+    create().unwrap().finish().unwrap();
+    std::fs::remove_file(&path).unwrap();
+}
+
+/// As a second writer leaves it whose recording was the longer one.
+#[test]
+fn bytes_behind_the_end_are_noticed() {
+    let (bytes, all) = whole("behind.mcap");
+    let end = bytes.len() as u64;
+    let mut longer = bytes.clone();
+    longer.push(0);
+    let recording = Recording::from_bytes(longer.clone()).unwrap();
+    assert_eq!(recording.ending(), Ending::Followed { offset: end });
+    assert_eq!(recording.inputs().count(), all);
+    longer.extend_from_slice(&bytes);
+    let recording = Recording::from_bytes(longer).unwrap();
+    assert_eq!(recording.ending(), Ending::Followed { offset: end });
+    let replayed = replay(&recording, |setup, _| {
+        Ok::<_, RecordError>(session_of(setup))
+    })
+    .unwrap();
+    assert_eq!(replayed.ending, Ending::Followed { offset: end });
 }

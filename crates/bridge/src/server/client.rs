@@ -163,26 +163,41 @@ pub(super) fn serve(shared: &Arc<Shared>, stream: TcpStream, rest: Vec<u8>) -> i
         close(&mut reader, CloseCode::Again, "too many clients");
         return Ok(());
     }
+    let joined = Joined { shared, client };
+    let client = &joined.client;
     let half = Half::of(&stream, &writing)?;
     let mut writer = WebSocket::from_raw_socket(half, Role::Server, Some(limits));
     let sender = {
-        let (shared, client) = (Arc::clone(shared), Arc::clone(&client));
+        let (shared, client) = (Arc::clone(shared), Arc::clone(client));
         std::thread::Builder::new()
             .name("bridge-write".to_owned())
             .spawn(move || write(&shared, &client, &mut writer))
     };
     let mut stream_of_hands = ClientStream::new(client.id);
     if sender.is_ok() {
-        read(shared, &client, &mut reader, &mut stream_of_hands);
+        read(shared, client, &mut reader, &mut stream_of_hands);
     }
-    locked(&shared.clients).retain(|other| other.id != client.id);
-    locked(&shared.intake).forget(client.id);
-    client.end();
+    drop(joined);
     if let Ok(thread) = sender {
         // It ends with the connection.
         let _ = thread.join();
     }
     Ok(())
+}
+
+/// A client that is among the others until this is dropped, also by a panic.
+struct Joined<'a> {
+    shared: &'a Shared,
+    client: Arc<Client>,
+}
+
+impl Drop for Joined<'_> {
+    fn drop(&mut self) {
+        let id = self.client.id;
+        locked(&self.shared.clients).retain(|other| other.id != id);
+        locked(&self.shared.intake).forget(id);
+        self.client.end();
+    }
 }
 
 /// Adds a client, and greets it, unless there are enough.

@@ -189,25 +189,39 @@ fn accept(shared: &Arc<Shared>, listener: &TcpListener) {
         if shared.is_stopped() {
             return;
         }
-        if shared.connections.fetch_add(1, Ordering::SeqCst) >= MAX_CONNECTIONS {
-            shared.connections.fetch_sub(1, Ordering::SeqCst);
+        let Some(slot) = Slot::of(shared) else {
             shared.tally.refused_requests.add(1);
             // An empty buffer takes it; if not, nobody waits for it.
             let _ = stream.set_nonblocking(true);
             let _ = (&stream).write(&response::refusal(request::BUSY));
             continue;
-        }
-        let (server, html) = (Arc::clone(shared), Arc::clone(&page));
-        let connection = Builder::new()
+        };
+        let html = Arc::clone(&page);
+        // A thread that cannot be started gives its slot back as one that ends.
+        let _ = Builder::new()
             .name("bridge-client".to_owned())
             .spawn(move || {
                 // Whatever became of the connection: it has ended.
-                let _ = serve(&server, stream, &html);
-                server.connections.fetch_sub(1, Ordering::SeqCst);
+                let _ = serve(&slot.0, stream, &html);
             });
-        if connection.is_err() {
-            shared.connections.fetch_sub(1, Ordering::SeqCst);
-        }
+    }
+}
+
+/// One of the connections there may be at a time; given back when it is dropped, also by a thread that panics.
+struct Slot(Arc<Shared>);
+
+impl Slot {
+    /// `None`: there are enough.
+    fn of(shared: &Arc<Shared>) -> Option<Self> {
+        let slot = Self(Arc::clone(shared));
+        let before = shared.connections.fetch_add(1, Ordering::SeqCst);
+        (before < MAX_CONNECTIONS).then_some(slot)
+    }
+}
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        self.0.connections.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
@@ -255,4 +269,32 @@ fn linger(stream: &mut TcpStream) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_CONNECTIONS, Slot};
+    use crate::config::BridgeConfig;
+    use crate::server::Shared;
+    use std::sync::Arc;
+    use std::sync::atomic::Ordering;
+
+    #[test]
+    fn a_thread_that_panics_gives_its_slot_back() {
+        let shared = Arc::new(Shared::new(BridgeConfig::default(), ""));
+        for _ in 0..MAX_CONNECTIONS + 1 {
+            let slot = Slot::of(&shared).expect("there is space");
+            let thread = std::thread::spawn(move || {
+                let _slot = slot;
+                std::panic::resume_unwind(Box::new("a fault of the server"));
+            });
+            assert!(thread.join().is_err());
+        }
+        assert_eq!(shared.connections.load(Ordering::SeqCst), 0);
+        let all: Vec<_> = (0..MAX_CONNECTIONS).map(|_| Slot::of(&shared)).collect();
+        assert!(all.iter().all(Option::is_some));
+        assert!(Slot::of(&shared).is_none(), "there are enough");
+        drop(all);
+        assert!(Slot::of(&shared).is_some());
+    }
 }

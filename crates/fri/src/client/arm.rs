@@ -1,8 +1,9 @@
 //! The client as an arm: states and commands.
 
+use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 use super::config::TorqueReference;
-use super::fri_client::{FriClient, period_ms};
+use super::fri_client::{FriClient, answer_period_s};
 use super::transport::Transport;
 use crate::codec::{ClientCommandMode, CommandData};
 use crate::error::FriError;
@@ -11,7 +12,7 @@ use hwall_haptics::{Arm, ArmCommand, ArmState};
 use hwall_kinematics::{JointPositions, JointTorques, JointVelocities, Wrench};
 use hwall_numeric::check::all_finite;
 
-/// Longest time that a step may count as, s: what is older no longer says how fast a command moves.
+/// Longest time that a step of what is asked for may count as, s: what is older no longer says how fast a command moves.
 const LONGEST_STEP_S: f64 = 0.05;
 /// So far from where the arm is may the first positions after torques lie, rad: what a soft arm was pushed away from them. More
 /// is a leap and refused.
@@ -69,19 +70,45 @@ impl<T: Transport> FriClient<T> {
         if let Err(error) = all_finite("commanded position", &q_rad) {
             return self.refuse(error.into());
         }
-        let (last, dt_s) = self.last_motion()?;
-        if self.leads && self.is_near(&q_rad)? {
-            let led_rad = self.limits.led(&last.q_rad, &q_rad, dt_s);
-            self.leads = led_rad != q_rad;
-            return match self.limits.check_step(&q_rad, &q_rad, dt_s) {
-                Ok(()) => self.send_motion(last.moved_to(led_rad, dt_s)),
-                Err(violation) => self.refuse(violation.into()),
-            };
+        let last = self.last_motion()?;
+        let (period_s, since_s) = self.times_s()?;
+        let time_ns = self.newest()?.time_ns;
+        let leads = self.leads && self.is_near(&q_rad)?;
+        // After anything but positions the arm may stand a little beside what is asked for.
+        let resumes = self.asked_rad.is_none() && !leads;
+        let beginning = match self.beginning {
+            Some(begun) if !resumes || self.is_step(&last, &begun.lead(&q_rad, time_ns))? => {
+                Some(begun)
+            }
+            _ => Beginning::of(&last.q_rad, &q_rad, time_ns),
+        };
+        // A step counts from what was asked for before, which the arm may still be on its way to.
+        let before_rad = match self.asked_rad {
+            _ if leads || (resumes && beginning.is_some()) => q_rad,
+            Some(asked_rad) => asked_rad,
+            None => last.q_rad,
+        };
+        if let Err(violation) = self.limits.check_step(&before_rad, &q_rad, since_s) {
+            return self.refuse(violation.into());
         }
-        match self.limits.check_step(&last.q_rad, &q_rad, dt_s) {
-            Ok(()) => self.send_motion(last.moved_to(q_rad, dt_s)),
-            Err(violation) => self.refuse(violation.into()),
+        if self.is_answered()? {
+            return Ok(());
         }
+        let begun_rad = beginning.map_or(q_rad, |begun| begun.lead(&q_rad, time_ns));
+        // However many cycles were missed, the arm goes no further than in one: it is late then.
+        let sent_rad = self.limits.led(&last.q_rad, &begun_rad, period_s);
+        self.beginning = beginning;
+        self.asked_rad = Some(q_rad);
+        self.leads = leads && sent_rad != begun_rad;
+        self.send_motion(last.moved_to(sent_rad, period_s))
+    }
+
+    /// Is it no further from there to here than in one cycle?
+    fn is_step(&self, last: &CommandedMotion, q_rad: &[f64; 7]) -> Result<bool, FriError> {
+        let (period_s, _) = self.times_s()?;
+        let clamped = self.limits.clamped(q_rad);
+        let step = self.limits.check_step(&last.q_rad, &clamped, period_s);
+        Ok(step.is_ok())
     }
 
     /// Could an arm that was pushed come from there?
@@ -91,28 +118,38 @@ impl<T: Transport> FriClient<T> {
         Ok(off_rad.all(|off_rad| off_rad <= LEAD_RAD))
     }
 
-    /// What was commanded last, and how long ago, s.
-    fn last_motion(&self) -> Result<(CommandedMotion, f64), FriError> {
-        let newest = self.newest()?;
-        let period_s = f64::from(period_ms(&newest.message)) * 1e-3;
-        let since_ns = newest.time_ns.saturating_sub(self.motion_ns);
-        let since_s = since_ns as f64 * 1e-9;
+    /// What was commanded last.
+    fn last_motion(&self) -> Result<CommandedMotion, FriError> {
         match self.motion {
-            Some(motion) => Ok((
-                motion,
-                since_s.clamp(period_s, LONGEST_STEP_S.max(period_s)),
-            )),
+            Some(motion) => Ok(motion),
             // Nothing was commanded: the interpolator holds the arm.
-            None => Ok((CommandedMotion::at_rest(self.interpolator_rad()?), period_s)),
+            None => Ok(CommandedMotion::at_rest(self.interpolator_rad()?)),
         }
     }
 
-    fn send_motion(&mut self, motion: CommandedMotion) -> Result<(), FriError> {
+    /// Time between two answers, and how long ago the last command was, at least as long, s.
+    fn times_s(&self) -> Result<(f64, f64), FriError> {
+        let newest = self.newest()?;
+        let period_s = answer_period_s(&newest.message);
+        let since_s = newest.time_ns.saturating_sub(self.motion_ns) as f64 * 1e-9;
+        let since_s = match self.motion {
+            Some(_) => since_s.clamp(period_s, LONGEST_STEP_S.max(period_s)),
+            None => period_s,
+        };
+        Ok((period_s, since_s))
+    }
+
+    /// Has this message its answer? No time has gone by since: the arm is not further than it was told to be.
+    fn is_answered(&self) -> Result<bool, FriError> {
         let time_ns = self.newest()?.time_ns;
-        if !self.owes_answer() && self.motion.is_some() && time_ns == self.motion_ns {
-            // This message has its answer. No time has gone by since: the arm is not further than it was told to be.
+        Ok(!self.owes_answer() && self.motion.is_some() && time_ns == self.motion_ns)
+    }
+
+    fn send_motion(&mut self, motion: CommandedMotion) -> Result<(), FriError> {
+        if self.is_answered()? {
             return Ok(());
         }
+        let time_ns = self.newest()?.time_ns;
         let torques = self.command_mode() == ClientCommandMode::Torque;
         self.motion_ns = time_ns;
         self.motion = Some(motion);
@@ -137,9 +174,11 @@ impl<T: Transport> FriClient<T> {
             TorqueReference::Interpolator => self.interpolator_rad()?,
         };
         // An arm that hangs behind the positions commanded before: a leap back to it would end commanding.
-        let (last, dt_s) = self.last_motion()?;
-        let q_rad = self.limits.led(&last.q_rad, &reference_rad, dt_s);
+        let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
+        let q_rad = self.limits.led(&last.q_rad, &reference_rad, period_s);
         self.leads = true;
+        self.beginning = Some(Beginning::NOWHERE_ELSE);
+        self.asked_rad = None;
         self.motion_ns = time_ns;
         self.motion = Some(CommandedMotion::at_rest(q_rad));
         self.answer(CommandData {
@@ -150,8 +189,11 @@ impl<T: Transport> FriClient<T> {
     }
 
     fn hold(&mut self) -> Result<(), FriError> {
-        let (last, dt_s) = self.last_motion()?;
-        let braked = last.braked(&self.config.braking_rad_per_s2, dt_s);
+        let (last, (period_s, _)) = (self.last_motion()?, self.times_s()?);
+        let braked = last.braked(&self.config.braking_rad_per_s2, period_s);
+        if !self.is_answered()? {
+            self.asked_rad = None;
+        }
         // At the end of a range the arm stops harder than it would brake.
         self.send_motion(CommandedMotion {
             q_rad: self.limits.clamped(&braked.q_rad),
@@ -159,7 +201,7 @@ impl<T: Transport> FriClient<T> {
         })
     }
 
-    fn interpolator_rad(&self) -> Result<[f64; 7], FriError> {
+    pub(super) fn interpolator_rad(&self) -> Result<[f64; 7], FriError> {
         let newest = self.newest()?;
         let interpolator = newest.message.interpolator.and_then(|i| i.position_rad);
         Ok(interpolator.unwrap_or(newest.q_rad))

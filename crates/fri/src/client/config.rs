@@ -4,6 +4,7 @@ use crate::codec::{ArrayEncoding, FriVersion};
 use crate::error::FriError;
 use hwall_motion::IIWA7_ACCELERATION_RAD_PER_S2;
 use hwall_numeric::check::{non_negative, positive, that};
+use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 /// Which positions go with commanded torques.
@@ -20,9 +21,12 @@ pub enum TorqueReference {
 /// Settings of a [`FriClient`](super::FriClient).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FriClientConfig {
-    /// Address to listen on; default port 30200 on every interface. The real controller takes ports 30200 to 30209.
+    /// Address to listen on; default 127.0.0.1:30200, which only this machine reaches. For a real controller the address of the
+    /// interface it is connected to, or 0.0.0.0 for all of them, and its own in [`controller`](Self::controller); it takes ports
+    /// 30200 to 30209.
     pub listen: SocketAddr,
-    /// Only this controller is listened to; `None`, the default: the first one that speaks.
+    /// Only this controller is listened to: what comes from elsewhere is counted ([`ClientStatistics::foreign`]) and dropped.
+    /// `None`, the default: the first one that speaks leads.
     pub controller: Option<IpAddr>,
     /// Version of the interface; default 1.15.
     pub version: FriVersion,
@@ -43,7 +47,7 @@ pub struct FriClientConfig {
 impl Default for FriClientConfig {
     fn default() -> Self {
         Self {
-            listen: SocketAddr::from((Ipv4Addr::UNSPECIFIED, 30200)),
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 30200)),
             controller: None,
             version: FriVersion::V1_15,
             arrays: ArrayEncoding::Unpacked,
@@ -103,4 +107,24 @@ pub struct ClientStatistics {
     pub not_in_force: u64,
     /// Sessions: times that the sequence began anew.
     pub sessions: u64,
+}
+
+impl fmt::Display for ClientStatistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} messages of the controller in {} sessions: {} answered, {} not answered in time, {} read too late",
+            self.received, self.sessions, self.answered, self.unanswered, self.skipped
+        )?;
+        writeln!(
+            f,
+            "on the way: {} lost, {} overtaken or repeated, {} malformed, {} from others",
+            self.lost, self.stale, self.malformed, self.foreign
+        )?;
+        write!(
+            f,
+            "commands: {} refused, {} given while none were taken",
+            self.refused, self.not_in_force
+        )
+    }
 }

@@ -1,5 +1,6 @@
 //! The connection to a controller: messages in, answers out.
 
+use super::beginning::Beginning;
 use super::braking::CommandedMotion;
 use super::config::{ClientStatistics, FriClientConfig};
 use super::transport::{Transport, UdpTransport};
@@ -10,7 +11,7 @@ use crate::codec::{
 };
 use crate::error::FriError;
 use crate::limits::CommandLimits;
-use hwall_kinematics::ArmKinematics;
+use hwall_kinematics::{ArmKinematics, JointPositions};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -29,6 +30,10 @@ const NEW_SEQUENCE: u32 = 1000;
 /// positions and `Hold` in mode position, torques and `Hold` in mode torque, [`command_wrench`](Self::command_wrench) and `Hold` in mode
 /// wrench. Before commanding is active they have no effect and the positions of the interpolator go out instead; once it was
 /// active and has ended, they are refused ([`FriError::CommandingEnded`]).
+///
+/// Positions begin where the controller's interpolator holds the arm ([`interpolator`](Self::interpolator)). Whoever begins at the measured
+/// angles is off by the error of the arm's servo: up to 0.05 rad are laid over what is commanded and fade within a second. A command
+/// moves the arm no further than the joints may go between two answers, also after missed cycles: the arm is late then, and catches up.
 ///
 /// In mode torque positions are held by the springs of the controller, so its stiffness must not be zero for them. From positions
 /// to torques and back the springs are led over no faster than the joints may move.
@@ -61,6 +66,10 @@ pub struct FriClient<T = UdpTransport> {
     /// Positions commanded last, and the message that they answered.
     pub(super) motion: Option<CommandedMotion>,
     pub(super) motion_ns: u64,
+    /// Positions asked for last; the arm may still be on its way there. `None` after anything but positions.
+    pub(super) asked_rad: Option<[f64; 7]>,
+    /// How far from the interpolator the program began; `None` until it did.
+    pub(super) beginning: Option<Beginning>,
     /// After torques: are the positions on their way to those that are commanded?
     pub(super) leads: bool,
     /// The last answer, for when a command is refused.
@@ -128,6 +137,8 @@ impl<T: Transport> FriClient<T> {
             was_active: false,
             motion: None,
             motion_ns: 0,
+            asked_rad: None,
+            beginning: None,
             leads: false,
             in_force: CommandData::default(),
             statistics: ClientStatistics::default(),
@@ -195,6 +206,8 @@ impl<T: Transport> FriClient<T> {
         let mode = self.command_mode();
         self.motion = Some(CommandedMotion::at_rest(q_rad));
         self.motion_ns = newest.time_ns;
+        self.asked_rad = None;
+        self.beginning = None;
         self.answer(CommandData {
             position_rad: Some(q_rad),
             torque_n_m: (mode == ClientCommandMode::Torque).then_some([0.0; 7]),
@@ -347,6 +360,8 @@ impl<T: Transport> FriClient<T> {
         self.since_answer = 0;
         self.was_active = false;
         self.motion = None;
+        self.asked_rad = None;
+        self.beginning = None;
         self.leads = false;
         self.in_force = CommandData::default();
         self.statistics.sessions += 1;
@@ -387,6 +402,8 @@ impl<T: Transport> FriClient<T> {
     pub const fn begin_again(&mut self) {
         self.was_active = false;
         self.motion = None;
+        self.asked_rad = None;
+        self.beginning = None;
         self.leads = false;
     }
 
@@ -428,6 +445,15 @@ impl<T: Transport> FriClient<T> {
             .unwrap_or(ClientCommandMode::None)
     }
 
+    /// Where the controller's interpolator holds the arm, rad; known from when commanding is about to begin.
+    ///
+    /// A program that moves the arm by positions begins here. The measured angles differ by the error of the arm's servo.
+    #[must_use]
+    pub fn interpolator(&self) -> Option<JointPositions> {
+        let interpolator = self.message()?.interpolator?;
+        interpolator.position_rad.map(JointPositions)
+    }
+
     /// The controller that is listened to.
     #[must_use]
     pub const fn controller(&self) -> Option<SocketAddr> {
@@ -456,9 +482,19 @@ impl<T: Transport> FriClient<T> {
 const LONGEST_PERIOD_MS: u32 = 100;
 
 /// Time between messages of the controller, ms.
-pub(super) fn period_ms(message: &MonitorMessage) -> u32 {
+fn period_ms(message: &MonitorMessage) -> u32 {
     let said = message.connection.send_period_ms.unwrap_or(1);
     said.clamp(1, LONGEST_PERIOD_MS)
+}
+
+/// Longest time between answers that is believed, s.
+const LONGEST_ANSWER_PERIOD_S: f64 = 0.1;
+
+/// Time between messages that are answered, s: what one command may move the arm is judged by it.
+pub(super) fn answer_period_s(message: &MonitorMessage) -> f64 {
+    let multiplier = message.connection.receive_multiplier.unwrap_or(1).max(1);
+    let period_s = f64::from(period_ms(message)) * 1e-3 * f64::from(multiplier);
+    period_s.min(LONGEST_ANSWER_PERIOD_S)
 }
 
 /// Of what is used: are all of them numbers?

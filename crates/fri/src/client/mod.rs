@@ -1,6 +1,7 @@
 //! A client: an arm for those who have a controller, real or simulated.
 
 mod arm;
+mod beginning;
 mod braking;
 mod config;
 mod fri_client;

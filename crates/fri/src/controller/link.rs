@@ -5,9 +5,13 @@ use crate::error::FriError;
 use hwall_numeric::check::{non_negative, that};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
 
-/// Datagrams that may be on their way at once; one more is lost.
-const ON_THE_WAY: usize = 256;
+/// Datagrams a second that a link holds for its delay: a controller sends no more.
+const PER_S: f64 = 1000.0;
+/// And as many more at once; one more is lost.
+const AT_ONCE: usize = 256;
 
 /// What a network does to datagrams.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,21 +26,49 @@ pub struct LinkConfig {
     pub seed: u64,
 }
 
+/// When a datagram arrives. Of those that arrive at the same time the one offered first comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Arrival {
+    due_s: f64,
+    number: u64,
+    slot: usize,
+}
+
+impl Eq for Arrival {}
+
+impl Ord for Arrival {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let times = self.due_s.total_cmp(&other.due_s);
+        times.then(self.number.cmp(&other.number))
+    }
+}
+
+impl PartialOrd for Arrival {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct OnTheWay {
-    due_s: f64,
     length: usize,
     bytes: Datagram,
 }
 
 /// One direction of a network, in any time: datagrams are offered, and taken when they are due.
 ///
-/// Same seed and times, same losses. Nothing is allocated after construction.
+/// Same seed and times, same losses. It holds what comes a thousand times a second for as long as the delay and the jitter, and 256
+/// more; beyond that datagrams are lost and counted. Nothing is allocated after construction.
 #[derive(Debug)]
 pub struct Link {
     config: LinkConfig,
     generator: Pcg64,
-    on_the_way: Vec<OnTheWay>,
+    arrivals: BinaryHeap<Reverse<Arrival>>,
+    slots: Vec<OnTheWay>,
+    /// Slots whose datagrams have arrived.
+    free: Vec<usize>,
+    most: usize,
+    offered: u64,
     lost: u64,
 }
 
@@ -52,10 +84,16 @@ impl Link {
             that(time_s <= 10.0, what, time_s, "at most 10")?;
             non_negative(what, time_s)?;
         }
+        let held = (PER_S * (config.delay_s + config.jitter_s)).ceil();
+        let most = held as usize + AT_ONCE;
         Ok(Self {
             config,
             generator: Pcg64::seed_from_u64(config.seed),
-            on_the_way: Vec::with_capacity(ON_THE_WAY),
+            arrivals: BinaryHeap::with_capacity(most),
+            slots: Vec::with_capacity(most),
+            free: Vec::with_capacity(most),
+            most,
+            offered: 0,
             lost: 0,
         })
     }
@@ -69,25 +107,36 @@ impl Link {
             self.lost += 1;
             return;
         };
-        if is_lost || self.on_the_way.len() == ON_THE_WAY {
+        if is_lost || self.arrivals.len() == self.most {
             self.lost += 1;
             return;
         }
         place.copy_from_slice(datagram);
-        self.on_the_way.push(OnTheWay {
-            due_s: now_s + self.config.delay_s + jitter_s,
+        let on_the_way = OnTheWay {
             length: datagram.len(),
             bytes,
-        });
+        };
+        let slot = self.free.pop().unwrap_or(self.slots.len());
+        match self.slots.get_mut(slot) {
+            Some(place) => *place = on_the_way,
+            None => self.slots.push(on_the_way),
+        }
+        self.offered += 1;
+        self.arrivals.push(Reverse(Arrival {
+            due_s: now_s + self.config.delay_s + jitter_s,
+            number: self.offered,
+            slot,
+        }));
     }
 
     /// The next datagram that has arrived by now: its bytes go into `into`, their number is returned.
     pub fn take(&mut self, now_s: f64, into: &mut Datagram) -> Option<usize> {
-        let index = self.earliest()?;
-        if self.on_the_way.get(index)?.due_s > now_s {
+        if self.next_s()? > now_s {
             return None;
         }
-        let arrived = self.on_the_way.remove(index);
+        let Reverse(Arrival { slot, .. }) = self.arrivals.pop()?;
+        self.free.push(slot);
+        let arrived = self.slots.get(slot)?;
         *into = arrived.bytes;
         Some(arrived.length)
     }
@@ -95,7 +144,7 @@ impl Link {
     /// When the next datagram arrives, s.
     #[must_use]
     pub fn next_s(&self) -> Option<f64> {
-        Some(self.on_the_way.get(self.earliest()?)?.due_s)
+        self.arrivals.peek().map(|Reverse(next)| next.due_s)
     }
 
     /// Datagrams lost so far.
@@ -103,11 +152,42 @@ impl Link {
     pub const fn lost(&self) -> u64 {
         self.lost
     }
+}
 
-    /// Of those that arrive at the same time the one offered first.
-    fn earliest(&self) -> Option<usize> {
-        let due = self.on_the_way.iter().map(|datagram| datagram.due_s);
-        let (index, _) = due.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-        Some(index)
+#[cfg(test)]
+mod tests {
+    use super::{Link, LinkConfig};
+    use crate::codec::{DATAGRAM_BYTES, Datagram};
+
+    /// At 1 ms a delay of 0.4 s has 400 datagrams on their way, one of 20 s has 20,000.
+    #[test]
+    fn a_link_holds_all_of_its_delay() {
+        for (delay_s, jitter_s) in [(0.4, 0.0), (0.3, 0.1), (10.0, 10.0)] {
+            let config = LinkConfig {
+                delay_s,
+                jitter_s,
+                ..LinkConfig::default()
+            };
+            let mut link = Link::new(config).expect("a link");
+            let mut datagram: Datagram = [0; DATAGRAM_BYTES];
+            let (mut arrived, mut last) = (0_u32, None);
+            for ms in 0..45_000_u32 {
+                let now_s = 1e-3 * f64::from(ms);
+                if ms < 22_000 {
+                    link.offer(now_s, &ms.to_le_bytes());
+                }
+                while let Some(length) = link.take(now_s, &mut datagram) {
+                    assert_eq!(length, 4);
+                    let sent = datagram
+                        .first_chunk()
+                        .map(|bytes| u32::from_le_bytes(*bytes));
+                    assert!(jitter_s > 0.0 || sent > last, "in order without jitter");
+                    last = sent;
+                    arrived += 1;
+                }
+            }
+            assert_eq!((arrived, link.lost()), (22_000, 0), "{delay_s} s");
+            assert_eq!(link.next_s(), None);
+        }
     }
 }

@@ -76,6 +76,8 @@ pub struct Controller<P> {
     interpolator: JointPositions,
     in_force: Wanted,
     in_force_since_s: f64,
+    /// Where the arm is told to be: each command brings it towards the positions in force, no faster than the joints.
+    commanded_rad: [f64; 7],
     /// When positions like those of the interpolator came last, s.
     mirrored_s: Option<f64>,
     expired: bool,
@@ -133,6 +135,7 @@ impl<P: SimulatedPlant> Controller<P> {
                 wrench: Wrench::default(),
             },
             in_force_since_s: 0.0,
+            commanded_rad: interpolator.0,
             mirrored_s: None,
             expired: false,
             law: Law::Servo,
@@ -242,7 +245,7 @@ impl<P: SimulatedPlant> Controller<P> {
             arm: &measured,
             model: &**self.plant.model(),
             torque_n_m: self.plant.measured_torque().0,
-            commanded_position_rad: self.in_force.position_rad,
+            commanded_position_rad: self.commanded_rad,
             commanded_torque_n_m: self.commanded_torque_n_m,
             interpolator_rad: self.interpolator.0,
         });
@@ -256,7 +259,7 @@ impl<P: SimulatedPlant> Controller<P> {
         }
         for _ in 0..self.config.send_period_ms {
             let state = self.plant.state()?;
-            let reference = JointPositions(self.in_force.position_rad);
+            let reference = JointPositions(self.commanded_rad);
             let impedance = &self.config.impedance;
             let torques = match self.law {
                 Law::Tool => {
@@ -334,6 +337,7 @@ impl<P: SimulatedPlant> Controller<P> {
             torque_n_m: [0.0; 7],
             wrench: Wrench::default(),
         };
+        self.commanded_rad = self.interpolator.0;
         self.mirrored_s = None;
         self.expired = false;
         self.ended = None;
@@ -381,14 +385,15 @@ impl<P: SimulatedPlant> Controller<P> {
                 self.say(EventKind::Expired);
                 // Whatever comes next has to begin where the arm is.
                 self.in_force.position_rad = self.limits.clamped(&measured.q.0);
+                self.commanded_rad = self.in_force.position_rad;
                 self.law = Law::Servo;
                 return self.plant.command(ArmCommand::Hold);
             }
             return Ok(());
         };
-        let cycles = wanted.answers.wrapping_sub(self.in_force.answers);
         let period_s = self.config.send_period_s();
-        let dt_s = (f64::from(cycles) * period_s).clamp(period_s, self.expiry_s);
+        let dt_s = (cycles_between(self.in_force.answers, wanted.answers) * period_s)
+            .clamp(period_s, self.expiry_s);
         let last_rad = self.in_force.position_rad;
         let checked = self
             .limits
@@ -409,9 +414,13 @@ impl<P: SimulatedPlant> Controller<P> {
         self.in_force_since_s = now_s;
         self.expired = false;
         self.law = self.law_of_mode();
+        // After missed cycles it may be several steps to there: the arm is late then, it does not leap.
+        let answer_s = period_s * f64::from(self.config.receive_multiplier);
+        let to_rad = &self.in_force.position_rad;
+        self.commanded_rad = self.limits.followed(&self.commanded_rad, to_rad, answer_s);
         match self.law {
             Law::Servo => {
-                let q = JointPositions(self.in_force.position_rad);
+                let q = JointPositions(self.commanded_rad);
                 self.plant.command(ArmCommand::Position(q))
             }
             _ => Ok(()),
@@ -541,5 +550,26 @@ impl<P: SimulatedPlant> Controller<P> {
     /// The simulated arm, to push it or to ask it for its state.
     pub const fn plant_mut(&mut self) -> &mut P {
         &mut self.plant
+    }
+}
+
+/// Messages from one to a later one, as numbers that wrap count them. A client may answer a message before the one that its last
+/// command counts from, if it has several to choose from: that is no step back round the whole circle.
+const fn cycles_between(earlier: u32, later: u32) -> f64 {
+    let ahead = later.wrapping_sub(earlier).cast_signed();
+    if ahead > 0 { ahead as f64 } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cycles_between;
+
+    #[test]
+    fn numbers_of_messages_wrap() {
+        assert_eq!(cycles_between(3, 8), 5.0);
+        assert_eq!(cycles_between(u32::MAX - 1, 2), 4.0);
+        assert_eq!(cycles_between(8, 8), 0.0);
+        assert_eq!(cycles_between(8, 5), 0.0);
+        assert_eq!(cycles_between(1, u32::MAX), 0.0);
     }
 }

@@ -86,7 +86,7 @@ impl<P: SimulatedPlant> UdpController<P> {
         })
     }
 
-    /// Runs until `goes_on` says no; it is asked once in every period. The session is closed at the end.
+    /// Runs until `goes_on` says no; it is asked once in every period. The session is closed at the end, after what is still on its way.
     ///
     /// # Errors
     /// What the simulated arm or the network says.
@@ -116,6 +116,12 @@ impl<P: SimulatedPlant> UdpController<P> {
         self.controller.close()?;
         for _ in 0..GOODBYES {
             self.cycle(start)?;
+        }
+        // A slow network brings them later.
+        while let Some(due_s) = self.out.next_s() {
+            let due = start + Duration::from_secs_f64(due_s);
+            thread::sleep(due.saturating_duration_since(Instant::now()));
+            self.send_due(start)?;
         }
         Ok(())
     }

@@ -1,7 +1,9 @@
 //! A file that is a whole MCAP file after every flush.
 
-use std::fs::File;
-use std::io::{self, Seek, SeekFrom, Write};
+use crate::error::RecordError;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -21,6 +23,28 @@ const TAIL: [u8; 13 + 29 + 8] = {
     }
     tail
 };
+
+/// Makes a file, or empties it, for one writer at a time: the lock goes when the file is closed, also by a crash. A file system
+/// without locks gives none.
+pub(crate) fn create_alone(path: &Path) -> Result<File, RecordError> {
+    let io = |error| RecordError::io(path)(error);
+    // Emptied only once it is known that nobody else writes it.
+    let mut options = OpenOptions::new();
+    let file = options.write(true).create(true).truncate(false);
+    let file = file.open(path).map_err(io)?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            return Err(RecordError::InUse {
+                path: path.to_owned(),
+            });
+        }
+        Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
+        Err(TryLockError::Error(error)) => return Err(io(error)),
+    }
+    file.set_len(0).map_err(io)?;
+    Ok(file)
+}
 
 /// Keeps what is written until the flush, and then writes it and an ending in one call over the ending of the flush
 /// before. A program that is killed leaves a file that opens, with everything up to its last flush.

@@ -3,7 +3,7 @@
 mod growing;
 mod records;
 
-pub(crate) use growing::GrowingFile;
+pub(crate) use growing::{GrowingFile, create_alone};
 pub(crate) use records::{MessageAt, read_messages};
 
 /// How a recording ends.
@@ -16,6 +16,12 @@ pub enum Ending {
     /// The file is cut within a record; what stands before it was read.
     Cut {
         /// Where the cut record begins, bytes from the start of the file.
+        offset: u64,
+    },
+    /// The file goes on behind its end: another program wrote to it as well, or the recorder was killed at the very end. What
+    /// stands before was read.
+    Followed {
+        /// Where what does not belong to it begins, bytes from the start of the file.
         offset: u64,
     },
 }

@@ -13,6 +13,7 @@ const CHANNEL: u8 = 0x04;
 const MESSAGE: u8 = 0x05;
 const CHUNK: u8 = 0x06;
 const DATA_END: u8 = 0x0f;
+const FOOTER: u8 = 0x02;
 /// Bytes of a record before its body: what it is, and the length.
 const FRAMING: usize = 9;
 /// Bytes of a message before its data: channel, sequence, two times.
@@ -113,12 +114,36 @@ impl<F: FnMut(MessageAt)> Walk<'_, F> {
                 CHANNEL => self.channel(at, body)?,
                 MESSAGE => self.message(at, start, body)?,
                 CHUNK if top => self.chunk(at, start, body)?,
-                DATA_END if top => return Ok(Ending::Unfinished),
+                DATA_END if top => return Ok(self.end(start + body.len())),
                 _ => {}
             }
             at = start + body.len();
         }
         Ok(Ending::Cut { offset: at as u64 })
+    }
+
+    /// Behind the data: a summary, the footer and the magic, of which nothing is needed; and then the file should end.
+    fn end(&self, mut at: usize) -> Ending {
+        loop {
+            let mut framing = Cursor {
+                rest: self.bytes.get(at..).unwrap_or_default(),
+            };
+            let (Some(op), Some(length)) = (framing.array::<1>(), framing.u64()) else {
+                return Ending::Unfinished;
+            };
+            let body = usize::try_from(length).ok().and_then(|n| framing.take(n));
+            let Some(body) = body else {
+                return Ending::Unfinished;
+            };
+            at += FRAMING + body.len();
+            if op == [FOOTER] {
+                let end = at + MAGIC.len();
+                return match self.bytes.get(end..) {
+                    None | Some([]) => Ending::Unfinished,
+                    Some(_) => Ending::Followed { offset: end as u64 },
+                };
+            }
+        }
     }
 
     fn channel(&mut self, at: usize, body: &[u8]) -> Result<(), RecordError> {

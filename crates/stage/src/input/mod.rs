@@ -1,5 +1,6 @@
 //! What the command line asks for.
 
+pub mod address;
 pub mod arms;
 pub mod file_plan;
 pub mod floor_pose;

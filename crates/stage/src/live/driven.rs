@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 /// A controller that says nothing for this long is gone.
 const SILENCE: Duration = Duration::from_millis(500);
 /// How often the wait for a controller looks whether it is to end.
-const LOOK: Duration = Duration::from_secs(1);
+const LOOK: Duration = Duration::from_millis(200);
 /// At the end the arm is braked for this long: from full speed the second joint, which takes longest, stands after 0.32 s.
 const BRAKING: Duration = Duration::from_millis(500);
 
@@ -60,9 +60,16 @@ pub fn run_driven(
     let mut recorder = recorded::begin(&prepared, options)?;
     let session = prepared.session;
     let mut client = FriClient::bind(session.control().arm(), config)?;
-    let waiting = format!("waiting for an FRI controller at {}", config.listen);
+    let who = match config.controller {
+        Some(named) => format!("the FRI controller {named}"),
+        None => "an FRI controller".to_owned(),
+    };
+    let waiting = format!("waiting for {who} at {}", config.listen);
     server.prepare(&waiting);
     eprintln!("{waiting}");
+    if config.controller.is_none() && !config.listen.ip().is_loopback() {
+        eprintln!("whoever sends first leads; --fri-controller names the one that may");
+    }
     let since = Instant::now();
     let mut told = false;
     let begun_s = loop {
@@ -109,6 +116,7 @@ pub fn run_driven(
         },
     );
     brake(&mut client);
+    eprintln!("{}", client.statistics());
     let finished = recorded::finish(recorder, options.record);
     ended.context("the arm behind FRI")?;
     finished

@@ -101,23 +101,29 @@ pub struct Prepared {
 /// Reads the scene, finds out about its walls and trains a predictor, telling the clients of a server what takes time.
 ///
 /// # Errors
-/// A scene that is missing or malformed, a recording that cannot be written; a configuration that a crate refuses.
+/// A scene that is missing or malformed, a recording that cannot be written; a configuration that a crate refuses; a server that is
+/// stopped meanwhile.
 pub fn prepare(server: &BridgeServer, options: &LiveOptions<'_>) -> anyhow::Result<Prepared> {
     options.check()?;
+    let next = |text: &str| -> anyhow::Result<()> {
+        anyhow::ensure!(!server.is_stopped(), "stopped before: {text}");
+        server.prepare(text);
+        Ok(())
+    };
     let began = Instant::now();
     let board = Board::default();
     let arm = BoardArm::named("iiwa7", &board)?;
-    server.prepare("reading the scene");
+    next("reading the scene")?;
     let Place {
         scene,
         likely_touches,
         base,
         mut remarks,
     } = Place::of(&arm, options)?;
-    server.prepare("learning how people reach");
+    next("learning how people reach")?;
     let (predictor, leader, learnt) = predictor(&scene, &arm, options.predictor)?;
     remarks.push(learnt);
-    server.prepare("mapping where the arm can hold its board");
+    next("mapping where the arm can hold its board")?;
     let walls = arm.walls_of(&scene, &board, likely_touches.clone(), TEXTURED)?;
     let start = walls.waiting.unwrap_or(arm.start());
     let filter = match options.watch_frozen {
@@ -230,5 +236,32 @@ fn predictor(
             PredictorKind::RayLed,
             format!("the ray-led predictor, nobody to learn from: {error:#}"),
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hwall_bridge::BridgeConfig;
+
+    #[test]
+    fn nothing_is_prepared_for_a_server_that_is_stopped() {
+        let config = BridgeConfig {
+            listen: ([127, 0, 0, 1], 0).into(),
+            ..BridgeConfig::default()
+        };
+        let server = BridgeServer::start(config).expect("a server");
+        server.stop_handle().stop();
+        let options = LiveOptions {
+            scene: None,
+            level: ArmLevel::Servo,
+            predictor: None,
+            watch_frozen: false,
+            seconds: None,
+            seed: 1,
+            record: None,
+        };
+        let stopped = prepare(&server, &options).err().expect("an error");
+        assert!(stopped.to_string().contains("stopped"), "{stopped}");
     }
 }

@@ -5,7 +5,7 @@ use super::recorded;
 use super::touching::Touching;
 use crate::run::simulated_arm::SimulatedArm;
 use hwall::hand::HandFrame;
-use hwall::haptics::Arm;
+use hwall::haptics::{Arm, ArmState};
 use hwall::{Surroundings, drive};
 use hwall_bridge::{Bridge, BridgeServer};
 use hwall_record::Recorded;
@@ -16,6 +16,8 @@ use std::sync::Arc;
 pub(super) struct Limited {
     pub(super) bridge: Bridge,
     pub(super) end_s: f64,
+    /// Time by which the arm's own clock is behind that of the loop, s.
+    pub(super) skipped_s: f64,
 }
 
 impl<R: Arm> Surroundings<R> for Limited {
@@ -26,6 +28,13 @@ impl<R: Arm> Surroundings<R> for Limited {
 
     fn next_frame(&mut self, now_s: f64) -> Option<HandFrame> {
         self.bridge.hands.next_frame(now_s)
+    }
+
+    fn state(&mut self, state: ArmState) -> ArmState {
+        ArmState {
+            t_s: state.t_s + self.skipped_s,
+            ..state
+        }
     }
 }
 
@@ -52,6 +61,7 @@ pub fn run_simulated(
     let mut surroundings = Limited {
         bridge: server.connect(&scene),
         end_s: options.seconds.unwrap_or(f64::INFINITY),
+        skipped_s: 0.0,
     };
     let mut touching = Touching::new(&board);
     let mut recorded = Recorded {
@@ -62,11 +72,13 @@ pub fn run_simulated(
         &mut recorded,
         &mut simulated,
         &mut surroundings,
-        |recorded, simulated, Limited { bridge, .. }, cycle| {
+        |recorded, simulated, limited, cycle| {
+            let bridge = &mut limited.bridge;
             let frame = bridge.hands.newest().map(|(frame, _)| *frame);
             let until_s = cycle.t_s + bridge.pacing.period_s();
             let tracking = recorded.session.tracking();
             touching.advance(simulated, until_s, frame.as_ref(), tracking)?;
+            limited.skipped_s = touching.skipped_s();
             recorded::show(bridge, recorded, cycle);
             Ok(())
         },

@@ -36,19 +36,22 @@ pub fn run_told(
     let mut surroundings = Limited {
         bridge: server.connect(&scene),
         end_s: options.seconds.unwrap_or(f64::INFINITY),
+        skipped_s: 0.0,
     };
     let mut touching = Touching::new(&board);
     drive(
         &mut control,
         &mut simulated,
         &mut surroundings,
-        |control, simulated, Limited { bridge, .. }, cycle| {
+        |control, simulated, limited, cycle| {
+            let bridge = &mut limited.bridge;
             if let Some(told) = unity.newest(cycle.t_s) {
                 control.target = Some(told.target);
                 control.slide = told.slide;
             }
             let until_s = cycle.t_s + bridge.pacing.period_s();
             let force_n = touching.advance(simulated, until_s, None, None)?;
+            limited.skipped_s = touching.skipped_s();
             if bridge.view.is_due(cycle.t_s) {
                 let is_touched =
                     matches!(control.renderer().contact(), ContactState::Contact { .. });
@@ -68,7 +71,7 @@ pub fn run_told(
     )?;
     let counts = unity.counts();
     eprintln!(
-        "{} datagrams, {} refused",
+        "Datagrams: {} taken, {} refused.",
         counts.datagrams, counts.refused_datagrams
     );
     Ok(())

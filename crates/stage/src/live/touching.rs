@@ -4,15 +4,21 @@ use crate::run::simulated_arm::SimulatedArm;
 use glam::DVec3;
 use hwall::hand::{HandFrame, Tracking};
 use hwall::haptics::Board;
+use hwall_geometry::Wrench;
 use hwall_sim::{HandContact, SimError};
 
 /// Between two samples the fingertip goes on for at most this long, s: a period of a headset and a half.
 const AHEAD_S: f64 = 0.02;
 
+/// A loop that left out more than this, s, finds the arm as it stood after it: a touch of which nobody knows anything moves nothing,
+/// and a computer that slept for a night has nothing to make up.
+const LONGEST_S: f64 = 0.1;
+
 /// Presses the board of a simulated arm with a tracked fingertip.
 pub(super) struct Touching {
     finger: HandContact,
-    arm_s: f64,
+    until_s: f64,
+    skipped_s: f64,
 }
 
 impl Touching {
@@ -22,11 +28,17 @@ impl Touching {
                 half_extent_m: board.half_width_m,
                 ..HandContact::default()
             },
-            arm_s: 0.0,
+            until_s: 0.0,
+            skipped_s: 0.0,
         }
     }
 
-    /// Moves the arm's clock on to `until_s` and lets the fingertip press the board; returns the force, base axes, N. A hand that is
+    /// Time by which the arm's own clock is behind that of the loop, s: what was left out.
+    pub(super) const fn skipped_s(&self) -> f64 {
+        self.skipped_s
+    }
+
+    /// Moves the arm on to `until_s`, by 0.1 s at most, and lets the fingertip press the board; returns the force, base axes, N. A hand that is
     /// lost presses nothing.
     pub(super) fn advance(
         &mut self,
@@ -35,10 +47,15 @@ impl Touching {
         frame: Option<&HandFrame>,
         tracking: Option<&Tracking>,
     ) -> Result<DVec3, SimError> {
-        let dt_s = until_s - self.arm_s;
-        if dt_s > 0.0 {
+        let left_s = until_s - self.until_s;
+        if left_s > 0.0 {
+            let dt_s = left_s.min(LONGEST_S);
+            if dt_s < left_s {
+                self.skipped_s += left_s - dt_s;
+                arm.apply_wrench(Wrench::default())?;
+            }
             arm.advance(dt_s)?;
-            self.arm_s = until_s;
+            self.until_s = until_s;
         }
         let state = tracking.and_then(Tracking::state);
         let tip = state.zip(frame).and_then(|(state, frame)| {
@@ -59,5 +76,46 @@ impl Touching {
         let wrench = wrench.unwrap_or_default();
         arm.apply_wrench(wrench)?;
         Ok(wrench.force_n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::arms::BoardArm;
+    use hwall::haptics::{Arm, ArmCommand};
+    use std::sync::Arc;
+
+    #[test]
+    fn a_loop_that_slept_finds_the_arm_as_it_stood() {
+        let board = Board::default();
+        let named = BoardArm::named("iiwa7", &board).expect("an arm");
+        let model = Arc::clone(named.kinematics());
+        let mut arm = SimulatedArm::servo(model, named.start(), 1).expect("an arm");
+        let mut goal = named.start();
+        goal.0[0] += 1.0;
+        arm.command(ArmCommand::Position(goal)).expect("taken");
+        let mut touching = Touching::new(&board);
+        for ms in 1..=20 {
+            let until_s = 1e-3 * f64::from(ms);
+            touching
+                .advance(&mut arm, until_s, None, None)
+                .expect("a step");
+        }
+        assert_eq!(touching.skipped_s(), 0.0);
+        let push = Wrench {
+            force_n: 100.0 * DVec3::X,
+            ..Wrench::default()
+        };
+        arm.apply_wrench(push).expect("finite");
+        touching
+            .advance(&mut arm, 30_000.0, None, None)
+            .expect("a step");
+        let state = arm.state().expect("a state");
+        assert!((state.t_s - 0.12).abs() < 1e-9, "{} s", state.t_s);
+        assert!((state.t_s + touching.skipped_s() - 30_000.0).abs() < 1e-9);
+        assert!(arm.q()[0] < goal[0] - 0.5, "it is still on its way");
+        let torques = state.external_torque.expect("sensors");
+        assert!(torques.0.iter().all(|torque| torque.abs() < 5.0));
     }
 }

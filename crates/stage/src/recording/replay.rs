@@ -39,6 +39,10 @@ pub fn replay(path: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
                 "the recording was not finished: its last half second may be missing"
             )?;
         }
+        Ending::Followed { offset } => writeln!(
+            out,
+            "the file goes on behind the end of the recording, at byte {offset}: another program wrote to it, or the recorder was killed as it ended"
+        )?,
         Ending::Cut { offset } => writeln!(out, "the recording is cut at byte {offset}")?,
     }
     if replayed.missing > 0 {

@@ -50,8 +50,10 @@ pub fn start(
     let setup = source.to_setup()?;
     let name = Path::new(source.arm).file_stem().unwrap_or_default();
     let text = skeleton.to_urdf(&name.to_string_lossy());
+    // First the recorder: while somebody else records to the file, the description beside it is theirs as well.
+    let recorder = Recorder::create(path, &setup, skeleton, scene, config)?;
     hwall_files::write(&urdf, text).with_context(|| urdf.display().to_string())?;
-    Ok(Recorder::create(path, &setup, skeleton, scene, config)?)
+    Ok(recorder)
 }
 
 /// As [`start`], for the runs of the main job, of which nothing is left out.

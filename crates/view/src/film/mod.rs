@@ -14,6 +14,8 @@ use hwall::numeric::check::finite;
 use picture::Picture;
 use std::fmt::Write;
 
+/// A touch ends below this force, N: what an untouched board measures is less, and none.
+const LEAST_FORCE_N: f64 = 1.5;
 /// Stills of a film strip, and how many stand in a row.
 const STILLS: usize = 6;
 const ROW: usize = 3;
@@ -145,7 +147,9 @@ fn words(frame: &ViewFrame, contact_s: f64) -> String {
         frame.left_s,
         frame.predicted.and_then(|p| p.contact_s),
     ) {
-        (Some(force_n), ..) if force_n.length() > 0.5 => format!("{:.0} N", force_n.length()),
+        (Some(force_n), ..) if force_n.length() > LEAST_FORCE_N => {
+            format!("{:.0} N", force_n.length())
+        }
         (_, Some(board_s), Some(hand_s)) if left_s > 0.0 && frame.goal.is_some() => {
             format!("board in {board_s:.2} s, hand in {hand_s:.2} s")
         }

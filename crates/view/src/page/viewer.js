@@ -6,8 +6,10 @@ const THEMES = {
 };
 const SKIN = [0.87, 0.64, 0.50], BONE = [0.80, 0.56, 0.43], GAZE = [0.55, 0.36, 0.85], FORCE = [0.84, 0.15, 0.20], DOOR = [0.66, 0.49, 0.33];
 const BONES = [0, 1, 2, 3, 4].flatMap((f) => (f ? [[1, 5 * f + 1], [5 * f + 1, 5 * f + 2], [5 * f + 2, 5 * f + 3], [5 * f + 3, 5 * f + 4], [5 * f + 4, 5 * f + 5]] : [[1, 2], [2, 3], [3, 4], [4, 5]]));
-/** Length of the arrow of a force, m/N, and the least force that is drawn, N. */
-const METRES_PER_NEWTON = 0.02, LEAST_FORCE = 0.5;
+/** Length of the arrow of a force, m/N. */
+const METRES_PER_NEWTON = 0.02;
+/** A touch ends below this force, N: what an untouched board measures is less, and none. */
+const LEAST_FORCE = 1.5;
 
 class Viewer {
   constructor(canvas, scene) {

@@ -1,0 +1,66 @@
+//! Addresses of a command line: numbers or names.
+
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
+
+/// `HOST:PORT`, the host in numbers or a name. Of several addresses of a name an IPv4 one is taken, which everybody has.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn socket_address(text: &str) -> Result<SocketAddr, String> {
+    let (host, port) = text
+        .rsplit_once(':')
+        .ok_or("a port is missing: HOST:PORT")?;
+    if port.parse::<u16>().is_err() {
+        return Err(format!(
+            "{port:?} is no port, which is a number up to 65535"
+        ));
+    }
+    first(host, text.to_socket_addrs())
+}
+
+/// `HOST`, in numbers or a name.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn host(text: &str) -> Result<IpAddr, String> {
+    let found = (text.trim_matches(['[', ']']), 0).to_socket_addrs();
+    first(text, found).map(|address| address.ip())
+}
+
+fn first(
+    host: &str,
+    found: std::io::Result<impl Iterator<Item = SocketAddr>>,
+) -> Result<SocketAddr, String> {
+    let found: Vec<_> = found
+        .map_err(|error| format!("{host:?} is no address, and not known as a name: {error}"))?
+        .collect();
+    let v4 = found.iter().find(|address| address.is_ipv4());
+    let any = v4.or(found.first()).copied();
+    any.ok_or_else(|| format!("{host:?} has no address"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{host, socket_address};
+
+    #[test]
+    fn names_and_numbers_are_addresses() {
+        let local = "127.0.0.1:30200".parse().expect("an address");
+        assert_eq!(socket_address("127.0.0.1:30200"), Ok(local));
+        assert_eq!(socket_address("localhost:30200"), Ok(local));
+        let v6 = "[::1]:8080".parse().expect("an address");
+        assert_eq!(socket_address("[::1]:8080"), Ok(v6));
+        assert_eq!(host("localhost"), Ok(local.ip()));
+        assert_eq!(host("10.0.0.7").expect("one").to_string(), "10.0.0.7");
+    }
+
+    #[test]
+    fn what_is_no_address_is_said() {
+        let wrong = |text| socket_address(text).expect_err("refused");
+        assert!(wrong("localhost").contains("port is missing"));
+        assert!(wrong("localhost:fri").contains("no port"));
+        assert!(wrong("localhost:70000").contains("no port"));
+        assert!(wrong("no such host:1").contains("no such host"));
+        assert!(host("no such host").is_err());
+    }
+}
