@@ -3,6 +3,7 @@
 //! Nothing here is published. The libraries under `crates/` do the work; this composes them.
 
 pub mod input;
+pub mod job;
 pub mod live;
 pub mod person;
 pub mod recording;

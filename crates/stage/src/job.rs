@@ -1,0 +1,195 @@
+//! The main job: from its options to its tables, figures and recordings.
+
+use crate::input::arms::BoardArm;
+use crate::input::file_plan::FilePlan;
+use crate::input::floor_pose::FloorPose;
+use crate::person::kinds::PersonKind;
+use crate::person::predictors::{PredictorKind, Predictors};
+use crate::recording;
+use crate::report::outputs::{self, Outputs};
+use crate::run::people::{self, Stage};
+use crate::run::simulated_arm::ArmLevel;
+use crate::setting::{Setting, SettingOptions};
+use clap::ValueEnum;
+use hwall_haptics::Board;
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// What to do, as flags of a command line.
+#[derive(Debug, Clone, clap::Args)]
+pub struct JobOptions {
+    /// OBJ scene, z up, metres; a sidecar of the same name with .toml says which surface is what [default: the built-in room]
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// CSV recording of a hand: t in seconds, palm_x.. little_z in metres, optionally head_* and gaze_*; cells may be empty [default: a simulated person]
+    #[arg(long)]
+    pub hand: Option<PathBuf>,
+    /// Axes of the recording: y-up as headsets have it, or z-up
+    #[arg(long, value_enum, default_value = "y-up")]
+    pub axes: Axes,
+    /// auto: stand arm and recording before the nearest suitable wall; none: as --base and --hand-origin say [default: auto with --hand, else none]
+    #[arg(long, value_enum)]
+    pub place: Option<Place>,
+    /// The arm's base in the scene: x,y,z in metres, yaw in degrees about z, counter-clockwise from the scene's x axis; with auto placing the nearest wall to it is taken [default: 0,0,0,0 without auto placing]
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
+    pub base: Option<FloorPose>,
+    /// arrival: stand the arm's base near the origin of the scene where most touches are in time; takes a minute and a half
+    #[arg(long, value_enum, conflicts_with_all = ["base", "hand"])]
+    pub base_from: Option<BaseFrom>,
+    /// Origin of the recording (z up) in the scene: x,y,z in metres, yaw in degrees [default: 0,0,0,0 without auto placing]
+    #[arg(long, value_parser = FloorPose::parse, allow_hyphen_values = true)]
+    pub hand_origin: Option<FloorPose>,
+    /// The recorded hand is made up: a shape that never changes is no frozen tracker
+    #[arg(long)]
+    pub rigid_hand: bool,
+    /// iiwa7, iiwa14, or PATH.urdf of an arm with at most seven joints
+    #[arg(long, default_value = "iiwa7")]
+    pub arm: String,
+    /// servo: joint targets with a delay, doors rendered by positions; torque: rigid bodies, friction and sensors, doors rendered by torques
+    #[arg(long, value_enum, default_value_t)]
+    pub arm_level: ArmLevel,
+    /// Who leads the board; all three are compared [default: fused, or ray-led where there is nobody to learn from]
+    #[arg(long, value_enum)]
+    pub predictor: Option<PredictorKind>,
+    /// The board presents no roughness: it may be rolled as suits the arm, and stands still while touched
+    #[arg(long)]
+    pub plain: bool,
+    /// What simulated people are like
+    #[arg(long, value_enum, default_value_t, conflicts_with = "hand")]
+    pub person: PersonKind,
+    /// Touches of the simulated people: one makes a dozen, for more there are more people
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub touches: u64,
+    /// Seed of the simulated people and the sensors' noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Control period in milliseconds, 0.1 to 20
+    #[arg(long, default_value_t = 1.0)]
+    pub period_ms: f64,
+    /// Output folder
+    #[arg(long, default_value = "out/hwall")]
+    pub out: PathBuf,
+    /// Also writes hwall.glb, the animation for Blender and other viewers
+    #[arg(long)]
+    pub glb: bool,
+    /// Also writes every touch and a summary to this file. In the summary `reachable`, `possible` and `in_place` count touches
+    /// (in_place: of the reachable ones), in_place_of_possible is the share of the possible ones that were in place, 0 to 1;
+    /// gap_p90_m is of the reachable ones, felt_median_s of those that were felt; what does not exist is null
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Also records all runs to this file, for Foxglove, Rerun and --replay; the arm's capsules as URDF beside it
+    #[arg(long)]
+    pub mcap: Option<PathBuf>,
+}
+
+/// Axes of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Axes {
+    /// y up, as headsets have it
+    YUp,
+    /// z up
+    ZUp,
+}
+
+/// Who places arm and recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Place {
+    /// The program
+    Auto,
+    /// The flags
+    None,
+}
+
+/// What decides on the base.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BaseFrom {
+    /// How many touches are in time
+    Arrival,
+}
+
+/// Does the job: the tables go to `out`, what should be known about them to standard error, everything else into files.
+/// `progress` hears how much is done, 0 to 1.
+///
+/// # Errors
+/// Options that make no sense, files that cannot be read or written, whatever training and the runs refuse.
+pub fn run(
+    options: &JobOptions,
+    out: &mut impl Write,
+    mut progress: impl FnMut(f64),
+) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        (0.1..=20.0).contains(&options.period_ms),
+        "--period-ms must lie in 0.1..=20"
+    );
+    let outputs = Outputs {
+        folder: &options.out,
+        json: options.json.as_deref(),
+        glb: options.glb,
+        mcap: options.mcap.as_deref(),
+    };
+    let inputs = FilePlan::default()
+        .read_scene("--scene", options.scene.as_deref())
+        .read("--hand", options.hand.as_deref())
+        .read_arm("--arm", &options.arm);
+    outputs.prepare(inputs)?;
+    let board = Board::default();
+    let arm = BoardArm::named(&options.arm, &board)?;
+    let setting = Setting::new(
+        &arm,
+        &SettingOptions {
+            scene: options.scene.as_deref(),
+            hand: options.hand.as_deref(),
+            y_up: options.axes == Axes::YUp,
+            rigid_hand: options.rigid_hand,
+            auto: options
+                .place
+                .map_or(options.hand.is_some(), |p| p == Place::Auto),
+            base: options.base,
+            base_by_arrival: options.base_from.is_some(),
+            hand_origin: options.hand_origin,
+            person: options.person,
+            touches: options.touches as usize,
+            seed: options.seed,
+        },
+    )?;
+    let scene = &setting.scene;
+    let (predictors, learnt) =
+        Predictors::train(scene, &arm, &setting.training_people, options.predictor)?;
+    for remark in setting.remarks.iter().chain([&learnt]) {
+        eprintln!("{remark}");
+    }
+    let began = Instant::now();
+    let likely = setting.likely_touches.clone();
+    let walls = arm.walls_of(scene, &board, likely, !options.plain)?;
+    let mapping = began.elapsed();
+    let stage = Stage {
+        arm: &arm,
+        board: &board,
+        scene,
+        walls: &walls,
+        predictors: &predictors,
+        textured: !options.plain,
+        level: options.arm_level,
+        period_s: 1e-3 * options.period_ms,
+    };
+    let scene_path = options.scene.as_deref();
+    let recorder = options.mcap.as_deref();
+    let recorder =
+        recorder.map(|path| recording::of_stage(path, &stage, &setting, scene_path, &options.arm));
+    let mut recorder = recorder.transpose()?;
+    let runs = people::run_recorded(
+        &stage,
+        &setting.participants,
+        recorder.as_mut(),
+        &mut progress,
+    )?;
+    if let (Some(recorder), Some(path)) = (recorder, &options.mcap) {
+        writeln!(out, "{}", recording::finish(recorder, path)?)?;
+    }
+    let table = outputs::text(&runs, &walls.maps, mapping)?;
+    writeln!(out, "{table}")?;
+    let written = outputs.write(&table, &runs, &stage, setting.participants[0].hand.span_s())?;
+    writeln!(out, "{written}")?;
+    Ok(())
+}
