@@ -66,7 +66,7 @@ fn place(sampler: &mut Sampler, shelf: bool) -> (DVec3, DVec3) {
     }
 }
 
-/// What a thousand targets did, most of them changed on the way.
+/// What many targets did, most of them changed on the way.
 struct Outcome {
     /// How far the face came before a surface in each step, m, in rising order.
     in_front_m: Vec<f64>,
@@ -75,7 +75,7 @@ struct Outcome {
     reached: usize,
 }
 
-fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool) -> Outcome {
+fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool, count: usize) -> Outcome {
     let mut follower = follower(barriers);
     let mut sampler = Sampler::new(seed);
     let mut outcome = Outcome {
@@ -83,7 +83,7 @@ fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool) -> Outcome {
         wanted: 0,
         reached: 0,
     };
-    for _ in 0..1000 {
+    for _ in 0..count {
         let (point_m, normal) = place(&mut sampler, shelf);
         let target = BoardTarget {
             slack_m: [0.03; 2],
@@ -114,23 +114,31 @@ fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool) -> Outcome {
     outcome
 }
 
+/// 3 mm for a way, 1 mm if there is none that keeps that, 0.5 mm between two looks at a way.
+const BOUND_M: f64 = 4.5e-3;
+
 #[test]
 fn random_targets_on_walls_keep_the_board_behind_them() {
-    let outcome = random_targets(&barriers()[..2], 41, false);
-    let n = outcome.in_front_m.len();
-    let [most_m, most_of_1000_m] = [n - 1, n - n / 1000].map(|i| outcome.in_front_m[i]);
-    println!(
-        "{most_m} {most_of_1000_m} {} of {}",
-        outcome.reached, outcome.wanted
-    );
-    assert!(most_m <= 5e-3, "{most_m} m before a wall");
-    assert!(outcome.reached * 100 >= outcome.wanted * 97);
+    let seeds = [41, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+    let outcomes = std::thread::scope(|scope| {
+        let run = |seed| scope.spawn(move || random_targets(&barriers()[..2], seed, false, 500));
+        seeds.map(run).map(|outcome| outcome.join().unwrap())
+    });
+    for (seed, outcome) in seeds.into_iter().zip(outcomes) {
+        let most_m = outcome.in_front_m[outcome.in_front_m.len() - 1];
+        println!(
+            "seed {seed}: {most_m} m, {} of {}",
+            outcome.reached, outcome.wanted
+        );
+        assert!(most_m <= BOUND_M, "seed {seed}: {most_m} m before a wall");
+        assert!(outcome.reached * 100 >= outcome.wanted * 97);
+    }
 }
 
 /// A goal may change while the board is in the box, or on its way into it: it then comes out, which is before the wall.
 #[test]
 fn random_targets_on_a_box_are_nearly_as_well_kept() {
-    let outcome = random_targets(&barriers(), 42, true);
+    let outcome = random_targets(&barriers(), 42, true, 1000);
     let n = outcome.in_front_m.len();
     let [most_m, most_of_100_m] = [n - 1, n - n / 100].map(|i| outcome.in_front_m[i]);
     println!(

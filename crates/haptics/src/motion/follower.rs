@@ -209,7 +209,7 @@ impl Follower {
                 let drifted = before.is_some_and(|before| before.is_beside(goal))
                     && matches!(self.destination, Some(Destination::Goal(_)));
                 if let Some(before) = before.filter(|_| !drifted) {
-                    self.route.leave(&before);
+                    self.route.leave(&before, &self.arm().forward(&here));
                 }
                 self.destination = Some(Destination::Goal(*goal));
                 self.has_drifted = true;
@@ -237,7 +237,8 @@ impl Follower {
             )?;
         }
         if let Some(goal) = self.goals.goal().copied() {
-            self.route.leave(&goal);
+            let here = self.arm().forward(&self.reference.state().q);
+            self.route.leave(&goal, &here);
         }
         self.goals.forget();
         self.destination = Some(Destination::Posture(*q));
