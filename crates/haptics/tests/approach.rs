@@ -184,6 +184,59 @@ fn the_board_ends_exactly_at_its_place() {
     assert_eq!(follower.left_s(), Some(0.0));
 }
 
+/// How long the board takes to each target when it was on its way to another one before, s; `None`: not within 4 s.
+fn arrivals_after_a_change_s(retry_s: f64) -> Vec<Option<f64>> {
+    let mut sampler = Sampler::new(43);
+    let mut follower = Follower::new(Arc::new(arm()), FollowerConfig::default(), &waiting())
+        .unwrap()
+        .with_board(
+            ApproachConfig {
+                retry_s,
+                ..ApproachConfig::default()
+            },
+            Board::default(),
+        );
+    follower.set_barriers(&barriers()[..2]);
+    let mut arrivals = Vec::new();
+    for _ in 0..200 {
+        follower.restart(&waiting(), &Default::default()).unwrap();
+        let before_s = sampler.uniform(0.2, 0.6);
+        let [first, then] = [(); 2].map(|()| place(&mut sampler, false));
+        let target = |(point_m, normal)| BoardTarget::new(point_m, normal, 0.0);
+        if follower.set_target(&target(first)).unwrap().is_some() {
+            continue;
+        }
+        for _ in 0..(before_s / DT_S) as usize {
+            follower.step(DT_S).unwrap();
+        }
+        if follower.set_target(&target(then)).unwrap().is_some() {
+            continue;
+        }
+        let arrives = |_: &usize| {
+            follower.step(DT_S).unwrap();
+            Some(follower.commanded()) == follower.goal()
+        };
+        let steps = (1..=(4.0 / DT_S) as usize).find(arrives);
+        arrivals.push(steps.map(|steps| steps as f64 * DT_S));
+    }
+    arrivals
+}
+
+#[test]
+fn a_way_that_is_looked_at_again_is_shorter() {
+    let once = arrivals_after_a_change_s(1e3);
+    let again = arrivals_after_a_change_s(ApproachConfig::default().retry_s);
+    let both: Vec<[f64; 2]> = once
+        .iter()
+        .zip(&again)
+        .filter_map(|(once, again)| Some([(*once)?, (*again)?]))
+        .collect();
+    let mean_s = |i: usize| both.iter().map(|s| s[i]).sum::<f64>() / both.len() as f64;
+    assert!(both.len() > 100, "{}", both.len());
+    println!("{} {} {}", both.len(), mean_s(0), mean_s(1));
+    assert!(mean_s(1) < 0.98 * mean_s(0), "{} {}", mean_s(0), mean_s(1));
+}
+
 /// A box around the goal that only its front opens to: no straight way and no bend, only from behind.
 #[test]
 fn a_shelf_is_reached_from_behind_its_wall() {

@@ -108,6 +108,10 @@ impl Footprint {
 
     /// What a point that is so far before the nearest surface counts as; `None` beyond the margin.
     fn eased(&self, found: FacePoint) -> Option<FacePoint> {
+        // Behind a surface nothing is to be eased.
+        if found.in_front_m <= 0.0 {
+            return None;
+        }
         let p = self.face.inverse_transform_point(found.point_m);
         let [x, y] = [p.x, p.y];
         let beyond_m = (x.abs() - self.half_m[0])
@@ -119,8 +123,7 @@ impl Footprint {
             in_front_m: p.z,
             ..found
         };
-        // Behind a surface nothing is to be eased.
-        if beyond_m >= self.margin_m || found.in_front_m <= 0.0 {
+        if beyond_m >= self.margin_m {
             None
         } else if beyond_m <= EDGE_M || p.z >= eased_m {
             Some(before_face)

@@ -342,7 +342,8 @@ impl Follower {
         self.end_slide();
         match &self.destination {
             Some(destination) => {
-                let due = self.route.is_retry_due(dt_s);
+                let is_bent = self.reference.by_way_of().is_some();
+                let due = self.route.is_retry_due(dt_s, is_bent);
                 let stands = self.reference.goal().is_none() && !self.route.is_blocked();
                 self.since_plan_s += dt_s;
                 let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;

@@ -27,7 +27,7 @@ pub struct ApproachConfig {
     /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
     /// this margin, m; default 0.2: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
     pub footprint_m: f64,
-    /// While the board is on a detour the straight way is tried again after this time, s; default 0.02.
+    /// While the board is on a detour or has a bend ahead, a shorter way is tried after this time, s; default 0.02.
     pub retry_s: f64,
 }
 
@@ -67,6 +67,8 @@ impl ApproachConfig {
 /// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
+/// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
+const SOONER_S: f64 = 0.02;
 /// How often a bend is mended.
 const MOST_BENDS: usize = 6;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
@@ -149,10 +151,10 @@ impl Route {
         (self.detour_m, self.is_blocked) = (None, false);
     }
 
-    /// Time passes; is the straight way due to be tried again?
-    pub(super) fn is_retry_due(&mut self, dt_s: f64) -> bool {
+    /// Time passes; is it due to look for a shorter way? `is_bent`: the motion still has to pass a bend.
+    pub(super) fn is_retry_due(&mut self, dt_s: f64, is_bent: bool) -> bool {
         self.retry_in_s -= dt_s;
-        (self.is_detour() || self.is_blocked) && self.retry_in_s <= 0.0
+        (self.is_detour() || self.is_blocked || is_bent) && self.retry_in_s <= 0.0
     }
 
     /// The place of a goal is left for another destination; `face`: where the board is.
@@ -223,6 +225,9 @@ impl Route {
     ) -> Result<(), HapticsError> {
         let config = self.config;
         self.retry_in_s = config.retry_s;
+        // A bend was found from where the board was then: from further on there may be a shorter one.
+        let bends_again =
+            !is_new && !self.is_detour() && !self.is_blocked && reference.by_way_of().is_some();
         let Some(board) = self.board else {
             (self.is_blocked, self.detour_m) = (false, None);
             reference.set_goal(destination.q())?;
@@ -233,22 +238,32 @@ impl Route {
             Destination::Posture(_) => None,
         };
         let here = solver.arm().forward(&reference.state().q);
-        self.departed = None;
-        if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
-            self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+        if !bends_again {
+            self.departed = None;
+            if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
+                self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+            }
         }
         let check = self.check(&board, goal)?;
-        let allowed_m = config
-            .allowed_m
-            .max(check.tolerated_m(&here, reference, solver));
+        // Time and again a little further before the surface than where the board is would be far before it.
+        let allowed_m = match bends_again {
+            true => config.allowed_m,
+            false => config
+                .allowed_m
+                .max(check.tolerated_m(&here, reference, solver)),
+        };
         let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
         if straight.protrusion_m <= allowed_m {
+            if bends_again && straight.duration_s >= reference.left_s() {
+                return Ok(());
+            }
             return self.take(straight, goal, &here, reference);
         }
         let good_s = straight.duration_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
         let mut best = straight;
         // What the way under way still has to pass serves a goal near the last one as well.
-        if let Some(by_way_of) = reference.by_way_of().copied()
+        if !bends_again
+            && let Some(by_way_of) = reference.by_way_of().copied()
             && let Ok(way) = check.way(
                 *destination.q(),
                 Some(by_way_of),
@@ -278,6 +293,14 @@ impl Route {
                 break;
             }
             bent = way;
+        }
+        if bends_again {
+            // The way under way is safe; a detour would not be sooner.
+            let left_s = reference.left_s();
+            if best.protrusion_m <= allowed_m && best.duration_s + SOONER_S < left_s {
+                return self.take(best, goal, &here, reference);
+            }
+            return Ok(());
         }
         if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
             return self.take(best, goal, &here, reference);
@@ -360,7 +383,8 @@ impl Route {
     ) -> Result<(), HapticsError> {
         // At the end of a detour with no better way the goal is next.
         (self.is_blocked, self.detour_m) = (false, way.detour_m);
-        if reference.goal() != Some(&way.q) || way.by_way_of.is_some() {
+        let passes_bend = way.by_way_of.is_some() || reference.by_way_of().is_some();
+        if reference.goal() != Some(&way.q) || passes_bend {
             reference.consider(&way.q, way.by_way_of.as_ref())?;
             reference.accept();
         }

@@ -23,7 +23,7 @@ const CURVED: f64 = 1.05;
 const MOST_LOOKS: usize = 600;
 const CLOSEST_S: f64 = 2.5e-4;
 /// Places besides the destination that count while the board is over them.
-pub(super) const PLACES: usize = 4;
+pub(super) const PLACES: usize = 8;
 
 /// A way that was looked at.
 #[derive(Debug, Clone, Copy)]
