@@ -75,7 +75,13 @@ struct Outcome {
     reached: usize,
 }
 
-fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool, count: usize) -> Outcome {
+fn random_targets(
+    barriers: &[Barrier],
+    seed: u64,
+    shelf: bool,
+    count: usize,
+    slows: bool,
+) -> Outcome {
     let mut follower = follower(barriers);
     let mut sampler = Sampler::new(seed);
     let mut outcome = Outcome {
@@ -101,6 +107,10 @@ fn random_targets(barriers: &[Barrier], seed: u64, shelf: bool, count: usize) ->
             sampler.uniform(0.05, 0.6)
         };
         for _ in 0..(for_s / DT_S) as usize {
+            if slows && sampler.uniform(0.0, 1.0) < 0.01 {
+                let share = [0.09, 0.25, 0.5, 0.7, 1.0][sampler.index(5)];
+                follower.set_speed_share(share).unwrap();
+            }
             follower.step(DT_S).unwrap();
             outcome.in_front_m.push(follower.protrusion_m().unwrap());
         }
@@ -121,7 +131,8 @@ const BOUND_M: f64 = 4.5e-3;
 fn random_targets_on_walls_keep_the_board_behind_them() {
     let seeds = [41, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
     let outcomes = std::thread::scope(|scope| {
-        let run = |seed| scope.spawn(move || random_targets(&barriers()[..2], seed, false, 500));
+        let run =
+            |seed| scope.spawn(move || random_targets(&barriers()[..2], seed, false, 500, false));
         seeds.map(run).map(|outcome| outcome.join().unwrap())
     });
     for (seed, outcome) in seeds.into_iter().zip(outcomes) {
@@ -135,10 +146,20 @@ fn random_targets_on_walls_keep_the_board_behind_them() {
     }
 }
 
+#[test]
+fn slowing_down_on_the_way_keeps_the_board_behind_walls() {
+    for seed in [1, 2, 3, 4] {
+        let outcome = random_targets(&barriers()[..2], seed, false, 400, true);
+        let most_m = outcome.in_front_m[outcome.in_front_m.len() - 1];
+        println!("seed {seed}: {most_m} m");
+        assert!(most_m <= BOUND_M, "seed {seed}: {most_m} m before a wall");
+    }
+}
+
 /// A goal may change while the board is in the box, or on its way into it: it then comes out, which is before the wall.
 #[test]
 fn random_targets_on_a_box_are_nearly_as_well_kept() {
-    let outcome = random_targets(&barriers(), 42, true, 1000);
+    let outcome = random_targets(&barriers(), 42, true, 1000, false);
     let n = outcome.in_front_m.len();
     let [most_m, most_of_100_m] = [n - 1, n - n / 100].map(|i| outcome.in_front_m[i]);
     println!(

@@ -231,6 +231,7 @@ impl Route {
         let Some(board) = self.board else {
             (self.is_blocked, self.detour_m) = (false, None);
             reference.set_goal(destination.q())?;
+            reference.plan_anew();
             return Ok(());
         };
         let goal = match destination {
@@ -252,11 +253,15 @@ impl Route {
                 .allowed_m
                 .max(check.tolerated_m(&here, reference, solver)),
         };
-        let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
-        if straight.protrusion_m <= allowed_m {
-            if bends_again && straight.duration_s >= reference.left_s() {
+        if bends_again {
+            // No way is shorter than the straight one.
+            let least_s = reference.consider(destination.q(), None)?;
+            if least_s + SOONER_S >= reference.left_s() {
                 return Ok(());
             }
+        }
+        let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
+        if straight.protrusion_m <= allowed_m {
             return self.take(straight, goal, &here, reference);
         }
         let good_s = straight.duration_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
@@ -384,7 +389,8 @@ impl Route {
         // At the end of a detour with no better way the goal is next.
         (self.is_blocked, self.detour_m) = (false, way.detour_m);
         let passes_bend = way.by_way_of.is_some() || reference.by_way_of().is_some();
-        if reference.goal() != Some(&way.q) || passes_bend {
+        let is_at_other_speed = reference.planned_share() != reference.speed_share();
+        if reference.goal() != Some(&way.q) || passes_bend || is_at_other_speed {
             reference.consider(&way.q, way.by_way_of.as_ref())?;
             reference.accept();
         }
