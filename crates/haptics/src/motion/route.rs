@@ -4,8 +4,9 @@ use super::barrier::{Barrier, Barriers, Footprint, Plane};
 use super::goals::Goal;
 use super::solver::{Place, Solver};
 use super::way::{Check, PLACES, SPARE_M, Way};
-use crate::board::{Board, board_pose};
+use crate::board::{Board, board_pose, surface_axes};
 use crate::error::HapticsError;
+use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
@@ -15,8 +16,8 @@ use hwall_numeric::check::{non_negative, positive};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApproachConfig {
     /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003. A way that comes up
-    /// to 1 mm further is taken if there is none better, and a way is looked at so closely that it comes no more than 0.5 mm
-    /// further between two looks: with the default the bound is 4.5 mm, for as long as targets and barriers let the board be
+    /// to 1.75 mm further is taken if there is none better, and a way is looked at so closely that it comes no more than 0.25 mm
+    /// further between two looks: with the default the bound is 5 mm, for as long as targets and barriers let the board be
     /// behind it at all. A board that is further in front already (it was pushed, or the barriers are new) comes no further.
     pub allowed_m: f64,
     /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
@@ -70,7 +71,7 @@ const GOOD_ENOUGH_S: f64 = 0.02;
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
 /// How often a bend is mended.
-const MOST_BENDS: usize = 6;
+const MOST_BENDS: usize = 8;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
 const BEND_GAIN: f64 = 1.3;
 const BEND_MARGIN_M: f64 = 0.002;
@@ -251,7 +252,7 @@ impl Route {
             true => config.allowed_m,
             false => config
                 .allowed_m
-                .max(check.tolerated_m(&here, reference, solver)),
+                .max(check.tolerated_m(&here, reference, solver) - SPARE_M),
         };
         if bends_again {
             // No way is shorter than the straight one.
@@ -315,7 +316,8 @@ impl Route {
         let under_way_m = self.detour_m.filter(|_| keeps);
         let shorter_than_m = under_way_m.unwrap_or(f64::INFINITY);
         let before_goal = goal.map(|goal| (goal.place(0.0), goal.q, true));
-        let behind_here = self.left[0].filter(|_| !keeps).map(|left| {
+        let left = self.left[0].or_else(|| place_of(&here));
+        let behind_here = left.filter(|_| !keeps).map(|left| {
             let point_m = here.position_m();
             (Place { point_m, ..left }, reference.state().q, false)
         });
@@ -403,6 +405,17 @@ impl Route {
         self.under_way = leads_to;
         Ok(())
     }
+}
+
+/// The place that a face is on.
+fn place_of(face: &Pose) -> Option<Place> {
+    let [across, _, normal] = face.rotation().to_cols_array_2d().map(DVec3::from_array);
+    let [x, y] = surface_axes(normal).ok()?;
+    Some(Place {
+        point_m: face.position_m(),
+        normal,
+        roll_rad: across.dot(y).atan2(across.dot(x)),
+    })
 }
 
 /// The configuration that a way is to pass so that it stays behind where it is worst: the smallest change of the one that it

@@ -10,18 +10,18 @@ use hwall_motion::ReferenceMotion;
 
 /// A way that comes in front of a surface by this much more than allowed is taken if there is none better, m; beyond it the
 /// board stands.
-pub(super) const SPARE_M: f64 = 0.001;
+pub(super) const SPARE_M: f64 = 0.00175;
 /// A board at rest before a surface may begin its way by coming further before it by this, m.
 const HERE_M: f64 = 1e-3;
 /// Instants at which a way is looked at first.
 const SAMPLES: usize = 12;
 /// How far a way that stays behind where it is looked at closely may come in front in between, m.
-const BETWEEN_M: f64 = 5e-4;
+const BETWEEN_M: f64 = 2.5e-4;
 /// A path is longer than its chord by no more than this share; 20 ms of a joint at its largest acceleration are 1 %.
 const CURVED: f64 = 1.05;
 /// How often a way is looked at closely at most, and the least time between two looks, s.
-const MOST_LOOKS: usize = 600;
-const CLOSEST_S: f64 = 2.5e-4;
+const MOST_LOOKS: usize = 900;
+const CLOSEST_S: f64 = 1.25e-4;
 /// Places besides the destination that count while the board is over them.
 pub(super) const PLACES: usize = 8;
 
