@@ -114,6 +114,10 @@ pub struct ReferenceMotion {
     bounds: [JointBounds; MOST_JOINTS],
     range_rad: [[f64; 2]; MOST_JOINTS],
     speed_share: f64,
+    /// The share that the motion in force was planned with.
+    planned_share: f64,
+    /// How fast time passes on the planned trajectory, 0 to 1.
+    pace: f64,
     goal: Option<JointPositions>,
     /// A configuration to pass on the way, while it lies ahead.
     by_way_of: Option<JointPositions>,
@@ -170,6 +174,8 @@ impl ReferenceMotion {
             bounds,
             range_rad: arm.limits().map(|l| [l.min_rad, l.max_rad]),
             speed_share: 1.0,
+            planned_share: 1.0,
+            pace: 1.0,
             goal: None,
             by_way_of: None,
             considered: None,
@@ -211,7 +217,7 @@ impl ReferenceMotion {
     /// Time until the motion ends, s; 0 at rest.
     #[must_use]
     pub fn left_s(&self) -> f64 {
-        (self.duration_s() - self.elapsed_s).max(0.0)
+        (self.duration_s() - self.elapsed_s).max(0.0) / self.pace
     }
 
     fn duration_s(&self) -> f64 {
@@ -313,16 +319,50 @@ impl ReferenceMotion {
     /// # Errors
     /// A share outside its range; the motion in force then goes on.
     pub fn set_speed_share(&mut self, share: f64) -> Result<(), MotionError> {
+        self.set_speed_share_on_way(share)?;
+        self.plan_anew();
+        Ok(())
+    }
+
+    /// Sets the same share without planning: the motion in force keeps to its way. If it is faster, it slows down on it, all
+    /// joints alike and as fast as their accelerations allow beside those of the way (their jerk is not limited while it does);
+    /// if it could be faster than it was planned, it is not before [`plan_anew`](Self::plan_anew) or another motion.
+    ///
+    /// # Errors
+    /// As for [`set_speed_share`](Self::set_speed_share).
+    pub fn set_speed_share_on_way(&mut self, share: f64) -> Result<(), MotionError> {
         let in_range = (1e-3..=1.0).contains(&share);
         that(in_range, "speed_share", share, "between 0.001 and 1")?;
         if share != self.speed_share {
             self.speed_share = share;
-            if let Some(goal) = self.goal.filter(|_| self.course != Course::Rest) {
-                let by_way_of = self.by_way_of;
-                self.plan(&goal, by_way_of.as_ref());
+            if matches!(self.course, Course::Alone { .. }) {
+                // It is worked out from the share in every step.
+                self.plan_anew();
             }
         }
         Ok(())
+    }
+
+    /// The share of the speeds that the motion in force was planned with.
+    #[must_use]
+    pub const fn planned_share(&self) -> f64 {
+        self.planned_share
+    }
+
+    /// The share of the speeds for motions that are planned from now on.
+    #[must_use]
+    pub const fn speed_share(&self) -> f64 {
+        self.speed_share
+    }
+
+    /// Plans a motion to a goal anew from the present state, if it was planned with another share of the speeds.
+    pub fn plan_anew(&mut self) {
+        if self.planned_share != self.speed_share
+            && let Some(goal) = self.goal.filter(|_| self.course != Course::Rest)
+        {
+            let by_way_of = self.by_way_of;
+            self.plan(&goal, by_way_of.as_ref());
+        }
     }
 
     /// Comes to rest, each joint as fast as its limits allow, and forgets the goal.
@@ -351,8 +391,13 @@ impl ReferenceMotion {
         non_negative("dt_s", dt_s)?;
         if self.course != Course::Rest {
             self.considered = None;
-            self.elapsed_s += dt_s;
-            self.state = self.state_at(self.elapsed_s);
+            self.state = match self.course {
+                Course::Planned => self.paced_step(dt_s),
+                _ => {
+                    self.elapsed_s += dt_s;
+                    self.state_at(self.elapsed_s)
+                }
+            };
             let passed_s = self.trajectory.cumulative_times.first();
             if passed_s.is_some_and(|passed_s| self.elapsed_s >= *passed_s) {
                 self.by_way_of = None;
@@ -370,8 +415,43 @@ impl ReferenceMotion {
         match self.course {
             Course::Rest => self.state,
             _ if ahead_s <= 0.0 => self.state,
-            _ => self.state_at(self.elapsed_s + ahead_s),
+            _ => slowed(
+                self.state_at(self.elapsed_s + ahead_s * self.pace),
+                self.pace,
+                0.0,
+            ),
         }
+    }
+
+    /// Goes on along the trajectory, slower or faster by and by if the share of the speeds has changed since it was planned.
+    ///
+    /// With time passing at a pace r, the acceleration is r² a + r' v for a and v of the trajectory: r' is limited so that no joint
+    /// needs more than its own.
+    fn paced_step(&mut self, dt_s: f64) -> JointState {
+        let wanted = (self.speed_share / self.planned_share).min(1.0);
+        let (before, mut rate) = (self.pace, 0.0);
+        if before != wanted && dt_s > 0.0 {
+            let at = self.state_at(self.elapsed_s);
+            let sign = (wanted - before).signum();
+            let mut most = (wanted - before).abs() / dt_s;
+            for i in 0..MOST_JOINTS {
+                let (v, a) = (at.qd[i], at.qdd_rad_per_s2[i] * before * before);
+                let most_of_joint = self.bounds[i].acceleration_rad_per_s2();
+                let spare = most_of_joint - sign * v.signum() * a;
+                // The velocity changes within the step.
+                let v = v.abs() + (at.qdd_rad_per_s2[i] * dt_s).abs();
+                if v != 0.0 {
+                    most = most.min(spare.clamp(0.0, most_of_joint) / v);
+                }
+            }
+            rate = sign * most;
+            self.pace = before + rate * dt_s;
+            if (self.pace - wanted) * sign >= -1e-12 {
+                self.pace = wanted;
+            }
+        }
+        self.elapsed_s += 0.5 * (before + self.pace) * dt_s;
+        slowed(self.state_at(self.elapsed_s), self.pace, rate)
     }
 
     /// The state at a time since the motion in force was planned.
@@ -419,6 +499,7 @@ impl ReferenceMotion {
             from: self.state,
             duration_s: times.fold(0.0, f64::max),
         };
+        self.pace = 1.0;
         self.elapsed_s = 0.0;
     }
 
@@ -470,6 +551,7 @@ impl ReferenceMotion {
     }
 
     fn plan(&mut self, goal: &JointPositions, by_way_of: Option<&JointPositions>) {
+        self.planned_share = self.speed_share;
         if self.calculate(goal, by_way_of) {
             self.begin();
             self.by_way_of = by_way_of.copied();
@@ -484,10 +566,23 @@ impl ReferenceMotion {
     /// The motion planned last is in force from now on.
     fn begin(&mut self) {
         std::mem::swap(&mut self.trajectory, &mut self.next);
+        (self.planned_share, self.pace) = (self.speed_share, 1.0);
         self.considered = None;
         self.course = Course::Planned;
         self.elapsed_s = 0.0;
     }
+}
+
+/// The state of a trajectory where time passes at a pace that changes at a rate, 1/s.
+fn slowed(mut state: JointState, pace: f64, rate_per_s: f64) -> JointState {
+    if pace != 1.0 || rate_per_s != 0.0 {
+        for i in 0..MOST_JOINTS {
+            let acceleration = &mut state.qdd_rad_per_s2[i];
+            *acceleration = pace * pace * *acceleration + rate_per_s * state.qd[i];
+            state.qd[i] *= pace;
+        }
+    }
+    state
 }
 
 /// The state of a trajectory at a time, s.

@@ -485,3 +485,47 @@ fn a_copy_goes_on_as_the_original() {
         assert_eq!(copy.left_s(), motion.left_s());
     }
 }
+
+#[test]
+fn a_motion_slows_down_on_its_way_within_the_accelerations() {
+    let (arm, limits) = arm();
+    let mut sampler = Sampler::new(17);
+    for _ in 0..300 {
+        let [start, goal] = [(); 2].map(|()| random_q(&mut sampler, &arm));
+        let mut motion = ReferenceMotion::new(&arm, &limits, &start).expect("finite");
+        motion.set_goal(&goal).expect("a motion");
+        let free = motion.clone();
+        let free_s = free.left_s();
+        let share = sampler.uniform(0.1, 0.9);
+        motion
+            .step(sampler.uniform(0.0, 1.0) * free_s)
+            .expect("a step");
+        motion.set_speed_share_on_way(share).expect("a share");
+        let mut on_way_s = 0.0;
+        let mut slowed = false;
+        while motion.left_s() > 0.0 {
+            let now = motion.step(1e-3).expect("a step");
+            for i in 0..7 {
+                let most = limits.acceleration_rad_per_s2[i];
+                // The acceleration of the way itself changes within a step.
+                let margin = 1e-3 * limits.jerk_rad_per_s3[i];
+                let a = now.qdd_rad_per_s2[i].abs();
+                assert!(
+                    a <= most + 2.0 * margin,
+                    "{a} of {most}, way {:?}",
+                    free.ahead(on_way_s)
+                );
+            }
+            let within = |i: usize| now.qd[i].abs() <= share * limits.velocity_rad_per_s[i] + 1e-6;
+            slowed |= (0..7).all(within);
+            assert!(!slowed || (0..7).all(within));
+            // Somewhere further on the free motion passes the same place.
+            let off = |t_s: f64| free.ahead(t_s).q.max_abs_difference(&now.q);
+            while on_way_s < free_s && off(on_way_s + 1e-4) <= off(on_way_s) {
+                on_way_s += 1e-4;
+            }
+            assert!(off(on_way_s) < 1e-3, "{}", off(on_way_s));
+        }
+        assert_eq!(motion.state().q, goal);
+    }
+}

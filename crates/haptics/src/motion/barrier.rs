@@ -97,8 +97,21 @@ impl Footprint {
         }
     }
 
+    /// Is a face so near that some of its points are eased, or may be before long?
+    pub(super) fn is_under(&self, board: &Board, face: &Pose) -> bool {
+        corners_and_middle(board, face).into_iter().any(|point_m| {
+            let p = self.face.inverse_transform_point(point_m);
+            let beyond_m = (p.x.abs() - self.half_m[0]).max(p.y.abs() - self.half_m[1]);
+            beyond_m.max(p.z.abs()) < self.margin_m
+        })
+    }
+
     /// What a point that is so far before the nearest surface counts as; `None` beyond the margin.
     fn eased(&self, found: FacePoint) -> Option<FacePoint> {
+        // Behind a surface nothing is to be eased.
+        if found.in_front_m <= 0.0 {
+            return None;
+        }
         let p = self.face.inverse_transform_point(found.point_m);
         let [x, y] = [p.x, p.y];
         let beyond_m = (x.abs() - self.half_m[0])
@@ -110,8 +123,7 @@ impl Footprint {
             in_front_m: p.z,
             ..found
         };
-        // Behind a surface nothing is to be eased.
-        if beyond_m >= self.margin_m || found.in_front_m <= 0.0 {
+        if beyond_m >= self.margin_m {
             None
         } else if beyond_m <= EDGE_M || p.z >= eased_m {
             Some(before_face)
@@ -134,6 +146,36 @@ pub(super) struct FacePoint {
     pub(super) in_front_m: f64,
 }
 
+impl FacePoint {
+    fn or_further(self, other: Self) -> Self {
+        match other.in_front_m > self.in_front_m {
+            true => other,
+            false => self,
+        }
+    }
+}
+
+/// Middle and corners of the face; `None` where no surface is known.
+pub(super) type FacePoints = [Option<FacePoint>; 5];
+
+/// Middle and corners of a face, m.
+fn corners_and_middle(board: &Board, face: &Pose) -> [DVec3; 5] {
+    let points = [
+        (0.0, 0.0),
+        (1.0, 1.0),
+        (1.0, -1.0),
+        (-1.0, 1.0),
+        (-1.0, -1.0),
+    ];
+    points.map(|(x, y): (f64, f64)| {
+        face.transform_point(DVec3::new(
+            x * board.half_width_m,
+            y * board.half_height_m,
+            0.0,
+        ))
+    })
+}
+
 /// All surfaces that the board stays behind.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Barriers {
@@ -153,11 +195,8 @@ impl Barriers {
             .any(|barrier| barrier.is_at(point_m, normal))
     }
 
-    /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle, eased by footprints.
-    /// Besides the barriers, planes count that end nowhere.
-    ///
-    /// The surface nearest to a point decides on which side the point is, as for a closed mesh: next to a shelf the board is
-    /// behind the wall, not beside the shelf.
+    /// The point of the face that comes furthest in front of the surfaces, of its corners and its middle, see
+    /// [`all_in_front`](Self::all_in_front).
     pub(super) fn most_in_front(
         &self,
         board: &Board,
@@ -165,22 +204,23 @@ impl Barriers {
         footprints: &[Option<Footprint>],
         planes: &[Option<Plane>],
     ) -> Option<FacePoint> {
-        let points = [
-            (0.0, 0.0),
-            (1.0, 1.0),
-            (1.0, -1.0),
-            (-1.0, 1.0),
-            (-1.0, -1.0),
-        ];
-        let corner = |(x, y): (f64, f64)| {
-            face.transform_point(DVec3::new(
-                x * board.half_width_m,
-                y * board.half_height_m,
-                0.0,
-            ))
-        };
-        let mut most: Option<FacePoint> = None;
-        for point_m in points.map(corner) {
+        let all = self.all_in_front(board, face, footprints, planes);
+        all.into_iter().flatten().reduce(FacePoint::or_further)
+    }
+
+    /// Where corners and middle of the face are with regard to the surfaces, eased by footprints. Besides the barriers, planes
+    /// count that end nowhere.
+    ///
+    /// The surface nearest to a point decides on which side the point is, as for a closed mesh: next to a shelf the board is
+    /// behind the wall, not beside the shelf.
+    pub(super) fn all_in_front(
+        &self,
+        board: &Board,
+        face: &Pose,
+        footprints: &[Option<Footprint>],
+        planes: &[Option<Plane>],
+    ) -> FacePoints {
+        corners_and_middle(board, face).map(|point_m| {
             let of_scene = self.nearest(point_m).map(|found| {
                 let eased = footprints.iter().flatten().filter_map(|f| f.eased(found));
                 eased.fold(
@@ -192,13 +232,11 @@ impl Barriers {
                 .iter()
                 .flatten()
                 .filter_map(|plane| plane.side(point_m));
-            for found in of_scene.into_iter().chain(of_planes) {
-                if most.is_none_or(|most| found.in_front_m > most.in_front_m) {
-                    most = Some(found);
-                }
-            }
-        }
-        most
+            of_scene
+                .into_iter()
+                .chain(of_planes)
+                .reduce(FacePoint::or_further)
+        })
     }
 
     /// On which side of the nearest surface is a point?

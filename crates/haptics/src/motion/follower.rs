@@ -67,6 +67,8 @@ impl FollowerConfig {
     }
 }
 
+/// Rounding of a speed, as a share of it.
+const SLOWED: f64 = 1e-3;
 /// A way to a goal that only drifts is planned anew after this time, s: a plan costs as much as ten steps.
 const DRIFT_S: f64 = 0.01;
 
@@ -209,7 +211,7 @@ impl Follower {
                 let drifted = before.is_some_and(|before| before.is_beside(goal))
                     && matches!(self.destination, Some(Destination::Goal(_)));
                 if let Some(before) = before.filter(|_| !drifted) {
-                    self.route.leave(&before);
+                    self.route.leave(&before, &self.arm().forward(&here));
                 }
                 self.destination = Some(Destination::Goal(*goal));
                 self.has_drifted = true;
@@ -237,7 +239,8 @@ impl Follower {
             )?;
         }
         if let Some(goal) = self.goals.goal().copied() {
-            self.route.leave(&goal);
+            let here = self.arm().forward(&self.reference.state().q);
+            self.route.leave(&goal, &here);
         }
         self.goals.forget();
         self.destination = Some(Destination::Posture(*q));
@@ -324,12 +327,25 @@ impl Follower {
         self.goals.solver.arm()
     }
 
-    /// Sets the share of the joint speeds that may be used, in (0, 1].
+    /// Sets the share of the joint speeds that may be used, in (0, 1]. A motion that is faster slows down on its way, so that it
+    /// stays behind the surfaces; for one that may be faster than it was planned another way is sought.
     ///
     /// # Errors
     /// A share outside its range; the last one is then kept.
     pub fn set_speed_share(&mut self, share: f64) -> Result<(), HapticsError> {
-        Ok(self.reference.set_speed_share(share)?)
+        let before = self.reference.speed_share();
+        self.reference.set_speed_share_on_way(share)?;
+        self.is_to_plan |= share > before && share > self.reference.planned_share();
+        Ok(())
+    }
+
+    /// Are all joints within the share of the speeds that was set last?
+    #[must_use]
+    pub fn has_slowed(&self) -> bool {
+        let share = self.reference.speed_share() * (1.0 + SLOWED);
+        let most = &self.reference.limits().velocity_rad_per_s;
+        let qd = &self.reference.state().qd.0;
+        qd.iter().zip(most).all(|(v, most)| v.abs() <= share * most)
     }
 
     /// The next configuration on the way to the goal, `dt_s` later. Without a goal it brakes.
@@ -341,7 +357,8 @@ impl Follower {
         self.end_slide();
         match &self.destination {
             Some(destination) => {
-                let due = self.route.is_retry_due(dt_s);
+                let is_bent = self.reference.by_way_of().is_some();
+                let due = self.route.is_retry_due(dt_s, is_bent);
                 let stands = self.reference.goal().is_none() && !self.route.is_blocked();
                 self.since_plan_s += dt_s;
                 let drifted = self.has_drifted && self.since_plan_s >= DRIFT_S;

@@ -7,6 +7,7 @@ mod profile;
 mod route;
 mod slide;
 mod solver;
+mod way;
 
 pub use barrier::Barrier;
 pub use follower::{Follower, FollowerConfig};

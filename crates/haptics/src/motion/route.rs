@@ -1,10 +1,12 @@
 //! Which way the board takes to its goal: straight, or by a place behind the surfaces.
 
-use super::barrier::{Barrier, Barriers, FacePoint, Footprint, Plane};
+use super::barrier::{Barrier, Barriers, Footprint, Plane};
 use super::goals::Goal;
 use super::solver::{Place, Solver};
-use crate::board::{Board, board_pose};
+use super::way::{Check, PLACES, SPARE_M, Way};
+use crate::board::{Board, board_pose, surface_axes};
 use crate::error::HapticsError;
+use glam::DVec3;
 use hwall_geometry::Pose;
 use hwall_kinematics::{BranchPolicy, JointPositions, JointVelocities, MOST_JOINTS};
 use hwall_motion::ReferenceMotion;
@@ -13,7 +15,10 @@ use hwall_numeric::check::{non_negative, positive};
 /// How the board stays behind the surfaces on its way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApproachConfig {
-    /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003.
+    /// How far corners and middle of the face may come in front of a surface on their way, m; default 0.003. A way that comes up
+    /// to 1.75 mm further is taken if there is none better, and a way is looked at so closely that it comes no more than 0.25 mm
+    /// further between two looks: with the default the bound is 5 mm, for as long as targets and barriers let the board be
+    /// behind it at all. A board that is further in front already (it was pushed, or the barriers are new) comes no further.
     pub allowed_m: f64,
     /// A way that comes in front of a surface is bent. If no bend serves, places this far behind the goal, or behind the place that the board leaves, are tried as detours, the first that
     /// serves is taken, m; default 0.015 to 0.15. All zero: always straight to the goal.
@@ -23,7 +28,7 @@ pub struct ApproachConfig {
     /// Over what the face covers at its goal, only the surface that it presents counts; around that, others less and less within
     /// this margin, m; default 0.2: a shelf stands out of its wall, and a board at an outer corner of a room overhangs it.
     pub footprint_m: f64,
-    /// While the board is on a detour the straight way is tried again after this time, s; default 0.02.
+    /// While the board is on a detour or has a bend ahead, a shorter way is tried after this time, s; default 0.02.
     pub retry_s: f64,
 }
 
@@ -63,21 +68,13 @@ impl ApproachConfig {
 /// A bend that takes no longer than this, in shares of the straight way and s, is taken without looking further.
 const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
-/// A way that comes in front of a surface by this much more than allowed is taken if there is none better, m; beyond it the
-/// board stands.
-const SPARE_M: f64 = 0.001;
-/// A way may begin further before a surface than where the board is by this, m.
-const HERE_M: f64 = 1e-3;
+/// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
+const SOONER_S: f64 = 0.02;
 /// How often a bend is mended.
-const MOST_BENDS: usize = 6;
+const MOST_BENDS: usize = 8;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
 const BEND_GAIN: f64 = 1.3;
 const BEND_MARGIN_M: f64 = 0.002;
-/// Instants at which a way is looked at, and how far apart they are where it is looked at closely, s.
-const SAMPLES: usize = 12;
-const CLOSE_S: f64 = 0.012;
-const MOST_SAMPLES: usize = 200;
-
 /// Where the board is going, as far as its way is concerned.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Destination {
@@ -102,8 +99,10 @@ pub(super) struct Route {
     config: ApproachConfig,
     board: Option<Board>,
     barriers: Barriers,
-    /// The place that the board served last.
-    left: Option<Place>,
+    /// The places that the board served or was on its way to last, the newest first.
+    left: [Option<Place>; PLACES],
+    /// The place that the motion in force leads to: while no way leads to a new destination, it goes on.
+    under_way: Option<Place>,
     /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
     /// shelf.
     departed: Option<Footprint>,
@@ -114,47 +113,14 @@ pub(super) struct Route {
     retry_in_s: f64,
 }
 
-/// A way that was looked at.
-#[derive(Debug, Clone, Copy)]
-struct Way {
-    q: JointPositions,
-    by_way_of: Option<JointPositions>,
-    /// See [`Route::detour_m`].
-    detour_m: Option<f64>,
-    protrusion_m: f64,
-    /// How long the board takes to its goal, s.
-    duration_s: f64,
-    /// Where it is worst.
-    worst: Option<Worst>,
-}
-
-impl Way {
-    /// The way that stays behind; of two such the quicker one, of none the one that comes less far in front.
-    fn or_better(self, other: Self, allowed_m: f64) -> Self {
-        let stays = |way: &Self| way.protrusion_m <= allowed_m;
-        let is_better = match (stays(&self), stays(&other)) {
-            (true, true) => other.duration_s < self.duration_s,
-            (false, false) => other.protrusion_m < self.protrusion_m,
-            (_, other_stays) => other_stays,
-        };
-        if is_better { other } else { self }
-    }
-}
-
-/// Where a way comes furthest in front of a surface.
-#[derive(Debug, Clone, Copy)]
-struct Worst {
-    q: JointPositions,
-    point: FacePoint,
-}
-
 impl Route {
     pub(super) fn new(config: ApproachConfig, board: Option<Board>) -> Self {
         Self {
             config,
             board,
             barriers: Barriers::default(),
-            left: None,
+            left: [None; PLACES],
+            under_way: None,
             departed: None,
             detour_m: None,
             is_blocked: false,
@@ -182,22 +148,41 @@ impl Route {
     }
 
     pub(super) const fn forget(&mut self) {
-        (self.left, self.departed) = (None, None);
+        (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
         (self.detour_m, self.is_blocked) = (None, false);
     }
 
-    /// Time passes; is the straight way due to be tried again?
-    pub(super) fn is_retry_due(&mut self, dt_s: f64) -> bool {
+    /// Time passes; is it due to look for a shorter way? `is_bent`: the motion still has to pass a bend.
+    pub(super) fn is_retry_due(&mut self, dt_s: f64, is_bent: bool) -> bool {
         self.retry_in_s -= dt_s;
-        (self.is_detour() || self.is_blocked) && self.retry_in_s <= 0.0
+        (self.is_detour() || self.is_blocked || is_bent) && self.retry_in_s <= 0.0
     }
 
-    /// The place of a goal is left for another destination.
-    pub(super) fn leave(&mut self, goal: &Goal) {
-        self.left = Some(goal.on_surface());
+    /// The place of a goal is left for another destination; `face`: where the board is.
+    pub(super) fn leave(&mut self, goal: &Goal, face: &Pose) {
+        self.keep(goal.on_surface(), face);
     }
 
-    /// How far a face is in front of the surfaces on the way from the place served last to a goal, m.
+    /// Puts a place before those that are left; of these, the ones that the board is still over count on.
+    fn keep(&mut self, place: Place, face: &Pose) {
+        let Some(board) = self.board else { return };
+        let mut kept = [None; PLACES];
+        kept[0] = Some(place);
+        let still_over = |left: &Place| {
+            let left_face = board_pose(left.point_m, left.normal, left.roll_rad);
+            *left != place
+                && left_face.is_ok_and(|at| {
+                    Footprint::new(at, &board, self.config.footprint_m).is_under(&board, face)
+                })
+        };
+        let others = self.left.into_iter().flatten().filter(still_over);
+        for (slot, left) in kept.iter_mut().skip(1).zip(others) {
+            *slot = Some(left);
+        }
+        self.left = kept;
+    }
+
+    /// How far a face is in front of the surfaces on the way to a goal from the places that it served or was on its way to, m.
     pub(super) fn protrusion_m(&self, face: &Pose, goal: Option<&Goal>) -> Option<f64> {
         let check = self.check(self.board.as_ref()?, goal).ok()?;
         Some(check.most_in_front(face)?.in_front_m)
@@ -211,12 +196,13 @@ impl Route {
         let mut check = Check {
             board,
             barriers: &self.barriers,
-            footprints: [None, None, self.departed],
-            planes: [None; 2],
+            footprints: [None; PLACES + 3],
+            planes: [None; PLACES + 2],
         };
         let ahead = goal.map(Goal::on_surface);
-        for (i, place) in [ahead, self.left].into_iter().enumerate() {
-            let Some(place) = place else { continue };
+        let under_way = self.under_way.filter(|place| ahead != Some(*place));
+        let places = [ahead, under_way].into_iter().chain(self.left).flatten();
+        for (i, place) in places.enumerate() {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
             check.footprints[i] = Some(Footprint::new(face, board, self.config.footprint_m));
             let known = self.barriers.have(place.point_m, place.normal);
@@ -226,6 +212,7 @@ impl Route {
                 radius_m: self.config.extent_m,
             });
         }
+        check.footprints[PLACES + 2] = self.departed;
         Ok(check)
     }
 
@@ -239,9 +226,13 @@ impl Route {
     ) -> Result<(), HapticsError> {
         let config = self.config;
         self.retry_in_s = config.retry_s;
+        // A bend was found from where the board was then: from further on there may be a shorter one.
+        let bends_again =
+            !is_new && !self.is_detour() && !self.is_blocked && reference.by_way_of().is_some();
         let Some(board) = self.board else {
             (self.is_blocked, self.detour_m) = (false, None);
             reference.set_goal(destination.q())?;
+            reference.plan_anew();
             return Ok(());
         };
         let goal = match destination {
@@ -249,20 +240,36 @@ impl Route {
             Destination::Posture(_) => None,
         };
         let here = solver.arm().forward(&reference.state().q);
-        self.departed = None;
-        if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
-            self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+        if !bends_again {
+            self.departed = None;
+            if self.check(&board, goal)?.protrusion_m(&here) > config.allowed_m {
+                self.departed = Some(Footprint::new(here, &board, config.footprint_m));
+            }
         }
         let check = self.check(&board, goal)?;
-        let allowed_m = config.allowed_m.max(check.protrusion_m(&here) + HERE_M);
+        // Time and again a little further before the surface than where the board is would be far before it.
+        let allowed_m = match bends_again {
+            true => config.allowed_m,
+            false => config
+                .allowed_m
+                .max(check.tolerated_m(&here, reference, solver) - SPARE_M),
+        };
+        if bends_again {
+            // No way is shorter than the straight one.
+            let least_s = reference.consider(destination.q(), None)?;
+            if least_s + SOONER_S >= reference.left_s() {
+                return Ok(());
+            }
+        }
         let straight = check.way(*destination.q(), None, None, allowed_m, reference, solver)?;
         if straight.protrusion_m <= allowed_m {
-            return self.take(straight, reference);
+            return self.take(straight, goal, &here, reference);
         }
         let good_s = straight.duration_s * GOOD_ENOUGH + GOOD_ENOUGH_S;
         let mut best = straight;
         // What the way under way still has to pass serves a goal near the last one as well.
-        if let Some(by_way_of) = reference.by_way_of().copied()
+        if !bends_again
+            && let Some(by_way_of) = reference.by_way_of().copied()
             && let Ok(way) = check.way(
                 *destination.q(),
                 Some(by_way_of),
@@ -274,7 +281,7 @@ impl Route {
         {
             best = best.or_better(way, allowed_m);
             if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
-                return self.take(best, reference);
+                return self.take(best, goal, &here, reference);
             }
         }
         // A bend costs next to nothing: where the way is worst it passes the nearest configuration that is behind.
@@ -293,15 +300,24 @@ impl Route {
             }
             bent = way;
         }
+        if bends_again {
+            // The way under way is safe; a detour would not be sooner.
+            let left_s = reference.left_s();
+            if best.protrusion_m <= allowed_m && best.duration_s + SOONER_S < left_s {
+                return self.take(best, goal, &here, reference);
+            }
+            return Ok(());
+        }
         if best.protrusion_m <= allowed_m && best.duration_s <= good_s {
-            return self.take(best, reference);
+            return self.take(best, goal, &here, reference);
         }
         // A detour under way is only exchanged for a shorter one.
         let keeps = !is_new && self.is_detour() && reference.left_s() > config.retry_s;
         let under_way_m = self.detour_m.filter(|_| keeps);
         let shorter_than_m = under_way_m.unwrap_or(f64::INFINITY);
         let before_goal = goal.map(|goal| (goal.place(0.0), goal.q, true));
-        let behind_here = self.left.filter(|_| !keeps).map(|left| {
+        let left = self.left[0].or_else(|| place_of(&here));
+        let behind_here = left.filter(|_| !keeps).map(|left| {
             let point_m = here.position_m();
             (Place { point_m, ..left }, reference.state().q, false)
         });
@@ -362,18 +378,44 @@ impl Route {
             (self.is_blocked, self.detour_m) = (true, None);
             return Ok(());
         }
-        self.take(best, reference)
+        self.take(best, goal, &here, reference)
     }
 
-    fn take(&mut self, way: Way, reference: &mut ReferenceMotion) -> Result<(), HapticsError> {
+    fn take(
+        &mut self,
+        way: Way,
+        goal: Option<&Goal>,
+        here: &Pose,
+        reference: &mut ReferenceMotion,
+    ) -> Result<(), HapticsError> {
         // At the end of a detour with no better way the goal is next.
         (self.is_blocked, self.detour_m) = (false, way.detour_m);
-        if reference.goal() != Some(&way.q) || way.by_way_of.is_some() {
+        let passes_bend = way.by_way_of.is_some() || reference.by_way_of().is_some();
+        let is_at_other_speed = reference.planned_share() != reference.speed_share();
+        if reference.goal() != Some(&way.q) || passes_bend || is_at_other_speed {
             reference.consider(&way.q, way.by_way_of.as_ref())?;
             reference.accept();
         }
+        let leads_to = goal.map(Goal::on_surface);
+        if let Some(place) = self.under_way.filter(|place| leads_to != Some(*place))
+            && self.left[0] != Some(place)
+        {
+            self.keep(place, here);
+        }
+        self.under_way = leads_to;
         Ok(())
     }
+}
+
+/// The place that a face is on.
+fn place_of(face: &Pose) -> Option<Place> {
+    let [across, _, normal] = face.rotation().to_cols_array_2d().map(DVec3::from_array);
+    let [x, y] = surface_axes(normal).ok()?;
+    Some(Place {
+        point_m: face.position_m(),
+        normal,
+        roll_rad: across.dot(y).atan2(across.dot(x)),
+    })
 }
 
 /// The configuration that a way is to pass so that it stays behind where it is worst: the smallest change of the one that it
@@ -410,81 +452,4 @@ fn pushed_behind(
         q[joint] = (q[joint] - change).clamp(limit.min_rad, limit.max_rad);
     }
     Some(q)
-}
-
-/// Everything that a way is checked against.
-struct Check<'a> {
-    board: &'a Board,
-    barriers: &'a Barriers,
-    footprints: [Option<Footprint>; 3],
-    planes: [Option<Plane>; 2],
-}
-
-impl Check<'_> {
-    /// How far the board comes in front of a surface, m; negative if it stays behind all.
-    fn protrusion_m(&self, face: &Pose) -> f64 {
-        self.most_in_front(face)
-            .map_or(f64::NEG_INFINITY, |point| point.in_front_m)
-    }
-
-    /// The point of the face that comes furthest in front of a surface.
-    fn most_in_front(&self, face: &Pose) -> Option<FacePoint> {
-        self.barriers
-            .most_in_front(self.board, face, &self.footprints, &self.planes)
-    }
-
-    /// The considered motion where it comes furthest in front of a surface.
-    fn worst(
-        &self,
-        samples: usize,
-        duration_s: f64,
-        reference: &ReferenceMotion,
-        solver: &Solver,
-    ) -> Option<Worst> {
-        let mut worst: Option<Worst> = None;
-        for i in 1..=samples {
-            let t_s = duration_s * i as f64 / samples as f64;
-            let q = reference.considered(t_s).q;
-            if let Some(point) = self.most_in_front(&solver.arm().forward(&q))
-                && worst.is_none_or(|worst| point.in_front_m > worst.point.in_front_m)
-            {
-                worst = Some(Worst { q, point });
-            }
-        }
-        worst
-    }
-
-    /// A way to a configuration, looked at closely only if it seems to stay within `enough_m`.
-    fn way(
-        &self,
-        q: JointPositions,
-        by_way_of: Option<JointPositions>,
-        detour_m: Option<f64>,
-        enough_m: f64,
-        reference: &mut ReferenceMotion,
-        solver: &Solver,
-    ) -> Result<Way, HapticsError> {
-        let duration_s = reference.consider(&q, by_way_of.as_ref())?;
-        let mut worst = self.worst(SAMPLES, duration_s, reference, solver);
-        if worst.is_none_or(|worst| worst.point.in_front_m <= enough_m) {
-            // Good as far as was seen: looked at closely.
-            let samples = (duration_s / CLOSE_S) as usize;
-            let closely = self.worst(
-                samples.clamp(SAMPLES, MOST_SAMPLES),
-                duration_s,
-                reference,
-                solver,
-            );
-            worst = closely.or(worst);
-        }
-        let protrusion_m = worst.map_or(f64::NEG_INFINITY, |worst| worst.point.in_front_m);
-        Ok(Way {
-            q,
-            by_way_of,
-            detour_m,
-            protrusion_m,
-            duration_s,
-            worst,
-        })
-    }
 }

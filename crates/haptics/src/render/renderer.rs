@@ -255,7 +255,8 @@ impl Renderer {
                 Some(SafeRequest::Go { speed_share }) => speed_share,
                 _ => 1.0,
             };
-            let most = self.cap.step(asked, self.speed_share, dt_s);
+            let has_slowed = self.follower.has_slowed();
+            let most = self.cap.step(asked, self.speed_share, has_slowed, dt_s);
             self.keep_distance(input.person_m, most);
             let slide = input
                 .slide

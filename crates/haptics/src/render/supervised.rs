@@ -106,11 +106,12 @@ impl Default for SpeedCap {
 const GIVEN_BACK_S: f64 = 0.1;
 
 impl SpeedCap {
-    /// `asked`: share of the last command that went through; `in_force`: share of the joint speeds that it was made with.
-    pub(super) fn step(&mut self, asked: f64, in_force: f64, dt_s: f64) -> f64 {
+    /// `asked`: share of the last command that went through; `in_force`: share of the joint speeds that it was made with;
+    /// `has_slowed`: no joint is faster than that.
+    pub(super) fn step(&mut self, asked: f64, in_force: f64, has_slowed: bool, dt_s: f64) -> f64 {
         if asked < 1.0 {
             // A cut in a motion that is slowing down already is not another one.
-            if self.most >= in_force {
+            if self.most >= in_force && has_slowed {
                 let fitting = SHARES.into_iter().filter(|share| *share < in_force);
                 self.most = fitting.fold(SHARES[0], f64::max);
             }

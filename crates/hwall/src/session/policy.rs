@@ -175,6 +175,8 @@ pub(super) struct Policy {
     moved_s: f64,
     last_s: f64,
     looks: Looks,
+    /// The surface of the contact that is held, and how far its prediction is from the point that is held, m.
+    off: Option<(SurfaceId, DVec3)>,
 }
 
 impl Policy {
@@ -189,6 +191,7 @@ impl Policy {
             moved_s: f64::NEG_INFINITY,
             last_s: f64::NEG_INFINITY,
             looks: Looks::default(),
+            off: None,
         })
     }
 
@@ -217,7 +220,12 @@ impl Policy {
         self.last_s = t_s;
         // A place that is kept comes nearer in time.
         self.decision = self.decision.aged(dt_s);
-        let Some(contact) = self.steady.step_ranked(ranked) else {
+        let held = self.steady.step_ranked(ranked);
+        self.off = held.and_then(|held| {
+            let newest = ranked.iter().find(|p| p.surface == held.surface)?;
+            Some((held.surface, newest.point_m - held.point_m))
+        });
+        let Some(contact) = held else {
             self.steady.reset();
             self.candidate = None;
             self.decision = Decision::Wait;
@@ -344,13 +352,17 @@ impl Policy {
                 .map_or(self.config.default_sd_m.powi(2), |c| {
                     (c * axes[i]).dot(axes[i])
                 });
-            // A covariance that holds other places too says little about the one that is looked at.
-            let most_m = match contact.looked_at_since_s {
-                Some(_) => self.config.looked_sd_m,
-                None => f64::INFINITY,
+            // A covariance that holds other places too says little about the one that is looked at. But a point that was held while
+            // its prediction moved on is that much further from the touch.
+            let (most_m, off_m) = match (contact.looked_at_since_s, self.off) {
+                (Some(_), Some((surface, off))) if surface == contact.surface => {
+                    (self.config.looked_sd_m, off.dot(axes[i]).abs())
+                }
+                (Some(_), _) => (self.config.looked_sd_m, 0.0),
+                (None, _) => (f64::INFINITY, 0.0),
             };
             let sd_m = if variance_m2 >= 0.0 {
-                variance_m2.sqrt().min(most_m)
+                variance_m2.sqrt().min(most_m) + off_m
             } else {
                 f64::NAN
             };
