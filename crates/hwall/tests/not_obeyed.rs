@@ -162,7 +162,7 @@ fn an_arm_that_stands_whatever_it_is_told_is_held_and_goes_on_after_a_reset() {
         SafeState::Holding { .. }
     ));
     // It used to be 3.3 rad.
-    assert!(apart_rad < 1.2, "{apart_rad}");
+    assert!(apart_rad < 0.8, "{apart_rad}");
     // Held for as long as it lasts, 3 s here.
     for _ in 0..3000 {
         run.cycle(Way::Stuck);

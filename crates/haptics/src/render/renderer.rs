@@ -32,6 +32,11 @@ const RIDES_M: f64 = 0.2;
 /// What is less than this may be an error of the torque sensors, and moves no object, N.
 const LIGHT_N: f64 = 0.5;
 
+/// A step that comes late moves the command by no more than so many usual ones, ...
+const LATE_STEPS: f64 = 4.0;
+/// ... which are averaged over ten.
+const USUAL_SHARE: f64 = 0.1;
+
 /// Outcome of an aim.
 #[derive(Debug, Clone, Copy, Default)]
 struct Aimed {
@@ -58,6 +63,8 @@ pub struct Renderer {
     /// Are command and arm apart, after a hold or at the start?
     detached: Detached,
     last_s: Option<f64>,
+    /// How long steps take, s: after a late one no more than some of these are made up for at once.
+    usual_s: Option<f64>,
     /// The way back that a supervisor asked for.
     withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
@@ -115,6 +122,7 @@ impl Renderer {
             objects: None,
             detached: Detached::Always,
             last_s: None,
+            usual_s: None,
             withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
         })
@@ -370,7 +378,14 @@ impl Renderer {
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
         }
-        Ok(elapsed_s.min(self.watchdog.max_step_s))
+        let most_s = self.watchdog.max_step_s;
+        let usual_s = self.usual_s.unwrap_or(most_s);
+        let step_s = elapsed_s.min(most_s).min(LATE_STEPS * usual_s);
+        if step_s > 0.0 {
+            let usual_s = self.usual_s.get_or_insert(step_s);
+            *usual_s += USUAL_SHARE * (step_s - *usual_s);
+        }
+        Ok(step_s)
     }
 
     fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
