@@ -53,8 +53,8 @@ impl TargetLeaps {
         self.count = (self.count - forgotten).max(0.0);
         let by_m = point_m.distance(before_m);
         if by_m > limits.leap_m {
-            // No more than that: it is forgotten in a foreseeable time.
-            self.count = (self.count + 1.0).min(2.0 * limits.most);
+            // However long it leapt, soon after the last one it is forgotten.
+            self.count = (self.count + 1.0).min(1.1 * limits.most + 1.0);
         }
         (self.count > limits.most).then_some(by_m)
     }
