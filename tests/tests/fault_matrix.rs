@@ -61,6 +61,8 @@ fn name(state: SessionState) -> &'static str {
 type States = &'static [&'static str];
 /// The board goes or stands where it is sent.
 const SERVES: States = &["approaching", "late", "in_place"];
+/// Until too many leaps were counted; then the board stands for them, and withdraws.
+const FLIPS: States = &["approaching", "late", "in_place", "holding", "retreating"];
 const TOUCHED: States = &["touched"];
 /// Without a target until the hand has been missed for a while; then the board stands for it, and withdraws.
 const NO_TARGET: States = &["no_target", "holding", "retreating"];
@@ -327,7 +329,7 @@ const PREDICTION: [Fault; 3] = [
                 point_m + DVec3::Y * side
             })
         },
-        unheeded_by_a_touch(SERVES),
+        unheeded_by_a_touch(FLIPS),
     ),
 ];
 

@@ -223,6 +223,28 @@ fn each_damage_has_its_error() {
     }
 }
 
+/// A digest is against accidents: durations and variances are looked at before it is compared.
+#[test]
+fn forged_files_with_negative_durations_or_variances_are_refused() {
+    for path in [
+        &["median_duration_s"][..],
+        &["errors", "regions", "0", "regression_m2", "0"],
+        &["errors", "regions", "1", "primitive_m2", "8"],
+        &["errors", "regions", "0", "time_s2"],
+        &["errors", "regions", "0", "spread"],
+        &["errors", "regions", "1", "time_spread"],
+        &["errors", "regions", "1", "gain"],
+        &["ridge", "scale", "0"],
+        &["gates", "scale", "0"],
+    ] {
+        let error = error(&with(path, (-1e-3).into()));
+        assert!(
+            matches!(error, ContactError::Argument(_)),
+            "{path:?}: {error}"
+        );
+    }
+}
+
 #[test]
 fn readers_and_writers_that_fail_are_reported() {
     struct Broken;

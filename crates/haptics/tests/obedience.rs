@@ -33,12 +33,28 @@ fn positions_that_are_not_followed() {
         bench.command = ArmCommand::Position(turned(0.5 * t_s));
         measured(&mut bench, home());
         let said = bench.step();
-        // 0.15 s of delay, 0.6 s to be 0.3 rad off, 0.1 s to be sure.
-        if t_s < 0.8 {
+        // 0.2 s to be 0.1 rad off, and 0.15 s of delay in which it stood.
+        if t_s < 0.35 {
             assert_eq!(said.state, SafeState::Normal, "{t_s}");
         } else if reason(said.state) == Some(SafeReason::NotObeyed) {
             assert!(said.latched && said.command == ArmCommand::Hold);
-            assert!(t_s < 0.9, "{t_s} s");
+            assert!(t_s < 0.4, "{t_s} s");
+            return;
+        }
+    }
+    panic!("never noticed");
+}
+
+#[test]
+fn positions_that_are_followed_at_half_the_speed() {
+    let mut bench = Bench::new();
+    for step in 0..4000 {
+        let t_s = f64::from(step) * DT_S;
+        bench.command = ArmCommand::Position(turned(0.5 * t_s));
+        measured(&mut bench, turned(0.25 * t_s));
+        if reason(bench.step().state) == Some(SafeReason::NotObeyed) {
+            // 0.3 rad off 0.15 s ago, 0.1 s to be sure.
+            assert!((1.5..1.7).contains(&t_s), "{t_s} s");
             return;
         }
     }

@@ -16,6 +16,7 @@ struct Rig {
     renderer: Renderer,
     state: ArmState,
     first: Pose,
+    push_n: f64,
 }
 
 impl Rig {
@@ -54,6 +55,7 @@ impl Rig {
             renderer,
             state,
             first,
+            push_n: PUSH_N,
         }
     }
 
@@ -64,7 +66,7 @@ impl Rig {
     fn step(&mut self, slide: Option<Slide>) -> RenderStep {
         self.state.t_s += DT_S;
         let push = Wrench {
-            force_n: self.face().rotation().z_axis * -PUSH_N,
+            force_n: self.face().rotation().z_axis * -self.push_n,
             ..Wrench::default()
         };
         let arm = self.renderer.arm();
@@ -194,5 +196,68 @@ fn a_drawer_does_not_slide_along_its_own_path_and_bad_slides_are_none() {
         }
         let by_m = rig.face().position_m() - rig.first.position_m();
         assert!(by_m.length() < 1e-5, "{by_m}");
+    }
+}
+
+/// Joint angles of the command, and the largest step from those before, rad.
+fn leap(rig: &Rig, before: &JointPositions) -> f64 {
+    rig.state.q.max_abs_difference(before)
+}
+
+#[test]
+fn a_door_that_is_let_go_is_left_without_a_leap() {
+    let inward = |face: &Pose| ObjectPath::sliding(-face.rotation().z_axis).unwrap();
+    let mut rig = Rig::new(inward, spring());
+    rig.push_n = 20.0;
+    for _ in 0..600 {
+        rig.step(None);
+    }
+    let opened_m = rig.renderer.objects()[0].object.position();
+    assert!(opened_m > 0.08, "{opened_m}");
+    // The finger is gone from one cycle to the next; the board would be at its goal where the door was.
+    rig.push_n = 0.0;
+    let most = rig.renderer.follower().limits().velocity_rad_per_s;
+    for k in 0..1500 {
+        let before = rig.state.q;
+        rig.step(None);
+        let leap_rad = leap(&rig, &before);
+        let most_rad = most.iter().fold(0.0_f64, |a, b| a.max(*b)) * DT_S;
+        assert!(leap_rad <= most_rad, "{k}: {leap_rad} rad");
+    }
+    assert!(rig.renderer.touched_object().is_none());
+}
+
+#[test]
+fn a_slide_on_an_object_brakes_before_a_joint_meets_its_limit() {
+    // Joint 7 begins at 90 of 175 degrees.
+    for turn in [0.5, 0.3] {
+        let inward = |face: &Pose| ObjectPath::sliding(-face.rotation().z_axis).unwrap();
+        let mut rig = Rig::new(inward, spring());
+        let most = ObjectRenderingConfig::default().max_acceleration_rad_per_s2;
+        let (mut qd, mut stopped, mut worst) = ([0.0; 7], 0, 0.0_f64);
+        let mut ideal = MovingObject::new(spring()).unwrap();
+        for k in 0..9000 {
+            let before = rig.state.q;
+            let slide = Slide {
+                velocity_m_per_s: DVec3::ZERO,
+                turn_rad_per_s: turn,
+            };
+            let step = rig.step(Some(slide));
+            ideal.step(PUSH_N, DT_S).unwrap();
+            stopped += usize::from(!step.sliding);
+            for j in 0..7 {
+                let now = (rig.state.q[j] - before[j]) / DT_S;
+                if k > 20 {
+                    worst = worst.max((now - qd[j]).abs() / (most[j] * DT_S));
+                }
+                qd[j] = now;
+            }
+            // Whatever becomes of the slide, the panel yields.
+            let at = rig.renderer.objects()[0].object.position();
+            assert!((at - ideal.position()).abs() < 2e-4, "{k}: {at}");
+        }
+        println!("turn {turn}: {worst} of the accelerations, stopped for {stopped} steps");
+        assert!(stopped > 100, "{stopped}");
+        assert!(worst < 1.5, "{worst}");
     }
 }

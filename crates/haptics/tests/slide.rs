@@ -285,3 +285,50 @@ fn the_axes_of_a_surface_are_those_of_a_board_at_roll_0() {
     }
     assert!(surface_axes(DVec3::ZERO).is_err());
 }
+
+#[test]
+fn random_slides_with_turn_keep_to_the_accelerations_of_the_joints() {
+    // S3: a slide drove joint 7 into its limit and stopped it in one cycle; 85 of 200 broke the bound, by up to 126 times.
+    let arm = arm();
+    let mut sampler = Sampler::new(18);
+    let (mut done, mut hindered, mut worst) = (0, 0, 0.0_f64);
+    while done < 200 {
+        let mut start = JointPositions::from_deg(START);
+        for joint in 0..7 {
+            start[joint] += sampler.uniform(-0.4, 0.4);
+        }
+        start[6] = sampler.uniform(-1.0, 1.0) * arm.limits()[6].max_rad;
+        let mut follower =
+            Follower::new(Arc::new(arm.clone()), FollowerConfig::default(), &start).unwrap();
+        let turned = sampler.uniform(0.0, 2.0 * PI);
+        let [x, y] = surface_axes(arm.forward(&start).rotation().z_axis).unwrap();
+        let slide = Slide {
+            velocity_m_per_s: (x * turned.cos() + y * turned.sin()) * sampler.uniform(0.0, 0.1),
+            turn_rad_per_s: sampler.uniform(-0.7, 0.7),
+        };
+        done += 1;
+        let (mut before, mut last_q) = (follower.commanded_velocity(), follower.commanded());
+        let mut stopped = false;
+        for i in 0..2500 {
+            stopped |= follower.slide(DT_S, &slide).unwrap().is_some();
+            let (q, qd) = (follower.commanded(), follower.commanded_velocity());
+            for j in 0..7 {
+                let most = follower.limits().acceleration_rad_per_s2[j] * DT_S;
+                // What it says, and what it does: positions are what an arm gets.
+                let said = (qd[j] - before[j]).abs() / most;
+                let mean = 0.5 * (qd[j] + before[j]);
+                let does = ((q[j] - last_q[j]) / DT_S - mean).abs() / most;
+                worst = worst.max(said).max(does);
+                assert!(
+                    said <= 1.0 + 1e-6 && does <= 1.0 + 1e-6,
+                    "slide {done}, step {i}, joint {j}: {said} and {does} of the bound, {slide:?}"
+                );
+                assert!(arm.limits()[j].contains(q[j]));
+            }
+            (before, last_q) = (qd, q);
+        }
+        hindered += usize::from(stopped);
+    }
+    println!("{hindered} of {done} stopped by the arm, {worst:.3} of the accelerations used");
+    assert!(hindered > 30, "{hindered}");
+}

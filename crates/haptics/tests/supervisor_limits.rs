@@ -4,11 +4,14 @@ mod supervised;
 
 use glam::DVec3;
 use hwall_haptics::safety::{
-    Channel, GuardLimits, PersonPart, SafeReason, SafeRequest, SafeState, Supervisor,
-    SupervisorConfig, SupervisorInput, WorkspaceBox,
+    ArmCapsules, CapsuleConfig, Channel, GuardLimits, PersonPart, SafeReason, SafeRequest,
+    SafeState, Supervisor, SupervisorConfig, SupervisorInput, WorkspaceBox,
 };
 use hwall_haptics::{ArmCommand, Board};
-use hwall_kinematics::{ArmKinematics, JointPositions, JointTorques, SrsArm, Wrench};
+use hwall_kinematics::{
+    ArmKinematics, JointPositions, JointTorques, JointVelocities, SrsArm, Wrench,
+};
+use hwall_testkit::Sampler;
 use supervised::{Bench, DT_S, home};
 
 #[test]
@@ -377,4 +380,105 @@ fn no_cycle_allocates() {
         }
     });
     assert_eq!(info.count_total, 0);
+}
+
+#[test]
+fn the_first_command_waits_for_states_that_agree() {
+    for count in [1, 3, 5] {
+        let mut bench = Bench::as_configured(SupervisorConfig {
+            agreeing_states: count,
+            ..SupervisorConfig::default()
+        });
+        for k in 1..10 {
+            let step = bench.step();
+            let reason = SafeReason::Unproven;
+            let waits = step.state == SafeState::Holding { reason };
+            assert_eq!(waits, k < count, "{k} of {count}");
+            assert_eq!(waits, step.command == ArmCommand::Hold);
+        }
+    }
+    // One that does not agree begins anew.
+    let mut bench = Bench::as_configured(SupervisorConfig::default());
+    bench.run_with(1, |bench, _| bench.state.q[1] += 1.0);
+    assert_eq!(bench.step().command, ArmCommand::Hold);
+}
+
+#[test]
+fn a_target_that_flips_every_step_is_noticed_and_one_that_changes_now_and_then_is_not() {
+    let mut bench = Bench::new();
+    let mut noticed = None;
+    for k in 0..200 {
+        bench.target = Some(DVec3::new(0.6, if k % 2 == 0 { -0.2 } else { 0.2 }, 0.6));
+        if let SafeState::Holding { reason } = bench.step().state {
+            let SafeReason::Jump { channel, by } = reason else {
+                panic!("{reason:?}");
+            };
+            assert!(channel == Channel::Target && by > 0.39);
+            noticed = noticed.or(Some(k));
+        }
+    }
+    assert!(noticed.is_some_and(|k| k < 40), "{noticed:?}");
+    // It ends once the target stands.
+    bench.target = Some(DVec3::new(0.6, 0.0, 0.6));
+    assert_eq!(bench.run(4000).state, SafeState::Normal);
+    for k in 0..5000 {
+        // Somebody who looks from one thing to the next five times a second.
+        bench.target = Some(DVec3::new(0.6, 0.2 * f64::from(k / 200 % 2), 0.6));
+        assert_eq!(bench.step().state, SafeState::Normal, "{k}");
+    }
+}
+
+#[test]
+fn targets_below_the_table_or_inside_the_base_get_no_command() {
+    let arm = SrsArm::iiwa7();
+    let table = WorkspaceBox {
+        min_m: DVec3::new(-1.0, -1.0, 0.15),
+        max_m: DVec3::new(1.0, 1.0, 1.5),
+    };
+    // Straight down from home towards below the table, and folded into its own base.
+    let below = JointPositions::from_deg([0.0, 95.0, 0.0, -60.0, 0.0, 60.0, 0.0]);
+    let mut sampler = Sampler::new(3);
+    let inside = std::iter::repeat_with(|| {
+        JointPositions(arm.limits().map(|l| sampler.uniform(l.min_rad, l.max_rad)))
+    })
+    .find(|q| {
+        let deep_m = ArmCapsules::new(&arm, q, &CapsuleConfig::default()).least_distance_m();
+        deep_m < -0.05
+    });
+    // Only what it is told counts here; nobody is near.
+    for (to, is_reason) in [
+        (
+            below,
+            (|r| r == SafeReason::Workspace) as fn(SafeReason) -> bool,
+        ),
+        (inside.unwrap(), |r| {
+            matches!(r, SafeReason::SelfCollision { .. })
+        }),
+    ] {
+        let mut bench = Bench::with(SupervisorConfig {
+            guard: Some(GuardLimits {
+                workspace: (to == below).then_some(table),
+                ..GuardLimits::of_arm(&arm)
+            }),
+            ..SupervisorConfig::default()
+        });
+        let from = home();
+        let mut named = None;
+        for k in 0..4000 {
+            let share = f64::from(k) / 4000.0;
+            let wanted =
+                JointPositions(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])));
+            bench.command = ArmCommand::Position(wanted);
+            let said = bench.step();
+            if let ArmCommand::Position(q) = said.command {
+                bench.state.qd =
+                    JointVelocities(std::array::from_fn(|i| (q[i] - bench.state.q[i]) / 1e-3));
+                bench.state.q = q;
+            } else {
+                named = named.or(said.state.reason());
+                break;
+            }
+        }
+        assert!(named.is_some_and(is_reason), "{named:?}");
+    }
 }

@@ -418,3 +418,33 @@ fn joint_limits_out_of_this_world_are_refused() {
         assert!(error.to_string().contains("limit"), "{error}");
     }
 }
+
+/// Levels that a count of angle brackets does not see: an attribute that ends like an empty element, an end in a comment.
+#[test]
+fn nesting_cannot_be_hidden() {
+    for (open, close) in [
+        ("<g b=\"/>\">", "</g>"),
+        ("<g b='/>'>", "</g>"),
+        ("<g><!-- </g> -->", "</g>"),
+        ("<g><![CDATA[</g>]]>", "</g>"),
+        ("<g><?x </g> ?>", "</g>"),
+    ] {
+        let began = std::time::Instant::now();
+        let text = format!(
+            "<robot name=\"r\">{}{}</robot>",
+            open.repeat(60_000),
+            close.repeat(60_000)
+        );
+        let error = Chain::from_urdf_str(&text, None, None).unwrap_err();
+        println!("{open}: {:?}", began.elapsed());
+        assert!(error.to_string().contains("nested"), "{open}: {error}");
+        // What only looks like levels is none.
+        let flat = format!("<robot name=\"r\">{}</robot>", "<g b=\"<g>\"/>".repeat(300));
+        let flat = flat.replace(
+            "<g b=\"<g>\"/>",
+            "<g b='&lt;g>'/><!-- <g> --><![CDATA[<g>]]>",
+        );
+        let error = Chain::from_urdf_str(&flat, None, None).unwrap_err();
+        assert!(!error.to_string().contains("nested"), "{error}");
+    }
+}

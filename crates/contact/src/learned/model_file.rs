@@ -13,7 +13,7 @@ use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
 use hwall_hand::HandPoint;
-use hwall_numeric::check::{positive, that};
+use hwall_numeric::check::{non_negative, positive, that};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -108,6 +108,27 @@ struct FileRegion {
     time_s2: f64,
     spread: f64,
     time_spread: f64,
+}
+
+impl FileRegion {
+    /// Errors are moments and variances: none is negative.
+    fn validate(&self) -> Result<(), ContactError> {
+        for moments_m2 in [&self.regression_m2, &self.primitive_m2] {
+            for axis in 0..3 {
+                non_negative("variance of an error", moments_m2[4 * axis])?;
+            }
+        }
+        non_negative("time_s2", self.time_s2)?;
+        non_negative("spread", self.spread)?;
+        non_negative("time_spread", self.time_spread)?;
+        that(
+            (0.0..=1.0).contains(&self.gain),
+            "gain",
+            self.gain,
+            "from 0 to 1",
+        )?;
+        Ok(())
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -254,6 +275,13 @@ impl File {
         let regions = self.gates.centres.len();
         within("gates", regions, regions > 0, "at least 1 region")?;
         positive("width of the gates", self.gates.width)?;
+        positive("median_duration_s", self.median_duration_s)?;
+        for scale in self.ridge.scale.iter().chain(&self.gates.scale) {
+            non_negative("scale", *scale)?;
+        }
+        for region in &self.errors.regions {
+            region.validate()?;
+        }
         length("errors", regions, self.errors.regions.len())?;
         let outputs = self.ridge.outputs;
         let ok = outputs == OUTPUTS || outputs == OUTPUTS - 3;

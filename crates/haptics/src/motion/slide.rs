@@ -179,10 +179,7 @@ impl Sliding {
         bounds: &[JointBounds; 7],
         solver: &mut Solver,
     ) -> Result<f64, Stop> {
-        let rates = self.rates(velocity, solver)?;
-        let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2() / rates[i].abs());
-        // Finite also where nothing moves: its share is then capped at 1.
-        Ok(SLIDE_SHARE * most.fold(f64::MAX, f64::min))
+        Ok(most_per_s(&self.rates(velocity, solver)?, bounds))
     }
 
     /// Can the board stop before it comes to a place where it cannot be held?
@@ -191,8 +188,14 @@ impl Sliding {
         if size == 0.0 {
             return Ok(());
         }
-        let stop_s = 1.0 / self.most_per_s(self.velocity, bounds, solver)?;
-        let ahead_s = (0.5 * stop_s + 2.0 * SMOOTH_S).min(STOP_M / size) + PREVIEW_M / size;
+        let rates = self.rates(self.velocity, solver)?;
+        let stop_s = 1.0 / most_per_s(&rates, bounds);
+        let ahead_s = 0.5 * stop_s + 2.0 * SMOOTH_S;
+        // A joint that comes to its limit would have to stop at once, while others begin to turn in its place.
+        if solver.meets_limit(&self.q, &rates, ahead_s) {
+            return Err(Stop::Unreachable(Unreachable::OtherBranch));
+        }
+        let ahead_s = ahead_s.min(STOP_M / size) + PREVIEW_M / size;
         let end = self.place(self.velocity.times(ahead_s))?;
         solver.beside(&end, &self.q).map(|_| ())
     }
@@ -224,6 +227,13 @@ impl Sliding {
         let position_m = self.pose.position_m() + self.moved.linear + ahead.linear;
         Ok(Pose::new(rotation, position_m).map_err(HapticsError::from)?)
     }
+}
+
+/// The inverse of the time in which joints could reach their rates, 1/s.
+fn most_per_s(rates: &[f64; 7], bounds: &[JointBounds; 7]) -> f64 {
+    let most = (0..7).map(|i| bounds[i].acceleration_rad_per_s2() / rates[i].abs());
+    // Finite also where nothing moves: its share is then capped at 1.
+    SLIDE_SHARE * most.fold(f64::MAX, f64::min)
 }
 
 /// A slide after one step.

@@ -103,6 +103,21 @@ impl Solver {
         }
         Ok(found.q)
     }
+
+    /// Does a joint that goes on at its rate (rad/s) for a while meet its limit? One that stands or goes away from it does not.
+    pub(super) fn meets_limit(
+        &self,
+        q: &JointPositions,
+        rate_rad_per_s: &[f64; 7],
+        for_s: f64,
+    ) -> bool {
+        let limits = self.arm.limits();
+        (0..self.arm.joint_count()).any(|i| {
+            let there = q[i] + rate_rad_per_s[i] * for_s;
+            (rate_rad_per_s[i] > 0.0 && there > limits[i].max_rad)
+                || (rate_rad_per_s[i] < 0.0 && there < limits[i].min_rad)
+        })
+    }
 }
 
 /// A place for the board.

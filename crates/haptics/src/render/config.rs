@@ -49,7 +49,7 @@ pub struct WatchdogConfig {
     pub max_target_age_s: f64,
     /// Largest age of an arm state, s; default 0.1.
     pub max_state_age_s: f64,
-    /// Longest time by which a single step advances the command, s; default 0.05. After a stall the
+    /// Longest time by which a single step advances the command, s; default 0.05, and no more than four usual steps. After a stall the
     /// command goes on from where it was instead of leaping to where it would have been.
     pub max_step_s: f64,
     /// If the arm is further than this from the command after a hold (largest joint difference), the motion

@@ -6,7 +6,7 @@ use hwall_geometry::{Pose, Twist};
 /// The velocity follows what is asked for through two low passes of this time constant, s, as a slide on a wall does.
 const SMOOTH_S: f64 = 0.006;
 /// Largest change of the velocity, m/s² and (for a turn) a tenth of a metre from the middle.
-const MOST_M_PER_S2: f64 = 1.0;
+pub(super) const MOST_M_PER_S2: f64 = 1.0;
 const EDGE_M: f64 = 0.1;
 /// Slower than this the board stands, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-9;
@@ -26,8 +26,25 @@ impl InFace {
         }
     }
 
-    fn size(self) -> f64 {
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self {
+            linear: self.linear * factor,
+            angular: self.angular * factor,
+        }
+    }
+
+    /// Of a place near the edge, at most, m/s.
+    pub(super) fn size(self) -> f64 {
         self.linear.length() + EDGE_M * self.angular.abs()
+    }
+
+    /// Of a face, base axes.
+    pub(super) fn twist(self, face: &Pose) -> Twist {
+        let rotation = face.rotation();
+        Twist {
+            linear_m_per_s: rotation * self.linear.extend(0.0),
+            angular_rad_per_s: rotation * DVec3::Z * self.angular,
+        }
     }
 }
 
@@ -81,10 +98,6 @@ impl FaceSlide {
 
     /// How it moves there beside the object's own motion, base axes.
     pub(super) fn twist(&self, face: &Pose) -> Twist {
-        let rotation = face.rotation();
-        Twist {
-            linear_m_per_s: rotation * self.velocity.linear.extend(0.0),
-            angular_rad_per_s: rotation * DVec3::Z * self.velocity.angular,
-        }
+        self.velocity.twist(face)
     }
 }

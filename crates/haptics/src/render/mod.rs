@@ -7,6 +7,7 @@ mod force_lead;
 mod hold;
 mod impedance;
 mod joint_guard;
+mod making_way;
 mod object_port;
 mod object_rendering;
 mod objects;

@@ -193,6 +193,11 @@ impl ObjectRendering {
         self.follower.q()
     }
 
+    /// Is the arm told torques?
+    pub(super) const fn by_torques(&self) -> bool {
+        self.impedance.is_some()
+    }
+
     /// The energy between hand and board since the touch began.
     #[must_use]
     pub const fn ledger(&self) -> &PortLedger {

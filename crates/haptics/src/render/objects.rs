@@ -34,6 +34,11 @@ impl Objects {
         self.touched
     }
 
+    /// Is the arm told torques?
+    pub(super) const fn by_torques(&self) -> bool {
+        self.rendering.by_torques()
+    }
+
     /// The energy between hand and board, while it is on an object.
     pub(super) fn ledger(&self) -> Option<PortLedger> {
         self.touched.map(|_| *self.rendering.ledger())

@@ -1,6 +1,6 @@
 //! The joints that hold the face on the path of a moving object.
 
-use super::face_slide::{FaceSlide, InFace};
+use super::face_slide::{FaceSlide, InFace, MOST_M_PER_S2};
 use crate::error::HapticsError;
 use crate::motion::Slide;
 use crate::object::ObjectPath;
@@ -31,6 +31,13 @@ const ACROSS: f64 = 0.1;
 const FARTHEST: f64 = 1e3;
 /// Share of the accelerations that following an object leaves to braking.
 const BRAKED_SHARE: f64 = 0.9;
+/// A joint that a slide turns no faster than this is not stopped for it, rad/s.
+const IDLE_RAD_PER_S: f64 = 1e-3;
+/// A slide comes no nearer than this to a joint's limit, rad: the object under it needs room, too, and an arm under torques that is
+/// late must not run into its stop, which it could not tell from a hand. As wide as the margin of [`JointGuard`](super::JointGuard).
+const KEPT_RAD: f64 = 0.1;
+/// A slide that has to be slower than this share of what is wanted counts as one that cannot be.
+const LEAST_SLIDE: f64 = 0.02;
 /// Keeps joint rates finite near singular poses; m² rad²/s².
 const DAMPING: f64 = 1e-6;
 
@@ -168,17 +175,29 @@ impl PathFollower {
             most_acceleration: most,
             cannot_slide: None,
         };
-        let mut slide = self.slide.next(self.wanted_slide, dt_s);
-        if slide.is_moving() {
-            // The object goes first: a slide that the joints have no room or speed for stands.
-            followed.cannot_slide = match self.solved(aimed, &slide)? {
-                Ok(q) if self.excess(&q, dt_s) <= 1.0 => None,
-                Ok(_) => Some(Unreachable::OtherBranch),
-                Err(reason) => Some(reason),
+        // The object goes first: a slide that the joints have no room or speed for comes to rest.
+        let share = self.slide_share(&rates, rate);
+        let share = if share < LEAST_SLIDE {
+            followed.cannot_slide = Some(Unreachable::OtherBranch);
+            0.0
+        } else {
+            share
+        };
+        let mut slide = self.slide.next(self.wanted_slide.times(share), dt_s);
+        for next in [
+            self.slide.next(InFace::default(), dt_s),
+            self.slide.stopped(),
+        ] {
+            if !slide.is_moving() {
+                break;
+            }
+            let hindered = match self.solved(aimed, &slide)? {
+                Ok(q) if self.excess(&q, dt_s) <= 1.0 => break,
+                Ok(_) => Unreachable::OtherBranch,
+                Err(reason) => reason,
             };
-        }
-        if followed.cannot_slide.is_some() {
-            slide = self.slide.stopped();
+            followed.cannot_slide = Some(hindered);
+            slide = next;
         }
         let mut held = |follower: &mut Self, reason| {
             (follower.rate, follower.slide) = (0.0, follower.slide.stopped());
@@ -250,6 +269,36 @@ impl PathFollower {
             false => [0.0; 7],
         };
         (twist, rates)
+    }
+
+    /// Share of the wanted slide from which every joint can still brake before its limit, while the object takes the face along its path
+    /// at a rate.
+    fn slide_share(&self, rates: &[f64; 7], rate: f64) -> f64 {
+        let size = self.wanted_slide.size();
+        if size == 0.0 {
+            return 1.0;
+        }
+        let place = self.path.moved(&self.face, self.reached - self.position);
+        let wanted = self.rates_for(&self.wanted_slide.twist(&self.slide.on(&place)));
+        let limits = self.arm.limits();
+        let share = |i: usize| {
+            let towards = wanted[i].signum();
+            let room = match towards > 0.0 {
+                true => limits[i].max_rad - self.q[i],
+                false => self.q[i] - limits[i].min_rad,
+            };
+            // From this speed a joint comes to rest that brakes at a rate.
+            let room = (room - KEPT_RAD).max(0.0);
+            let most = |braking: f64| (2.0 * BEFORE_LIMITS * braking * room).sqrt();
+            let alone = most(wanted[i].abs() / size * MOST_M_PER_S2);
+            let taken = (rates[i] * rate * towards).max(0.0);
+            let left = (most(self.max_acceleration_rad_per_s2[i]) - taken).max(0.0);
+            alone.min(left) / wanted[i].abs()
+        };
+        (0..self.arm.joint_count())
+            .filter(|i| wanted[*i].abs() > IDLE_RAD_PER_S)
+            .map(share)
+            .fold(1.0, f64::min)
     }
 
     /// How far the face can go in the direction of a rate before a joint meets its limit, rad or m: as if the joints went on

@@ -3,6 +3,7 @@
 use super::config::{ForceConfig, RendererConfig, WatchdogConfig};
 use super::contact::{ContactDetector, ContactState};
 use super::hold::HoldReason;
+use super::making_way::clear_of;
 use super::object_rendering::{
     ObjectCommand, ObjectRendering, ObjectRenderingConfig, RenderedObject,
 };
@@ -25,18 +26,16 @@ use std::sync::Arc;
 /// to forget what they say.
 const MAX_FORCE_N: f64 = 1e4;
 
-/// A finger that is deeper in a wall than this is inside it, m: presses on a board that is there are not as deep.
-const INSIDE_M: f64 = 0.01;
-/// Steps in which the board makes way, m.
-const STEP_M: f64 = 0.01;
-/// A point further behind the wall is not near the place where the board shall be, m.
-const DEEPEST_M: f64 = 0.25;
-
 /// A finger within this of the middle of the face keeps the board on a moving object between two pushes, m.
 const RIDES_M: f64 = 0.2;
 
 /// What is less than this may be an error of the torque sensors, and moves no object, N.
 const LIGHT_N: f64 = 0.5;
+
+/// A step that comes late moves the command by no more than so many usual ones, ...
+const LATE_STEPS: f64 = 4.0;
+/// ... which are averaged over ten.
+const USUAL_SHARE: f64 = 0.1;
 
 /// Outcome of an aim.
 #[derive(Debug, Clone, Copy, Default)]
@@ -64,6 +63,8 @@ pub struct Renderer {
     /// Are command and arm apart, after a hold or at the start?
     detached: Detached,
     last_s: Option<f64>,
+    /// How long steps take, s: after a late one no more than some of these are made up for at once.
+    usual_s: Option<f64>,
     /// The way back that a supervisor asked for.
     withdrawal: Withdrawal,
     /// The speed that a supervisor asked for.
@@ -121,6 +122,7 @@ impl Renderer {
             objects: None,
             detached: Detached::Always,
             last_s: None,
+            usual_s: None,
             withdrawal: Withdrawal::new(arm),
             cap: SpeedCap::default(),
         })
@@ -231,6 +233,11 @@ impl Renderer {
         };
         let (mut unreachable, mut obstructed) = (None, false);
         let is_asked_to = !matches!(input.request, None | Some(SafeRequest::Go { .. }));
+        let rides = contact == ContactState::NonContact && self.rides(input, state);
+        if contact == ContactState::NonContact && !rides {
+            // Before anything is planned: the motion goes on from where the object has carried the board.
+            self.let_go(Some(state));
+        }
         let phase = match contact {
             ContactState::Contact { since_s } => Phase::Contact { since_s },
             ContactState::NonContact => match self.check_aim(now_s, input) {
@@ -261,6 +268,9 @@ impl Renderer {
             let slide = input
                 .slide
                 .filter(|s| matches!(phase, Phase::Contact { .. }) && s.validate().is_ok());
+            if matches!(phase, Phase::Hold(_)) {
+                self.let_go(Some(state));
+            }
             let moved = match (phase, slide) {
                 (Phase::NonContact, _) => self.follower.step(dt_s),
                 (_, None) => self.follower.brake(dt_s),
@@ -324,12 +334,39 @@ impl Renderer {
 
     /// No object is under the hand any more; all go on by themselves.
     fn stop_objects(&mut self, dt_s: f64) {
+        self.let_go(None);
         if let Some(objects) = &mut self.objects {
-            if let Some((q, qd)) = objects.release() {
-                let _ = self.follower.restart(&q, &qd);
-            }
             objects.go_on(dt_s);
         }
+    }
+
+    /// The board leaves the object that it was on; its motion goes on from there, or from the measured state of an arm that torques did
+    /// not take there.
+    fn let_go(&mut self, state: Option<&ArmState>) {
+        let Some(objects) = &mut self.objects else {
+            return;
+        };
+        let by_torques = objects.by_torques();
+        let Some((q, qd)) = objects.release() else {
+            return;
+        };
+        let measured = state.filter(|state| {
+            by_torques && q.max_abs_difference(&state.q) > self.watchdog.resync_rad
+        });
+        let (q, qd) = measured.map_or((q, qd), |state| (state.q, state.qd));
+        let _ = self.follower.restart(&q, &qd);
+    }
+
+    /// Does the board stay on the object that it was pushed on? A push may be lighter than what begins a touch, and a finger that a
+    /// door runs away from will meet it again: it stays until the finger leaves.
+    fn rides(&self, input: &RenderInput<'_>, state: &ArmState) -> bool {
+        let touched = self.touched_object();
+        touched.is_some()
+            && touched == input.object
+            && input.person_m.iter().any(|point| {
+                let face = self.arm().forward(&state.q);
+                point.distance(face.position_m()) <= RIDES_M
+            })
     }
 
     /// The time since the last step, at most `max_step_s`.
@@ -342,7 +379,14 @@ impl Renderer {
         if elapsed_s < 0.0 {
             return Err(HoldReason::TimeReversed { by_s: -elapsed_s });
         }
-        Ok(elapsed_s.min(self.watchdog.max_step_s))
+        let most_s = self.watchdog.max_step_s;
+        let usual_s = self.usual_s.unwrap_or(most_s);
+        let step_s = elapsed_s.min(most_s).min(LATE_STEPS * usual_s);
+        if step_s > 0.0 {
+            let usual_s = self.usual_s.get_or_insert(step_s);
+            *usual_s += USUAL_SHARE * (step_s - *usual_s);
+        }
+        Ok(step_s)
     }
 
     fn check_state(&self, now_s: f64, state: &ArmState) -> Result<(), HoldReason> {
@@ -391,17 +435,10 @@ impl Renderer {
         wrench: Option<Wrench>,
         dt_s: f64,
     ) -> Option<(ArmCommand, Option<Unreachable>, bool)> {
+        let rides = self.rides(input, state);
         let objects = self.objects.as_mut()?;
         let is_contact = matches!(phase, Phase::Contact { .. });
-        // A push may be lighter than what begins a touch, and a finger that a door runs away from will meet it again: the
-        // board stays on the door until the finger leaves.
-        let rides = matches!(phase, Phase::NonContact)
-            && objects.touched().is_some()
-            && objects.touched() == input.object
-            && input.person_m.iter().any(|point| {
-                let face = self.follower.arm().forward(&state.q);
-                point.distance(face.position_m()) <= RIDES_M
-            });
+        let rides = matches!(phase, Phase::NonContact) && rides;
         let wrench = if is_contact || self.felt_n >= LIGHT_N {
             wrench
         } else {
@@ -428,10 +465,7 @@ impl Renderer {
                 Some((ArmCommand::Hold, None, false))
             }
             None => {
-                // The motion goes on from where the object has carried the board.
-                if let Some((q, qd)) = objects.release() {
-                    let _ = self.follower.restart(&q, &qd);
-                }
+                self.let_go(Some(state));
                 None
             }
         }
@@ -486,7 +520,9 @@ impl Renderer {
         let mut aimed = Aimed::default();
         let set = match (input.target, input.posture) {
             (Some(target), _) => {
-                let clear = self.clear_of(target, input.person_m);
+                let face = self.follower.commanded_pose();
+                let clearance_m = self.proximity.clearance_m;
+                let clear = clear_of(target, input.person_m, &self.board, &face, clearance_m);
                 aimed.obstructed = clear.is_some();
                 self.follower
                     .set_target(clear.as_ref().unwrap_or(target))
@@ -496,39 +532,6 @@ impl Renderer {
             (None, None) => Ok(()),
         };
         set.map(|()| aimed).map_err(|_| HoldReason::InvalidTarget)
-    }
-
-    /// The target further behind its surface, if a person is where the board would have to be and the board is not there yet.
-    fn clear_of(&self, target: &BoardTarget, person_m: &[DVec3]) -> Option<BoardTarget> {
-        let normal = target.normal.try_normalize()?;
-        let reach_m = self.board.half_width_m.hypot(self.board.half_height_m);
-        // The middle of the face may stand aside by the slack.
-        let [slack_u, slack_v] = target.slack_m;
-        let reach_m = reach_m + slack_u.max(slack_v).max(0.0);
-        let face = self.follower.commanded_pose();
-        let off_m = (face.position_m() - target.point_m).dot(normal);
-        let at = face.inverse_transform_point(target.point_m);
-        // A board that is there stays: the finger presses it.
-        let is_there = off_m.abs() <= INSIDE_M
-            && at.x.abs() <= self.board.half_width_m
-            && at.y.abs() <= self.board.half_height_m;
-        let deepest_m = person_m
-            .iter()
-            .filter(|point| point.is_finite())
-            .map(|point| *point - target.point_m)
-            .filter(|off| off.reject_from_normalized(normal).length() <= reach_m)
-            .map(|off| -off.dot(normal))
-            .filter(|depth_m| (INSIDE_M..=DEEPEST_M).contains(depth_m))
-            .fold(f64::NEG_INFINITY, f64::max);
-        if deepest_m < INSIDE_M {
-            return None;
-        }
-        // In steps, so that a trembling finger does not move the board.
-        let behind_m = ((deepest_m + self.proximity.clearance_m) / STEP_M).ceil() * STEP_M;
-        (!is_there && behind_m > target.behind_m).then_some(BoardTarget {
-            behind_m,
-            ..*target
-        })
     }
 
     /// Slows the board down near the person.

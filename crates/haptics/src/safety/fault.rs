@@ -1,7 +1,7 @@
 //! From a fault to a safe state, and back.
 
 use super::state::SafeReason;
-use super::supervisor_config::TimingConfig;
+use super::supervisor_config::{Latch, TimingConfig};
 
 /// How a fault is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -31,6 +31,21 @@ pub(super) struct Trouble {
     since_s: f64,
     /// Since when all inputs are sound.
     sound_since_s: Option<f64>,
+    /// A person has let it go, and it has not come again.
+    released: bool,
+}
+
+impl Trouble {
+    /// Does it take a person to end it?
+    pub(super) fn is_latched(&self, rule: Latch) -> bool {
+        !self.released
+            && match rule {
+                _ if self.fault.reason == SafeReason::Requested => true,
+                Latch::Everything => true,
+                Latch::Serious => self.fault.severity >= Severity::Pressed,
+                Latch::Nothing => false,
+            }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +67,7 @@ impl FaultMachine {
     pub(super) fn reset(&mut self) {
         if let Some(trouble) = &mut self.trouble {
             trouble.fault.severity = Severity::Blind;
+            trouble.released = true;
         }
     }
 
@@ -65,6 +81,7 @@ impl FaultMachine {
             stage: Stage::Stop,
             since_s: now_s,
             sound_since_s: None,
+            released: false,
         });
     }
 
@@ -75,14 +92,14 @@ impl FaultMachine {
         now_s: f64,
         timing: &TimingConfig,
         torque_level: bool,
+        latch: Latch,
     ) {
         let Some(fault) = found else {
             let Some(trouble) = &mut self.trouble else {
                 return;
             };
             let since_s = *trouble.sound_since_s.get_or_insert(now_s);
-            let latched = trouble.fault.severity >= Severity::Pressed;
-            if !latched && now_s - since_s >= timing.recovery_s {
+            if !trouble.is_latched(latch) && now_s - since_s >= timing.recovery_s {
                 self.trouble = None;
                 return;
             }
@@ -96,7 +113,7 @@ impl FaultMachine {
         };
         match &mut self.trouble {
             Some(trouble) if fault.severity <= trouble.fault.severity => {
-                trouble.sound_since_s = None;
+                (trouble.sound_since_s, trouble.released) = (None, false);
                 // The newest numbers of the same fault, and the newest fault of the same kind.
                 if fault.severity == trouble.fault.severity {
                     trouble.fault = fault;
@@ -104,7 +121,7 @@ impl FaultMachine {
             }
             Some(trouble) if trouble.stage == Stage::Stop => {
                 trouble.fault = fault;
-                trouble.sound_since_s = None;
+                (trouble.sound_since_s, trouble.released) = (None, false);
             }
             _ => {
                 self.trouble = Some(Trouble {
@@ -112,6 +129,7 @@ impl FaultMachine {
                     stage,
                     since_s: now_s,
                     sound_since_s: None,
+                    released: false,
                 });
             }
         }

@@ -10,6 +10,7 @@ use super::obedience::Obedience;
 use super::person::PersonPart;
 use super::state::{Channel, SafeReason};
 use super::supervisor_config::SupervisorConfig;
+use super::target_leaps::{LeapLimits, TargetLeaps};
 use super::watchdog::{Watch, WatchFault};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
@@ -39,6 +40,8 @@ pub(super) struct Inspection {
     capsules: CapsuleConfig,
     watches: Watches,
     obedience: Option<Obedience>,
+    leaps: LeapLimits,
+    leapt: TargetLeaps,
     /// Since when the force is above what may last, s.
     pressed_since_s: Option<f64>,
     last_q: Option<JointPositions>,
@@ -71,6 +74,8 @@ impl Inspection {
                 force: Watch::new(config.force)?,
             },
             obedience: config.obedience.map(Obedience::new),
+            leaps: config.leaps,
+            leapt: TargetLeaps::default(),
             pressed_since_s: None,
             last_q: None,
             located: None,
@@ -113,7 +118,7 @@ impl Inspection {
         let command = self.look_at_command(input, sent);
         let arm_is_known = arm.is_none();
         let found = worse(arm, command);
-        let found = worse(found, self.look_at_person(input));
+        let found = worse(found, self.look_at_person(input, elapsed_s));
         if !arm_is_known {
             return found;
         }
@@ -252,7 +257,7 @@ impl Inspection {
         None
     }
 
-    fn look_at_person(&mut self, input: &SupervisorInput<'_>) -> Option<Fault> {
+    fn look_at_person(&mut self, input: &SupervisorInput<'_>, elapsed_s: f64) -> Option<Fault> {
         let mut found = None;
         let unsure = |reason| {
             Some(Fault {
@@ -279,6 +284,11 @@ impl Inspection {
             let checked = watch.check(input.now_s, stamp_s, &point_m.to_array(), true);
             if let (Err(fault), None) = (checked, found) {
                 found = unsure(reason_of(fault, Channel::Target));
+            }
+            let leapt_m = self.leapt.step(point_m, elapsed_s, &self.leaps);
+            if let (Some(by), None) = (leapt_m, found) {
+                let channel = Channel::Target;
+                found = unsure(SafeReason::Jump { channel, by });
             }
         }
         found

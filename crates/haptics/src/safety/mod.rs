@@ -1,5 +1,6 @@
 //! Limits for contact with people, and the supervisor that stands between a renderer and the arm.
 
+mod agreement;
 mod capsule;
 mod clock;
 mod contact_limits;
@@ -13,6 +14,8 @@ mod person;
 mod state;
 mod supervisor;
 mod supervisor_config;
+mod target_leaps;
+mod torque_bias;
 mod watchdog;
 
 pub use capsule::{ArmCapsules, Capsule, CapsuleConfig};
@@ -24,5 +27,7 @@ pub use obedience::ObedienceConfig;
 pub use person::{PersonLimits, PersonPart, PersonPoint};
 pub use state::{Channel, SafeReason, SafeRequest, SafeState};
 pub use supervisor::Supervisor;
-pub use supervisor_config::{SupervisorConfig, TimingConfig};
+pub use supervisor_config::{Latch, SupervisorConfig, TimingConfig};
+pub use target_leaps::LeapLimits;
+pub use torque_bias::BiasConfig;
 pub use watchdog::{ChannelWatch, Watch, WatchFault};

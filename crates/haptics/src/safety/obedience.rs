@@ -16,6 +16,8 @@ pub struct ObedienceConfig {
     pub tolerance_rad: f64,
     /// For this long, s; default 0.1.
     pub lasting_s: f64,
+    /// A joint that does not move for `delay_s` while all positions of that time are this far away is stuck: no doubt is left, rad; default 0.1.
+    pub stuck_rad: f64,
     /// Time in which an arm that is told to hold comes to rest, s; default 0.4.
     pub rest_s: f64,
     /// From then on no joint may drift further than this, rad; default 0.05.
@@ -28,6 +30,7 @@ impl Default for ObedienceConfig {
             delay_s: 0.15,
             tolerance_rad: 0.3,
             lasting_s: 0.1,
+            stuck_rad: 0.1,
             rest_s: 0.4,
             drift_rad: 0.05,
         }
@@ -43,11 +46,15 @@ impl ObedienceConfig {
         positive("delay_s", self.delay_s)?;
         positive("tolerance_rad", self.tolerance_rad)?;
         non_negative("lasting_s", self.lasting_s)?;
+        positive("stuck_rad", self.stuck_rad)?;
         non_negative("rest_s", self.rest_s)?;
         positive("drift_rad", self.drift_rad)?;
         Ok(())
     }
 }
+
+/// A joint that turned less than this has not moved, rad.
+const STANDS_RAD: f64 = 2e-3;
 
 /// Pieces that the delay is cut into.
 const PIECES: usize = 16;
@@ -66,6 +73,13 @@ impl Span {
         least: [f64::INFINITY; MOST_JOINTS],
         most: [f64::NEG_INFINITY; MOST_JOINTS],
     };
+
+    fn include(&mut self, other: &Self) {
+        for joint in 0..MOST_JOINTS {
+            self.least[joint] = self.least[joint].min(other.least[joint]);
+            self.most[joint] = self.most[joint].max(other.most[joint]);
+        }
+    }
 
     fn widen(&mut self, q: &JointPositions) {
         for joint in 0..MOST_JOINTS {
@@ -94,6 +108,8 @@ pub(super) struct Obedience {
     config: ObedienceConfig,
     told: Told,
     spans: [Span; PIECES],
+    /// Where it was in the same pieces of time.
+    measured: [Span; PIECES],
     newest: usize,
     /// Since when it is elsewhere, s.
     astray_since_s: Option<f64>,
@@ -105,6 +121,7 @@ impl Obedience {
             config,
             told: Told::Anything,
             spans: [Span::EMPTY; PIECES],
+            measured: [Span::EMPTY; PIECES],
             newest: 0,
             astray_since_s: None,
         }
@@ -129,17 +146,20 @@ impl Obedience {
             }
             Told::Positions => {
                 let oldest_s = now_s - c.delay_s * (1.0 + 1.0 / PIECES as f64);
-                let spans = self.spans.iter().enumerate();
-                let live = spans.filter(|(k, span)| *k == self.newest || span.began_s >= oldest_s);
-                let (mut least, mut most) = (Span::EMPTY.least, Span::EMPTY.most);
-                for (_, span) in live {
-                    for i in 0..joints {
-                        least[i] = least[i].min(span.least[i]);
-                        most[i] = most[i].max(span.most[i]);
-                    }
+                let (newest, spans) = (self.newest, &self.spans);
+                let live = |k: &usize| *k == newest || spans[*k].began_s >= oldest_s;
+                let (mut told, mut moved) = (Span::EMPTY, Span::EMPTY);
+                for k in (0..PIECES).filter(live) {
+                    told.include(&spans[k]);
+                    moved.include(&self.measured[k]);
                 }
-                let astray =
-                    (0..joints).any(|i| (least[i] - q[i]).max(q[i] - most[i]) > c.tolerance_rad);
+                let off = |i: usize| (told.least[i] - q[i]).max(q[i] - told.most[i]);
+                let stands =
+                    |i: usize| moved.most[i].max(q[i]) - moved.least[i].min(q[i]) < STANDS_RAD;
+                if (0..joints).any(|i| off(i) > c.stuck_rad && stands(i)) {
+                    return false;
+                }
+                let astray = (0..joints).any(|i| off(i) > c.tolerance_rad);
                 if !astray {
                     self.astray_since_s = None;
                     return true;
@@ -152,13 +172,15 @@ impl Obedience {
 
     /// Keeps what is sent in this cycle; `q` is where the arm is.
     pub(super) fn remember(&mut self, sent: Sent, held: bool, q: &JointPositions, now_s: f64) {
+        let is_finite = q.0.iter().all(|angle| angle.is_finite());
         match (sent, self.told) {
             (Sent::Position(to), told) => {
                 if told != Told::Positions {
                     self.spans = [Span::EMPTY; PIECES];
+                    self.measured = [Span::EMPTY; PIECES];
                     self.spans[self.newest].began_s = now_s;
                     // It starts from where it is.
-                    if q.0.iter().all(|angle| angle.is_finite()) {
+                    if is_finite {
                         self.spans[self.newest].widen(q);
                     }
                     (self.told, self.astray_since_s) = (Told::Positions, None);
@@ -170,8 +192,12 @@ impl Obedience {
                         began_s: now_s,
                         ..Span::EMPTY
                     };
+                    self.measured[self.newest] = Span::EMPTY;
                 }
                 self.spans[self.newest].widen(&to);
+                if is_finite {
+                    self.measured[self.newest].widen(q);
+                }
             }
             (_, Told::Hold { .. }) if held => {}
             _ if held => {

@@ -125,6 +125,15 @@ pub enum SafeReason {
     /// The arm is not where positions told it to be, or drifts although it was told to hold
     /// ([`ObedienceConfig`](super::ObedienceConfig)).
     NotObeyed,
+    /// Too few states of the arm agree with each other to begin from.
+    Unproven,
+    /// With the board out of everybody's reach the torque sensors say this: a touch would be hidden, or seen where none is.
+    TorqueBias {
+        /// Joint, from 0.
+        joint: usize,
+        /// N m.
+        bias_n_m: f64,
+    },
     /// [`Supervisor::stop`](super::Supervisor::stop) was called.
     Requested,
 }
@@ -147,6 +156,8 @@ impl SafeReason {
             Self::BoardEdge { .. } => "board_edge",
             Self::PersonNear { .. } => "person_near",
             Self::NotObeyed => "not_obeyed",
+            Self::Unproven => "unproven",
+            Self::TorqueBias { .. } => "torque_bias",
             Self::Requested => "requested",
         }
     }
@@ -163,6 +174,7 @@ impl SafeReason {
             | Self::CommandLimit { channel, .. }
             | Self::PersonNear { part: channel, .. } => Some(*channel),
             Self::Force { .. } | Self::ImplausibleForce { .. } => Some(Channel::Force),
+            Self::TorqueBias { .. } => Some(Channel::Torque),
             _ => None,
         }
     }
@@ -194,7 +206,7 @@ pub enum SafeState {
         /// The fault.
         reason: SafeReason,
     },
-    /// The arm stands until the fault is gone, and, for a latched one, until [`Supervisor::reset`](super::Supervisor::reset).
+    /// The arm stands until the fault is gone, and, for a latched one ([`Latch`](super::Latch)), until [`Supervisor::reset`](super::Supervisor::reset).
     Stopped {
         /// The fault.
         reason: SafeReason,

@@ -1,5 +1,6 @@
 //! Between renderer and arm: every input watched, every command limited, every fault a named safe state.
 
+use super::agreement::Agreement;
 use super::clock::Clock;
 use super::cycle::{Sent, SupervisorInput, SupervisorStep};
 use super::fault::{Fault, FaultMachine, Severity, Stage};
@@ -8,6 +9,7 @@ use super::motion_guard::GuardLimits;
 use super::person::PersonPart;
 use super::state::{SafeReason, SafeRequest, SafeState};
 use super::supervisor_config::SupervisorConfig;
+use super::torque_bias::TorqueBias;
 use crate::arm::ArmCommand;
 use crate::board::Board;
 use crate::error::HapticsError;
@@ -28,6 +30,9 @@ pub struct Supervisor {
     inspection: Inspection,
     clock: Clock,
     faults: FaultMachine,
+    agreement: Agreement,
+    bias: Option<TorqueBias>,
+    out_of_reach: bool,
     sent: Sent,
     /// Does the arm take torques?
     torque_level: bool,
@@ -56,6 +61,9 @@ impl Supervisor {
             guard,
             clock: Clock::default(),
             faults: FaultMachine::default(),
+            agreement: Agreement::default(),
+            bias: config.bias.map(TorqueBias::new),
+            out_of_reach: false,
             sent: Sent::Nothing,
             torque_level: false,
             speed_cap_m_per_s,
@@ -67,6 +75,12 @@ impl Supervisor {
     #[must_use]
     pub const fn config(&self) -> &SupervisorConfig {
         &self.config
+    }
+
+    /// The arm with the board's face as its tool.
+    #[must_use]
+    pub const fn arm(&self) -> &Arc<dyn ArmKinematics> {
+        &self.arm
     }
 
     /// The mass that a push on the board feels now, kg, see [`effective_mass_kg`](crate::passivity::effective_mass_kg).
@@ -82,6 +96,18 @@ impl Supervisor {
     /// This part of the person is no longer tracked on purpose; it is not missed until it comes again.
     pub fn forget(&mut self, part: PersonPart) {
         self.inspection.forget(part);
+    }
+
+    /// Is the board known to be out of everybody's reach? Then what the torque sensors say of a resting arm is their error. Not known
+    /// by default.
+    pub fn set_out_of_reach(&mut self, out_of_reach: bool) {
+        self.out_of_reach = out_of_reach;
+    }
+
+    /// What the torque sensors said when the arm last rested out of everybody's reach, N m; `None` if it has not so far.
+    #[must_use]
+    pub fn torque_bias(&self) -> Option<JointTorques> {
+        self.bias.and_then(|bias| bias.bias())
     }
 
     /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound.
@@ -109,14 +135,49 @@ impl Supervisor {
                 reason,
                 severity: Severity::Blind,
             }),
-            Ok(_) => self.inspection.look(input, self.sent, self.clock.elapsed_s),
+            Ok(_) => {
+                let found = self.inspection.look(input, self.sent, self.clock.elapsed_s);
+                found.or_else(|| self.biased(input, dt_s))
+            }
         };
         let timing = &self.config.timing;
-        self.faults
-            .advance(found, self.clock.elapsed_s, timing, self.torque_level);
+        self.faults.advance(
+            found,
+            self.clock.elapsed_s,
+            timing,
+            self.torque_level,
+            self.config.latch,
+        );
+        let joints = self.arm.joint_count();
+        let agreeing = self.agreement.step(joints, input.state, &self.guard);
+        if self.faults.trouble.is_none()
+            && self.sent == Sent::Nothing
+            && agreeing < self.config.agreeing_states
+        {
+            self.remember(input, ArmCommand::Hold);
+            return SupervisorStep {
+                command: ArmCommand::Hold,
+                state: SafeState::Holding {
+                    reason: SafeReason::Unproven,
+                },
+                request: SafeRequest::Hold,
+                latched: false,
+            };
+        }
         let (command, slowed) = self.command(input, dt_s);
         self.remember(input, command);
         self.answer(command, slowed)
+    }
+
+    /// Do the torque sensors of a resting arm say more than they may?
+    fn biased(&mut self, input: &SupervisorInput<'_>, dt_s: f64) -> Option<Fault> {
+        let bias = self.bias.as_mut()?;
+        bias.step(input.state, self.out_of_reach, dt_s);
+        let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
+        Some(Fault {
+            reason: SafeReason::TorqueBias { joint, bias_n_m },
+            severity: Severity::Blind,
+        })
     }
 
     /// The command to send, and what it was cut by.
@@ -307,7 +368,7 @@ impl Supervisor {
             command,
             state,
             request,
-            latched: trouble.fault.severity >= Severity::Pressed,
+            latched: trouble.is_latched(self.config.latch),
         }
     }
 }

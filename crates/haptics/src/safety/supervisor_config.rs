@@ -6,6 +6,8 @@ use super::load::LoadLimits;
 use super::motion_guard::GuardLimits;
 use super::obedience::ObedienceConfig;
 use super::person::PersonLimits;
+use super::target_leaps::LeapLimits;
+use super::torque_bias::BiasConfig;
 use super::watchdog::ChannelWatch;
 use crate::error::HapticsError;
 use hwall_numeric::check::{non_negative, positive};
@@ -40,6 +42,20 @@ impl Default for TimingConfig {
     }
 }
 
+/// Which faults need a person before the arm moves again ([`Supervisor::reset`](super::Supervisor::reset)). A stop that was asked for
+/// always does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Latch {
+    /// Every fault.
+    Everything,
+    /// A hand that was pressed too hard, an arm beyond its limits or one that does not obey, sensors that are broken. Inputs that
+    /// were missing or wrong for a while are no such fault. The default.
+    #[default]
+    Serious,
+    /// None: all end by themselves once all inputs have been sound for the recovery time. For simulations without people.
+    Nothing,
+}
+
 /// Settings of [`Supervisor`](super::Supervisor).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SupervisorConfig {
@@ -53,6 +69,14 @@ pub struct SupervisorConfig {
     pub guard: Option<GuardLimits>,
     /// Does the arm do what it is told? `None`: this is not asked.
     pub obedience: Option<ObedienceConfig>,
+    /// So many states in a row must agree with each other before the first command; default 3. One is none.
+    pub agreeing_states: u32,
+    /// What torque sensors may say while nobody can touch the board; `None`: this is not asked.
+    pub bias: Option<BiasConfig>,
+    /// How often the target may leap.
+    pub leaps: LeapLimits,
+    /// What needs a person.
+    pub latch: Latch,
     /// The arm's body.
     pub capsules: CapsuleConfig,
     /// Mass that a push on the board feels, kg; default 5, an assumption.
@@ -94,6 +118,10 @@ impl Default for SupervisorConfig {
             load: LoadLimits::default(),
             guard: None,
             obedience: Some(ObedienceConfig::default()),
+            agreeing_states: 3,
+            bias: Some(BiasConfig::default()),
+            leaps: LeapLimits::default(),
+            latch: Latch::default(),
             capsules: CapsuleConfig::default(),
             effective_mass_kg: 5.0,
             // The fastest joint of an iiwa turns at 3.1 rad/s.
@@ -128,6 +156,10 @@ impl SupervisorConfig {
         if let Some(obedience) = &self.obedience {
             obedience.validate()?;
         }
+        if let Some(bias) = &self.bias {
+            bias.validate()?;
+        }
+        self.leaps.validate()?;
         positive("effective_mass_kg", self.effective_mass_kg)?;
         positive("largest_tick_s", self.largest_tick_s)?;
         let timing = &self.timing;

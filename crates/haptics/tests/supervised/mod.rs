@@ -1,5 +1,7 @@
 //! A control loop around the supervisor, for its tests.
 
+#![allow(dead_code)] // every test file uses its own part
+
 use glam::DVec3;
 use hwall_haptics::safety::{
     PersonPart, PersonPoint, Supervisor, SupervisorConfig, SupervisorInput, SupervisorStep,
@@ -32,7 +34,15 @@ impl Bench {
         Self::with(SupervisorConfig::default())
     }
 
+    /// Its first state counts.
     pub(crate) fn with(config: SupervisorConfig) -> Self {
+        Self::as_configured(SupervisorConfig {
+            agreeing_states: 1,
+            ..config
+        })
+    }
+
+    pub(crate) fn as_configured(config: SupervisorConfig) -> Self {
         let far = |part, y: f64| PersonPoint {
             part,
             position_m: DVec3::new(2.0, y, 1.0),

@@ -3,7 +3,7 @@
 use super::control::SessionState;
 use super::guidance::Guidance;
 use glam::DVec3;
-use hwall_haptics::safety::{PersonPart, PersonPoint, SupervisorConfig};
+use hwall_haptics::safety::{PersonPart, PersonPoint, SafeReason, SupervisorConfig};
 use hwall_haptics::{
     ArmCommand, ArmState, Board, HapticsError, HoldReason, Phase, RenderStep, SafeRequest,
     SafeState, Supervisor, SupervisorInput, SupervisorStep,
@@ -89,6 +89,8 @@ impl Safety {
             return step.command;
         };
         let stamp_s = guidance.seen_s;
+        let face_m = supervisor.arm().forward(&state.q).position_m();
+        let mut out_of_reach = false;
         let seen = [
             (
                 PersonPart::Fingertip,
@@ -109,6 +111,10 @@ impl Safety {
             if is_touched {
                 supervisor.forget(part);
             }
+            if let Some(at_m) = position_m {
+                let far = fresh && at_m.distance(face_m) > OUT_OF_REACH_M;
+                out_of_reach = far && (out_of_reach || part == PersonPart::Fingertip);
+            }
             if let Some(position_m) = position_m.filter(|_| heeded) {
                 person[points] = PersonPoint {
                     part,
@@ -118,6 +124,7 @@ impl Safety {
                 points += 1;
             }
         }
+        supervisor.set_out_of_reach(out_of_reach);
         let target = guidance.target.filter(|_| !is_touched);
         let mut said = supervisor.step(&SupervisorInput {
             now_s,
@@ -139,6 +146,10 @@ impl Safety {
     /// named keeps that name for as long as the arm stands for it.
     pub(super) fn in_force(&mut self, phase: Phase) -> Option<SessionState> {
         let last = self.last?;
+        // The first states of an arm that has nothing to do yet.
+        if matches!(phase, Phase::Hold(_)) && last.state.reason() == Some(SafeReason::Unproven) {
+            return None;
+        }
         let stands = match last.state {
             SafeState::Normal | SafeState::Slowed { .. } => {
                 self.named = None;
@@ -158,6 +169,9 @@ impl Safety {
         })
     }
 }
+
+/// A board further than this from fingertip, palm and head is touched by none of them, m.
+const OUT_OF_REACH_M: f64 = 0.3;
 
 /// Does the supervisor do the same for the same fault? Numbers may differ.
 pub(super) fn same_fault(a: SafeState, b: SafeState) -> bool {

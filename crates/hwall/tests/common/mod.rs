@@ -185,6 +185,11 @@ impl Bench {
             .expect("finite");
     }
 
+    /// A cycle passes in which the arm heard nothing and was moved on by the caller.
+    pub(crate) fn skip(&mut self) {
+        self.cycles += 1;
+    }
+
     /// One cycle of a whole session.
     pub(crate) fn cycle(&mut self, session: &mut GazeSession) -> ArmCommand {
         while let Some(frame) = self.next_frame() {

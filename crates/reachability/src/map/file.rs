@@ -70,6 +70,9 @@ impl ReachabilityMap {
             return Err(malformed("count of lines"));
         }
         let arm = SrsArm::new(body.arm)?;
+        for keep_out in &body.keep_out {
+            keep_out.carried.validate()?;
+        }
         let lines = body.lines.into_iter().map(StoredLine::checked);
         let lines: Option<Vec<LineReachability>> = lines.collect();
         let lines = lines.ok_or(malformed("intervals"))?;

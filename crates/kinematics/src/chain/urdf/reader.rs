@@ -137,19 +137,46 @@ fn check_cost(text: &str) -> Result<(), KinematicsError> {
     Ok(())
 }
 
-/// How deeply elements are nested. Comments are counted as if they were none: what is commented out is whole elements.
+/// How deeply elements are nested. What stands in comments, character data, instructions and attributes is no element.
 fn levels(text: &str) -> usize {
-    let (mut level, mut most) = (0_usize, 0);
-    for tag in text.split('<').skip(1) {
-        let inside = tag.split('>').next().unwrap_or(tag);
+    let (mut level, mut most, mut rest) = (0_usize, 0, text);
+    while let Some((_, inside)) = rest.split_once('<') {
+        let skipped = [("!--", "-->"), ("![CDATA[", "]]>"), ("?", "?>"), ("!", ">")];
+        if let Some((begin, end)) = skipped
+            .into_iter()
+            .find(|(begin, _)| inside.starts_with(begin))
+        {
+            // One that does not end is an error to the parser.
+            rest = inside[begin.len()..]
+                .split_once(end)
+                .map_or("", |(_, after)| after);
+            continue;
+        }
+        let end = end_of_tag(inside);
+        let (tag, after) = inside.split_at(end);
         if tag.starts_with('/') {
             level = level.saturating_sub(1);
-        } else if !tag.starts_with(['!', '?']) && !inside.ends_with('/') {
+        } else if !tag.ends_with('/') {
             level += 1;
             most = most.max(level);
         }
+        rest = after;
     }
     most
+}
+
+/// Where the tag ends that begins here: at the first closing bracket outside of quotes.
+fn end_of_tag(text: &str) -> usize {
+    let mut quote = None;
+    for (at, byte) in text.bytes().enumerate() {
+        match (byte, quote) {
+            (b'"' | b'\'', None) => quote = Some(byte),
+            (_, Some(open)) if byte == open => quote = None,
+            (b'>', None) => return at,
+            _ => {}
+        }
+    }
+    text.len()
 }
 
 fn version(robot: Element) -> Version {
