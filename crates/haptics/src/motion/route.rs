@@ -103,6 +103,8 @@ pub(super) struct Route {
     left: [Option<Place>; PLACES],
     /// The place that the motion in force leads to: while no way leads to a new destination, it goes on.
     under_way: Option<Place>,
+    /// The place that was under way when its surface went.
+    gone: Option<Place>,
     /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
     /// shelf.
     departed: Option<Footprint>,
@@ -121,6 +123,7 @@ impl Route {
             barriers: Barriers::default(),
             left: [None; PLACES],
             under_way: None,
+            gone: None,
             departed: None,
             detour_m: None,
             is_blocked: false,
@@ -128,8 +131,22 @@ impl Route {
         }
     }
 
+    /// A place whose surface is gone (a door that opened, a world that moved) is forgotten with it.
     pub(super) fn set_barriers(&mut self, barriers: &[Barrier]) {
+        let known = |barriers: &Barriers, place: Option<Place>| {
+            place.is_some_and(|place| barriers.have(place.point_m, place.normal))
+        };
+        let were_known = self.left.map(|place| known(&self.barriers, place));
+        let was_known = known(&self.barriers, self.under_way);
         self.barriers.set(barriers);
+        for (place, was_known) in self.left.iter_mut().zip(were_known) {
+            if was_known && !known(&self.barriers, *place) {
+                *place = None;
+            }
+        }
+        if was_known && !known(&self.barriers, self.under_way) {
+            self.gone = self.under_way.take();
+        }
     }
 
     pub(super) const fn is_detour(&self) -> bool {
@@ -149,6 +166,7 @@ impl Route {
 
     pub(super) const fn forget(&mut self) {
         (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
+        self.gone = None;
         (self.detour_m, self.is_blocked) = (None, false);
     }
 
@@ -166,6 +184,9 @@ impl Route {
     /// Puts a place before those that are left; of these, the ones that the board is still over count on.
     fn keep(&mut self, place: Place, face: &Pose) {
         let Some(board) = self.board else { return };
+        if self.gone == Some(place) {
+            return;
+        }
         let mut kept = [None; PLACES];
         kept[0] = Some(place);
         let still_over = |left: &Place| {
@@ -403,6 +424,7 @@ impl Route {
             self.keep(place, here);
         }
         self.under_way = leads_to;
+        self.gone = self.gone.filter(|place| leads_to == Some(*place));
         Ok(())
     }
 }

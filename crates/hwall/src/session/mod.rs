@@ -30,6 +30,7 @@ use crate::walls::{Walls, barriers_of};
 use event::EventQueue;
 use handover::handover;
 use hwall_contact::{ContactPrediction, Predictor};
+use hwall_geometry::Pose;
 use hwall_hand::{GazeFilter, HandFilter, HandFrame, Tracking};
 use hwall_haptics::{
     Arm, ArmCommand, ArmState, Board, MovingObject, ObjectCommand, ObjectRenderingConfig,
@@ -57,6 +58,8 @@ pub struct Session<P> {
     control: Control,
     /// The openings that the barriers are of, by surface.
     barriers_at: Vec<f64>,
+    /// Where the world stood then.
+    barriers_in: Pose,
 }
 
 impl<P: Predictor> Session<P> {
@@ -146,6 +149,7 @@ impl<P: Predictor> Session<P> {
         };
         Ok(Self {
             barriers_at: vec![0.0; perception.scene.surfaces().len()],
+            barriers_in: Pose::IDENTITY,
             perception,
             control,
         })
@@ -154,6 +158,9 @@ impl<P: Predictor> Session<P> {
 
 /// Doors that opened by more than this since, rad or m, are barriers elsewhere.
 const BARRIER_STEP: f64 = 0.01;
+/// So are all surfaces of a world that moved by more than this at the base of the arm, m and rad.
+const BARRIER_MOVE_M: f64 = 2e-3;
+const BARRIER_TURN_RAD: f64 = 2e-3;
 
 /// The moving surfaces of a scene, given to the renderer.
 fn touchable_objects(
@@ -206,18 +213,32 @@ impl<P: Predictor> Session<P> {
         command
     }
 
-    /// The board stays behind doors where they are now.
+    /// The board stays behind surfaces where they are now.
     fn keep_barriers(&mut self) {
+        let base_from_world = self.perception.world.base_from_world();
+        // Seen from the base: a turn about a far origin moves the walls near the arm little.
+        let world_moved = base_from_world
+            .inverse()
+            .distance(&self.barriers_in.inverse());
+        let elsewhere =
+            world_moved.position_m > BARRIER_MOVE_M || world_moved.angle_rad > BARRIER_TURN_RAD;
         let moved = self.control.moving().any(|moving| {
             let known = self.barriers_at.get(moving.surface.0).copied();
             known.is_some_and(|at| (at - moving.position).abs() > BARRIER_STEP)
         });
-        if !moved {
+        if !moved && !elsewhere {
             return;
         }
-        if let Ok(barriers) = barriers_of(&self.perception.scene) {
+        let scene = &self.perception.scene;
+        let barriers = if base_from_world == Pose::IDENTITY {
+            barriers_of(scene)
+        } else {
+            barriers_of(&scene.placed(&base_from_world))
+        };
+        if let Ok(barriers) = barriers {
             self.control.renderer.set_barriers(&barriers);
         }
+        self.barriers_in = base_from_world;
         for moving in self.control.moving() {
             if let Some(at) = self.barriers_at.get_mut(moving.surface.0) {
                 *at = moving.position;

@@ -70,7 +70,7 @@ impl World {
             let by_s = last_s - pose.t_s;
             return Err(SessionError::WorldTimeReversed { by_s });
         }
-        let before = self.in_use();
+        let before = self.base_from_world();
         // Where the base stands in the world: a turn about a far origin is a turn here, not a leap.
         let (old, new) = (before.inverse(), pose.base_from_world.inverse());
         let moved = old.distance(&new);
@@ -100,7 +100,7 @@ impl World {
 
     /// `None` while the frames of world and base agree, so that nothing need be transformed.
     pub(super) fn world_from_base(&self) -> Option<Pose> {
-        let pose = self.in_use();
+        let pose = self.base_from_world();
         (pose != Pose::IDENTITY).then(|| pose.inverse())
     }
 
@@ -124,7 +124,7 @@ impl World {
     }
 
     pub(super) fn contact_in_base(&self, contact: ContactPrediction) -> ContactPrediction {
-        let pose = self.in_use();
+        let pose = self.base_from_world();
         if pose == Pose::IDENTITY {
             return contact;
         }
@@ -137,7 +137,8 @@ impl World {
         }
     }
 
-    fn in_use(&self) -> Pose {
+    /// The frame of the scene in the base frame.
+    pub(super) fn base_from_world(&self) -> Pose {
         self.base_from_world.unwrap_or(Pose::IDENTITY)
     }
 }
