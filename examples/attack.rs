@@ -5,6 +5,7 @@
 use anyhow::{Context, ensure};
 use clap::Parser;
 use hwall_lab::attack;
+use hwall_lab::documents::Documents;
 use hwall_stage::exit;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -29,6 +30,9 @@ struct Args {
     /// Write inputs that got through into this folder
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write the table over docs/ATTACKS.md
+    #[arg(long)]
+    docs: bool,
 }
 
 fn main() -> ExitCode {
@@ -36,6 +40,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
+    let documents = args.docs.then(Documents::tracked).transpose()?;
     let targets = attack::targets(&args.reader)?;
     // Panics are counted, not shown.
     std::panic::set_hook(Box::new(|_| {}));
@@ -54,6 +59,10 @@ fn run(args: &Args) -> anyhow::Result<()> {
         reports.push(report);
     }
     writeln!(io::stdout(), "{}", attack::table(&reports))?;
+    if let Some(documents) = documents {
+        let path = attack::write(&reports, args.seed, &documents)?;
+        writeln!(io::stdout(), "wrote {}", path.display())?;
+    }
     let findings: u64 = reports.iter().map(|report| report.findings).sum();
     ensure!(findings == 0, "{findings} inputs got through");
     Ok(())

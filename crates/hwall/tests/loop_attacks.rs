@@ -9,6 +9,7 @@ use hwall::haptics::safety::{Latch, SafeReason};
 use hwall::haptics::{ArmCommand, ArmState, Board, ContactState};
 use hwall::kinematics::JointPositions;
 use hwall::{Session, SessionConfig, maps_of, session_supervisor};
+use hwall_testkit::Sampler;
 
 const TARGET_M: DVec3 = DVec3::new(0.6, -0.25, 0.7);
 
@@ -389,4 +390,99 @@ fn what_ends_by_itself_and_what_needs_a_person_is_a_setting() {
             assert!(session.control().is_latched(), "{latch:?}");
         }
     }
+}
+
+/// Spoils one number of a state.
+fn spoiled(state: &mut ArmState, channel: usize, joint: usize, by: f64, replaces: bool) {
+    let number = match (channel, &mut state.external_torque) {
+        (0, _) => &mut state.q.0[joint],
+        (1, _) => &mut state.qd.0[joint],
+        (2, Some(torque)) => &mut torque.0[joint],
+        _ => &mut state.t_s,
+    };
+    *number = if replaces { by } else { *number + by };
+}
+
+/// As many as wanted: `HWALL_FAULTED_RUNS=100000 cargo test --release -p hwall --test loop_attacks random`.
+#[test]
+fn random_faults_end_in_a_named_state_and_no_command_leaps() {
+    let runs = std::env::var("HWALL_FAULTED_RUNS").ok();
+    let runs: usize = runs.and_then(|runs| runs.parse().ok()).unwrap_or(300);
+    let mut sampler = Sampler::new(29);
+    let (mut session, mut bench) = rig();
+    let (mut named, mut most_apart_rad, mut most_step_rad) = (0, 0.0_f64, 0.0_f64);
+    for run in 0..runs {
+        if bench.now_s() > bench.hand.end_s {
+            // The next touch, elsewhere.
+            let target_m =
+                TARGET_M + DVec3::new(0.0, sampler.uniform(0.0, 0.5), sampler.uniform(-0.2, 0.1));
+            let after_s = bench.now_s();
+            let hand = Hand::reaching_in(1.0, target_m);
+            bench.hand = Hand {
+                start_s: hand.start_s + after_s,
+                press_s: hand.press_s + after_s,
+                leave_s: hand.leave_s + after_s,
+                end_s: hand.end_s + after_s,
+                ..hand
+            };
+        }
+        let (channel, joint) = (sampler.index(4), sampler.index(7));
+        let sizes = [
+            f64::NAN,
+            f64::INFINITY,
+            -1e300,
+            1000.0,
+            20.0,
+            1.0,
+            -0.3,
+            0.05,
+            -1e-3,
+            0.0,
+        ];
+        let by = sizes[sampler.index(sizes.len())] * if sampler.index(2) == 0 { 1.0 } else { -1.0 };
+        let replaces = sampler.index(4) == 0;
+        let cycles = [1, 3, 20, 150][sampler.index(4)];
+        let mut was_named = false;
+        let mut last: Option<JointPositions> = None;
+        for k in 0..cycles + 350 {
+            let (command, apart_rad) = cycle(&mut session, &mut bench, |state| {
+                if k < cycles {
+                    spoiled(state, channel, joint, by, replaces);
+                }
+            });
+            was_named |= command == ArmCommand::Hold;
+            most_apart_rad = most_apart_rad.max(apart_rad);
+            let what = || {
+                format!("run {run}: channel {channel}, joint {joint}, {by}, {cycles} cycles, {k}")
+            };
+            assert!(apart_rad < 0.5, "{}: {apart_rad} rad from the arm", what());
+            if let (ArmCommand::Position(q), Some(before)) = (command, last) {
+                let step_rad = q.max_abs_difference(&before);
+                most_step_rad = most_step_rad.max(step_rad);
+                assert!(
+                    step_rad <= 3.2 * DT_S,
+                    "{}: a step of {step_rad} rad",
+                    what()
+                );
+            }
+            last = match command {
+                ArmCommand::Position(q) => Some(q),
+                _ => None,
+            };
+        }
+        named += usize::from(was_named);
+        session.reset();
+        for _ in 0..150 {
+            cycle(&mut session, &mut bench, |_| {});
+        }
+        assert!(
+            !session.control().is_latched(),
+            "run {run}: channel {channel}, joint {joint}, {by}: {:?}",
+            session.state()
+        );
+    }
+    println!(
+        "{runs} faulted runs: {named} held, at most {most_apart_rad:.3} rad from the arm, {most_step_rad:.4} rad in a cycle"
+    );
+    assert!(named > runs / 3);
 }

@@ -19,6 +19,9 @@ use hwall_geometry::Wrench;
 use hwall_kinematics::{ArmKinematics, JointPositions, MOST_JOINTS};
 use std::sync::Arc;
 
+/// Angles that leap further than this need a person, rad.
+const LOST_RAD: f64 = 0.3;
+
 #[derive(Debug, Clone)]
 struct Watches {
     position: Watch,
@@ -155,7 +158,15 @@ impl Inspection {
                 .watches
                 .velocity
                 .check(now_s, state.t_s, &state.qd.0, false);
-            return Some(blind(reason_of(fault, Channel::Position)));
+            // Where the arm is then, nobody knows: what stays where it leapt to is sound, and may be wrong all the same.
+            let severity = match fault {
+                WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
+                _ => Severity::Blind,
+            };
+            return Some(Fault {
+                reason: reason_of(fault, Channel::Position),
+                severity,
+            });
         }
         let (ticked, shown) = (
             state.qd.0.iter().any(|v| *v != 0.0),

@@ -4,8 +4,10 @@ mod binary;
 mod session;
 mod text;
 
+use crate::documents::Documents;
 use anyhow::bail;
-use hwall_testkit::{AttackReport, MarkdownTable, Verdict, attack};
+use hwall_testkit::{AttackReport, Machine, MarkdownTable, Verdict, attack};
+use std::path::PathBuf;
 
 /// Reads an input and checks what was read.
 type Read = Box<dyn Fn(&[u8]) -> Verdict>;
@@ -114,6 +116,37 @@ pub fn table(reports: &[AttackReport]) -> String {
     }
     table.to_string()
 }
+
+/// Name of the document.
+pub const NAME: &str = "ATTACKS.md";
+
+/// Writes the table with what was done into the document.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(
+    reports: &[AttackReport],
+    seed: u64,
+    documents: &Documents,
+) -> anyhow::Result<PathBuf> {
+    let text = format!(
+        "# Attacks\n\nWhat becomes of hostile files? Written by `cargo run --release --example attack -- --docs`; not edited by \
+         hand.\n\n{}\n\n{}\n{EXPLAINED}",
+        Machine::detect(seed),
+        table(reports)
+    );
+    documents.write(NAME, &text)
+}
+
+/// How inputs are made, and what counts as a finding.
+const EXPLAINED: &str = "\
+Inputs are made from files that are accepted: bits are flipped, ends cut off, pieces of two files joined, numbers made extreme, lines
+repeated, counts made huge; checksums and digests are made right again. A finding is a panic, or something that was accepted and does
+not hold what it promises: a hit that is not finite, a model that cannot read its own file, a probability above 1. The slowest input
+counts its waiting for the processor, too.
+
+What the control loop does under faults: [FAULTS.md](FAULTS.md), and the named attacks in `crates/hwall/tests/loop_attacks.rs`.
+";
 
 /// A promise, and whether it holds.
 fn promise(holds: bool, what: &str) -> Result<(), String> {
