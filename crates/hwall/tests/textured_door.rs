@@ -12,7 +12,7 @@ use hwall::hand::{HandFilterConfig, HandFrame};
 use hwall::haptics::{
     Arm, ArmCommand, ArmState, Board, ImpedanceConfig, MovingObject, ObjectCommand, ObjectPath,
 };
-use hwall::kinematics::{Chain, ChainDynamics, Inertial};
+use hwall::kinematics::{Chain, ChainDynamics, Inertial, JointPositions};
 use hwall::scene::{Scene, SurfaceId};
 use hwall::texture::TexturedTouch;
 use hwall::{
@@ -38,6 +38,13 @@ const REACH_S: f64 = 2.0;
 const PRESS_S: f64 = 3.2;
 const LEAVE_S: f64 = 5.7;
 const END_S: f64 = 8.5;
+
+/// A posture from which the roll is taken that leaves joint 7 room.
+fn with_room() -> JointPositions {
+    let mut q = home();
+    q[6] = 0.3;
+    q
+}
 
 /// What is allowed at a level of the arm.
 struct Bounds {
@@ -93,16 +100,16 @@ fn dynamics() -> ChainDynamics {
 }
 
 impl Simulated {
-    fn new(level: Level) -> Self {
+    fn new(level: Level, home: JointPositions) -> Self {
         let arm = Arc::new(iiwa());
         match level {
             Level::Servo => {
                 let config = ServoConfig::default();
-                Self::Servo(Box::new(ServoArm::new(arm, home(), config).unwrap()))
+                Self::Servo(Box::new(ServoArm::new(arm, home, config).unwrap()))
             }
             Level::Torque => {
                 let config = TorqueConfig::default();
-                let arm = TorqueArm::new(arm, dynamics(), home(), config).unwrap();
+                let arm = TorqueArm::new(arm, dynamics(), home, config).unwrap();
                 Self::Torque(Box::new(arm))
             }
         }
@@ -154,10 +161,10 @@ struct Run {
 }
 
 impl Run {
-    fn new(level: Level) -> Self {
+    fn new(level: Level, home: JointPositions) -> Self {
         let scene = door();
         let mut walls = Walls::from(maps_of(&scene, &iiwa()).unwrap());
-        walls.waiting = Some(home());
+        walls.waiting = Some(home);
         let object_command = match level {
             Level::Servo => ObjectCommand::Position,
             Level::Torque => ObjectCommand::Torque {
@@ -177,7 +184,7 @@ impl Run {
         let board = Board::default();
         let session = Session::new(&iiwa(), &board, scene, walls, predictor, config).unwrap();
         Self {
-            arm: Simulated::new(level),
+            arm: Simulated::new(level, home),
             session,
             hand: HandBody::new(HandBodyConfig::default(), aim_m(0.0), DVec3::ZERO).unwrap(),
             cycles: 0,
@@ -232,8 +239,8 @@ impl Run {
     }
 }
 
-fn pushed(level: Level, bounds: &Bounds) {
-    let mut run = Run::new(level);
+fn pushed(level: Level, home: JointPositions, bounds: &Bounds) {
+    let mut run = Run::new(level, home);
     let (config, _) = object_of(&door(), DOOR).unwrap().unwrap();
     let mut ideal = MovingObject::new(config).unwrap();
     let (mut texture, mut ended): (Option<TexturedTouch>, bool) = (None, false);
@@ -327,7 +334,7 @@ fn by_positions() {
         off_m: 5e-3,
         speed: 0.05,
     };
-    pushed(Level::Servo, &bounds);
+    pushed(Level::Servo, with_room(), &bounds);
 }
 
 #[test]
@@ -339,5 +346,25 @@ fn by_torques() {
         off_m: 1e-2,
         speed: 0.15,
     };
-    pushed(Level::Torque, &bounds);
+    pushed(Level::Torque, with_room(), &bounds);
+}
+
+/// From the usual posture the roll that is there soonest leaves joint 7 half a radian, which door and slide together would need:
+/// other joints take over, and the slide slows down before the door does.
+#[test]
+fn a_joint_with_little_room_does_not_keep_the_door_shut() {
+    let servo = Bounds {
+        opening: 0.08,
+        board_rad: 0.01,
+        off_m: 5e-3,
+        speed: 0.3,
+    };
+    pushed(Level::Servo, home(), &servo);
+    let torque = Bounds {
+        opening: 0.15,
+        board_rad: 0.02,
+        off_m: 8e-3,
+        speed: 0.3,
+    };
+    pushed(Level::Torque, home(), &torque);
 }

@@ -29,13 +29,16 @@ const BEFORE_LIMITS: f64 = 0.4;
 const ACROSS: f64 = 0.1;
 /// No path is longer, rad or m.
 const FARTHEST: f64 = 1e3;
+/// Joints nearer than this to a limit turn less, rad; on the limit so many times less, about.
+const SPARED_RAD: f64 = 0.6;
+const SPARED: f64 = 40.0;
 /// Share of the accelerations that following an object leaves to braking.
 const BRAKED_SHARE: f64 = 0.9;
 /// A joint that a slide turns no faster than this is not stopped for it, rad/s.
 const IDLE_RAD_PER_S: f64 = 1e-3;
 /// A slide comes no nearer than this to a joint's limit, rad: the object under it needs room, too, and an arm under torques that is
 /// late must not run into its stop, which it could not tell from a hand. As wide as the margin of [`JointGuard`](super::JointGuard).
-const KEPT_RAD: f64 = 0.1;
+const KEPT_RAD: f64 = 0.2;
 /// A slide that has to be slower than this share of what is wanted counts as one that cannot be.
 const LEAST_SLIDE: f64 = 0.02;
 /// Keeps joint rates finite near singular poses; m² rad²/s².
@@ -148,6 +151,7 @@ impl PathFollower {
         mut limited: impl FnMut(f64) -> Result<f64, HapticsError>,
     ) -> Result<Followed, HapticsError> {
         positive("dt_s", dt_s)?;
+        self.spare_joints();
         let rates = self.joint_rates();
         let most = self.largest_acceleration(&rates);
         let free = self.next_rate(wanted, rate, most, dt_s);
@@ -223,6 +227,18 @@ impl PathFollower {
         followed.rate = self.rate;
         (self.q, self.reached, self.slide) = (q, reached, slide);
         Ok(followed)
+    }
+
+    /// A joint near its limit turns less than the others, as far as the arm has a choice: an object goes on opening where it
+    /// would be stopped by a single joint.
+    fn spare_joints(&mut self) {
+        let speeds = self.arm.max_velocity_rad_per_s();
+        let limits = self.arm.limits();
+        for (i, weight) in self.config.weights.iter_mut().enumerate() {
+            let room = (limits[i].max_rad - self.q[i]).min(self.q[i] - limits[i].min_rad);
+            let near = (1.0 - room.max(0.0) / SPARED_RAD).max(0.0);
+            *weight = speeds[i].powi(-2) * (1.0 + SPARED * near * near);
+        }
     }
 
     /// How fast the face goes on, within the accelerations of the joints. What is missing to the wanted position is caught up
