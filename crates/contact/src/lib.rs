@@ -8,6 +8,7 @@ mod outer_product;
 pub mod predict;
 mod reach_set;
 mod regression;
+pub mod score;
 mod slope;
 
 pub use baseline::{ConstantVelocity, Hold, MinimumJerk, NearestNeighbour, RidgeWindow};

@@ -7,8 +7,9 @@ use super::reach_track::Inputs;
 use super::samples;
 use super::training::{self, OUTPUTS};
 use crate::error::ContactError;
-use crate::reach_set::{held_out_groups, touching_point};
+use crate::reach_set::{held_out_groups, references, touching_point};
 use hwall_hand::{HandPoint, LabelledReach};
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -36,7 +37,11 @@ impl LearnedModel {
     /// # Errors
     /// Fewer than eight reaches, a reach that [`LabelledReach::validate`] refuses or that has another
     /// touching point than the first, a setting out of range.
-    pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(
+        reaches: &[R],
+        config: &LearnedConfig,
+    ) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         config.validate()?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
@@ -118,7 +123,7 @@ impl LearnedModel {
     }
 }
 
-fn origin(reaches: &[LabelledReach]) -> Origin {
+fn origin(reaches: &[&LabelledReach]) -> Origin {
     let people: BTreeSet<_> = reaches.iter().filter_map(|r| r.person.as_ref()).collect();
     let durations = reaches.iter().map(|r| (r.duration_s(), 1.0));
     Origin {

@@ -42,7 +42,7 @@ pub(super) struct Inputs {
 
 impl Inputs {
     /// What the reaches have in common. The touching point is the most frequent one.
-    pub(super) fn of(reaches: &[LabelledReach], use_gaze: bool, lags: usize) -> Self {
+    pub(super) fn of(reaches: &[&LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
         // `max_by_key` keeps the last of equals: the first by contact.
         let order = HandPoint::BY_CONTACT.into_iter().rev();

@@ -25,7 +25,7 @@ pub(super) struct TrainingSample {
 /// Samples of all reaches at even times, without a primitive.
 pub(super) fn of(
     inputs: &Inputs,
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     folds: &[usize],
     config: &LearnedConfig,
 ) -> Vec<TrainingSample> {

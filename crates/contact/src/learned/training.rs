@@ -31,7 +31,7 @@ const WORTH: f64 = 0.05;
 /// reaches.
 pub(super) fn primitive(
     inputs: &Inputs,
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     folds: &[usize],
     samples: &mut [TrainingSample],
     config: &LearnedConfig,
@@ -66,7 +66,7 @@ pub(super) fn primitive(
     let Some((_, training, demonstrations)) = best else {
         return Err(ContactError::TooFewReaches { got: 0, needed: 1 });
     };
-    training.primitive(reaches.iter().zip(&demonstrations))
+    training.primitive(reaches.iter().copied().zip(&demonstrations))
 }
 
 /// Mean with values clipped to four times the median; `values` are pairs of value and weight.
@@ -81,7 +81,7 @@ fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 /// that has lost its way. In the order of the samples.
 fn held_out(
     inputs: &Inputs,
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     demonstrations: &[Demonstration],
     folds: &[usize],
     training: &Training,
@@ -92,7 +92,7 @@ fn held_out(
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
     for part in 0..count {
-        let others = reaches.iter().zip(demonstrations).zip(folds);
+        let others = reaches.iter().copied().zip(demonstrations).zip(folds);
         let others = others
             .filter(|(_, f)| part_of(**f) != part)
             .map(|(pair, _)| pair);

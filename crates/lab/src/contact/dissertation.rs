@@ -1,13 +1,13 @@
 //! The dissertation's experiment on simulated people: 47 reaches to learn from, 30 to be judged by.
 
 use crate::contact::candidates::{Candidate, Role};
-use crate::contact::moments::Moment;
 use crate::contact::report::{Comparison, compare};
 use crate::contact::scores::Scores;
-use crate::contact::split::{Fold, Split};
 use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use anyhow::ensure;
+use hwall_contact::score::Moment;
+use hwall_contact::score::{Fold, Split};
 use hwall_hand::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
 use hwall_testkit::MarkdownTable;

@@ -1,8 +1,8 @@
 //! The study's tables.
 
 use crate::contact::candidates::Role;
-use crate::contact::moments::{BEFORE_S, Moment, SHARES};
 use crate::contact::scores::{REGIONS, Scores, Summary};
+use hwall_contact::score::{BEFORE_S, Moment, SHARES};
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
 use std::path::Path;

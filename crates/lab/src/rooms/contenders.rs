@@ -151,8 +151,10 @@ impl SharedTraining {
         let mut baselines = Vec::new();
         for candidate in candidates::all() {
             if candidate.role == Role::Baseline {
-                let train =
-                    || (candidate.train)(&self.reaches).with_context(|| candidate.name.clone());
+                let train = || {
+                    (candidate.train)(&self.reaches.iter().collect::<Vec<_>>())
+                        .with_context(|| candidate.name.clone())
+                };
                 baselines.push(Contender::projected(&candidate.name, train()?)?);
                 let name = format!("{}, fused", candidate.name);
                 baselines.push(Contender::fused(name, train()?, &self.config)?);

@@ -17,7 +17,7 @@ const SIDE_BY_SIDE: usize = 4;
 
 /// The learned estimator.
 fn candidate(name: &str, config: LearnedConfig) -> Candidate {
-    Candidate::of(name, move |reaches: &[LabelledReach]| {
+    Candidate::of(name, move |reaches: &[&LabelledReach]| {
         Ok(LearnedModel::train(reaches, &config)?.estimator())
     })
 }
