@@ -2,10 +2,10 @@
 
 use super::config::LearnedConfig;
 use super::gates::Gates;
-use super::held_out_errors::{SENSOR_M, weighted_quantile};
-use super::local_ridge::{Fitted, LocalRidge, Rows};
+use super::local_ridge::{Blocks, Fitted, LocalRidge, Rows};
 use super::primitive::{Primitive, PrimitiveRun, Training, demonstration};
-use super::reach_track::{Inputs, ReachTrack};
+use super::quantiles::{SENSOR_M, weighted_quantile};
+use super::reach_track::{BlockKind, Inputs, ReachTrack};
 use super::samples::{SampleTimes, TrainingSample};
 use crate::error::ContactError;
 use glam::DVec3;
@@ -120,54 +120,107 @@ fn held_out(
     Ok(predicted.concat())
 }
 
+/// A regression, what it is learnt from and where it is right.
+pub(super) struct Regression {
+    pub(super) gates: Gates,
+    pub(super) rows: Rows,
+    /// With the place in the room, and without.
+    pub(super) fitted: [Fitted; 2],
+}
+
+/// The numbers of regions that are tried.
+const REGIONS: [usize; 4] = [16, 32, 64, 128];
+/// Samples on which they are tried at most.
+const TRIED_ON: usize = 16_000;
+/// More regions must lower the error by this share.
+const WORTH_REGIONS: f64 = 0.005;
+
 /// The regression and what it predicts for samples whose fold is held out.
-///
-/// The other points of the hand are used only if that is clearly better on held-out reaches: a hand held in
-/// a way that had never been seen misled a regression by centimetres.
 pub(super) fn regression(
     inputs: &Inputs,
     samples: &[TrainingSample],
-    gates: &Gates,
+    config: &LearnedConfig,
     normals: bool,
-) -> Result<(Rows, Fitted), ContactError> {
+) -> Result<Regression, ContactError> {
     let groups = match normals {
         true => vec![0..3, 3..4, 4..7],
         false => vec![0..3, 3..4],
     };
-    let [all, first] = inputs.widths();
-    let mut best: Option<(f64, Rows, Fitted)> = None;
-    let mut judged_by: Option<Vec<f64>> = None;
-    for width in if all == first {
-        vec![first]
-    } else {
-        vec![first, all]
-    } {
-        let mut rows = rows(samples, width, gates, normals);
-        let even = LocalRidge::fit(&rows, &groups, &[PILOT_RIDGE])?;
-        weigh(&mut rows, &even.held_out);
-        let fitted = LocalRidge::fit(&rows, &groups, &RIDGES)?;
-        let predicted = fitted.held_out.chunks_exact(rows.outputs);
-        let misses = samples.iter().zip(predicted).map(|(s, predicted)| {
-            let end_m = s.now_m + DVec3::from_slice(&predicted[..3]);
-            end_m.distance(s.end_m)
-        });
-        // The same weights for both, so that neither chooses how it is judged.
-        let weights = judged_by.get_or_insert_with(|| rows.weights.clone());
-        let mean = robust_mean(misses.zip(weights.iter().map(|w| w.sqrt())));
-        if best
-            .as_ref()
-            .is_none_or(|(least, ..)| mean < (1.0 - WORTH) * least)
-        {
-            best = Some((mean, rows, fitted));
+    let columns: Vec<_> = inputs.blocks().into_iter().map(|b| b.columns).collect();
+    let everywhere = Blocks {
+        allowed: vec![true; columns.len()],
+        columns,
+        tried: false,
+    };
+    let width = inputs.width();
+    let regions = match config.regions {
+        Some(regions) => regions,
+        None => {
+            let step = samples.len().div_ceil(TRIED_ON).max(1);
+            let some: Vec<TrainingSample> = samples.iter().step_by(step).cloned().collect();
+            let mut best = (f64::INFINITY, 1);
+            for regions in REGIONS {
+                let gates = gates(&some, regions);
+                let rows = rows(&some, width, &gates, false);
+                let fitted = LocalRidge::fit(
+                    &rows,
+                    &[0..3],
+                    &[PILOT_RIDGE],
+                    std::slice::from_ref(&everywhere),
+                )?
+                .remove(0);
+                let score = log_error(&some, &fitted.held_out, rows.outputs);
+                if score < best.0 - WORTH_REGIONS {
+                    best = (score, regions);
+                }
+                // No more regions than samples that differ.
+                if gates.len() < regions {
+                    break;
+                }
+            }
+            best.1
         }
+    };
+    let gates = gates(samples, regions);
+    let mut rows = rows(samples, width, &gates, normals);
+    let one = std::slice::from_ref(&everywhere);
+    let even = LocalRidge::fit(&rows, &groups, &[PILOT_RIDGE], one)?.remove(0);
+    weigh(&mut rows, &even.held_out);
+    let room = Blocks {
+        tried: true,
+        ..everywhere
+    };
+    let mut start = room.clone();
+    for (allowed, block) in start.allowed.iter_mut().zip(inputs.blocks()) {
+        *allowed = block.kind != BlockKind::Start;
     }
-    // There is always a first.
-    best.map(|(_, rows, fitted)| (rows, fitted))
-        .ok_or(ContactError::TooFewReaches { got: 0, needed: 1 })
+    let mut fitted = LocalRidge::fit(&rows, &groups, &RIDGES, &[room, start])?.into_iter();
+    match (fitted.next(), fitted.next()) {
+        (Some(room), Some(start)) => Ok(Regression {
+            gates,
+            rows,
+            fitted: [room, start],
+        }),
+        _ => Err(ContactError::Singular { size: width + 1 }),
+    }
 }
 
+/// Mean logarithm of the distance of predicted ends: early and late samples count alike.
+fn log_error(samples: &[TrainingSample], held_out: &[f64], outputs: usize) -> f64 {
+    let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
+    for (s, predicted) in samples.iter().zip(held_out.chunks_exact(outputs)) {
+        let miss_m = s.now_m + DVec3::from_slice(&predicted[..3]) - s.end_m;
+        sum += s.weight * 0.5 * (miss_m.length_squared() + LEAST_ERROR_M * LEAST_ERROR_M).ln();
+        total += s.weight;
+    }
+    sum / total
+}
+
+/// Smaller errors are as good as this one where errors are compared, m.
+const LEAST_ERROR_M: f64 = 2e-3;
+
 /// Regions of progress over samples.
-pub(super) fn gates(samples: &[TrainingSample], count: usize) -> Gates {
+fn gates(samples: &[TrainingSample], count: usize) -> Gates {
     let progress: Vec<_> = samples.iter().map(|s| s.progress).collect();
     Gates::of(&progress, count)
 }
