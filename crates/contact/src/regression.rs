@@ -62,9 +62,9 @@ impl NormalEquations {
         }
     }
 
-    /// Squared errors of coefficients on these samples, summed over the first `outputs`:
+    /// Squared errors of coefficients on these samples, for each of the first `outputs`:
     /// `tr(YᵀY - 2 WᵀXᵀY + WᵀXᵀX W)`, so no sample is looked at again.
-    fn squared_errors(&self, coefficients: &Matrix, outputs: usize) -> f64 {
+    fn squared_errors(&self, coefficients: &Matrix, outputs: usize) -> Vec<f64> {
         let n = coefficients.rows();
         (0..outputs)
             .map(|k| {
@@ -77,7 +77,7 @@ impl NormalEquations {
                     .sum();
                 (self.squares[k] + fitted).max(0.0)
             })
-            .sum()
+            .collect()
     }
 
     /// Coefficients, one row per feature and one column per output.
@@ -157,13 +157,26 @@ impl PartedEquations {
         for share in ridges {
             let fits = self.fits(|_| share * mean)?;
             let parts = self.parts.iter().zip(&fits.without);
-            let squares: Vec<f64> = parts.map(|(p, w)| p.squared_errors(w, outputs)).collect();
+            let squares: Vec<f64> = parts
+                .map(|(p, w)| p.squared_errors(w, outputs).iter().sum())
+                .collect();
             let sum = |squares: &[f64]| squares.iter().sum::<f64>();
             if best.as_deref().is_none_or(|b| sum(&squares) < sum(b)) {
                 best = Some(squares);
             }
         }
         Ok(best.unwrap_or_default())
+    }
+
+    /// Squared errors on all parts, each by the fit without it, for each of the first `outputs`.
+    pub(crate) fn squared_errors(&self, fits: &Fits, outputs: usize) -> Vec<f64> {
+        let mut sums = vec![0.0; outputs];
+        for (part, without) in self.parts.iter().zip(&fits.without) {
+            for (sum, square) in sums.iter_mut().zip(part.squared_errors(without, outputs)) {
+                *sum += square;
+            }
+        }
+        sums
     }
 
     /// The equations of all samples.

@@ -45,6 +45,8 @@ pub(super) struct Evidence<'a> {
     pub(super) places: Option<&'a Places>,
     /// The person of each sample, by number.
     pub(super) people: &'a [usize],
+    /// The rows that count in each region.
+    pub(super) near: Vec<Vec<usize>>,
 }
 
 impl Evidence<'_> {
@@ -57,9 +59,8 @@ impl Evidence<'_> {
         pairs.map(|(row, (sample, witness))| (row, sample, witness))
     }
 
-    fn rows_of(&self, region: usize) -> Vec<usize> {
-        let counts = |row: &usize| self.rows.gates(*row)[region] > 0.0;
-        (0..self.samples.len()).filter(counts).collect()
+    fn rows_of(&self, region: usize) -> &[usize] {
+        &self.near[region]
     }
 }
 
@@ -117,7 +118,7 @@ fn moments(evidence: &Evidence, region: usize) -> Region {
     });
     let mut out = Region::ZERO;
     let mut totals = out.moments;
-    for &row in &near {
+    for &row in near {
         let misses: [Option<DVec3>; SOURCES] = std::array::from_fn(|k| {
             miss(row, k).map(|m| m.clamp_length_max(limits[k].max(f64::MIN_POSITIVE)))
         });
@@ -167,9 +168,9 @@ fn combinations(evidence: &Evidence, regions: &[Region]) -> Vec<Combined> {
 fn disagreements(evidence: &Evidence, combined: &[Combined], k: usize, region: &mut Region) {
     let near = evidence.rows_of(k);
     let miss = |row: usize| combined[row].point_m.distance(evidence.samples[row].end_m);
-    let limit = clip(evidence, &near, k, &miss);
+    let limit = clip(evidence, near, k, &miss);
     let (mut square, mut apart, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
-    for &row in &near {
+    for &row in near {
         let weight = evidence.weight(row, k);
         square += weight * miss(row).min(limit).powi(2);
         apart += weight * combined[row].apart_m2.min(limit * limit);
@@ -208,9 +209,9 @@ fn shares(evidence: &Evidence, combined: &[Combined], regions: &mut [Region]) ->
         let near = evidence.rows_of(k);
         let way = |row: usize| nearest[row].map_or(DVec3::ZERO, |p| p - combined[row].point_m);
         let miss = |row: usize| combined[row].point_m - evidence.samples[row].end_m;
-        let limit = clip(evidence, &near, k, &|row| miss(row).length());
+        let limit = clip(evidence, near, k, &|row| miss(row).length());
         let (mut towards, mut square, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
-        for &row in &near {
+        for &row in near {
             let weight = evidence.weight(row, k);
             let (miss, way) = (miss(row).clamp_length_max(limit.max(1e-9)), way(row));
             towards -= weight * miss.dot(way);
@@ -291,10 +292,10 @@ fn shape(evidence: &Evidence, turned: &[(DMat3, DVec3)], k: usize, region: &mut 
         let witness = &evidence.witnesses[row];
         (witness.left_s - witness.true_left_s).abs()
     };
-    let limit = clip(evidence, &near, k, &|row| turned[row].1.length());
-    let latest = clip(evidence, &near, k, &late);
+    let limit = clip(evidence, near, k, &|row| turned[row].1.length());
+    let latest = clip(evidence, near, k, &late);
     let (mut sum, mut time, mut total) = (DMat3::ZERO, 0.0, f64::MIN_POSITIVE);
-    for &row in &near {
+    for &row in near {
         let weight = evidence.weight(row, k);
         sum += square(turned[row].1.clamp_length_max(limit.max(1e-9))) * weight;
         time += weight * late(row).min(latest).powi(2);
@@ -351,9 +352,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         .iter()
         .map(|j| few * distance(j) / j.ratio.powf(blend.by_disagreement))
         .collect();
-    let near: Vec<Vec<usize>> = (0..blend.regions.len())
-        .map(|k| evidence.rows_of(k))
-        .collect();
+    let near = &evidence.near;
     for _ in 0..ROUNDS {
         let scaled = |blend: &Blend| -> Vec<f64> {
             let each = plain.iter().zip(judged).enumerate();

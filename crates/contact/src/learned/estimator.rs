@@ -10,7 +10,7 @@ use super::places::Places;
 use super::primitive::{Primitive, PrimitiveRun};
 use super::reach_track::{Inputs, ReachTrack};
 use super::sources::{Ends, SOURCES, Source, of_combination};
-use super::training::OUTPUTS;
+use super::training::{Correction, OUTPUTS};
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use glam::DVec3;
 use hwall_hand::HandFrame;
@@ -30,6 +30,7 @@ pub(super) struct Learnt {
     /// Which of them says when, and along which normal.
     pub(super) time_from: usize,
     pub(super) normal_from: usize,
+    pub(super) correction: Correction,
     pub(super) primitive: Option<Primitive>,
     pub(super) places: Option<Places>,
     pub(super) blend: Blend,
@@ -102,7 +103,7 @@ impl LearnedEstimator {
             track: ReachTrack::new(&learnt.inputs),
             run: learnt.primitive.as_ref().map(PrimitiveRun::new),
             features: Vec::with_capacity(learnt.inputs.width()),
-            scaled: Vec::with_capacity(learnt.inputs.width()),
+            scaled: Vec::with_capacity(learnt.inputs.width() + Correction::ADDED),
             adaptation: learnt.blend.fresh(),
             gates: Vec::with_capacity(learnt.gates.len()),
             last: None,
@@ -149,6 +150,10 @@ impl LearnedEstimator {
         }
         ends_m[Source::Primitive as usize] = primitive_m;
         ends_m[Source::Hold as usize] = Some(now_m);
+        let both = [&outputs[0][..], &outputs[1][..]];
+        Correction::features_into(&self.features, now_m, both, &mut self.scaled);
+        let corrected = learnt.correction.at(&self.scaled, &self.gates);
+        ends_m[Source::Trees as usize] = ends_m[Source::Start as usize].map(|e| e + corrected);
         let ends_m = of_combination(learnt.combination, ends_m);
         let left_s = outputs[learnt.time_from][3].max(0.0);
         let hats = between_knots(&learnt.blend.knots, time_key(left_s));

@@ -249,45 +249,41 @@ impl LocalRidge {
             held_out: vec![0.0; near * outputs],
             used,
         };
-        let mut held_out = vec![0.0; near * outputs];
+        let mut chosen: Vec<Matrix> = vec![Matrix::zeros(size, outputs); local.len()];
         for &share in ridges {
             let fits = equations
                 .fits(|_| share * mean)
                 .map_err(|_| singular.clone())?;
-            let mut first = 0;
-            for (fold, fewer) in local.iter().zip(&fits.without) {
-                let predicted = fold.features.times(&widened(fewer));
-                let end = first + predicted.entries().len();
-                held_out[first..end].copy_from_slice(predicted.entries());
-                first = end;
-            }
-            let all = widened(&fits.all);
-            let weights = || local.iter().flat_map(|f| f.weights.iter());
+            let squares = equations.squared_errors(&fits, outputs);
             for (group, best) in groups.iter().zip(&mut best) {
-                let predicted = held_out.chunks_exact(outputs);
-                let squares: f64 = kept
-                    .rows
-                    .iter()
-                    .zip(weights())
-                    .zip(predicted)
-                    .map(|((&row, weight), predicted)| {
-                        let wanted = rows.wanted(row);
-                        let square = |k: usize| (predicted[k] - wanted[k]).powi(2);
-                        weight * group.clone().map(square).sum::<f64>()
-                    })
-                    .sum();
-                if squares < *best {
-                    *best = squares;
-                    for (from, to) in [
-                        (all.entries(), &mut kept.coefficients),
-                        (&held_out[..], &mut kept.held_out),
-                    ] {
-                        let pairs = from.chunks_exact(outputs).zip(to.chunks_exact_mut(outputs));
-                        pairs
-                            .for_each(|(f, t)| t[group.clone()].copy_from_slice(&f[group.clone()]));
+                let sum: f64 = squares[group.clone()].iter().sum();
+                if sum >= *best {
+                    continue;
+                }
+                *best = sum;
+                let all = widened(&fits.all);
+                for (to, from) in kept
+                    .coefficients
+                    .chunks_exact_mut(outputs)
+                    .zip(all.entries().chunks_exact(outputs))
+                {
+                    to[group.clone()].copy_from_slice(&from[group.clone()]);
+                }
+                for (to, from) in chosen.iter_mut().zip(&fits.without) {
+                    let from = widened(from);
+                    for row in 0..size {
+                        to.row_mut(row)[group.clone()]
+                            .copy_from_slice(&from.row(row)[group.clone()]);
                     }
                 }
             }
+        }
+        let mut first = 0;
+        for (fold, fewer) in local.iter().zip(&chosen) {
+            let predicted = fold.features.times(fewer);
+            let end = first + predicted.entries().len();
+            kept.held_out[first..end].copy_from_slice(predicted.entries());
+            first = end;
         }
         Ok(kept)
     }

@@ -18,6 +18,9 @@ mod reach_track;
 mod samples;
 mod sources;
 mod training;
+#[cfg(feature = "serde")]
+mod tree_file;
+mod trees;
 
 pub use account::{Account, InputUse, StageAccount};
 pub use config::{Combination, LearnedConfig};

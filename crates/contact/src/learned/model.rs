@@ -75,6 +75,8 @@ impl LearnedModel {
             gates,
             rows,
             fitted,
+            correction,
+            corrected_m,
         } = training::regression(&inputs, &samples, config, normals)?;
         let [time_from, normal_from] = [3..4, 4..rows.outputs].map(|columns| {
             let square = |k: usize| -> f64 {
@@ -90,7 +92,17 @@ impl LearnedModel {
         let witnesses: Vec<Witness> = samples
             .iter()
             .enumerate()
-            .map(|(row, sample)| witness(sample, row, &fitted, time_from, config.combination))
+            .map(|(row, sample)| {
+                let corrected_m = corrected_m[row];
+                witness(
+                    sample,
+                    row,
+                    &fitted,
+                    corrected_m,
+                    time_from,
+                    config.combination,
+                )
+            })
             .collect();
         let ends: Vec<DVec3> = reaches.iter().map(|r| r.contact_m).collect();
         let places = Places::of(&ends, &folds);
@@ -102,6 +114,13 @@ impl LearnedModel {
             witnesses: &witnesses,
             places: Some(&places),
             people: &of_samples,
+            near: (0..rows.regions)
+                .map(|k| {
+                    (0..rows.len())
+                        .filter(|&row| rows.gates(row)[k] > 0.0)
+                        .collect()
+                })
+                .collect(),
         };
         let blend = Blend::of(&evidence);
         let account = Account::of(&evidence, &blend, &inputs, &fitted);
@@ -114,6 +133,7 @@ impl LearnedModel {
                 ridges: [room.ridge, start.ridge],
                 time_from,
                 normal_from,
+                correction,
                 primitive,
                 places: Some(places),
                 blend,
@@ -187,6 +207,7 @@ fn witness(
     sample: &TrainingSample,
     row: usize,
     fitted: &[Fitted; 2],
+    corrected_m: DVec3,
     time_from: usize,
     combination: Combination,
 ) -> Witness {
@@ -200,6 +221,7 @@ fn witness(
     }
     ends_m[Source::Primitive as usize] = sample.primitive_m;
     ends_m[Source::Hold as usize] = Some(sample.now_m);
+    ends_m[Source::Trees as usize] = Some(corrected_m);
     Witness {
         ends_m: of_combination(combination, ends_m),
         left_s: outputs(time_from)[3].max(0.0),

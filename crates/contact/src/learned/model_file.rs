@@ -12,6 +12,7 @@ use super::primitive::Primitive;
 use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
 use super::sources::{SOURCES, Source};
 use super::training::OUTPUTS;
+use super::tree_file::FileCorrection;
 use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
@@ -46,6 +47,7 @@ struct File {
     ridges: [FileRidge; 2],
     time_from: usize,
     normal_from: usize,
+    correction: FileCorrection,
     blend: FileBlend,
     places: Option<FilePlaces>,
     primitive: Option<FilePrimitive>,
@@ -265,6 +267,7 @@ impl File {
             ridges: [ridge(&ridges[0]), ridge(&ridges[1])],
             time_from: learnt.time_from,
             normal_from: learnt.normal_from,
+            correction: FileCorrection::of(&learnt.correction),
             blend: FileBlend {
                 axes: match blend.axes {
                     Axes::Way => FileAxes::Way,
@@ -325,6 +328,7 @@ impl File {
         within("gates", regions, regions > 0, "at least 1 region")?;
         positive("width of the gates", self.gates.width)?;
         length("blend", regions, self.blend.regions.len())?;
+        self.correction.validate(regions, self.inputs().width())?;
         for r in &self.blend.regions {
             for (what, value) in [
                 ("size of a region", r.size_m2),
@@ -445,6 +449,7 @@ impl File {
             ridges,
             time_from: self.time_from,
             normal_from: self.normal_from,
+            correction: self.correction.into_correction(),
             places: self.places.map(|p| Places {
                 folds: Vec::new(),
                 ends_m: p.ends_m.into_iter().map(DVec3::from_array).collect(),

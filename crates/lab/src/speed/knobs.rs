@@ -77,7 +77,7 @@ fn knobs() -> Vec<(&'static str, Vec<Setting>)> {
     vec![
         (
             "regions of progress",
-            of(&[1, 4, 8, 16, 32], &|n, c| c.regions = Some(n)),
+            of(&[1, 4, 8, 16, 32, 64], &|n, c| c.regions = Some(n)),
         ),
         (
             "samples per reach",
