@@ -19,7 +19,7 @@ pub use hwall_bip;
 pub use hwall_hand;
 pub use hwall_numeric::ArgumentError;
 pub use hwall_scene;
-pub use learned::{Account, Combination, LearnedConfig, LearnedEstimator, LearnedModel};
+pub use learned::{Account, Combination, Frame, LearnedConfig, LearnedEstimator, LearnedModel};
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
     FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,

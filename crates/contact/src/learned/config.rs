@@ -20,11 +20,26 @@ pub enum Combination {
     Both,
 }
 
+/// In which frame ends are foreseen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Frame {
+    /// Sources of both frames, weighted by their errors on held-out reaches and on the touches of late.
+    #[default]
+    Both,
+    /// The room alone.
+    Room,
+    /// The start of the reach alone: nothing depends on where in the room it was.
+    Start,
+}
+
 /// How a [`LearnedModel`](crate::LearnedModel) is learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedConfig {
     /// Which source says where the reach ends. Default: both.
     pub combination: Combination,
+    /// In which frame ends are foreseen. Default: both, by evidence; the others are for comparisons.
+    pub frame: Frame,
     /// Whether the regression sees the direction of gaze. Default `false`: a fusion with a scene weighs the
     /// gaze by itself, and not every study records it.
     pub gaze: bool,
@@ -49,6 +64,7 @@ impl Default for LearnedConfig {
     fn default() -> Self {
         Self {
             combination: Combination::Both,
+            frame: Frame::Both,
             gaze: false,
             regions: None,
             samples_per_reach: 30,

@@ -3,7 +3,7 @@
 use super::account::Account;
 use super::adaptation::{Adaptation, Pending};
 use super::blend::{Blend, Region, between_knots, combine, placed, time_key};
-use super::config::Combination;
+use super::config::{Combination, Frame};
 use super::gates::Gates;
 use super::local_ridge::LocalRidge;
 use super::places::Places;
@@ -35,6 +35,7 @@ pub(super) struct Learnt {
     pub(super) places: Option<Places>,
     pub(super) blend: Blend,
     pub(super) combination: Combination,
+    pub(super) frame: Frame,
     pub(super) account: Account,
 }
 
@@ -154,7 +155,7 @@ impl LearnedEstimator {
         Correction::features_into(&self.features, now_m, both, &mut self.scaled);
         let corrected = learnt.correction.at(&self.scaled, &self.gates);
         ends_m[Source::Trees as usize] = ends_m[Source::Start as usize].map(|e| e + corrected);
-        let ends_m = of_combination(learnt.combination, ends_m);
+        let ends_m = of_combination(learnt.combination, learnt.frame, ends_m);
         let left_s = outputs[learnt.time_from][3].max(0.0);
         let hats = between_knots(&learnt.blend.knots, time_key(left_s));
         let region = Region::between(&learnt.blend.regions, &self.gates);

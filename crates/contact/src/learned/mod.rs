@@ -23,6 +23,6 @@ mod tree_file;
 mod trees;
 
 pub use account::{Account, InputUse, StageAccount};
-pub use config::{Combination, LearnedConfig};
+pub use config::{Combination, Frame, LearnedConfig};
 pub use estimator::LearnedEstimator;
 pub use model::LearnedModel;

@@ -3,7 +3,7 @@
 use super::account::Account;
 use super::blend::Blend;
 use super::blend_training::{Evidence, Witness};
-use super::config::{Combination, LearnedConfig};
+use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
 use super::local_ridge::Fitted;
 use super::places::Places;
@@ -94,25 +94,18 @@ impl LearnedModel {
             .enumerate()
             .map(|(row, sample)| {
                 let corrected_m = corrected_m[row];
-                witness(
-                    sample,
-                    row,
-                    &fitted,
-                    corrected_m,
-                    time_from,
-                    config.combination,
-                )
+                witness(sample, row, &fitted, corrected_m, time_from, config)
             })
             .collect();
         let ends: Vec<DVec3> = reaches.iter().map(|r| r.contact_m).collect();
-        let places = Places::of(&ends, &folds);
+        let places = (config.frame != Frame::Start).then(|| Places::of(&ends, &folds));
         let people = numbered(reaches);
         let of_samples: Vec<usize> = samples.iter().map(|s| people[s.reach]).collect();
         let evidence = Evidence {
             samples: &samples,
             rows: &rows,
             witnesses: &witnesses,
-            places: Some(&places),
+            places: places.as_ref(),
             people: &of_samples,
             near: (0..rows.regions)
                 .map(|k| {
@@ -135,9 +128,10 @@ impl LearnedModel {
                 normal_from,
                 correction,
                 primitive,
-                places: Some(places),
+                places,
                 blend,
                 combination: config.combination,
+                frame: config.frame,
                 account,
             }),
         })
@@ -209,7 +203,7 @@ fn witness(
     fitted: &[Fitted; 2],
     corrected_m: DVec3,
     time_from: usize,
-    combination: Combination,
+    config: &LearnedConfig,
 ) -> Witness {
     let outputs = |k: usize| {
         let count = fitted[k].ridge.outputs();
@@ -223,7 +217,7 @@ fn witness(
     ends_m[Source::Hold as usize] = Some(sample.now_m);
     ends_m[Source::Trees as usize] = Some(corrected_m);
     Witness {
-        ends_m: of_combination(combination, ends_m),
+        ends_m: of_combination(config.combination, config.frame, ends_m),
         left_s: outputs(time_from)[3].max(0.0),
         true_left_s: sample.left_s,
     }

@@ -2,7 +2,7 @@
 
 use super::account::{Account, InputUse, StageAccount};
 use super::blend::{Axes, Blend, KNOTS, Region};
-use super::config::Combination;
+use super::config::{Combination, Frame};
 use super::estimator::{Learnt, Origin};
 use super::gates::Gates;
 use super::local_ridge::LocalRidge;
@@ -41,6 +41,7 @@ struct File {
     people: usize,
     median_duration_s: f64,
     combination: FileCombination,
+    frame: FileFrame,
     inputs: FileInputs,
     gates: FileGates,
     /// With the place in the room, and without.
@@ -60,6 +61,14 @@ enum FileCombination {
     Regression,
     Primitive,
     Both,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum FileFrame {
+    Both,
+    Room,
+    Start,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -248,6 +257,11 @@ impl File {
                 Combination::Regression => FileCombination::Regression,
                 Combination::Primitive => FileCombination::Primitive,
                 Combination::Both => FileCombination::Both,
+            },
+            frame: match learnt.frame {
+                Frame::Both => FileFrame::Both,
+                Frame::Room => FileFrame::Room,
+                Frame::Start => FileFrame::Start,
             },
             inputs: FileInputs {
                 point: inputs.point as usize,
@@ -472,6 +486,11 @@ impl File {
                 FileCombination::Regression => Combination::Regression,
                 FileCombination::Primitive => Combination::Primitive,
                 FileCombination::Both => Combination::Both,
+            },
+            frame: match self.frame {
+                FileFrame::Both => Frame::Both,
+                FileFrame::Room => Frame::Room,
+                FileFrame::Start => Frame::Start,
             },
             inputs,
             primitive,

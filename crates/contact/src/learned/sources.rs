@@ -1,6 +1,6 @@
 //! The sources of evidence about the end of a reach, and the weights of their best combination.
 
-use super::config::Combination;
+use super::config::{Combination, Frame};
 use glam::DVec3;
 
 /// How many sources there are.
@@ -45,8 +45,16 @@ impl Source {
 /// Where the reach ends by each source, m; `None` where it does not say.
 pub(super) type Ends = [Option<DVec3>; SOURCES];
 
-/// Keeps the sources that a combination uses. The primitive alone falls back on the regressions.
-pub(super) fn of_combination(combination: Combination, mut ends: Ends) -> Ends {
+/// Keeps the sources that a combination uses in a frame. The primitive alone falls back on the regressions.
+pub(super) fn of_combination(combination: Combination, frame: Frame, mut ends: Ends) -> Ends {
+    let of_the_other: &[Source] = match frame {
+        Frame::Both => &[],
+        Frame::Room => &[Source::Start, Source::Trees],
+        Frame::Start => &[Source::Room, Source::Primitive, Source::Trees],
+    };
+    for source in of_the_other {
+        ends[*source as usize] = None;
+    }
     let primitive = ends[Source::Primitive as usize];
     match combination {
         Combination::Regression => ends[Source::Primitive as usize] = None,

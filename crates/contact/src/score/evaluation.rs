@@ -15,15 +15,15 @@ pub struct JudgedReach {
     pub reach: usize,
     /// Who made it.
     pub person: Option<String>,
-    /// How many touches of this person the estimator had been told by then.
-    pub told: usize,
+    /// How many touches this person had made by then; an estimator that is told has learnt from them.
+    pub touches: usize,
     /// At every moment of [`Evaluation::MOMENTS`]; the outer `None` where the reach starts later, the inner one
     /// where there is no estimate.
     pub errors: Vec<Option<Option<EstimateError>>>,
 }
 
 /// Every held-out reach, judged once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Evaluation {
     /// By fold, then in the order of the reaches.
     pub reaches: Vec<JudgedReach>,
@@ -48,37 +48,50 @@ impl Evaluation {
         tell: bool,
         mut train: impl FnMut(&[&LabelledReach]) -> Result<E, ContactError>,
     ) -> Result<Self, ContactError> {
-        let moments = Self::moments();
         let mut judged = Vec::with_capacity(reaches.len());
         for fold in &split.folds {
             let known: Vec<&LabelledReach> = fold.train.iter().map(|&i| &reaches[i]).collect();
             let mut estimator = train(&known)?;
-            let (mut person, mut told) = (None, 0);
-            for &number in &fold.test {
-                let reach = &reaches[number];
-                if person != Some(&reach.person) {
-                    estimator.forget();
-                    (person, told) = (Some(&reach.person), 0);
-                }
-                estimator.begin();
-                let estimates: Vec<_> = reach.frames.iter().map(|f| estimator.step(f)).collect();
-                let error = |m: &Moment| {
-                    let frame = m.frame(reach)?;
-                    Some(estimates[frame].map(|e| EstimateError::new(reach, frame, &e)))
-                };
-                judged.push(JudgedReach {
-                    reach: number,
-                    person: reach.person.clone(),
-                    told,
-                    errors: moments.iter().map(error).collect(),
-                });
-                if tell {
-                    estimator.touched(reach.contact_m, reach.contact_s);
-                    told += 1;
-                }
-            }
+            judged.extend(Self::follow(&mut estimator, reaches, &fold.test, tell).reaches);
         }
         Ok(Self { reaches: judged })
+    }
+
+    /// Follows the reaches with these numbers with an estimator that has not learnt from them.
+    pub fn follow<E: ContactEstimator + ?Sized>(
+        estimator: &mut E,
+        reaches: &[LabelledReach],
+        numbers: &[usize],
+        tell: bool,
+    ) -> Self {
+        let moments = Self::moments();
+        let mut judged = Vec::with_capacity(numbers.len());
+        let (mut person, mut touches) = (None, 0);
+        for &number in numbers {
+            let reach = &reaches[number];
+            if person != Some(&reach.person) {
+                estimator.forget();
+                (person, touches) = (Some(&reach.person), 0);
+            }
+            estimator.begin();
+            let estimates: Vec<_> = reach.frames.iter().map(|f| estimator.step(f)).collect();
+            let error = |m: &Moment| {
+                let frame = m.frame(reach)?;
+                Some(estimates[frame].map(|e| EstimateError::new(reach, frame, &e)))
+            };
+            judged.push(JudgedReach {
+                reach: number,
+                person: reach.person.clone(),
+                touches,
+                errors: moments.iter().map(error).collect(),
+            });
+            if tell {
+                estimator.touched(reach.contact_m, reach.contact_s);
+            }
+            touches += 1;
+        }
+        estimator.forget();
+        Self { reaches: judged }
     }
 
     /// Over all reaches at one moment.
@@ -111,15 +124,19 @@ impl Evaluation {
         people
     }
 
-    /// Every person at some moments together, once at least `told` touches have been told.
+    /// Every person at some moments together, from the reach after so many touches on.
     #[must_use]
     pub fn by_person(
         &self,
-        told: usize,
+        touches: usize,
         moments: impl Fn(Moment) -> bool,
     ) -> Vec<(Option<&str>, Summary)> {
-        let of =
-            |p: Option<&str>| self.among(|r| r.person.as_deref() == p && r.told >= told, &moments);
+        let of = |p: Option<&str>| {
+            self.among(
+                |r| r.person.as_deref() == p && r.touches >= touches,
+                &moments,
+            )
+        };
         self.people().into_iter().map(|p| (p, of(p))).collect()
     }
 }

@@ -35,12 +35,12 @@ pub struct Candidate {
     pub train: TrainFn,
 }
 
-/// All candidates, in the order of the tables.
+/// All candidates, in the order of the tables; `config` is that of the learned estimator and its parts.
 #[must_use]
-pub fn all() -> Vec<Candidate> {
+pub fn all(config: LearnedConfig) -> Vec<Candidate> {
     let of = |combination, name, role| Candidate {
         role,
-        ..Candidate::of(name, learned(combination))
+        ..Candidate::of(name, learned(combination, config))
     };
     vec![
         Candidate::of("hold", |r| Hold::train(r)),
@@ -67,10 +67,11 @@ pub fn all() -> Vec<Candidate> {
 /// The learned estimator, or one of its two sources.
 fn learned(
     combination: Combination,
+    config: LearnedConfig,
 ) -> impl Fn(&[&LabelledReach]) -> Result<LearnedEstimator, ContactError> {
     let config = LearnedConfig {
         combination,
-        ..LearnedConfig::default()
+        ..config
     };
     move |reaches| Ok(LearnedModel::train(reaches, &config)?.estimator())
 }

@@ -2,10 +2,10 @@
 
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
 use crate::contact::rows::{EstimateRows, TimedEstimate};
-use crate::contact::scores::{EstimateError, Scores};
+use crate::contact::scores::{Adapting, EstimateError, Scores};
 use anyhow::Context;
-use hwall_contact::score::Moment;
 use hwall_contact::score::Split;
+use hwall_contact::score::{Evaluation, Moment};
 use hwall_hand::LabelledReach;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -38,6 +38,7 @@ pub fn run(
         .map(|fold| (!bound).then(|| train(&fold.train)).transpose())
         .collect::<anyhow::Result<_>>()?;
     let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
+    let mut adapting = Adapting::default();
     for (fold, mut estimator) in split.folds.iter().zip(trained) {
         let mut of_fold = Vec::new();
         for &number in &fold.test {
@@ -59,9 +60,23 @@ pub fn run(
                 frames: reaches[number].frames.iter().map(timed).collect(),
             });
         }
+        if let (Role::Learned, Some(estimator)) = (candidate.role, &mut estimator) {
+            let follow =
+                |e: &mut BoxedEstimator, tell| Evaluation::follow(e, reaches, &fold.test, tell);
+            adapting
+                .alone
+                .reaches
+                .extend(follow(estimator, false).reaches);
+            adapting
+                .told
+                .reaches
+                .extend(follow(estimator, true).reaches);
+        }
         estimates.push(of_fold);
     }
+    let adapting = (candidate.role == Role::Learned).then_some(adapting);
     let mut scores = Scores {
+        adapting,
         name: candidate.name.clone(),
         role: candidate.role,
         errors: Moment::all().map(|_| Vec::new()).collect(),

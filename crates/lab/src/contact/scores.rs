@@ -1,7 +1,7 @@
 //! How far off the estimates of held-out reaches are, and how well they say how sure they are.
 
 use crate::contact::candidates::Role;
-pub use hwall_contact::score::{EstimateError, Moment, REGIONS, Summary};
+pub use hwall_contact::score::{EstimateError, Evaluation, Moment, REGIONS, Summary};
 
 /// A candidate over all held-out reaches.
 #[derive(Debug, Clone)]
@@ -15,7 +15,22 @@ pub struct Scores {
     pub errors: Vec<Vec<Option<EstimateError>>>,
     /// Time for one frame, µs, sorted.
     pub step_us: Vec<f64>,
+    /// For the learned estimator: what touches teach it.
+    pub adapting: Option<Adapting>,
 }
+
+/// The same estimator left alone, and told of each touch of a person once that is made.
+#[derive(Debug, Clone, Default)]
+pub struct Adapting {
+    /// Never told.
+    pub alone: Evaluation,
+    /// Told.
+    pub told: Evaluation,
+}
+
+/// Touches made before a reach, for the curve: from the first number up to the second.
+pub const TOUCHES: [(usize, usize); 6] =
+    [(0, 1), (1, 3), (3, 6), (6, 11), (11, 26), (26, usize::MAX)];
 
 impl Scores {
     /// Over the reaches at the chosen moments together.

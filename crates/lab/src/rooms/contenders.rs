@@ -149,7 +149,7 @@ impl SharedTraining {
     pub fn all(&self) -> anyhow::Result<Vec<Contender>> {
         let mut all = self.main()?;
         let mut baselines = Vec::new();
-        for candidate in candidates::all() {
+        for candidate in candidates::all(hwall_contact::LearnedConfig::default()) {
             if candidate.role == Role::Baseline {
                 let train = || {
                     (candidate.train)(&self.reaches.iter().collect::<Vec<_>>())

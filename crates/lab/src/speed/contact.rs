@@ -184,7 +184,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     let worlds = worlds(seed)?;
     let mut table = MarkdownTable::new(columns(&["estimator"]));
     let (mut lines, mut quoted) = (Vec::new(), Vec::new());
-    let mut all = candidates::all();
+    let mut all = candidates::all(hwall_contact::LearnedConfig::default());
     all.retain(|c| c.role != Role::Bound);
     for candidate in &all {
         let run = Run::of(candidate, &worlds, DEMONSTRATIONS)?;
