@@ -70,6 +70,16 @@ pub trait ContactEstimator {
     /// sample in which a point of the hand is seen. All numbers of an estimate are finite.
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate>;
 
+    /// The reach that was followed last ended with a touch of the touching point there, m, then, s: an estimator
+    /// that adapts to a person and a room learns from it before the next [`begin`](Self::begin). Others do
+    /// nothing, as the default does.
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        let _ = (contact_m, contact_s);
+    }
+
+    /// Somebody else comes, or the room is another one: forgets what [`touched`](Self::touched) taught.
+    fn forget(&mut self) {}
+
     /// How many reaches it was learnt from; `None` for one that nothing was learnt for, or that does not say.
     fn training_reaches(&self) -> Option<usize> {
         None
@@ -83,6 +93,14 @@ impl<E: ContactEstimator + ?Sized> ContactEstimator for Box<E> {
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         (**self).step(frame)
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        (**self).touched(contact_m, contact_s);
+    }
+
+    fn forget(&mut self) {
+        (**self).forget();
     }
 
     fn training_reaches(&self) -> Option<usize> {

@@ -9,6 +9,7 @@ mod outer_product;
 pub mod predict;
 mod reach_set;
 mod regression;
+pub mod score;
 mod slope;
 
 pub use baseline::{ConstantVelocity, Hold, MinimumJerk, NearestNeighbour, RidgeWindow};
@@ -19,7 +20,7 @@ pub use hwall_bip;
 pub use hwall_hand;
 pub use hwall_numeric::ArgumentError;
 pub use hwall_scene;
-pub use learned::{Combination, LearnedConfig, LearnedEstimator, LearnedModel};
+pub use learned::{Account, Combination, Frame, LearnedConfig, LearnedEstimator, LearnedModel};
 pub use predict::{
     ContactPrediction, DeterministicConfig, DeterministicPredictor, Experience, FusedConfig,
     FusedPredictor, GazeModel, LabelledStream, LookShares, LookTable, PredictionSource, Predictor,

@@ -3,13 +3,20 @@
 use crate::error::ContactError;
 use glam::DVec3;
 use hwall_hand::{HandError, HandFrame, HandPoint, LabelledReach};
+use std::borrow::Borrow;
+
+/// The reaches, however they are held: training takes owned reaches and references to them alike, so that a
+/// fold needs no copies of its frames.
+pub(crate) fn references<R: Borrow<LabelledReach>>(reaches: &[R]) -> Vec<&LabelledReach> {
+    reaches.iter().map(Borrow::borrow).collect()
+}
 
 /// The touching point of all reaches.
 ///
 /// # Errors
 /// No reach, one that is not valid, or several touching points.
-pub(crate) fn touching_point(reaches: &[LabelledReach]) -> Result<HandPoint, ContactError> {
-    reaches.iter().try_for_each(LabelledReach::validate)?;
+pub(crate) fn touching_point(reaches: &[&LabelledReach]) -> Result<HandPoint, ContactError> {
+    reaches.iter().try_for_each(|r| r.validate())?;
     let first = reaches
         .first()
         .ok_or(ContactError::TooFewReaches { got: 0, needed: 1 })?;
@@ -24,7 +31,7 @@ pub(crate) fn touching_point(reaches: &[LabelledReach]) -> Result<HandPoint, Con
 }
 
 /// Mean offset of a point of the hand from every point, over all samples that show both, m.
-pub(crate) fn mean_offsets_m(reaches: &[LabelledReach], point: HandPoint) -> [Option<DVec3>; 6] {
+pub(crate) fn mean_offsets_m(reaches: &[&LabelledReach], point: HandPoint) -> [Option<DVec3>; 6] {
     let offset = |f: &HandFrame, other| Some(f.point(point)? - f.point(other)?);
     HandPoint::ALL
         .map(|other| mean(reaches, |f| offset(f, other)))
@@ -33,7 +40,7 @@ pub(crate) fn mean_offsets_m(reaches: &[LabelledReach], point: HandPoint) -> [Op
 
 /// Mean of a value that some samples of the reaches have.
 pub(crate) fn mean(
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     value: impl Fn(&HandFrame) -> Option<DVec3>,
 ) -> Option<DVec3> {
     let values = reaches.iter().flat_map(|r| &r.frames).filter_map(value);
@@ -48,7 +55,7 @@ const FEWEST_PEOPLE: usize = 3;
 /// it holds all reaches of a person, in at most `by_person` groups; else every n-th reach, in `by_reach`
 /// groups. Reaches without a person count as those of one person.
 pub(crate) fn held_out_groups(
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     by_person: usize,
     by_reach: usize,
 ) -> Vec<usize> {
@@ -57,7 +64,7 @@ pub(crate) fn held_out_groups(
     people.dedup();
     let named = people.len() >= FEWEST_PEOPLE;
     let groups = if named { by_person } else { by_reach }.min(reaches.len());
-    let group = |(i, r): (usize, &LabelledReach)| match people.binary_search(&&r.person) {
+    let group = |(i, r): (usize, &&LabelledReach)| match people.binary_search(&&r.person) {
         Ok(person) if named => person % groups,
         _ => i % groups,
     };

@@ -11,15 +11,19 @@ const CONSTANT_SHARE: f64 = 1e-9;
 pub(crate) struct NormalEquations {
     gram: Matrix,
     moment: Matrix,
+    /// Sum of the squares of every output.
+    squares: Vec<f64>,
     samples: f64,
 }
 
 impl NormalEquations {
     /// Of one sample per row; `x` and `y` have as many rows.
     pub(crate) fn new(x: &Matrix, y: &Matrix) -> Self {
+        let square = |k: usize| (0..y.rows()).map(|i| y[(i, k)].powi(2)).sum();
         Self {
             gram: x.gram(),
             moment: x.transpose_times(y),
+            squares: (0..y.columns()).map(square).collect(),
             samples: x.rows() as f64,
         }
     }
@@ -39,7 +43,41 @@ impl NormalEquations {
     fn add(&mut self, sign: f64, other: &Self) {
         self.gram.add(sign, &other.gram);
         self.moment.add(sign, &other.moment);
+        for (own, other) in self.squares.iter_mut().zip(&other.squares) {
+            *own += sign * other;
+        }
         self.samples += sign * other.samples;
+    }
+
+    /// The equations of some of the features; the constant must be the last of them.
+    fn restricted(&self, columns: &[usize]) -> Self {
+        let n = columns.len();
+        Self {
+            gram: Matrix::from_fn(n, n, |i, j| self.gram[(columns[i], columns[j])]),
+            moment: Matrix::from_fn(n, self.moment.columns(), |i, k| {
+                self.moment[(columns[i], k)]
+            }),
+            squares: self.squares.clone(),
+            samples: self.samples,
+        }
+    }
+
+    /// Squared errors of coefficients on these samples, for each of the first `outputs`:
+    /// `tr(YᵀY - 2 WᵀXᵀY + WᵀXᵀX W)`, so no sample is looked at again.
+    fn squared_errors(&self, coefficients: &Matrix, outputs: usize) -> Vec<f64> {
+        let n = coefficients.rows();
+        (0..outputs)
+            .map(|k| {
+                let fitted: f64 = (0..n)
+                    .map(|i| {
+                        let row = self.gram.row(i);
+                        let sum: f64 = (0..n).map(|j| row[j] * coefficients[(j, k)]).sum();
+                        coefficients[(i, k)] * (sum - 2.0 * self.moment[(i, k)])
+                    })
+                    .sum();
+                (self.squares[k] + fitted).max(0.0)
+            })
+            .collect()
     }
 
     /// Coefficients, one row per feature and one column per output.
@@ -79,6 +117,66 @@ impl PartedEquations {
             all.add(1.0, part);
         }
         Some(Self { parts, all })
+    }
+
+    /// The same with the parts joined to at most `count`.
+    pub(crate) fn joined(&self, count: usize) -> Self {
+        let mut parts: Vec<NormalEquations> = Vec::new();
+        for (i, part) in self.parts.iter().enumerate() {
+            match parts.get_mut(i % count.max(1)) {
+                Some(joined) => joined.add(1.0, part),
+                None => parts.push(part.clone()),
+            }
+        }
+        Self {
+            parts,
+            all: self.all.clone(),
+        }
+    }
+
+    /// The equations of some of the features; the constant must be the last of them.
+    pub(crate) fn restricted(&self, columns: &[usize]) -> Self {
+        Self {
+            parts: self.parts.iter().map(|p| p.restricted(columns)).collect(),
+            all: self.all.restricted(columns),
+        }
+    }
+
+    /// Squared errors of the first `outputs` on each part that is held out, with the best of some ridges, which are
+    /// shares of the mean square of a feature.
+    ///
+    /// # Errors
+    /// As [`fits`](Self::fits).
+    pub(crate) fn held_out_squares(
+        &self,
+        ridges: &[f64],
+        outputs: usize,
+    ) -> Result<Vec<f64>, NotPositiveDefinite> {
+        let mean = self.all.mean_square();
+        let mut best: Option<Vec<f64>> = None;
+        for share in ridges {
+            let fits = self.fits(|_| share * mean)?;
+            let parts = self.parts.iter().zip(&fits.without);
+            let squares: Vec<f64> = parts
+                .map(|(p, w)| p.squared_errors(w, outputs).iter().sum())
+                .collect();
+            let sum = |squares: &[f64]| squares.iter().sum::<f64>();
+            if best.as_deref().is_none_or(|b| sum(&squares) < sum(b)) {
+                best = Some(squares);
+            }
+        }
+        Ok(best.unwrap_or_default())
+    }
+
+    /// Squared errors on all parts, each by the fit without it, for each of the first `outputs`.
+    pub(crate) fn squared_errors(&self, fits: &Fits, outputs: usize) -> Vec<f64> {
+        let mut sums = vec![0.0; outputs];
+        for (part, without) in self.parts.iter().zip(&fits.without) {
+            for (sum, square) in sums.iter_mut().zip(part.squared_errors(without, outputs)) {
+                *sum += square;
+            }
+        }
+        sums
     }
 
     /// The equations of all samples.

@@ -263,7 +263,7 @@ fn ten_kilometres_from_the_origin() {
 fn one_person_nine_reaches_and_one_region_are_enough() {
     let few = reaches(9, 1, 9);
     let config = LearnedConfig {
-        regions: 1,
+        regions: Some(1),
         samples_per_reach: 5,
         ..LearnedConfig::default()
     };
@@ -337,7 +337,7 @@ fn what_cannot_be_learnt_from_is_refused_by_name() {
     assert!(train(&bad, &standard).to_string().contains("increase"));
     for config in [
         LearnedConfig {
-            regions: 0,
+            regions: Some(0),
             ..standard
         },
         LearnedConfig {

@@ -23,7 +23,7 @@ fn trained(change: impl Fn(&mut LearnedConfig, &mut Vec<LabelledReach>)) -> Lear
 /// Few numbers: what is broken in many ways should be short.
 static SMALL: LazyLock<String> = LazyLock::new(|| {
     trained(|config, known| {
-        config.regions = 2;
+        config.regions = Some(2);
         config.samples_per_reach = 5;
         config.lags = 1;
         config.rank = 3;
@@ -71,7 +71,7 @@ fn a_model_read_foresees_the_same_to_the_last_bit() {
         trained(of(Combination::Primitive)),
         trained(of(Combination::Both)),
         trained(|config, known| {
-            (config.lags, config.rank, config.regions) = (0, 5, 1);
+            (config.lags, config.rank, config.regions) = (0, 5, Some(1));
             known.iter_mut().for_each(|r| r.normal = None);
         }),
         LearnedModel::from_json(&SMALL).expect("as written"),
@@ -159,14 +159,14 @@ fn each_damage_has_its_error() {
             r#"{{"format": "{expected}", "version": 9, "x": 1}}"#
         )),
         E::File(F::Version {
-            newest: 1,
+            newest: 2,
             found: 9
         })
     );
     for (path, value) in [
-        (&["errors", "regions"][..], Value::Array(Vec::new())),
-        (&["ridge", "scale"], vec![1.0; 3].into()),
-        (&["ridge", "coefficients"], vec![1.0; 7].into()),
+        (&["blend", "regions"][..], Value::Array(Vec::new())),
+        (&["ridges", "0", "scale"], vec![1.0; 3].into()),
+        (&["ridges", "0", "coefficients"], vec![1.0; 7].into()),
         (&["inputs", "offsets_m"], Vec::<f64>::new().into()),
         (&["primitive"], Value::Null),
         (&["combination"], "regression".into()),
@@ -183,8 +183,8 @@ fn each_damage_has_its_error() {
         (&["inputs", "head"], true.into()),
         (&["gates", "centres"], Value::Array(Vec::new())),
         (&["gates", "width"], 0.0.into()),
-        (&["ridge", "outputs"], 0.into()),
-        (&["ridge", "outputs"], usize::MAX.into()),
+        (&["ridges", "0", "outputs"], 0.into()),
+        (&["ridges", "0", "outputs"], usize::MAX.into()),
     ] {
         let error = error(&with(path, value));
         assert!(matches!(error, E::Argument(_)), "{path:?}: {error}");
@@ -194,9 +194,9 @@ fn each_damage_has_its_error() {
         (&["median_duration_s"], 0.5.into()),
         (&["combination"], "primitive".into()),
         (&["gates", "centres", "0", "1"], 0.25.into()),
-        (&["ridge", "coefficients", "2"], 0.25.into()),
-        (&["errors", "axes"], "nowhere".into()),
-        (&["errors", "regions", "1", "gain"], 0.25.into()),
+        (&["ridges", "0", "coefficients", "2"], 0.25.into()),
+        (&["blend", "axes"], "nowhere".into()),
+        (&["blend", "regions", "1", "share"], 0.25.into()),
         (&["primitive", "label_offset_m", "0"], 0.25.into()),
         (&["primitive", "model", "mean", "0"], 0.25.into()),
         (&["primitive", "model"], Value::Null),
@@ -210,7 +210,7 @@ fn each_damage_has_its_error() {
         assert!(named, "{path:?}: {error}");
     }
     for (path, value) in [
-        (&["ridge", "coefficients", "2"][..], Value::Null),
+        (&["ridges", "0", "coefficients", "2"][..], Value::Null),
         (&["gates", "scale"], vec![1.0; 3].into()),
         (&["people"], (-1).into()),
         (&["more"], 1.into()),
@@ -228,13 +228,13 @@ fn each_damage_has_its_error() {
 fn forged_files_with_negative_durations_or_variances_are_refused() {
     for path in [
         &["median_duration_s"][..],
-        &["errors", "regions", "0", "regression_m2", "0"],
-        &["errors", "regions", "1", "primitive_m2", "8"],
-        &["errors", "regions", "0", "time_s2"],
-        &["errors", "regions", "0", "spread"],
-        &["errors", "regions", "1", "time_spread"],
-        &["errors", "regions", "1", "gain"],
-        &["ridge", "scale", "0"],
+        &["blend", "regions", "0", "moments", "0", "0"],
+        &["blend", "regions", "1", "shape", "8"],
+        &["blend", "regions", "0", "time_s2"],
+        &["blend", "regions", "0", "spread"],
+        &["blend", "regions", "1", "size_m2"],
+        &["ridges", "0", "scale", "0"],
+        &["ridges", "1", "scale", "0"],
         &["gates", "scale", "0"],
     ] {
         let error = error(&with(path, (-1e-3).into()));

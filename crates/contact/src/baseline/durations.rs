@@ -11,8 +11,8 @@ pub(super) struct Durations {
 }
 
 impl Durations {
-    pub(super) fn of(reaches: &[LabelledReach]) -> Self {
-        let mut sorted_s: Vec<f64> = reaches.iter().map(LabelledReach::duration_s).collect();
+    pub(super) fn of(reaches: &[&LabelledReach]) -> Self {
+        let mut sorted_s: Vec<f64> = reaches.iter().map(|r| r.duration_s()).collect();
         sorted_s.sort_by(f64::total_cmp);
         Self { sorted_s }
     }

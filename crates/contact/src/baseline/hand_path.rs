@@ -128,7 +128,7 @@ pub(super) struct PathTracker {
 }
 
 impl PathTracker {
-    pub(super) fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+    pub(super) fn train(reaches: &[&LabelledReach]) -> Result<Self, ContactError> {
         let point = touching_point(reaches)?;
         for reach in reaches {
             positive("duration of a reach", reach.duration_s())?;

@@ -4,8 +4,10 @@ use super::durations::{Durations, MeanAndSd};
 use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
+use crate::reach_set::references;
 use glam::DVec3;
 use hwall_hand::{HandFrame, LabelledReach};
+use std::borrow::Borrow;
 
 /// Samples that a fit looks at: more change nothing but the time it takes.
 const MOST_SAMPLES: usize = 16;
@@ -55,7 +57,8 @@ impl MinimumJerk {
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
-    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(reaches: &[R]) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         let tracker = PathTracker::train(reaches)?;
         let lengths: Vec<f64> = reaches
             .iter()

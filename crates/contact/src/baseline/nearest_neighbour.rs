@@ -4,8 +4,10 @@ use super::hand_path::{HandPath, PathTracker};
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::outer_product::square;
+use crate::reach_set::references;
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandFrame, LabelledReach};
+use std::borrow::Borrow;
 
 /// The square root of the number of demonstrations are averaged, but at least and at most so many.
 const NEIGHBOURS: (usize, usize) = (5, 20);
@@ -36,7 +38,8 @@ impl NearestNeighbour {
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
-    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(reaches: &[R]) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         let tracker = PathTracker::train(reaches)?;
         Ok(Self {
             demonstrations: Demonstrations::of(reaches, tracker.path()),
@@ -93,7 +96,7 @@ impl Moment<'_> {
 }
 
 impl Demonstrations {
-    fn of(reaches: &[LabelledReach], empty: &HandPath) -> Self {
+    fn of(reaches: &[&LabelledReach], empty: &HandPath) -> Self {
         let mut all: Vec<(HandPath, usize, &LabelledReach)> = Vec::new();
         for reach in reaches {
             let mut path = empty.clone();

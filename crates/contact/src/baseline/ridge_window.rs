@@ -6,11 +6,13 @@ use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use crate::outer_product::square;
 use crate::reach_set::held_out_groups;
+use crate::reach_set::references;
 use crate::regression::{NormalEquations, PartedEquations};
 use glam::{DMat3, DVec3};
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
 use hwall_numeric::check::that;
 use hwall_numeric::dense::Matrix;
+use std::borrow::Borrow;
 
 /// Frames of the usual window, and of the longest.
 const FRAMES: usize = 5;
@@ -75,7 +77,7 @@ impl RidgeWindow {
     /// # Errors
     /// Fewer than eight reaches, one that [`LabelledReach::validate`] refuses, or several touching
     /// points.
-    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(reaches: &[R]) -> Result<Self, ContactError> {
         Self::train_with_window(reaches, FRAMES)
     }
 
@@ -83,10 +85,11 @@ impl RidgeWindow {
     ///
     /// # Errors
     /// As there; another number of frames.
-    pub fn train_with_window(
-        reaches: &[LabelledReach],
+    pub fn train_with_window<R: Borrow<LabelledReach>>(
+        reaches: &[R],
         frames: usize,
     ) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         that(
             (1..=MOST_FRAMES).contains(&frames),
             "frames",
@@ -191,7 +194,7 @@ impl ContactEstimator for RidgeWindow {
 }
 
 impl Layout {
-    fn of(reaches: &[LabelledReach], window: usize) -> Self {
+    fn of(reaches: &[&LabelledReach], window: usize) -> Self {
         let frames = || reaches.iter().flat_map(|r| &r.frames);
         let mut steps: Vec<f64> = reaches
             .iter()

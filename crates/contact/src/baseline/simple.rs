@@ -4,7 +4,9 @@ use super::durations::Durations;
 use super::hand_path::PathTracker;
 use crate::error::ContactError;
 use crate::estimate::{ContactEstimate, ContactEstimator};
+use crate::reach_set::references;
 use hwall_hand::{HandFrame, LabelledReach};
+use std::borrow::Borrow;
 
 /// The hand stays where it is: the touching point ends at its last position.
 ///
@@ -20,7 +22,8 @@ impl Hold {
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
-    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(reaches: &[R]) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         Ok(Self {
             tracker: PathTracker::train(reaches)?,
             durations: Durations::of(reaches),
@@ -58,7 +61,8 @@ impl ConstantVelocity {
     ///
     /// # Errors
     /// No reach, one that [`LabelledReach::validate`] refuses, or several touching points.
-    pub fn train(reaches: &[LabelledReach]) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(reaches: &[R]) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         Ok(Self {
             tracker: PathTracker::train(reaches)?,
             durations: Durations::of(reaches),

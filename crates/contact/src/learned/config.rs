@@ -20,17 +20,32 @@ pub enum Combination {
     Both,
 }
 
+/// In which frame ends are foreseen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Frame {
+    /// Sources of both frames, weighted by their errors on held-out reaches and on the touches of late.
+    #[default]
+    Both,
+    /// The room alone.
+    Room,
+    /// The start of the reach alone: nothing depends on where in the room it was.
+    Start,
+}
+
 /// How a [`LearnedModel`](crate::LearnedModel) is learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedConfig {
     /// Which source says where the reach ends. Default: both.
     pub combination: Combination,
+    /// In which frame ends are foreseen. Default: both, by evidence; the others are for comparisons.
+    pub frame: Frame,
     /// Whether the regression sees the direction of gaze. Default `false`: a fusion with a scene weighs the
     /// gaze by itself, and not every study records it.
     pub gaze: bool,
-    /// Regions of progress, each with its own coefficients. Default 16; 1 is plain ridge
-    /// regression.
-    pub regions: usize,
+    /// Regions of progress, each with its own coefficients; 1 is plain ridge regression. `None` (default): as
+    /// many of 16 to 128 as foresee held-out reaches best.
+    pub regions: Option<usize>,
     /// Samples taken from each reach. Default 30.
     pub samples_per_reach: usize,
     /// How many past positions of the hand the regression compares with the present one, the first 0.03 s
@@ -49,8 +64,9 @@ impl Default for LearnedConfig {
     fn default() -> Self {
         Self {
             combination: Combination::Both,
+            frame: Frame::Both,
             gaze: false,
-            regions: 16,
+            regions: None,
             samples_per_reach: 30,
             lags: 4,
             basis: Basis::normalized_gaussian(9),
@@ -65,7 +81,9 @@ impl LearnedConfig {
         let within = |what, value: usize, range: RangeInclusive<usize>, wanted| {
             that(range.contains(&value), what, value as f64, wanted)
         };
-        within("regions", self.regions, 1..=usize::MAX, "at least 1")?;
+        if let Some(regions) = self.regions {
+            within("regions", regions, 1..=usize::MAX, "at least 1")?;
+        }
         within(
             "samples_per_reach",
             self.samples_per_reach,

@@ -1,12 +1,16 @@
 //! Estimates of a reach from what was learnt.
 
-use super::config::Combination;
+use super::account::Account;
+use super::adaptation::{Adaptation, Pending};
+use super::blend::{Blend, Region, between_knots, combine, placed, time_key};
+use super::config::{Combination, Frame};
 use super::gates::Gates;
-use super::held_out_errors::HeldOut;
 use super::local_ridge::LocalRidge;
+use super::places::Places;
 use super::primitive::{Primitive, PrimitiveRun};
 use super::reach_track::{Inputs, ReachTrack};
-use super::training::OUTPUTS;
+use super::sources::{Ends, SOURCES, Source, of_combination};
+use super::training::{Correction, OUTPUTS};
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use glam::DVec3;
 use hwall_hand::HandFrame;
@@ -21,10 +25,18 @@ pub(super) struct Learnt {
     pub(super) origin: Origin,
     pub(super) inputs: Inputs,
     pub(super) gates: Gates,
-    pub(super) ridge: LocalRidge,
+    /// The regression that knows the room, and the one that knows only the reach.
+    pub(super) ridges: [LocalRidge; 2],
+    /// Which of them says when, and along which normal.
+    pub(super) time_from: usize,
+    pub(super) normal_from: usize,
+    pub(super) correction: Correction,
     pub(super) primitive: Option<Primitive>,
-    pub(super) errors: HeldOut,
+    pub(super) places: Option<Places>,
+    pub(super) blend: Blend,
     pub(super) combination: Combination,
+    pub(super) frame: Frame,
+    pub(super) account: Account,
 }
 
 /// What a model was learnt from.
@@ -46,8 +58,10 @@ pub struct LearnedEstimator {
     track: ReachTrack,
     run: Option<PrimitiveRun>,
     features: Vec<f64>,
+    scaled: Vec<f64>,
     gates: Vec<f64>,
     last: Option<ContactEstimate>,
+    adaptation: Adaptation,
 }
 
 impl ContactEstimator for LearnedEstimator {
@@ -57,10 +71,22 @@ impl ContactEstimator for LearnedEstimator {
 
     fn begin(&mut self) {
         self.last = None;
+        self.adaptation.begin();
         self.track.begin();
         if let Some(run) = &mut self.run {
             run.begin();
         }
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        if contact_m.is_finite() && contact_s.is_finite() {
+            let personal = &self.learnt.blend.personal;
+            self.adaptation.touched(contact_m, personal);
+        }
+    }
+
+    fn forget(&mut self) {
+        self.adaptation = self.learnt.blend.fresh();
     }
 
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
@@ -77,7 +103,9 @@ impl LearnedEstimator {
         Self {
             track: ReachTrack::new(&learnt.inputs),
             run: learnt.primitive.as_ref().map(PrimitiveRun::new),
-            features: Vec::with_capacity(learnt.inputs.widths()[0]),
+            features: Vec::with_capacity(learnt.inputs.width()),
+            scaled: Vec::with_capacity(learnt.inputs.width() + Correction::ADDED),
+            adaptation: learnt.blend.fresh(),
             gates: Vec::with_capacity(learnt.gates.len()),
             last: None,
             learnt: Arc::clone(learnt),
@@ -111,29 +139,81 @@ impl LearnedEstimator {
         learnt
             .gates
             .weights_into(&self.track.progress(), &mut self.gates);
-        let mut out = [0.0; OUTPUTS];
-        let out = &mut out[..learnt.ridge.outputs()];
-        learnt.ridge.predict(&mut self.features, &self.gates, out);
-        let regression_m = now_m + DVec3::from_slice(&out[..3]);
-        let errors = learnt.errors.at(&self.gates);
-        let combined = learnt.errors.estimate(
-            &errors,
-            learnt.combination,
-            start_m,
-            regression_m,
-            primitive_m,
-        );
-        let normal = (out.len() == OUTPUTS).then(|| DVec3::from_slice(&out[4..7]));
+        let mut outputs = [[0.0; OUTPUTS]; 2];
+        for (ridge, out) in learnt.ridges.iter().zip(&mut outputs) {
+            self.scaled.clone_from(&self.features);
+            let out = &mut out[..ridge.outputs()];
+            ridge.predict(&mut self.scaled, &self.gates, out);
+        }
+        let mut ends_m: Ends = [None; SOURCES];
+        for (source, out) in [Source::Room, Source::Start].into_iter().zip(&outputs) {
+            ends_m[source as usize] = Some(now_m + DVec3::from_slice(&out[..3]));
+        }
+        ends_m[Source::Primitive as usize] = primitive_m;
+        ends_m[Source::Hold as usize] = Some(now_m);
+        let both = [&outputs[0][..], &outputs[1][..]];
+        Correction::features_into(&self.features, now_m, both, &mut self.scaled);
+        let corrected = learnt.correction.at(&self.scaled, &self.gates);
+        ends_m[Source::Trees as usize] = ends_m[Source::Start as usize].map(|e| e + corrected);
+        let ends_m = of_combination(learnt.combination, learnt.frame, ends_m);
+        let left_s = outputs[learnt.time_from][3].max(0.0);
+        let hats = between_knots(&learnt.blend.knots, time_key(left_s));
+        let region = Region::between(&learnt.blend.regions, &self.gates);
+        let adapted = self.adaptation.at(&hats, learnt.blend.usual_distance);
+        let mut corrected_m = ends_m;
+        for (end_m, bias_m) in corrected_m.iter_mut().zip(&adapted.bias_m) {
+            *end_m = end_m.map(|end_m| end_m - *bias_m);
+        }
+        let combined = combine(&region, &corrected_m, &adapted.ratios)?;
+        let share = self.adaptation.share(&hats, region.share);
+        let own_m = self.adaptation.own_m();
+        let places = learnt.places.as_ref();
+        let (said_m, placed_m) = placed(places, &region, share, combined.point_m, own_m, None);
+        let factor = learnt.blend.doubt(&region, combined.apart_m2) * learnt.blend.at_time(&hats);
+        let covariance = |spread: f64| {
+            let blend = &learnt.blend;
+            blend.covariance_m2(&region, factor * spread, start_m, said_m)
+        };
+        let normal = (learnt.ridges[0].outputs() == OUTPUTS)
+            .then(|| DVec3::from_slice(&outputs[learnt.normal_from][4..7]));
         let estimate = ContactEstimate {
             t_s,
-            point_m: combined.point_m,
-            covariance_m2: Some(combined.moments_m2),
+            point_m: said_m,
+            covariance_m2: Some(covariance(adapted.spread)),
             normal: normal.and_then(DVec3::try_normalize),
             time_to_contact_s: Some(TimeToContact {
-                mean_s: out[3].max(0.0),
-                sd_s: Some(errors.time_sd_s()),
+                mean_s: left_s,
+                sd_s: Some(region.time_sd_s()),
             }),
         };
-        estimate.is_finite().then_some(estimate)
+        if !estimate.is_finite() {
+            return None;
+        }
+        self.adaptation.remember(
+            &hats,
+            Pending {
+                ends_m,
+                squares_m2: Pending::squares_m2(&region),
+                combined_m: combined.point_m,
+                placed_m,
+                said_m,
+                way_m2: region.placed * region.size_m2,
+                covariance_m2: covariance(1.0),
+            },
+        );
+        Some(estimate)
+    }
+
+    /// How many touches it has been told of since it last forgot.
+    #[must_use]
+    pub const fn touches(&self) -> usize {
+        self.adaptation.touches()
+    }
+
+    /// How much larger the squared errors of the last touches were than expected, in standard deviations and per
+    /// axis: about 1 normally; far above it something in the room has moved, or somebody else has come.
+    #[must_use]
+    pub const fn surprise(&self) -> f64 {
+        self.adaptation.surprise()
     }
 }

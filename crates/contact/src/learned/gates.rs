@@ -7,8 +7,10 @@ use super::reach_track::PROGRESS;
 const OVERLAP: f64 = 4.0;
 /// Regions below this share of the nearest one's weight do not count.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Centres are sought among so many samples at most.
+const MOST_SAMPLES: usize = 6000;
 /// Most rounds of the search for centres; it ends long before.
-const ROUNDS: usize = 50;
+const ROUNDS: usize = 25;
 
 /// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +32,10 @@ impl Gates {
             let squares: f64 = samples.iter().map(|s| (s[k] - mean).powi(2)).sum();
             1.0 / (squares / n).sqrt().max(1e-6)
         });
-        let scaled: Vec<[f64; PROGRESS]> = samples.iter().map(|s| times(s, &scale)).collect();
+        let step = samples.len().div_ceil(MOST_SAMPLES).max(1);
+        let some = samples.iter().step_by(step);
+        let scaled: Vec<[f64; PROGRESS]> = some.map(|s| times(s, &scale)).collect();
+        let n = scaled.len().max(1) as f64;
         let mut centres = spread_out(&scaled, count);
         for _ in 0..ROUNDS {
             let mut sums = vec![([0.0; PROGRESS], 0.0); centres.len()];

@@ -77,6 +77,104 @@ pub(super) struct Fitted {
     pub(super) ridge: LocalRidge,
     /// As `Rows::wanted`.
     pub(super) held_out: Vec<f64>,
+    /// By region, then by block: is it used?
+    pub(super) used: Vec<Vec<bool>>,
+}
+
+impl Fitted {
+    /// Takes the regression of the next region.
+    fn add(&mut self, rows: &Rows, region: usize, local: Local) {
+        let coefficients = local.coefficients.chunks_exact(rows.outputs);
+        self.ridge.coefficients.extend(coefficients.map(padded));
+        let predicted = local.held_out.chunks_exact(rows.outputs);
+        for (&row, predicted) in local.rows.iter().zip(predicted) {
+            let gate = rows.gates(row)[region];
+            let sum = &mut self.held_out[row * rows.outputs..][..rows.outputs];
+            sum.iter_mut()
+                .zip(predicted)
+                .for_each(|(s, f)| *s += gate * f);
+        }
+        self.used.push(local.used);
+    }
+}
+
+/// Which columns may be used, and how that is decided in each region.
+#[derive(Debug, Clone)]
+pub(super) struct Blocks {
+    /// The first is always used.
+    pub(super) columns: Vec<Range<usize>>,
+    /// Which of them may be used.
+    pub(super) allowed: Vec<bool>,
+    /// Whether what is allowed is tried on held-out folds in each region, or used everywhere.
+    pub(super) tried: bool,
+}
+
+/// A block must lower the squared error on held-out folds by this share.
+const WORTH: f64 = 0.01;
+/// Folds are joined to so many for the choice of blocks, and these ridges are tried.
+const CHOICE_FOLDS: usize = 6;
+const CHOICE_RIDGES: [f64; 3] = [3e-3, 3e-2, 0.3];
+/// Outputs that decide: the way left.
+const DECIDING: usize = 3;
+
+/// Are the second squared errors, by fold, clearly lower: by the share that counts, and by more than the standard error of
+/// the difference, so that what a few reaches say by chance is not believed?
+fn is_worth(before: &[f64], after: &[f64]) -> bool {
+    let n = before.len().max(1) as f64;
+    let gains = || before.iter().zip(after).map(|(b, a)| b - a);
+    let (gain, total) = (gains().sum::<f64>(), before.iter().sum::<f64>());
+    let scatter: f64 = gains().map(|g| (g - gain / n).powi(2)).sum();
+    gain > WORTH * total && gain > (scatter * n / (n - 1.0).max(1.0)).sqrt()
+}
+
+impl Blocks {
+    /// For each block, whether it is used: the most helpful one first, each must help beside those before it.
+    fn chosen(&self, equations: &PartedEquations, width: usize) -> Vec<bool> {
+        if !self.tried || equations.is_one_part() {
+            return self.allowed.clone();
+        }
+        let joined = equations.joined(CHOICE_FOLDS);
+        let squares = |used: &[bool]| {
+            let some = joined.restricted(&self.columns(used, width));
+            some.held_out_squares(&CHOICE_RIDGES, DECIDING).ok()
+        };
+        let mut used: Vec<bool> = (0..self.columns.len()).map(|k| k == 0).collect();
+        let Some(mut least) = squares(&used) else {
+            return used;
+        };
+        let with = |used: &[bool], k: usize| {
+            let mut more = used.to_vec();
+            more[k] = true;
+            more
+        };
+        let mut candidates: Vec<(f64, usize)> = (1..self.columns.len())
+            .filter(|&k| self.allowed[k])
+            // What cannot be solved is not used.
+            .filter_map(|k| Some((squares(&with(&used, k))?.iter().sum(), k)))
+            .collect();
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // A second look: what helps only beside something else.
+        for _ in 0..2 {
+            for &(_, k) in &candidates {
+                if used[k] {
+                    continue;
+                }
+                let more = with(&used, k);
+                if let Some(sums) = squares(&more).filter(|sums| is_worth(&least, sums)) {
+                    (used, least) = (more, sums);
+                }
+            }
+        }
+        used
+    }
+
+    /// The columns of the blocks used, and the constant.
+    fn columns(&self, used: &[bool], width: usize) -> Vec<usize> {
+        let blocks = self.columns.iter().zip(used).filter(|(_, used)| **used);
+        let mut columns: Vec<usize> = blocks.flat_map(|(b, _)| b.clone()).collect();
+        columns.push(width);
+        columns
+    }
 }
 
 impl LocalRidge {
@@ -92,84 +190,100 @@ impl LocalRidge {
         rows: &Rows,
         groups: &[Range<usize>],
         ridges: &[f64],
-    ) -> Result<Fitted, ContactError> {
-        let mut ridge = Self::shape(rows);
-        let mut held_out = vec![0.0; rows.wanted.len()];
+        variants: &[Blocks],
+    ) -> Result<Vec<Fitted>, ContactError> {
+        let shape = Self::shape(rows);
+        let empty = || Fitted {
+            ridge: shape.clone(),
+            held_out: vec![0.0; rows.wanted.len()],
+            used: Vec::with_capacity(rows.regions),
+        };
+        let mut fitted: Vec<Fitted> = variants.iter().map(|_| empty()).collect();
         let folds = 1 + rows.folds.iter().copied().max().unwrap_or(0);
         let members: Vec<Vec<usize>> = (0..folds).map(|fold| rows.of_fold(fold)).collect();
         for region in 0..rows.regions {
-            let local = ridge.fit_region(rows, &members, region, groups, ridges)?;
-            let coefficients = local.coefficients.chunks_exact(rows.outputs);
-            ridge.coefficients.extend(coefficients.map(padded));
-            let predicted = local.held_out.chunks_exact(rows.outputs);
-            for (row, predicted) in predicted.enumerate() {
-                let gate = rows.gates(row)[region];
-                let sum = &mut held_out[row * rows.outputs..][..rows.outputs];
-                sum.iter_mut()
-                    .zip(predicted)
-                    .for_each(|(s, f)| *s += gate * f);
+            let near: Vec<LocalRows> = members
+                .iter()
+                .map(|fold| shape.local_rows(rows, fold, region))
+                .collect();
+            let parts = near.iter().map(|fold| fold.equations(rows));
+            let singular = ContactError::Singular {
+                size: rows.width + 1,
+            };
+            let equations = PartedEquations::new(parts.collect()).ok_or(singular)?;
+            for (fitted, blocks) in fitted.iter_mut().zip(variants) {
+                let local = Self::fit_region(rows, &near, &equations, groups, ridges, blocks)?;
+                fitted.add(rows, region, local);
             }
         }
-        Ok(Fitted { ridge, held_out })
+        Ok(fitted)
     }
 
     fn fit_region(
-        &self,
         rows: &Rows,
-        members: &[Vec<usize>],
-        region: usize,
+        local: &[LocalRows],
+        equations: &PartedEquations,
         groups: &[Range<usize>],
         ridges: &[f64],
+        blocks: &Blocks,
     ) -> Result<Local, ContactError> {
         let size = rows.width + 1;
-        let local: Vec<LocalRows> = members
-            .iter()
-            .map(|fold| self.local_rows(rows, fold, region))
-            .collect();
         let singular = ContactError::Singular { size };
-        let parts = local.iter().map(|fold| fold.equations(rows));
-        let equations = PartedEquations::new(parts.collect()).ok_or(singular.clone())?;
-        let mean = equations.all().mean_square();
-        let mut best = vec![f64::INFINITY; groups.len()];
-        let mut kept = Local {
-            coefficients: vec![0.0; size * rows.outputs],
-            held_out: vec![0.0; rows.wanted.len()],
+        let used = blocks.chosen(equations, rows.width);
+        let columns = blocks.columns(&used, rows.width);
+        let equations = equations.restricted(&columns);
+        let widened = |narrow: &Matrix| {
+            let mut wide = Matrix::zeros(size, rows.outputs);
+            for (i, &column) in columns.iter().enumerate() {
+                wide.row_mut(column).copy_from_slice(narrow.row(i));
+            }
+            wide
         };
-        let mut held_out = kept.held_out.clone();
+        let mean = equations.all().mean_square();
+        let outputs = rows.outputs;
+        let mut best = vec![f64::INFINITY; groups.len()];
+        let near: usize = local.iter().map(|f| f.rows.len()).sum();
+        let mut kept = Local {
+            coefficients: vec![0.0; size * outputs],
+            rows: local.iter().flat_map(|f| f.rows.iter().copied()).collect(),
+            held_out: vec![0.0; near * outputs],
+            used,
+        };
+        let mut chosen: Vec<Matrix> = vec![Matrix::zeros(size, outputs); local.len()];
         for &share in ridges {
             let fits = equations
                 .fits(|_| share * mean)
                 .map_err(|_| singular.clone())?;
-            for (fold, fewer) in local.iter().zip(&fits.without) {
-                let predicted = fold.features.times(fewer);
-                for (i, row) in fold.rows.iter().enumerate() {
-                    held_out[row * rows.outputs..][..rows.outputs]
-                        .copy_from_slice(predicted.row(i));
-                }
-            }
+            let squares = equations.squared_errors(&fits, outputs);
             for (group, best) in groups.iter().zip(&mut best) {
-                let weighed = local.iter().flat_map(|f| f.rows.iter().zip(&f.weights));
-                let squares: f64 = weighed
-                    .map(|(row, weight)| {
-                        let at = row * rows.outputs;
-                        let square = |k: usize| (held_out[at + k] - rows.wanted[at + k]).powi(2);
-                        weight * group.clone().map(square).sum::<f64>()
-                    })
-                    .sum();
-                if squares < *best {
-                    *best = squares;
-                    for (from, to) in [
-                        (fits.all.entries(), &mut kept.coefficients),
-                        (&held_out, &mut kept.held_out),
-                    ] {
-                        let pairs = from
-                            .chunks_exact(rows.outputs)
-                            .zip(to.chunks_exact_mut(rows.outputs));
-                        pairs
-                            .for_each(|(f, t)| t[group.clone()].copy_from_slice(&f[group.clone()]));
+                let sum: f64 = squares[group.clone()].iter().sum();
+                if sum >= *best {
+                    continue;
+                }
+                *best = sum;
+                let all = widened(&fits.all);
+                for (to, from) in kept
+                    .coefficients
+                    .chunks_exact_mut(outputs)
+                    .zip(all.entries().chunks_exact(outputs))
+                {
+                    to[group.clone()].copy_from_slice(&from[group.clone()]);
+                }
+                for (to, from) in chosen.iter_mut().zip(&fits.without) {
+                    let from = widened(from);
+                    for row in 0..size {
+                        to.row_mut(row)[group.clone()]
+                            .copy_from_slice(&from.row(row)[group.clone()]);
                     }
                 }
             }
+        }
+        let mut first = 0;
+        for (fold, fewer) in local.iter().zip(&chosen) {
+            let predicted = fold.features.times(fewer);
+            let end = first + predicted.entries().len();
+            kept.held_out[first..end].copy_from_slice(predicted.entries());
+            first = end;
         }
         Ok(kept)
     }
@@ -306,8 +420,12 @@ impl LocalRows {
 struct Local {
     /// By feature and output.
     coefficients: Vec<f64>,
-    /// As `Rows::wanted`; zero for rows that do not take part.
+    /// The rows that take part.
+    rows: Vec<usize>,
+    /// What is predicted for them when their fold is held out, `outputs` each.
     held_out: Vec<f64>,
+    /// By block.
+    used: Vec<bool>,
 }
 
 fn padded(row: &[f64]) -> Padded {

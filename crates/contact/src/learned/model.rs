@@ -1,14 +1,22 @@
 //! A learned model: a regression of the end beside an interaction primitive.
 
-use super::config::{Combination, LearnedConfig};
+use super::account::Account;
+use super::blend::Blend;
+use super::blend_training::{Evidence, Witness};
+use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
-use super::held_out_errors::{HeldOut, weighted_quantile};
+use super::local_ridge::Fitted;
+use super::places::Places;
+use super::quantiles::weighted_quantile;
 use super::reach_track::Inputs;
-use super::samples;
-use super::training::{self, OUTPUTS};
+use super::samples::{self, TrainingSample};
+use super::sources::{SOURCES, Source, of_combination};
+use super::training::{self, OUTPUTS, Regression};
 use crate::error::ContactError;
-use crate::reach_set::{held_out_groups, touching_point};
+use crate::reach_set::{held_out_groups, references, touching_point};
+use glam::DVec3;
 use hwall_hand::{HandPoint, LabelledReach};
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -36,7 +44,11 @@ impl LearnedModel {
     /// # Errors
     /// Fewer than eight reaches, a reach that [`LabelledReach::validate`] refuses or that has another
     /// touching point than the first, a setting out of range.
-    pub fn train(reaches: &[LabelledReach], config: &LearnedConfig) -> Result<Self, ContactError> {
+    pub fn train<R: Borrow<LabelledReach>>(
+        reaches: &[R],
+        config: &LearnedConfig,
+    ) -> Result<Self, ContactError> {
+        let reaches = &references(reaches)[..];
         config.validate()?;
         if reaches.len() < FEWEST {
             return Err(ContactError::TooFewReaches {
@@ -58,19 +70,69 @@ impl LearnedModel {
                 config,
             )?),
         };
-        let gates = training::gates(&samples, config.regions);
         let normals = reaches.iter().all(|r| r.normal.is_some());
-        let (rows, fitted) = training::regression(&inputs, &samples, &gates, normals)?;
-        let errors = HeldOut::of(&samples, &rows, &fitted.held_out, config.combination);
+        let Regression {
+            gates,
+            rows,
+            fitted,
+            correction,
+            corrected_m,
+        } = training::regression(&inputs, &samples, config, normals)?;
+        let [time_from, normal_from] = [3..4, 4..rows.outputs].map(|columns| {
+            let square = |k: usize| -> f64 {
+                let of_row = |row: usize| {
+                    let at = row * rows.outputs;
+                    let miss = |c: usize| fitted[k].held_out[at + c] - rows.wanted[at + c];
+                    columns.clone().map(|c| miss(c).powi(2)).sum::<f64>()
+                };
+                (0..rows.len()).map(of_row).sum()
+            };
+            usize::from(square(1) < square(0))
+        });
+        let witnesses: Vec<Witness> = samples
+            .iter()
+            .enumerate()
+            .map(|(row, sample)| {
+                let corrected_m = corrected_m[row];
+                witness(sample, row, &fitted, corrected_m, time_from, config)
+            })
+            .collect();
+        let ends: Vec<DVec3> = reaches.iter().map(|r| r.contact_m).collect();
+        let places = (config.frame != Frame::Start).then(|| Places::of(&ends, &folds));
+        let people = numbered(reaches);
+        let of_samples: Vec<usize> = samples.iter().map(|s| people[s.reach]).collect();
+        let evidence = Evidence {
+            samples: &samples,
+            rows: &rows,
+            witnesses: &witnesses,
+            places: places.as_ref(),
+            people: &of_samples,
+            near: (0..rows.regions)
+                .map(|k| {
+                    (0..rows.len())
+                        .filter(|&row| rows.gates(row)[k] > 0.0)
+                        .collect()
+                })
+                .collect(),
+        };
+        let blend = Blend::of(&evidence);
+        let account = Account::of(&evidence, &blend, &inputs, &fitted);
+        let [room, start] = fitted;
         Ok(Self {
             learnt: Arc::new(Learnt {
                 origin: origin(reaches),
                 inputs,
                 gates,
-                ridge: fitted.ridge,
+                ridges: [room.ridge, start.ridge],
+                time_from,
+                normal_from,
+                correction,
                 primitive,
-                errors,
+                places,
+                blend,
                 combination: config.combination,
+                frame: config.frame,
+                account,
             }),
         })
     }
@@ -102,13 +164,19 @@ impl LearnedModel {
     /// Whether normals of surfaces were learnt, which takes one in every reach.
     #[must_use]
     pub fn has_normals(&self) -> bool {
-        self.learnt.ridge.outputs() == OUTPUTS
+        self.learnt.ridges[0].outputs() == OUTPUTS
     }
 
     /// Which source says where the reach ends.
     #[must_use]
     pub fn combination(&self) -> Combination {
         self.learnt.combination
+    }
+
+    /// What was chosen at training, and how well it did on held-out reaches; prints as tables.
+    #[must_use]
+    pub fn account(&self) -> &Account {
+        &self.learnt.account
     }
 
     /// A new estimator. Estimators share what was learnt.
@@ -118,7 +186,7 @@ impl LearnedModel {
     }
 }
 
-fn origin(reaches: &[LabelledReach]) -> Origin {
+fn origin(reaches: &[&LabelledReach]) -> Origin {
     let people: BTreeSet<_> = reaches.iter().filter_map(|r| r.person.as_ref()).collect();
     let durations = reaches.iter().map(|r| (r.duration_s(), 1.0));
     Origin {
@@ -126,4 +194,38 @@ fn origin(reaches: &[LabelledReach]) -> Origin {
         people: people.len(),
         median_duration_s: weighted_quantile(0.5, durations),
     }
+}
+
+/// What the sources say of a sample when its fold is held out.
+fn witness(
+    sample: &TrainingSample,
+    row: usize,
+    fitted: &[Fitted; 2],
+    corrected_m: DVec3,
+    time_from: usize,
+    config: &LearnedConfig,
+) -> Witness {
+    let outputs = |k: usize| {
+        let count = fitted[k].ridge.outputs();
+        &fitted[k].held_out[row * count..][..count]
+    };
+    let mut ends_m = [None; SOURCES];
+    for (k, source) in [Source::Room, Source::Start].into_iter().enumerate() {
+        ends_m[source as usize] = Some(sample.now_m + DVec3::from_slice(&outputs(k)[..3]));
+    }
+    ends_m[Source::Primitive as usize] = sample.primitive_m;
+    ends_m[Source::Hold as usize] = Some(sample.now_m);
+    ends_m[Source::Trees as usize] = Some(corrected_m);
+    Witness {
+        ends_m: of_combination(config.combination, config.frame, ends_m),
+        left_s: outputs(time_from)[3].max(0.0),
+        true_left_s: sample.left_s,
+    }
+}
+
+/// The person of each reach, by number.
+fn numbered(reaches: &[&LabelledReach]) -> Vec<usize> {
+    let people: BTreeSet<_> = reaches.iter().map(|r| &r.person).collect();
+    let number = |r: &&LabelledReach| people.iter().position(|p| **p == r.person).unwrap_or(0);
+    reaches.iter().map(number).collect()
 }

@@ -1,14 +1,18 @@
 //! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
 
-use super::config::Combination;
+use super::account::{Account, InputUse, StageAccount};
+use super::blend::{Axes, Blend, KNOTS, Region};
+use super::config::{Combination, Frame};
 use super::estimator::{Learnt, Origin};
 use super::gates::Gates;
-use super::held_out_errors::{Axes, Errors, HeldOut};
 use super::local_ridge::LocalRidge;
 use super::model::LearnedModel;
+use super::places::Places;
 use super::primitive::Primitive;
 use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
+use super::sources::{SOURCES, Source};
 use super::training::OUTPUTS;
+use super::tree_file::FileCorrection;
 use crate::error::ContactError;
 use glam::{DMat3, DVec3};
 use hwall_bip::model_file::{self, Digest, Format, ModelFileError};
@@ -22,7 +26,7 @@ use std::sync::Arc;
 /// What a file of this crate calls itself, and the version written.
 const FORMAT: Format = Format {
     name: "hwall-contact learned model",
-    version: 1,
+    version: 2,
 };
 
 /// A whole file. Points of the hand are numbers in the order of [`HandPoint::ALL`].
@@ -37,11 +41,18 @@ struct File {
     people: usize,
     median_duration_s: f64,
     combination: FileCombination,
+    frame: FileFrame,
     inputs: FileInputs,
     gates: FileGates,
-    ridge: FileRidge,
-    errors: FileErrors,
+    /// With the place in the room, and without.
+    ridges: [FileRidge; 2],
+    time_from: usize,
+    normal_from: usize,
+    correction: FileCorrection,
+    blend: FileBlend,
+    places: Option<FilePlaces>,
     primitive: Option<FilePrimitive>,
+    account: FileAccount,
 }
 
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
@@ -50,6 +61,14 @@ enum FileCombination {
     Regression,
     Primitive,
     Both,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum FileFrame {
+    Both,
+    Room,
+    Start,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -85,9 +104,38 @@ struct FileRidge {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FileErrors {
+struct FileBlend {
     axes: FileAxes,
     regions: Vec<FileRegion>,
+    by_disagreement: f64,
+    knots: [f64; KNOTS],
+    factors: [f64; KNOTS],
+    usual_distance: f64,
+    personal: [f64; SOURCES],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilePlaces {
+    ends_m: Vec<[f64; 3]>,
+    scatter_m: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileAccount {
+    inputs: Vec<(String, [f64; 2])>,
+    stages: Vec<FileStage>,
+}
+
+/// A stage without samples has no median.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileStage {
+    from_s: f64,
+    median_m: Option<f64>,
+    weights: [f64; SOURCES],
+    places: f64,
 }
 
 #[derive(Serialize, Deserialize, Clone, Copy)]
@@ -97,36 +145,37 @@ enum FileAxes {
     World,
 }
 
-/// Matrices by column.
+/// The matrix by column.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileRegion {
-    regression_m2: [f64; 9],
-    primitive_m2: [f64; 9],
-    cross_m2: [f64; 9],
-    gain: f64,
-    time_s2: f64,
+    size_m2: f64,
+    moments: [[f64; SOURCES]; SOURCES],
+    shape: [f64; 9],
+    unplaced: f64,
+    apart: f64,
+    placed: f64,
+    share: f64,
     spread: f64,
-    time_spread: f64,
+    time_s2: f64,
 }
 
 impl FileRegion {
     /// Errors are moments and variances: none is negative.
     fn validate(&self) -> Result<(), ContactError> {
-        for moments_m2 in [&self.regression_m2, &self.primitive_m2] {
-            for axis in 0..3 {
-                non_negative("variance of an error", moments_m2[4 * axis])?;
-            }
+        for (what, value) in [
+            ("size of a region", self.size_m2),
+            ("spread of a region", self.spread),
+            ("time of a region", self.time_s2),
+        ] {
+            positive(what, value)?;
         }
-        non_negative("time_s2", self.time_s2)?;
-        non_negative("spread", self.spread)?;
-        non_negative("time_spread", self.time_spread)?;
-        that(
-            (0.0..=1.0).contains(&self.gain),
-            "gain",
-            self.gain,
-            "from 0 to 1",
-        )?;
+        for (source, moments) in self.moments.iter().enumerate() {
+            non_negative("moment of an error", moments[source])?;
+        }
+        for axis in 0..3 {
+            non_negative("variance of an error", self.shape[4 * axis])?;
+        }
         Ok(())
     }
 }
@@ -187,18 +236,35 @@ impl File {
         let Learnt {
             inputs,
             gates,
-            ridge,
-            errors,
+            ridges,
+            blend,
+            account,
             ..
         } = learnt;
-        let region = |e: &Errors| FileRegion {
-            regression_m2: e.regression.to_cols_array(),
-            primitive_m2: e.primitive.to_cols_array(),
-            cross_m2: e.cross.to_cols_array(),
-            gain: e.gain,
-            time_s2: e.time,
-            spread: e.spread,
-            time_spread: e.time_spread,
+        let region = |r: &Region| FileRegion {
+            size_m2: r.size_m2,
+            moments: r.moments,
+            shape: r.shape.to_cols_array(),
+            unplaced: r.unplaced,
+            apart: r.apart,
+            placed: r.placed,
+            share: r.share,
+            spread: r.spread,
+            time_s2: r.time_s2,
+        };
+        let ridge = |ridge: &LocalRidge| FileRidge {
+            centre: ridge.centre.clone(),
+            scale: ridge.scale.clone(),
+            outputs: ridge.outputs(),
+            coefficients: ridge.coefficients().collect(),
+        };
+        let weights =
+            |weights: &[(&str, f64)]| std::array::from_fn(|k| weights.get(k).map_or(0.0, |w| w.1));
+        let stage = |s: &StageAccount| FileStage {
+            from_s: s.from_s,
+            median_m: Some(s.median_m).filter(|m| m.is_finite()),
+            weights: weights(&s.weights),
+            places: s.places,
         };
         Self {
             format: FORMAT.name.to_owned(),
@@ -211,6 +277,11 @@ impl File {
                 Combination::Regression => FileCombination::Regression,
                 Combination::Primitive => FileCombination::Primitive,
                 Combination::Both => FileCombination::Both,
+            },
+            frame: match learnt.frame {
+                Frame::Both => FileFrame::Both,
+                Frame::Room => FileFrame::Room,
+                Frame::Start => FileFrame::Start,
             },
             inputs: FileInputs {
                 point: inputs.point as usize,
@@ -227,18 +298,33 @@ impl File {
                 centres: gates.centres.clone(),
                 width: gates.width,
             },
-            ridge: FileRidge {
-                centre: ridge.centre.clone(),
-                scale: ridge.scale.clone(),
-                outputs: ridge.outputs(),
-                coefficients: ridge.coefficients().collect(),
-            },
-            errors: FileErrors {
-                axes: match errors.axes {
+            ridges: [ridge(&ridges[0]), ridge(&ridges[1])],
+            time_from: learnt.time_from,
+            normal_from: learnt.normal_from,
+            correction: FileCorrection::of(&learnt.correction),
+            blend: FileBlend {
+                axes: match blend.axes {
                     Axes::Way => FileAxes::Way,
                     Axes::World => FileAxes::World,
                 },
-                regions: errors.regions.iter().map(region).collect(),
+                regions: blend.regions.iter().map(region).collect(),
+                by_disagreement: blend.by_disagreement,
+                knots: blend.knots,
+                factors: blend.factors,
+                usual_distance: blend.usual_distance,
+                personal: blend.personal,
+            },
+            places: learnt.places.as_ref().map(|p| FilePlaces {
+                ends_m: p.ends_m.iter().map(|e| e.to_array()).collect(),
+                scatter_m: p.scatter_m,
+            }),
+            account: FileAccount {
+                inputs: account
+                    .inputs
+                    .iter()
+                    .map(|i| (i.name.clone(), i.used))
+                    .collect(),
+                stages: account.stages.iter().map(stage).collect(),
             },
             primitive: learnt.primitive.as_ref().map(|p| FilePrimitive {
                 label_offset_m: p.label_offset_m.to_array(),
@@ -276,23 +362,42 @@ impl File {
         within("gates", regions, regions > 0, "at least 1 region")?;
         positive("width of the gates", self.gates.width)?;
         positive("median_duration_s", self.median_duration_s)?;
-        for scale in self.ridge.scale.iter().chain(&self.gates.scale) {
+        let scales = self.ridges.iter().flat_map(|ridge| &ridge.scale);
+        for scale in scales.chain(&self.gates.scale) {
             non_negative("scale", *scale)?;
         }
-        for region in &self.errors.regions {
-            region.validate()?;
+        length("blend", regions, self.blend.regions.len())?;
+        self.correction.validate(regions, self.inputs().width())?;
+        for r in &self.blend.regions {
+            r.validate()?;
         }
-        length("errors", regions, self.errors.regions.len())?;
-        let outputs = self.ridge.outputs;
-        let ok = outputs == OUTPUTS || outputs == OUTPUTS - 3;
-        within("outputs", outputs, ok, "4, or 7 with normals")?;
-        let [all, first] = self.inputs().widths();
-        let width = self.ridge.centre.len();
-        let ok = width == all || width == first;
-        within("centre", width, ok, "as many as there are features")?;
-        length("scale", width, self.ridge.scale.len())?;
-        let entries = regions * (width + 1) * outputs;
-        length("coefficients", entries, self.ridge.coefficients.len())?;
+        for factor in self.blend.factors {
+            positive("factor at a time left", factor)?;
+        }
+        positive("usual distance", self.blend.usual_distance)?;
+        if let Some(places) = &self.places {
+            positive("scatter of places", places.scatter_m)?;
+        }
+        let width = self.inputs().width();
+        for (ridge, other) in [(0, 1), (1, 0)].map(|(a, b)| (&self.ridges[a], &self.ridges[b])) {
+            let outputs = ridge.outputs;
+            let ok = outputs == OUTPUTS || outputs == OUTPUTS - 3;
+            within("outputs", outputs, ok, "4, or 7 with normals")?;
+            length("outputs", other.outputs, outputs)?;
+            let known = ridge.centre.len();
+            let ok = known == width;
+            within("centre", known, ok, "as many as there are features")?;
+            length("scale", width, ridge.scale.len())?;
+            let entries = regions * (width + 1) * outputs;
+            length("coefficients", entries, ridge.coefficients.len())?;
+        }
+        within("time_from", self.time_from, self.time_from < 2, "0 or 1")?;
+        within(
+            "normal_from",
+            self.normal_from,
+            self.normal_from < 2,
+            "0 or 1",
+        )?;
         let needed = usize::from(self.combination != FileCombination::Regression);
         length("primitive", needed, usize::from(self.primitive.is_some()))
     }
@@ -332,21 +437,37 @@ impl File {
                 Some(Primitive::new(model, offset_m)?)
             }
         };
-        let region = |e: &FileRegion| Errors {
-            regression: DMat3::from_cols_array(&e.regression_m2),
-            primitive: DMat3::from_cols_array(&e.primitive_m2),
-            cross: DMat3::from_cols_array(&e.cross_m2),
-            gain: e.gain,
-            time: e.time_s2,
-            spread: e.spread,
-            time_spread: e.time_spread,
+        let region = |r: &FileRegion| Region {
+            size_m2: r.size_m2,
+            moments: r.moments,
+            shape: DMat3::from_cols_array(&r.shape),
+            unplaced: r.unplaced,
+            apart: r.apart,
+            placed: r.placed,
+            share: r.share,
+            spread: r.spread,
+            time_s2: r.time_s2,
         };
-        let FileRidge {
-            centre,
-            scale,
-            outputs,
-            coefficients,
-        } = self.ridge;
+        let along_the_way = matches!(self.blend.axes, FileAxes::Way);
+        let stage = |s: FileStage| StageAccount {
+            from_s: s.from_s,
+            median_m: s.median_m.unwrap_or(f64::NAN),
+            weights: Source::ALL
+                .map(|k| (k.name(), s.weights[k as usize]))
+                .to_vec(),
+            places: s.places,
+        };
+        let input = |(name, used)| InputUse { name, used };
+        let account = Account {
+            regions: self.blend.regions.len(),
+            inputs: self.account.inputs.into_iter().map(input).collect(),
+            along_the_way,
+            place_scatter_m: self.places.as_ref().map_or(0.0, |p| p.scatter_m),
+            stages: self.account.stages.into_iter().map(stage).collect(),
+        };
+        let ridges = self
+            .ridges
+            .map(|r| LocalRidge::from_parts(r.centre, r.scale, r.outputs, &r.coefficients));
         Ok(Learnt {
             origin: Origin {
                 reaches: self.reaches,
@@ -358,18 +479,37 @@ impl File {
                 centres: self.gates.centres,
                 width: self.gates.width,
             },
-            ridge: LocalRidge::from_parts(centre, scale, outputs, &coefficients),
-            errors: HeldOut {
-                axes: match self.errors.axes {
+            ridges,
+            time_from: self.time_from,
+            normal_from: self.normal_from,
+            correction: self.correction.into_correction(),
+            places: self.places.map(|p| Places {
+                folds: Vec::new(),
+                ends_m: p.ends_m.into_iter().map(DVec3::from_array).collect(),
+                scatter_m: p.scatter_m,
+            }),
+            blend: Blend {
+                axes: match self.blend.axes {
                     FileAxes::Way => Axes::Way,
                     FileAxes::World => Axes::World,
                 },
-                regions: self.errors.regions.iter().map(region).collect(),
+                regions: self.blend.regions.iter().map(region).collect(),
+                by_disagreement: self.blend.by_disagreement,
+                knots: self.blend.knots,
+                factors: self.blend.factors,
+                usual_distance: self.blend.usual_distance,
+                personal: self.blend.personal,
             },
+            account,
             combination: match self.combination {
                 FileCombination::Regression => Combination::Regression,
                 FileCombination::Primitive => Combination::Primitive,
                 FileCombination::Both => Combination::Both,
+            },
+            frame: match self.frame {
+                FileFrame::Both => Frame::Both,
+                FileFrame::Room => Frame::Room,
+                FileFrame::Start => Frame::Start,
             },
             inputs,
             primitive,

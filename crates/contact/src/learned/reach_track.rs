@@ -5,6 +5,7 @@ use crate::slope::slope;
 use glam::{DMat3, DVec3};
 use hwall_hand::reach::TouchingPoint;
 use hwall_hand::{HandFrame, HandPoint, LabelledReach};
+use std::ops::Range;
 
 /// The shortest time by which positions are compared with the present one, s; each next lag is twice
 /// the one before.
@@ -13,6 +14,8 @@ const FIRST_LAG_S: f64 = 0.03;
 pub(super) const MOST_LAGS: usize = 8;
 /// Displacements of the past are scaled to this much time, so that all are of one size.
 const HORIZON_S: f64 = 0.2;
+/// Times over which the motion of other points is taken, s.
+const MOTION_LAGS_S: [f64; 2] = [0.06, 0.2];
 /// The speed is the slope over this much of the past, s.
 const SPEED_WINDOW_S: f64 = 0.05;
 /// An input is used if this share of the training samples has it.
@@ -35,14 +38,14 @@ pub(super) struct Inputs {
     /// Mean offset of the touching point from every point of the hand, m: for the first frames of a
     /// reach in which it is missing.
     pub(super) offsets_m: [Option<DVec3>; 6],
-    /// Means of head and gaze, which stand in until they are seen.
+    /// Means of the head, seen from the touching point, and of the gaze, which stand in until they are seen.
     pub(super) head_m: DVec3,
     pub(super) mean_gaze: DVec3,
 }
 
 impl Inputs {
     /// What the reaches have in common. The touching point is the most frequent one.
-    pub(super) fn of(reaches: &[LabelledReach], use_gaze: bool, lags: usize) -> Self {
+    pub(super) fn of(reaches: &[&LabelledReach], use_gaze: bool, lags: usize) -> Self {
         let touching = |p: HandPoint| reaches.iter().filter(|r| r.point == p).count();
         // `max_by_key` keeps the last of equals: the first by contact.
         let order = HandPoint::BY_CONTACT.into_iter().rev();
@@ -67,7 +70,7 @@ impl Inputs {
             gaze: use_gaze && usual(&|f| gaze(f).is_some()),
             lags,
             offsets_m: mean_offsets_m(reaches, point),
-            head_m: mean(reaches, head).unwrap_or(DVec3::ZERO),
+            head_m: mean(reaches, |f| Some(head(f)? - f.point(point)?)).unwrap_or(DVec3::ZERO),
             mean_gaze: mean(reaches, gaze).unwrap_or(DVec3::ZERO),
         }
     }
@@ -81,12 +84,62 @@ impl Inputs {
         1 + self.others.len()
     }
 
-    /// Length of the feature vector, and of its first part, without the other points of the hand.
-    pub(super) fn widths(&self) -> [usize; 2] {
-        let vectors = 2 + self.lags + usize::from(self.head) + usize::from(self.gaze);
-        let first = 3 * vectors + SCALARS;
-        [first + 3 * self.others.len(), first]
+    /// The columns of the feature vector by what they tell, in their order.
+    pub(super) fn blocks(&self) -> Vec<Block> {
+        let mut blocks: Vec<Block> = Vec::new();
+        let mut push = |kind, width| {
+            let first = blocks.last().map_or(0, |b: &Block| b.columns.end);
+            blocks.push(Block {
+                kind,
+                columns: first..first + width,
+            });
+        };
+        push(BlockKind::Path, 3 * (1 + self.lags) + SCALARS);
+        push(BlockKind::Start, 3);
+        if self.head {
+            push(BlockKind::HeadPlace, 3);
+            push(BlockKind::HeadMotion, 3 * (1 + MOTION_LAGS_S.len()));
+        }
+        if self.gaze {
+            push(BlockKind::Gaze, 3);
+        }
+        for &other in &self.others {
+            push(BlockKind::Place(other), 3);
+            push(BlockKind::Motion(other), 3 * MOTION_LAGS_S.len());
+        }
+        blocks
     }
+
+    /// Length of the feature vector.
+    pub(super) fn width(&self) -> usize {
+        self.blocks().last().map_or(0, |b| b.columns.end)
+    }
+}
+
+/// Columns of the feature vector that are used, or not, together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Block {
+    pub(super) kind: BlockKind,
+    pub(super) columns: Range<usize>,
+}
+
+/// What a block of columns tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BlockKind {
+    /// The way of the touching point since the start, its steps, speeds and times.
+    Path,
+    /// Where in the room the reach started.
+    Start,
+    /// Where the head was then, seen from the hand.
+    HeadPlace,
+    /// How the head has moved since, and moves.
+    HeadMotion,
+    /// The direction of gaze.
+    Gaze,
+    /// Where another point of the hand is, seen from the touching one.
+    Place(HandPoint),
+    /// How it moves, seen from there.
+    Motion(HandPoint),
 }
 
 /// Time, speed, peak speed, their ratio, distance from the start, time since the peak.
@@ -96,16 +149,27 @@ fn head_of(frame: &HandFrame) -> Option<DVec3> {
     frame.head_m.filter(|h| h.is_finite())
 }
 
+/// What is seen beside the touching point in one sample.
+#[derive(Debug, Clone, Copy)]
+struct Beside {
+    head_m: Option<DVec3>,
+    relative_m: [Option<DVec3>; 6],
+}
+
 /// One reach from its start to now. A finger that is missing does not stop the prediction.
 #[derive(Debug, Clone)]
 pub(super) struct ReachTrack {
     /// Times, s, and places of the touching point, m.
     history: Vec<(f64, DVec3)>,
+    /// Head and other points, relative to the touching one, at the same times.
+    beside: Vec<Beside>,
     start: Option<(f64, DVec3)>,
     touching: TouchingPoint,
     /// The other points relative to the touching point, as last seen, m; by [`HandPoint`].
     relative_m: [Option<DVec3>; 6],
     head_m: Option<DVec3>,
+    /// Where the head was when it was first seen, m.
+    start_head_m: Option<DVec3>,
     gaze: Option<DVec3>,
     velocity_m_per_s: DVec3,
     /// Largest speed so far, m/s, and when it was reached, s.
@@ -116,10 +180,12 @@ impl ReachTrack {
     pub(super) fn new(inputs: &Inputs) -> Self {
         Self {
             history: Vec::with_capacity(KEPT),
+            beside: Vec::with_capacity(KEPT),
             start: None,
             touching: TouchingPoint::new(inputs.point, inputs.offsets_m),
             relative_m: [None; 6],
             head_m: None,
+            start_head_m: None,
             gaze: None,
             velocity_m_per_s: DVec3::ZERO,
             peak: (0.0, 0.0),
@@ -128,7 +194,9 @@ impl ReachTrack {
 
     pub(super) fn begin(&mut self) {
         self.history.clear();
+        self.beside.clear();
         self.start = None;
+        self.start_head_m = None;
         self.touching.begin();
         self.relative_m = [None; 6];
         (self.head_m, self.gaze) = (None, None);
@@ -159,7 +227,13 @@ impl ReachTrack {
         self.gaze = frame.gaze_ray().map(|g| g.direction).or(self.gaze);
         if self.history.len() == KEPT {
             self.history.drain(..KEPT / 2);
+            self.beside.drain(..KEPT / 2);
         }
+        self.beside.push(Beside {
+            head_m: self.head_m,
+            relative_m: self.relative_m,
+        });
+        self.start_head_m = self.start_head_m.or(self.head_m);
         self.history.push((t_s, position_m));
         self.start.get_or_insert((t_s, position_m));
         self.velocity_m_per_s = self.velocity_m_per_s();
@@ -236,25 +310,37 @@ impl ReachTrack {
         ]
     }
 
-    /// The features, in m or of the size of a reach in metres; the other points of the hand come last.
+    /// Something seen beside the touching point this long ago, or at the start; `None` where it was not seen then.
+    fn earlier<T>(&self, ago_s: f64, seen: impl Fn(&Beside) -> Option<T>) -> Option<(f64, T)> {
+        let (now_s, _) = self.now()?;
+        let k = self.history.iter().rposition(|h| h.0 <= now_s - ago_s);
+        let k = k.unwrap_or(0);
+        let since_s = now_s - self.history.get(k)?.0;
+        Some((since_s, seen(self.beside.get(k)?)?))
+    }
+
+    /// How far something beside the touching point moves in the usual horizon, by its motion over `lag_s`, m; zero
+    /// while that is not known.
+    fn moves(&self, lag_s: f64, seen: impl Fn(&Beside) -> Option<DVec3>) -> DVec3 {
+        let now = self.beside.last().and_then(&seen);
+        match (now, self.earlier(lag_s, seen)) {
+            // Less motion than the lag holds is no larger for it: the start of a reach is at rest.
+            (Some(now), Some((since_s, then))) => (now - then) * (HORIZON_S / since_s.max(lag_s)),
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// The features, in m or of the size of a reach in metres, in the order of [`Inputs::blocks`].
     pub(super) fn features_into(&self, inputs: &Inputs, out: &mut Vec<f64>) {
         out.clear();
         let (Some((t_s, now_m)), Some((start_s, start_m))) = (self.now(), self.start) else {
-            out.resize(inputs.widths()[0], 0.0);
+            out.resize(inputs.width(), 0.0);
             return;
         };
-        out.extend(start_m.to_array());
         out.extend((now_m - start_m).to_array());
         for lag_s in inputs.lags_s() {
             let moved_m = (now_m - self.before(t_s - lag_s)) * (HORIZON_S / lag_s);
             out.extend(moved_m.to_array());
-        }
-        if inputs.head {
-            let head_m = self.head_m.unwrap_or(inputs.head_m);
-            out.extend((head_m - now_m).to_array());
-        }
-        if inputs.gaze {
-            out.extend(self.gaze.unwrap_or(inputs.mean_gaze).to_array());
         }
         let [elapsed_s, gone_m, speed, of_peak] = self.progress();
         out.extend([
@@ -265,8 +351,24 @@ impl ReachTrack {
             gone_m,
             t_s - self.peak.1.max(start_s),
         ]);
+        out.extend(start_m.to_array());
+        if inputs.head {
+            let from_m = self.start_head_m.unwrap_or(start_m + inputs.head_m);
+            out.extend((from_m - start_m).to_array());
+            out.extend((self.head_m.unwrap_or(from_m) - from_m).to_array());
+            for lag_s in MOTION_LAGS_S {
+                out.extend(self.moves(lag_s, |b| b.head_m).to_array());
+            }
+        }
+        if inputs.gaze {
+            out.extend(self.gaze.unwrap_or(inputs.mean_gaze).to_array());
+        }
         for &other in &inputs.others {
             out.extend(self.relative(inputs, other).to_array());
+            for lag_s in MOTION_LAGS_S {
+                let moves = self.moves(lag_s, |b| b.relative_m[other as usize]);
+                out.extend(moves.to_array());
+            }
         }
     }
 }

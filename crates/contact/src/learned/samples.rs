@@ -8,6 +8,8 @@ use hwall_hand::LabelledReach;
 /// One sample of a training reach.
 #[derive(Debug, Clone)]
 pub(super) struct TrainingSample {
+    /// Number of the reach.
+    pub(super) reach: usize,
     pub(super) fold: usize,
     /// The weights of all samples of a reach add up to 1.
     pub(super) weight: f64,
@@ -25,12 +27,12 @@ pub(super) struct TrainingSample {
 /// Samples of all reaches at even times, without a primitive.
 pub(super) fn of(
     inputs: &Inputs,
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     folds: &[usize],
     config: &LearnedConfig,
 ) -> Vec<TrainingSample> {
     let mut samples = Vec::new();
-    for (reach, fold) in reaches.iter().zip(folds) {
+    for (number, (reach, fold)) in reaches.iter().zip(folds).enumerate() {
         let first = samples.len();
         let mut track = ReachTrack::new(inputs);
         let mut due = SampleTimes::new(reach, config.samples_per_reach);
@@ -44,6 +46,7 @@ pub(super) fn of(
             let mut features = Vec::new();
             track.features_into(inputs, &mut features);
             samples.push(TrainingSample {
+                reach: number,
                 fold: *fold,
                 weight: 1.0,
                 progress: track.progress(),

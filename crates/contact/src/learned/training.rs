@@ -2,15 +2,17 @@
 
 use super::config::LearnedConfig;
 use super::gates::Gates;
-use super::held_out_errors::{SENSOR_M, weighted_quantile};
-use super::local_ridge::{Fitted, LocalRidge, Rows};
+use super::local_ridge::{Blocks, Fitted, LocalRidge, Rows};
 use super::primitive::{Primitive, PrimitiveRun, Training, demonstration};
-use super::reach_track::{Inputs, ReachTrack};
+use super::quantiles::{SENSOR_M, weighted_quantile};
+use super::reach_track::{BlockKind, Inputs, ReachTrack};
 use super::samples::{SampleTimes, TrainingSample};
+use super::trees::{Lessons, Trees};
 use crate::error::ContactError;
 use glam::DVec3;
 use hwall_bip::Demonstration;
 use hwall_hand::LabelledReach;
+use hwall_numeric::dense::Matrix;
 
 /// Way left (3), time left (1), normal (3).
 pub(super) const OUTPUTS: usize = 7;
@@ -31,7 +33,7 @@ const WORTH: f64 = 0.05;
 /// reaches.
 pub(super) fn primitive(
     inputs: &Inputs,
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     folds: &[usize],
     samples: &mut [TrainingSample],
     config: &LearnedConfig,
@@ -66,7 +68,7 @@ pub(super) fn primitive(
     let Some((_, training, demonstrations)) = best else {
         return Err(ContactError::TooFewReaches { got: 0, needed: 1 });
     };
-    training.primitive(reaches.iter().zip(&demonstrations))
+    training.primitive(reaches.iter().copied().zip(&demonstrations))
 }
 
 /// Mean with values clipped to four times the median; `values` are pairs of value and weight.
@@ -81,7 +83,7 @@ fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 /// that has lost its way. In the order of the samples.
 fn held_out(
     inputs: &Inputs,
-    reaches: &[LabelledReach],
+    reaches: &[&LabelledReach],
     demonstrations: &[Demonstration],
     folds: &[usize],
     training: &Training,
@@ -92,7 +94,7 @@ fn held_out(
     let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
     let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
     for part in 0..count {
-        let others = reaches.iter().zip(demonstrations).zip(folds);
+        let others = reaches.iter().copied().zip(demonstrations).zip(folds);
         let others = others
             .filter(|(_, f)| part_of(**f) != part)
             .map(|(pair, _)| pair);
@@ -120,54 +122,205 @@ fn held_out(
     Ok(predicted.concat())
 }
 
+/// A regression, what it is learnt from and where it is right.
+pub(super) struct Regression {
+    pub(super) gates: Gates,
+    pub(super) rows: Rows,
+    /// With the place in the room, and without.
+    pub(super) fitted: [Fitted; 2],
+    pub(super) correction: Correction,
+    /// Where each reach ends by the corrected regression when its fold is held out, m, in the order of the samples.
+    pub(super) corrected_m: Vec<DVec3>,
+}
+
+/// Trees on top of a regression.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Correction {
+    pub(super) trees: Trees,
+    /// Mean square of the error of the regression in each region, m²: the unit of the corrections.
+    pub(super) squares_m2: Vec<f64>,
+}
+
+impl Correction {
+    /// What the trees see: the features, then what the regressions say of them: the way left and the time by the one
+    /// that knows only the reach, and the end in the room by the other.
+    pub(super) fn features_into(
+        features: &[f64],
+        now_m: DVec3,
+        outputs: [&[f64]; 2],
+        out: &mut Vec<f64>,
+    ) {
+        out.clear();
+        out.extend_from_slice(features);
+        out.extend_from_slice(&outputs[1][..4]);
+        out.extend((now_m + DVec3::from_slice(&outputs[0][..3])).to_array());
+    }
+
+    /// Numbers that [`features_into`](Self::features_into) adds.
+    pub(super) const ADDED: usize = 7;
+
+    /// The unit of the corrections at a progress, m.
+    fn unit_m(&self, gates: &[f64]) -> f64 {
+        let pairs = gates.iter().zip(&self.squares_m2);
+        pairs.map(|(g, s)| g * s).sum::<f64>().sqrt()
+    }
+
+    /// The correction, m.
+    pub(super) fn at(&self, features: &[f64], gates: &[f64]) -> DVec3 {
+        DVec3::from_array(self.trees.correction(features)) * self.unit_m(gates)
+    }
+
+    /// The trees, and what the correction makes of held-out ends, m.
+    fn of(samples: &[TrainingSample], rows: &Rows, fitted: &[Fitted; 2]) -> (Self, Vec<DVec3>) {
+        let outputs =
+            |k: usize, row: usize| &fitted[k].held_out[row * rows.outputs..][..rows.outputs];
+        let miss = |row: usize| {
+            let s = &samples[row];
+            s.end_m - s.now_m - DVec3::from_slice(&outputs(1, row)[..3])
+        };
+        let squares: Vec<f64> = (0..rows.len())
+            .map(|row| miss(row).length_squared())
+            .collect();
+        let limit = 16.0 * weighted_quantile(0.5, squares.iter().map(|s| (*s, 1.0)));
+        let clipped: Vec<f64> = squares.iter().map(|s| s.min(limit)).collect();
+        let mut correction = Self {
+            trees: Trees::default(),
+            squares_m2: by_region(rows, &clipped)
+                .into_iter()
+                .map(|s| s + 3.0 * SENSOR_M * SENSOR_M)
+                .collect(),
+        };
+        let units: Vec<f64> = (0..rows.len())
+            .map(|row| correction.unit_m(rows.gates(row)))
+            .collect();
+        let mut features = Vec::with_capacity(rows.len() * (rows.width + Self::ADDED));
+        let mut own = Vec::new();
+        for (row, s) in samples.iter().enumerate() {
+            Self::features_into(
+                &s.features,
+                s.now_m,
+                [outputs(0, row), outputs(1, row)],
+                &mut own,
+            );
+            features.extend_from_slice(&own);
+        }
+        let wanted = |row: usize| (miss(row) / units[row]).clamp_length_max(4.0).to_array();
+        let lessons = Lessons {
+            features: Matrix::from_rows(rows.len(), rows.width + Self::ADDED, features),
+            wanted: (0..rows.len()).map(wanted).collect(),
+            weights: samples.iter().map(|s| s.weight).collect(),
+            folds: rows.folds.clone(),
+        };
+        let (trees, held_out) = Trees::fit(&lessons);
+        correction.trees = trees;
+        let corrected = |row: usize| {
+            let way_m = DVec3::from_slice(&outputs(1, row)[..3]);
+            samples[row].now_m + way_m + DVec3::from_array(held_out[row]) * units[row]
+        };
+        let corrected_m = (0..rows.len()).map(corrected).collect();
+        (correction, corrected_m)
+    }
+}
+
+/// The numbers of regions that are tried.
+const REGIONS: [usize; 4] = [16, 32, 64, 128];
+/// Samples on which they are tried at most.
+const TRIED_ON: usize = 16_000;
+/// More regions must lower the error by this share.
+const WORTH_REGIONS: f64 = 0.005;
+
 /// The regression and what it predicts for samples whose fold is held out.
-///
-/// The other points of the hand are used only if that is clearly better on held-out reaches: a hand held in
-/// a way that had never been seen misled a regression by centimetres.
 pub(super) fn regression(
     inputs: &Inputs,
     samples: &[TrainingSample],
-    gates: &Gates,
+    config: &LearnedConfig,
     normals: bool,
-) -> Result<(Rows, Fitted), ContactError> {
+) -> Result<Regression, ContactError> {
     let groups = match normals {
         true => vec![0..3, 3..4, 4..7],
         false => vec![0..3, 3..4],
     };
-    let [all, first] = inputs.widths();
-    let mut best: Option<(f64, Rows, Fitted)> = None;
-    let mut judged_by: Option<Vec<f64>> = None;
-    for width in if all == first {
-        vec![first]
-    } else {
-        vec![first, all]
-    } {
-        let mut rows = rows(samples, width, gates, normals);
-        let even = LocalRidge::fit(&rows, &groups, &[PILOT_RIDGE])?;
-        weigh(&mut rows, &even.held_out);
-        let fitted = LocalRidge::fit(&rows, &groups, &RIDGES)?;
-        let predicted = fitted.held_out.chunks_exact(rows.outputs);
-        let misses = samples.iter().zip(predicted).map(|(s, predicted)| {
-            let end_m = s.now_m + DVec3::from_slice(&predicted[..3]);
-            end_m.distance(s.end_m)
-        });
-        // The same weights for both, so that neither chooses how it is judged.
-        let weights = judged_by.get_or_insert_with(|| rows.weights.clone());
-        let mean = robust_mean(misses.zip(weights.iter().map(|w| w.sqrt())));
-        if best
-            .as_ref()
-            .is_none_or(|(least, ..)| mean < (1.0 - WORTH) * least)
-        {
-            best = Some((mean, rows, fitted));
+    let columns: Vec<_> = inputs.blocks().into_iter().map(|b| b.columns).collect();
+    let everywhere = Blocks {
+        allowed: vec![true; columns.len()],
+        columns,
+        tried: false,
+    };
+    let width = inputs.width();
+    let regions = match config.regions {
+        Some(regions) => regions,
+        None => {
+            let step = samples.len().div_ceil(TRIED_ON).max(1);
+            let some: Vec<TrainingSample> = samples.iter().step_by(step).cloned().collect();
+            let mut best = (f64::INFINITY, 1);
+            for regions in REGIONS {
+                let gates = gates(&some, regions);
+                let rows = rows(&some, width, &gates, false);
+                let fitted = LocalRidge::fit(
+                    &rows,
+                    &[0..3],
+                    &[PILOT_RIDGE],
+                    std::slice::from_ref(&everywhere),
+                )?
+                .remove(0);
+                let score = log_error(&some, &fitted.held_out, rows.outputs);
+                if score < best.0 - WORTH_REGIONS {
+                    best = (score, regions);
+                }
+                // No more regions than samples that differ.
+                if gates.len() < regions {
+                    break;
+                }
+            }
+            best.1
         }
+    };
+    let gates = gates(samples, regions);
+    let mut rows = rows(samples, width, &gates, normals);
+    let one = std::slice::from_ref(&everywhere);
+    let even = LocalRidge::fit(&rows, &groups, &[PILOT_RIDGE], one)?.remove(0);
+    weigh(&mut rows, &even.held_out);
+    let room = Blocks {
+        tried: true,
+        ..everywhere
+    };
+    let mut start = room.clone();
+    for (allowed, block) in start.allowed.iter_mut().zip(inputs.blocks()) {
+        *allowed = block.kind != BlockKind::Start;
     }
-    // There is always a first.
-    best.map(|(_, rows, fitted)| (rows, fitted))
-        .ok_or(ContactError::TooFewReaches { got: 0, needed: 1 })
+    let mut fitted = LocalRidge::fit(&rows, &groups, &RIDGES, &[room, start])?.into_iter();
+    match (fitted.next(), fitted.next()) {
+        (Some(room), Some(start)) => {
+            let fitted = [room, start];
+            let (correction, corrected_m) = Correction::of(samples, &rows, &fitted);
+            Ok(Regression {
+                gates,
+                rows,
+                fitted,
+                correction,
+                corrected_m,
+            })
+        }
+        _ => Err(ContactError::Singular { size: width + 1 }),
+    }
 }
 
+/// Mean logarithm of the distance of predicted ends: early and late samples count alike.
+fn log_error(samples: &[TrainingSample], held_out: &[f64], outputs: usize) -> f64 {
+    let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
+    for (s, predicted) in samples.iter().zip(held_out.chunks_exact(outputs)) {
+        let miss_m = s.now_m + DVec3::from_slice(&predicted[..3]) - s.end_m;
+        sum += s.weight * 0.5 * (miss_m.length_squared() + LEAST_ERROR_M * LEAST_ERROR_M).ln();
+        total += s.weight;
+    }
+    sum / total
+}
+
+/// Smaller errors are as good as this one where errors are compared, m.
+const LEAST_ERROR_M: f64 = 2e-3;
+
 /// Regions of progress over samples.
-pub(super) fn gates(samples: &[TrainingSample], count: usize) -> Gates {
+fn gates(samples: &[TrainingSample], count: usize) -> Gates {
     let progress: Vec<_> = samples.iter().map(|s| s.progress).collect();
     Gates::of(&progress, count)
 }

@@ -25,6 +25,55 @@ pub struct LabelledReach {
 }
 
 impl LabelledReach {
+    /// A reach of nobody in particular that ends at `contact_m`, m, at `contact_s`, s, on the clock of the frames.
+    #[must_use]
+    pub const fn new(
+        point: HandPoint,
+        frames: Vec<HandFrame>,
+        contact_m: DVec3,
+        contact_s: f64,
+    ) -> Self {
+        Self {
+            person: None,
+            trial: None,
+            point,
+            frames,
+            contact_m,
+            contact_s,
+            normal: None,
+        }
+    }
+
+    /// A reach that somebody else has cut: it ends where and when the touching point is last seen. `None` if it
+    /// never is.
+    #[must_use]
+    pub fn ending_at_last_sample(point: HandPoint, frames: Vec<HandFrame>) -> Option<Self> {
+        let seen = |f: &HandFrame| Some((f.t_s, f.point(point)?));
+        let last = frames.iter().rposition(|f| f.point(point).is_some())?;
+        let (contact_s, contact_m) = seen(&frames[last])?;
+        let frames = frames[..=last].to_vec();
+        Some(Self::new(point, frames, contact_m, contact_s))
+    }
+
+    /// The same, made by a person.
+    #[must_use]
+    pub fn by(self, person: impl Into<String>, trial: impl Into<String>) -> Self {
+        Self {
+            person: Some(person.into()),
+            trial: Some(trial.into()),
+            ..self
+        }
+    }
+
+    /// The same, on a surface with this unit normal towards the hand.
+    #[must_use]
+    pub fn on_surface(self, normal: DVec3) -> Self {
+        Self {
+            normal: Some(normal),
+            ..self
+        }
+    }
+
     /// Checks that something can be learnt from the reach.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use hwall_hand::LabelledReach;
 pub type BoxedEstimator = Box<dyn ContactEstimator + Send>;
 
 /// Trains an estimator; called once a fold, folds side by side.
-pub type TrainFn = Box<dyn Fn(&[LabelledReach]) -> anyhow::Result<BoxedEstimator> + Sync>;
+pub type TrainFn = Box<dyn Fn(&[&LabelledReach]) -> anyhow::Result<BoxedEstimator> + Sync>;
 
 /// What a candidate is compared as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,23 +35,25 @@ pub struct Candidate {
     pub train: TrainFn,
 }
 
-/// All candidates, in the order of the tables.
+/// All candidates, in the order of the tables; `config` is that of the learned estimator and its parts.
 #[must_use]
-pub fn all() -> Vec<Candidate> {
+pub fn all(config: LearnedConfig) -> Vec<Candidate> {
     let of = |combination, name, role| Candidate {
         role,
-        ..Candidate::of(name, learned(combination))
+        ..Candidate::of(name, learned(combination, config))
     };
     vec![
-        Candidate::of("hold", Hold::train),
-        Candidate::of("constant velocity", ConstantVelocity::train),
+        Candidate::of("hold", |r| Hold::train(r)),
+        Candidate::of("constant velocity", |r| ConstantVelocity::train(r)),
         Candidate {
             role: Role::Bound,
-            ..Candidate::of("constant velocity, arrival known", ConstantVelocity::train)
+            ..Candidate::of("constant velocity, arrival known", |r| {
+                ConstantVelocity::train(r)
+            })
         },
-        Candidate::of("minimum jerk", MinimumJerk::train),
-        Candidate::of("nearest neighbours", NearestNeighbour::train),
-        Candidate::of("ridge on five frames", RidgeWindow::train),
+        Candidate::of("minimum jerk", |r| MinimumJerk::train(r)),
+        Candidate::of("nearest neighbours", |r| NearestNeighbour::train(r)),
+        Candidate::of("ridge on five frames", |r| RidgeWindow::train(r)),
         of(
             Combination::Primitive,
             "interaction primitive",
@@ -65,10 +67,11 @@ pub fn all() -> Vec<Candidate> {
 /// The learned estimator, or one of its two sources.
 fn learned(
     combination: Combination,
-) -> impl Fn(&[LabelledReach]) -> Result<LearnedEstimator, ContactError> {
+    config: LearnedConfig,
+) -> impl Fn(&[&LabelledReach]) -> Result<LearnedEstimator, ContactError> {
     let config = LearnedConfig {
         combination,
-        ..LearnedConfig::default()
+        ..config
     };
     move |reaches| Ok(LearnedModel::train(reaches, &config)?.estimator())
 }
@@ -77,7 +80,7 @@ impl Candidate {
     /// A baseline.
     pub fn of<E: ContactEstimator + Send + 'static>(
         name: &str,
-        train: impl Fn(&[LabelledReach]) -> Result<E, ContactError> + Sync + 'static,
+        train: impl Fn(&[&LabelledReach]) -> Result<E, ContactError> + Sync + 'static,
     ) -> Self {
         Self {
             name: name.to_owned(),

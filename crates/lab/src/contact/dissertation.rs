@@ -1,13 +1,13 @@
 //! The dissertation's experiment on simulated people: 47 reaches to learn from, 30 to be judged by.
 
 use crate::contact::candidates::{Candidate, Role};
-use crate::contact::moments::Moment;
-use crate::contact::report::{Comparison, compare};
+use crate::contact::report::{Choice, Comparison, Section, compare};
 use crate::contact::scores::Scores;
-use crate::contact::split::{Fold, Split};
 use crate::contact::tables;
 use crate::demonstrations::generate::{DemonstrationConfig, Part, PartSize, generate};
 use anyhow::ensure;
+use hwall_contact::score::Moment;
+use hwall_contact::score::{Fold, Split};
 use hwall_hand::LabelledReach;
 use hwall_sim::{Gesture, PersonConfig};
 use hwall_testkit::MarkdownTable;
@@ -72,8 +72,9 @@ impl Overrides {
 pub fn report(
     overrides: Overrides,
     candidates: &[Candidate],
+    choice: &Choice,
     out: Option<&Path>,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<Section> {
     let config = overrides.apply(DemonstrationConfig {
         arm_reaction_s: None,
         ..DemonstrationConfig::dissertation()
@@ -99,6 +100,7 @@ pub fn report(
         train.len(),
         people(&train)
     );
+    let mut sets = Vec::new();
     for (name, heading, config) in [
         ("dissertation", "People of all gestures", &config),
         (
@@ -108,14 +110,16 @@ pub fn report(
         ),
     ] {
         let test = of(config, Part::Test)?;
+        let mut all: Vec<LabelledReach> = train.iter().cloned().chain(test).collect();
+        choice.apply(&mut all);
+        let test = &all[train.len()..];
         let split = Split {
-            description: format!("judged: {} reaches of {}", test.len(), people(&test)),
+            description: format!("judged: {} reaches of {}", test.len(), people(test)),
             folds: vec![Fold {
                 train: (0..train.len()).collect(),
                 test: (train.len()..train.len() + test.len()).collect(),
             }],
         };
-        let all: Vec<LabelledReach> = train.iter().cloned().chain(test).collect();
         let Comparison { scores, not_run } = compare(name, candidates, &all, &split, out)?;
         write!(text, "\n### {heading}\n\nSplit: {}.\n", split.description)?;
         for note in not_run {
@@ -128,8 +132,9 @@ pub fn report(
             side_by_side(&scores),
             tables::markdown(&scores)
         )?;
+        sets.push((format!("simulated, {name}"), scores));
     }
-    Ok(text)
+    Ok(Section { text, sets })
 }
 
 /// The simulated counterpart of a study of pointing in VR: 13 people, each held out once.
@@ -139,10 +144,12 @@ pub fn report(
 pub fn pointing(
     overrides: Overrides,
     candidates: &[Candidate],
+    choice: &Choice,
     out: Option<&Path>,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<Section> {
     let made = generate(&overrides.apply(DemonstrationConfig::pointing()))?;
-    let reaches: Vec<LabelledReach> = made.into_iter().map(|d| d.labelled).collect();
+    let mut reaches: Vec<LabelledReach> = made.into_iter().map(|d| d.labelled).collect();
+    choice.apply(&mut reaches);
     ensure!(
         reaches.len() > 1,
         "{} reaches: nothing to learn from",
@@ -160,7 +167,11 @@ pub fn pointing(
     for note in not_run {
         writeln!(text, "\nNot run: {note}.")?;
     }
-    Ok(text + &tables::in_short(&scores) + "\n" + &tables::markdown(&scores))
+    text += &(tables::in_short(&scores) + "\n" + &tables::markdown(&scores));
+    Ok(Section {
+        text,
+        sets: vec![("simulated, pointing".to_owned(), scores)],
+    })
 }
 
 fn names(reaches: &[LabelledReach]) -> BTreeSet<&str> {

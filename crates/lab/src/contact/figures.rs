@@ -1,8 +1,8 @@
 //! The study's figures: error against time to contact, and stated against observed probability.
 
 use crate::contact::candidates::Role;
-use crate::contact::moments::{BEFORE_S, Moment};
 use crate::contact::scores::{REGIONS, Scores};
+use hwall_contact::score::{BEFORE_S, Moment};
 use hwall_stage::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
 use hwall_stage::report::figure_file::FigureFile;
 use plotters::coord::Shift;

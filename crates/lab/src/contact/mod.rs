@@ -3,11 +3,9 @@
 pub mod candidates;
 pub mod dissertation;
 pub mod figures;
-pub mod moments;
 pub mod recordings;
 pub mod report;
 pub mod rows;
 pub mod run;
 pub mod scores;
-pub mod split;
 pub mod tables;

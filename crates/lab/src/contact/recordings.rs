@@ -1,7 +1,7 @@
 //! Labelled reaches from recorded hands.
 
-use crate::contact::split::Split;
 use anyhow::{Context, ensure};
+use hwall_contact::score::Split;
 use hwall_hand::{
     HandError, HandPoint, LabelConfig, LabelledReach, Quantity, ReachCut, Recording,
     labelled_reaches, read_recordings,

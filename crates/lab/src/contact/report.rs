@@ -6,10 +6,10 @@ use crate::contact::recordings::{FoundSources, Source, read};
 use crate::contact::rows::EstimateRows;
 use crate::contact::run::run;
 use crate::contact::scores::Scores;
-use crate::contact::split::Split;
 use crate::contact::tables;
 use anyhow::Context;
-use hwall_hand::LabelledReach;
+use hwall_contact::score::Split;
+use hwall_hand::{HandPoint, LabelledReach};
 use hwall_stage::numbers::counted;
 use hwall_testkit::quantile;
 use std::fmt::Write as _;
@@ -17,6 +17,15 @@ use std::path::Path;
 
 /// Fewer reaches than this are an illustration, not a result.
 const FEW: usize = 10;
+
+/// A part of the study.
+#[derive(Debug, Clone, Default)]
+pub struct Section {
+    /// Markdown.
+    pub text: String,
+    /// The sets of reaches in it by name, with the scores of all candidates.
+    pub sets: Vec<(String, Vec<Scores>)>,
+}
 
 /// The scores of all candidates on one set of reaches.
 #[derive(Debug, Clone)]
@@ -72,6 +81,27 @@ pub fn compare(
     Ok(Comparison { scores, not_run })
 }
 
+/// What the estimators may see of the reaches.
+#[derive(Debug, Clone, Default)]
+pub struct Choice {
+    /// Points of the hand; `None` for all.
+    pub points: Option<Vec<HandPoint>>,
+}
+
+impl Choice {
+    /// Takes away what may not be seen; the touching point always stays.
+    pub fn apply(&self, reaches: &mut [LabelledReach]) {
+        let Some(points) = &self.points else { return };
+        for reach in reaches {
+            let mut seen = points.clone();
+            seen.push(reach.point);
+            for frame in &mut reach.frames {
+                *frame = frame.limited_to(&seen, true);
+            }
+        }
+    }
+}
+
 /// The study of a recording, or of every recording under a folder, as Markdown.
 ///
 /// # Errors
@@ -79,9 +109,17 @@ pub fn compare(
 pub fn recordings(
     path: &Path,
     candidates: &[Candidate],
+    choice: &Choice,
     out: Option<&Path>,
-) -> anyhow::Result<String> {
-    let FoundSources { sources, refused } = read(path)?;
+) -> anyhow::Result<Section> {
+    let FoundSources {
+        mut sources,
+        refused,
+    } = read(path)?;
+    sources
+        .iter_mut()
+        .for_each(|s| choice.apply(&mut s.reaches));
+    let mut sets = Vec::new();
     let mut text = String::from("## Recorded hands\n");
     for why in refused {
         write!(text, "\nNot read: {why}.\n")?;
@@ -107,9 +145,10 @@ pub fn recordings(
                 tables::in_short(&scores),
                 tables::markdown(&scores)
             )?;
+            sets.push((source.name.clone(), scores));
         }
     }
-    Ok(text)
+    Ok(Section { text, sets })
 }
 
 fn heading(source: &Source) -> String {

@@ -1,10 +1,9 @@
 //! Estimates of where a reach ends as a file, one row each.
 
-use crate::contact::moments::written;
-use crate::contact::scores::span;
 use anyhow::Context;
 use glam::DVec3;
 use hwall_contact::ContactEstimate;
+use hwall_contact::score::{Span, written};
 use hwall_hand::LabelledReach;
 use hwall_stage::numbers;
 use std::path::Path;
@@ -75,7 +74,7 @@ impl EstimateRows {
     ) -> anyhow::Result<()> {
         let text = |name: &Option<String>| name.clone().unwrap_or_default();
         let times_s: Vec<f64> = reach.frames.iter().map(|f| f.t_s).collect();
-        for index in written(&times_s, span(reach)) {
+        for index in written(&times_s, Span::of(reach)) {
             let frame = &reach.frames[index];
             let TimedEstimate { estimate, took_us } = estimates[index];
             let left_s = reach.contact_s - frame.t_s;

@@ -1,11 +1,11 @@
 //! Runs a candidate over every held-out reach, frame by frame.
 
 use crate::contact::candidates::{BoxedEstimator, Candidate, Role};
-use crate::contact::moments::Moment;
 use crate::contact::rows::{EstimateRows, TimedEstimate};
-use crate::contact::scores::{EstimateError, Scores, frame_at};
-use crate::contact::split::Split;
+use crate::contact::scores::{Adapting, EstimateError, Scores};
 use anyhow::Context;
+use hwall_contact::score::Split;
+use hwall_contact::score::{Evaluation, Moment};
 use hwall_hand::LabelledReach;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -28,7 +28,7 @@ pub fn run(
     rows: Option<&mut EstimateRows>,
 ) -> anyhow::Result<Scores> {
     let train = |numbers: &[usize]| -> anyhow::Result<BoxedEstimator> {
-        let learnt: Vec<LabelledReach> = numbers.iter().map(|&i| reaches[i].clone()).collect();
+        let learnt: Vec<&LabelledReach> = numbers.iter().map(|&i| &reaches[i]).collect();
         (candidate.train)(&learnt)
     };
     let bound = candidate.role == Role::Bound;
@@ -38,6 +38,7 @@ pub fn run(
         .map(|fold| (!bound).then(|| train(&fold.train)).transpose())
         .collect::<anyhow::Result<_>>()?;
     let mut estimates: Vec<Vec<ReachEstimates>> = Vec::new();
+    let mut adapting = Adapting::default();
     for (fold, mut estimator) in split.folds.iter().zip(trained) {
         let mut of_fold = Vec::new();
         for &number in &fold.test {
@@ -59,9 +60,23 @@ pub fn run(
                 frames: reaches[number].frames.iter().map(timed).collect(),
             });
         }
+        if let (Role::Learned, Some(estimator)) = (candidate.role, &mut estimator) {
+            let follow =
+                |e: &mut BoxedEstimator, tell| Evaluation::follow(e, reaches, &fold.test, tell);
+            adapting
+                .alone
+                .reaches
+                .extend(follow(estimator, false).reaches);
+            adapting
+                .told
+                .reaches
+                .extend(follow(estimator, true).reaches);
+        }
         estimates.push(of_fold);
     }
+    let adapting = (candidate.role == Role::Learned).then_some(adapting);
     let mut scores = Scores {
+        adapting,
         name: candidate.name.clone(),
         role: candidate.role,
         errors: Moment::all().map(|_| Vec::new()).collect(),
@@ -72,7 +87,7 @@ pub fn run(
         for ReachEstimates { number, frames } in of_fold {
             let reach = &reaches[*number];
             for (moment, errors) in Moment::all().zip(&mut scores.errors) {
-                if let Some(frame) = frame_at(reach, moment) {
+                if let Some(frame) = moment.frame(reach) {
                     let estimate = frames[frame].estimate;
                     errors.push(estimate.map(|e| EstimateError::new(reach, frame, &e)));
                 }
@@ -90,9 +105,9 @@ pub fn run(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::moments::SHARES;
-    use crate::contact::split::Fold;
     use glam::{DMat3, DVec3};
+    use hwall_contact::score::Fold;
+    use hwall_contact::score::SHARES;
     use hwall_contact::{ContactEstimate, ContactEstimator, TimeToContact};
     use hwall_hand::{HandFrame, HandPoint};
 

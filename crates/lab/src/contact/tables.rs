@@ -1,10 +1,11 @@
 //! The study's tables.
 
 use crate::contact::candidates::Role;
-use crate::contact::moments::{BEFORE_S, Moment, SHARES};
-use crate::contact::scores::{REGIONS, Scores, Summary};
+use crate::contact::scores::{Adapting, Evaluation, REGIONS, Scores, Summary, TOUCHES};
+use hwall_contact::score::{BEFORE_S, Moment, SHARES};
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
+use std::cmp::Ordering;
 use std::path::Path;
 
 /// Place of the 50 % and 90 % regions among [`REGIONS`].
@@ -59,6 +60,127 @@ pub fn in_short(scores: &[Scores]) -> String {
     format!("\n{table}{bound}")
 }
 
+/// Moments of the tables of one page.
+const SHORT: [Moment; 9] = [
+    Moment::Share(0.3),
+    Moment::Share(0.5),
+    Moment::Share(0.7),
+    Moment::Share(0.8),
+    Moment::Share(0.9),
+    Moment::Share(1.0),
+    Moment::Before(0.2),
+    Moment::Before(0.1),
+    Moment::Before(0.05),
+];
+
+/// Median errors in mm of several sets of reaches on one page: the best baseline at each moment, the learned
+/// estimator, and the same once it is told of touches; then how many 90 % regions hold the truth.
+#[must_use]
+pub fn overview(sets: &[(String, Vec<Scores>)]) -> String {
+    let titles = ["set", "median error, mm"].map(str::to_owned);
+    let moments = || SHORT.iter().map(|m| m.name());
+    let mut table = MarkdownTable::new(titles.into_iter().chain(moments()));
+    let titles = ["set", "in 90 % regions, %"].map(str::to_owned);
+    let people = ["worst person", "best person"].map(str::to_owned);
+    let mut covered = MarkdownTable::new(titles.into_iter().chain(moments()).chain(people));
+    for (name, scores) in sets {
+        let Some(learned) = scores.iter().find(|s| s.role == Role::Learned) else {
+            continue;
+        };
+        let mm = |m: f64| match m.is_finite() {
+            true => format!("{:.1}", 1e3 * m),
+            false => "none".to_owned(),
+        };
+        let median = |s: &Scores, m: Moment| s.at_moment(m).median_m;
+        let best = |m: Moment| {
+            let baselines = scores.iter().filter(|s| s.role == Role::Baseline);
+            baselines.map(|s| median(s, m)).fold(f64::NAN, f64::min)
+        };
+        let row = |what: &str| [name.clone(), what.to_owned()];
+        let cells = SHORT.map(|m| mm(best(m)));
+        table.row(row("best baseline").into_iter().chain(cells));
+        let cells = SHORT.map(|m| mm(median(learned, m)));
+        table.row(row("learned").into_iter().chain(cells));
+        let Some(adapting) = &learned.adapting else {
+            continue;
+        };
+        let cells = SHORT.map(|m| mm(adapting.told.at(m).median_m));
+        table.row(row("learned, told of touches").into_iter().chain(cells));
+        for (what, evaluation, after) in [
+            ("learned", &adapting.alone, 0),
+            ("learned, told of touches", &adapting.told, 5),
+        ] {
+            let percent = |s: &Summary| match s.covered() {
+                Some(share) => format!("{:.0}", 100.0 * share),
+                None => "none".to_owned(),
+            };
+            let cells = SHORT.map(|m| percent(&evaluation.at(m)));
+            let mut people: Vec<Summary> = evaluation
+                .by_person(after, under_way)
+                .into_iter()
+                .map(|p| p.1)
+                .filter(|s| s.count > 0)
+                .collect();
+            people.sort_by(|a, b| {
+                a.covered()
+                    .partial_cmp(&b.covered())
+                    .unwrap_or(Ordering::Equal)
+            });
+            let ends = [people.first(), people.last()];
+            let ends = ends.map(|s| s.map_or("none".to_owned(), percent));
+            covered.row(row(what).into_iter().chain(cells).chain(ends));
+        }
+    }
+    format!(
+        "{table}\n{covered}\nPeople: 30 to 90 % of the time; those who are told, after five touches. Reaches without a \
+         name count as those of one person.\n"
+    )
+}
+
+fn under_way(moment: Moment) -> bool {
+    matches!(moment, Moment::Share(share) if share < 0.95)
+}
+
+/// Error and coverage against touches made, with and without being told of them.
+#[must_use]
+pub fn curve(adapting: &Adapting) -> MarkdownTable {
+    let mut table = MarkdownTable::new([
+        "touches made",
+        "reaches",
+        "mean error, mm",
+        "told of them",
+        "in 90 % regions, %",
+        "told of them",
+    ]);
+    for (from, to) in TOUCHES {
+        let of = |e: &Evaluation| e.among(|r| (from..to).contains(&r.touches), under_way);
+        let reaches = adapting.told.reaches.iter();
+        let count = reaches.filter(|r| (from..to).contains(&r.touches)).count();
+        if count == 0 {
+            continue;
+        }
+        let range = match to {
+            usize::MAX => format!("{from} and more"),
+            _ if to == from + 1 => from.to_string(),
+            _ => format!("{from} to {}", to - 1),
+        };
+        let (alone, told) = (of(&adapting.alone), of(&adapting.told));
+        let share = |s: &Summary| {
+            s.covered()
+                .map_or("none".to_owned(), |c| format!("{:.0}", 100.0 * c))
+        };
+        table.row([
+            range,
+            count.to_string(),
+            format!("{:.1}", 1e3 * alone.mean_m),
+            format!("{:.1}", 1e3 * told.mean_m),
+            share(&alone),
+            share(&told),
+        ]);
+    }
+    table
+}
+
 /// All tables of one source, under fourth-level headings.
 #[must_use]
 pub fn markdown(scores: &[Scores]) -> String {
@@ -69,14 +191,26 @@ pub fn markdown(scores: &[Scores]) -> String {
          {}\n#### The same at a time before contact\n\n{}\n\
          #### Boards missed, and contacts within 50 % / 90 % regions in space, %\n\n{}\n{}\n\
          #### Per axis, mean / largest error in cm, and boards missed\n\n{}\n\
-         #### Calibration from 30 to 90 % of the time, time to contact, speed\n\n{}",
+         #### Calibration from 30 to 90 % of the time, time to contact, speed\n\n{}{}",
         distances(scores, &shares),
         distances(scores, &before),
         missed(scores),
         coverage(scores),
         axes(scores),
         calibration(scores),
+        learning(scores),
     )
+}
+
+/// What touches teach the learned estimator, if it is among them.
+fn learning(scores: &[Scores]) -> String {
+    let adapting = scores.iter().find_map(|s| s.adapting.as_ref());
+    adapting.map_or_else(String::new, |adapting| {
+        format!(
+            "\n#### The learned estimator against touches made by the same person, 30 to 90 % of the time\n\n{}",
+            curve(adapting)
+        )
+    })
 }
 
 fn distances(scores: &[Scores], moments: &[Moment]) -> MarkdownTable {

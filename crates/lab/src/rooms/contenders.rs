@@ -149,10 +149,12 @@ impl SharedTraining {
     pub fn all(&self) -> anyhow::Result<Vec<Contender>> {
         let mut all = self.main()?;
         let mut baselines = Vec::new();
-        for candidate in candidates::all() {
+        for candidate in candidates::all(hwall_contact::LearnedConfig::default()) {
             if candidate.role == Role::Baseline {
-                let train =
-                    || (candidate.train)(&self.reaches).with_context(|| candidate.name.clone());
+                let train = || {
+                    (candidate.train)(&self.reaches.iter().collect::<Vec<_>>())
+                        .with_context(|| candidate.name.clone())
+                };
                 baselines.push(Contender::projected(&candidate.name, train()?)?);
                 let name = format!("{}, fused", candidate.name);
                 baselines.push(Contender::fused(name, train()?, &self.config)?);

@@ -1,9 +1,9 @@
 //! People who touch the surfaces of a room under some condition, and predictors run over them.
 
-use crate::contact::moments::Span;
 use crate::rooms::room::Room;
 use crate::rooms::scores::{TimedPrediction, TouchPredictions};
 use anyhow::Context;
+use hwall_contact::score::Span;
 use hwall_contact::{ContactPrediction, Predictor, PredictorInput};
 use hwall_sim::{PersonConfig, Population, ReachPlan, TouchSequence};
 use hwall_stage::training::{Filters, Stream, SurfaceTouch};

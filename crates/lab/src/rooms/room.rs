@@ -1,8 +1,8 @@
 //! Rooms of 1, 3, 6 and 12 surfaces, and where in them people reach.
 
-use crate::contact::moments::Span;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
+use hwall_contact::score::Span;
 use hwall_scene::{Scene, SurfaceId};
 use hwall_sim::{PersonConfig, TouchPlan, TouchSequence};
 use hwall_testkit::Sampler;

@@ -1,8 +1,8 @@
 //! How good predictions with a scene are: the right surface, how far off, how early, how sure.
 
-use crate::contact::moments::{Moment, SHARES, Span};
 use glam::DVec3;
 use hwall_contact::ContactPrediction;
+use hwall_contact::score::{Moment, SHARES, Span};
 use hwall_stage::training::SurfaceTouch;
 use hwall_testkit::quantile;
 

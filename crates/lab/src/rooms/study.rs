@@ -1,7 +1,6 @@
 //! Predictions with a scene, in rooms of more and more surfaces and under worse and worse conditions.
 
 use crate::contact::figures::{ErrorLine, errors};
-use crate::contact::moments::Moment;
 use crate::rooms::contenders::{Contender, FUSED, NO_GAZE, RAY_CAST, RAY_LED, SharedTraining};
 use crate::rooms::figures::{self, ShownMoment, TouchPicture};
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
@@ -9,6 +8,7 @@ use crate::rooms::room::{ROOMS, Room};
 use crate::rooms::scores::{TouchPredictions, gained_s, summary};
 use crate::rooms::tables::{self, PooledResult, PredictionRows, PredictorResult, SettingResults};
 use anyhow::Context;
+use hwall_contact::score::Moment;
 use hwall_stage::figures::COLOURS;
 use hwall_stage::numbers::counted;
 use hwall_stage::training::Stream;

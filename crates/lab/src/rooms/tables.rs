@@ -1,11 +1,11 @@
 //! The tables of the rooms, and their rows as CSV.
 
-use crate::contact::moments::{BEFORE_S, Moment, Span, written};
 use crate::rooms::room::Room;
 use crate::rooms::scores::{
     GoalLatency, Summary, TouchPredictions, gained_s, leads_s, reliability, summary, took_us,
     under_way,
 };
+use hwall_contact::score::{BEFORE_S, Moment, Span, written};
 use hwall_stage::numbers;
 use hwall_testkit::{MarkdownTable, quantile};
 use std::path::Path;

@@ -1,16 +1,16 @@
 //! Estimators of where a reach ends: time of a sample against how far off the end is foreseen.
 
 use crate::contact::candidates::{self, Candidate, Role};
-use crate::contact::moments::Moment;
 use crate::contact::run;
 use crate::contact::scores::{REGIONS, Scores};
-use crate::contact::split::{Fold, Split};
 use crate::demonstrations::generate::{
     DemonstrationConfig, Part, PartSize, SimulatedReach, generate,
 };
 use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::section::{Figure, Section, SummaryRow};
 use anyhow::Context;
+use hwall_contact::score::Moment;
+use hwall_contact::score::{Fold, Split};
 use hwall_hand::LabelledReach;
 use hwall_testkit::{MarkdownTable, Timing, format_ns};
 use std::sync::Mutex;
@@ -98,7 +98,8 @@ impl Run {
         for world in worlds {
             let train = &world.train[..reaches];
             let clock = Instant::now();
-            let trained = (candidate.train)(train).with_context(|| candidate.name.clone())?;
+            let trained = (candidate.train)(&train.iter().collect::<Vec<_>>())
+                .with_context(|| candidate.name.clone())?;
             train_s += clock.elapsed().as_secs_f64() / worlds.len() as f64;
             // Handed over to the one fold below, so that training is timed here.
             let trained = Mutex::new(Some(trained));
@@ -183,7 +184,7 @@ pub fn estimators(seed: u64) -> anyhow::Result<Section> {
     let worlds = worlds(seed)?;
     let mut table = MarkdownTable::new(columns(&["estimator"]));
     let (mut lines, mut quoted) = (Vec::new(), Vec::new());
-    let mut all = candidates::all();
+    let mut all = candidates::all(hwall_contact::LearnedConfig::default());
     all.retain(|c| c.role != Role::Bound);
     for candidate in &all {
         let run = Run::of(candidate, &worlds, DEMONSTRATIONS)?;

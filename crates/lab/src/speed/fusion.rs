@@ -1,12 +1,12 @@
 //! Fusion of an estimate with gaze and surfaces: time of a prediction against its error.
 
-use crate::contact::moments::Moment;
 use crate::rooms::people::{self, Condition, StudyPeople, StudySize};
 use crate::rooms::room::Room;
 use crate::rooms::scores::{self, TouchPredictions};
 use crate::speed::contact::{AT, SHARES};
 use crate::speed::multiples::{Axis, Line, Panel, Point};
 use crate::speed::section::{Figure, Section, SummaryRow};
+use hwall_contact::score::Moment;
 use hwall_contact::{
     Combination, ContactPrediction, FusedConfig, FusedPredictor, LearnedConfig, LearnedEstimator,
     LearnedModel, Predictor, PredictorInput,

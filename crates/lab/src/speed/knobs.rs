@@ -17,7 +17,7 @@ const SIDE_BY_SIDE: usize = 2;
 
 /// The learned estimator.
 fn candidate(name: &str, config: LearnedConfig) -> Candidate {
-    Candidate::of(name, move |reaches: &[LabelledReach]| {
+    Candidate::of(name, move |reaches: &[&LabelledReach]| {
         Ok(LearnedModel::train(reaches, &config)?.estimator())
     })
 }
@@ -77,7 +77,7 @@ fn knobs() -> Vec<(&'static str, Vec<Setting>)> {
     vec![
         (
             "regions of progress",
-            of(&[1, 4, 8, 16, 32], &|n, c| c.regions = n),
+            of(&[1, 4, 8, 16, 32, 64], &|n, c| c.regions = Some(n)),
         ),
         (
             "samples per reach",

@@ -2,7 +2,7 @@
 
 use crate::contact::candidates::{self, Candidate};
 use crate::contact::dissertation::{self, Overrides};
-use crate::contact::report;
+use crate::contact::report::{self, Choice};
 use crate::demonstrations::files::{Robot, generate_into};
 use crate::demonstrations::generate::DemonstrationConfig;
 use crate::documents::Documents;
@@ -10,6 +10,8 @@ use crate::rooms::study;
 use crate::study::document;
 use anyhow::{Context, bail};
 use clap::{Parser, ValueEnum};
+use hwall_contact::{Frame, LearnedConfig};
+use hwall_hand::HandPoint;
 use hwall_stage::input::file_plan::FilePlan;
 use hwall_stage::numbers::count_within;
 use std::path::{Path, PathBuf};
@@ -53,6 +55,46 @@ pub struct Arguments {
     /// Reaches of all of them together [default: that of the protocol]
     #[arg(long, value_parser = count_within::<1, 100_000>)]
     reaches: Option<usize>,
+    /// Regions of progress of the learned estimator [default: chosen on held-out reaches]
+    #[arg(long, value_parser = count_within::<1, 1_000>)]
+    regions: Option<usize>,
+    /// Past positions that it compares with the present one, 0 to 8 [default: 4]
+    #[arg(long, value_parser = count_within::<0, 8>)]
+    lags: Option<usize>,
+    /// Points of the hand that estimators may see beside the touching one, separated by commas: palm, thumb, index, middle, ring, little [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = hand_point)]
+    points: Option<Vec<HandPoint>>,
+    /// Frame of the learned estimator [default: auto]
+    #[arg(long, value_enum)]
+    frame: Option<FrameChoice>,
+    /// Lets the learned estimator see the gaze
+    #[arg(long)]
+    gaze: bool,
+    /// Everything about the learned estimator is chosen on held-out reaches, as it is without these flags
+    #[arg(long, value_enum, conflicts_with_all = ["regions", "lags", "frame", "gaze"])]
+    settings: Option<Settings>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FrameChoice {
+    /// Both, by evidence
+    Auto,
+    /// The room alone
+    Room,
+    /// The start of the reach alone
+    Start,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Settings {
+    /// Chosen on held-out reaches
+    Auto,
+}
+
+fn hand_point(name: &str) -> Result<HandPoint, String> {
+    let known = HandPoint::ALL.into_iter().find(|p| p.name() == name);
+    known
+        .ok_or_else(|| "no point of the hand (palm, thumb, index, middle, ring, little)".to_owned())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -104,22 +146,45 @@ impl Arguments {
             let made = generate_into(folder, &config, Robot::default())?;
             return Ok(made + "\n");
         }
-        let candidates = candidates::all();
+        let candidates = candidates::all(self.config());
         if self.docs {
             return self.write_tracked(overrides, &candidates);
         }
         let out = self.out.as_deref();
+        let choice = Choice {
+            points: self.points.clone(),
+        };
         in_folder(out, || {
             if let Some(file) = &self.report {
                 return self.write_report(file.as_deref(), overrides, &candidates);
             }
             match (&self.recordings, protocol) {
-                (Some(path), _) => report::recordings(path, &candidates, out),
-                (None, Protocol::Dissertation) => dissertation::report(overrides, &candidates, out),
+                (Some(path), _) => Ok(report::recordings(path, &candidates, &choice, out)?.text),
+                (None, Protocol::Dissertation) => {
+                    Ok(dissertation::report(overrides, &candidates, &choice, out)?.text)
+                }
                 (None, Protocol::Rooms) => study::report(overrides.seed, out),
-                (None, Protocol::Pointing) => dissertation::pointing(overrides, &candidates, out),
+                (None, Protocol::Pointing) => {
+                    Ok(dissertation::pointing(overrides, &candidates, &choice, out)?.text)
+                }
             }
         })
+    }
+
+    /// The learned estimator that is asked for.
+    fn config(&self) -> LearnedConfig {
+        let usual = LearnedConfig::default();
+        LearnedConfig {
+            regions: self.regions,
+            lags: self.lags.unwrap_or(usual.lags),
+            frame: match self.frame {
+                None | Some(FrameChoice::Auto) => Frame::Both,
+                Some(FrameChoice::Room) => Frame::Room,
+                Some(FrameChoice::Start) => Frame::Start,
+            },
+            gaze: self.gaze,
+            ..usual
+        }
     }
 
     /// Writes the document to a file, or to its usual place in `out/`.
@@ -181,6 +246,21 @@ impl Arguments {
                 &others,
                 "not with --generate, which only makes demonstrations",
             )?;
+        }
+        let learned = [
+            ("--regions", self.regions.is_some()),
+            ("--lags", self.lags.is_some()),
+            ("--points", self.points.is_some()),
+            ("--frame", self.frame.is_some()),
+            ("--gaze", self.gaze),
+            ("--settings", self.settings.is_some()),
+        ];
+        if self.report.is_some() || self.docs {
+            let why = "not with --report or --docs, which show the usual estimator";
+            refuse(&learned, why)?;
+        }
+        if self.generate.is_some() || self.protocol == Some(Protocol::Rooms) {
+            refuse(&learned, "only where estimators are compared on reaches")?;
         }
         if self.report.is_some() || self.docs {
             refuse(

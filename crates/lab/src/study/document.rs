@@ -2,16 +2,22 @@
 
 use crate::contact::candidates::Candidate;
 use crate::contact::dissertation::{self, Overrides};
-use crate::contact::report;
+use crate::contact::report::{self, Choice};
+use crate::contact::tables;
 use crate::rooms::study;
 use anyhow::{Context, ensure};
 use hwall_testkit::Machine;
 use std::path::Path;
 
-/// The name of the document.
+/// The name of the page.
 pub const NAME: &str = "CONTACT-STUDY.md";
+/// The name of the tables behind it.
+pub const TABLES: &str = "CONTACT-TABLES.md";
+/// Reaches of the simulated study of pointing in the document: a third of the full study.
+const POINTING_REACHES: usize = 13 * 40;
 
-/// Writes the document, with the recordings if there are any. Figures, scores and predictions go to `out`.
+/// Writes the page, and all tables beside it, with the recordings if there are any. Figures, scores and predictions go
+/// to `out`.
 ///
 /// # Errors
 /// A protocol that fails, a file that cannot be written.
@@ -29,18 +35,67 @@ pub fn write(
         "{}: no file can be written there",
         file.display()
     );
-    let mut text = format!(
-        "# Where, when and which surface: the study\n\n\
-         Written by `contact_study --report`. {}. Simulated people are drawn from the seed; those \
-         judged are never those learnt from, and each section says who is who.\n\n",
+    let machine = format!(
+        "Written by `contact_study --report`. {}. Simulated people are drawn from the seed; those \
+         judged are never those learnt from.",
         Machine::detect(overrides.seed)
     );
-    text += &dissertation::report(overrides, candidates, out)?;
-    text += "\n";
-    text += &study::report(overrides.seed, out)?;
+    let all = Choice::default();
+    let pointing = Overrides {
+        reaches: overrides.reaches.or(Some(POINTING_REACHES)),
+        ..overrides
+    };
+    let mut sections = vec![
+        dissertation::report(overrides, candidates, &all, out)?,
+        dissertation::pointing(pointing, candidates, &all, out)?,
+    ];
     if let Some(dir) = recordings {
-        text += "\n";
-        text += &report::recordings(dir, candidates, out)?;
+        sections.push(report::recordings(dir, candidates, &all, out)?);
     }
-    hwall_files::write(file, text).with_context(|| file.display().to_string())
+    let rooms = study::report(overrides.seed, out)?;
+    let mut tables = format!("# Where, when and which surface: all tables\n\n{machine}\n\n");
+    for section in &sections {
+        tables = tables + &section.text + "\n";
+    }
+    tables += &rooms;
+    let sets: Vec<_> = sections.into_iter().flat_map(|s| s.sets).collect();
+    let mut page = format!(
+        "# Where, when and which surface: the study\n\n{machine} The moment is never told to an estimator. All \
+         tables: [{TABLES}]({TABLES}).\n\n## Where does a reach end?\n\n{}",
+        tables::overview(&sets)
+    );
+    for (name, scores) in &sets {
+        let adapting = scores.iter().find_map(|s| s.adapting.as_ref());
+        if let Some(adapting) = adapting.filter(|a| a.told.reaches.len() >= LEAST_FOR_A_CURVE) {
+            page += &format!(
+                "\n### What touches teach: {name}\n\n30 to 90 % of the time.\n\n{}",
+                tables::curve(adapting)
+            );
+            // One set says what there is to say.
+            break;
+        }
+    }
+    page += &format!("\n## Which surface?\n\n{}", in_short(&rooms));
+    for (path, text) in [
+        (file.to_owned(), page),
+        (file.with_file_name(TABLES), tables),
+    ] {
+        hwall_files::write(&path, text).with_context(|| path.display().to_string())?;
+    }
+    Ok(())
 }
+
+/// Fewer reaches show no curve.
+const LEAST_FOR_A_CURVE: usize = 200;
+
+/// The part of a study of rooms that says it in short.
+fn in_short(rooms: &str) -> String {
+    let from = rooms.find(SHORT).map_or(0, |at| at + SHORT.len());
+    let rest = rooms[from..].trim_start();
+    let rest = rest.split_once('\n').map_or(rest, |(_, rest)| rest);
+    let end = rest.find("\n### ").unwrap_or(rest.len());
+    rest[..end].trim().to_owned() + "\n"
+}
+
+/// The heading of that part.
+const SHORT: &str = "### In short";

@@ -84,14 +84,10 @@ mod tests {
     use hwall_hand::{HandFrame, HandPoint};
 
     fn reach(person: Option<&str>) -> LabelledReach {
+        let frames = vec![HandFrame::empty(0.0)];
         LabelledReach {
             person: person.map(str::to_owned),
-            trial: None,
-            point: HandPoint::Index,
-            frames: vec![HandFrame::empty(0.0)],
-            contact_m: DVec3::ZERO,
-            contact_s: 1.0,
-            normal: None,
+            ..LabelledReach::new(HandPoint::Index, frames, DVec3::ZERO, 1.0)
         }
     }
 

@@ -1,5 +1,6 @@
-//! When predictions are judged, and which of them are written down.
+//! When estimates of a reach are judged, and which of them are written down.
 
+use hwall_hand::LabelledReach;
 use std::collections::BTreeSet;
 
 /// Shares of the time of a reach after which it is judged.
@@ -20,6 +21,17 @@ pub struct Span {
     pub contact_s: f64,
 }
 
+impl Span {
+    /// Of a reach.
+    #[must_use]
+    pub fn of(reach: &LabelledReach) -> Self {
+        Self {
+            start_s: reach.contact_s - reach.duration_s(),
+            contact_s: reach.contact_s,
+        }
+    }
+}
+
 /// When a reach is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
@@ -27,10 +39,13 @@ pub enum Moment {
     Share(f64),
     /// A time before contact, s.
     Before(f64),
+    /// Once the touching point has gone this far from where it was first seen, m: a moment that can be told
+    /// online.
+    Gone(f64),
 }
 
 impl Moment {
-    /// All of them, in the order of the tables.
+    /// The usual ones, shares of the time first.
     pub fn all() -> impl Iterator<Item = Self> {
         let shares = SHARES.into_iter().map(Self::Share);
         shares.chain(BEFORE_S.into_iter().map(Self::Before))
@@ -42,16 +57,34 @@ impl Moment {
         match self {
             Self::Share(share) => format!("{:.0} %", 100.0 * share),
             Self::Before(s) => format!("{:.0} ms", 1e3 * s),
+            Self::Gone(m) => format!("after {:.0} mm", 1e3 * m),
         }
     }
 
-    /// The last of these times, s, that is not after the moment; `None` where all are later.
+    /// The frame of a reach at the moment: the last by then, or the first at which the hand has gone that far;
+    /// `None` in a reach that starts later.
+    #[must_use]
+    pub fn frame(self, reach: &LabelledReach) -> Option<usize> {
+        match self {
+            Self::Gone(far_m) => {
+                let place = |k: usize| reach.frames[k].point(reach.point);
+                let first_m = (0..reach.frames.len()).find_map(place)?;
+                (0..reach.frames.len())
+                    .find(|&k| place(k).is_some_and(|at_m| at_m.distance(first_m) >= far_m))
+            }
+            _ => self.index(reach.frames.iter().map(|f| f.t_s), Span::of(reach)),
+        }
+    }
+
+    /// The last of these times, s, that is not after the moment; `None` where all are later, and for a moment
+    /// that times do not tell.
     #[must_use]
     pub fn index(self, times_s: impl IntoIterator<Item = f64>, span: Span) -> Option<usize> {
         let Span { start_s, contact_s } = span;
         let t_s = match self {
             Self::Share(share) => contact_s - (1.0 - share) * (contact_s - start_s),
             Self::Before(s) => contact_s - s,
+            Self::Gone(_) => return None,
         };
         let by_then = |&at_s: &f64| at_s <= t_s + ROUNDING_S;
         let seen = times_s.into_iter().take_while(by_then).count();
@@ -78,6 +111,8 @@ pub fn written(times_s: &[f64], span: Span) -> BTreeSet<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
+    use hwall_hand::{HandFrame, HandPoint};
 
     #[test]
     fn every_moment_is_written_and_one_sample_in_50_ms() {
@@ -100,5 +135,23 @@ mod tests {
             None
         );
         assert_eq!(written(&[], span).len(), 0);
+    }
+
+    #[test]
+    fn reaches_that_start_later_are_not_judged_earlier() {
+        let frame = |k: u32| {
+            let mut frame = HandFrame::empty(f64::from(k) * 0.01);
+            frame.set_point(HandPoint::Index, Some(DVec3::splat(frame.t_s)));
+            frame
+        };
+        let frames = (0..=100).map(frame).collect();
+        let mut short = LabelledReach::new(HandPoint::Index, frames, DVec3::ONE, 1.0);
+        short.frames.drain(..80);
+        assert_eq!(Moment::Before(0.3).frame(&short), None);
+        assert_eq!(Moment::Before(0.1).frame(&short), Some(10));
+        assert_eq!(Moment::Share(1.0).frame(&short), Some(20));
+        // A hand that has gone 0.1 m, and one that never goes ten.
+        assert_eq!(Moment::Gone(0.1).frame(&short), Some(6));
+        assert_eq!(Moment::Gone(10.0).frame(&short), None);
     }
 }

@@ -1,0 +1,251 @@
+//! How the sources of an estimate are combined, and how sure the combination is, learnt from errors on reaches that
+//! were held out.
+
+use super::places::Places;
+use super::quantiles::{SENSOR_M, sensor};
+use super::reach_track::way_axes;
+use super::sources::{Ends, Pairs, SOURCES, Source, weights};
+use glam::{DMat3, DVec3};
+
+/// Lowest standard deviation of a time, s.
+const CLOCK_S: f64 = 2e-3;
+/// A source that is further from the others than this many times the usual has lost its way.
+const LOST: f64 = 3.0;
+/// Largest ratio of a disagreement to the usual one that counts.
+const MOST_DISAGREEMENT: f64 = 30.0;
+/// How many values of the time left the spread is learnt at.
+pub(super) const KNOTS: usize = 6;
+/// Times left are compared by the logarithm of themselves and this, s.
+const TIME_OFFSET_S: f64 = 0.02;
+
+/// In which axes errors are alike from reach to reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Axes {
+    /// Along the way from start to end and across it: people miss along their way.
+    Way,
+    /// Those of the samples: along the normal of a wall, contacts that all lie on it are certain.
+    World,
+}
+
+impl Axes {
+    pub(super) fn of(self, start_m: DVec3, end_m: DVec3) -> DMat3 {
+        match self {
+            Self::Way => way_axes(start_m, end_m),
+            Self::World => DMat3::IDENTITY,
+        }
+    }
+}
+
+/// What is known of the errors in one region of progress.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Region {
+    /// Mean square of the error of the combination, m²; what follows is in units of it.
+    pub(super) size_m2: f64,
+    /// `E[eᵢ·eⱼ]` of the sources.
+    pub(super) moments: Pairs,
+    /// `E[e eᵀ]` of the combination.
+    pub(super) shape: DMat3,
+    /// Mean square of the error before places were considered.
+    pub(super) unplaced: f64,
+    /// Usual disagreement of the sources.
+    pub(super) apart: f64,
+    /// Mean square of the way to the places.
+    pub(super) placed: f64,
+    /// Share of the way from the combination to the places that is gone.
+    pub(super) share: f64,
+    /// Factor on the covariance that makes 90 % regions hold 90 %.
+    pub(super) spread: f64,
+    /// Mean square of the error of the time left, s², with a factor for its 90 % intervals.
+    pub(super) time_s2: f64,
+}
+
+impl Region {
+    pub(super) const ZERO: Self = Self {
+        size_m2: 0.0,
+        moments: [[0.0; SOURCES]; SOURCES],
+        shape: DMat3::ZERO,
+        unplaced: 0.0,
+        apart: 0.0,
+        placed: 0.0,
+        share: 0.0,
+        spread: 0.0,
+        time_s2: 0.0,
+    };
+
+    /// Between regions: what is relative is mixed by their weights, and sizes by their logarithms, so that a region of
+    /// large errors does not make its neighbours unsure.
+    pub(super) fn between(regions: &[Self], gates: &[f64]) -> Self {
+        let mut mixed = Self::ZERO;
+        for (region, &gate) in regions.iter().zip(gates) {
+            if gate <= 0.0 {
+                continue;
+            }
+            for (own, other) in mixed.moments.iter_mut().zip(&region.moments) {
+                for (own, other) in own.iter_mut().zip(other) {
+                    *own += gate * other;
+                }
+            }
+            mixed.shape += region.shape * gate;
+            mixed.unplaced += gate * region.unplaced;
+            mixed.apart += gate * region.apart;
+            mixed.placed += gate * region.placed;
+            mixed.share += gate * region.share;
+            mixed.size_m2 += gate * region.size_m2.ln();
+            mixed.spread += gate * region.spread.ln();
+            mixed.time_s2 += gate * region.time_s2.ln();
+        }
+        mixed.size_m2 = mixed.size_m2.exp();
+        mixed.spread = mixed.spread.exp();
+        mixed.time_s2 = mixed.time_s2.exp();
+        mixed
+    }
+
+    /// Standard deviation of the time left, s.
+    pub(super) fn time_sd_s(&self) -> f64 {
+        self.time_s2.sqrt().max(CLOCK_S)
+    }
+}
+
+/// The combination of the sources before places are considered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Combined {
+    pub(super) point_m: DVec3,
+    /// Mean squared distance of the sources from it, by their weights, m².
+    pub(super) apart_m2: f64,
+    pub(super) weights: [f64; SOURCES],
+}
+
+/// The combination of sources, whose moments are in any unit; `ratios` are factors on the size of their errors. A
+/// source far from all others is left out. `None` without a source.
+pub(super) fn combine(region: &Region, ends: &Ends, ratios: &[f64; SOURCES]) -> Option<Combined> {
+    let mut moments = region.moments;
+    for (i, row) in moments.iter_mut().enumerate() {
+        for (j, m) in row.iter_mut().enumerate() {
+            *m *= (ratios[i] * ratios[j]).sqrt();
+        }
+    }
+    let mut there = ends.map(|e| e.is_some());
+    let mut combined = weighted(&moments, ends, there)?;
+    let mut left_out = false;
+    for k in 0..SOURCES {
+        let Some(end_m) = ends[k].filter(|_| combined.weights[k] > 0.0) else {
+            continue;
+        };
+        // Against the others alone: a source must not pull what it is compared with.
+        let others = 1.0 - combined.weights[k];
+        if others < 1e-3 || k == Source::Start as usize {
+            continue;
+        }
+        let far = end_m.distance(combined.point_m) / others;
+        let usual = (moments[k][k] + 1.0) * region.size_m2 + 3.0 * SENSOR_M * SENSOR_M;
+        if far * far > LOST * LOST * usual {
+            there[k] = false;
+            left_out = true;
+        }
+    }
+    if left_out && there.iter().any(|t| *t) {
+        combined = weighted(&moments, ends, there)?;
+    }
+    Some(combined)
+}
+
+fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Combined> {
+    let first_m = (0..SOURCES).find_map(|k| ends[k].filter(|_| there[k]))?;
+    let weights = weights(moments, there);
+    let each = || {
+        let pairs = ends.iter().zip(&weights);
+        pairs.filter_map(|(e, w)| Some((e.as_ref().copied()?, *w)))
+    };
+    // Relative to one of them: far from the origin nothing is lost to rounding.
+    let point_m = first_m + each().map(|(e, w)| (e - first_m) * w).sum::<DVec3>();
+    let apart_m2 = each().map(|(e, w)| e.distance_squared(point_m) * w).sum();
+    Some(Combined {
+        point_m,
+        apart_m2,
+        weights,
+    })
+}
+
+/// All that is known of the errors of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Blend {
+    pub(super) axes: Axes,
+    pub(super) regions: Vec<Region>,
+    /// The covariance goes with this power of the disagreement of the sources.
+    pub(super) by_disagreement: f64,
+    /// Values of the time left, as [`time_key`], and the factors on the covariance there.
+    pub(super) knots: [f64; KNOTS],
+    pub(super) factors: [f64; KNOTS],
+    /// Mean squared distance from the truth, in standard deviations and per axis.
+    pub(super) usual_distance: f64,
+    /// Share of the error of each source that is one person's own.
+    pub(super) personal: [f64; SOURCES],
+}
+
+/// A time left as it is compared, dimensionless.
+pub(super) fn time_key(left_s: f64) -> f64 {
+    (left_s.max(0.0) + TIME_OFFSET_S).ln()
+}
+
+/// Weights of the knots on both sides of a time left: they add up to 1.
+pub(super) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64; KNOTS] {
+    let mut out = [0.0; KNOTS];
+    let above = knots.iter().position(|k| *k > key);
+    match above {
+        Some(0) => out[0] = 1.0,
+        None => out[KNOTS - 1] = 1.0,
+        Some(k) => {
+            let share = (key - knots[k - 1]) / (knots[k] - knots[k - 1]).max(1e-12);
+            (out[k - 1], out[k]) = (1.0 - share, share);
+        }
+    }
+    out
+}
+
+impl Blend {
+    /// The factor on the covariance for a disagreement of the sources.
+    pub(super) fn doubt(&self, region: &Region, apart_m2: f64) -> f64 {
+        let usual = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
+        disagreement(apart_m2 / usual).powf(self.by_disagreement)
+    }
+
+    /// The covariance of an estimate, m².
+    pub(super) fn covariance_m2(
+        &self,
+        region: &Region,
+        factor: f64,
+        start_m: DVec3,
+        end_m: DVec3,
+    ) -> DMat3 {
+        let axes = self.axes.of(start_m, end_m);
+        let moments = region.shape * (region.size_m2 * region.spread * factor) + sensor();
+        let covariance = axes * moments * axes.transpose();
+        (covariance + covariance.transpose()) * 0.5
+    }
+
+    /// The factor on the covariance at a time left.
+    pub(super) fn at_time(&self, hats: &[f64; KNOTS]) -> f64 {
+        let pairs = hats.iter().zip(&self.factors);
+        pairs.map(|(h, f)| h * f.ln()).sum::<f64>().exp()
+    }
+}
+
+/// A ratio to the usual disagreement, kept within bounds.
+pub(super) fn disagreement(ratio: f64) -> f64 {
+    ratio.clamp(0.0, MOST_DISAGREEMENT) + 0.2
+}
+
+/// What the estimate says once places are considered.
+pub(super) fn placed(
+    places: Option<&Places>,
+    region: &Region,
+    share: f64,
+    point_m: DVec3,
+    own_m: &[DVec3],
+    without: Option<usize>,
+) -> (DVec3, Option<DVec3>) {
+    let square_m2 = region.unplaced * region.size_m2 / 3.0;
+    let nearest = places.and_then(|p| p.nearest(point_m, square_m2, own_m, without));
+    let drawn_m = nearest.map_or(point_m, |p| point_m.lerp(p, share));
+    (drawn_m, nearest)
+}

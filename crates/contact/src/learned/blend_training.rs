@@ -1,0 +1,466 @@
+//! Learns how to combine sources from their errors on held-out reaches.
+
+use super::blend::{
+    Axes, Blend, Combined, KNOTS, Region, between_knots, combine, disagreement, placed, time_key,
+};
+use super::local_ridge::Rows;
+use super::places::Places;
+use super::quantiles::{SENSOR_M, sensor, trace, weighted_quantile};
+use super::samples::TrainingSample;
+use super::sources::{Ends, SOURCES};
+use crate::outer_product::square;
+use glam::{DMat3, DVec3};
+
+/// 90 % of a normal variable in three dimensions lie within this Mahalanobis distance, squared.
+const CHI_SQUARED_3_90: f64 = 6.251_389;
+/// 90 % of a standard normal variable lie within this.
+const NORMAL_90: f64 = 1.644_854;
+/// Larger errors are clipped to this many times the median: a primitive that loses its way on one
+/// reach in a hundred is metres off and would outweigh all others.
+const CLIP: f64 = 4.0;
+/// Largest squared Mahalanobis distance that counts in a comparison of axes.
+const FAR_OUT: f64 = 20.0;
+/// Rounds in which the factors on the covariance are found.
+const ROUNDS: usize = 3;
+/// Bounds of what is added because little was seen: of the quantile of errors, and of the factor on them.
+const LEVEL_MOST: f64 = 0.96;
+const FEW_MOST: f64 = 1.6;
+/// Largest squared distance per axis that counts as usual, in standard deviations.
+pub(super) const MOST_DISTANCE: f64 = 12.0;
+
+/// One sample with what every source says of it when its fold is held out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Witness {
+    pub(super) ends_m: Ends,
+    /// Estimated and true time left, s.
+    pub(super) left_s: f64,
+    pub(super) true_left_s: f64,
+}
+
+/// What is learnt from.
+pub(super) struct Evidence<'a> {
+    pub(super) samples: &'a [TrainingSample],
+    pub(super) rows: &'a Rows,
+    pub(super) witnesses: &'a [Witness],
+    pub(super) places: Option<&'a Places>,
+    /// The person of each sample, by number.
+    pub(super) people: &'a [usize],
+    /// The rows that count in each region.
+    pub(super) near: Vec<Vec<usize>>,
+}
+
+impl Evidence<'_> {
+    fn weight(&self, row: usize, region: usize) -> f64 {
+        self.samples[row].weight * self.rows.gates(row)[region]
+    }
+
+    fn each(&self) -> impl Iterator<Item = (usize, &TrainingSample, &Witness)> {
+        let pairs = self.samples.iter().zip(self.witnesses).enumerate();
+        pairs.map(|(row, (sample, witness))| (row, sample, witness))
+    }
+
+    fn rows_of(&self, region: usize) -> &[usize] {
+        &self.near[region]
+    }
+}
+
+/// An estimate of one sample, for the learning of its covariance.
+struct Judged {
+    miss_m: DVec3,
+    region: Region,
+    axes: DMat3,
+    ratio: f64,
+    hats: [f64; KNOTS],
+}
+
+impl Blend {
+    /// From what the sources say of every sample when its fold is held out.
+    pub(super) fn of(evidence: &Evidence) -> Self {
+        let mut regions: Vec<Region> = (0..evidence.rows.regions)
+            .map(|region| moments(evidence, region))
+            .collect();
+        let combined = combinations(evidence, &regions);
+        for (k, region) in regions.iter_mut().enumerate() {
+            disagreements(evidence, &combined, k, region);
+        }
+        let points_m = shares(evidence, &combined, &mut regions);
+        let independent = independent(evidence, &points_m, &regions);
+        let [way, world] = [Axes::Way, Axes::World].map(|axes| {
+            calibrated(
+                evidence,
+                &combined,
+                &points_m,
+                regions.clone(),
+                axes,
+                independent,
+            )
+        });
+        // The more likely of the two; a tie goes to the axes that turn with the reach.
+        let mut blend = if world.1 > way.1 { world.0 } else { way.0 };
+        blend.personal = personal(evidence, &blend.regions);
+        blend
+    }
+}
+
+/// Second moments of the errors of the sources in a region, in units of the smallest.
+fn moments(evidence: &Evidence, region: usize) -> Region {
+    let near = evidence.rows_of(region);
+    let weight = |row: usize| evidence.weight(row, region);
+    let miss = |row: usize, k: usize| {
+        let end_m = evidence.witnesses[row].ends_m[k]?;
+        Some(end_m - evidence.samples[row].end_m)
+    };
+    let limits: [f64; SOURCES] = std::array::from_fn(|k| {
+        let lengths = near
+            .iter()
+            .filter_map(|&r| Some((miss(r, k)?.length(), weight(r))));
+        CLIP * weighted_quantile(0.5, lengths)
+    });
+    let mut out = Region::ZERO;
+    let mut totals = out.moments;
+    for &row in near {
+        let misses: [Option<DVec3>; SOURCES] = std::array::from_fn(|k| {
+            miss(row, k).map(|m| m.clamp_length_max(limits[k].max(f64::MIN_POSITIVE)))
+        });
+        for i in 0..SOURCES {
+            for j in 0..SOURCES {
+                if let (Some(a), Some(b)) = (misses[i], misses[j]) {
+                    out.moments[i][j] += weight(row) * a.dot(b);
+                    totals[i][j] += weight(row);
+                }
+            }
+        }
+    }
+    let mut least = f64::INFINITY;
+    for i in 0..SOURCES {
+        for j in 0..SOURCES {
+            let noise = if i == j {
+                3.0 * SENSOR_M * SENSOR_M
+            } else {
+                0.0
+            };
+            out.moments[i][j] = out.moments[i][j] / totals[i][j].max(f64::MIN_POSITIVE) + noise;
+        }
+        if totals[i][i] > 0.0 {
+            least = least.min(out.moments[i][i]);
+        }
+    }
+    let size = if least.is_finite() { least } else { 1.0 };
+    out.moments.iter_mut().flatten().for_each(|m| *m /= size);
+    out.size_m2 = size;
+    (out.spread, out.unplaced, out.time_s2) = (1.0, 1.0, 1.0);
+    out
+}
+
+fn combinations(evidence: &Evidence, regions: &[Region]) -> Vec<Combined> {
+    let each = evidence.each().map(|(row, sample, witness)| {
+        let region = Region::between(regions, evidence.rows.gates(row));
+        combine(&region, &witness.ends_m, &[1.0; SOURCES]).unwrap_or(Combined {
+            point_m: sample.now_m,
+            apart_m2: 0.0,
+            weights: [0.0; SOURCES],
+        })
+    });
+    each.collect()
+}
+
+/// Sets the size of the errors before places, and the usual disagreement.
+fn disagreements(evidence: &Evidence, combined: &[Combined], k: usize, region: &mut Region) {
+    let near = evidence.rows_of(k);
+    let miss = |row: usize| combined[row].point_m.distance(evidence.samples[row].end_m);
+    let limit = clip(evidence, near, k, &miss);
+    let (mut square, mut apart, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
+    for &row in near {
+        let weight = evidence.weight(row, k);
+        square += weight * miss(row).min(limit).powi(2);
+        apart += weight * combined[row].apart_m2.min(limit * limit);
+        total += weight;
+    }
+    region.unplaced = (square / total + 3.0 * SENSOR_M * SENSOR_M) / region.size_m2;
+    region.apart = apart / total / region.size_m2;
+}
+
+fn clip(evidence: &Evidence, near: &[usize], k: usize, length: &dyn Fn(usize) -> f64) -> f64 {
+    let lengths = near
+        .iter()
+        .map(|&row| (length(row), evidence.weight(row, k)));
+    CLIP * weighted_quantile(0.5, lengths)
+}
+
+/// Learns how far towards the places to go; returns where every sample then points.
+fn shares(evidence: &Evidence, combined: &[Combined], regions: &mut [Region]) -> Vec<DVec3> {
+    let nearest: Vec<Option<DVec3>> = evidence
+        .each()
+        .map(|(row, sample, _)| {
+            let region = Region::between(regions, evidence.rows.gates(row));
+            let own = Some(sample.fold);
+            placed(
+                evidence.places,
+                &region,
+                1.0,
+                combined[row].point_m,
+                &[],
+                own,
+            )
+            .1
+        })
+        .collect();
+    for (k, region) in regions.iter_mut().enumerate() {
+        let near = evidence.rows_of(k);
+        let way = |row: usize| nearest[row].map_or(DVec3::ZERO, |p| p - combined[row].point_m);
+        let miss = |row: usize| combined[row].point_m - evidence.samples[row].end_m;
+        let limit = clip(evidence, near, k, &|row| miss(row).length());
+        let (mut towards, mut square, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
+        for &row in near {
+            let weight = evidence.weight(row, k);
+            let (miss, way) = (miss(row).clamp_length_max(limit.max(1e-9)), way(row));
+            towards -= weight * miss.dot(way);
+            square += weight * way.length_squared();
+            total += weight;
+        }
+        region.share = (towards / square.max(1e-12 * total)).clamp(0.0, 1.0);
+        region.placed = square / total / region.size_m2;
+    }
+    let pairs = nearest.iter().zip(combined).enumerate();
+    pairs
+        .map(|(row, (nearest, combined))| {
+            let share = Region::between(regions, evidence.rows.gates(row)).share;
+            nearest.map_or(combined.point_m, |p| combined.point_m.lerp(p, share))
+        })
+        .collect()
+}
+
+/// The covariances in some axes, and the mean log density of the contacts under them.
+fn calibrated(
+    evidence: &Evidence,
+    combined: &[Combined],
+    points_m: &[DVec3],
+    mut regions: Vec<Region>,
+    axes: Axes,
+    independent: f64,
+) -> (Blend, f64) {
+    let turned: Vec<(DMat3, DVec3)> = evidence
+        .each()
+        .map(|(row, sample, _)| {
+            let axes = axes.of(sample.start_m, points_m[row]);
+            (axes, axes.transpose() * (points_m[row] - sample.end_m))
+        })
+        .collect();
+    for (k, region) in regions.iter_mut().enumerate() {
+        shape(evidence, &turned, k, region);
+    }
+    let keys = || {
+        let each = evidence.each();
+        each.map(|(_, sample, witness)| (time_key(witness.left_s), sample.weight))
+    };
+    let knots: [f64; KNOTS] = std::array::from_fn(|k| {
+        weighted_quantile(0.02 + 0.96 * k as f64 / (KNOTS - 1) as f64, keys())
+    });
+    let mut blend = Blend {
+        axes,
+        regions,
+        by_disagreement: 0.0,
+        knots,
+        factors: [1.0; KNOTS],
+        usual_distance: 1.0,
+        personal: [0.1; SOURCES],
+    };
+    let judged: Vec<Judged> = evidence
+        .each()
+        .map(|(row, _, witness)| {
+            let region = Region::between(&blend.regions, evidence.rows.gates(row));
+            let usual = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
+            Judged {
+                miss_m: turned[row].1,
+                ratio: disagreement(combined[row].apart_m2 / usual),
+                region,
+                axes: turned[row].0,
+                hats: between_knots(&knots, time_key(witness.left_s)),
+            }
+        })
+        .collect();
+    blend.by_disagreement = slope(evidence, &judged);
+    spread(evidence, &judged, &mut blend, independent);
+    let score = log_score(evidence, &judged, &mut blend);
+    (blend, score)
+}
+
+/// Second moments of the errors of the estimates, and of the time.
+fn shape(evidence: &Evidence, turned: &[(DMat3, DVec3)], k: usize, region: &mut Region) {
+    let near = evidence.rows_of(k);
+    let late = |row: usize| {
+        let witness = &evidence.witnesses[row];
+        (witness.left_s - witness.true_left_s).abs()
+    };
+    let limit = clip(evidence, near, k, &|row| turned[row].1.length());
+    let latest = clip(evidence, near, k, &late);
+    let (mut sum, mut time, mut total) = (DMat3::ZERO, 0.0, f64::MIN_POSITIVE);
+    for &row in near {
+        let weight = evidence.weight(row, k);
+        sum += square(turned[row].1.clamp_length_max(limit.max(1e-9))) * weight;
+        time += weight * late(row).min(latest).powi(2);
+        total += weight;
+    }
+    let moments = sum * (1.0 / total) + sensor();
+    let size = trace(&moments);
+    // What was in units of the old size.
+    let ratio = region.size_m2 / size;
+    region
+        .moments
+        .iter_mut()
+        .flatten()
+        .for_each(|m| *m *= ratio);
+    region.unplaced *= ratio;
+    region.apart *= ratio;
+    region.placed *= ratio;
+    region.size_m2 = size;
+    region.shape = moments * (1.0 / size);
+    region.time_s2 = (time / total).max(1e-8);
+}
+
+/// Squared distance of a miss, in standard deviations, before any factor.
+fn distance(judged: &Judged) -> f64 {
+    let covariance = judged.region.shape * judged.region.size_m2 + sensor();
+    judged.miss_m.dot(covariance.inverse() * judged.miss_m)
+}
+
+/// By which power of the disagreement the squared distance grows: least squares of the logarithms.
+fn slope(evidence: &Evidence, judged: &[Judged]) -> f64 {
+    let (mut n, mut x, mut y, mut xx, mut xy) = (f64::MIN_POSITIVE, 0.0, 0.0, 0.0, 0.0);
+    for (sample, judged) in evidence.samples.iter().zip(judged) {
+        let (a, b) = (judged.ratio.ln(), (distance(judged) + 0.3).ln());
+        let w = sample.weight;
+        (n, x, y) = (n + w, x + w * a, y + w * b);
+        (xx, xy) = (xx + w * a * a, xy + w * a * b);
+    }
+    let (cross, own) = (xy - x * y / n, xx - x * x / n);
+    if own > 1e-6 * n {
+        (cross / own).clamp(0.0, 0.8)
+    } else {
+        0.0
+    }
+}
+
+/// The factors that make 90 % regions hold 90 % in every region of progress and at every time left.
+fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent: f64) {
+    // There are fewer independent errors than reaches, for those of one person are alike. A new error lies below their quantile less
+    // often than they do, and a covariance learnt from few is too small for new ones.
+    let level = (0.9 * (independent + 1.0) / independent).min(LEVEL_MOST);
+    let reaches: f64 = evidence.samples.iter().map(|s| s.weight).sum();
+    let few = ((reaches + 1.0) / (reaches - 4.0).max(1.0)).min(FEW_MOST);
+    let plain: Vec<f64> = judged
+        .iter()
+        .map(|j| few * distance(j) / j.ratio.powf(blend.by_disagreement))
+        .collect();
+    let near = &evidence.near;
+    for _ in 0..ROUNDS {
+        let scaled = |blend: &Blend| -> Vec<f64> {
+            let each = plain.iter().zip(judged).enumerate();
+            each.map(|(row, (d, j))| {
+                let spread = Region::between(&blend.regions, evidence.rows.gates(row)).spread;
+                d / (spread * blend.at_time(&j.hats))
+            })
+            .collect()
+        };
+        let distances = scaled(blend);
+        for (k, near) in near.iter().enumerate() {
+            let pairs = near
+                .iter()
+                .map(|&row| (distances[row], evidence.weight(row, k)));
+            let most = weighted_quantile(level, pairs) / CHI_SQUARED_3_90;
+            blend.regions[k].spread *= most.clamp(0.05, 20.0);
+        }
+        let distances = scaled(blend);
+        for k in 0..KNOTS {
+            let pairs = judged.iter().enumerate();
+            let pairs =
+                pairs.map(|(row, j)| (distances[row], j.hats[k] * evidence.samples[row].weight));
+            let most = weighted_quantile(level, pairs.filter(|p| p.1 > 0.0)) / CHI_SQUARED_3_90;
+            blend.factors[k] *= most.clamp(0.2, 5.0);
+        }
+    }
+    for (k, near) in near.iter().enumerate() {
+        let pairs = near.iter().map(|&row| {
+            let witness = &evidence.witnesses[row];
+            let late = (witness.left_s - witness.true_left_s).abs();
+            let usual = Region::between(&blend.regions, evidence.rows.gates(row)).time_sd_s();
+            (late / usual, evidence.weight(row, k))
+        });
+        let most = weighted_quantile(level, pairs) / NORMAL_90;
+        blend.regions[k].time_s2 *= most.clamp(0.1, 10.0).powi(2);
+    }
+}
+
+/// Mean log density of the misses; those far out count only up to a limit. Sets the usual distance.
+fn log_score(evidence: &Evidence, judged: &[Judged], blend: &mut Blend) -> f64 {
+    let (mut sum, mut far, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
+    for (row, j) in judged.iter().enumerate() {
+        let weight = evidence.samples[row].weight;
+        let spread = Region::between(&blend.regions, evidence.rows.gates(row)).spread;
+        let factor = spread * blend.at_time(&j.hats) * j.ratio.powf(blend.by_disagreement);
+        let covariance = j.region.shape * (j.region.size_m2 * factor) + sensor();
+        let distance = j.miss_m.dot(covariance.inverse() * j.miss_m);
+        far += weight * (distance / 3.0).min(MOST_DISTANCE);
+        sum -= weight * 0.5 * (distance.min(FAR_OUT) + covariance.determinant().ln());
+        total += weight;
+        debug_assert!(j.axes.is_finite());
+    }
+    blend.usual_distance = (far / total).clamp(0.1, 2.0);
+    sum / total
+}
+
+/// Which share of the error of each source stays the same from reach to reach of one person.
+fn personal(evidence: &Evidence, regions: &[Region]) -> [f64; SOURCES] {
+    std::array::from_fn(|k| {
+        lasting(evidence, |row| {
+            let miss_m = evidence.witnesses[row].ends_m[k]? - evidence.samples[row].end_m;
+            let region = Region::between(regions, evidence.rows.gates(row));
+            Some(miss_m / (region.moments[k][k] * region.size_m2).sqrt())
+        })
+    })
+}
+
+/// How many independent errors the estimates have: reaches of one person are alike [Kish 1965, section 5.4].
+fn independent(evidence: &Evidence, points_m: &[DVec3], regions: &[Region]) -> f64 {
+    let alike = lasting(evidence, |row| {
+        let region = Region::between(regions, evidence.rows.gates(row));
+        let miss_m = points_m[row] - evidence.samples[row].end_m;
+        Some(miss_m / (region.unplaced * region.size_m2).sqrt())
+    });
+    let reaches: f64 = evidence.samples.iter().map(|s| s.weight).sum();
+    let people = 1 + evidence.people.iter().copied().max().unwrap_or(0);
+    reaches / (1.0 + (reaches / people as f64 - 1.0).max(0.0) * alike)
+}
+
+/// The share of errors, in units of their usual size, that stays the same from reach to reach of one person: variance
+/// of the means of people, less what the mean of so many reaches has by chance.
+fn lasting(evidence: &Evidence, miss: impl Fn(usize) -> Option<DVec3>) -> f64 {
+    let people = 1 + evidence.people.iter().copied().max().unwrap_or(0);
+    // Sums of the errors, of their squares and of the weights.
+    let mut sums = vec![(DVec3::ZERO, 0.0, 0.0); people];
+    for (row, sample) in evidence.samples.iter().enumerate() {
+        let Some(miss) = miss(row).filter(|m| m.is_finite()) else {
+            continue;
+        };
+        let miss = miss.clamp_length_max(CLIP);
+        let (sum, square, n) = &mut sums[evidence.people[row]];
+        *sum += miss * sample.weight;
+        *square += miss.length_squared() * sample.weight;
+        *n += sample.weight;
+    }
+    let (mut between, mut within, mut n) = (0.0, 0.0, 0.0);
+    for (sum, square, reaches) in sums.into_iter().filter(|s| s.2 > 1.5) {
+        let mean = (sum / reaches).length_squared();
+        let own = (square / reaches - mean).max(0.0) * reaches / (reaches - 1.0);
+        between += (mean - own / reaches).max(0.0);
+        within += own;
+        n += 1.0;
+    }
+    if n < 2.0 {
+        return UNKNOWN_SHARE;
+    }
+    (between / (between + within).max(1e-9)).clamp(0.02, 0.9)
+}
+
+/// The share that lasts where only one person is known.
+const UNKNOWN_SHARE: f64 = 0.1;

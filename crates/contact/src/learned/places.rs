@@ -1,0 +1,114 @@
+//! Places that people touch again and again: buttons, handles.
+
+use glam::DVec3;
+
+/// Ends of reaches that are kept; of more, an even choice.
+const MOST_ENDS: usize = 256;
+/// Touches of this person in this room that are kept.
+pub(super) const OWN_ENDS: usize = 32;
+/// One of them counts as so many ends of others.
+const OWN_COUNTS: f64 = 4.0;
+/// How widely touches of one place scatter, sd, m; the likeliest of these is used.
+const SCATTERS_M: [f64; 6] = [3e-3, 6e-3, 0.012, 0.025, 0.05, 0.1];
+
+/// Ends of the reaches that were learnt from, as a density of where hands touch: a normal distribution about each.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Places {
+    pub(super) ends_m: Vec<DVec3>,
+    /// Which of them are held out together; only training asks, and a model read from a file has none.
+    pub(super) folds: Vec<usize>,
+    pub(super) scatter_m: f64,
+}
+
+impl Places {
+    /// Of ends and the fold of each. The scatter is the one under which the ends of a fold are the likeliest,
+    /// judged by the others.
+    pub(super) fn of(ends_m: &[DVec3], folds: &[usize]) -> Self {
+        let step = ends_m.len().div_ceil(MOST_ENDS).max(1);
+        let mut places = Self {
+            ends_m: ends_m.iter().copied().step_by(step).collect(),
+            folds: folds.iter().copied().step_by(step).collect(),
+            scatter_m: 0.0,
+        };
+        let mut best = f64::NEG_INFINITY;
+        for scatter_m in SCATTERS_M {
+            let score = places.log_likelihood(scatter_m);
+            if score > best {
+                (best, places.scatter_m) = (score, scatter_m);
+            }
+        }
+        places
+    }
+
+    fn log_likelihood(&self, scatter_m: f64) -> f64 {
+        let ends = || self.ends_m.iter().zip(&self.folds);
+        ends()
+            .map(|(end_m, fold)| {
+                let others = ends().filter(|(_, f)| *f != fold);
+                let density: f64 = others
+                    .map(|(o, _)| (-0.5 * end_m.distance_squared(*o) / scatter_m.powi(2)).exp())
+                    .sum();
+                // An end that nobody else came near says that no scatter fits, but only so much.
+                (density + 1e-6).ln() - 3.0 * scatter_m.ln()
+            })
+            .sum()
+    }
+
+    /// Where the reach ends if it ends where others did: the mean of the ends known, weighted by an estimate and the
+    /// mean square of its error in each axis, m². `own_m` are touches of this person; `without` is a fold to leave
+    /// out.
+    pub(super) fn nearest(
+        &self,
+        estimate_m: DVec3,
+        square_m2: f64,
+        own_m: &[DVec3],
+        without: Option<usize>,
+    ) -> Option<DVec3> {
+        let within = self.scatter_m * self.scatter_m;
+        let variance = square_m2 + within;
+        let kept = within / variance;
+        let (mut sum_m, mut total) = (DVec3::ZERO, 0.0);
+        let mut add = |end_m: DVec3, count: f64| {
+            let apart = end_m.distance_squared(estimate_m) / variance;
+            if apart < 40.0 {
+                let weight = count * (-0.5 * apart).exp();
+                sum_m += (end_m - estimate_m) * weight;
+                total += weight;
+            }
+        };
+        for (k, end_m) in self.ends_m.iter().enumerate() {
+            if without.is_none() || without != self.folds.get(k).copied() {
+                add(*end_m, 1.0);
+            }
+        }
+        for end_m in own_m {
+            add(*end_m, OWN_COUNTS);
+        }
+        (total > 1e-6).then(|| estimate_m + sum_m / total * (1.0 - kept))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_estimate_beside_a_button_is_drawn_to_it() {
+        let buttons = [0.0, 0.1, 0.2, 0.3].map(|y| DVec3::new(0.0, y, 1.0));
+        let ends: Vec<DVec3> = (0..40)
+            .map(|k| buttons[k % 4] + DVec3::Y * 1e-3 * ((k / 4) as f64 - 5.0))
+            .collect();
+        let folds: Vec<usize> = (0..40).map(|k| k / 10).collect();
+        let places = Places::of(&ends, &folds);
+        assert!(places.scatter_m <= 6e-3, "{}", places.scatter_m);
+        let beside_m = DVec3::new(0.02, 0.12, 1.0);
+        let drawn_m = places.nearest(beside_m, 4e-4, &[], None).expect("near");
+        assert!(drawn_m.distance(buttons[1]) < 4e-3, "{drawn_m}");
+        // Somewhere else nobody has touched; this person has.
+        let far_m = DVec3::new(0.0, 2.0, 1.0);
+        assert_eq!(places.nearest(far_m, 4e-4, &[], None), None);
+        let own_m = [far_m + DVec3::Z * 0.02];
+        let drawn_m = places.nearest(far_m, 4e-4, &own_m, None).expect("own");
+        assert!(drawn_m.distance(own_m[0]) < 4e-3);
+    }
+}
