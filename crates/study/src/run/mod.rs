@@ -1,0 +1,9 @@
+//! A study under way: what comes next, what was answered, and all of it in the log.
+
+mod progress;
+mod simulate;
+mod study;
+
+pub use progress::{NextStep, TrialRecord};
+pub use simulate::{Simulation, simulate};
+pub use study::{Answer, Study};
