@@ -19,7 +19,7 @@ pub use protocol::{
 pub use log::{Durability, Event, EventLog, Recovered};
 pub use run::{Answer, NextStep, Simulation, Study, TrialRecord, simulate};
 // Who presents, and who answers.
-pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant};
+pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant, promised_power};
 pub use present::{Fault, Presentation, Rendered, SimulatedStage, Stimulus, Surface};
 // What it says.
 pub use export::{write_attempts, write_trials};

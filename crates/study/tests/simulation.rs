@@ -1,10 +1,10 @@
 //! Whole studies with simulated participants.
 
-use hwall::psychophysics::{ErrorModel, Factor, PowerStudy, PowerTest, power};
+use hwall::psychophysics::ErrorModel;
 use hwall_study::{
     Durability, Fault, ParticipantConfig, Procedure, Protocol, Roughness, SimulatedStage,
-    Simulation, Stimulus, Study, StudyFactor, StudyReport, Surface, simulate, write_attempts,
-    write_trials,
+    Simulation, Stimulus, Study, StudyFactor, StudyReport, Surface, promised_power, simulate,
+    write_attempts, write_trials,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -160,27 +160,7 @@ fn planted_effects_come_back() {
         let text = report.to_markdown(&[("means.svg", "Means")]);
         assert!(text.contains("12 subjects met 6 conditions") && text.contains("(means.svg)"));
     }
-    let roughness = &participants.roughness;
-    let mut means = Vec::new();
-    for angle_deg in [0.0, 45.0, 90.0] {
-        means.extend([20.0, 80.0].map(|speed| roughness.ln(angle_deg, speed)));
-    }
-    let promised = power(&PowerStudy {
-        within: vec![
-            Factor::new("angle", ["0", "45", "90"]),
-            Factor::new("speed", ["20", "80"]),
-        ],
-        means,
-        subjects: SUBJECTS,
-        between_sd: participants.modulus_sd,
-        level_sd: 0.0,
-        within_sd: participants.noise_sd,
-        test: PowerTest::default(),
-        alpha: 0.05,
-        studies: 2000,
-        seed: 1,
-    })
-    .unwrap();
+    let promised = promised_power(&protocol(SUBJECTS, 1), &participants, 2000).unwrap();
     for (effect, found) in promised.iter().zip(found) {
         // Within three standard deviations of so few studies.
         let (n, p) = (SEEDS as f64, effect.power);

@@ -178,13 +178,16 @@ fn methods(out: &mut String, p: &Protocol) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "{} subjects met {} conditions, {}, {} times each, {order}. After each touch they {asked}. {} practice trials came first; \
+        "{} subjects met {} conditions, {}, {} each, {order}. After each touch they {asked}. {} practice trials came first; \
          {} trials of each block were repeated right away to see how well answers agree; {}. A trial that was spoilt came again at the end of \
          its block, at most {} times in all. Seed {}.",
         p.subjects,
         p.conditions(),
         factors.join(" by "),
-        p.repeats,
+        match p.repeats {
+            1 => "once".to_owned(),
+            n => format!("{n} times"),
+        },
         p.practice,
         p.catch_per_block,
         match p.break_after {

@@ -1,0 +1,6 @@
+//! A study of touch from its protocol to its report, for the example `study`.
+
+mod figures;
+mod outputs;
+pub mod settings;
+pub mod simulated;
