@@ -22,7 +22,7 @@ pub enum StudyError {
         message: String,
     },
     /// A new study where there is one.
-    #[error("{name} holds a study already; resume it, or choose another folder")]
+    #[error("{name} holds a study already; resume it (--resume), or choose another folder")]
     Exists {
         /// The folder.
         name: String,

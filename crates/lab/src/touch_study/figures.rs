@@ -47,6 +47,8 @@ pub(super) fn rendered(path: &Path, records: &[TrialRecord]) -> anyhow::Result<(
             .x_desc(x)
             .y_desc(y)
             .label_style(TEXT)
+            .max_light_lines(0)
+            .x_labels(6)
             .draw()
             .map_err(plot_error)?;
         let dots = points

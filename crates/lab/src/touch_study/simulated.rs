@@ -2,7 +2,7 @@
 
 use super::outputs;
 use super::settings::ProtocolArgs;
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use hwall_study::{
     Durability, NextStep, ParticipantConfig, SimulatedStage, Simulation, Study, promised_power,
     simulate,
@@ -65,7 +65,7 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
         writeln!(out, "resumed: {} trials are done", study.trials().len())?;
         study
     } else {
-        Study::create(folder, asked, Durability::System).context("--resume goes on with a study")?
+        Study::create(folder, asked, Durability::System)?
     };
     let simulation = Simulation {
         participants: ParticipantConfig::default(),
