@@ -2,5 +2,6 @@
 
 mod figures;
 mod outputs;
+pub mod people;
 pub mod settings;
 pub mod simulated;

@@ -16,7 +16,7 @@ use hwall::{EventKind, Session, SessionConfig, SessionError, Walls, WallsConfig}
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Control period, s, and that of the tracker.
 const DT_S: f64 = 1e-3;
@@ -42,13 +42,14 @@ const ROUGHNESS: f64 = 1.0;
 pub struct SimulatedStage {
     arm: SrsArm,
     board: Board,
-    /// In the order of [`Surface`].
-    rooms: Vec<Room>,
+    /// Made when they are first needed: each takes about a second.
+    wall: OnceLock<Room>,
+    door: OnceLock<Room>,
+    panel: OnceLock<Room>,
 }
 
 #[derive(Debug, Clone)]
 struct Room {
-    surface: Surface,
     scene: Scene,
     walls: Walls,
 }
@@ -62,17 +63,29 @@ impl SimulatedStage {
         let board = Board::default();
         let arm =
             SrsArm::iiwa7().with_tool(board.flange_from_board_face().map_err(SessionError::from)?);
-        let mut rooms = Vec::new();
-        for surface in [Surface::Wall, Surface::Door, Surface::Panel] {
-            let scene = room(surface).map_err(SessionError::from)?;
-            let walls = Walls::of(&scene, &arm, &board, &WallsConfig::default())?;
-            rooms.push(Room {
-                surface,
-                scene,
-                walls,
-            });
+        let stage = Self {
+            arm,
+            board,
+            wall: OnceLock::new(),
+            door: OnceLock::new(),
+            panel: OnceLock::new(),
+        };
+        stage.room(Surface::Wall)?;
+        Ok(stage)
+    }
+
+    fn room(&self, surface: Surface) -> Result<&Room, StudyError> {
+        let place = match surface {
+            Surface::Wall => &self.wall,
+            Surface::Door => &self.door,
+            Surface::Panel => &self.panel,
+        };
+        if let Some(room) = place.get() {
+            return Ok(room);
         }
-        Ok(Self { arm, board, rooms })
+        let scene = scene_of(surface).map_err(SessionError::from)?;
+        let walls = Walls::of(&scene, &self.arm, &self.board, &WallsConfig::default())?;
+        Ok(place.get_or_init(|| Room { scene, walls }))
     }
 
     /// Presents a stimulus once: approach, touch, motion of the texture, release.
@@ -90,10 +103,7 @@ impl SimulatedStage {
             magnitude: ROUGHNESS,
         };
         let levels = TextureLevels::of_level(level, &self.board)?;
-        let room = self.rooms.iter().find(|r| r.surface == stimulus.surface);
-        let room = room.ok_or(StudyError::NoTrial {
-            what: "a surface that the stage does not have",
-        })?;
+        let room = self.room(stimulus.surface)?;
         let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
         let predictor = predictor.map_err(SessionError::from)?;
         let config = SessionConfig {
@@ -137,7 +147,7 @@ impl SimulatedStage {
 }
 
 /// A surface facing +x that is rough.
-fn room(surface: Surface) -> Result<Scene, SceneError> {
+fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
     let obj = format!(
         "o surface\nv {WALL_M} -1 0\nv {WALL_M} 1 0\nv {WALL_M} 1 2\nv {WALL_M} -1 2\nf 1 2 3 4\n"
     );
