@@ -24,7 +24,7 @@ struct Args {
     #[arg(
         long,
         value_name = "N",
-        value_parser = count_within::<2, 10_000>,
+        value_parser = count_within::<2, 1000>,
         required_unless_present = "run",
         conflicts_with = "run"
     )]
@@ -33,7 +33,7 @@ struct Args {
     #[arg(long, value_name = "DIR")]
     run: Option<PathBuf>,
     /// Subjects of a new study with people
-    #[arg(long, default_value_t = 25, requires = "run", value_parser = count_within::<1, 10_000>)]
+    #[arg(long, default_value_t = 25, requires = "run", value_parser = count_within::<1, 1000>)]
     subjects: usize,
     /// They answer on a page that listens here, and not on the terminal: 127.0.0.1:8081
     #[arg(long, requires = "run")]

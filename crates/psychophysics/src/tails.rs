@@ -101,11 +101,12 @@ pub fn normal_cdf(z: f64) -> f64 {
 /// `P(F < f)` of the noncentral F distribution with `df1`, `df2` degrees of freedom and noncentrality `lambda`.
 ///
 /// A sum over Poisson weights of `I_x(df1/2 + j, df2/2)`, from the largest weight to both sides.
-/// Error: below 1e-10. NaN for degrees of freedom that are not above zero, for a noncentrality that is negative or above 1e9.
+/// Error: below 1e-10. NaN for degrees of freedom below 1e-6 or above 1e6, for a noncentrality that is negative or above 1e6,
+/// where sums get long.
 /// Source: Johnson, Kotz and Balakrishnan 1995, ch. 30.
 #[must_use]
 pub fn noncentral_f_cdf(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
-    if f.is_nan() || !(df1 > 0.0 && df2 > 0.0) || !(0.0..=1e9).contains(&lambda) {
+    if f.is_nan() || ![df1, df2].iter().all(is_countable) || !(0.0..=1e6).contains(&lambda) {
         return f64::NAN;
     }
     if f <= 0.0 {
@@ -123,11 +124,12 @@ pub fn noncentral_f_cdf(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
 
 /// `P(T < t)` of the noncentral t distribution with `df` degrees of freedom and noncentrality `delta`.
 ///
-/// Error: below 1e-10. NaN for degrees of freedom that are not above zero, for a noncentrality that is not finite or beyond 4e4.
+/// Error: below 1e-10. NaN for degrees of freedom below 1e-6 or above 1e6, for a noncentrality that is not finite or beyond
+/// 1000, where sums get long.
 /// Source: Johnson, Kotz and Balakrishnan 1995, ch. 31; Lenth 1989.
 #[must_use]
 pub fn noncentral_t_cdf(t: f64, df: f64, delta: f64) -> f64 {
-    if t.is_nan() || df.is_nan() || df <= 0.0 || delta.is_nan() || delta.abs() > 4e4 {
+    if t.is_nan() || !is_countable(&df) || delta.is_nan() || delta.abs() > 1000.0 {
         return f64::NAN;
     }
     if t < 0.0 {
@@ -150,6 +152,11 @@ pub fn noncentral_t_cdf(t: f64, df: f64, delta: f64) -> f64 {
     });
     let odd = odd * delta.signum();
     (below + 0.5 * (even + odd)).clamp(0.0, 1.0)
+}
+
+/// Degrees of freedom for which the terms of a sum end soon.
+fn is_countable(df: &f64) -> bool {
+    (1e-6..=1e6).contains(df)
 }
 
 /// The mean of a bounded function of a Poisson number.

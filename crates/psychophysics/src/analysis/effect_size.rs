@@ -22,11 +22,12 @@ pub struct EffectSize {
 
 /// Halvings of an interval of noncentralities.
 const HALVINGS: usize = 200;
-/// Largest noncentrality that is looked for: sums have some 10⁵ terms there.
-const MOST: f64 = 1e8;
+/// Largest noncentrality that is looked for, and the largest t: sums of some thousand terms.
+const MOST: f64 = 1e5;
+const MOST_T: f64 = 200.0;
 
 impl EffectSize {
-    /// Of an effect that was tested; `None` without a finite F.
+    /// Of an effect that was tested; `None` without a finite F, or with one so large that its noncentrality would be above 1e5.
     ///
     /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ for which the F found has the probabilities of the two tails.
     ///
@@ -43,13 +44,15 @@ impl EffectSize {
         let (df1, df2) = (effect.df1 as f64, effect.df2 as f64);
         let tail = 0.5 * (1.0 - confidence);
         let share = |lambda: f64| lambda / (lambda + df1 + df2 + 1.0);
-        let ends =
-            [1.0 - tail, tail].map(|p| falling_root(|l| noncentral_f_cdf(f, df1, df2, l) - p));
+        let end = |p: f64| falling_root(|l| noncentral_f_cdf(f, df1, df2, l) - p);
+        let (Some(low), Some(high)) = (end(1.0 - tail), end(tail)) else {
+            return Ok(None);
+        };
         Ok(Some(Self {
             name: effect.name.clone(),
             errors: effect.errors,
             partial_eta2,
-            ci: ends.map(share),
+            ci: [low, high].map(share),
         }))
     }
 }
@@ -74,7 +77,7 @@ impl Analysis {
 /// Error: 1e-8. Source: Cumming and Finch 2001, by the noncentral t distribution.
 ///
 /// # Errors
-/// A number that is not finite, or beyond 1e3; fewer than two pairs; a confidence outside (0, 1).
+/// A number that is not finite, or whose `t = dz √pairs` is beyond 200; fewer than two pairs; a confidence outside (0, 1).
 pub fn cohen_dz_interval(
     dz: f64,
     pairs: usize,
@@ -82,7 +85,6 @@ pub fn cohen_dz_interval(
 ) -> Result<[f64; 2], PsychophysicsError> {
     inner_probability("confidence", confidence)?;
     finite("dz", dz)?;
-    that(dz.abs() <= 1e3, "dz", dz, "within 1000 of zero")?;
     that(
         (2..=100_000).contains(&pairs),
         "pairs",
@@ -91,9 +93,15 @@ pub fn cohen_dz_interval(
     )?;
     let n = pairs as f64;
     let (t, df) = (dz * n.sqrt(), n - 1.0);
+    that(
+        t.abs() <= MOST_T,
+        "dz times the root of pairs",
+        t,
+        "within 200 of zero",
+    )?;
     let tail = 0.5 * (1.0 - confidence);
     // Wide enough for any confidence: t lies within some standard deviations of its noncentrality.
-    let reach = 50.0 + 20.0 * t.abs();
+    let reach = 50.0 + 4.0 * t.abs();
     let ends = [1.0 - tail, tail].map(|p| {
         let (mut low, mut high) = (t - reach, t + reach);
         for _ in 0..HALVINGS {
@@ -103,20 +111,26 @@ pub fn cohen_dz_interval(
             } else {
                 high = middle;
             }
+            if high - low <= 1e-13 * (1.0 + t.abs()) {
+                break;
+            }
         }
         0.5 * (low + high) / n.sqrt()
     });
     Ok(ends)
 }
 
-/// Where a falling function of a noncentrality passes zero; zero where it begins below.
-fn falling_root(of: impl Fn(f64) -> f64) -> f64 {
+/// Where a falling function of a noncentrality passes zero; zero where it begins below, `None` where it ends above.
+fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
     if of(0.0) <= 0.0 {
-        return 0.0;
+        return Some(0.0);
     }
     let (mut low, mut high) = (0.0, 1.0);
-    while of(high) > 0.0 && high < MOST {
+    while of(high) > 0.0 {
         (low, high) = (high, 2.0 * high);
+        if high > MOST {
+            return None;
+        }
     }
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
@@ -129,5 +143,5 @@ fn falling_root(of: impl Fn(f64) -> f64) -> f64 {
             break;
         }
     }
-    0.5 * (low + high)
+    Some(0.5 * (low + high))
 }

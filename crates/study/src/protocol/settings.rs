@@ -108,8 +108,8 @@ pub struct Protocol {
 }
 
 /// Largest numbers of a study.
-const MOST_SUBJECTS: usize = 10_000;
-const MOST_TRIALS: usize = 1_000_000;
+const MOST_SUBJECTS: usize = 1000;
+const MOST_TRIALS: usize = 100_000;
 
 /// Columns of the exported table besides the factors.
 const TAKEN: [&str; 12] = [
@@ -202,7 +202,7 @@ impl Protocol {
         }
         let all = [self.conditions(), self.repeats].into_iter();
         let all = all.fold(self.subjects, usize::saturating_mul);
-        that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e6")?;
+        that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e5")?;
         if let Procedure::Likert { points } = self.procedure {
             let holds = (2..=100).contains(&points);
             that(holds, "points of the scale", points.into(), "2 to 100")?;
