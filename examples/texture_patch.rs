@@ -4,6 +4,7 @@
 
 use clap::Parser;
 use hwall_lab::texture::patch::{self, Grid, Request, Shape};
+use hwall_lab::texture::wanted::WantedArgs;
 use hwall_stage::exit;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,9 +17,11 @@ use std::process::ExitCode;
 /// of the bumps.
 #[derive(Parser)]
 struct Args {
+    #[command(flatten)]
+    wanted: WantedArgs,
     /// released, study-1.5, study-2, study-2.5, study-3, spaced-3 (text of the dissertation), or long radius, short radius,
     /// height, long pitch, short pitch in mm: RX,RY,H,PX,PY
-    #[arg(long, default_value = "released")]
+    #[arg(long, default_value = "released", conflicts_with = "levels")]
     preset: String,
     /// Size in mm, one number or X,Y [default: 200 for the released patch, else 50]
     #[arg(long, value_delimiter = ',', num_args = 1..=2)]
@@ -76,6 +79,7 @@ fn main() -> ExitCode {
 
 fn run(args: Args) -> anyhow::Result<()> {
     let request = Request {
+        wanted: args.wanted,
         preset: args.preset,
         size_mm: args.size_mm,
         accuracy_mm: 1e-3 * args.accuracy_um,

@@ -7,6 +7,7 @@ mod error;
 mod hands;
 mod http;
 mod pacing;
+mod questions;
 mod server;
 mod unity;
 
@@ -20,6 +21,9 @@ pub use server::{BridgeServer, StopHandle};
 pub use bridge::{Bridge, ViewSender};
 pub use hands::HandQueue;
 pub use pacing::Pacing;
+
+// A page that asks, for studies.
+pub use questions::{Answering, Question, QuestionServer};
 
 // The dissertation's datagram.
 pub use unity::{BoardDatagram, RoughnessCode, UnityConfig, UnityReceiver, UnityTarget};

@@ -52,21 +52,25 @@ impl TextureLevels {
         }
         let (texture, model) = (Texture::released(), Vibration::default());
         let encoding = Encoding::new(&roughness, &levels(&texture, &model)?)?;
-        let motion = TextureMotion::new(MotionLimits {
-            half_face_m: [board.half_width_m, board.half_height_m],
-            scan: ScanConfig {
-                time_constant_s: SCAN_S,
-                least_speed_m_per_s: RESTS_M_PER_S,
-                ..ScanConfig::default()
-            },
-            ..MotionLimits::default()
-        })?;
         Ok(Some(Self {
             texture,
             model,
             encoding,
-            motion,
+            motion: motion(board)?,
         }))
+    }
+
+    /// One level for every surface that has a roughness, whatever that is: a study's condition.
+    ///
+    /// # Errors
+    /// A level with a speed or a magnitude that is not finite.
+    pub fn of_level(level: Level, board: &Board) -> Result<Self, SessionError> {
+        Ok(Self {
+            texture: Texture::released(),
+            model: Vibration::default(),
+            encoding: Encoding::new(&[level.magnitude], &[level])?,
+            motion: motion(board)?,
+        })
     }
 
     /// The levels of the scene's roughnesses, from the smoothest.
@@ -335,6 +339,19 @@ impl BoardTexture {
         let _ = level.map(|level| self.motion.step(now_s, None, &level));
         ended.is_some_and(|touch| touch.going)
     }
+}
+
+/// The motion of a board of this size at rest.
+fn motion(board: &Board) -> Result<TextureMotion, SessionError> {
+    Ok(TextureMotion::new(MotionLimits {
+        half_face_m: [board.half_width_m, board.half_height_m],
+        scan: ScanConfig {
+            time_constant_s: SCAN_S,
+            least_speed_m_per_s: RESTS_M_PER_S,
+            ..ScanConfig::default()
+        },
+        ..MotionLimits::default()
+    })?)
 }
 
 /// All levels that the patch can present, with their roughness according to a model.

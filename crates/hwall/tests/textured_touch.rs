@@ -181,3 +181,39 @@ fn a_world_that_moves_ends_the_slide() {
     assert_eq!(session.state(), SessionState::TouchedInMovingWorld);
     assert_eq!(bench.servo.q(), q);
 }
+
+/// A study's condition is presented whatever the scene says, from the next touch on.
+#[test]
+fn levels_of_a_study_replace_those_of_the_scene() {
+    use hwall::haptics::Board;
+    use hwall::texton::{Level, ScanAngle};
+    use hwall::texture::TextureLevels;
+    for speed_mm_per_s in [0.0, 35.0] {
+        let mut session = session(rough_wall(0.6, Some(0.5)));
+        let level = Level {
+            scan: ScanAngle::from_deg(30.0).expect("an angle"),
+            speed_mm_per_s,
+            magnitude: 2.0,
+        };
+        let levels = TextureLevels::of_level(level, &Board::default()).expect("a level");
+        assert_eq!(levels.levels(), [level]);
+        session.set_texture_levels(levels);
+        let (mut bench, hand) = (Bench::new(hand()), hand());
+        let mut started = None;
+        while bench.now_s() < hand.end_s {
+            bench.cycle(&mut session);
+            while let Some(event) = session.next_event() {
+                if let EventKind::TextureStarted(touch) = event.kind {
+                    started = Some(touch.level);
+                }
+            }
+        }
+        assert_eq!(started, Some(level));
+    }
+    let wrong = Level {
+        scan: ScanAngle::ALONG,
+        speed_mm_per_s: f64::NAN,
+        magnitude: 1.0,
+    };
+    assert!(TextureLevels::of_level(wrong, &Board::default()).is_err());
+}

@@ -25,6 +25,7 @@ pub mod reach;
 pub mod rooms;
 pub mod study;
 pub mod texture;
+pub mod touch_study;
 
 pub mod speed;
 pub mod validation;

@@ -26,13 +26,19 @@ pub enum PsychophysicsError {
     /// The table is empty: no header line.
     #[error("no header line")]
     NoHeader,
-    /// The header is not separated by commas.
-    #[error("the header {header:?} is separated by {found:?}, not by commas")]
+    /// The header is separated by neither commas, semicolons nor tabs.
+    #[error("the header {header:?} is separated by {found:?}, not by commas, semicolons or tabs")]
     Delimiter {
         /// The header line.
         header: String,
         /// What separates its cells.
         found: char,
+    },
+    /// A wide table that cannot be read as one.
+    #[error("no wide table: {why}")]
+    Wide {
+        /// Why not.
+        why: &'static str,
     },
     /// A column that is not in the header.
     #[error("no column {column:?} in the header {header:?}")]

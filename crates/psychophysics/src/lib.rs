@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod design;
 mod error;
 pub mod models;
+pub mod procedures;
 mod report;
 pub mod samples;
 pub mod study;
@@ -13,12 +14,13 @@ pub use error::PsychophysicsError;
 pub use hwall_numeric::ArgumentError;
 
 // A study, its table and its scale.
-pub use study::{Columns, Factor, Groups, MOST_FACTORS, Normalisation, Study};
+pub use study::{Columns, Factor, Groups, LeftOut, MOST_FACTORS, Missing, Normalisation, Study};
 // Which factors matter, which levels differ, and whether the tests' assumptions hold.
 pub use analysis::{
     Adjustment, Analysis, AnalysisConfig, ArtEffect, Assumptions, CellMean, Comparison,
-    DesignSummary, Effect, ErrorModel, FactorSummary, Mauchly, PairTest, Ratio, Warning,
-    aligned_rank_transform, analyse, anova, art_contrasts, cell_means, pairwise,
+    DesignSummary, Effect, EffectSize, ErrorModel, FactorSummary, Mauchly, PairTest, Ratio,
+    Warning, aligned_rank_transform, analyse, anova, art_contrasts, cell_means, cohen_dz_interval,
+    pairwise,
 };
 // The order of conditions for each subject, and how many subjects are needed.
 pub use design::{
@@ -29,9 +31,14 @@ pub use design::{
 pub use models::{
     MagnitudeAnswer, PairAnswers, PowerLaw, Psychometric, Sigmoid, fit_psychometric, stevens_fit,
 };
+// Where the next trial is placed, and thresholds with intervals.
+pub use procedures::{
+    QuestEstimate, QuestGrid, QuestPlus, Staircase, StaircaseConfig, StaircaseEstimate, Threshold,
+    threshold,
+};
 // Tests of single samples, and tail probabilities.
 pub use samples::{ShapiroWilk, Wilcoxon, shapiro_wilk, wilcoxon_signed_rank};
 pub use tails::{
-    chi2_tail, f_tail, normal_cdf, normal_quantile, normal_tail, t_quantile_two_sided,
-    t_tail_two_sided,
+    chi2_tail, f_tail, noncentral_f_cdf, noncentral_t_cdf, normal_cdf, normal_quantile,
+    normal_tail, t_quantile_two_sided, t_tail_two_sided,
 };

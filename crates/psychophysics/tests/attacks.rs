@@ -1,6 +1,10 @@
 //! Numbers that did not end, panicked or gave NaN once.
 
-use hwall_psychophysics::tails::{chi2_tail, f_tail, t_quantile_two_sided, t_tail_two_sided};
+use hwall_psychophysics::tails::{
+    chi2_tail, f_tail, noncentral_f_cdf, noncentral_t_cdf, t_quantile_two_sided, t_tail_two_sided,
+};
+use hwall_psychophysics::{Columns, Study};
+use hwall_testkit::Sampler;
 
 const SIZES: [f64; 18] = [
     0.0,
@@ -44,4 +48,62 @@ fn tails_of_all_sizes_end_as_probabilities_or_nan() {
     }
     assert!(chi2_tail(1e20, 1e20).is_nan() && chi2_tail(1.0, f64::INFINITY).is_nan());
     assert!((chi2_tail(1e8, 1e8) - 0.5).abs() < 1e-4);
+}
+
+#[test]
+fn noncentral_tails_of_all_sizes_end_as_probabilities_or_nan() {
+    // Those of the sizes where a sum has at most some hundred terms; the largest are refused at once.
+    let sizes: Vec<f64> = SIZES
+        .into_iter()
+        .filter(|x| !(31.0..1e6).contains(x))
+        .collect();
+    for &x in &sizes {
+        for &df in &sizes {
+            for &lambda in sizes.iter().filter(|l| **l != 1e4).chain(&[-1.0]) {
+                for p in [
+                    noncentral_f_cdf(x, df, 3.0, lambda),
+                    noncentral_f_cdf(x, 3.0, df, lambda),
+                    noncentral_t_cdf(x, df, lambda),
+                    noncentral_t_cdf(-x, df, lambda),
+                ] {
+                    assert!(
+                        p.is_nan() || (0.0..=1.0).contains(&p),
+                        "{x} {df} {lambda}: {p}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_bytes_of_a_table_make_a_reader_panic() {
+    let tables = [
+        "who;a;b;y\n1;x;1;2,5\n1;x;2;NA\n1;y;1;3\n1;y;2;3\n2;x;1;1\n2;x;2;2\n2;y;1;3\n2;y;2;4\n3;x;1;1\n",
+        "who,x_1,x_2,y_1,y_2\n1,2,3,4,5\n2,3,4,5,NA\n3,1,2,3,4\n4,2,2,5,6\n",
+    ];
+    let columns = Columns::new("who", ["a", "b"], "y").complete_cases();
+    let mut sampler = Sampler::new(9);
+    for _ in 0..5_000 {
+        for table in tables {
+            let mut bytes = table.as_bytes().to_vec();
+            for _ in 0..=sampler.index(6) {
+                let at = sampler.index(bytes.len());
+                match sampler.index(3) {
+                    0 => bytes[at] = sampler.index(256) as u8,
+                    1 => bytes[at] = b";,_\n\"\t.-1"[sampler.index(9)],
+                    _ => {
+                        bytes.remove(at);
+                    }
+                }
+                if bytes.is_empty() {
+                    break;
+                }
+            }
+            let _ = Study::read_csv(bytes.as_slice(), &columns);
+            if let Ok(text) = std::str::from_utf8(&bytes) {
+                let _ = Study::from_wide_csv_str(text, &columns, "_");
+            }
+        }
+    }
 }

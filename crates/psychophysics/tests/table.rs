@@ -164,12 +164,12 @@ fn headers_are_refused() {
         header(""),
         "no column \"who\" in the header \"eve,1,x,1,12\""
     );
-    let semicolons = rows().join("\n").replace(',', ";");
+    let bars = rows().join("\n").replace(',', "|");
     assert_eq!(
-        Study::from_csv_str(&semicolons, &columns())
+        Study::from_csv_str(&bars, &columns())
             .expect_err("refused")
             .to_string(),
-        "the header \"who;a;b;round;y\" is separated by ';', not by commas"
+        "the header \"who|a|b|round|y\" is separated by '|', not by commas, semicolons or tabs"
     );
     assert_eq!(
         Study::from_csv_str("", &columns()),

@@ -184,6 +184,34 @@ pub enum TextonError {
         /// Its value.
         value: f64,
     },
+    /// Ratios of roughness that no texture within the limits presents.
+    #[error(
+        "a ratio of {wanted:.4} between roughest and smoothest is out of reach, the nearest that is possible is {nearest:.4}"
+    )]
+    RatioTooWide {
+        /// Roughest to smoothest, wanted.
+        wanted: f64,
+        /// The largest ratio that is possible.
+        nearest: f64,
+    },
+    /// A magnitude that no texture within the limits presents together with the others.
+    #[error("magnitude {wanted:.4} is out of reach, the nearest that is possible is {nearest:.4}")]
+    MagnitudeOutOfReach {
+        /// The magnitude wanted.
+        wanted: f64,
+        /// The nearest one of the design that misses least.
+        nearest: f64,
+    },
+    /// A texture that the printer cannot make.
+    #[error("the {what} is {is_mm:.4} mm, the printer needs at least {needs_mm:.4} mm")]
+    NotPrintable {
+        /// What is too small.
+        what: &'static str,
+        /// Its size, mm.
+        is_mm: f64,
+        /// The nearest that is possible, mm.
+        needs_mm: f64,
+    },
     /// Fewer levels than wanted, or none wanted.
     #[error("{wanted} levels wanted, there are {levels}")]
     TooFewLevels {

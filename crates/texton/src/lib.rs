@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+pub mod design;
 mod error;
 pub mod geometry;
 pub mod height;
@@ -33,6 +34,11 @@ pub use roughness::{
 // Which orientation and speed stand for which roughness.
 pub use levels::{
     Calibration, CalibrationNode, Encoding, Level, LevelTable, Violation, discriminable,
+};
+// From wanted roughnesses to a texture and its levels.
+pub use design::{
+    Compression, DesignCandidate, DesignLevel, DesignRequest, DeviceLimits, GivenUp, LevelPath,
+    MagnitudeScale, PrintProcess, ProcessLimits, RoughnessSource, Wanted, design,
 };
 // How the board moves under a finger.
 pub use motion::{

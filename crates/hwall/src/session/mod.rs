@@ -259,6 +259,15 @@ impl<P: Predictor> Session<P> {
         drive(self, arm, surroundings, after)
     }
 
+    /// From the next touch on the board presents these levels, in place of those chosen for the scene: for studies, where a
+    /// condition is an orientation and a speed. Between touches only; it allocates.
+    #[cfg(feature = "texture")]
+    pub fn set_texture_levels(&mut self, levels: TextureLevels) {
+        let arm = Arc::clone(self.control.renderer.arm());
+        self.control.texture = Some(BoardTexture::new(&levels, arm));
+        self.perception.levels = Some(levels);
+    }
+
     /// What the board is doing, as of the last step.
     #[must_use]
     pub const fn state(&self) -> SessionState {

@@ -34,6 +34,12 @@ pub struct Args {
     /// Columns that number repeated trials, which are averaged: a,b
     #[arg(long, value_delimiter = ',')]
     round: Vec<String>,
+    /// The table is wide, one row a subject: columns of answers are named by levels joined by this text, such as 0_20
+    #[arg(long, value_name = "JOINT", conflicts_with = "round")]
+    wide: Option<String>,
+    /// What is done about missing answers
+    #[arg(long, value_enum, default_value = "refuse")]
+    missing: Gaps,
     /// How the subjects' scales are normalised
     #[arg(long, value_enum, default_value = "none")]
     normalise: Scale,
@@ -58,6 +64,14 @@ pub struct Args {
     /// Folder for figures: means with intervals, and boxes of the subjects' values
     #[arg(long)]
     svg: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Gaps {
+    /// The table is refused
+    Refuse,
+    /// Subjects with a missing answer are left out, and named
+    Complete,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -87,7 +101,10 @@ impl Args {
         let mut columns = Columns::new(&self.subject, within, &self.value);
         columns.between.clone_from(&self.between);
         columns.rounds.clone_from(&self.round);
-        columns
+        match self.missing {
+            Gaps::Refuse => columns,
+            Gaps::Complete => columns.complete_cases(),
+        }
     }
 
     fn config(&self) -> AnalysisConfig {
@@ -119,8 +136,8 @@ impl Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let columns = args.columns();
     ensure!(
-        !columns.within.is_empty(),
-        "--factors needs a factor within subjects beside --between"
+        !columns.within.is_empty() || args.svg.is_none(),
+        "--svg needs a factor within subjects beside --between"
     );
     FilePlan::default()
         .read("the table", Some(&args.table))
@@ -129,8 +146,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .write_into("--svg", args.svg.as_deref(), &["means.svg", "boxes.svg"])
         .check()?;
     let name = || args.table.display().to_string();
-    let table = fs::File::open(&args.table).with_context(name)?;
-    let study = Study::read_csv(table, &columns).with_context(name)?;
+    let study = match &args.wide {
+        Some(joint) => {
+            let table = fs::read_to_string(&args.table).with_context(name)?;
+            Study::from_wide_csv_str(&table, &columns, joint)
+        }
+        None => Study::read_csv(fs::File::open(&args.table).with_context(name)?, &columns),
+    };
+    let study = study.with_context(name)?;
     let config = args.config();
     let analysis = analyse(&study, &config).with_context(name)?;
     if let Some(folder) = &args.svg {
@@ -149,5 +172,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         figures::means(&folder.join("means.svg"), &scaled, config.confidence)?;
         figures::boxes(&folder.join("boxes.svg"), &scaled)?;
     }
-    write!(io::stdout(), "{}", analysis.to_text()).context("standard output")
+    let mut text = analysis.to_text();
+    for size in analysis.effect_sizes(config.confidence)? {
+        let [low, high] = size.ci;
+        text += &format!(
+            "\n{} ({:?}): partial eta squared {:.4}, {}% interval {low:.4} to {high:.4}",
+            size.name,
+            size.errors,
+            size.partial_eta2,
+            100.0 * config.confidence
+        );
+    }
+    writeln!(io::stdout(), "{text}").context("standard output")
 }

@@ -3,3 +3,4 @@
 pub mod patch;
 pub mod patch_figures;
 pub mod trial;
+pub mod wanted;

@@ -1,6 +1,7 @@
 //! From the flags of a command line to a patch, its files and its tables.
 
 use crate::texture::patch_figures;
+use crate::texture::wanted::WantedArgs;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use hwall_stage::input::file_plan::FilePlan;
@@ -44,6 +45,8 @@ pub enum Grid {
 
 /// What was asked for.
 pub struct Request {
+    /// Roughnesses for which the texture is designed, in place of a preset.
+    pub wanted: WantedArgs,
     /// Name of a preset, or long radius, short radius, height, long pitch, short pitch in mm.
     pub preset: String,
     /// Size of the patch: one number for both axes, or x and y; the preset's own where empty.
@@ -94,7 +97,10 @@ pub fn run(request: &Request, out: &mut impl Write) -> anyhow::Result<()> {
         .write("--exr", request.exr.as_deref())
         .write_into("--out", request.figures.as_deref(), &FIGURES)
         .check()?;
-    let texture = texture(request)?;
+    let texture = match request.wanted.texture(out)? {
+        Some(texture) => texture,
+        None => texture(request)?,
+    };
     let patch = patch(request, texture)?;
     let ask = Tessellation {
         accuracy_mm: request.accuracy_mm,
@@ -235,7 +241,7 @@ fn pair(numbers: &[f64]) -> anyhow::Result<[f64; 2]> {
 
 fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
     let size_mm = match (&request.size_mm[..], request.preset.as_str()) {
-        ([], "released") => [200.0; 2],
+        ([], "released") if request.wanted.levels.is_empty() => [200.0; 2],
         ([], _) => [50.0; 2],
         (numbers, _) => pair(numbers).context("--size-mm")?,
     };
@@ -367,9 +373,19 @@ fn encounters(texture: &Texture) -> anyhow::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::wanted::{ModelKind, PrinterKind};
 
     fn request(preset: &str) -> Request {
         Request {
+            wanted: WantedArgs {
+                levels: Vec::new(),
+                printer: PrinterKind::Sla,
+                model: ModelKind::Vibration,
+                table: None,
+                weber: 0.1,
+                narrow: false,
+                candidate: 1,
+            },
             preset: preset.to_owned(),
             size_mm: vec![20.0, 10.0],
             accuracy_mm: 0.05,

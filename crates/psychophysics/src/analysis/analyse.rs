@@ -6,7 +6,7 @@ use super::assumptions::{Assumptions, Warning, pooled_unequal};
 use super::means::{CellMean, cell_means};
 use super::posthoc::{Adjustment, Comparison, art_contrasts, pairwise};
 use crate::error::PsychophysicsError;
-use crate::study::{Factor, Normalisation, Study};
+use crate::study::{Factor, LeftOut, Normalisation, Study};
 use serde::Serialize;
 
 /// What to compute.
@@ -81,6 +81,8 @@ pub struct DesignSummary {
     pub within: Vec<FactorSummary>,
     /// Factor between subjects.
     pub between: Option<FactorSummary>,
+    /// Subjects who were left out because answers of theirs are missing.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// Name and levels of a factor.
@@ -157,6 +159,7 @@ impl DesignSummary {
             value: study.value_name().to_owned(),
             within: study.within().iter().map(summary).collect(),
             between: study.between().map(|g| summary(&g.factor)),
+            left_out: study.left_out().to_vec(),
         }
     }
 }

@@ -148,7 +148,11 @@ fn residuals(study: &Study) -> Vec<f64> {
     rows.flat_map(|(subject, row)| {
         let means = &cell_means[study.group_of(subject) * cells..][..cells];
         let off = row.iter().zip(means).map(|(v, m)| v - m);
-        let own = off.clone().sum::<f64>() / cells as f64;
+        // A subject with a single value has no scatter of its own.
+        let own = match cells {
+            1 => 0.0,
+            _ => off.clone().sum::<f64>() / cells as f64,
+        };
         off.map(move |v| v - own).collect::<Vec<_>>()
     })
     .collect()

@@ -86,7 +86,11 @@ pub fn cell_means(
                 mean,
                 sd,
                 ci_half: half(sd),
-                ci_half_within: half(mean_and_sd(&within).1) * morey,
+                // With one cell there is nothing to compare within subjects.
+                ci_half_within: match study.cells() {
+                    1 => half(sd),
+                    _ => half(mean_and_sd(&within).1) * morey,
+                },
                 median: quantile_of(&mut values, 0.5),
             });
         }

@@ -5,6 +5,7 @@ mod anova;
 mod art;
 mod assumptions;
 mod contrasts;
+mod effect_size;
 mod means;
 mod posthoc;
 mod ratio;
@@ -14,6 +15,7 @@ pub use analyse::{Analysis, AnalysisConfig, DesignSummary, FactorSummary, analys
 pub use anova::{Effect, ErrorModel, anova};
 pub use art::{ArtEffect, aligned_rank_transform};
 pub use assumptions::{Assumptions, Warning};
+pub use effect_size::{EffectSize, cohen_dz_interval};
 pub use means::{CellMean, cell_means};
 pub use posthoc::{Adjustment, Comparison, PairTest, art_contrasts, pairwise};
 pub use ratio::Ratio;

@@ -58,7 +58,8 @@ impl Psychometric {
 }
 
 impl Sigmoid {
-    fn at(self, z: f64) -> f64 {
+    /// The function itself, from 0 to 1.
+    pub(crate) fn at(self, z: f64) -> f64 {
         match self {
             Self::CumulativeGaussian => normal_cdf(z),
             Self::Logistic => 1.0 / (1.0 + (-z).exp()),

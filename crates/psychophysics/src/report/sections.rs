@@ -22,6 +22,14 @@ impl Analysis {
         let mut out = Document::new(markdown);
         out.heading(1, &format!("Analysis of {}", self.design.value));
         out.line(&self.summary());
+        if let Some(first) = self.design.left_out.first() {
+            out.line(&format!(
+                "Complete cases only: {} subjects are left out because answers are missing, the first is {:?} without {}.",
+                self.design.left_out.len(),
+                first.subject,
+                first.cell
+            ));
+        }
         for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
             let effects = self.effects.iter().filter(|e| e.errors == errors);
             anova_table(&mut out, errors, &effects.collect::<Vec<_>>());
@@ -52,8 +60,13 @@ impl Analysis {
             Normalisation::Geometric => "each subject's scaled to the geometric mean of all",
         };
         format!(
-            "{} subjects; within subjects {}{}; {} values, {}; estimates {scaled}; mean {}.",
+            "{} subjects{}{}{}; {} values, {}; estimates {scaled}; mean {}.",
             design.subjects,
+            if within.is_empty() {
+                ""
+            } else {
+                "; within subjects "
+            },
             within.join(" × "),
             between.map_or(String::new(), |b| format!("; between subjects {b}")),
             design.values,

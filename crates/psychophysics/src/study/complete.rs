@@ -1,6 +1,7 @@
 //! A complete study: one value for every subject and combination of levels.
 
 use super::factor::{Factor, Groups, MOST_FACTORS, count_cells};
+use super::missing::LeftOut;
 use crate::error::PsychophysicsError;
 
 /// Bounds on the size of the largest value: sphericity takes fourth powers, also of rounding errors.
@@ -20,6 +21,7 @@ pub struct Study {
     /// The smallest single answer behind each value.
     least: Vec<TrialAnswer>,
     value_name: String,
+    left_out: Vec<LeftOut>,
 }
 
 /// The answer of a single trial, and its line in the table.
@@ -38,13 +40,14 @@ pub(super) struct StudyParts {
     pub(super) rounds: usize,
     pub(super) least: Vec<TrialAnswer>,
     pub(super) value_name: String,
+    pub(super) left_out: Vec<LeftOut>,
 }
 
 impl Study {
     /// A study from its values: subject by subject, the last factor fastest.
     ///
     /// # Errors
-    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor, two
+    /// A wrong number of values or groups, a value that is not finite, a factor of one level, no factor at all, two
     /// factors of the same name, a largest size outside 1e-60 to 1e60 unless all values are zero.
     pub fn from_values(
         within: Vec<Factor>,
@@ -74,12 +77,14 @@ impl Study {
             rounds: 1,
             least,
             value_name: "value".to_owned(),
+            left_out: Vec::new(),
         })
     }
 
     pub(super) fn from_parts(parts: StudyParts) -> Result<Self, PsychophysicsError> {
         let got = parts.within.len();
-        if got == 0 || got > MOST_FACTORS {
+        // One factor is enough, if it is between subjects.
+        if got == 0 && parts.between.is_none() || got > MOST_FACTORS {
             let most = MOST_FACTORS;
             return Err(PsychophysicsError::FactorCount { got, most });
         }
@@ -111,6 +116,7 @@ impl Study {
             rounds: parts.rounds,
             least: parts.least,
             value_name: parts.value_name,
+            left_out: parts.left_out,
         };
         let wanted = study.subjects.len().saturating_mul(study.cells());
         if study.values.len() != wanted {
@@ -157,6 +163,12 @@ impl Study {
             values,
             ..self.clone()
         }
+    }
+
+    /// Subjects who were left out, with [`Missing::CompleteCases`](super::Missing::CompleteCases).
+    #[must_use]
+    pub fn left_out(&self) -> &[LeftOut] {
+        &self.left_out
     }
 
     /// Names of the subjects, in order of appearance.

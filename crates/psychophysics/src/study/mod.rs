@@ -3,11 +3,14 @@
 mod complete;
 mod factor;
 mod lines;
+mod missing;
 mod normalise;
 mod table;
+mod wide;
 
 pub use complete::Study;
 pub use factor::{Factor, Groups, MOST_FACTORS};
+pub use missing::{LeftOut, Missing};
 pub use normalise::Normalisation;
 pub use table::Columns;
 

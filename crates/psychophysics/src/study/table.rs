@@ -3,6 +3,7 @@
 use super::complete::{MOST_SIZE, Study, StudyParts, TrialAnswer};
 use super::factor::{Factor, Groups};
 use super::lines::LineCounter;
+use super::missing::{LeftOut, Missing};
 use crate::error::PsychophysicsError;
 use std::collections::HashMap;
 use std::io::Read;
@@ -23,6 +24,8 @@ pub struct Columns {
     pub rounds: Vec<String>,
     /// The answer.
     pub value: String,
+    /// What is done about missing answers: no row, or an empty cell or `NA` in it.
+    pub missing: Missing,
 }
 
 impl Columns {
@@ -38,7 +41,15 @@ impl Columns {
             between: None,
             rounds: Vec::new(),
             value: value.into(),
+            missing: Missing::default(),
         }
+    }
+
+    /// The same with the subjects left out who miss an answer.
+    #[must_use]
+    pub const fn complete_cases(mut self) -> Self {
+        self.missing = Missing::CompleteCases;
+        self
     }
 
     /// The same with a factor between subjects.
@@ -63,13 +74,15 @@ struct Trial {
     group: String,
     levels: Vec<String>,
     round: Vec<String>,
-    value: f64,
+    /// None for an answer that is missing and may be.
+    value: Option<f64>,
 }
 
 impl Study {
     /// Reads a long table from CSV text: a header line, then one row per trial.
     ///
-    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells are ignored. Trials
+    /// Cells may be quoted; a byte order mark, CRLF and spaces around cells are ignored. Cells are separated by what
+    /// separates the header: commas, else semicolons or tabs, and then `3,5` is a number as well as `3.5`. Trials
     /// that differ only in their round are averaged (arithmetic mean).
     ///
     /// # Errors
@@ -98,19 +111,55 @@ impl Study {
     /// # Errors
     /// As there, and a stream that cannot be read.
     pub fn read_csv(source: impl Read, columns: &Columns) -> Result<Self, PsychophysicsError> {
-        assemble(read_trials(source, columns)?, columns)
+        let mut source = source;
+        let mut bytes = Vec::new();
+        source
+            .read_to_end(&mut bytes)
+            .map_err(|error| PsychophysicsError::io("table", &error))?;
+        let decimal_commas = delimiter_of(&bytes) != b',';
+        Self::read_long(&bytes, columns, decimal_commas)
+    }
+
+    pub(super) fn read_long(
+        bytes: &[u8],
+        columns: &Columns,
+        decimal_commas: bool,
+    ) -> Result<Self, PsychophysicsError> {
+        assemble(read_trials(bytes, columns, decimal_commas)?, columns)
     }
 }
 
-fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, PsychophysicsError> {
-    let mut bytes = Vec::new();
-    source
-        .read_to_end(&mut bytes)
-        .map_err(|error| PsychophysicsError::io("table", &error))?;
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+/// What separates the cells of a header: the comma, unless it has none but semicolons or tabs outside of quotes.
+pub(super) fn delimiter_of(text: &[u8]) -> u8 {
+    let line = text.split(|b| matches!(b, b'\n' | b'\r')).next();
+    let (mut quoted, mut found) = (false, [0_usize; 3]);
+    for byte in line.unwrap_or_default() {
+        match byte {
+            b'"' => quoted = !quoted,
+            b',' if !quoted => found[0] += 1,
+            b';' if !quoted => found[1] += 1,
+            b'\t' if !quoted => found[2] += 1,
+            _ => {}
+        }
+    }
+    let [commas, semicolons, tabs] = found;
+    match (commas, semicolons > 0, tabs > 0) {
+        (0, true, _) => b';',
+        (0, false, true) => b'\t',
+        _ => b',',
+    }
+}
+
+fn read_trials(
+    bytes: &[u8],
+    columns: &Columns,
+    decimal_commas: bool,
+) -> Result<Vec<Trial>, PsychophysicsError> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = LineCounter::of(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
+        .delimiter(delimiter_of(text))
         .from_reader(text);
     let header: Vec<String> = reader
         .headers()
@@ -122,7 +171,7 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
         return Err(PsychophysicsError::NoHeader);
     }
     if let [only] = header.as_slice()
-        && let Some(found) = only.chars().find(|c| matches!(c, ';' | '\t' | '|'))
+        && let Some(found) = only.chars().find(|c| matches!(c, '|'))
     {
         let header = only.clone();
         return Err(PsychophysicsError::Delimiter { header, found });
@@ -159,14 +208,25 @@ fn read_trials(mut source: impl Read, columns: &Columns) -> Result<Vec<Trial>, P
         let group = between_at.as_ref().map(key).transpose()?;
         let round = rounds_at.iter().map(key).collect::<Result<_, _>>()?;
         let text = &record[value_at];
-        let value = text.parse().ok().filter(|v: &f64| v.is_finite());
-        let value = value.ok_or_else(|| PsychophysicsError::NotANumber {
-            line,
-            column: header[value_at].clone(),
-            text: text.chars().take(40).collect(),
-        })?;
+        let absent = matches!(text, "" | "NA") && columns.missing == Missing::CompleteCases;
+        let value = if absent {
+            None
+        } else {
+            let point = decimal_commas && !text.contains('.');
+            let number = if point {
+                text.replacen(',', ".", 1).parse()
+            } else {
+                text.parse()
+            };
+            let value = number.ok().filter(|v: &f64| v.is_finite());
+            Some(value.ok_or_else(|| PsychophysicsError::NotANumber {
+                line,
+                column: header[value_at].clone(),
+                text: text.chars().take(40).collect(),
+            })?)
+        };
         // Checked here, as the mean over rounds has no line.
-        if value.abs() > MOST_SIZE {
+        if let Some(value) = value.filter(|v| v.abs() > MOST_SIZE) {
             return Err(PsychophysicsError::Scale { line, value });
         }
         trials.push(Trial {
@@ -271,6 +331,7 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
     let slots = axes.iter().map(|a| a.len() as u128);
     let each = slots.fold(1_u128, u128::saturating_mul);
     let mut taken: HashMap<u128, TrialAnswer> = HashMap::with_capacity(trials.len());
+    let mut there = vec![0_u128; subjects.len()];
     for trial in &trials {
         let keys = trial.levels.iter().chain(&trial.round);
         let mut slot = subjects.place[&trial.subject] as u128;
@@ -278,8 +339,12 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
             slot = slot.saturating_mul(axis.len() as u128);
             slot = slot.saturating_add(axis.place[key] as u128);
         }
+        let Some(value) = trial.value else {
+            continue;
+        };
+        there[subjects.place[&trial.subject]] += 1;
         let answer = TrialAnswer {
-            value: trial.value,
+            value,
             line: trial.line,
         };
         if let Some(first) = taken.insert(slot, answer) {
@@ -292,17 +357,41 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
             });
         }
     }
-    let wanted = each.saturating_mul(subjects.len() as u128);
-    let missing = wanted.saturating_sub(taken.len() as u128);
-    let first = (0..wanted).find(|slot| !taken.contains_key(slot));
-    if let Some(first) = first {
-        return Err(PsychophysicsError::MissingCell {
-            subject: subjects.names[(first / each) as usize].clone(),
-            cell: words(&names, &axes, first % each),
-            missing: missing.try_into().unwrap_or(usize::MAX),
+    let (mut left_out, mut complete) = (Vec::new(), Vec::new());
+    for (subject, name) in subjects.names.iter().enumerate() {
+        let first_slot = each.saturating_mul(subject as u128);
+        let own = first_slot..first_slot.saturating_add(each);
+        let mut own = own;
+        let Some(first) = own.find(|slot| !taken.contains_key(slot)) else {
+            complete.push(subject);
+            continue;
+        };
+        left_out.push(LeftOut {
+            subject: name.clone(),
+            cell: words(&names, &axes, first - first_slot),
+            missing: each
+                .saturating_sub(there[subject])
+                .try_into()
+                .unwrap_or(usize::MAX),
         });
     }
-    let slots: Vec<TrialAnswer> = (0..wanted).map(|slot| taken[&slot]).collect();
+    if let Some(first) = left_out.first()
+        && (columns.missing == Missing::Refuse || complete.is_empty())
+    {
+        let missing = left_out.iter().map(|l| l.missing);
+        return Err(PsychophysicsError::MissingCell {
+            subject: first.subject.clone(),
+            cell: first.cell.clone(),
+            missing: missing.fold(0, usize::saturating_add),
+        });
+    }
+    let kept = complete.iter().map(|subject| each * *subject as u128);
+    let slots = kept.flat_map(|first| first..first + each);
+    let slots: Vec<TrialAnswer> = slots.map(|slot| taken[&slot]).collect();
+    let between = between.map(|groups| Groups {
+        of_subject: complete.iter().map(|s| groups.of_subject[*s]).collect(),
+        ..groups
+    });
     let per_cell: usize = rounds.iter().map(Levels::len).product();
     let cells = slots.chunks_exact(per_cell);
     let (values, least) = cells
@@ -322,13 +411,17 @@ fn assemble(trials: Vec<Trial>, columns: &Columns) -> Result<Study, Psychophysic
         .unzip();
     let factor = |(name, levels): (&String, Levels)| Factor::new(name, levels.names);
     Study::from_parts(StudyParts {
-        subjects: subjects.names,
+        subjects: complete
+            .iter()
+            .map(|s| subjects.names[*s].clone())
+            .collect(),
         within: columns.within.iter().zip(levels).map(factor).collect(),
         between,
         values,
         rounds: per_cell,
         least,
         value_name: columns.value.clone(),
+        left_out,
     })
 }
 

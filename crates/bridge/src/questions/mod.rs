@@ -1,0 +1,8 @@
+//! A page that asks one question after the other: large buttons, a number, one of two.
+
+mod page;
+mod question;
+mod server;
+
+pub use question::{Answering, Question};
+pub use server::QuestionServer;

@@ -1,0 +1,227 @@
+//! A texture for wanted roughnesses: the table of candidates, and the one that is taken.
+
+use anyhow::{Context, ensure};
+use clap::ValueEnum;
+use hwall_testkit::MarkdownTable;
+use hwall_texton::{
+    Calibration, Compression, DesignCandidate, DesignRequest, LevelPath, MagnitudeScale,
+    PrintProcess, RoughnessModel, RoughnessSource, TemporalFrequency, Texture, Vibration, Wanted,
+    design,
+};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// How the patch is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PrinterKind {
+    /// A molten strand
+    Fdm,
+    /// Resin hardened by light
+    Sla,
+    /// Drops of resin
+    Polyjet,
+}
+
+/// The model that predicts roughness: those that reproduce the order of the dissertation's study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelKind {
+    /// Vibration weighted by the sensitivity of Pacinian afferents
+    Vibration,
+    /// Bumps per second
+    Frequency,
+}
+
+/// Flags of a design.
+#[derive(Debug, Clone, clap::Args)]
+pub struct WantedArgs {
+    /// Design the texture for these roughnesses: 1,2,4. Without --table only their ratios count
+    #[arg(long = "for", value_delimiter = ',', value_name = "LEVELS")]
+    pub levels: Vec<f64>,
+    /// How it will be printed: sets the smallest gap, radius and height
+    #[arg(long, value_enum, default_value = "sla", requires = "levels")]
+    pub printer: PrinterKind,
+    /// The model that predicts roughness
+    #[arg(long, value_enum, default_value = "vibration", requires = "levels")]
+    pub model: ModelKind,
+    /// CSV of a study on the released patch (orientation_deg, velocity_mm_s, value): sets the scale of the model, and
+    /// --for then counts in that study's scale
+    #[arg(long, requires = "levels")]
+    pub table: Option<PathBuf>,
+    /// Just noticeable difference of roughness, relative; the default is an assumption
+    #[arg(long, default_value_t = 0.1, requires = "levels")]
+    pub weber: f64,
+    /// Narrow ratios that no texture reaches, instead of refusing them
+    #[arg(long, requires = "levels")]
+    pub narrow: bool,
+    /// Which of the candidates is made, from 1
+    #[arg(long, default_value_t = 1, requires = "levels")]
+    pub candidate: usize,
+}
+
+impl WantedArgs {
+    /// Designs, prints the candidates and returns the one that was asked for; `None` without wanted levels.
+    ///
+    /// # Errors
+    /// Levels that no texture presents, a table that cannot be read, a candidate that does not exist.
+    pub fn texture(&self, out: &mut impl Write) -> anyhow::Result<Option<Texture>> {
+        if self.levels.is_empty() {
+            return Ok(None);
+        }
+        let (vibration, frequency) = (Vibration::default(), TemporalFrequency);
+        let model: &dyn RoughnessModel = match self.model {
+            ModelKind::Vibration => &vibration,
+            ModelKind::Frequency => &frequency,
+        };
+        let process = match self.printer {
+            PrinterKind::Fdm => PrintProcess::Fdm,
+            PrinterKind::Sla => PrintProcess::Sla,
+            PrinterKind::Polyjet => PrintProcess::PolyJet,
+        };
+        let mut request = DesignRequest {
+            weber_fraction: self.weber,
+            compression: match self.narrow {
+                true => Compression::Allow,
+                false => Compression::Refuse,
+            },
+            ..DesignRequest::of_ratios(self.levels.clone(), model, process)
+        };
+        if let Some(path) = &self.table {
+            let name = || path.display().to_string();
+            let file = std::fs::File::open(path).with_context(name)?;
+            let table = Calibration::from_csv(file).with_context(name)?;
+            let scale = MagnitudeScale::from_calibration(model, &Texture::released(), &table, 0.0)
+                .with_context(name)?;
+            writeln!(
+                out,
+                "scale from {}: {:.4} prediction^{:.3}, magnitudes scatter by {:.1} %",
+                path.display(),
+                scale.gain,
+                scale.exponent,
+                100.0 * scale.ln_sd.unwrap_or_default()
+            )?;
+            request.source = RoughnessSource::Model { model, scale };
+            request.wanted = Wanted::Magnitudes(self.levels.clone());
+        }
+        let candidates = design(&request).context("--for")?;
+        describe(&candidates, model, out)?;
+        let count = candidates.len();
+        ensure!(
+            (1..=count).contains(&self.candidate),
+            "--candidate {}: there are {count}",
+            self.candidate
+        );
+        Ok(candidates.get(self.candidate - 1).map(|c| c.texture))
+    }
+}
+
+fn describe(
+    candidates: &[DesignCandidate],
+    model: &dyn RoughnessModel,
+    out: &mut impl Write,
+) -> anyhow::Result<()> {
+    let info = model.info();
+    writeln!(
+        out,
+        "by {} ({}; {})\n",
+        info.name, info.quantity, info.misfit
+    )?;
+    let mut table = MarkdownTable::new([
+        "candidate",
+        "radii, mm",
+        "height, mm",
+        "pitch, mm",
+        "varies",
+        "least step, jnd",
+        "largest error, jnd",
+    ]);
+    for (i, c) in candidates.iter().enumerate() {
+        let [a, b] = c.texture.texton().radii().to_array();
+        let [x, y] = c.texture.layout().pitch_mm();
+        table.row([
+            (i + 1).to_string(),
+            format!("{a:.3} x {b:.3}"),
+            format!("{}", c.texture.texton().height_mm()),
+            format!("{x:.3} x {y:.3}"),
+            match c.path {
+                LevelPath::Speed => "speed",
+                LevelPath::Angle => "angle",
+                LevelPath::Both => "both",
+            }
+            .to_owned(),
+            c.least_step_jnd
+                .map_or("none".to_owned(), |s| format!("{s:.2}")),
+            format!("{:.2}", c.worst_error_jnd),
+        ]);
+    }
+    writeln!(out, "{table}")?;
+    for (i, c) in candidates.iter().enumerate() {
+        let mut levels = MarkdownTable::new([
+            "wanted",
+            "angle, deg",
+            "speed, mm/s",
+            "magnitude",
+            "jnd",
+            "jnd, deg",
+            "jnd, mm/s",
+            "error, jnd",
+        ]);
+        let or_none = |v: Option<f64>| v.map_or("none".to_owned(), |v| format!("{v:.2}"));
+        for l in &c.levels {
+            levels.row([
+                format!("{}", l.wanted),
+                format!("{:.2}", l.scan.deg()),
+                format!("{:.2}", l.speed_mm_per_s),
+                format!("{:.5}", l.magnitude),
+                format!("{:.5}", l.jnd),
+                or_none(l.jnd_deg),
+                or_none(l.jnd_mm_per_s),
+                format!("{:.2}", l.error_jnd),
+            ]);
+        }
+        writeln!(out, "candidate {}\n\n{levels}\ngiven up:", i + 1)?;
+        for given_up in &c.given_up {
+            writeln!(out, "- {given_up}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args(levels: Vec<f64>, printer: PrinterKind) -> WantedArgs {
+        WantedArgs {
+            levels,
+            printer,
+            model: ModelKind::Vibration,
+            table: None,
+            weber: 0.1,
+            narrow: false,
+            candidate: 1,
+        }
+    }
+
+    #[test]
+    fn every_printer_gets_a_texture_and_a_refusal_names_the_nearest() {
+        for printer in [PrinterKind::Fdm, PrinterKind::Sla, PrinterKind::Polyjet] {
+            let mut text = Vec::new();
+            let texture = args(vec![1.0, 2.0, 4.0], printer).texture(&mut text);
+            assert!(texture.unwrap().is_some());
+            let text = String::from_utf8(text).unwrap();
+            assert!(
+                text.contains("candidate 5") && text.contains("given up"),
+                "{text}"
+            );
+        }
+        let refused = args(vec![1.0, 1e7], PrinterKind::Sla).texture(&mut Vec::new());
+        let refused = format!("{:#}", refused.unwrap_err());
+        assert!(
+            refused.contains("the nearest that is possible"),
+            "{refused}"
+        );
+        let none = args(Vec::new(), PrinterKind::Sla).texture(&mut Vec::new());
+        assert_eq!(none.unwrap(), None);
+    }
+}

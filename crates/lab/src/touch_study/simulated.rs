@@ -1,0 +1,162 @@
+//! A whole study with simulated participants.
+
+use super::outputs;
+use super::settings::ProtocolArgs;
+use anyhow::ensure;
+use hwall_study::{
+    Durability, NextStep, ParticipantConfig, SimulatedStage, Simulation, Study, promised_power,
+    simulate,
+};
+use std::fmt::Write as _;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Studies drawn for the promised power.
+const STUDIES: usize = 1000;
+
+/// What to simulate.
+pub struct Request<'a> {
+    /// Subjects.
+    pub subjects: usize,
+    /// The study.
+    pub protocol: &'a ProtocolArgs,
+    /// Folder to keep it in; none: nothing is kept.
+    pub out: Option<&'a Path>,
+    /// Go on with the study of that folder?
+    pub resume: bool,
+    /// Stop after so many trials, as if killed.
+    pub kill_after: Option<usize>,
+    /// Present each condition once only.
+    pub once: bool,
+}
+
+/// Runs it, writes what it gives and prints the report.
+///
+/// # Errors
+/// A protocol that cannot be run; a folder that holds another study or cannot be written.
+pub fn run(request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<()> {
+    let kept = request.out.map(Path::to_owned);
+    let folder = kept.clone().unwrap_or_else(passing);
+    let result = run_in(&folder, request, out);
+    if kept.is_none() {
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+    result
+}
+
+/// A folder for a study that is not kept.
+fn passing() -> PathBuf {
+    std::env::temp_dir().join(format!("hwall_study_{}", std::process::id()))
+}
+
+fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow::Result<()> {
+    let asked = request.protocol.protocol(request.subjects)?;
+    let mut study = if request.resume {
+        ensure!(
+            request.out.is_some(),
+            "--resume needs --out, the folder of the study"
+        );
+        let study = Study::resume(folder, Durability::System)?;
+        ensure!(
+            *study.protocol() == asked,
+            "{}: the study there has other settings; give the same flags",
+            folder.display()
+        );
+        writeln!(out, "resumed: {} trials are done", study.trials().len())?;
+        study
+    } else {
+        Study::create(folder, asked, Durability::System)?
+    };
+    let simulation = Simulation {
+        participants: ParticipantConfig::default(),
+        once_per_condition: request.once,
+        kill_after: request.kill_after,
+    };
+    let stage = SimulatedStage::new()?;
+    let presented = simulate(&mut study, &stage, &simulation)?;
+    if study.next_step() != NextStep::Done {
+        writeln!(
+            out,
+            "stopped after {presented} trials, {} are left",
+            study.left()
+        )?;
+        return Ok(());
+    }
+    let mut remarks = String::from("\n## Simulated participants\n\n");
+    writeln!(
+        remarks,
+        "Nobody was asked. {} Power of this protocol for what was planted ({STUDIES} studies, by the logarithms of the answers):\n",
+        if request.once {
+            "Each condition was presented once by the session on the simulated arm, and its rendering used for all its trials."
+        } else {
+            "Each trial was presented by the session on the simulated arm."
+        }
+    )?;
+    for effect in promised_power(study.protocol(), &simulation.participants, STUDIES)? {
+        writeln!(
+            remarks,
+            "- {}: {:.3} ({:.3} to {:.3})",
+            effect.name, effect.power, effect.ci_low, effect.ci_high
+        )?;
+    }
+    let text = outputs::write(folder, study.protocol(), study.trials(), &remarks)?;
+    write!(out, "{text}")?;
+    if request.out.is_some() {
+        writeln!(out, "\nwrote {}", folder.display())?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::settings::{OrderKind, ProcedureKind};
+    use super::*;
+
+    fn args() -> ProtocolArgs {
+        ProtocolArgs {
+            factors: vec!["angle".to_owned(), "speed".to_owned()],
+            levels: vec!["0,90".to_owned(), "20,80".to_owned()],
+            repeats: 1,
+            order: OrderKind::Random,
+            procedure: ProcedureKind::Magnitude,
+            practice: 0,
+            catch_per_block: 0,
+            break_after: 0,
+            seed: 3,
+        }
+    }
+
+    #[test]
+    fn a_killed_study_ends_as_a_whole_one() {
+        let args = args();
+        let root = std::env::temp_dir().join(format!("hwall_study_lab_{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&root);
+        let run_to = |name: &str, resume, kill_after| {
+            let folder = root.join(name);
+            let mut text = Vec::new();
+            let request = Request {
+                subjects: 3,
+                protocol: &args,
+                out: Some(&folder),
+                resume,
+                kill_after,
+                once: true,
+            };
+            run(&request, &mut text).unwrap();
+            (folder, String::from_utf8(text).unwrap())
+        };
+        let (whole, text) = run_to("whole", false, None);
+        assert!(
+            text.contains("12 of 12 trials") && text.contains("angle"),
+            "{text}"
+        );
+        run_to("killed", false, Some(7));
+        let (killed, _) = run_to("killed", true, None);
+        let read = |folder: &Path| std::fs::read_to_string(folder.join("trials.csv")).unwrap();
+        assert_eq!(read(&whole), read(&killed));
+        for figure in ["means.svg", "boxes.svg", "rendered.svg", "report.md"] {
+            assert!(whole.join(figure).exists(), "{figure}");
+        }
+        let _ = std::fs::remove_dir_all(&root);
+    }
+}

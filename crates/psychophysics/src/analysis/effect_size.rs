@@ -1,0 +1,147 @@
+//! Intervals of effect sizes, from noncentral distributions.
+
+use super::analyse::Analysis;
+use super::anova::{Effect, ErrorModel};
+use super::ratio::Ratio;
+use crate::error::{PsychophysicsError, inner_probability};
+use crate::tails::{noncentral_f_cdf, noncentral_t_cdf};
+use hwall_numeric::check::{finite, that};
+
+/// Size of an effect, with its interval.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EffectSize {
+    /// The effect.
+    pub name: String,
+    /// The error model behind it.
+    pub errors: ErrorModel,
+    /// Partial eta squared of the sample.
+    pub partial_eta2: f64,
+    /// Interval of that of the population; zero at its lower end where F is too small for the confidence.
+    pub ci: [f64; 2],
+}
+
+/// Halvings of an interval of noncentralities.
+const HALVINGS: usize = 200;
+/// Largest noncentrality that is looked for, and the largest t: sums of some thousand terms.
+const MOST: f64 = 1e5;
+const MOST_T: f64 = 200.0;
+
+impl EffectSize {
+    /// Of an effect that was tested; `None` without a finite F, or with one so large that its noncentrality would be above 1e5.
+    ///
+    /// `η² = λ / (λ + df1 + df2 + 1)` at the noncentralities λ for which the F found has the probabilities of the two tails.
+    ///
+    /// Error: 1e-8. Without sphericity the interval of an effect within subjects is too narrow, as its p is too small.
+    /// Source: Steiger 2004; Smithson 2003.
+    ///
+    /// # Errors
+    /// A confidence outside (0, 1).
+    pub fn of(effect: &Effect, confidence: f64) -> Result<Option<Self>, PsychophysicsError> {
+        inner_probability("confidence", confidence)?;
+        let (Ratio::Finite(f), Some(partial_eta2)) = (effect.f, effect.partial_eta2) else {
+            return Ok(None);
+        };
+        let (df1, df2) = (effect.df1 as f64, effect.df2 as f64);
+        let tail = 0.5 * (1.0 - confidence);
+        let share = |lambda: f64| lambda / (lambda + df1 + df2 + 1.0);
+        let end = |p: f64| falling_root(|l| noncentral_f_cdf(f, df1, df2, l) - p);
+        let (Some(low), Some(high)) = (end(1.0 - tail), end(tail)) else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            name: effect.name.clone(),
+            errors: effect.errors,
+            partial_eta2,
+            ci: [low, high].map(share),
+        }))
+    }
+}
+
+impl Analysis {
+    /// Sizes of all effects that have one, in the order of [`Analysis::effects`].
+    ///
+    /// # Errors
+    /// A confidence outside (0, 1).
+    pub fn effect_sizes(&self, confidence: f64) -> Result<Vec<EffectSize>, PsychophysicsError> {
+        let sizes = self.effects.iter().map(|e| EffectSize::of(e, confidence));
+        Ok(sizes
+            .collect::<Result<Vec<_>, _>>()?
+            .into_iter()
+            .flatten()
+            .collect())
+    }
+}
+
+/// Interval of the standardised mean difference of `pairs` pairs (Cohen's d of differences) whose sample has `dz`.
+///
+/// Error: 1e-8. Source: Cumming and Finch 2001, by the noncentral t distribution.
+///
+/// # Errors
+/// A number that is not finite, or whose `t = dz √pairs` is beyond 200; fewer than two pairs; a confidence outside (0, 1).
+pub fn cohen_dz_interval(
+    dz: f64,
+    pairs: usize,
+    confidence: f64,
+) -> Result<[f64; 2], PsychophysicsError> {
+    inner_probability("confidence", confidence)?;
+    finite("dz", dz)?;
+    that(
+        (2..=100_000).contains(&pairs),
+        "pairs",
+        pairs as f64,
+        "2 to 1e5",
+    )?;
+    let n = pairs as f64;
+    let (t, df) = (dz * n.sqrt(), n - 1.0);
+    that(
+        t.abs() <= MOST_T,
+        "dz times the root of pairs",
+        t,
+        "within 200 of zero",
+    )?;
+    let tail = 0.5 * (1.0 - confidence);
+    // Wide enough for any confidence: t lies within some standard deviations of its noncentrality.
+    let reach = 50.0 + 4.0 * t.abs();
+    let ends = [1.0 - tail, tail].map(|p| {
+        let (mut low, mut high) = (t - reach, t + reach);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if noncentral_t_cdf(t, df, middle) > p {
+                low = middle;
+            } else {
+                high = middle;
+            }
+            if high - low <= 1e-13 * (1.0 + t.abs()) {
+                break;
+            }
+        }
+        0.5 * (low + high) / n.sqrt()
+    });
+    Ok(ends)
+}
+
+/// Where a falling function of a noncentrality passes zero; zero where it begins below, `None` where it ends above.
+fn falling_root(of: impl Fn(f64) -> f64) -> Option<f64> {
+    if of(0.0) <= 0.0 {
+        return Some(0.0);
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    while of(high) > 0.0 {
+        (low, high) = (high, 2.0 * high);
+        if high > MOST {
+            return None;
+        }
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if of(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+        if high - low <= 1e-13 * high {
+            break;
+        }
+    }
+    Some(0.5 * (low + high))
+}

@@ -1,0 +1,267 @@
+//! QUEST+: every trial where its answer is expected to tell most.
+
+use crate::error::PsychophysicsError;
+use crate::models::Sigmoid;
+use hwall_numeric::check::{all_finite, finite, that};
+
+/// Most entries of the table of likelihoods.
+const MOST_ENTRIES: usize = 10_000_000;
+
+/// What may be presented, and what is held possible of the observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QuestGrid {
+    /// Stimuli; a larger one is easier.
+    pub stimuli: Vec<f64>,
+    /// Thresholds: where the sigmoid is a half.
+    pub thresholds: Vec<f64>,
+    /// Scales of the sigmoid, above zero.
+    pub scales: Vec<f64>,
+    /// Shares of answers that have nothing to do with the stimulus.
+    pub lapses: Vec<f64>,
+    /// Share of right answers without a stimulus; one half for two intervals, zero for yes and no.
+    pub guess: f64,
+    /// Form of the function.
+    pub sigmoid: Sigmoid,
+}
+
+impl QuestGrid {
+    /// Equal steps over a range of stimuli, the same for thresholds; scales from a twentieth to a half of the range; 2 %
+    /// lapses. `guess` as in [`QuestGrid::guess`].
+    #[must_use]
+    pub fn over(range: [f64; 2], steps: usize, guess: f64) -> Self {
+        let [low, high] = range;
+        let last = steps.max(2) - 1;
+        let at = |i: usize| low + (high - low) * i as f64 / last as f64;
+        let stimuli: Vec<f64> = (0..=last).map(at).collect();
+        let shares = [0.05, 0.08, 0.125, 0.2, 0.3, 0.5];
+        Self {
+            thresholds: stimuli.clone(),
+            stimuli,
+            scales: shares.map(|share| share * (high - low)).to_vec(),
+            lapses: vec![0.02],
+            guess,
+            sigmoid: Sigmoid::default(),
+        }
+    }
+
+    fn validate(&self) -> Result<(), PsychophysicsError> {
+        for (what, values) in [
+            ("stimuli", &self.stimuli),
+            ("thresholds", &self.thresholds),
+            ("scales", &self.scales),
+            ("lapses", &self.lapses),
+        ] {
+            let count = values.len() as f64;
+            that(!values.is_empty(), what, count, "at least 1")?;
+            all_finite(what, values)?;
+        }
+        for scale in &self.scales {
+            that(*scale > 0.0, "scale", *scale, "above zero")?;
+        }
+        for lapse in &self.lapses {
+            that((0.0..0.5).contains(lapse), "lapse", *lapse, "0 to 0.5")?;
+        }
+        let guess = finite("guess", self.guess)?;
+        that((0.0..0.9).contains(&guess), "guess", guess, "0 to 0.9")?;
+        let entries = [&self.thresholds, &self.scales, &self.lapses]
+            .into_iter()
+            .fold(self.stimuli.len(), |n, v| n.saturating_mul(v.len()));
+        that(
+            entries <= MOST_ENTRIES,
+            "stimuli x thresholds x scales x lapses",
+            entries as f64,
+            "at most 1e7",
+        )?;
+        Ok(())
+    }
+}
+
+/// One observer that is possible.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Observer {
+    threshold: f64,
+    scale: f64,
+    lapse: f64,
+}
+
+/// A run of QUEST+: the posterior over observers, from a flat prior.
+///
+/// Source: Watson 2017, QUEST+.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QuestPlus {
+    grid: QuestGrid,
+    observers: Vec<Observer>,
+    /// Share of right answers of each observer, stimulus by stimulus.
+    right: Vec<f64>,
+    posterior: Vec<f64>,
+    trials: usize,
+}
+
+/// What the posterior says.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct QuestEstimate {
+    /// Mean of the threshold.
+    pub threshold: f64,
+    /// Its standard deviation.
+    pub threshold_sd: f64,
+    /// Its credible interval, with equal tails, ends at grid points.
+    pub threshold_ci: [f64; 2],
+    /// Mean of the scale.
+    pub scale: f64,
+    /// Mean of the lapse rate.
+    pub lapse: f64,
+    /// Entropy of the posterior, nat.
+    pub entropy: f64,
+    /// Answers so far.
+    pub trials: usize,
+}
+
+impl QuestPlus {
+    /// A run before its first trial.
+    ///
+    /// # Errors
+    /// A grid that is empty, too large or outside its range.
+    pub fn new(grid: QuestGrid) -> Result<Self, PsychophysicsError> {
+        grid.validate()?;
+        let mut observers = Vec::new();
+        for &threshold in &grid.thresholds {
+            for &scale in &grid.scales {
+                observers.extend(grid.lapses.iter().map(|&lapse| Observer {
+                    threshold,
+                    scale,
+                    lapse,
+                }));
+            }
+        }
+        let share = |x: f64, o: &Observer| {
+            let felt = grid.sigmoid.at((x - o.threshold) / o.scale);
+            grid.guess + (1.0 - grid.guess - o.lapse).max(0.0) * felt
+        };
+        let stimuli = grid.stimuli.iter();
+        let right = stimuli.flat_map(|x| observers.iter().map(move |o| share(*x, o)));
+        let right = right.collect();
+        let posterior = vec![1.0 / observers.len() as f64; observers.len()];
+        Ok(Self {
+            observers,
+            right,
+            posterior,
+            grid,
+            trials: 0,
+        })
+    }
+
+    fn shares(&self, stimulus: usize) -> &[f64] {
+        let n = self.observers.len();
+        self.right
+            .get(stimulus * n..(stimulus + 1) * n)
+            .unwrap_or_default()
+    }
+
+    /// Place of the stimulus whose answer leaves the least entropy in the mean, the first of equal ones.
+    #[must_use]
+    pub fn next_place(&self) -> usize {
+        let expected = (0..self.grid.stimuli.len()).map(|s| self.expected_entropy(s));
+        let best = expected
+            .enumerate()
+            .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        best.map_or(0, |(place, _)| place)
+    }
+
+    /// That stimulus.
+    #[must_use]
+    pub fn next_stimulus(&self) -> f64 {
+        let stimulus = self.grid.stimuli.get(self.next_place());
+        stimulus.copied().unwrap_or_default()
+    }
+
+    /// Entropy that is left in the mean after a trial with the stimulus of a place, nat.
+    #[must_use]
+    pub fn expected_entropy(&self, place: usize) -> f64 {
+        let (mut sums, mut logs) = ([0.0_f64; 2], [0.0_f64; 2]);
+        for (p, right) in self.posterior.iter().zip(self.shares(place)) {
+            for (k, share) in [*right, 1.0 - right].into_iter().enumerate() {
+                let joint = p * share;
+                sums[k] += joint;
+                if joint > 0.0 {
+                    logs[k] += joint * joint.ln();
+                }
+            }
+        }
+        // H = -Σ (j/s) ln (j/s), weighted by s: s ln s - Σ j ln j.
+        let part = |s: f64, j: f64| if s > 0.0 { s * s.ln() - j } else { 0.0 };
+        part(sums[0], logs[0]) + part(sums[1], logs[1])
+    }
+
+    /// The answer to the stimulus of a place.
+    ///
+    /// # Errors
+    /// No such place; an answer that no observer of the grid could give.
+    pub fn answer(&mut self, place: usize, right: bool) -> Result<(), PsychophysicsError> {
+        let count = self.grid.stimuli.len();
+        that(
+            place < count,
+            "place of the stimulus",
+            place as f64,
+            "within the grid",
+        )?;
+        let shares = self.shares(place).iter();
+        let weights: Vec<f64> = shares
+            .zip(&self.posterior)
+            .map(|(share, p)| p * if right { *share } else { 1.0 - share })
+            .collect();
+        let sum: f64 = weights.iter().sum();
+        if !(sum > 0.0 && sum.is_finite()) {
+            let why = "no observer of the grid gives this answer";
+            return Err(PsychophysicsError::NoFit { why });
+        }
+        self.posterior = weights.into_iter().map(|w| w / sum).collect();
+        self.trials += 1;
+        Ok(())
+    }
+
+    /// What is known by now.
+    ///
+    /// # Errors
+    /// A confidence outside (0, 1).
+    pub fn estimate(&self, confidence: f64) -> Result<QuestEstimate, PsychophysicsError> {
+        crate::error::inner_probability("confidence", confidence)?;
+        let mean = |of: &dyn Fn(&Observer) -> f64| -> f64 {
+            let parts = self.observers.iter().zip(&self.posterior);
+            parts.map(|(o, p)| p * of(o)).sum()
+        };
+        let threshold = mean(&|o| o.threshold);
+        let variance = mean(&|o| (o.threshold - threshold).powi(2));
+        let mut marginal: Vec<(f64, f64)> = Vec::new();
+        for (o, p) in self.observers.iter().zip(&self.posterior) {
+            match marginal.last_mut() {
+                Some((at, sum)) if *at == o.threshold => *sum += p,
+                _ => marginal.push((o.threshold, *p)),
+            }
+        }
+        marginal.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let tail = 0.5 * (1.0 - confidence);
+        let quantile = |points: &mut dyn Iterator<Item = &(f64, f64)>| {
+            let mut sum = 0.0;
+            for (at, p) in points {
+                sum += p;
+                if sum > tail {
+                    return *at;
+                }
+            }
+            threshold
+        };
+        let ln = |p: &f64| if *p > 0.0 { -p * p.ln() } else { 0.0 };
+        Ok(QuestEstimate {
+            threshold,
+            threshold_sd: variance.sqrt(),
+            threshold_ci: [
+                quantile(&mut marginal.iter()),
+                quantile(&mut marginal.iter().rev()),
+            ],
+            scale: mean(&|o| o.scale),
+            lapse: mean(&|o| o.lapse),
+            entropy: self.posterior.iter().map(ln).sum(),
+            trials: self.trials,
+        })
+    }
+}

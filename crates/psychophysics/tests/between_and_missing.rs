@@ -1,0 +1,240 @@
+//! Groups alone, incomplete tables, wide tables, and intervals of effect sizes.
+
+use hwall_psychophysics::{
+    Adjustment, AnalysisConfig, Columns, EffectSize, ErrorModel, Factor, Groups,
+    PsychophysicsError, Study, analyse, anova, cohen_dz_interval, f_tail, noncentral_f_cdf,
+    noncentral_t_cdf, pairwise, t_tail_two_sided,
+};
+
+/// Dried weights of plants in a control group and under two treatments: R's data set PlantGrowth.
+const PLANTS: [[f64; 10]; 3] = [
+    [4.17, 5.58, 5.18, 6.11, 4.50, 4.61, 5.17, 4.53, 5.33, 5.14],
+    [4.81, 4.17, 4.41, 3.59, 5.87, 3.83, 6.03, 4.89, 4.32, 4.69],
+    [6.31, 5.12, 5.54, 5.50, 5.37, 5.29, 4.92, 6.15, 5.80, 5.26],
+];
+
+fn plants() -> Study {
+    let groups = Groups {
+        factor: Factor::new("group", ["ctrl", "trt1", "trt2"]),
+        of_subject: (0..30).map(|i| i / 10).collect(),
+    };
+    Study::from_values(Vec::new(), Some(groups), PLANTS.concat()).unwrap()
+}
+
+#[test]
+fn groups_alone_are_a_one_way_analysis() {
+    // R: anova(lm(weight ~ group, PlantGrowth)): 2 and 27 df, 3.7663 and 10.4921, F = 4.8461, p = 0.01591.
+    let study = plants();
+    for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
+        let [effect] = &anova(&study, errors).unwrap()[..] else {
+            panic!("one effect");
+        };
+        assert_eq!(
+            (effect.name.as_str(), effect.df1, effect.df2),
+            ("group", 2, 27)
+        );
+        assert!((effect.ss - 3.7663).abs() < 5e-5 && (effect.ss_error - 10.4921).abs() < 5e-5);
+        assert!((effect.f.finite().unwrap() - 4.8461).abs() < 5e-5);
+        assert!((effect.p.unwrap() - 0.01591).abs() < 5e-6);
+        assert!(effect.gg.is_none() && effect.mauchly.is_none());
+    }
+    // By sums of squares of its own.
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let all = mean(&PLANTS.concat());
+    let ss: f64 = PLANTS.iter().map(|g| 10.0 * (mean(g) - all).powi(2)).sum();
+    let effect = &anova(&study, ErrorModel::Strata).unwrap()[0];
+    assert!((effect.ss / ss - 1.0).abs() < 1e-12);
+    // Two groups of them: Welch's test, R's t.test(ctrl, trt1): t = 1.1913, df = 16.524, p = 0.2504.
+    let pairs = pairwise(&study, &["group"], 0.95).unwrap();
+    let first = &pairs[0];
+    assert!((first.t.finite().unwrap() - 1.1913).abs() < 5e-5);
+    assert!((first.df - 16.524).abs() < 5e-4 && (first.p.unwrap() - 0.2504).abs() < 5e-5);
+    // The whole analysis runs, also by ranks, and nothing in it is NaN.
+    let config = AnalysisConfig {
+        art: true,
+        posthoc: Some(Adjustment::Holm),
+        ..AnalysisConfig::default()
+    };
+    let analysis = analyse(&study, &config).unwrap();
+    assert!(!analysis.to_json().contains("NaN") && !analysis.to_text().contains("NaN"));
+    assert_eq!(analysis.cells.len(), 3);
+    assert!((analysis.cells[0].mean - 5.032).abs() < 1e-12);
+    // R: shapiro.test(residuals(lm(weight ~ group, PlantGrowth))): W = 0.96607, p = 0.4379.
+    let normality = analysis.assumptions.normality.unwrap();
+    assert!((normality.w - 0.96607).abs() < 5e-6 && (normality.p - 0.4379).abs() < 5e-5);
+}
+
+#[test]
+fn incomplete_subjects_are_left_out_and_named() {
+    let table =
+        "who,a,y\n1,x,1\n1,y,2\n2,x,3\n2,y,NA\n3,x,2\n3,y,5\n4,x,\n4,y,1\n5,y,3\n6,x,4\n6,y,4.5\n";
+    let columns = Columns::new("who", ["a"], "y");
+    let refused = Study::from_csv_str(table, &columns);
+    assert!(matches!(
+        refused,
+        Err(PsychophysicsError::NotANumber { line: 5, .. })
+    ));
+    let study = Study::from_csv_str(table, &columns.clone().complete_cases()).unwrap();
+    assert_eq!(study.subjects(), ["1", "3", "6"]);
+    let left_out: Vec<(&str, &str, usize)> = study
+        .left_out()
+        .iter()
+        .map(|l| (l.subject.as_str(), l.cell.as_str(), l.missing))
+        .collect();
+    assert_eq!(
+        left_out,
+        [("2", "a=y", 1), ("4", "a=x", 1), ("5", "a=x", 1)]
+    );
+    // The same as the table of the complete ones.
+    let complete = "who,a,y\n1,x,1\n1,y,2\n3,x,2\n3,y,5\n6,x,4\n6,y,4.5\n";
+    let same = Study::from_csv_str(complete, &columns).unwrap();
+    assert_eq!(study.values(), same.values());
+    let report = analyse(&study, &AnalysisConfig::default())
+        .unwrap()
+        .to_text();
+    assert!(report.contains("3 subjects are left out"), "{report}");
+    // Nobody is complete.
+    let nobody = "who,a,y\n1,x,1\n2,y,2\n";
+    let refused = Study::from_csv_str(nobody, &columns.complete_cases());
+    assert!(matches!(
+        refused,
+        Err(PsychophysicsError::MissingCell { missing: 2, .. })
+    ));
+    // Groups keep their subjects.
+    let columns = Columns::new("s", ["a"], "y")
+        .with_between("g")
+        .complete_cases();
+    let text = "s,g,a,y\n1,u,1,3\n1,u,2,4\n2,u,1,4\n3,v,1,5\n3,v,2,5\n4,u,1,1\n4,u,2,2\n5,v,1,1\n5,v,2,3\n";
+    let study = Study::from_csv_str(text, &columns).unwrap();
+    assert_eq!(study.group_sizes(), [2, 2]);
+    assert_eq!(study.between().unwrap().of_subject, [0, 1, 0, 1]);
+}
+
+#[test]
+fn semicolons_tabs_and_wide_tables_are_the_same_study() {
+    let long = "who,angle,speed,y\na,0,20,1.5\na,0,40,2\na,90,20,3\na,90,40,4\nb,0,20,1\nb,0,40,2.25\nb,90,20,3\nb,90,40,5\n";
+    let columns = Columns::new("who", ["angle", "speed"], "y");
+    let study = Study::from_csv_str(long, &columns).unwrap();
+    let semicolons = long.replace(',', ";").replace('.', ",");
+    assert_eq!(Study::from_csv_str(&semicolons, &columns).unwrap(), study);
+    let tabs = long.replace(',', "\t");
+    assert_eq!(Study::from_csv_str(&tabs, &columns).unwrap(), study);
+    // In a table with commas, a comma is no point.
+    let mixed = long.replacen("1.5", "\"1,5\"", 1);
+    assert!(Study::from_csv_str(&mixed, &columns).is_err());
+    let wide = "who;age;0_20;0_40;90_20;90_40\na;30;1,5;2;3;4\nb;31;1;2,25;3;5\n";
+    let read = Study::from_wide_csv_str(wide, &columns, "_").unwrap();
+    assert_eq!(read.values(), study.values());
+    assert_eq!(read.within(), study.within());
+    let refused = |text: &str, joint| Study::from_wide_csv_str(text, &columns, joint).is_err();
+    assert!(refused("who;age\na;30\n", "_"));
+    assert!(refused(wide, "") && refused("", "_") && refused("x;0_20\n1;2\n", "_"));
+    assert!(refused(&wide.replace("2,25", "?"), "_"));
+    let rounds = columns.clone().with_round("block");
+    assert!(Study::from_wide_csv_str(wide, &rounds, "_").is_err());
+}
+
+/// Numerical integration over the chi square in the denominator: independent of the sums.
+fn noncentral_f_by_integration(f: f64, df1: f64, df2: f64, lambda: f64) -> f64 {
+    // P(χ'² < f df1 s) with s = χ²/df2; for df1 = 1: Φ(√x - δ) - Φ(-√x - δ).
+    assert_eq!(df1, 1.0);
+    let delta = lambda.sqrt();
+    let phi = hwall_psychophysics::normal_cdf;
+    let (steps, most) = (200_000, 12.0);
+    let ln_constant = -0.5 * df2 * 2_f64.ln() - libm_ln_gamma(0.5 * df2);
+    let mut sum = 0.0;
+    for i in 0..steps {
+        let s = most * (f64::from(i) + 0.5) / f64::from(steps);
+        let chi = s * df2;
+        let density = (ln_constant + (0.5 * df2 - 1.0) * chi.ln() - 0.5 * chi).exp() * df2;
+        let x = (f * s).sqrt();
+        sum += density * (phi(x - delta) - phi(-x - delta));
+    }
+    sum * most / f64::from(steps)
+}
+
+fn libm_ln_gamma(x: f64) -> f64 {
+    // Stirling's series after a shift: enough for a test.
+    let mut shift = 0.0;
+    let mut y = x;
+    while y < 20.0 {
+        shift -= y.ln();
+        y += 1.0;
+    }
+    shift + (y - 0.5) * y.ln() - y + 0.5 * std::f64::consts::TAU.ln() + 1.0 / (12.0 * y)
+        - 1.0 / (360.0 * y.powi(3))
+        + 1.0 / (1260.0 * y.powi(5))
+}
+
+#[test]
+fn noncentral_distributions_agree_with_integration_and_with_each_other() {
+    for (f, df2, lambda) in [
+        (1.0, 10.0, 0.5),
+        (4.0, 24.0, 3.0),
+        (9.0, 8.0, 20.0),
+        (30.0, 40.0, 25.0),
+    ] {
+        let sum = noncentral_f_cdf(f, 1.0, df2, lambda);
+        let integral = noncentral_f_by_integration(f, 1.0, df2, lambda);
+        assert!(
+            (sum - integral).abs() < 1e-9,
+            "{f} {df2} {lambda}: {sum} {integral}"
+        );
+        // T² is F: P(T² < f) = P(T < √f) - P(T < -√f).
+        let (t, delta) = (f64::sqrt(f), f64::sqrt(lambda));
+        let both = noncentral_t_cdf(t, df2, delta) - noncentral_t_cdf(-t, df2, delta);
+        assert!((sum - both).abs() < 1e-10, "{sum} {both}");
+    }
+    for (f, df1, df2) in [(0.3, 2.0, 5.0), (2.5, 4.0, 96.0), (40.0, 16.0, 384.0)] {
+        assert!((noncentral_f_cdf(f, df1, df2, 0.0) - (1.0 - f_tail(f, df1, df2))).abs() < 1e-12);
+    }
+    for t in [-3.0, -0.5, 0.0, 2.0] {
+        let central = 0.5 * t_tail_two_sided(t, 7.0);
+        let central = if t > 0.0 { 1.0 - central } else { central };
+        assert!((noncentral_t_cdf(t, 7.0, 0.0) - central).abs() < 1e-12);
+    }
+    for wrong in [f64::NAN, -1.0, f64::INFINITY] {
+        assert!(noncentral_f_cdf(1.0, 2.0, 3.0, wrong).is_nan());
+        assert!(noncentral_f_cdf(1.0, wrong, 3.0, 1.0).is_nan() || wrong == f64::INFINITY);
+    }
+    assert!(
+        noncentral_t_cdf(1.0, 0.0, 1.0).is_nan() && noncentral_t_cdf(1.0, 3.0, f64::NAN).is_nan()
+    );
+}
+
+#[test]
+fn intervals_of_effect_sizes() {
+    // R, MBESS: conf.limits.nct(ncp = 2.83, df = 126) is 0.8337502 to 4.8153590.
+    let n = 127_f64;
+    let [low, high] = cohen_dz_interval(2.83 / n.sqrt(), 127, 0.95).unwrap();
+    assert!(
+        (low * n.sqrt() - 0.8337502).abs() < 1e-6,
+        "{}",
+        low * n.sqrt()
+    );
+    assert!(
+        (high * n.sqrt() - 4.8153590).abs() < 1e-6,
+        "{}",
+        high * n.sqrt()
+    );
+    let mirrored = cohen_dz_interval(-2.83 / n.sqrt(), 127, 0.95).unwrap();
+    assert!((mirrored[0] + high).abs() < 1e-9 && (mirrored[1] + low).abs() < 1e-9);
+    // The ends of the interval of eta squared are where F has the probabilities of the tails.
+    let effect = &anova(&plants(), ErrorModel::Strata).unwrap()[0];
+    let size = EffectSize::of(effect, 0.90).unwrap().unwrap();
+    let f = effect.f.finite().unwrap();
+    for (end, p) in size.ci.into_iter().zip([0.95, 0.05]) {
+        let lambda = end / (1.0 - end) * 30.0;
+        assert!((noncentral_f_cdf(f, 2.0, 27.0, lambda) - p).abs() < 1e-8);
+    }
+    assert!(size.ci[0] < size.partial_eta2 && size.partial_eta2 < size.ci[1]);
+    println!(
+        "eta2 {:.4}, {:.4} to {:.4}",
+        size.partial_eta2, size.ci[0], size.ci[1]
+    );
+    for wrong in [f64::NAN, f64::INFINITY, 1e9] {
+        assert!(cohen_dz_interval(wrong, 10, 0.95).is_err());
+    }
+    assert!(cohen_dz_interval(1.0, 1, 0.95).is_err() && cohen_dz_interval(1.0, 9, 1.0).is_err());
+    assert!(EffectSize::of(effect, 0.0).is_err());
+}

@@ -1,0 +1,271 @@
+//! Staircases, QUEST+ and thresholds against closed forms and observers whose truth is known.
+
+use hwall_psychophysics::{
+    PairAnswers, QuestGrid, QuestPlus, Sigmoid, Staircase, StaircaseConfig, normal_cdf,
+    normal_quantile, threshold,
+};
+use hwall_testkit::Sampler;
+
+/// Share of right answers in two intervals: a half without a stimulus.
+fn right_share(x: f64, threshold: f64, scale: f64) -> f64 {
+    0.5 + 0.49 * normal_cdf((x - threshold) / scale)
+}
+
+#[test]
+fn a_staircase_ends_where_its_rule_balances() {
+    let equal = StaircaseConfig::two_down(0.0, 1.0, [-5.0, 5.0]);
+    assert!((equal.target_share() - 0.5_f64.sqrt()).abs() < 1e-15);
+    let three = StaircaseConfig {
+        down_after: 3,
+        ..equal
+    };
+    assert!((three.target_share() - 0.5_f64.cbrt()).abs() < 1e-15);
+    let weighted = StaircaseConfig {
+        down_after: 1,
+        step_up: 3.0,
+        ..equal
+    };
+    assert!((weighted.target_share() - 0.75).abs() < 1e-15);
+    // A yes-no observer: the share is the cumulative Gaussian about 0, so the stimulus is its quantile.
+    for (config, bound) in [(equal, 0.1), (three, 0.1), (weighted, 0.1)] {
+        let config = StaircaseConfig {
+            start: 3.0,
+            step_down: 0.1 * config.step_down,
+            step_up: 0.1 * config.step_up,
+            reversals: 42,
+            ..config
+        };
+        let mut sampler = Sampler::new(5);
+        let mut sum = 0.0;
+        let runs = 200;
+        for _ in 0..runs {
+            let mut stairs = Staircase::new(config).unwrap();
+            while let Some(x) = stairs.stimulus() {
+                stairs.answer(sampler.uniform(0.0, 1.0) < normal_cdf(x));
+            }
+            let estimate = stairs.estimate(0.95).unwrap().unwrap();
+            assert_eq!(estimate.reversals, 40);
+            assert!(estimate.ci[0] < estimate.threshold && estimate.threshold < estimate.ci[1]);
+            sum += estimate.threshold;
+        }
+        let mean = sum / f64::from(runs);
+        let truth = normal_quantile(config.target_share());
+        println!("{:.3}: {mean:.3}, truth {truth:.3}", config.target_share());
+        assert!((mean - truth).abs() < bound, "{mean} {truth}");
+    }
+}
+
+#[test]
+fn hostile_rules_are_refused() {
+    let good = StaircaseConfig::two_down(1.0, 0.1, [0.0, 2.0]);
+    for config in [
+        StaircaseConfig {
+            start: f64::NAN,
+            ..good
+        },
+        StaircaseConfig { start: 3.0, ..good },
+        StaircaseConfig {
+            range: [2.0, 0.0],
+            ..good
+        },
+        StaircaseConfig {
+            range: [0.0, f64::INFINITY],
+            ..good
+        },
+        StaircaseConfig {
+            step_up: 0.0,
+            ..good
+        },
+        StaircaseConfig {
+            step_down: f64::NAN,
+            ..good
+        },
+        StaircaseConfig {
+            down_after: 0,
+            ..good
+        },
+        StaircaseConfig {
+            reversals: 3,
+            ..good
+        },
+        StaircaseConfig {
+            reversals: usize::MAX,
+            ..good
+        },
+    ] {
+        assert!(Staircase::new(config).is_err(), "{config:?}");
+    }
+    let mut stairs = Staircase::new(good).unwrap();
+    assert!(stairs.estimate(0.95).unwrap().is_none());
+    assert!(stairs.estimate(f64::NAN).is_err());
+    // An observer who is always right stays at the end of the range, and it never ends.
+    for _ in 0..1000 {
+        stairs.answer(true);
+    }
+    assert_eq!((stairs.stimulus(), stairs.trials()), (Some(0.0), 1000));
+}
+
+#[test]
+fn quest_is_bayes_rule() {
+    let grid = QuestGrid {
+        stimuli: vec![-1.0, 0.0, 2.0],
+        thresholds: vec![0.0, 1.0],
+        scales: vec![0.5],
+        lapses: vec![0.02],
+        guess: 0.5,
+        sigmoid: Sigmoid::CumulativeGaussian,
+    };
+    let mut quest = QuestPlus::new(grid).unwrap();
+    let share = |x: f64, t: f64| 0.5 + 0.48 * normal_cdf((x - t) / 0.5);
+    let mut odds: f64 = 1.0;
+    let mut entropy = 2_f64.ln();
+    for (place, x, right) in [
+        (2, 2.0, true),
+        (1, 0.0, false),
+        (0, -1.0, true),
+        (1, 0.0, true),
+    ] {
+        // An answer tells nothing false in the mean: entropy does not rise.
+        assert!(quest.expected_entropy(place) <= entropy + 1e-12);
+        quest.answer(place, right).unwrap();
+        let p = |t| {
+            if right {
+                share(x, t)
+            } else {
+                1.0 - share(x, t)
+            }
+        };
+        odds *= p(1.0) / p(0.0);
+        let later = odds / (1.0 + odds);
+        let estimate = quest.estimate(0.95).unwrap();
+        assert!((estimate.threshold - later).abs() < 1e-12);
+        entropy = -(later * later.ln() + (1.0 - later) * (1.0 - later).ln());
+        assert!((estimate.entropy - entropy).abs() < 1e-12);
+    }
+    // The next trial is where the expected entropy is least.
+    let least = quest.next_place();
+    assert!((0..3).all(|s| quest.expected_entropy(least) <= quest.expected_entropy(s)));
+    assert!(quest.answer(3, true).is_err());
+}
+
+#[test]
+fn quest_finds_planted_thresholds_and_says_how_surely() {
+    let mut sampler = Sampler::new(11);
+    let (mut inside, mut square, mut plain) = (0, 0.0, 0.0);
+    let runs = 100;
+    for _ in 0..runs {
+        let truth = sampler.uniform(-1.0, 1.0);
+        let mut quest = QuestPlus::new(QuestGrid::over([-3.0, 3.0], 41, 0.5)).unwrap();
+        for _ in 0..60 {
+            let place = quest.next_place();
+            let x = quest.next_stimulus();
+            let right = sampler.uniform(0.0, 1.0) < right_share(x, truth, 0.6);
+            quest.answer(place, right).unwrap();
+        }
+        let estimate = quest.estimate(0.95).unwrap();
+        let [low, high] = estimate.threshold_ci;
+        // Ends are points of the grid.
+        inside += i32::from((low - 0.075..=high + 0.075).contains(&truth));
+        square += (estimate.threshold - truth).powi(2);
+        // The same number of trials, spread evenly over the grid.
+        let mut even = QuestPlus::new(QuestGrid::over([-3.0, 3.0], 41, 0.5)).unwrap();
+        for i in 0..60 {
+            let place = (i * 40) / 59;
+            let x = -3.0 + 0.15 * place as f64;
+            let right = sampler.uniform(0.0, 1.0) < right_share(x, truth, 0.6);
+            even.answer(place, right).unwrap();
+        }
+        plain += (even.estimate(0.95).unwrap().threshold - truth).powi(2);
+    }
+    let rms = |sum: f64| (sum / f64::from(runs)).sqrt();
+    println!(
+        "rms {:.3}, evenly placed {:.3}; {inside} of {runs} inside",
+        rms(square),
+        rms(plain)
+    );
+    assert!(inside >= 90, "{inside}");
+    assert!(rms(square) < 0.35 && rms(square) < rms(plain));
+}
+
+#[test]
+fn hostile_grids_are_refused() {
+    let good = QuestGrid::over([0.0, 1.0], 5, 0.5);
+    for grid in [
+        QuestGrid {
+            stimuli: Vec::new(),
+            ..good.clone()
+        },
+        QuestGrid {
+            thresholds: vec![f64::NAN],
+            ..good.clone()
+        },
+        QuestGrid {
+            scales: vec![0.0],
+            ..good.clone()
+        },
+        QuestGrid {
+            lapses: vec![-0.1],
+            ..good.clone()
+        },
+        QuestGrid {
+            guess: 1.0,
+            ..good.clone()
+        },
+        QuestGrid {
+            guess: f64::NAN,
+            ..good.clone()
+        },
+        QuestGrid {
+            stimuli: vec![0.0; 10_000],
+            thresholds: vec![0.0; 10_000],
+            ..good.clone()
+        },
+    ] {
+        assert!(QuestPlus::new(grid).is_err());
+    }
+}
+
+/// Of many simulated observers the intervals hold the truth as often as they say.
+#[test]
+fn intervals_of_thresholds_hold_the_truth() {
+    let (reference, sd) = (10.0, 1.5);
+    let jnd = sd * normal_quantile(0.75);
+    let mut sampler = Sampler::new(3);
+    let (mut pse, mut weber, mut fits) = (0, 0, 0);
+    for _ in 0..1000 {
+        let answers: Vec<PairAnswers> = (0..7)
+            .map(|i| {
+                let stimulus = 7.0 + f64::from(i);
+                let share = normal_cdf((stimulus - reference) / sd);
+                let greater = (0..20)
+                    .filter(|_| sampler.uniform(0.0, 1.0) < share)
+                    .count();
+                PairAnswers {
+                    stimulus,
+                    greater: greater as u32,
+                    trials: 20,
+                }
+            })
+            .collect();
+        let Ok(found) = threshold(&answers, Sigmoid::CumulativeGaussian, reference, 0.95) else {
+            continue;
+        };
+        fits += 1;
+        pse += i32::from((found.pse_ci[0]..=found.pse_ci[1]).contains(&reference));
+        weber += i32::from((found.weber_ci[0]..=found.weber_ci[1]).contains(&(jnd / reference)));
+        assert!((found.weber * reference - found.function.jnd).abs() < 1e-12);
+    }
+    println!("{fits} fits: pse {pse}, weber {weber}");
+    assert!(fits >= 995);
+    for held in [pse, weber] {
+        let share = f64::from(held) / f64::from(fits);
+        assert!((0.92..=0.98).contains(&share), "{share}");
+    }
+    let answers = [PairAnswers {
+        stimulus: 1.0,
+        greater: 1,
+        trials: 2,
+    }];
+    assert!(threshold(&answers, Sigmoid::Logistic, 0.0, 0.95).is_err());
+    assert!(threshold(&answers, Sigmoid::Logistic, 1.0, 1.0).is_err());
+}

@@ -1,0 +1,133 @@
+//! Tables of a study, as CSV.
+
+use crate::error::StudyError;
+use crate::protocol::{Protocol, TrialKind};
+use crate::run::TrialRecord;
+use std::io::Write;
+
+/// Columns after those of the factors.
+const COLUMNS: [&str; 12] = [
+    "wanted_angle_deg",
+    "wanted_speed_mm_per_s",
+    "rendered_angle_deg",
+    "rendered_speed_mm_per_s",
+    "rendered_felt_mm_per_s",
+    "rendered_force_n",
+    "rendered_contact_s",
+    "rendered_moved",
+    "answer",
+    "answered_s",
+    "valid",
+    "why_not",
+];
+
+/// The long table that `psychophysics analyse` reads: one row for every trial of the study, with its last attempt; no practice and no
+/// catch trials.
+///
+/// # Errors
+/// An output that cannot be written.
+pub fn write_trials(
+    protocol: &Protocol,
+    records: &[TrialRecord],
+    output: impl Write,
+) -> Result<(), StudyError> {
+    let mut last: Vec<&TrialRecord> = Vec::new();
+    let mut place = std::collections::HashMap::new();
+    for record in records.iter().filter(|r| r.trial.kind == TrialKind::Main) {
+        let key = (record.subject, record.trial.number);
+        match place.get(&key).and_then(|at: &usize| last.get_mut(*at)) {
+            Some(earlier) => *earlier = record,
+            None => {
+                place.insert(key, last.len());
+                last.push(record);
+            }
+        }
+    }
+    let mut writer = csv::Writer::from_writer(output);
+    let names = protocol.factors.iter().map(|f| f.name.as_str());
+    let header = ["subject", "trial", "block"].into_iter().chain(names);
+    write(
+        &mut writer,
+        header.chain(COLUMNS).map(str::to_owned).collect(),
+    )?;
+    for record in last {
+        let mut row = first_cells(protocol, record);
+        row.extend(cells(record));
+        write(&mut writer, row)?;
+    }
+    writer.flush().map_err(|error| failed(&error.into()))
+}
+
+/// Every attempt, also at practice and catch trials, in the order in which they were made.
+///
+/// # Errors
+/// An output that cannot be written.
+pub fn write_attempts(
+    protocol: &Protocol,
+    records: &[TrialRecord],
+    output: impl Write,
+) -> Result<(), StudyError> {
+    let mut writer = csv::Writer::from_writer(output);
+    let names = protocol.factors.iter().map(|f| f.name.as_str());
+    let header = ["subject", "trial", "block"].into_iter().chain(names);
+    let header = header.chain(["kind", "attempt"]).chain(COLUMNS);
+    write(&mut writer, header.map(str::to_owned).collect())?;
+    for record in records {
+        let mut row = first_cells(protocol, record);
+        let kind = match record.trial.kind {
+            TrialKind::Practice => "practice",
+            TrialKind::Main => "main",
+            TrialKind::Catch => "catch",
+        };
+        row.extend([kind.to_owned(), record.attempt.to_string()]);
+        row.extend(cells(record));
+        write(&mut writer, row)?;
+    }
+    writer.flush().map_err(|error| failed(&error.into()))
+}
+
+fn first_cells(protocol: &Protocol, record: &TrialRecord) -> Vec<String> {
+    let mut row = vec![
+        protocol.pseudonym(record.subject),
+        record.trial.number.to_string(),
+        record.trial.block.to_string(),
+    ];
+    let levels = protocol.levels(record.trial.condition);
+    row.extend(levels.into_iter().flatten().map(str::to_owned));
+    row
+}
+
+fn cells(record: &TrialRecord) -> Vec<String> {
+    let number = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
+    let rendered = &record.shown.rendered;
+    vec![
+        record.wanted.angle_deg.to_string(),
+        record.wanted.speed_mm_per_s.to_string(),
+        number(rendered.angle_deg),
+        number(rendered.speed_mm_per_s),
+        number(rendered.felt_mm_per_s),
+        number(rendered.force_n),
+        rendered.contact_s.to_string(),
+        number(rendered.moved),
+        number(record.answer),
+        record.answered_s.to_string(),
+        record.is_valid().to_string(),
+        record.why_not.clone().unwrap_or_default(),
+    ]
+}
+
+fn write<W: Write>(writer: &mut csv::Writer<W>, row: Vec<String>) -> Result<(), StudyError> {
+    writer.write_record(row).map_err(|error| failed(&error))
+}
+
+fn failed(error: &csv::Error) -> StudyError {
+    let kind = match error.kind() {
+        csv::ErrorKind::Io(error) => error.kind(),
+        _ => std::io::ErrorKind::InvalidData,
+    };
+    StudyError::File {
+        name: "table of trials".to_owned(),
+        kind,
+        message: error.to_string(),
+    }
+}

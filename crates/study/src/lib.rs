@@ -1,0 +1,28 @@
+#![doc = include_str!("../README.md")]
+
+mod error;
+pub mod export;
+pub mod log;
+pub mod participant;
+pub mod present;
+pub mod protocol;
+pub mod report;
+pub mod run;
+
+pub use error::StudyError;
+
+// What is to be done, and in which order.
+pub use protocol::{
+    Planned, PlannedTrial, Procedure, Protocol, StudyFactor, TrialKind, TrialOrder,
+};
+// What was done: an append-only log, and the study that it holds.
+pub use log::{Durability, Event, EventLog, Recovered};
+pub use run::{
+    Answer, Ask, NextStep, Presenter, Respondent, Simulation, Study, TrialRecord, conduct, simulate,
+};
+// Who presents, and who answers.
+pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant, promised_power};
+pub use present::{Fault, Presentation, Rendered, SimulatedStage, Stimulus, Surface};
+// What it says.
+pub use export::{write_attempts, write_trials};
+pub use report::{LevelGroups, StudyReport, level_groups};

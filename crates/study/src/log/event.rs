@@ -1,0 +1,50 @@
+//! What the log holds.
+
+use crate::present::Presentation;
+use crate::protocol::Protocol;
+use serde::{Deserialize, Serialize};
+
+/// Something that happened in a study.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Event {
+    /// The first line: the study.
+    Opened {
+        /// Version of the log.
+        version: u32,
+        /// The study.
+        protocol: Protocol,
+    },
+    /// The study goes on after its program had ended.
+    Resumed {
+        /// Bytes of a line that was not whole, and was dropped.
+        dropped_bytes: u64,
+    },
+    /// A trial was presented.
+    Presented {
+        /// Subject, from 0.
+        subject: usize,
+        /// Number of the trial in the subject's plan, from 1.
+        trial: usize,
+        /// What was rendered.
+        shown: Presentation,
+    },
+    /// It was answered, or it failed.
+    Answered {
+        /// Subject, from 0.
+        subject: usize,
+        /// Number of the trial in the subject's plan, from 1.
+        trial: usize,
+        /// The answer; none for a trial that failed.
+        answer: Option<f64>,
+        /// From the end of the touch to the answer, s.
+        answered_s: f64,
+        /// Why the trial does not count; none for one that does.
+        why_not: Option<String>,
+    },
+    /// A break ended.
+    Rested {
+        /// Subject, from 0.
+        subject: usize,
+    },
+}

@@ -1,0 +1,154 @@
+//! A simulated participant.
+
+use super::roughness::Roughness;
+use crate::error::StudyError;
+use crate::present::{Presentation, round};
+use crate::protocol::{PlannedTrial, Procedure};
+use hwall::numeric::check::{non_negative, that};
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+/// How participants differ from each other and from themselves; standard deviations are of natural logarithms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParticipantConfig {
+    /// What a mean participant feels.
+    pub roughness: Roughness,
+    /// Between participants: the number that they say for the same roughness. Default 0.6.
+    pub modulus_sd: f64,
+    /// Between participants: how strongly roughness varies for them, relative. Default 0.15.
+    pub sensitivity_sd: f64,
+    /// From trial to trial. Default 0.28.
+    pub noise_sd: f64,
+    /// Share of trials in which the answer has nothing to do with the touch. Default 0.01.
+    pub lapse_rate: f64,
+    /// By how much the noise has grown after 100 trials, relative. Default 0.1.
+    pub fatigue_per_100: f64,
+}
+
+impl Default for ParticipantConfig {
+    fn default() -> Self {
+        Self {
+            roughness: Roughness::default(),
+            modulus_sd: 0.6,
+            sensitivity_sd: 0.15,
+            noise_sd: 0.28,
+            lapse_rate: 0.01,
+            fatigue_per_100: 0.1,
+        }
+    }
+}
+
+impl ParticipantConfig {
+    /// Rejects negative deviations and rates above one.
+    ///
+    /// # Errors
+    /// The first such number.
+    pub fn validate(&self) -> Result<(), StudyError> {
+        self.roughness.validate()?;
+        for (what, value) in [
+            ("modulus_sd", self.modulus_sd),
+            ("sensitivity_sd", self.sensitivity_sd),
+            ("noise_sd", self.noise_sd),
+            ("fatigue_per_100", self.fatigue_per_100),
+        ] {
+            non_negative(what, value)?;
+            that(value <= 10.0, what, value, "at most 10")?;
+        }
+        let rate = self.lapse_rate;
+        that((0.0..=1.0).contains(&rate), "lapse_rate", rate, "0 to 1")?;
+        Ok(())
+    }
+}
+
+/// One of them: a number of its own for every roughness.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedParticipant {
+    config: ParticipantConfig,
+    ln_modulus: f64,
+    sensitivity: f64,
+    seed: u64,
+}
+
+/// What a mean participant says for a roughness whose logarithm is zero.
+const USUAL_ANSWER: f64 = 5.0;
+/// The logarithm that is the middle of a scale of points, and what one end is away from it.
+const SCALE_MIDDLE: f64 = 0.45;
+const SCALE_HALF: f64 = 0.75;
+
+impl SimulatedParticipant {
+    /// The participant of a number, from 0; the same for the same seed.
+    ///
+    /// # Errors
+    /// As [`ParticipantConfig::validate`].
+    pub fn new(config: &ParticipantConfig, seed: u64, number: usize) -> Result<Self, StudyError> {
+        config.validate()?;
+        let own = seed ^ (number as u64 + 1).wrapping_mul(0xa076_1d64_78bd_642f);
+        let mut numbers = Pcg64::seed_from_u64(own);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut numbers) };
+        Ok(Self {
+            ln_modulus: USUAL_ANSWER.ln() + config.modulus_sd * normal(),
+            sensitivity: (1.0 + config.sensitivity_sd * normal()).max(0.0),
+            config: config.clone(),
+            seed: own,
+        })
+    }
+
+    /// The answer to a trial, and the time that it took, s; `None` for a presentation that was not felt.
+    ///
+    /// Depends on the participant, the trial's number and what was rendered alone, so that a study that goes on after a crash
+    /// hears the same.
+    #[must_use]
+    pub fn answer(
+        &self,
+        procedure: Procedure,
+        trial: &PlannedTrial,
+        shown: &Presentation,
+    ) -> Option<(f64, f64)> {
+        let step = (trial.number as u64).wrapping_mul(0xe703_7ed1_a0b4_28db);
+        let mut numbers = Pcg64::seed_from_u64(self.seed.rotate_left(29) ^ step);
+        let tired = 1.0 + self.config.fatigue_per_100 * 0.01 * trial.number as f64;
+        let lapse = numbers.random_bool(self.config.lapse_rate);
+        let luck: f64 = numbers.random_range(0.0..1.0);
+        let mut noise = || -> f64 {
+            let z: f64 = StandardNormal.sample(&mut numbers);
+            z * self.config.noise_sd * tired
+        };
+        let felt = self.sensitivity * self.config.roughness.felt(&shown.rendered)? + noise();
+        let answer = match procedure {
+            Procedure::Magnitude => {
+                let ln = if lapse { 2.0 * luck - 1.0 } else { felt };
+                // People say numbers of two digits or so.
+                two_digits((self.ln_modulus + ln).exp())
+            }
+            Procedure::Likert { points } => {
+                let place = (felt - SCALE_MIDDLE) / SCALE_HALF;
+                let place = if lapse { 2.0 * luck - 1.0 } else { place };
+                let last = f64::from(points) - 1.0;
+                (1.0 + 0.5 * last * (1.0 + place))
+                    .round()
+                    .clamp(1.0, last + 1.0)
+            }
+            Procedure::TwoIntervals => {
+                let reference = shown.reference.as_ref();
+                let reference = self.config.roughness.felt(reference?)?;
+                let rougher = felt > self.sensitivity * reference + noise();
+                let condition_first = !trial.second;
+                let first = if lapse {
+                    luck < 0.5
+                } else {
+                    rougher == condition_first
+                };
+                if first { 1.0 } else { 2.0 }
+            }
+        };
+        let slow = (0.3 * noise() / self.config.noise_sd.max(1e-3)).clamp(-2.0, 2.0);
+        Some((answer, round(1.8 * slow.exp())))
+    }
+}
+
+fn two_digits(value: f64) -> f64 {
+    let digits = 10_f64.powi(1 - value.abs().max(1e-9).log10().floor() as i32);
+    let rounded = (value * digits).round() / digits;
+    round(rounded).max(1e-3)
+}

@@ -1,0 +1,281 @@
+//! Trials on the simulated arm, each presented by a session of its own.
+
+use super::hand::{END_S, LEAVE_S, PRESS_S, StudyHand};
+use super::stimulus::{Fault, Rendered, Stimulus, Surface};
+use crate::error::StudyError;
+use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::glam::DVec3;
+use hwall::hand::HandFilterConfig;
+use hwall::haptics::{Arm, Board};
+use hwall::kinematics::{JointPositions, SrsArm};
+use hwall::scene::{Scene, SceneError};
+use hwall::sim::{HandContact, ServoArm, ServoConfig};
+use hwall::texton::{Level, ScanAngle};
+use hwall::texture::TextureLevels;
+use hwall::{EventKind, Session, SessionConfig, SessionError, Walls, WallsConfig};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::{Arc, OnceLock};
+
+/// Control period, s, and that of the tracker.
+const DT_S: f64 = 1e-3;
+const TRACKER_S: f64 = 1.0 / 90.0;
+/// Where the surface stands, m in front of the base.
+const WALL_M: f64 = 0.6;
+/// Where it is touched, and how far from there at most, m.
+const TARGET_M: DVec3 = DVec3::new(WALL_M, 0.0, 0.6);
+const TARGET_OFF_M: f64 = 0.02;
+/// How far beyond the face the finger aims, m: 500 N/m make 5 to 10 N of it.
+const DEPTH_M: [f64; 2] = [0.010, 0.020];
+/// How fast the finger itself scans, m/s: above the speed below which a finger counts as resting.
+const SCAN_M_PER_S: [f64; 2] = [0.058, 0.066];
+/// Means begin so long after the touch and the beginning of the scan, s: the motion is settled.
+const SETTLED_S: f64 = 0.2;
+/// A touch is felt if so much of it is left after that, s.
+const LEAST_FELT_S: f64 = 0.1;
+/// Roughness of the surface: any, as the session presents the condition's level whatever it is.
+const ROUGHNESS: f64 = 1.0;
+
+/// One arm, one board and the surfaces of a study; presents trials without keeping anything from one to the next.
+#[derive(Debug, Clone)]
+pub struct SimulatedStage {
+    arm: SrsArm,
+    board: Board,
+    /// Made when they are first needed: each takes about a second.
+    wall: OnceLock<Room>,
+    door: OnceLock<Room>,
+    panel: OnceLock<Room>,
+}
+
+#[derive(Debug, Clone)]
+struct Room {
+    scene: Scene,
+    walls: Walls,
+}
+
+impl SimulatedStage {
+    /// The iiwa with its board before a wall, a door and a panel.
+    ///
+    /// # Errors
+    /// Nothing that a user could cause.
+    pub fn new() -> Result<Self, StudyError> {
+        let board = Board::default();
+        let arm =
+            SrsArm::iiwa7().with_tool(board.flange_from_board_face().map_err(SessionError::from)?);
+        let stage = Self {
+            arm,
+            board,
+            wall: OnceLock::new(),
+            door: OnceLock::new(),
+            panel: OnceLock::new(),
+        };
+        stage.room(Surface::Wall)?;
+        Ok(stage)
+    }
+
+    fn room(&self, surface: Surface) -> Result<&Room, StudyError> {
+        let place = match surface {
+            Surface::Wall => &self.wall,
+            Surface::Door => &self.door,
+            Surface::Panel => &self.panel,
+        };
+        if let Some(room) = place.get() {
+            return Ok(room);
+        }
+        let scene = scene_of(surface).map_err(SessionError::from)?;
+        let walls = Walls::of(&scene, &self.arm, &self.board, &WallsConfig::default())?;
+        Ok(place.get_or_init(|| Room { scene, walls }))
+    }
+
+    /// Presents a stimulus once: approach, touch, motion of the texture, release.
+    ///
+    /// `seed` moves the place of the touch by up to 2 cm and sets how hard the finger presses and how fast it scans. Same
+    /// stimulus and seed, same result.
+    ///
+    /// # Errors
+    /// A stimulus outside its range.
+    pub fn present(&self, stimulus: &Stimulus, seed: u64) -> Result<Rendered, StudyError> {
+        let scan = ScanAngle::from_deg(stimulus.angle_deg).map_err(SessionError::from)?;
+        let level = Level {
+            scan,
+            speed_mm_per_s: stimulus.speed_mm_per_s,
+            magnitude: ROUGHNESS,
+        };
+        let levels = TextureLevels::of_level(level, &self.board)?;
+        let room = self.room(stimulus.surface)?;
+        let predictor = DeterministicPredictor::new(DeterministicConfig::ray_led());
+        let predictor = predictor.map_err(SessionError::from)?;
+        let config = SessionConfig {
+            hand: HandFilterConfig::simulated(),
+            ..SessionConfig::default()
+        };
+        let mut session = Session::new(
+            &self.arm,
+            &self.board,
+            room.scene.clone(),
+            room.walls.clone(),
+            predictor,
+            config,
+        )?;
+        session.set_texture_levels(levels);
+        let mut numbers = Pcg64::seed_from_u64(seed);
+        let mut within = |[low, high]: [f64; 2]| numbers.random_range(low..high);
+        let off = [-TARGET_OFF_M, TARGET_OFF_M];
+        let target_m = TARGET_M + DVec3::new(0.0, within(off), within(off));
+        let (depth_m, scan_m_per_s) = (within(DEPTH_M), within(SCAN_M_PER_S));
+        let hand = StudyHand {
+            target_m,
+            depth_m,
+            slide_m_per_s: DVec3::Y * scan_m_per_s,
+        };
+        let home = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
+        let servo = ServoConfig {
+            seed,
+            ..ServoConfig::default()
+        };
+        let start = room.walls.waiting.unwrap_or(home);
+        let servo = ServoArm::new(Arc::new(self.arm.clone()), start, servo)?;
+        let mut trial = Trial {
+            servo,
+            hand,
+            finger: HandContact::default(),
+            felt: Felt::default(),
+        };
+        trial.run(&mut session, stimulus)
+    }
+}
+
+/// A surface facing +x that is rough.
+fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
+    let obj = format!(
+        "o surface\nv {WALL_M} -1 0\nv {WALL_M} 1 0\nv {WALL_M} 1 2\nv {WALL_M} -1 2\nf 1 2 3 4\n"
+    );
+    let kind = match surface {
+        Surface::Wall => String::new(),
+        // Heavy enough to keep its place under a finger for a touch, light enough to give way.
+        Surface::Door => format!(
+            "kind = \"revolving_door\"\nhinge_point_m = [{WALL_M}, -1, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [-60, 60]\n\
+             inertia_kg_m2 = 40\ndamping_n_m_s_per_rad = 60\n"
+        ),
+        Surface::Panel => {
+            "kind = \"sliding_panel\"\ndirection = [0, 1, 0]\nrange_m = [-0.5, 0.5]\n".to_owned()
+        }
+    };
+    let sidecar = format!("[surface.surface]\nroughness = {ROUGHNESS}\n{kind}");
+    Ok(Scene::from_obj_str(&obj, Some(&sidecar))?.0)
+}
+
+/// Sums over the part of a touch that is felt.
+#[derive(Debug, Clone, Copy, Default)]
+struct Felt {
+    count: usize,
+    angle_deg: f64,
+    board_mm_per_s: f64,
+    finger_mm_per_s: f64,
+    force_n: f64,
+}
+
+struct Trial {
+    servo: ServoArm,
+    hand: StudyHand,
+    finger: HandContact,
+    felt: Felt,
+}
+
+impl Trial {
+    fn run(
+        &mut self,
+        session: &mut Session<DeterministicPredictor>,
+        stimulus: &Stimulus,
+    ) -> Result<Rendered, StudyError> {
+        let cycles = (END_S / DT_S) as usize;
+        let (mut frames, mut touched_s, mut contact_s) = (0_usize, None, 0.0);
+        let (mut late, mut started, mut ended, mut stopped) = (false, false, false, false);
+        let mut moved: Option<f64> = None;
+        for cycle in 0..cycles {
+            let now_s = cycle as f64 * DT_S;
+            while frames as f64 * TRACKER_S <= now_s {
+                session.frame(&self.hand.frame(frames as f64 * TRACKER_S));
+                frames += 1;
+            }
+            let state = self.servo.state()?;
+            let command = session.step(now_s, &state);
+            self.servo.command(command)?;
+            self.servo.advance(DT_S)?;
+            let next_s = now_s + DT_S;
+            let pose = self.servo.pose();
+            let board_m_per_s = self.servo.twist().linear_m_per_s;
+            let finger_m_per_s = self.hand.velocity_m_per_s(next_s);
+            let relative = finger_m_per_s - board_m_per_s;
+            let wrench = self
+                .finger
+                .wrench(&pose, self.hand.tip_m(next_s), relative)?;
+            self.servo.apply_wrench(wrench.unwrap_or_default())?;
+            while let Some(event) = session.next_event() {
+                match event.kind {
+                    EventKind::Touched { .. } => touched_s = touched_s.or(Some(event.t_s)),
+                    EventKind::Late => late |= now_s < PRESS_S,
+                    EventKind::TextureStarted(_) => started = true,
+                    EventKind::TextureEnded => ended |= now_s < LEAVE_S,
+                    EventKind::Safe(_) => stopped |= session.control().is_latched(),
+                    _ => {}
+                }
+            }
+            let Some(wrench) = wrench else {
+                continue;
+            };
+            contact_s += DT_S;
+            let object = session.control().moving().next();
+            moved = object.map(|o| o.position).or(moved);
+            let settled = touched_s.is_some_and(|t_s| now_s >= t_s.max(PRESS_S) + SETTLED_S);
+            let moves = !ended || stimulus.speed_mm_per_s == 0.0;
+            if settled && moves && next_s < LEAVE_S {
+                let normal = pose.rotation().z_axis;
+                let in_plane = |v: DVec3| v - normal * v.dot(normal);
+                let (relative, long) = (in_plane(relative), pose.rotation().x_axis);
+                let scan = in_plane(self.hand.slide_m_per_s).normalize_or_zero();
+                let angle_rad = relative.angle_between(long).abs();
+                let angle_rad = if angle_rad > FRAC_PI_2 {
+                    std::f64::consts::PI - angle_rad
+                } else {
+                    angle_rad
+                };
+                self.felt.count += 1;
+                self.felt.angle_deg += angle_rad.to_degrees();
+                self.felt.board_mm_per_s -= 1e3 * board_m_per_s.dot(scan);
+                self.felt.finger_mm_per_s += 1e3 * relative.length();
+                self.felt.force_n += wrench.force_n.length();
+            }
+        }
+        let felt = self.felt;
+        let enough = felt.count as f64 * DT_S >= LEAST_FELT_S;
+        let mean = |sum: f64| {
+            enough
+                .then(|| sum / felt.count as f64)
+                .filter(|m| m.is_finite())
+        };
+        // A board that hardly moves does not present its level, whatever was begun.
+        let half = 0.5 * stimulus.speed_mm_per_s;
+        let slow = mean(felt.board_mm_per_s).is_some_and(|v| v < half);
+        let fault = if stopped {
+            Fault::Stopped
+        } else if touched_s.is_none() || !enough {
+            if late { Fault::Late } else { Fault::NoTouch }
+        } else if stimulus.speed_mm_per_s > 0.0 && (!started || slow) {
+            Fault::NoTexture
+        } else {
+            Fault::None
+        };
+        Ok(Rendered {
+            angle_deg: mean(felt.angle_deg),
+            speed_mm_per_s: mean(felt.board_mm_per_s),
+            felt_mm_per_s: mean(felt.finger_mm_per_s),
+            force_n: mean(felt.force_n),
+            contact_s,
+            moved,
+            fault,
+        }
+        .rounded())
+    }
+}

@@ -1,0 +1,181 @@
+//! What a condition asks for, and what was rendered.
+
+use crate::error::StudyError;
+use crate::protocol::Protocol;
+use serde::{Deserialize, Serialize};
+
+/// What the board stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surface {
+    /// A wall, which stands.
+    #[default]
+    Wall,
+    /// A door on hinges, which gives way to the finger.
+    Door,
+    /// A panel that slides to the side.
+    Panel,
+}
+
+/// A condition as it is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stimulus {
+    /// What the board stands for.
+    pub surface: Surface,
+    /// Angle between scan and long axis of the bumps, degrees, 0 to 90.
+    pub angle_deg: f64,
+    /// Speed of the board against the scan, mm/s.
+    pub speed_mm_per_s: f64,
+}
+
+impl Default for Stimulus {
+    /// Across the bumps at 40 mm/s on a wall: for factors that a study does not have.
+    fn default() -> Self {
+        Self {
+            surface: Surface::Wall,
+            angle_deg: 90.0,
+            speed_mm_per_s: 40.0,
+        }
+    }
+}
+
+impl Stimulus {
+    /// The stimulus of a condition: factors named `angle`, `orientation`, `speed`, `velocity` or `surface`, with or without the
+    /// unit of their numbers (`_deg`, `_mm_s`, `_mm_per_s`).
+    ///
+    /// # Errors
+    /// Another factor; a level that is not a number in its range, or no surface; no such condition.
+    pub fn of(protocol: &Protocol, condition: usize) -> Result<Self, StudyError> {
+        let mut stimulus = Self::default();
+        let levels = protocol.levels(condition);
+        let levels = levels.ok_or(StudyError::NoTrial {
+            what: "a condition that the study does not have",
+        })?;
+        for (factor, level) in protocol.factors.iter().zip(levels) {
+            let refused = |wanted| StudyError::BadLevel {
+                factor: factor.name.clone(),
+                level: level.to_owned(),
+                wanted,
+            };
+            let within = |most: f64| {
+                let number = level.parse().ok();
+                number.filter(|v: &f64| (0.0..=most).contains(v))
+            };
+            let name = factor.name.to_lowercase();
+            let mut units = ["_deg", "_mm_per_s", "_mm_s"].into_iter();
+            let bare = units.find_map(|unit| name.strip_suffix(unit));
+            let bare = bare.unwrap_or(&name);
+            match bare {
+                "angle" | "orientation" => {
+                    stimulus.angle_deg = within(90.0).ok_or_else(|| refused("0 to 90 degrees"))?;
+                }
+                "speed" | "velocity" => {
+                    stimulus.speed_mm_per_s =
+                        within(100.0).ok_or_else(|| refused("0 to 100 mm/s"))?;
+                }
+                "surface" => {
+                    stimulus.surface = match level {
+                        "wall" => Surface::Wall,
+                        "door" => Surface::Door,
+                        "panel" => Surface::Panel,
+                        _ => return Err(refused("wall, door or panel")),
+                    };
+                }
+                _ => {
+                    let factor = factor.name.clone();
+                    return Err(StudyError::UnknownFactor { factor });
+                }
+            }
+        }
+        Ok(stimulus)
+    }
+}
+
+/// What was rendered in a trial, means over the touch from the moment the motion is settled.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Rendered {
+    /// Angle between the way of the finger over the board and the long axis of the bumps, degrees, 0 to 90.
+    pub angle_deg: Option<f64>,
+    /// Speed of the board against the scan, mm/s.
+    pub speed_mm_per_s: Option<f64>,
+    /// Speed of the finger over the board, mm/s.
+    pub felt_mm_per_s: Option<f64>,
+    /// Force of the finger along the normal, N.
+    pub force_n: Option<f64>,
+    /// Time in contact, s.
+    pub contact_s: f64,
+    /// How far a door or a panel was moved, rad or m.
+    pub moved: Option<f64>,
+    /// What went wrong.
+    pub fault: Fault,
+}
+
+/// What spoils a trial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// Nothing.
+    #[default]
+    None,
+    /// The board was not touched, or not long enough to be felt.
+    NoTouch,
+    /// The board came after the hand.
+    Late,
+    /// The texture did not move though it should.
+    NoTexture,
+    /// The board stopped for safety.
+    Stopped,
+}
+
+impl Fault {
+    /// In a word; `None` for no fault.
+    #[must_use]
+    pub const fn word(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::NoTouch => Some("no touch"),
+            Self::Late => Some("late"),
+            Self::NoTexture => Some("no texture"),
+            Self::Stopped => Some("stopped"),
+        }
+    }
+}
+
+/// What was presented in a trial.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Presentation {
+    /// The condition.
+    pub rendered: Rendered,
+    /// With two intervals: the reference.
+    pub reference: Option<Rendered>,
+}
+
+impl Presentation {
+    /// Why the trial does not count; `None` if it does.
+    #[must_use]
+    pub fn why_not(&self) -> Option<&'static str> {
+        let reference = self.reference.and_then(|r| r.fault.word());
+        self.rendered.fault.word().or(reference)
+    }
+}
+
+impl Rendered {
+    /// With six digits after the point: what is stored is what is used, also after a log was read again.
+    #[must_use]
+    pub fn rounded(self) -> Self {
+        Self {
+            angle_deg: self.angle_deg.map(round),
+            speed_mm_per_s: self.speed_mm_per_s.map(round),
+            felt_mm_per_s: self.felt_mm_per_s.map(round),
+            force_n: self.force_n.map(round),
+            contact_s: round(self.contact_s),
+            moved: self.moved.map(round),
+            fault: self.fault,
+        }
+    }
+}
+
+/// To six digits after the point.
+pub(crate) fn round(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}

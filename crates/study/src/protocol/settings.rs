@@ -1,0 +1,246 @@
+//! The settings of a study.
+
+use crate::error::StudyError;
+use hwall::numeric::check::that;
+use hwall::psychophysics::{Factor, Schedule, TrialOrder as ScheduleOrder};
+use serde::{Deserialize, Serialize};
+
+/// A factor within subjects, and its levels in order.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StudyFactor {
+    /// Name, and header of its column.
+    pub name: String,
+    /// Levels.
+    pub levels: Vec<String>,
+}
+
+impl StudyFactor {
+    /// A factor.
+    pub fn new<L: Into<String>>(
+        name: impl Into<String>,
+        levels: impl IntoIterator<Item = L>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            levels: levels.into_iter().map(Into::into).collect(),
+        }
+    }
+}
+
+/// How conditions are ordered within a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TrialOrder {
+    /// At random; no condition comes twice in a row.
+    #[default]
+    Random,
+    /// Rows of a balanced Latin square over subjects and blocks.
+    Latin,
+}
+
+/// What is asked after a touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Procedure {
+    /// Any number above zero, in proportion to what was felt.
+    #[default]
+    Magnitude,
+    /// A point of a scale from 1 to so many.
+    Likert {
+        /// Points, 2 to 100.
+        points: u8,
+    },
+    /// Which of two was rougher: 1 or 2. The condition is one of the two, the first condition of the study the other;
+    /// which of them comes first changes at random.
+    TwoIntervals,
+}
+
+impl Procedure {
+    /// The answer, if the procedure has it.
+    ///
+    /// # Errors
+    /// An answer that it does not have; NaN is never accepted.
+    pub fn check(self, answer: f64) -> Result<f64, StudyError> {
+        let (holds, wanted) = match self {
+            Self::Magnitude => (
+                (1e-9..=1e9).contains(&answer),
+                "a number above zero, 1e-9 to 1e9",
+            ),
+            Self::Likert { points } => (
+                (1.0..=f64::from(points)).contains(&answer) && answer.fract() == 0.0,
+                "a point of the scale",
+            ),
+            Self::TwoIntervals => (answer == 1.0 || answer == 2.0, "1 or 2"),
+        };
+        if holds {
+            return Ok(answer);
+        }
+        Err(StudyError::BadAnswer { answer, wanted })
+    }
+}
+
+/// A whole study before it begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Protocol {
+    /// What the study is called in its report.
+    pub title: String,
+    /// Factors within subjects; their combinations are the conditions, the last factor fastest.
+    pub factors: Vec<StudyFactor>,
+    /// Subjects.
+    pub subjects: usize,
+    /// Blocks; each holds every condition once.
+    pub repeats: usize,
+    /// Order within blocks.
+    pub order: TrialOrder,
+    /// What is asked.
+    pub procedure: Procedure,
+    /// Practice trials before the first block; they do not count.
+    pub practice: usize,
+    /// Trials of a block that are repeated right away to see how well answers agree; they do not count.
+    pub catch_per_block: usize,
+    /// A break after so many trials; 0: none.
+    pub break_after: usize,
+    /// How often a trial is tried before it is left out: a late board or a lost hand spoils one.
+    pub most_attempts: u32,
+    /// Seed of all orders.
+    pub seed: u64,
+}
+
+/// Largest numbers of a study.
+const MOST_SUBJECTS: usize = 1000;
+const MOST_TRIALS: usize = 100_000;
+
+/// Columns of the exported table besides the factors.
+const TAKEN: [&str; 12] = [
+    "subject",
+    "round",
+    "trial",
+    "condition",
+    "block",
+    "answer",
+    "answered_s",
+    "valid",
+    "why_not",
+    "kind",
+    "attempt",
+    "",
+];
+
+impl Default for Protocol {
+    /// The dissertation's study of roughness: 25 subjects, five orientations and five speeds; one block.
+    fn default() -> Self {
+        Self {
+            title: "roughness by orientation and speed".to_owned(),
+            factors: vec![
+                StudyFactor::new("angle", ["0", "45", "63.43", "71.57", "90"]),
+                StudyFactor::new("speed", ["0", "20", "40", "60", "80"]),
+            ],
+            subjects: 25,
+            repeats: 1,
+            order: TrialOrder::Random,
+            procedure: Procedure::Magnitude,
+            practice: 3,
+            catch_per_block: 2,
+            break_after: 50,
+            most_attempts: 3,
+            seed: 1,
+        }
+    }
+}
+
+impl Protocol {
+    /// Conditions: combinations of levels.
+    #[must_use]
+    pub fn conditions(&self) -> usize {
+        let counts = self.factors.iter().map(|f| f.levels.len());
+        counts.fold(1, usize::saturating_mul)
+    }
+
+    /// Level of every factor in a condition; `None` beyond [`Protocol::conditions`].
+    #[must_use]
+    pub fn levels(&self, mut condition: usize) -> Option<Vec<&str>> {
+        if condition >= self.conditions() {
+            return None;
+        }
+        let mut levels = Vec::with_capacity(self.factors.len());
+        for factor in self.factors.iter().rev() {
+            levels.push(factor.levels.get(condition % factor.levels.len())?.as_str());
+            condition /= factor.levels.len();
+        }
+        levels.reverse();
+        Some(levels)
+    }
+
+    /// The pseudonym of a subject, counted from 0: `S01`.
+    #[must_use]
+    pub fn pseudonym(&self, subject: usize) -> String {
+        let width = self.subjects.to_string().len().max(2);
+        format!("S{:0width$}", subject + 1)
+    }
+
+    /// Rejects a study that cannot be run.
+    ///
+    /// # Errors
+    /// The first setting outside its range.
+    pub fn validate(&self) -> Result<(), StudyError> {
+        for (what, count, most) in [
+            ("factors", self.factors.len(), 4),
+            ("subjects", self.subjects, MOST_SUBJECTS),
+            ("repeats", self.repeats, 10_000),
+            ("conditions", self.conditions(), 10_000),
+            ("most_attempts", self.most_attempts as usize, 100),
+        ] {
+            let holds = (1..=most).contains(&count);
+            that(holds, what, count as f64, "at least 1, and not huge")?;
+        }
+        for (what, count) in [
+            ("practice", self.practice),
+            ("catch_per_block", self.catch_per_block),
+        ] {
+            that(count <= 1000, what, count as f64, "at most 1000")?;
+        }
+        let all = [self.conditions(), self.repeats].into_iter();
+        let all = all.fold(self.subjects, usize::saturating_mul);
+        that(all <= MOST_TRIALS, "trials", all as f64, "at most 1e5")?;
+        if let Procedure::Likert { points } = self.procedure {
+            let holds = (2..=100).contains(&points);
+            that(holds, "points of the scale", points.into(), "2 to 100")?;
+        }
+        for factor in &self.factors {
+            let name = factor.name.trim();
+            if TAKEN.contains(&name) || name != factor.name {
+                let factor = factor.name.clone();
+                return Err(StudyError::UnknownFactor { factor });
+            }
+            for (place, level) in factor.levels.iter().enumerate() {
+                let plain =
+                    !level.is_empty() && level.len() <= 100 && !level.chars().any(char::is_control);
+                if !plain || factor.levels[..place].contains(level) {
+                    return Err(StudyError::BadLevel {
+                        factor: name.to_owned(),
+                        level: level.clone(),
+                        wanted: "a short text that stands once",
+                    });
+                }
+            }
+        }
+        // Names that stand twice, and squares that are too large.
+        self.schedule().trials()?;
+        Ok(())
+    }
+
+    pub(super) fn schedule(&self) -> Schedule {
+        let factor = |f: &StudyFactor| Factor::new(&f.name, f.levels.iter().cloned());
+        Schedule {
+            factors: self.factors.iter().map(factor).collect(),
+            subjects: self.subjects,
+            rounds: self.repeats,
+            order: match self.order {
+                TrialOrder::Random => ScheduleOrder::RandomisedBlocks,
+                TrialOrder::Latin => ScheduleOrder::BalancedLatinSquare,
+            },
+            seed: self.seed,
+        }
+    }
+}

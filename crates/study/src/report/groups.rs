@@ -1,0 +1,128 @@
+//! Levels of a factor in groups: those of one group do not differ.
+
+use hwall::psychophysics::{Adjustment, Comparison};
+
+/// The levels of a factor from the least to the greatest mean, with the letters of their groups.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelGroups {
+    /// The factor.
+    pub factor: String,
+    /// Levels, from the least mean.
+    pub order: Vec<String>,
+    /// Letters of each: two levels that share a letter do not differ significantly.
+    pub letters: Vec<String>,
+}
+
+impl LevelGroups {
+    /// Do two levels, by name, differ significantly, and is the first the lesser?
+    #[must_use]
+    pub fn is_less(&self, less: &str, more: &str) -> bool {
+        let place = |name: &str| self.order.iter().position(|level| level == name);
+        let (Some(a), Some(b)) = (place(less), place(more)) else {
+            return false;
+        };
+        let share = |x: &str, y: &str| x.chars().any(|letter| y.contains(letter));
+        a < b && !share(&self.letters[a], &self.letters[b])
+    }
+
+    /// In one line: `0 (a) < 45 (b) < 90 (c)`; the signs only say the order of the means.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let named = self.order.iter().zip(&self.letters);
+        let named: Vec<String> = named.map(|(level, l)| format!("{level} ({l})")).collect();
+        named.join(" < ")
+    }
+}
+
+/// The groups of each factor, from comparisons of all pairs of its levels.
+///
+/// `alpha`: pairs with an adjusted p below it differ. A pair without a p does not differ.
+/// Source: the sets of levels that do not differ among each other and are not part of a larger such set that is an
+/// interval in the order of the means (Piepho 2004).
+#[must_use]
+pub fn level_groups(pairs: &[Comparison], adjustment: Adjustment, alpha: f64) -> Vec<LevelGroups> {
+    let mut groups = Vec::new();
+    for of_factor in pairs.chunk_by(|a, b| a.effect == b.effect) {
+        let count = of_factor
+            .iter()
+            .map(|p| p.i.max(p.j) + 1)
+            .max()
+            .unwrap_or(0);
+        let mut names = vec![String::new(); count];
+        // Sums of differences to all others are in the order of the means.
+        let mut height = vec![0.0; count];
+        let mut differ = vec![vec![false; count]; count];
+        for pair in of_factor {
+            names[pair.i].clone_from(&pair.level_i);
+            names[pair.j].clone_from(&pair.level_j);
+            height[pair.i] += pair.mean_diff;
+            height[pair.j] -= pair.mean_diff;
+            let differs = pair.p_adjusted(adjustment).is_some_and(|p| p < alpha);
+            differ[pair.i][pair.j] = differs;
+            differ[pair.j][pair.i] = differs;
+        }
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|a, b| height[*a].total_cmp(&height[*b]));
+        let sets = maximal_sets(&order, &differ);
+        let letters = order.iter().map(|level| {
+            let own = sets.iter().zip(LETTERS.chars().cycle());
+            let own = own.filter(|(set, _)| set.contains(level));
+            own.map(|(_, letter)| letter).collect()
+        });
+        let letters = letters.collect();
+        groups.push(LevelGroups {
+            factor: of_factor
+                .first()
+                .map_or(String::new(), |p| p.effect.clone()),
+            letters,
+            order: order
+                .into_iter()
+                .map(|i| std::mem::take(&mut names[i]))
+                .collect(),
+        });
+    }
+    groups
+}
+
+const LETTERS: &str = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+/// All largest sets of levels of which no two differ, in the order of their least members.
+fn maximal_sets(order: &[usize], differ: &[Vec<bool>]) -> Vec<Vec<usize>> {
+    // Insert and absorb: for each pair that differs, every set that has both is split in two.
+    let mut sets = vec![order.to_vec()];
+    for (place, a) in order.iter().enumerate() {
+        for b in &order[place + 1..] {
+            if !differ[*a][*b] {
+                continue;
+            }
+            let mut next: Vec<Vec<usize>> = Vec::new();
+            for set in sets {
+                if set.contains(a) && set.contains(b) {
+                    for left_out in [b, a] {
+                        next.push(set.iter().copied().filter(|l| l != left_out).collect());
+                    }
+                } else {
+                    next.push(set);
+                }
+            }
+            sets = absorbed(next);
+        }
+    }
+    let place = |level: &usize| order.iter().position(|l| l == level);
+    sets.sort_by_key(|set| set.iter().map(place).min());
+    sets
+}
+
+/// Without sets that are part of another one.
+fn absorbed(sets: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
+    let mut kept: Vec<Vec<usize>> = Vec::new();
+    for set in sets {
+        let inside = |a: &[usize], b: &[usize]| a.iter().all(|l| b.contains(l));
+        if kept.iter().any(|other| inside(&set, other)) {
+            continue;
+        }
+        kept.retain(|other| !inside(other, &set));
+        kept.push(set);
+    }
+    kept
+}

@@ -1,0 +1,7 @@
+//! What a study says, and the numbers of its methods paragraph.
+
+mod document;
+mod groups;
+
+pub use document::StudyReport;
+pub use groups::{LevelGroups, level_groups};

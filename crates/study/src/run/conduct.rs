@@ -1,0 +1,169 @@
+//! A study with people: somebody presents, somebody answers.
+
+use super::progress::NextStep;
+use super::study::{Answer, Study};
+use crate::error::StudyError;
+use crate::present::{Presentation, Rendered, SimulatedStage, Stimulus};
+use crate::protocol::{PlannedTrial, Procedure, TrialKind};
+
+/// Presents stimuli: an arm, real or simulated.
+pub trait Presenter {
+    /// Presents a stimulus once and says what was rendered; `seed` for what is left to chance.
+    ///
+    /// # Errors
+    /// What keeps the study from going on. A trial that is spoilt is no error: its [`Rendered::fault`] says so.
+    fn present(&mut self, stimulus: &Stimulus, seed: u64) -> Result<Rendered, StudyError>;
+}
+
+impl Presenter for SimulatedStage {
+    fn present(&mut self, stimulus: &Stimulus, seed: u64) -> Result<Rendered, StudyError> {
+        Self::present(self, stimulus, seed)
+    }
+}
+
+/// What a subject is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ask {
+    /// What the procedure asks.
+    Procedure(Procedure),
+    /// To go on when it is ready; any answer will do.
+    GoOn,
+}
+
+/// Whoever answers, and how. It never learns the condition.
+pub trait Respondent {
+    /// Shows a text.
+    ///
+    /// # Errors
+    /// A text that cannot be shown.
+    fn tell(&mut self, text: &str) -> Result<(), StudyError>;
+
+    /// Asks; `None`: the session ends here, and goes on another time.
+    ///
+    /// # Errors
+    /// A question that cannot be asked.
+    fn ask(&mut self, text: &str, ask: Ask) -> Result<Option<Answer>, StudyError>;
+}
+
+/// Runs a study with people until it is done or a session ends; returns the number of trials that were answered.
+///
+/// What is asked names the trial and how many there are, never its condition. A trial that was spoilt is said to come again.
+///
+/// # Errors
+/// As [`Presenter::present`] and [`Respondent`]; a log that cannot be written. Everything up to then is in the log.
+pub fn conduct(
+    study: &mut Study,
+    presenter: &mut dyn Presenter,
+    respondent: &mut dyn Respondent,
+) -> Result<usize, StudyError> {
+    let protocol = study.protocol().clone();
+    let mut greeted = None;
+    let mut answered = 0;
+    loop {
+        match study.next_step() {
+            NextStep::Done => {
+                respondent.tell("That was all. Thank you.")?;
+                return Ok(answered);
+            }
+            NextStep::Rest { subject } => {
+                let text = format!(
+                    "{}: time for a break. Go on when you are ready.",
+                    protocol.pseudonym(subject)
+                );
+                if respondent.ask(&text, Ask::GoOn)?.is_none() {
+                    return Ok(answered);
+                }
+                study.rested()?;
+            }
+            NextStep::Present {
+                subject,
+                trial,
+                attempt,
+            } => {
+                if greeted != Some(subject) {
+                    let text = format!("{}: ready to begin?", protocol.pseudonym(subject));
+                    if respondent.ask(&text, Ask::GoOn)?.is_none() {
+                        return Ok(answered);
+                    }
+                    greeted = Some(subject);
+                }
+                respondent.tell(&announcement(&trial, protocol.procedure))?;
+                let seed = protocol.seed
+                    ^ (subject as u64) << 40
+                    ^ (trial.number as u64) << 8
+                    ^ u64::from(attempt);
+                let shown = present(study, presenter, &trial, seed)?;
+                study.presented(&shown)?;
+                if shown.why_not().is_some() {
+                    respondent.tell("That did not work; it comes again later.")?;
+                }
+            }
+            NextStep::Answer { .. } => {
+                let ask = Ask::Procedure(protocol.procedure);
+                let Some(answer) = respondent.ask(question(protocol.procedure), ask)? else {
+                    return Ok(answered);
+                };
+                match study.answered(answer) {
+                    // It is asked again.
+                    Err(StudyError::BadAnswer { wanted, .. }) => {
+                        respondent.tell(&format!("Please answer with {wanted}."))?;
+                    }
+                    Err(error) => return Err(error),
+                    Ok(()) => answered += 1,
+                }
+            }
+        }
+    }
+}
+
+/// Both intervals in their order, or the one touch.
+fn present(
+    study: &Study,
+    presenter: &mut dyn Presenter,
+    trial: &PlannedTrial,
+    seed: u64,
+) -> Result<Presentation, StudyError> {
+    let protocol = study.protocol();
+    let condition = Stimulus::of(protocol, trial.condition)?;
+    if protocol.procedure != Procedure::TwoIntervals {
+        return Ok(Presentation {
+            rendered: presenter.present(&condition, seed)?,
+            reference: None,
+        });
+    }
+    let reference = Stimulus::of(protocol, 0)?;
+    let mut show = |stimulus: &Stimulus, turn: u64| presenter.present(stimulus, seed ^ turn << 60);
+    let (rendered, reference) = if trial.second {
+        let reference = show(&reference, 1)?;
+        (show(&condition, 2)?, reference)
+    } else {
+        let rendered = show(&condition, 1)?;
+        (rendered, show(&reference, 2)?)
+    };
+    Ok(Presentation {
+        rendered,
+        reference: Some(reference),
+    })
+}
+
+fn announcement(trial: &PlannedTrial, procedure: Procedure) -> String {
+    let practice = match trial.kind {
+        TrialKind::Practice => " (practice)",
+        TrialKind::Main | TrialKind::Catch => "",
+    };
+    let what = match procedure {
+        Procedure::TwoIntervals => "touch the board, twice",
+        _ => "touch the board",
+    };
+    format!("Trial {}{practice}: {what}.", trial.number)
+}
+
+const fn question(procedure: Procedure) -> &'static str {
+    match procedure {
+        Procedure::Magnitude => {
+            "How rough was it? Any number above zero: twice as rough, twice the number."
+        }
+        Procedure::Likert { .. } => "How rough was it, from 1 (smooth) on?",
+        Procedure::TwoIntervals => "Which one was rougher?",
+    }
+}

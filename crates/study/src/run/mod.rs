@@ -1,0 +1,11 @@
+//! A study under way: what comes next, what was answered, and all of it in the log.
+
+mod conduct;
+mod progress;
+mod simulate;
+mod study;
+
+pub use conduct::{Ask, Presenter, Respondent, conduct};
+pub use progress::{NextStep, TrialRecord};
+pub use simulate::{Simulation, simulate};
+pub use study::{Answer, Study};

@@ -1,0 +1,182 @@
+//! A whole study with simulated participants.
+
+use super::progress::NextStep;
+use super::study::{Answer, Study};
+use crate::error::StudyError;
+use crate::participant::{ParticipantConfig, SimulatedParticipant};
+use crate::present::{Presentation, Rendered, SimulatedStage, Stimulus};
+use crate::protocol::{Planned, PlannedTrial, Procedure, Protocol};
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// How a study is simulated.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Simulation {
+    /// Who takes part.
+    pub participants: ParticipantConfig,
+    /// Is every condition presented once only, and its rendering used for all its trials? Much faster; trials of one
+    /// condition then differ by the participant alone.
+    pub once_per_condition: bool,
+    /// Stop after so many trials, as if the program had been killed; for tests.
+    pub kill_after: Option<usize>,
+}
+
+/// Presentations that were made ahead, by subject, trial and attempt; or by condition alone.
+type Made = HashMap<(usize, usize, u32), Rendered>;
+
+/// Runs a study to its end, every trial presented by a session on the simulated arm, on all cores.
+///
+/// Returns the number of trials that were presented in this call. Same study and settings, same result, also over a stop
+/// and a resumption.
+///
+/// # Errors
+/// As [`Study::presented`] and [`Study::answered`]; settings outside their range.
+pub fn simulate(
+    study: &mut Study,
+    stage: &SimulatedStage,
+    simulation: &Simulation,
+) -> Result<usize, StudyError> {
+    let protocol = study.protocol().clone();
+    let participants = (0..protocol.subjects)
+        .map(|number| SimulatedParticipant::new(&simulation.participants, protocol.seed, number));
+    let participants: Vec<_> = participants.collect::<Result<_, _>>()?;
+    let mut made = Made::new();
+    let mut ahead_of = None;
+    let mut count = 0;
+    loop {
+        match study.next_step() {
+            NextStep::Done => return Ok(count),
+            NextStep::Rest { .. } => study.rested()?,
+            NextStep::Present {
+                subject,
+                trial,
+                attempt,
+            } => {
+                if simulation.kill_after == Some(count) {
+                    return Ok(count);
+                }
+                if ahead_of != Some(subject)
+                    && (ahead_of.is_none() || !simulation.once_per_condition)
+                {
+                    made = make_ahead(&protocol, stage, subject, simulation)?;
+                    ahead_of = Some(subject);
+                }
+                let of = |condition: usize| -> Result<Rendered, StudyError> {
+                    let key = key(simulation, subject, &trial, condition, attempt);
+                    match made.get(&key) {
+                        Some(rendered) => Ok(*rendered),
+                        None => one(&protocol, stage, condition, key),
+                    }
+                };
+                let shown = Presentation {
+                    rendered: of(trial.condition)?,
+                    reference: match protocol.procedure {
+                        Procedure::TwoIntervals => Some(of(0)?),
+                        _ => None,
+                    },
+                };
+                study.presented(&shown)?;
+                count += 1;
+            }
+            NextStep::Answer { subject, trial } => {
+                let said = match (participants.get(subject), study.shown()) {
+                    (Some(who), Some(shown)) => who.answer(protocol.procedure, &trial, shown),
+                    _ => None,
+                };
+                match said {
+                    Some((value, answered_s)) => study.answered(Answer { value, answered_s })?,
+                    None => study.spoilt("not felt")?,
+                }
+            }
+        }
+    }
+}
+
+/// What tells one rendering from another: subject, trial and attempt, or the condition alone. The reference of two intervals
+/// is told apart by the highest bit.
+fn key(
+    simulation: &Simulation,
+    subject: usize,
+    trial: &PlannedTrial,
+    condition: usize,
+    attempt: u32,
+) -> (usize, usize, u32) {
+    if simulation.once_per_condition {
+        return (0, condition, attempt);
+    }
+    let reference = condition != trial.condition;
+    let number = 2 * trial.number + usize::from(reference);
+    (subject + 1, number, attempt)
+}
+
+fn one(
+    protocol: &Protocol,
+    stage: &SimulatedStage,
+    condition: usize,
+    (subject, number, attempt): (usize, usize, u32),
+) -> Result<Rendered, StudyError> {
+    let stimulus = Stimulus::of(protocol, condition)?;
+    let seed = [subject as u64, number as u64, attempt.into()]
+        .into_iter()
+        .fold(protocol.seed, |seed, part| {
+            (seed.rotate_left(23) ^ part).wrapping_mul(0x9e6c_63d0_876a_3f35)
+        });
+    stage.present(&stimulus, seed)
+}
+
+/// All first attempts of a subject, or of all conditions, on all cores.
+fn make_ahead(
+    protocol: &Protocol,
+    stage: &SimulatedStage,
+    subject: usize,
+    simulation: &Simulation,
+) -> Result<Made, StudyError> {
+    let mut jobs: Vec<(usize, (usize, usize, u32))> = Vec::new();
+    if simulation.once_per_condition {
+        jobs.extend((0..protocol.conditions()).map(|condition| (condition, (0, condition, 1))));
+    } else {
+        for step in protocol.plan(subject)? {
+            let Planned::Trial(trial) = step else {
+                continue;
+            };
+            let mut shown = vec![trial.condition];
+            if protocol.procedure == Procedure::TwoIntervals && trial.condition != 0 {
+                shown.push(0);
+            }
+            jobs.extend(
+                shown
+                    .into_iter()
+                    .map(|c| (c, key(simulation, subject, &trial, c, 1))),
+            );
+        }
+    }
+    let next = AtomicUsize::new(0);
+    let made = Mutex::new(Ok(Made::new()));
+    let work = || {
+        while let Some((condition, key)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let rendered = one(protocol, stage, *condition, *key);
+            // A worker that panicked has ended the scope.
+            let mut made = made
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
+            match (&mut *made, rendered) {
+                (Ok(made), Ok(rendered)) => {
+                    made.insert(*key, rendered);
+                }
+                (Ok(_), Err(error)) => *made = Err(error),
+                (Err(_), _) => return,
+            }
+        }
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 1..cores.min(jobs.len()) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    made.into_inner()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}

@@ -1,0 +1,285 @@
+//! The log survives every cut, and finds every change.
+
+use hwall_study::{
+    Answer, Durability, Event, EventLog, NextStep, Presentation, Procedure, Protocol, Rendered,
+    Study, StudyError, StudyFactor, TrialRecord,
+};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder of a test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-log-{name}"));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn protocol() -> Protocol {
+    Protocol {
+        factors: vec![StudyFactor::new("angle", ["0", "90"])],
+        subjects: 2,
+        repeats: 2,
+        practice: 1,
+        catch_per_block: 1,
+        break_after: 3,
+        ..Protocol::default()
+    }
+}
+
+/// What a subject without whims feels and says.
+fn shown(angle_deg: f64) -> Presentation {
+    let rendered = Rendered {
+        angle_deg: Some(angle_deg),
+        speed_mm_per_s: Some(40.0),
+        force_n: Some(7.0),
+        contact_s: 0.7,
+        ..Rendered::default()
+    };
+    Presentation {
+        rendered,
+        reference: None,
+    }
+}
+
+/// Runs so many steps, or to the end.
+fn run(study: &mut Study, steps: usize) -> usize {
+    for done in 0..steps {
+        match study.next_step() {
+            NextStep::Done => return done,
+            NextStep::Rest { .. } => study.rested().unwrap(),
+            NextStep::Present { trial, .. } => {
+                study
+                    .presented(&shown(90.0 * trial.condition as f64))
+                    .unwrap();
+            }
+            NextStep::Answer { trial, .. } => {
+                let value = (trial.number + 10 * trial.condition) as f64;
+                let answer = Answer {
+                    value,
+                    answered_s: 1.25,
+                };
+                study.answered(answer).unwrap();
+            }
+        }
+    }
+    steps
+}
+
+fn whole(name: &str) -> (Vec<TrialRecord>, Vec<u8>) {
+    let folder = folder(name);
+    let mut study = Study::create(&folder, protocol(), Durability::System).unwrap();
+    run(&mut study, usize::MAX);
+    let bytes = fs::read(Study::log_path(&folder)).unwrap();
+    (study.trials().to_vec(), bytes)
+}
+
+#[test]
+fn a_cut_at_any_byte_resumes_to_the_same_study() {
+    let (expected, bytes) = whole("whole");
+    assert_eq!(expected.len(), 2 * (1 + 2 * 3));
+    let first = bytes.iter().position(|b| *b == b'\n').unwrap() + 1;
+    let folder = folder("cut");
+    let path = Study::log_path(&folder);
+    let mut lost = Vec::new();
+    for cut in 0..=bytes.len() {
+        fs::write(&path, &bytes[..cut]).unwrap();
+        let resumed = Study::resume(&folder, Durability::System);
+        if cut < first {
+            // Without its protocol there is no study, and nothing had been done.
+            assert!(matches!(resumed, Err(StudyError::NoStudy { .. })), "{cut}");
+            continue;
+        }
+        let mut study = resumed.unwrap_or_else(|error| panic!("cut at {cut}: {error}"));
+        // Whole lines are never lost: what was answered by then is still there.
+        let answered = |b: &[u8]| {
+            b.split_inclusive(|b| *b == b'\n')
+                .filter(|l| l.ends_with(b"\n") && l.windows(10).any(|w| w == b"\"answered\""))
+                .count()
+        };
+        let before = answered(&bytes[..cut]);
+        lost.push(before - study.trials().len());
+        run(&mut study, usize::MAX);
+        assert_eq!(study.trials(), expected, "cut at {cut}");
+        assert_eq!(study.left(), 0);
+        drop(study);
+        // And the log that went on is a log.
+        let (_, recovered) = EventLog::open(&path, Durability::System).unwrap();
+        assert_eq!(recovered.dropped_bytes, 0);
+        let (_, again) = Study::records(&recovered.events).unwrap();
+        assert_eq!(again, expected);
+    }
+    assert!(lost.iter().all(|lost| *lost == 0));
+    println!("{} cuts", lost.len());
+}
+
+#[test]
+fn every_changed_byte_is_found() {
+    let (_, bytes) = whole("changed");
+    let folder = folder("changes");
+    let path = Study::log_path(&folder);
+    let last_line = bytes[..bytes.len() - 1]
+        .iter()
+        .rposition(|b| *b == b'\n')
+        .unwrap()
+        + 1;
+    for place in 0..bytes.len() {
+        let mut spoilt = bytes.clone();
+        spoilt[place] ^= 1 << (place % 8);
+        fs::write(&path, &spoilt).unwrap();
+        let opened = EventLog::open(&path, Durability::System);
+        if place < last_line {
+            assert!(
+                matches!(opened, Err(StudyError::Changed { .. })),
+                "byte {place}"
+            );
+        } else if let Ok((_, recovered)) = opened {
+            // Like a line that was cut: dropped, never believed.
+            assert!(recovered.dropped_bytes > 0, "byte {place}");
+        }
+    }
+    // Lines that are left out, doubled or exchanged.
+    let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
+    for i in 1..lines.len() - 1 {
+        let mut left_out = lines.clone();
+        left_out.remove(i);
+        let mut doubled = lines.clone();
+        doubled.insert(i, lines[i]);
+        let mut exchanged = lines.clone();
+        exchanged.swap(i, i + 1);
+        for wrong in [left_out, doubled, exchanged] {
+            fs::write(&path, wrong.concat()).unwrap();
+            assert!(
+                EventLog::open(&path, Durability::System).is_err(),
+                "line {i}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_study_is_stopped_and_resumed_at_every_step() {
+    let (expected, _) = whole("steps");
+    let folder = folder("stops");
+    let mut study = Study::create(&folder, protocol(), Durability::Disk).unwrap();
+    while run(&mut study, 1) == 1 {
+        drop(study);
+        study = Study::resume(&folder, Durability::Disk).unwrap();
+        // A presentation without an answer was forgotten on purpose: it comes again, and then the answer in the same life.
+        if matches!(study.next_step(), NextStep::Present { .. }) {
+            run(&mut study, 2);
+        }
+    }
+    assert_eq!(study.trials(), expected);
+    let again = Study::create(&folder, protocol(), Durability::Disk);
+    assert!(matches!(again, Err(StudyError::Exists { .. })));
+}
+
+#[test]
+fn spoilt_trials_come_again_at_the_end_of_their_block() {
+    let folder = folder("spoilt");
+    let mut study = Study::create(&folder, protocol(), Durability::System).unwrap();
+    run(&mut study, 2);
+    let NextStep::Present { trial, .. } = study.next_step() else {
+        panic!("a trial comes after the practice");
+    };
+    let mut late = shown(0.0);
+    late.rendered.fault = hwall_study::Fault::Late;
+    study.presented(&late).unwrap();
+    assert_eq!(study.trials()[1].why_not.as_deref(), Some("late"));
+    let mut seen = Vec::new();
+    while let NextStep::Present {
+        trial: next,
+        attempt,
+        subject: 0,
+    } = study.next_step()
+    {
+        seen.push((next.number, next.block, attempt));
+        run(&mut study, 2);
+        if study.next_step() == (NextStep::Rest { subject: 0 }) {
+            study.rested().unwrap();
+        }
+    }
+    let place = seen.iter().position(|s| s.0 == trial.number).unwrap();
+    assert_eq!(seen[place].2, 2);
+    assert!(seen[..place].iter().all(|s| s.1 == 1) && seen[place + 1..].iter().all(|s| s.1 == 2));
+    // Three times at most.
+    run(&mut study, 2);
+    let who = study.trials().len();
+    for _ in 0..200 {
+        match study.next_step() {
+            NextStep::Present { .. } => study.presented(&late).unwrap(),
+            NextStep::Rest { .. } => study.rested().unwrap(),
+            _ => break,
+        }
+    }
+    assert_eq!(study.next_step(), NextStep::Done);
+    assert_eq!(study.trials().len() - who, 3 * 6);
+}
+
+#[test]
+fn what_is_not_due_is_refused() {
+    let folder = folder("refused");
+    let mut study = Study::create(&folder, protocol(), Durability::System).unwrap();
+    let answer = |value: f64| Answer {
+        value,
+        answered_s: 1.0,
+    };
+    assert!(matches!(
+        study.answered(answer(1.0)),
+        Err(StudyError::NoTrial { .. })
+    ));
+    assert!(study.rested().is_err());
+    study.presented(&shown(0.0)).unwrap();
+    for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(study.answered(answer(wrong)).is_err(), "{wrong}");
+    }
+    let slow = Answer {
+        value: 1.0,
+        answered_s: f64::NAN,
+    };
+    assert!(study.answered(slow).is_err());
+    study.answered(answer(2.5)).unwrap();
+    for (procedure, good, bad) in [
+        (Procedure::Likert { points: 7 }, 7.0, 7.5),
+        (Procedure::TwoIntervals, 2.0, 0.0),
+    ] {
+        assert!(procedure.check(good).is_ok() && procedure.check(bad).is_err());
+    }
+    for factors in [
+        vec![],
+        vec![StudyFactor::new("angle", ["0", "0"])],
+        vec![StudyFactor::new("angle", ["0", "91"])],
+        vec![StudyFactor::new("speed", ["0", "fast"])],
+        vec![StudyFactor::new("block", ["0", "1"])],
+        vec![StudyFactor::new("heat", ["0", "1"])],
+        vec![
+            StudyFactor::new("angle", ["0", "1"]),
+            StudyFactor::new("angle", ["0", "1"]),
+        ],
+    ] {
+        let protocol = Protocol {
+            factors,
+            ..protocol()
+        };
+        let path = folder.join("other");
+        assert!(
+            Study::create(&path, protocol.clone(), Durability::System).is_err(),
+            "{:?}",
+            protocol.factors
+        );
+        assert!(!Study::log_path(&path).exists());
+    }
+    // A log that was opened, but holds something else.
+    let event = Event::Rested { subject: 0 };
+    let path = Study::log_path(&folder.join("foreign"));
+    fs::create_dir_all(folder.join("foreign")).unwrap();
+    EventLog::create(&path, Durability::System)
+        .unwrap()
+        .append(&event)
+        .unwrap();
+    assert!(matches!(
+        Study::resume(&folder.join("foreign"), Durability::System),
+        Err(StudyError::NoStudy { .. })
+    ));
+}

@@ -1,0 +1,205 @@
+//! Whole studies with simulated participants.
+
+use hwall::psychophysics::ErrorModel;
+use hwall_study::{
+    Durability, Fault, ParticipantConfig, Procedure, Protocol, Roughness, SimulatedStage,
+    Simulation, Stimulus, Study, StudyFactor, StudyReport, Surface, promised_power, simulate,
+    write_attempts, write_trials,
+};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("study-run-{name}"));
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+fn protocol(subjects: usize, seed: u64) -> Protocol {
+    Protocol {
+        factors: vec![
+            StudyFactor::new("angle", ["0", "45", "90"]),
+            StudyFactor::new("speed", ["20", "80"]),
+        ],
+        subjects,
+        seed,
+        practice: 1,
+        catch_per_block: 1,
+        ..Protocol::default()
+    }
+}
+
+#[test]
+fn what_is_rendered_is_what_was_wanted() {
+    let stage = SimulatedStage::new().unwrap();
+    for surface in [Surface::Wall, Surface::Door, Surface::Panel] {
+        for angle_deg in [0.0, 45.0, 90.0] {
+            for speed_mm_per_s in [0.0, 20.0, 80.0] {
+                let stimulus = Stimulus {
+                    surface,
+                    angle_deg,
+                    speed_mm_per_s,
+                };
+                let shown = stage.present(&stimulus, 7).unwrap();
+                println!("{stimulus:?}\n    {shown:?}");
+                if surface == Surface::Panel && speed_mm_per_s > 0.0 {
+                    // The panel moves in the plane in which the texture would: its own motion wins, and that is said.
+                    assert_eq!(shown.fault, Fault::NoTexture);
+                    continue;
+                }
+                assert_eq!(shown.fault, Fault::None, "{stimulus:?}: {shown:?}");
+                let off_deg = shown.angle_deg.unwrap() - angle_deg;
+                let off = shown.speed_mm_per_s.unwrap() - speed_mm_per_s;
+                assert!(off_deg.abs() < 0.5, "{stimulus:?}: {off_deg} degrees");
+                assert!(off.abs() < 1.0, "{stimulus:?}: {off} mm/s");
+                let least_n = if surface == Surface::Door { 1.0 } else { 3.0 };
+                assert!((least_n..15.0).contains(&shown.force_n.unwrap()));
+                assert!(shown.contact_s > 0.5);
+                // A door gives way while its texture moves.
+                if surface == Surface::Door {
+                    assert!(shown.moved.unwrap().abs() > 0.01);
+                }
+            }
+        }
+    }
+    let wrong = Stimulus {
+        angle_deg: f64::NAN,
+        ..Stimulus::default()
+    };
+    assert!(stage.present(&wrong, 1).is_err());
+}
+
+#[test]
+fn a_killed_study_resumes_to_the_same_tables() {
+    let stage = SimulatedStage::new().unwrap();
+    let tables = |study: &Study| {
+        let (mut trials, mut attempts) = (Vec::new(), Vec::new());
+        write_trials(study.protocol(), study.trials(), &mut trials).unwrap();
+        write_attempts(study.protocol(), study.trials(), &mut attempts).unwrap();
+        [trials, attempts].map(|bytes| String::from_utf8(bytes).unwrap())
+    };
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let whole = {
+        let mut study =
+            Study::create(&folder("whole"), protocol(3, 5), Durability::System).unwrap();
+        let presented = simulate(&mut study, &stage, &simulation).unwrap();
+        assert_eq!(presented, 3 * 8);
+        tables(&study)
+    };
+    let folder = folder("killed");
+    let killed = Simulation {
+        kill_after: Some(5),
+        ..simulation.clone()
+    };
+    let mut study = Study::create(&folder, protocol(3, 5), Durability::System).unwrap();
+    while simulate(&mut study, &stage, &killed).unwrap() == 5 {
+        drop(study);
+        study = Study::resume(&folder, Durability::System).unwrap();
+    }
+    assert_eq!(tables(&study), whole);
+    let header = whole[0].lines().next().unwrap();
+    assert!(
+        header.starts_with("subject,trial,block,angle,speed,wanted_angle_deg"),
+        "{header}"
+    );
+    assert!(
+        header.ends_with("answer,answered_s,valid,why_not"),
+        "{header}"
+    );
+    assert_eq!(whole[0].lines().count(), 1 + 3 * 6);
+}
+
+/// The planted effects are found as often as `power` promises, and levels come back in their order.
+#[test]
+fn planted_effects_come_back() {
+    const SEEDS: u64 = 10;
+    const SUBJECTS: usize = 12;
+    let stage = SimulatedStage::new().unwrap();
+    let roughness = Roughness {
+        over_angle: vec![[0.0, 0.0], [45.0, 0.45], [90.0, 0.9]],
+        per_100_mm_per_s: 0.6,
+        ..Roughness::default()
+    };
+    let participants = ParticipantConfig {
+        roughness,
+        ..ParticipantConfig::default()
+    };
+    let simulation = Simulation {
+        participants: participants.clone(),
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let mut ordered = 0;
+    let mut found = [0_usize; 2];
+    for seed in 0..SEEDS {
+        let folder = folder(&format!("seed-{seed}"));
+        let mut study =
+            Study::create(&folder, protocol(SUBJECTS, seed), Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let analysis = report.analysis.as_ref().unwrap();
+        for (count, effect) in found.iter_mut().zip(["angle", "speed"]) {
+            let effect = analysis
+                .effects
+                .iter()
+                .find(|e| e.name == effect && e.errors == ErrorModel::Strata);
+            *count += usize::from(effect.unwrap().p.unwrap() < 0.05);
+        }
+        let [angle, speed] = [&report.groups[0], &report.groups[1]];
+        let right =
+            angle.is_less("0", "45") && angle.is_less("45", "90") && speed.is_less("20", "80");
+        println!(
+            "seed {seed}: {}; {}; {right}",
+            angle.to_text(),
+            speed.to_text()
+        );
+        ordered += usize::from(right);
+        let text = report.to_markdown(&[("means.svg", "Means")]);
+        assert!(text.contains("12 subjects met 6 conditions") && text.contains("(means.svg)"));
+    }
+    let promised = promised_power(&protocol(SUBJECTS, 1), &participants, 2000).unwrap();
+    for (effect, found) in promised.iter().zip(found) {
+        // Within three standard deviations of so few studies.
+        let (n, p) = (SEEDS as f64, effect.power);
+        let off = found as f64 - n * p;
+        println!("{}: power {p:.3}, found {found} of {SEEDS}", effect.name);
+        assert!(
+            off.abs() <= 3.0 * (n * p * (1.0 - p)).sqrt() + 1.0,
+            "{}: {found}",
+            effect.name
+        );
+    }
+    assert!(ordered >= 9, "{ordered} of {SEEDS}");
+}
+
+#[test]
+fn other_procedures_run_to_their_end() {
+    let stage = SimulatedStage::new().unwrap();
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    for procedure in [Procedure::Likert { points: 7 }, Procedure::TwoIntervals] {
+        let protocol = Protocol {
+            procedure,
+            ..protocol(4, 3)
+        };
+        let mut study = Study::create(
+            &folder(&format!("{procedure:?}").replace(' ', "")),
+            protocol,
+            Durability::System,
+        )
+        .unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        for record in study.trials() {
+            assert!(procedure.check(record.answer.unwrap()).is_ok());
+            assert_eq!(
+                record.shown.reference.is_some(),
+                procedure == Procedure::TwoIntervals
+            );
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! From wanted roughnesses to textures and levels, and back.
+
+use hwall_texton::{
+    Calibration, Compression, DesignCandidate, DesignRequest, DeviceLimits, GivenUp, GrooveRidge,
+    LevelPath, MagnitudeScale, PrintProcess, RoughnessModel, RoughnessSource, SpatialVariation,
+    TemporalFrequency, TextonError, Texture, Vibration, Wanted, design,
+};
+
+const PROCESSES: [PrintProcess; 3] = [PrintProcess::Fdm, PrintProcess::Sla, PrintProcess::PolyJet];
+
+/// Predicts every level again; the largest relative error of a ratio.
+fn round_trip(candidate: &DesignCandidate, model: &dyn RoughnessModel, exponent: f64) -> f64 {
+    let predicted = |i: usize| {
+        let level = &candidate.levels[i];
+        let value = model.predict(&candidate.texture, level.scan, level.speed_mm_per_s);
+        value.unwrap().value().unwrap().powf(exponent)
+    };
+    let first = candidate.levels[0].wanted / predicted(0);
+    (0..candidate.levels.len())
+        .map(|i| (predicted(i) * first / candidate.levels[i].wanted - 1.0).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn what_is_designed_is_predicted() {
+    let models: [&dyn RoughnessModel; 3] = [
+        &Vibration::default(),
+        &TemporalFrequency,
+        &SpatialVariation::default(),
+    ];
+    for model in models {
+        for process in PROCESSES {
+            let ratios = match model.info().depends_on_speed {
+                true => vec![1.0, 2.0, 4.0],
+                false => vec![1.0, 1.1, 1.15],
+            };
+            let request = DesignRequest::of_ratios(ratios, model, process);
+            let candidates = design(&request).unwrap();
+            assert!((1..=5).contains(&candidates.len()));
+            for candidate in &candidates {
+                let error = round_trip(candidate, model, 1.0);
+                assert!(error < 4e-9, "{}: {error:e}", model.info().name);
+                let limits = process.limits();
+                assert!(candidate.texture.gap_mm() >= limits.least_gap_mm - 1e-9);
+                let radii = candidate.texture.texton().radii();
+                assert!(radii.short_mm >= limits.least_radius_mm);
+                for level in &candidate.levels {
+                    assert!((10.0..=80.0).contains(&level.speed_mm_per_s));
+                    assert!(level.error_jnd.is_finite() && level.jnd > 0.0);
+                }
+            }
+            let errors = candidates.iter().map(|c| c.worst_error_jnd);
+            println!(
+                "{} {process:?}: {:?}",
+                model.info().name,
+                errors.collect::<Vec<_>>()
+            );
+        }
+    }
+}
+
+#[test]
+fn levels_keep_the_path_and_the_order_given() {
+    let model = Vibration::default();
+    let request = DesignRequest {
+        most_candidates: 1000,
+        ..DesignRequest::of_ratios(vec![4.0, 1.0, 2.0], &model, PrintProcess::Sla)
+    };
+    let candidates = design(&request).unwrap();
+    let mut paths = [false; 3];
+    for c in &candidates {
+        let [a, b, d] = [0, 1, 2].map(|i| (c.levels[i].scan.deg(), c.levels[i].speed_mm_per_s));
+        match c.path {
+            LevelPath::Speed => assert!(a.0 == b.0 && b.0 == d.0),
+            LevelPath::Angle => assert!(a.1 == b.1 && b.1 == d.1),
+            LevelPath::Both => {}
+        }
+        paths[c.path as usize] = true;
+        assert!((c.levels[0].magnitude / c.levels[1].magnitude - 4.0).abs() < 1e-7);
+        assert!((c.least_step_jnd.unwrap() - 2_f64.ln() / 1.1_f64.ln()).abs() < 1e-7);
+    }
+    assert_eq!(paths, [true; 3]);
+    let sorted = candidates
+        .windows(2)
+        .all(|w| w[0].worst_error_jnd <= w[1].worst_error_jnd);
+    assert!(sorted, "Vibration has no range, so only errors rank");
+}
+
+#[test]
+fn what_is_out_of_reach_names_the_nearest() {
+    let model = TemporalFrequency;
+    let mut request = DesignRequest::of_ratios(vec![1.0, 1000.0], &model, PrintProcess::PolyJet);
+    let Err(TextonError::RatioTooWide { wanted, nearest }) = design(&request) else {
+        panic!("a ratio of 1000 is refused");
+    };
+    assert_eq!(wanted, 1000.0);
+    assert!(nearest > 8.0 && nearest < 1000.0, "{nearest}");
+    // The nearest is possible indeed, and a little more is not.
+    request.wanted = Wanted::Ratios(vec![1.0, nearest]);
+    assert!(!design(&request).unwrap().is_empty());
+    request.wanted = Wanted::Ratios(vec![1.0, nearest * 1.0001]);
+    assert!(design(&request).is_err());
+    // Narrowed by one power, and said.
+    request.wanted = Wanted::Ratios(vec![1.0, 10.0, 1000.0]);
+    request.compression = Compression::Allow;
+    let best = &design(&request).unwrap()[0];
+    let ratio = best.levels[2].magnitude / best.levels[0].magnitude;
+    assert!((ratio / nearest - 1.0).abs() < 1e-6);
+    let third = (best.levels[1].magnitude / best.levels[0].magnitude).ln() / ratio.ln();
+    assert!((third - 1.0 / 3.0).abs() < 1e-6);
+    let said = best
+        .given_up
+        .iter()
+        .any(|g| matches!(g, GivenUp::Ratio { .. }));
+    assert!(said);
+}
+
+const STUDY: &str = "orientation_deg,velocity_mm_s,value\n0,0,1\n0,80,1.4\n90,0,3.2\n90,80,4\n";
+
+#[test]
+fn a_table_is_for_its_own_patch() {
+    let calibration = Calibration::from_csv(STUDY.as_bytes()).unwrap();
+    let table = |texture: Texture| RoughnessSource::Table {
+        calibration: &calibration,
+        texture,
+    };
+    let model = Vibration::default();
+    let mut request = DesignRequest {
+        wanted: Wanted::Magnitudes(vec![1.2, 2.5, 3.9]),
+        source: table(Texture::spaced_3_mm()),
+        ..DesignRequest::of_ratios(Vec::new(), &model, PrintProcess::Sla)
+    };
+    let best = &design(&request).unwrap()[0];
+    for level in &best.levels {
+        let told = calibration
+            .magnitude(level.scan, level.speed_mm_per_s)
+            .unwrap();
+        assert!((told / level.wanted - 1.0).abs() < 1e-8);
+    }
+    request.wanted = Wanted::Magnitudes(vec![1.2, 9.0]);
+    let Err(TextonError::MagnitudeOutOfReach { wanted, nearest }) = design(&request) else {
+        panic!("the table ends at 4");
+    };
+    assert_eq!((wanted, nearest), (9.0, 4.0));
+    request.source = table(Texture::released());
+    let refused = design(&request).unwrap_err();
+    assert!(
+        matches!(refused, TextonError::NotPrintable { what: "gap", .. }),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_scale_is_fitted_to_a_study() {
+    let model = Vibration::default();
+    let texture = Texture::released();
+    // A study whose magnitudes are 3 times the prediction to the power 0.4.
+    let mut rows = "orientation_deg,velocity_mm_s,value\n".to_owned();
+    for deg in [0.0, 45.0, 90.0] {
+        for speed in [20.0, 50.0, 80.0] {
+            let scan = hwall_texton::ScanAngle::from_deg(deg).unwrap();
+            let value = model
+                .predict(&texture, scan, speed)
+                .unwrap()
+                .value()
+                .unwrap();
+            rows += &format!("{deg},{speed},{}\n", 3.0 * value.powf(0.4));
+        }
+    }
+    let calibration = Calibration::from_csv(rows.as_bytes()).unwrap();
+    let scale = MagnitudeScale::from_calibration(&model, &texture, &calibration, 0.0).unwrap();
+    assert!((scale.gain - 3.0).abs() < 1e-9 && (scale.exponent - 0.4).abs() < 1e-9);
+    assert!(scale.ln_sd.unwrap() < 1e-9);
+    let request = DesignRequest {
+        wanted: Wanted::Magnitudes(vec![0.2, 0.3]),
+        source: RoughnessSource::Model {
+            model: &model,
+            scale,
+        },
+        ..DesignRequest::of_ratios(Vec::new(), &model, PrintProcess::Sla)
+    };
+    let best = &design(&request).unwrap()[0];
+    for level in &best.levels {
+        let again = model.predict(&best.texture, level.scan, level.speed_mm_per_s);
+        let again = 3.0 * again.unwrap().value().unwrap().powf(0.4);
+        assert!((again / level.wanted - 1.0).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn hostile_numbers_are_refused_by_name() {
+    let model = GrooveRidge;
+    let good = DesignRequest::of_ratios(vec![1.0, 1.2], &model, PrintProcess::Fdm);
+    let wrong = [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 5e-324];
+    for value in wrong {
+        for wanted in [
+            Wanted::Ratios(vec![1.0, value]),
+            Wanted::Magnitudes(vec![value]),
+        ] {
+            let request = DesignRequest {
+                wanted,
+                ..good.clone()
+            };
+            assert!(
+                matches!(design(&request), Err(TextonError::Argument(_))),
+                "{value}"
+            );
+        }
+        let mut request = good.clone();
+        request.printer.least_gap_mm = value;
+        assert!(design(&request).is_err(), "gap {value}");
+        let mut request = good.clone();
+        request.weber_fraction = value;
+        assert!(design(&request).is_err(), "weber {value}");
+    }
+    let mut request = good.clone();
+    request.wanted = Wanted::Ratios(Vec::new());
+    assert!(design(&request).is_err());
+    request.wanted = Wanted::Ratios(vec![1.0; 65]);
+    assert!(design(&request).is_err());
+    for angle_deg in [[f64::NAN, 90.0], [50.0, 40.0], [-1.0, 90.0], [0.0, 91.0]] {
+        let device = DeviceLimits {
+            angle_deg,
+            ..DeviceLimits::default()
+        };
+        assert!(
+            design(&DesignRequest {
+                device,
+                ..good.clone()
+            })
+            .is_err(),
+            "{angle_deg:?}"
+        );
+    }
+    // A single angle and speed present one level, and no ratio.
+    let device = DeviceLimits {
+        angle_deg: [45.0; 2],
+        speed_mm_per_s: [40.0; 2],
+        ..DeviceLimits::default()
+    };
+    let vibration = Vibration::default();
+    let one = DesignRequest {
+        device,
+        ..DesignRequest::of_ratios(vec![3.0], &vibration, PrintProcess::Sla)
+    };
+    let best = &design(&one).unwrap()[0];
+    assert_eq!(
+        (best.levels[0].speed_mm_per_s, best.least_step_jnd),
+        (40.0, None)
+    );
+    let two = DesignRequest {
+        wanted: Wanted::Ratios(vec![1.0, 2.0]),
+        ..one
+    };
+    assert!(matches!(
+        design(&two),
+        Err(TextonError::RatioTooWide { nearest: 1.0, .. })
+    ));
+}
