@@ -3,7 +3,7 @@
 use hwall_hand::{HandPoint, Quantity, Recording, write_recordings};
 use hwall_lab::contact::candidates::Candidate;
 use hwall_lab::contact::recordings::{FoundSources, read};
-use hwall_lab::contact::report::recordings;
+use hwall_lab::contact::report::{Choice, recordings};
 use hwall_lab::demonstrations::files::{self, Robot};
 use hwall_lab::demonstrations::generate::{
     DemonstrationConfig, PartSize, SimulatedReach, generate,
@@ -74,8 +74,10 @@ fn write(path: &Path, recordings: &[Recording]) {
 
 fn quick() -> Vec<Candidate> {
     vec![
-        Candidate::of("hold", hwall_contact::Hold::train),
-        Candidate::of("ridge on five frames", hwall_contact::RidgeWindow::train),
+        Candidate::of("hold", |r| hwall_contact::Hold::train(r)),
+        Candidate::of("ridge on five frames", |r| {
+            hwall_contact::RidgeWindow::train(r)
+        }),
     ]
 }
 
@@ -86,7 +88,9 @@ fn study(dir: &Path) -> (usize, String, String) {
     assert_eq!(sources.len(), 1, "one study");
     let out = dir.with_extension("out");
     fs::create_dir_all(&out).unwrap();
-    let text = recordings(dir, &quick(), Some(&out)).unwrap();
+    let text = recordings(dir, &quick(), &Choice::default(), Some(&out))
+        .unwrap()
+        .text;
     assert!(!text.contains("Not run"), "{text}");
     assert!(!text.contains("NaN"), "{text}");
     let split = sources[0].split().description;
@@ -230,7 +234,9 @@ fn motions_for_another_tool_are_no_second_study() {
     let remark =
         "demonstrations: 15 motions for bip_filter (train-*.csv, test-*.csv), no recordings";
     assert_eq!(refused, [remark]);
-    let text = recordings(&dir, &quick(), None).unwrap();
+    let text = recordings(&dir, &quick(), &Choice::default(), None)
+        .unwrap()
+        .text;
     assert!(
         text.contains("Not read: demonstrations: 15 motions"),
         "{text}"
@@ -294,10 +300,14 @@ fn columns_that_mean_nothing_are_named() {
         .map(|(i, line)| line.to_owned() + if i == 0 { ",pinch,Palm_X" } else { ",1,2" })
         .collect();
     fs::write(&file, wider.join("\n")).unwrap();
-    let text = recordings(&dir, &quick(), None).unwrap();
+    let text = recordings(&dir, &quick(), &Choice::default(), None)
+        .unwrap()
+        .text;
     assert!(text.contains("Ignored columns: pinch, Palm_X."), "{text}");
     palms(&file);
-    let text = recordings(&dir, &quick(), None).unwrap();
+    let text = recordings(&dir, &quick(), &Choice::default(), None)
+        .unwrap()
+        .text;
     assert!(!text.contains("Ignored columns"), "{text}");
 }
 

@@ -1,12 +1,12 @@
 //! Predictions in a room of six surfaces, for people who are not among the training people.
 
 use glam::DVec3;
+use hwall_contact::score::Moment;
 use hwall_contact::{
     ContactPrediction, FusedConfig, FusedPredictor, GazeModel, Predictor, PredictorInput,
     RidgeWindow,
 };
 use hwall_hand::{GazeFilter, HandFilter, HandFilterConfig, LabelledReach};
-use hwall_lab::contact::moments::Moment;
 use hwall_lab::rooms::contenders::{Contender, SharedTraining};
 use hwall_lab::rooms::people::{Condition, StudySize, people, predictions};
 use hwall_lab::rooms::room::Room;

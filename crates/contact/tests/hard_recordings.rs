@@ -211,7 +211,7 @@ fn a_room_that_moves_is_noticed_and_followed_within_a_few_touches() {
     };
     let (silent, told) = (run(false), run(true));
     // At 90 % of the time both are within the noise of the tracker.
-    for (share, better) in [(0.5, 0.5), (0.7, 0.2), (0.9, 2.0)] {
+    for (share, better) in [(0.5, 0.8), (0.7, 0.4), (0.9, 2.0)] {
         let late = |e: &Evaluation| e.among(|r| r.reach >= 84, |m| m == Moment::Share(share));
         let (silent, told) = (late(&silent), late(&told));
         println!(

@@ -1,11 +1,11 @@
 //! What a model says of itself.
 
-use super::blend::{Axes, Blend, Region, combine};
-use super::blend_training::Evidence;
-use super::local_ridge::Fitted;
-use super::quantiles::weighted_quantile;
+use super::blend::combination::{Axes, Blend, Region, combine};
+use super::blend::quantiles::weighted_quantile;
+use super::blend::sources::{SOURCES, Source};
+use super::blend::training::Evidence;
 use super::reach_track::{BlockKind, Inputs};
-use super::sources::{SOURCES, Source};
+use super::regression::local_ridge::Fitted;
 use std::fmt;
 
 /// Stages of the time left for which errors are told, s; the last has no end.

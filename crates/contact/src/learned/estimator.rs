@@ -1,16 +1,17 @@
 //! Estimates of a reach from what was learnt.
 
 use super::account::Account;
-use super::adaptation::{Adaptation, Pending};
-use super::blend::{Blend, Region, between_knots, combine, placed, time_key};
+use super::blend::adaptation::{Adaptation, Pending};
+use super::blend::combination::{Blend, Region, between_knots, combine, placed, time_key};
+use super::blend::places::Places;
+use super::blend::sources::{Ends, SOURCES, Source, of_combination};
 use super::config::{Combination, Frame};
-use super::gates::Gates;
-use super::local_ridge::LocalRidge;
-use super::places::Places;
 use super::primitive::{Primitive, PrimitiveRun};
 use super::reach_track::{Inputs, ReachTrack};
-use super::sources::{Ends, SOURCES, Source, of_combination};
-use super::training::{Correction, OUTPUTS};
+use super::regression::correction::Correction;
+use super::regression::gates::Gates;
+use super::regression::local_ridge::LocalRidge;
+use super::regression::training::OUTPUTS;
 use crate::estimate::{ContactEstimate, ContactEstimator, TimeToContact};
 use glam::DVec3;
 use hwall_hand::HandFrame;

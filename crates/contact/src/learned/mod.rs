@@ -1,26 +1,20 @@
-//! Where and when a reach ends, learnt from reaches: a regression beside an interaction primitive.
+//! Where and when a reach ends, learnt from reaches: regressions, trees and an interaction primitive, weighed by
+//! their errors on reaches that were held out.
 
 mod account;
-mod adaptation;
 mod blend;
-mod blend_training;
 mod config;
 mod estimator;
-mod gates;
-mod local_ridge;
 mod model;
 #[cfg(feature = "serde")]
 mod model_file;
-mod places;
 mod primitive;
-mod quantiles;
+mod primitive_training;
 mod reach_track;
+mod regression;
 mod samples;
-mod sources;
-mod training;
 #[cfg(feature = "serde")]
 mod tree_file;
-mod trees;
 
 pub use account::{Account, InputUse, StageAccount};
 pub use config::{Combination, Frame, LearnedConfig};

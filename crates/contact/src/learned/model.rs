@@ -1,17 +1,18 @@
 //! A learned model: a regression of the end beside an interaction primitive.
 
 use super::account::Account;
-use super::blend::Blend;
-use super::blend_training::{Evidence, Witness};
+use super::blend::combination::Blend;
+use super::blend::places::Places;
+use super::blend::quantiles::weighted_quantile;
+use super::blend::sources::{SOURCES, Source, of_combination};
+use super::blend::training::{Evidence, Witness};
 use super::config::{Combination, Frame, LearnedConfig};
 use super::estimator::{LearnedEstimator, Learnt, Origin};
-use super::local_ridge::Fitted;
-use super::places::Places;
-use super::quantiles::weighted_quantile;
+use super::primitive_training;
 use super::reach_track::Inputs;
+use super::regression::local_ridge::Fitted;
+use super::regression::training::{self, OUTPUTS, Regression};
 use super::samples::{self, TrainingSample};
-use super::sources::{SOURCES, Source, of_combination};
-use super::training::{self, OUTPUTS, Regression};
 use crate::error::ContactError;
 use crate::reach_set::{held_out_groups, references, touching_point};
 use glam::DVec3;
@@ -62,7 +63,7 @@ impl LearnedModel {
         let mut samples = samples::of(&inputs, reaches, &folds, config);
         let primitive = match config.combination {
             Combination::Regression => None,
-            _ => Some(training::primitive(
+            _ => Some(primitive_training::primitive(
                 &inputs,
                 reaches,
                 &folds,

@@ -1,17 +1,17 @@
 //! Files of learned models: versioned JSON that gives the model back bit by bit, or an error that says what is wrong.
 
 use super::account::{Account, InputUse, StageAccount};
-use super::blend::{Axes, Blend, KNOTS, Region};
+use super::blend::combination::{Axes, Blend, KNOTS, Region};
+use super::blend::places::Places;
+use super::blend::sources::{SOURCES, Source};
 use super::config::{Combination, Frame};
 use super::estimator::{Learnt, Origin};
-use super::gates::Gates;
-use super::local_ridge::LocalRidge;
 use super::model::LearnedModel;
-use super::places::Places;
 use super::primitive::Primitive;
 use super::reach_track::{Inputs, MOST_LAGS, PROGRESS};
-use super::sources::{SOURCES, Source};
-use super::training::OUTPUTS;
+use super::regression::gates::Gates;
+use super::regression::local_ridge::LocalRidge;
+use super::regression::training::OUTPUTS;
 use super::tree_file::FileCorrection;
 use crate::error::ContactError;
 use glam::{DMat3, DVec3};

@@ -1,7 +1,7 @@
 //! The correction by trees in the file of a model.
 
-use super::training::Correction;
-use super::trees::{LEAF, Node, Trees};
+use super::regression::correction::Correction;
+use super::regression::trees::{LEAF, Node, Trees};
 use crate::error::ContactError;
 use hwall_numeric::check::that;
 use serde::{Deserialize, Serialize};

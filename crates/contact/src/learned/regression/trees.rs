@@ -3,7 +3,7 @@
 use hwall_numeric::dense::Matrix;
 
 /// Numbers that are corrected: a place.
-pub(super) const CORRECTED: usize = 3;
+pub(in crate::learned) const CORRECTED: usize = 3;
 /// How many trees; a step passes through all of them.
 const TREES: usize = 64;
 /// Every tree learns from the folds but this share of them, in tenths.
@@ -22,38 +22,38 @@ const MOST_SAMPLES: usize = 12_000;
 
 /// A split, or a leaf: then `feature` is [`LEAF`] and `next` the number of its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Node {
-    pub(super) feature: u32,
+pub(in crate::learned) struct Node {
+    pub(in crate::learned) feature: u32,
     /// Where the feature is below the threshold the next node is `next`, else the one after it.
-    pub(super) next: u32,
-    pub(super) threshold: f64,
+    pub(in crate::learned) next: u32,
+    pub(in crate::learned) threshold: f64,
 }
 
-pub(super) const LEAF: u32 = u32::MAX;
+pub(in crate::learned) const LEAF: u32 = u32::MAX;
 
 /// Extremely randomised trees [Geurts 2006].
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Trees {
-    pub(super) nodes: Vec<Node>,
+pub(in crate::learned) struct Trees {
+    pub(in crate::learned) nodes: Vec<Node>,
     /// Number of the first node of each tree.
-    pub(super) roots: Vec<u32>,
-    pub(super) values: Vec<[f64; CORRECTED]>,
+    pub(in crate::learned) roots: Vec<u32>,
+    pub(in crate::learned) values: Vec<[f64; CORRECTED]>,
 }
 
 /// What trees learn from: a row a sample.
-pub(super) struct Lessons {
-    pub(super) features: Matrix,
+pub(in crate::learned) struct Lessons {
+    pub(in crate::learned) features: Matrix,
     /// The corrections wanted, of the size of one.
-    pub(super) wanted: Vec<[f64; CORRECTED]>,
+    pub(in crate::learned) wanted: Vec<[f64; CORRECTED]>,
     /// The weights of all samples of a reach add up to 1.
-    pub(super) weights: Vec<f64>,
-    pub(super) folds: Vec<usize>,
+    pub(in crate::learned) weights: Vec<f64>,
+    pub(in crate::learned) folds: Vec<usize>,
 }
 
 impl Trees {
     /// The trees, and the correction of every sample by the trees that have not learnt from its fold (zero if
     /// all have).
-    pub(super) fn fit(lessons: &Lessons) -> (Self, Vec<[f64; CORRECTED]>) {
+    pub(in crate::learned) fn fit(lessons: &Lessons) -> (Self, Vec<[f64; CORRECTED]>) {
         let mut trees = Self::default();
         let rows = lessons.wanted.len();
         let mut sums = vec![([0.0; CORRECTED], 0.0); rows];
@@ -88,7 +88,7 @@ impl Trees {
     }
 
     /// The correction for features.
-    pub(super) fn correction(&self, features: &[f64]) -> [f64; CORRECTED] {
+    pub(in crate::learned) fn correction(&self, features: &[f64]) -> [f64; CORRECTED] {
         let mut sum = [0.0; CORRECTED];
         for number in 0..self.roots.len() {
             let value = self.of_tree(number, features);

@@ -1,6 +1,6 @@
 //! Soft regions of how far a reach has come.
 
-use super::reach_track::PROGRESS;
+use crate::learned::reach_track::PROGRESS;
 
 /// Width of a region, in mean squared distances of samples from their centres. Wider regions share more
 /// samples, so fewer reaches are enough.
@@ -14,18 +14,18 @@ const ROUNDS: usize = 25;
 
 /// Overlapping regions of the space of progress, each with a weight; the weights add up to 1.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Gates {
+pub(in crate::learned) struct Gates {
     /// One over the spread of every scalar over the samples learnt from.
-    pub(super) scale: [f64; PROGRESS],
-    pub(super) centres: Vec<[f64; PROGRESS]>,
+    pub(in crate::learned) scale: [f64; PROGRESS],
+    pub(in crate::learned) centres: Vec<[f64; PROGRESS]>,
     /// Twice the square of the width of a region, in scaled units.
-    pub(super) width: f64,
+    pub(in crate::learned) width: f64,
 }
 
 impl Gates {
     /// At most `count` regions over these samples: k-means that starts from points far from each other, so
     /// the same samples always give the same regions.
-    pub(super) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
+    pub(in crate::learned) fn of(samples: &[[f64; PROGRESS]], count: usize) -> Self {
         let n = samples.len().max(1) as f64;
         let scale = std::array::from_fn(|k| {
             let mean = samples.iter().map(|s| s[k]).sum::<f64>() / n;
@@ -62,12 +62,12 @@ impl Gates {
         }
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::learned) fn len(&self) -> usize {
         self.centres.len()
     }
 
     /// The weights of the regions at a progress.
-    pub(super) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
+    pub(in crate::learned) fn weights_into(&self, progress: &[f64; PROGRESS], out: &mut Vec<f64>) {
         let at = times(progress, &self.scale);
         out.clear();
         out.extend(self.centres.iter().map(|c| squared(&at, c)));

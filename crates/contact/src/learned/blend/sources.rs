@@ -1,14 +1,14 @@
 //! The sources of evidence about the end of a reach, and the weights of their best combination.
 
-use super::config::{Combination, Frame};
+use crate::learned::config::{Combination, Frame};
 use glam::DVec3;
 
 /// How many sources there are.
-pub(super) const SOURCES: usize = 5;
+pub(in crate::learned) const SOURCES: usize = 5;
 
 /// A source of evidence, by its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
+pub(in crate::learned) enum Source {
     /// The regression that knows where in the room the hand is.
     Room,
     /// The regression that sees everything from the start of the reach.
@@ -22,7 +22,7 @@ pub(super) enum Source {
 }
 
 impl Source {
-    pub(super) const ALL: [Self; SOURCES] = [
+    pub(in crate::learned) const ALL: [Self; SOURCES] = [
         Self::Room,
         Self::Start,
         Self::Primitive,
@@ -31,7 +31,7 @@ impl Source {
     ];
 
     /// For tables.
-    pub(super) const fn name(self) -> &'static str {
+    pub(in crate::learned) const fn name(self) -> &'static str {
         match self {
             Self::Room => "regression, room",
             Self::Start => "regression, start of the reach",
@@ -43,10 +43,14 @@ impl Source {
 }
 
 /// Where the reach ends by each source, m; `None` where it does not say.
-pub(super) type Ends = [Option<DVec3>; SOURCES];
+pub(in crate::learned) type Ends = [Option<DVec3>; SOURCES];
 
 /// Keeps the sources that a combination uses in a frame. The primitive alone falls back on the regressions.
-pub(super) fn of_combination(combination: Combination, frame: Frame, mut ends: Ends) -> Ends {
+pub(in crate::learned) fn of_combination(
+    combination: Combination,
+    frame: Frame,
+    mut ends: Ends,
+) -> Ends {
     let of_the_other: &[Source] = match frame {
         Frame::Both => &[],
         Frame::Room => &[Source::Start, Source::Trees],
@@ -68,7 +72,7 @@ pub(super) fn of_combination(combination: Combination, frame: Frame, mut ends: E
 }
 
 /// One number for every pair of sources.
-pub(super) type Pairs = [[f64; SOURCES]; SOURCES];
+pub(in crate::learned) type Pairs = [[f64; SOURCES]; SOURCES];
 
 /// Share of the least diagonal entry added to all: weights that hang on small differences are not trusted.
 const SHRINKAGE: f64 = 0.03;
@@ -77,7 +81,7 @@ const SHRINKAGE: f64 = 0.03;
 /// zero if none is.
 ///
 /// Error: exact for the sources that keep a weight; one that would get less than none is dropped for good.
-pub(super) fn weights(moments: &Pairs, mut there: [bool; SOURCES]) -> [f64; SOURCES] {
+pub(in crate::learned) fn weights(moments: &Pairs, mut there: [bool; SOURCES]) -> [f64; SOURCES] {
     let mut least = f64::INFINITY;
     for k in 0..SOURCES {
         if there[k] {
@@ -111,6 +115,7 @@ pub(super) fn weights(moments: &Pairs, mut there: [bool; SOURCES]) -> [f64; SOUR
 }
 
 /// Solves `(M + s I) w = 1` among some sources by Gauss's elimination; zero for the others.
+#[expect(clippy::needless_range_loop, reason = "indices of a small matrix")]
 fn solve(moments: &Pairs, shrinkage: f64, there: [bool; SOURCES]) -> [f64; SOURCES] {
     let mut a = *moments;
     let mut w = [1.0; SOURCES];

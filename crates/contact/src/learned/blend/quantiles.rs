@@ -3,19 +3,22 @@
 use glam::{DMat3, DVec3};
 
 /// Lowest standard deviation of a coordinate that is ever claimed, m: the noise of a good tracker.
-pub(super) const SENSOR_M: f64 = 3e-4;
+pub(in crate::learned) const SENSOR_M: f64 = 3e-4;
 
 /// The noise of the sensor as a covariance, m².
-pub(super) fn sensor() -> DMat3 {
+pub(in crate::learned) fn sensor() -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(SENSOR_M * SENSOR_M))
 }
 
-pub(super) fn trace(m: &DMat3) -> f64 {
+pub(in crate::learned) fn trace(m: &DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
 /// The value below which a share of the weight lies; `values` are pairs of value and weight.
-pub(super) fn weighted_quantile(share: f64, values: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub(in crate::learned) fn weighted_quantile(
+    share: f64,
+    values: impl Iterator<Item = (f64, f64)>,
+) -> f64 {
     let mut values: Vec<(f64, f64)> = values.collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = values.iter().map(|v| v.1).sum();

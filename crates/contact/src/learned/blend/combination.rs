@@ -1,10 +1,10 @@
 //! How the sources of an estimate are combined, and how sure the combination is, learnt from errors on reaches that
 //! were held out.
 
-use super::places::Places;
-use super::quantiles::{SENSOR_M, sensor};
-use super::reach_track::way_axes;
-use super::sources::{Ends, Pairs, SOURCES, Source, weights};
+use crate::learned::blend::places::Places;
+use crate::learned::blend::quantiles::{SENSOR_M, sensor};
+use crate::learned::blend::sources::{Ends, Pairs, SOURCES, Source, weights};
+use crate::learned::reach_track::way_axes;
 use glam::{DMat3, DVec3};
 
 /// Lowest standard deviation of a time, s.
@@ -14,13 +14,13 @@ const LOST: f64 = 3.0;
 /// Largest ratio of a disagreement to the usual one that counts.
 const MOST_DISAGREEMENT: f64 = 30.0;
 /// How many values of the time left the spread is learnt at.
-pub(super) const KNOTS: usize = 6;
+pub(in crate::learned) const KNOTS: usize = 6;
 /// Times left are compared by the logarithm of themselves and this, s.
 const TIME_OFFSET_S: f64 = 0.02;
 
 /// In which axes errors are alike from reach to reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Axes {
+pub(in crate::learned) enum Axes {
     /// Along the way from start to end and across it: people miss along their way.
     Way,
     /// Those of the samples: along the normal of a wall, contacts that all lie on it are certain.
@@ -28,7 +28,7 @@ pub(super) enum Axes {
 }
 
 impl Axes {
-    pub(super) fn of(self, start_m: DVec3, end_m: DVec3) -> DMat3 {
+    pub(in crate::learned) fn of(self, start_m: DVec3, end_m: DVec3) -> DMat3 {
         match self {
             Self::Way => way_axes(start_m, end_m),
             Self::World => DMat3::IDENTITY,
@@ -38,29 +38,29 @@ impl Axes {
 
 /// What is known of the errors in one region of progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Region {
+pub(in crate::learned) struct Region {
     /// Mean square of the error of the combination, m²; what follows is in units of it.
-    pub(super) size_m2: f64,
+    pub(in crate::learned) size_m2: f64,
     /// `E[eᵢ·eⱼ]` of the sources.
-    pub(super) moments: Pairs,
+    pub(in crate::learned) moments: Pairs,
     /// `E[e eᵀ]` of the combination.
-    pub(super) shape: DMat3,
+    pub(in crate::learned) shape: DMat3,
     /// Mean square of the error before places were considered.
-    pub(super) unplaced: f64,
+    pub(in crate::learned) unplaced: f64,
     /// Usual disagreement of the sources.
-    pub(super) apart: f64,
+    pub(in crate::learned) apart: f64,
     /// Mean square of the way to the places.
-    pub(super) placed: f64,
+    pub(in crate::learned) placed: f64,
     /// Share of the way from the combination to the places that is gone.
-    pub(super) share: f64,
+    pub(in crate::learned) share: f64,
     /// Factor on the covariance that makes 90 % regions hold 90 %.
-    pub(super) spread: f64,
+    pub(in crate::learned) spread: f64,
     /// Mean square of the error of the time left, s², with a factor for its 90 % intervals.
-    pub(super) time_s2: f64,
+    pub(in crate::learned) time_s2: f64,
 }
 
 impl Region {
-    pub(super) const ZERO: Self = Self {
+    pub(in crate::learned) const ZERO: Self = Self {
         size_m2: 0.0,
         moments: [[0.0; SOURCES]; SOURCES],
         shape: DMat3::ZERO,
@@ -74,7 +74,7 @@ impl Region {
 
     /// Between regions: what is relative is mixed by their weights, and sizes by their logarithms, so that a region of
     /// large errors does not make its neighbours unsure.
-    pub(super) fn between(regions: &[Self], gates: &[f64]) -> Self {
+    pub(in crate::learned) fn between(regions: &[Self], gates: &[f64]) -> Self {
         let mut mixed = Self::ZERO;
         for (region, &gate) in regions.iter().zip(gates) {
             if gate <= 0.0 {
@@ -101,23 +101,27 @@ impl Region {
     }
 
     /// Standard deviation of the time left, s.
-    pub(super) fn time_sd_s(&self) -> f64 {
+    pub(in crate::learned) fn time_sd_s(&self) -> f64 {
         self.time_s2.sqrt().max(CLOCK_S)
     }
 }
 
 /// The combination of the sources before places are considered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Combined {
-    pub(super) point_m: DVec3,
+pub(in crate::learned) struct Combined {
+    pub(in crate::learned) point_m: DVec3,
     /// Mean squared distance of the sources from it, by their weights, m².
-    pub(super) apart_m2: f64,
-    pub(super) weights: [f64; SOURCES],
+    pub(in crate::learned) apart_m2: f64,
+    pub(in crate::learned) weights: [f64; SOURCES],
 }
 
 /// The combination of sources, whose moments are in any unit; `ratios` are factors on the size of their errors. A
 /// source far from all others is left out. `None` without a source.
-pub(super) fn combine(region: &Region, ends: &Ends, ratios: &[f64; SOURCES]) -> Option<Combined> {
+pub(in crate::learned) fn combine(
+    region: &Region,
+    ends: &Ends,
+    ratios: &[f64; SOURCES],
+) -> Option<Combined> {
     let mut moments = region.moments;
     for (i, row) in moments.iter_mut().enumerate() {
         for (j, m) in row.iter_mut().enumerate() {
@@ -168,27 +172,27 @@ fn weighted(moments: &Pairs, ends: &Ends, there: [bool; SOURCES]) -> Option<Comb
 
 /// All that is known of the errors of a model.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Blend {
-    pub(super) axes: Axes,
-    pub(super) regions: Vec<Region>,
+pub(in crate::learned) struct Blend {
+    pub(in crate::learned) axes: Axes,
+    pub(in crate::learned) regions: Vec<Region>,
     /// The covariance goes with this power of the disagreement of the sources.
-    pub(super) by_disagreement: f64,
+    pub(in crate::learned) by_disagreement: f64,
     /// Values of the time left, as [`time_key`], and the factors on the covariance there.
-    pub(super) knots: [f64; KNOTS],
-    pub(super) factors: [f64; KNOTS],
+    pub(in crate::learned) knots: [f64; KNOTS],
+    pub(in crate::learned) factors: [f64; KNOTS],
     /// Mean squared distance from the truth, in standard deviations and per axis.
-    pub(super) usual_distance: f64,
+    pub(in crate::learned) usual_distance: f64,
     /// Share of the error of each source that is one person's own.
-    pub(super) personal: [f64; SOURCES],
+    pub(in crate::learned) personal: [f64; SOURCES],
 }
 
 /// A time left as it is compared, dimensionless.
-pub(super) fn time_key(left_s: f64) -> f64 {
+pub(in crate::learned) fn time_key(left_s: f64) -> f64 {
     (left_s.max(0.0) + TIME_OFFSET_S).ln()
 }
 
 /// Weights of the knots on both sides of a time left: they add up to 1.
-pub(super) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64; KNOTS] {
+pub(in crate::learned) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64; KNOTS] {
     let mut out = [0.0; KNOTS];
     let above = knots.iter().position(|k| *k > key);
     match above {
@@ -204,13 +208,13 @@ pub(super) fn between_knots(knots: &[f64; KNOTS], key: f64) -> [f64; KNOTS] {
 
 impl Blend {
     /// The factor on the covariance for a disagreement of the sources.
-    pub(super) fn doubt(&self, region: &Region, apart_m2: f64) -> f64 {
+    pub(in crate::learned) fn doubt(&self, region: &Region, apart_m2: f64) -> f64 {
         let usual = region.apart * region.size_m2 + SENSOR_M * SENSOR_M;
         disagreement(apart_m2 / usual).powf(self.by_disagreement)
     }
 
     /// The covariance of an estimate, m².
-    pub(super) fn covariance_m2(
+    pub(in crate::learned) fn covariance_m2(
         &self,
         region: &Region,
         factor: f64,
@@ -224,19 +228,19 @@ impl Blend {
     }
 
     /// The factor on the covariance at a time left.
-    pub(super) fn at_time(&self, hats: &[f64; KNOTS]) -> f64 {
+    pub(in crate::learned) fn at_time(&self, hats: &[f64; KNOTS]) -> f64 {
         let pairs = hats.iter().zip(&self.factors);
         pairs.map(|(h, f)| h * f.ln()).sum::<f64>().exp()
     }
 }
 
 /// A ratio to the usual disagreement, kept within bounds.
-pub(super) fn disagreement(ratio: f64) -> f64 {
+pub(in crate::learned) fn disagreement(ratio: f64) -> f64 {
     ratio.clamp(0.0, MOST_DISAGREEMENT) + 0.2
 }
 
 /// What the estimate says once places are considered.
-pub(super) fn placed(
+pub(in crate::learned) fn placed(
     places: Option<&Places>,
     region: &Region,
     share: f64,

@@ -10,32 +10,32 @@ const CONSTANT: f64 = 1.0;
 
 /// What a regression is learnt from: one row per sample.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Rows {
+pub(in crate::learned) struct Rows {
     /// Features, `width` per row.
-    pub(super) features: Vec<f64>,
-    pub(super) width: usize,
+    pub(in crate::learned) features: Vec<f64>,
+    pub(in crate::learned) width: usize,
     /// Weights of the regions, `regions` per row.
-    pub(super) gates: Vec<f64>,
-    pub(super) regions: usize,
+    pub(in crate::learned) gates: Vec<f64>,
+    pub(in crate::learned) regions: usize,
     /// What is to be predicted, `outputs` per row.
-    pub(super) wanted: Vec<f64>,
-    pub(super) outputs: usize,
+    pub(in crate::learned) wanted: Vec<f64>,
+    pub(in crate::learned) outputs: usize,
     /// The weight of each row.
-    pub(super) weights: Vec<f64>,
+    pub(in crate::learned) weights: Vec<f64>,
     /// Which rows are held out together.
-    pub(super) folds: Vec<usize>,
+    pub(in crate::learned) folds: Vec<usize>,
 }
 
 impl Rows {
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::learned) fn len(&self) -> usize {
         self.folds.len()
     }
 
-    pub(super) fn features(&self, row: usize) -> &[f64] {
+    pub(in crate::learned) fn features(&self, row: usize) -> &[f64] {
         &self.features[row * self.width..(row + 1) * self.width]
     }
 
-    pub(super) fn gates(&self, row: usize) -> &[f64] {
+    pub(in crate::learned) fn gates(&self, row: usize) -> &[f64] {
         &self.gates[row * self.regions..(row + 1) * self.regions]
     }
 
@@ -61,9 +61,9 @@ impl Rows {
 /// Each region has a ridge of its own: a reach that has hardly begun and one that is nearly over
 /// want different ones, and sharing one made the late estimates several times worse.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct LocalRidge {
-    pub(super) centre: Vec<f64>,
-    pub(super) scale: Vec<f64>,
+pub(in crate::learned) struct LocalRidge {
+    pub(in crate::learned) centre: Vec<f64>,
+    pub(in crate::learned) scale: Vec<f64>,
     outputs: usize,
     /// By region and feature, the constant last: one for every output, then zeros.
     coefficients: Vec<Padded>,
@@ -73,12 +73,12 @@ pub(super) struct LocalRidge {
 type Padded = [f64; 8];
 
 /// A regression, and what it predicts for every row when the fold of that row is held out.
-pub(super) struct Fitted {
-    pub(super) ridge: LocalRidge,
+pub(in crate::learned) struct Fitted {
+    pub(in crate::learned) ridge: LocalRidge,
     /// As `Rows::wanted`.
-    pub(super) held_out: Vec<f64>,
+    pub(in crate::learned) held_out: Vec<f64>,
     /// By region, then by block: is it used?
-    pub(super) used: Vec<Vec<bool>>,
+    pub(in crate::learned) used: Vec<Vec<bool>>,
 }
 
 impl Fitted {
@@ -100,17 +100,21 @@ impl Fitted {
 
 /// Which columns may be used, and how that is decided in each region.
 #[derive(Debug, Clone)]
-pub(super) struct Blocks {
+pub(in crate::learned) struct Blocks {
     /// The first is always used.
-    pub(super) columns: Vec<Range<usize>>,
+    pub(in crate::learned) columns: Vec<Range<usize>>,
     /// Which of them may be used.
-    pub(super) allowed: Vec<bool>,
+    pub(in crate::learned) allowed: Vec<bool>,
     /// Whether what is allowed is tried on held-out folds in each region, or used everywhere.
-    pub(super) tried: bool,
+    pub(in crate::learned) tried: bool,
+    /// How many reaches there are: of few, more is due to chance.
+    pub(in crate::learned) reaches: f64,
 }
 
 /// A block must lower the squared error on held-out folds by this share.
 const WORTH: f64 = 0.01;
+/// With so many reaches twice the standard error is wanted.
+const FEW: f64 = 50.0;
 /// Folds are joined to so many for the choice of blocks, and these ridges are tried.
 const CHOICE_FOLDS: usize = 6;
 const CHOICE_RIDGES: [f64; 3] = [3e-3, 3e-2, 0.3];
@@ -118,13 +122,14 @@ const CHOICE_RIDGES: [f64; 3] = [3e-3, 3e-2, 0.3];
 const DECIDING: usize = 3;
 
 /// Are the second squared errors, by fold, clearly lower: by the share that counts, and by more than the standard error of
-/// the difference, so that what a few reaches say by chance is not believed?
-fn is_worth(before: &[f64], after: &[f64]) -> bool {
+/// the difference (of few reaches, up to more than twice as much), so that what they say by chance is not believed?
+fn is_worth(before: &[f64], after: &[f64], reaches: f64) -> bool {
     let n = before.len().max(1) as f64;
     let gains = || before.iter().zip(after).map(|(b, a)| b - a);
     let (gain, total) = (gains().sum::<f64>(), before.iter().sum::<f64>());
     let scatter: f64 = gains().map(|g| (g - gain / n).powi(2)).sum();
-    gain > WORTH * total && gain > (scatter * n / (n - 1.0).max(1.0)).sqrt()
+    let errors = 1.0 + (FEW / reaches.max(1.0)).min(1.5);
+    gain > WORTH * total && gain > errors * (scatter * n / (n - 1.0).max(1.0)).sqrt()
 }
 
 impl Blocks {
@@ -160,7 +165,9 @@ impl Blocks {
                     continue;
                 }
                 let more = with(&used, k);
-                if let Some(sums) = squares(&more).filter(|sums| is_worth(&least, sums)) {
+                if let Some(sums) =
+                    squares(&more).filter(|sums| is_worth(&least, sums, self.reaches))
+                {
                     (used, least) = (more, sums);
                 }
             }
@@ -186,7 +193,7 @@ impl LocalRidge {
     ///
     /// # Errors
     /// Normal equations that stay singular, as features that are not finite make them.
-    pub(super) fn fit(
+    pub(in crate::learned) fn fit(
         rows: &Rows,
         groups: &[Range<usize>],
         ridges: &[f64],
@@ -340,12 +347,12 @@ impl LocalRidge {
     }
 
     /// How many numbers are predicted.
-    pub(super) fn outputs(&self) -> usize {
+    pub(in crate::learned) fn outputs(&self) -> usize {
         self.outputs
     }
 
     /// Predicts from features and the weights of the regions. Leaves the features scaled.
-    pub(super) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
+    pub(in crate::learned) fn predict(&self, features: &mut [f64], gates: &[f64], out: &mut [f64]) {
         for ((x, c), s) in features.iter_mut().zip(&self.centre).zip(&self.scale) {
             *x = (*x - c) * s;
         }
@@ -374,7 +381,7 @@ impl LocalRidge {
 #[cfg(feature = "serde")]
 impl LocalRidge {
     /// From its parts; coefficients by region, feature (the constant last) and output, at most eight.
-    pub(super) fn from_parts(
+    pub(in crate::learned) fn from_parts(
         centre: Vec<f64>,
         scale: Vec<f64>,
         outputs: usize,
@@ -389,7 +396,7 @@ impl LocalRidge {
     }
 
     /// By region, feature (the constant last) and output.
-    pub(super) fn coefficients(&self) -> impl Iterator<Item = f64> {
+    pub(in crate::learned) fn coefficients(&self) -> impl Iterator<Item = f64> {
         let rows = self.coefficients.iter();
         rows.flat_map(|row| row[..self.outputs].iter().copied())
     }

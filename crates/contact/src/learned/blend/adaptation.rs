@@ -1,8 +1,8 @@
 //! What the touches of one person in one room teach beyond what was learnt from others.
 
-use super::blend::{Blend, KNOTS, Region};
-use super::places::OWN_ENDS;
-use super::sources::{Ends, SOURCES};
+use crate::learned::blend::combination::{Blend, KNOTS, Region};
+use crate::learned::blend::places::OWN_ENDS;
+use crate::learned::blend::sources::{Ends, SOURCES};
 use glam::{DMat3, DVec3};
 
 /// An older touch counts this much less than the next one.
@@ -27,19 +27,19 @@ const SPREADS: [f64; 2] = [0.4, 12.0];
 
 /// What one estimate said, until the contact tells whether it was right.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pending {
+pub(in crate::learned) struct Pending {
     /// By each source, before any correction, m.
-    pub(super) ends_m: Ends,
+    pub(in crate::learned) ends_m: Ends,
     /// Mean square of the error of each source that was expected, m².
-    pub(super) squares_m2: [f64; SOURCES],
+    pub(in crate::learned) squares_m2: [f64; SOURCES],
     /// The combination, the places near it, and what was said, m.
-    pub(super) combined_m: DVec3,
-    pub(super) placed_m: Option<DVec3>,
-    pub(super) said_m: DVec3,
+    pub(in crate::learned) combined_m: DVec3,
+    pub(in crate::learned) placed_m: Option<DVec3>,
+    pub(in crate::learned) said_m: DVec3,
     /// Usual square of the way to the places, m².
-    pub(super) way_m2: f64,
+    pub(in crate::learned) way_m2: f64,
     /// Covariance of the error by what was learnt from others, m².
-    pub(super) covariance_m2: DMat3,
+    pub(in crate::learned) covariance_m2: DMat3,
 }
 
 /// What is learnt at one value of the time left.
@@ -59,7 +59,7 @@ struct Stage {
 
 /// Touches of one person in one room.
 #[derive(Debug, Clone)]
-pub(super) struct Adaptation {
+pub(in crate::learned) struct Adaptation {
     stages: [Stage; KNOTS],
     pending: [Option<Pending>; KNOTS],
     /// The last touches, m, in a ring.
@@ -71,14 +71,14 @@ pub(super) struct Adaptation {
 
 /// What adaptation says at one time left.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Adapted {
-    pub(super) bias_m: [DVec3; SOURCES],
-    pub(super) ratios: [f64; SOURCES],
-    pub(super) spread: f64,
+pub(in crate::learned) struct Adapted {
+    pub(in crate::learned) bias_m: [DVec3; SOURCES],
+    pub(in crate::learned) ratios: [f64; SOURCES],
+    pub(in crate::learned) spread: f64,
 }
 
 impl Adaptation {
-    pub(super) fn new(personal: &[f64; SOURCES]) -> Self {
+    pub(in crate::learned) fn new(personal: &[f64; SOURCES]) -> Self {
         let stage = Stage {
             bias_m: [DVec3::ZERO; SOURCES],
             doubt: *personal,
@@ -97,25 +97,25 @@ impl Adaptation {
         }
     }
 
-    pub(super) fn begin(&mut self) {
+    pub(in crate::learned) fn begin(&mut self) {
         self.pending = [None; KNOTS];
     }
 
-    pub(super) const fn touches(&self) -> usize {
+    pub(in crate::learned) const fn touches(&self) -> usize {
         self.touches
     }
 
-    pub(super) const fn surprise(&self) -> f64 {
+    pub(in crate::learned) const fn surprise(&self) -> f64 {
         self.surprise
     }
 
     /// The last touches, m.
-    pub(super) fn own_m(&self) -> &[DVec3] {
+    pub(in crate::learned) fn own_m(&self) -> &[DVec3] {
         &self.own_m[..self.touches.min(OWN_ENDS)]
     }
 
     /// Between stages, by the weights of the knots.
-    pub(super) fn at(&self, hats: &[f64; KNOTS], usual_distance: f64) -> Adapted {
+    pub(in crate::learned) fn at(&self, hats: &[f64; KNOTS], usual_distance: f64) -> Adapted {
         let mut out = Adapted {
             bias_m: [DVec3::ZERO; SOURCES],
             ratios: [0.0; SOURCES],
@@ -138,7 +138,7 @@ impl Adaptation {
     }
 
     /// Share of the way to the places: what was learnt from others, and from touches since.
-    pub(super) fn share(&self, hats: &[f64; KNOTS], learnt: f64) -> f64 {
+    pub(in crate::learned) fn share(&self, hats: &[f64; KNOTS], learnt: f64) -> f64 {
         let shares = self.stages.iter().map(|stage| {
             let share = (PRIOR_SHARE * learnt + stage.towards) / (PRIOR_SHARE + stage.way);
             share.clamp(0.0, 1.0)
@@ -147,7 +147,7 @@ impl Adaptation {
     }
 
     /// Remembers what an estimate said; of several at about the same time left the last counts.
-    pub(super) fn remember(&mut self, hats: &[f64; KNOTS], pending: Pending) {
+    pub(in crate::learned) fn remember(&mut self, hats: &[f64; KNOTS], pending: Pending) {
         let mut nearest = 0;
         for k in 1..KNOTS {
             if hats[k] > hats[nearest] {
@@ -158,7 +158,7 @@ impl Adaptation {
     }
 
     /// The reach has ended with a touch, m.
-    pub(super) fn touched(&mut self, contact_m: DVec3, personal: &[f64; SOURCES]) {
+    pub(in crate::learned) fn touched(&mut self, contact_m: DVec3, personal: &[f64; SOURCES]) {
         let (mut surprise, mut judged) = (0.0, 0.0);
         for (stage, pending) in self.stages.iter_mut().zip(&mut self.pending) {
             if let Some(pending) = pending.take() {
@@ -176,6 +176,7 @@ impl Adaptation {
 
 impl Stage {
     /// Takes one touch; returns how much larger the squared error was than expected.
+    #[expect(clippy::needless_range_loop, reason = "several arrays by source")]
     fn learn(&mut self, pending: &Pending, contact_m: DVec3, personal: &[f64; SOURCES]) -> f64 {
         self.touches = FORGETTING * self.touches + 1.0;
         for k in 0..SOURCES {
@@ -213,14 +214,14 @@ impl Stage {
 
 impl Pending {
     /// What is expected of the errors of the sources, m².
-    pub(super) fn squares_m2(region: &Region) -> [f64; SOURCES] {
+    pub(in crate::learned) fn squares_m2(region: &Region) -> [f64; SOURCES] {
         std::array::from_fn(|k| region.moments[k][k] * region.size_m2)
     }
 }
 
 impl Blend {
     /// Nobody has touched anything yet.
-    pub(super) fn fresh(&self) -> Adaptation {
+    pub(in crate::learned) fn fresh(&self) -> Adaptation {
         Adaptation::new(&self.personal)
     }
 }

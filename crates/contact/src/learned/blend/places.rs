@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Ends of reaches that are kept; of more, an even choice.
 const MOST_ENDS: usize = 256;
 /// Touches of this person in this room that are kept.
-pub(super) const OWN_ENDS: usize = 32;
+pub(in crate::learned) const OWN_ENDS: usize = 32;
 /// One of them counts as so many ends of others.
 const OWN_COUNTS: f64 = 4.0;
 /// How widely touches of one place scatter, sd, m; the likeliest of these is used.
@@ -13,17 +13,17 @@ const SCATTERS_M: [f64; 6] = [3e-3, 6e-3, 0.012, 0.025, 0.05, 0.1];
 
 /// Ends of the reaches that were learnt from, as a density of where hands touch: a normal distribution about each.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Places {
-    pub(super) ends_m: Vec<DVec3>,
+pub(in crate::learned) struct Places {
+    pub(in crate::learned) ends_m: Vec<DVec3>,
     /// Which of them are held out together; only training asks, and a model read from a file has none.
-    pub(super) folds: Vec<usize>,
-    pub(super) scatter_m: f64,
+    pub(in crate::learned) folds: Vec<usize>,
+    pub(in crate::learned) scatter_m: f64,
 }
 
 impl Places {
     /// Of ends and the fold of each. The scatter is the one under which the ends of a fold are the likeliest,
     /// judged by the others.
-    pub(super) fn of(ends_m: &[DVec3], folds: &[usize]) -> Self {
+    pub(in crate::learned) fn of(ends_m: &[DVec3], folds: &[usize]) -> Self {
         let step = ends_m.len().div_ceil(MOST_ENDS).max(1);
         let mut places = Self {
             ends_m: ends_m.iter().copied().step_by(step).collect(),
@@ -57,7 +57,7 @@ impl Places {
     /// Where the reach ends if it ends where others did: the mean of the ends known, weighted by an estimate and the
     /// mean square of its error in each axis, m². `own_m` are touches of this person; `without` is a fold to leave
     /// out.
-    pub(super) fn nearest(
+    pub(in crate::learned) fn nearest(
         &self,
         estimate_m: DVec3,
         square_m2: f64,

@@ -1,13 +1,13 @@
 //! Learns how to combine sources from their errors on held-out reaches.
 
-use super::blend::{
+use crate::learned::blend::combination::{
     Axes, Blend, Combined, KNOTS, Region, between_knots, combine, disagreement, placed, time_key,
 };
-use super::local_ridge::Rows;
-use super::places::Places;
-use super::quantiles::{SENSOR_M, sensor, trace, weighted_quantile};
-use super::samples::TrainingSample;
-use super::sources::{Ends, SOURCES};
+use crate::learned::blend::places::Places;
+use crate::learned::blend::quantiles::{SENSOR_M, sensor, trace, weighted_quantile};
+use crate::learned::blend::sources::{Ends, SOURCES};
+use crate::learned::regression::local_ridge::Rows;
+use crate::learned::samples::TrainingSample;
 use crate::outer_product::square;
 use glam::{DMat3, DVec3};
 
@@ -25,28 +25,30 @@ const ROUNDS: usize = 3;
 /// Bounds of what is added because little was seen: of the quantile of errors, and of the factor on them.
 const LEVEL_MOST: f64 = 0.96;
 const FEW_MOST: f64 = 1.6;
+/// As so many reaches count what was chosen on the errors that the covariance is learnt from.
+const CHOSEN: f64 = 9.0;
 /// Largest squared distance per axis that counts as usual, in standard deviations.
-pub(super) const MOST_DISTANCE: f64 = 12.0;
+pub(in crate::learned) const MOST_DISTANCE: f64 = 12.0;
 
 /// One sample with what every source says of it when its fold is held out.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Witness {
-    pub(super) ends_m: Ends,
+pub(in crate::learned) struct Witness {
+    pub(in crate::learned) ends_m: Ends,
     /// Estimated and true time left, s.
-    pub(super) left_s: f64,
-    pub(super) true_left_s: f64,
+    pub(in crate::learned) left_s: f64,
+    pub(in crate::learned) true_left_s: f64,
 }
 
 /// What is learnt from.
-pub(super) struct Evidence<'a> {
-    pub(super) samples: &'a [TrainingSample],
-    pub(super) rows: &'a Rows,
-    pub(super) witnesses: &'a [Witness],
-    pub(super) places: Option<&'a Places>,
+pub(in crate::learned) struct Evidence<'a> {
+    pub(in crate::learned) samples: &'a [TrainingSample],
+    pub(in crate::learned) rows: &'a Rows,
+    pub(in crate::learned) witnesses: &'a [Witness],
+    pub(in crate::learned) places: Option<&'a Places>,
     /// The person of each sample, by number.
-    pub(super) people: &'a [usize],
+    pub(in crate::learned) people: &'a [usize],
     /// The rows that count in each region.
-    pub(super) near: Vec<Vec<usize>>,
+    pub(in crate::learned) near: Vec<Vec<usize>>,
 }
 
 impl Evidence<'_> {
@@ -75,7 +77,7 @@ struct Judged {
 
 impl Blend {
     /// From what the sources say of every sample when its fold is held out.
-    pub(super) fn of(evidence: &Evidence) -> Self {
+    pub(in crate::learned) fn of(evidence: &Evidence) -> Self {
         let mut regions: Vec<Region> = (0..evidence.rows.regions)
             .map(|region| moments(evidence, region))
             .collect();
@@ -103,6 +105,7 @@ impl Blend {
 }
 
 /// Second moments of the errors of the sources in a region, in units of the smallest.
+#[expect(clippy::needless_range_loop, reason = "indices of a small matrix")]
 fn moments(evidence: &Evidence, region: usize) -> Region {
     let near = evidence.rows_of(region);
     let weight = |row: usize| evidence.weight(row, region);
@@ -347,7 +350,8 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
     // often than they do, and a covariance learnt from few is too small for new ones.
     let level = (0.9 * (independent + 1.0) / independent).min(LEVEL_MOST);
     let reaches: f64 = evidence.samples.iter().map(|s| s.weight).sum();
-    let few = ((reaches + 1.0) / (reaches - 4.0).max(1.0)).min(FEW_MOST);
+    // Weights, inputs and spreads are chosen on the same errors.
+    let few = ((reaches + 1.0) / (reaches - CHOSEN).max(1.0)).min(FEW_MOST);
     let plain: Vec<f64> = judged
         .iter()
         .map(|j| few * distance(j) / j.ratio.powf(blend.by_disagreement))
@@ -463,4 +467,4 @@ fn lasting(evidence: &Evidence, miss: impl Fn(usize) -> Option<DVec3>) -> f64 {
 }
 
 /// The share that lasts where only one person is known.
-const UNKNOWN_SHARE: f64 = 0.1;
+const UNKNOWN_SHARE: f64 = 0.03;

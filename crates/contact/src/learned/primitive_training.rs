@@ -1,0 +1,113 @@
+//! The primitive, and what it predicts of reaches that were held out.
+
+use super::blend::quantiles::weighted_quantile;
+use super::config::LearnedConfig;
+use super::primitive::{Primitive, PrimitiveRun, Training, demonstration};
+use super::reach_track::{Inputs, ReachTrack};
+use super::samples::{SampleTimes, TrainingSample};
+use crate::error::ContactError;
+use glam::DVec3;
+use hwall_bip::Demonstration;
+use hwall_hand::LabelledReach;
+
+/// Reaches are held out from primitives in this many parts: a primitive changes little with a fifth of its
+/// reaches, and takes longer to train than a regression.
+const PRIMITIVE_PARTS: usize = 5;
+/// More points of the hand must improve the primitive by this share: they cost time in every step.
+const WORTH: f64 = 0.05;
+
+/// Adds to every sample where its reach ends by a primitive that was trained without its fold, and
+/// returns the primitive trained on all reaches.
+///
+/// It is one of the touching point alone, unless one of all points of the hand is clearly better on held-out
+/// reaches.
+pub(super) fn primitive(
+    inputs: &Inputs,
+    reaches: &[&LabelledReach],
+    folds: &[usize],
+    samples: &mut [TrainingSample],
+    config: &LearnedConfig,
+) -> Result<Primitive, ContactError> {
+    let mut best: Option<(f64, Training, Vec<Demonstration>)> = None;
+    let mut points = vec![1, inputs.points()];
+    points.dedup();
+    for points in points {
+        let demonstrations: Vec<Demonstration> = reaches
+            .iter()
+            .map(|r| demonstration(inputs, points, r))
+            .collect::<Result<_, _>>()?;
+        let training = Training::tuned(config, points, &demonstrations)?;
+        let predicted = held_out(inputs, reaches, &demonstrations, folds, &training, config)?;
+        // A primitive that has lost its way counts as predicting that the hand stays where it is.
+        let misses = samples
+            .iter()
+            .zip(&predicted)
+            .map(|(s, predicted)| predicted.unwrap_or(s.now_m).distance(s.end_m));
+        let mean = robust_mean(misses.zip(samples.iter().map(|s| s.weight)));
+        if best
+            .as_ref()
+            .is_none_or(|(least, ..)| mean < (1.0 - WORTH) * least)
+        {
+            for (sample, predicted) in samples.iter_mut().zip(predicted) {
+                sample.primitive_m = predicted;
+            }
+            best = Some((mean, training, demonstrations));
+        }
+    }
+    // There is always a first.
+    let Some((_, training, demonstrations)) = best else {
+        return Err(ContactError::TooFewReaches { got: 0, needed: 1 });
+    };
+    training.primitive(reaches.iter().copied().zip(&demonstrations))
+}
+
+/// Mean with values clipped to four times the median; `values` are pairs of value and weight.
+fn robust_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let values: Vec<(f64, f64)> = values.collect();
+    let limit = 4.0 * weighted_quantile(0.5, values.iter().copied());
+    let total: f64 = values.iter().map(|v| v.1).sum();
+    values.iter().map(|(x, w)| x.min(limit) * w).sum::<f64>() / total
+}
+
+/// Where the reach of every sample ends by a primitive that was trained without its fold, m; `None` where
+/// that has lost its way. In the order of the samples.
+fn held_out(
+    inputs: &Inputs,
+    reaches: &[&LabelledReach],
+    demonstrations: &[Demonstration],
+    folds: &[usize],
+    training: &Training,
+    config: &LearnedConfig,
+) -> Result<Vec<Option<DVec3>>, ContactError> {
+    let mut predicted: Vec<Vec<Option<DVec3>>> = vec![Vec::new(); reaches.len()];
+    // A part is made of whole folds, so a primitive never knows what it is asked about.
+    let part_of = |fold: usize| fold % PRIMITIVE_PARTS;
+    let count = 1 + folds.iter().map(|f| part_of(*f)).max().unwrap_or(0);
+    for part in 0..count {
+        let others = reaches.iter().copied().zip(demonstrations).zip(folds);
+        let others = others
+            .filter(|(_, f)| part_of(**f) != part)
+            .map(|(pair, _)| pair);
+        let primitive = training.primitive(others)?;
+        let mut run = PrimitiveRun::new(&primitive);
+        let asked = reaches
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| part_of(folds[*i]) == part);
+        for (i, reach) in asked {
+            let mut track = ReachTrack::new(inputs);
+            let mut due = SampleTimes::new(reach, config.samples_per_reach);
+            run.begin();
+            for (k, frame) in reach.frames.iter().enumerate() {
+                if !track.push(frame) {
+                    continue;
+                }
+                run.step(inputs, &track)?;
+                if due.is_due(k, frame.t_s) {
+                    predicted[i].push(run.end()?);
+                }
+            }
+        }
+    }
+    Ok(predicted.concat())
+}

@@ -1,0 +1,189 @@
+//! The regression of the way left, and what it predicts of reaches that were held out.
+
+use super::correction::Correction;
+use super::gates::Gates;
+use super::local_ridge::{Blocks, Fitted, LocalRidge, Rows};
+use crate::error::ContactError;
+use crate::learned::blend::quantiles::SENSOR_M;
+use crate::learned::config::LearnedConfig;
+use crate::learned::reach_track::{BlockKind, Inputs};
+use crate::learned::samples::TrainingSample;
+use glam::DVec3;
+
+/// Way left (3), time left (1), normal (3).
+pub(in crate::learned) const OUTPUTS: usize = 7;
+/// Candidates for the ridge, as shares of the mean squared length of a row.
+const RIDGES: [f64; 8] = [1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0];
+/// The ridge with which the usual error of each region is measured.
+const PILOT_RIDGE: f64 = 3e-2;
+
+/// A regression, what it is learnt from and where it is right.
+pub(in crate::learned) struct Regression {
+    pub(in crate::learned) gates: Gates,
+    pub(in crate::learned) rows: Rows,
+    /// With the place in the room, and without.
+    pub(in crate::learned) fitted: [Fitted; 2],
+    pub(in crate::learned) correction: Correction,
+    /// Where each reach ends by the corrected regression when its fold is held out, m, in the order of the samples.
+    pub(in crate::learned) corrected_m: Vec<DVec3>,
+}
+
+/// The numbers of regions that are tried.
+const REGIONS: [usize; 4] = [16, 32, 64, 128];
+/// Samples on which they are tried at most.
+const TRIED_ON: usize = 16_000;
+/// More regions must lower the error by this share.
+const WORTH_REGIONS: f64 = 0.005;
+
+/// The regression and what it predicts for samples whose fold is held out.
+pub(in crate::learned) fn regression(
+    inputs: &Inputs,
+    samples: &[TrainingSample],
+    config: &LearnedConfig,
+    normals: bool,
+) -> Result<Regression, ContactError> {
+    let groups = match normals {
+        true => vec![0..3, 3..4, 4..7],
+        false => vec![0..3, 3..4],
+    };
+    let columns: Vec<_> = inputs.blocks().into_iter().map(|b| b.columns).collect();
+    let everywhere = Blocks {
+        allowed: vec![true; columns.len()],
+        columns,
+        tried: false,
+        reaches: samples.iter().map(|s| s.weight).sum(),
+    };
+    let width = inputs.width();
+    let regions = match config.regions {
+        Some(regions) => regions,
+        None => {
+            let step = samples.len().div_ceil(TRIED_ON).max(1);
+            let some: Vec<TrainingSample> = samples.iter().step_by(step).cloned().collect();
+            let mut best = (f64::INFINITY, 1);
+            for regions in REGIONS {
+                let gates = gates(&some, regions);
+                let rows = rows(&some, width, &gates, false);
+                let fitted = LocalRidge::fit(
+                    &rows,
+                    &[0..3, 3..4],
+                    &[PILOT_RIDGE],
+                    std::slice::from_ref(&everywhere),
+                )?
+                .remove(0);
+                let score = log_error(&some, &fitted.held_out, rows.outputs);
+                if score < best.0 - WORTH_REGIONS {
+                    best = (score, regions);
+                }
+                // No more regions than samples that differ.
+                if gates.len() < regions {
+                    break;
+                }
+            }
+            best.1
+        }
+    };
+    let gates = gates(samples, regions);
+    let mut rows = rows(samples, width, &gates, normals);
+    let one = std::slice::from_ref(&everywhere);
+    let even = LocalRidge::fit(&rows, &groups, &[PILOT_RIDGE], one)?.remove(0);
+    weigh(&mut rows, &even.held_out);
+    let room = Blocks {
+        tried: true,
+        ..everywhere
+    };
+    let mut start = room.clone();
+    for (allowed, block) in start.allowed.iter_mut().zip(inputs.blocks()) {
+        *allowed = block.kind != BlockKind::Start;
+    }
+    let mut fitted = LocalRidge::fit(&rows, &groups, &RIDGES, &[room, start])?.into_iter();
+    match (fitted.next(), fitted.next()) {
+        (Some(room), Some(start)) => {
+            let fitted = [room, start];
+            let (correction, corrected_m) = Correction::of(samples, &rows, &fitted);
+            Ok(Regression {
+                gates,
+                rows,
+                fitted,
+                correction,
+                corrected_m,
+            })
+        }
+        _ => Err(ContactError::Singular { size: width + 1 }),
+    }
+}
+
+/// Mean logarithm of the distance of predicted ends: early and late samples count alike.
+fn log_error(samples: &[TrainingSample], held_out: &[f64], outputs: usize) -> f64 {
+    let (mut sum, mut total) = (0.0, f64::MIN_POSITIVE);
+    for (s, predicted) in samples.iter().zip(held_out.chunks_exact(outputs)) {
+        let miss_m = s.now_m + DVec3::from_slice(&predicted[..3]) - s.end_m;
+        sum += s.weight * 0.5 * (miss_m.length_squared() + LEAST_ERROR_M * LEAST_ERROR_M).ln();
+        total += s.weight;
+    }
+    sum / total
+}
+
+/// Smaller errors are as good as this one where errors are compared, m.
+const LEAST_ERROR_M: f64 = 2e-3;
+
+/// Regions of progress over samples.
+fn gates(samples: &[TrainingSample], count: usize) -> Gates {
+    let progress: Vec<_> = samples.iter().map(|s| s.progress).collect();
+    Gates::of(&progress, count)
+}
+
+fn rows(samples: &[TrainingSample], width: usize, gates: &Gates, normals: bool) -> Rows {
+    let mut rows = Rows {
+        width,
+        regions: gates.len(),
+        outputs: if normals { OUTPUTS } else { OUTPUTS - 3 },
+        ..Rows::default()
+    };
+    let mut weights = Vec::new();
+    for s in samples {
+        rows.features.extend(&s.features[..width]);
+        gates.weights_into(&s.progress, &mut weights);
+        rows.gates.extend(&weights);
+        rows.wanted.extend((s.end_m - s.now_m).to_array());
+        rows.wanted.push(s.left_s);
+        if let Some(normal) = s.normal.filter(|_| normals) {
+            rows.wanted.extend(normal.to_array());
+        }
+        rows.weights.push(s.weight);
+        rows.folds.push(s.fold);
+    }
+    rows
+}
+
+/// Weights samples by one over the squared error that is usual in their region: otherwise the first and
+/// uncertain ones decide the shared coefficients, at the cost of the last, nearly certain ones.
+fn weigh(rows: &mut Rows, held_out: &[f64]) {
+    let squares: Vec<f64> = (0..rows.len())
+        .map(|row| {
+            let at = row * rows.outputs;
+            (at..at + 3)
+                .map(|k| (held_out[k] - rows.wanted[k]).powi(2))
+                .sum()
+        })
+        .collect();
+    let usual = by_region(rows, &squares);
+    for row in 0..rows.len() {
+        let expected: f64 = rows.gates(row).iter().zip(&usual).map(|(g, u)| g * u).sum();
+        rows.weights[row] /= expected + 3.0 * SENSOR_M * SENSOR_M;
+    }
+}
+
+/// Mean of the values of all rows, by region.
+pub(super) fn by_region(rows: &Rows, values: &[f64]) -> Vec<f64> {
+    (0..rows.regions)
+        .map(|region| {
+            let (mut sum, mut weight) = (0.0, f64::MIN_POSITIVE);
+            for (row, value) in values.iter().enumerate() {
+                let gate = rows.gates(row)[region];
+                sum += gate * value;
+                weight += gate;
+            }
+            sum / weight
+        })
+        .collect()
+}
