@@ -224,7 +224,7 @@ const EXPLAINED: &str = "\
 - **Stuck**: a safe state was in force at the end of the run, after the reset; the reason is that one. A second fault may have been
   found since the reset.
 - **Commands refused**: the loop stops the session, as `drive` does. **A hold is not obeyed**: a stop is asked for, and joint 1
-  goes on turning at 0.3 rad/s. The state is what is commanded; the supervisor does not find out that the arm moves on, and nothing
+  goes on turning at 0.3 rad/s. The supervisor finds out that the arm moves on (`not_obeyed`), but nothing
   but a brake of the arm's own ends that. See how far the board moves.
 - **A hand at 2 m/s** brings its own energy: a board that stands cannot take less. The arm is rigid at servo level. The board moves
   a little because the predicted place follows the hand.
