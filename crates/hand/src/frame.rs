@@ -63,6 +63,19 @@ impl HandPoint {
         }
     }
 
+    /// Its names in OpenXR and in WebXR, by which recordings are read as well. WebXR has no palm.
+    #[must_use]
+    pub const fn other_names(self) -> [&'static str; 2] {
+        match self {
+            Self::Palm => ["XR_HAND_JOINT_PALM_EXT", "palm"],
+            Self::Thumb => ["XR_HAND_JOINT_THUMB_TIP_EXT", "thumb-tip"],
+            Self::Index => ["XR_HAND_JOINT_INDEX_TIP_EXT", "index-finger-tip"],
+            Self::Middle => ["XR_HAND_JOINT_MIDDLE_TIP_EXT", "middle-finger-tip"],
+            Self::Ring => ["XR_HAND_JOINT_RING_TIP_EXT", "ring-finger-tip"],
+            Self::Little => ["XR_HAND_JOINT_LITTLE_TIP_EXT", "pinky-finger-tip"],
+        }
+    }
+
     /// Name in column headers: `palm`, `thumb`, `index`, `middle`, `ring`, `little`.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -72,6 +72,31 @@ fn columns_come_in_any_order_and_any_subset() {
 }
 
 #[test]
+fn points_are_read_by_their_names_in_openxr_and_webxr() {
+    let text = "t,index-finger-tip_x,index-finger-tip_y,index-finger-tip_z,XR_HAND_JOINT_PALM_EXT_x,\
+                XR_HAND_JOINT_PALM_EXT_y,XR_HAND_JOINT_PALM_EXT_z,wrist_x\n0,1,2,3,4,5,6,7\n";
+    let recording = read(text).unwrap();
+    let frame = recording.samples[0].frame;
+    assert_eq!(
+        frame.point(HandPoint::Index),
+        Some(DVec3::new(1.0, 2.0, 3.0))
+    );
+    assert_eq!(
+        frame.point(HandPoint::Palm),
+        Some(DVec3::new(4.0, 5.0, 6.0))
+    );
+    assert_eq!(*recording.ignored_columns, ["wrist_x".to_owned()]);
+    // The own name comes first, and a column that is missing is told by the name in the file.
+    let both = "t,index_x,index_y,index_z,index-finger-tip_x\n0,1,2,3,9\n";
+    assert_eq!(
+        read(both).unwrap().samples[0].frame.point(HandPoint::Index),
+        Some(DVec3::new(1.0, 2.0, 3.0))
+    );
+    let error = read("t,thumb-tip_x,thumb-tip_y\n0,1,2\n").unwrap_err();
+    assert!(error.to_string().contains("thumb-tip_z"), "{error}");
+}
+
+#[test]
 fn trials_may_alternate_and_keep_their_own_clocks() {
     let text = "person,trial,t,palm_x,palm_y,palm_z,contact\n\
                 a,1,0,1,0,0,0\nb,1,0,2,0,0,\na,1,1,3,0,0,1\na,2,0,4,0,0,0\n";

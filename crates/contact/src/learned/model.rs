@@ -26,14 +26,14 @@ const FEWEST: usize = 8;
 
 /// What was learnt from labelled reaches: where a reach like them ends.
 ///
-/// There are two sources: a ridge regression of the way left, linear in the motion so far, with coefficients
-/// that change with the progress of the reach; and a Bayesian interaction primitive of the touching
-/// point. Both look at the same samples, so their errors are correlated. They are weighted, with one weight
-/// per region of progress, by the joint second moments of their errors on held-out people (or reaches, with
-/// fewer than three people): the scalar case of [Bar-Shalom 1986]. The covariance of an estimate is that of
-/// the combination, with a factor that makes 90 % regions hold 90 % of the held-out
-/// ends on average. Ridges, points of the hand and the noise of the primitive are chosen on the same
-/// held-out reaches, which makes the factor a little optimistic.
+/// The sources are two ridge regressions of the way left, linear in the motion so far, with coefficients that change with
+/// the progress of the reach (one knows the room, the other only the reach), trees that correct them, a Bayesian
+/// interaction primitive of the hand, and the hand where it is. All look at the same samples, so their errors are
+/// correlated. They are weighted, region by region of progress, by the joint second moments of their errors on held-out
+/// people (or reaches, with fewer than three people): [Bar-Shalom 1986], with no weight below zero. The covariance of an
+/// estimate is that of the combination, with factors that make 90 % regions hold 90 % of the held-out ends in every region
+/// and at every time left. Regions, inputs, ridges and the noise of the primitive are chosen on the same held-out reaches,
+/// which makes the factors a little optimistic; of few reaches they are widened for that.
 #[derive(Debug, Clone)]
 pub struct LearnedModel {
     pub(super) learnt: Arc<Learnt>,

@@ -229,7 +229,12 @@ impl Columns {
             ["person", "trial", "contact"].map(|name| place.remove(name));
         let mut vectors = Vec::new();
         for quantity in Quantity::ALL {
-            let names = AXES.map(|axis| column_name(quantity, axis));
+            let named = |name: &&str| {
+                AXES.iter()
+                    .any(|a| place.contains_key(&*format!("{name}_{a}")))
+            };
+            let name = names(quantity).find(named).unwrap_or(quantity.name());
+            let names = AXES.map(|axis| format!("{name}_{axis}"));
             let found = [0, 1, 2].map(|i| place.remove(names[i].as_str()));
             match found {
                 [Some(x), Some(y), Some(z)] => vectors.push((quantity, [x, y, z])),
@@ -293,6 +298,15 @@ impl Columns {
         }
         Ok(sample)
     }
+}
+
+/// The names by which a quantity is found, its own first.
+fn names(quantity: Quantity) -> impl Iterator<Item = &'static str> {
+    let others = match quantity {
+        Quantity::Hand(point) => Some(point.other_names()),
+        _ => None,
+    };
+    std::iter::once(quantity.name()).chain(others.into_iter().flatten())
 }
 
 fn column_name(quantity: Quantity, axis: &str) -> String {

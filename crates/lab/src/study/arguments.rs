@@ -40,10 +40,10 @@ pub struct Arguments {
     /// Folder for predictions (one row each), scores and figures
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write dissertation and rooms into one document instead, with the recordings if they are named [default: out/contact_study/CONTACT-STUDY.md]
+    /// Write all protocols into a page instead, and their tables beside it, with the recordings if they are named [default: out/contact_study/CONTACT-STUDY.md]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     report: Option<Option<PathBuf>>,
-    /// Write that document and its figures over the tracked ones in docs/; predictions and scores go to out/contact_study
+    /// Write these documents and their figures over the tracked ones in docs/; predictions and scores go to out/contact_study
     #[arg(long, conflicts_with_all = ["report", "out"])]
     docs: bool,
     /// Seed of the simulated people [default: 1]

@@ -100,6 +100,15 @@ impl Region {
         mixed
     }
 
+    /// The spread alone; see [`between`](Self::between).
+    pub(in crate::learned) fn spread_between(regions: &[Self], gates: &[f64]) -> f64 {
+        let counted = regions.iter().zip(gates).filter(|(_, gate)| **gate > 0.0);
+        counted
+            .map(|(r, gate)| gate * r.spread.ln())
+            .sum::<f64>()
+            .exp()
+    }
+
     /// Standard deviation of the time left, s.
     pub(in crate::learned) fn time_sd_s(&self) -> f64 {
         self.time_s2.sqrt().max(CLOCK_S)

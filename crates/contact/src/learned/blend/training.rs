@@ -361,7 +361,7 @@ fn spread(evidence: &Evidence, judged: &[Judged], blend: &mut Blend, independent
         let scaled = |blend: &Blend| -> Vec<f64> {
             let each = plain.iter().zip(judged).enumerate();
             each.map(|(row, (d, j))| {
-                let spread = Region::between(&blend.regions, evidence.rows.gates(row)).spread;
+                let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
                 d / (spread * blend.at_time(&j.hats))
             })
             .collect()
@@ -400,7 +400,7 @@ fn log_score(evidence: &Evidence, judged: &[Judged], blend: &mut Blend) -> f64 {
     let (mut sum, mut far, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
     for (row, j) in judged.iter().enumerate() {
         let weight = evidence.samples[row].weight;
-        let spread = Region::between(&blend.regions, evidence.rows.gates(row)).spread;
+        let spread = Region::spread_between(&blend.regions, evidence.rows.gates(row));
         let factor = spread * blend.at_time(&j.hats) * j.ratio.powf(blend.by_disagreement);
         let covariance = j.region.shape * (j.region.size_m2 * factor) + sensor();
         let distance = j.miss_m.dot(covariance.inverse() * j.miss_m);
