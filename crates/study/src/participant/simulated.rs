@@ -129,7 +129,7 @@ impl SimulatedParticipant {
                     .round()
                     .clamp(1.0, last + 1.0)
             }
-            Procedure::TwoIntervals => {
+            Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
                 let reference = shown.reference.as_ref();
                 let reference = self.config.roughness.felt(reference?)?;
                 let rougher = felt > self.sensitivity * reference + noise();
