@@ -217,6 +217,7 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
     let simulation = Simulation {
         participants: ParticipantConfig {
             roughness,
+            noise_sd: 0.28,
             sensitivity_sd: 0.0,
             lapse_rate: 0.0,
             fatigue_per_100: 0.0,
@@ -305,4 +306,64 @@ fn thresholds_of_two_intervals_are_those_that_were_planted() {
         };
         assert!(protocol.validate().is_err(), "{:?}", protocol.factors);
     }
+}
+
+/// The dissertation's study: its order and groups of orientations, its rise with speed, no interaction, and its pooled degrees
+/// of freedom.
+#[test]
+fn the_study_of_the_dissertation_comes_back() {
+    let stage = SimulatedStage::new().unwrap();
+    let simulation = Simulation {
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let mut grouped = 0;
+    for seed in 1..=5 {
+        let protocol = Protocol {
+            seed,
+            ..Protocol::default()
+        };
+        let folder = folder(&format!("dissertation-{seed}"));
+        let mut study = Study::create(&folder, protocol, Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let analysis = report.analysis.as_ref().unwrap();
+        let f = |name: &str, errors| {
+            let effect = analysis
+                .effects
+                .iter()
+                .find(|e| e.name == name && e.errors == errors);
+            let effect = effect.unwrap();
+            (effect.f.finite().unwrap(), effect.p.unwrap(), effect.df2)
+        };
+        for errors in [ErrorModel::Strata, ErrorModel::Pooled] {
+            let [angle, speed, both] =
+                ["angle", "speed", "angle:speed"].map(|name| f(name, errors));
+            println!(
+                "{seed} {errors:?}: {:.1}, {:.1}, {:.2}",
+                angle.0, speed.0, both.0
+            );
+            assert!(angle.1 < 1e-6 && speed.1 < 1e-3 && both.1 > 1e-3);
+            assert!(angle.0 > speed.0);
+            let df2 = match errors {
+                ErrorModel::Pooled => [576; 3],
+                _ => [96, 96, 384],
+            };
+            assert_eq!([angle.2, speed.2, both.2], df2);
+        }
+        let angle = &report.groups[0];
+        println!("{}; {}", angle.to_text(), report.groups[1].to_text());
+        assert!(
+            ["45", "63.43", "71.57", "90"]
+                .iter()
+                .all(|more| angle.is_less("0", more))
+        );
+        assert!(report.groups[1].is_less("0", "80"));
+        let rough = ["63.43", "71.57", "90"];
+        let alike = rough
+            .iter()
+            .all(|a| rough.iter().all(|b| !angle.is_less(a, b)));
+        grouped += usize::from(alike && rough.iter().all(|more| angle.is_less("45", more)));
+    }
+    assert!(grouped >= 3, "{grouped} of 5");
 }
