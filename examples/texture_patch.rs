@@ -21,7 +21,7 @@ struct Args {
     wanted: WantedArgs,
     /// released, study-1.5, study-2, study-2.5, study-3, spaced-3 (text of the dissertation), or long radius, short radius,
     /// height, long pitch, short pitch in mm: RX,RY,H,PX,PY
-    #[arg(long, default_value = "released", conflicts_with = "levels")]
+    #[arg(long, default_value = "released", conflicts_with = "wished")]
     preset: String,
     /// Size in mm, one number or X,Y [default: 200 for the released patch, else 50]
     #[arg(long, value_delimiter = ',', num_args = 1..=2)]

@@ -252,6 +252,18 @@ fn a_full_device_is_an_error_and_no_panic() {
             &["design", "--factors", "2x2", "--subjects", "4"],
         ),
         ("texture_patch", &["--preset", "released"]),
+        (
+            "study",
+            &[
+                "--simulate",
+                "2",
+                "--factors",
+                "angle",
+                "--levels",
+                "0,90",
+                "--once",
+            ],
+        ),
     ] {
         let Some(mut command) = example(name) else {
             return;

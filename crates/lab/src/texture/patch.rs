@@ -241,7 +241,7 @@ fn pair(numbers: &[f64]) -> anyhow::Result<[f64; 2]> {
 
 fn patch(request: &Request, texture: Texture) -> anyhow::Result<Patch> {
     let size_mm = match (&request.size_mm[..], request.preset.as_str()) {
-        ([], "released") if request.wanted.levels.is_empty() => [200.0; 2],
+        ([], "released") if !request.wanted.is_given() => [200.0; 2],
         ([], _) => [50.0; 2],
         (numbers, _) => pair(numbers).context("--size-mm")?,
     };
@@ -379,6 +379,7 @@ mod tests {
         Request {
             wanted: WantedArgs {
                 levels: Vec::new(),
+                for_scene: None,
                 printer: PrinterKind::Sla,
                 model: ModelKind::Vibration,
                 table: None,

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, ensure};
 use clap::ValueEnum;
+use hwall_scene::Scene;
 use hwall_testkit::MarkdownTable;
 use hwall_texton::{
     Calibration, Compression, DesignCandidate, DesignRequest, LevelPath, MagnitudeScale,
@@ -9,7 +10,7 @@ use hwall_texton::{
     design,
 };
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How the patch is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -35,36 +36,54 @@ pub enum ModelKind {
 #[derive(Debug, Clone, clap::Args)]
 pub struct WantedArgs {
     /// Design the texture for these roughnesses: 1,2,4. Without --table only their ratios count
-    #[arg(long = "for", value_delimiter = ',', value_name = "LEVELS")]
+    #[arg(
+        long = "for",
+        value_delimiter = ',',
+        value_name = "LEVELS",
+        group = "wished"
+    )]
     pub levels: Vec<f64>,
+    /// Design it for the roughnesses of the touchable surfaces of this OBJ scene and its sidecar
+    #[arg(long, value_name = "FILE", group = "wished")]
+    pub for_scene: Option<PathBuf>,
     /// How it will be printed: sets the smallest gap, radius and height
-    #[arg(long, value_enum, default_value = "sla", requires = "levels")]
+    #[arg(long, value_enum, default_value = "sla", requires = "wished")]
     pub printer: PrinterKind,
     /// The model that predicts roughness
-    #[arg(long, value_enum, default_value = "vibration", requires = "levels")]
+    #[arg(long, value_enum, default_value = "vibration", requires = "wished")]
     pub model: ModelKind,
     /// CSV of a study on the released patch (orientation_deg, velocity_mm_s, value): sets the scale of the model, and
     /// --for then counts in that study's scale
-    #[arg(long, requires = "levels")]
+    #[arg(long, requires = "wished")]
     pub table: Option<PathBuf>,
     /// Just noticeable difference of roughness, relative; the default is an assumption
-    #[arg(long, default_value_t = 0.1, requires = "levels")]
+    #[arg(long, default_value_t = 0.1, requires = "wished")]
     pub weber: f64,
     /// Narrow ratios that no texture reaches, instead of refusing them
-    #[arg(long, requires = "levels")]
+    #[arg(long, requires = "wished")]
     pub narrow: bool,
     /// Which of the candidates is made, from 1
-    #[arg(long, default_value_t = 1, requires = "levels")]
+    #[arg(long, default_value_t = 1, requires = "wished")]
     pub candidate: usize,
 }
 
 impl WantedArgs {
+    /// Is a design asked for?
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        !self.levels.is_empty() || self.for_scene.is_some()
+    }
+
     /// Designs, prints the candidates and returns the one that was asked for; `None` without wanted levels.
     ///
     /// # Errors
     /// Levels that no texture presents, a table that cannot be read, a candidate that does not exist.
     pub fn texture(&self, out: &mut impl Write) -> anyhow::Result<Option<Texture>> {
-        if self.levels.is_empty() {
+        let levels = match &self.for_scene {
+            Some(path) => roughness_of(path)?,
+            None => self.levels.clone(),
+        };
+        if levels.is_empty() {
             return Ok(None);
         }
         let (vibration, frequency) = (Vibration::default(), TemporalFrequency);
@@ -83,7 +102,7 @@ impl WantedArgs {
                 true => Compression::Allow,
                 false => Compression::Refuse,
             },
-            ..DesignRequest::of_ratios(self.levels.clone(), model, process)
+            ..DesignRequest::of_ratios(levels.clone(), model, process)
         };
         if let Some(path) = &self.table {
             let name = || path.display().to_string();
@@ -100,7 +119,7 @@ impl WantedArgs {
                 100.0 * scale.ln_sd.unwrap_or_default()
             )?;
             request.source = RoughnessSource::Model { model, scale };
-            request.wanted = Wanted::Magnitudes(self.levels.clone());
+            request.wanted = Wanted::Magnitudes(levels);
         }
         let candidates = design(&request).context("--for")?;
         describe(&candidates, model, out)?;
@@ -112,6 +131,18 @@ impl WantedArgs {
         );
         Ok(candidates.get(self.candidate - 1).map(|c| c.texture))
     }
+}
+
+/// The roughnesses of a scene's touchable surfaces, each once, rising.
+fn roughness_of(path: &Path) -> anyhow::Result<Vec<f64>> {
+    let name = || path.display().to_string();
+    let (scene, _) = Scene::from_obj_file(path, None).with_context(name)?;
+    let touchable = scene.surfaces().iter().filter(|s| s.touchable());
+    let mut levels: Vec<f64> = touchable.filter_map(|s| s.roughness).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    ensure!(!levels.is_empty(), "{}: no surface has a roughness", name());
+    Ok(levels)
 }
 
 fn describe(
@@ -194,6 +225,7 @@ mod tests {
     fn args(levels: Vec<f64>, printer: PrinterKind) -> WantedArgs {
         WantedArgs {
             levels,
+            for_scene: None,
             printer,
             model: ModelKind::Vibration,
             table: None,
@@ -220,6 +252,18 @@ mod tests {
         assert!(
             refused.contains("the nearest that is possible"),
             "{refused}"
+        );
+        let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/assets/room.obj");
+        let of_scene = WantedArgs {
+            for_scene: Some(room),
+            ..args(Vec::new(), PrinterKind::Polyjet)
+        };
+        let mut text = Vec::new();
+        let texture = of_scene.texture(&mut text);
+        assert!(
+            texture.unwrap().is_some(),
+            "{}",
+            String::from_utf8_lossy(&text)
         );
         let none = args(Vec::new(), PrinterKind::Sla).texture(&mut Vec::new());
         assert_eq!(none.unwrap(), None);

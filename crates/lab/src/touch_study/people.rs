@@ -130,7 +130,7 @@ impl<R: BufRead, W: Write> Respondent for Keyboard<R, W> {
         loop {
             let hint = match ask {
                 Ask::GoOn => "Enter",
-                Ask::Procedure(Procedure::TwoIntervals) => "1 or 2",
+                Ask::Procedure(procedure) if procedure.is_two_intervals() => "1 or 2",
                 Ask::Procedure(_) => "a number",
             };
             write!(self.output, "{text} [{hint}] ").map_err(failed)?;
@@ -171,7 +171,7 @@ impl Respondent for Page<'_> {
         let answering = match ask {
             Ask::GoOn => Answering::Continue,
             Ask::Procedure(Procedure::Likert { points }) => Answering::Scale { points },
-            Ask::Procedure(Procedure::TwoIntervals) => Answering::Two,
+            Ask::Procedure(procedure) if procedure.is_two_intervals() => Answering::Two,
             Ask::Procedure(_) => Answering::Number,
         };
         self.server.ask(Question {

@@ -23,6 +23,10 @@ pub enum ProcedureKind {
     Likert,
     /// Which of two was rougher, the condition or the study's first
     Intervals,
+    /// The same; which condition comes is decided by a staircase, two down and one up
+    Staircase,
+    /// The same; which condition comes is decided by QUEST+
+    Quest,
 }
 
 /// Flags of a protocol.
@@ -97,6 +101,8 @@ impl ProtocolArgs {
                 ProcedureKind::Magnitude => Procedure::Magnitude,
                 ProcedureKind::Likert => Procedure::Likert { points: 7 },
                 ProcedureKind::Intervals => Procedure::TwoIntervals,
+                ProcedureKind::Staircase => Procedure::Staircase,
+                ProcedureKind::Quest => Procedure::Quest,
             },
             practice: self.practice,
             catch_per_block: self.catch_per_block,

@@ -92,12 +92,17 @@ fn run_in(folder: &Path, request: &Request<'_>, out: &mut impl Write) -> anyhow:
             "Each trial was presented by the session on the simulated arm."
         }
     )?;
-    for effect in promised_power(study.protocol(), &simulation.participants, STUDIES)? {
-        writeln!(
-            remarks,
-            "- {}: {:.3} ({:.3} to {:.3})",
-            effect.name, effect.power, effect.ci_low, effect.ci_high
-        )?;
+    if study.protocol().procedure.is_two_intervals() {
+        remarks.truncate(remarks.find(" Power of this").unwrap_or(remarks.len()));
+        remarks.push('\n');
+    } else {
+        for effect in promised_power(study.protocol(), &simulation.participants, STUDIES)? {
+            writeln!(
+                remarks,
+                "- {}: {:.3} ({:.3} to {:.3})",
+                effect.name, effect.power, effect.ci_low, effect.ci_high
+            )?;
+        }
     }
     let text = outputs::write(folder, study.protocol(), study.trials(), &remarks)?;
     write!(out, "{text}")?;

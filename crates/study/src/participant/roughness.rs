@@ -22,8 +22,8 @@ pub struct Roughness {
 const USUAL_N: f64 = 7.5;
 
 impl Default for Roughness {
-    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, and rising with speed; sizes as its F values imply for
-    /// 25 subjects with a standard deviation of 0.29 of a logarithm in each cell.
+    /// The dissertation's order: 0 < 45 < 63.43 ~ 71.57 ~ 90 degrees, and rising with speed; sizes with which
+    /// [`ParticipantConfig::default`](super::ParticipantConfig) gives F values like its own, 71.7, 15.9 and 0.44.
     fn default() -> Self {
         Self {
             over_angle: vec![
@@ -33,7 +33,7 @@ impl Default for Roughness {
                 [71.57, 0.5],
                 [90.0, 0.5],
             ],
-            per_100_mm_per_s: 0.31,
+            per_100_mm_per_s: 0.28,
             force_exponent: 0.1,
         }
     }

@@ -18,7 +18,7 @@ pub struct ParticipantConfig {
     pub modulus_sd: f64,
     /// Between participants: how strongly roughness varies for them, relative. Default 0.15.
     pub sensitivity_sd: f64,
-    /// From trial to trial. Default 0.28.
+    /// From trial to trial. Default 0.25.
     pub noise_sd: f64,
     /// Share of trials in which the answer has nothing to do with the touch. Default 0.01.
     pub lapse_rate: f64,
@@ -32,7 +32,7 @@ impl Default for ParticipantConfig {
             roughness: Roughness::default(),
             modulus_sd: 0.6,
             sensitivity_sd: 0.15,
-            noise_sd: 0.28,
+            noise_sd: 0.25,
             lapse_rate: 0.01,
             fatigue_per_100: 0.1,
         }
@@ -129,7 +129,7 @@ impl SimulatedParticipant {
                     .round()
                     .clamp(1.0, last + 1.0)
             }
-            Procedure::TwoIntervals => {
+            Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
                 let reference = shown.reference.as_ref();
                 let reference = self.config.roughness.felt(reference?)?;
                 let rougher = felt > self.sensitivity * reference + noise();

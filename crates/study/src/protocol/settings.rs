@@ -53,9 +53,20 @@ pub enum Procedure {
     /// Which of two was rougher: 1 or 2. The condition is one of the two, the first condition of the study the other;
     /// which of them comes first changes at random.
     TwoIntervals,
+    /// The same, but the answers so far decide the condition: harder after two right ones, easier after a wrong one. One
+    /// factor; the levels after the first are told apart from it more easily the later they stand.
+    Staircase,
+    /// The same by QUEST+: where the answer is expected to tell most.
+    Quest,
 }
 
 impl Procedure {
+    /// Are two touches compared?
+    #[must_use]
+    pub const fn is_two_intervals(self) -> bool {
+        matches!(self, Self::TwoIntervals | Self::Staircase | Self::Quest)
+    }
+
     /// The answer, if the procedure has it.
     ///
     /// # Errors
@@ -70,7 +81,9 @@ impl Procedure {
                 (1.0..=f64::from(points)).contains(&answer) && answer.fract() == 0.0,
                 "a point of the scale",
             ),
-            Self::TwoIntervals => (answer == 1.0 || answer == 2.0, "1 or 2"),
+            Self::TwoIntervals | Self::Staircase | Self::Quest => {
+                (answer == 1.0 || answer == 2.0, "1 or 2")
+            }
         };
         if holds {
             return Ok(answer);
@@ -225,9 +238,40 @@ impl Protocol {
                 }
             }
         }
+        if matches!(self.procedure, Procedure::Staircase | Procedure::Quest) {
+            self.rising_levels()?;
+        }
         // Names that stand twice, and squares that are too large.
         self.schedule().trials()?;
         Ok(())
+    }
+
+    /// The levels of the only factor as numbers, the first above zero.
+    ///
+    /// # Errors
+    /// More factors than one, fewer than three levels, levels that are not numbers that rise.
+    pub fn rising_levels(&self) -> Result<Vec<f64>, StudyError> {
+        let [factor] = &self.factors[..] else {
+            let factor = self
+                .factors
+                .last()
+                .map_or(String::new(), |f| f.name.clone());
+            return Err(StudyError::UnknownFactor { factor });
+        };
+        let mut numbers: Vec<f64> = Vec::new();
+        for level in &factor.levels {
+            let number = level.parse().ok();
+            let least = numbers.last().copied().unwrap_or(0.0);
+            let number = number.filter(|n: &f64| n.is_finite() && *n > least);
+            numbers.push(number.ok_or_else(|| StudyError::BadLevel {
+                factor: factor.name.clone(),
+                level: level.clone(),
+                wanted: "a number above the one before, the first above zero",
+            })?);
+        }
+        let count = numbers.len() as f64;
+        that(numbers.len() >= 3, "levels", count, "at least 3")?;
+        Ok(numbers)
     }
 
     pub(super) fn schedule(&self) -> Schedule {

@@ -1,6 +1,7 @@
 //! The report of a study.
 
 use super::groups::{LevelGroups, level_groups};
+use super::thresholds;
 use crate::error::StudyError;
 use crate::export::write_trials;
 use crate::protocol::{Procedure, Protocol, TrialKind, TrialOrder};
@@ -34,7 +35,10 @@ impl StudyReport {
     /// # Errors
     /// A table that cannot be made. Answers that cannot be analysed yet are no error: the report says why.
     pub fn of(protocol: &Protocol, records: &[TrialRecord]) -> Result<Self, StudyError> {
-        let table = table(protocol, records)?;
+        let table = match protocol.procedure.is_two_intervals() {
+            true => Err("which of two was rougher gives thresholds".to_owned()),
+            false => table(protocol, records)?,
+        };
         let config = AnalysisConfig {
             normalisation: match protocol.procedure {
                 Procedure::Magnitude => Normalisation::Geometric,
@@ -65,6 +69,10 @@ impl StudyReport {
             Err(why_not) => report.why_not = Some(why_not),
         }
         report.text = report.write(protocol, records).unwrap_or_default();
+        if protocol.procedure.is_two_intervals() {
+            report.text += "\n## Thresholds\n\n";
+            report.text += &thresholds::section(protocol, records)?;
+        }
         Ok(report)
     }
 
@@ -123,7 +131,7 @@ impl StudyReport {
         }
         writeln!(out, "\n## Result\n")?;
         if let Some(why_not) = &self.why_not {
-            writeln!(out, "No analysis: {why_not}.")?;
+            writeln!(out, "No analysis of variance: {why_not}.")?;
         }
         if let Some(analysis) = &self.analysis {
             for effect in &analysis.effects {
@@ -171,10 +179,15 @@ fn methods(out: &mut String, p: &Protocol) -> std::fmt::Result {
     let asked = match p.procedure {
         Procedure::Magnitude => "gave a number in proportion to what they felt".to_owned(),
         Procedure::Likert { points } => format!("answered on a scale of {points} points"),
-        Procedure::TwoIntervals => {
+        Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
             "said which of two touches was rougher, one of them always the first condition"
                 .to_owned()
         }
+    };
+    let order = match p.procedure {
+        Procedure::Staircase => "placed by a staircase, two down and one up",
+        Procedure::Quest => "placed by QUEST+",
+        _ => order,
     };
     writeln!(
         out,

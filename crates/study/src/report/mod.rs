@@ -2,6 +2,7 @@
 
 mod document;
 mod groups;
+mod thresholds;
 
 pub use document::StudyReport;
 pub use groups::{LevelGroups, level_groups};

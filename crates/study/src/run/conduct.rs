@@ -125,7 +125,7 @@ fn present(
 ) -> Result<Presentation, StudyError> {
     let protocol = study.protocol();
     let condition = Stimulus::of(protocol, trial.condition)?;
-    if protocol.procedure != Procedure::TwoIntervals {
+    if !protocol.procedure.is_two_intervals() {
         return Ok(Presentation {
             rendered: presenter.present(&condition, seed)?,
             reference: None,
@@ -151,9 +151,9 @@ fn announcement(trial: &PlannedTrial, procedure: Procedure) -> String {
         TrialKind::Practice => " (practice)",
         TrialKind::Main | TrialKind::Catch => "",
     };
-    let what = match procedure {
-        Procedure::TwoIntervals => "touch the board, twice",
-        _ => "touch the board",
+    let what = match procedure.is_two_intervals() {
+        true => "touch the board, twice",
+        false => "touch the board",
     };
     format!("Trial {}{practice}: {what}.", trial.number)
 }
@@ -164,6 +164,8 @@ const fn question(procedure: Procedure) -> &'static str {
             "How rough was it? Any number above zero: twice as rough, twice the number."
         }
         Procedure::Likert { .. } => "How rough was it, from 1 (smooth) on?",
-        Procedure::TwoIntervals => "Which one was rougher?",
+        Procedure::TwoIntervals | Procedure::Staircase | Procedure::Quest => {
+            "Which one was rougher?"
+        }
     }
 }

@@ -1,10 +1,12 @@
 //! A study under way: what comes next, what was answered, and all of it in the log.
 
+mod adaptive;
 mod conduct;
 mod progress;
 mod simulate;
 mod study;
 
+pub use adaptive::{Adaptive, AdaptiveThreshold};
 pub use conduct::{Ask, Presenter, Respondent, conduct};
 pub use progress::{NextStep, TrialRecord};
 pub use simulate::{Simulation, simulate};

@@ -1,9 +1,10 @@
 //! Where a study stands, as its events tell.
 
+use super::adaptive::Adaptive;
 use crate::error::StudyError;
 use crate::log::Event;
 use crate::present::{Presentation, Stimulus};
-use crate::protocol::{Planned, PlannedTrial, Protocol};
+use crate::protocol::{Planned, PlannedTrial, Protocol, TrialKind};
 use std::collections::VecDeque;
 
 /// One trial that was presented and answered, or failed.
@@ -32,6 +33,13 @@ impl TrialRecord {
     #[must_use]
     pub const fn is_valid(&self) -> bool {
         self.answer.is_some() && self.why_not.is_none()
+    }
+
+    /// With two intervals: was the condition judged rougher than the reference? `None` without a valid answer.
+    #[must_use]
+    pub fn judged_rougher(&self) -> Option<bool> {
+        let first = self.answer.filter(|_| self.is_valid())? == 1.0;
+        Some(first != self.trial.second)
     }
 }
 
@@ -73,12 +81,15 @@ pub(super) struct Progress {
     shown: Option<Presentation>,
     /// Attempts that failed, of the trials left of this subject.
     failed: Vec<(usize, u32)>,
+    /// Where the answers of this subject place its trials.
+    adaptive: Option<Adaptive>,
 }
 
 impl Progress {
     pub(super) fn new(protocol: Protocol) -> Result<Self, StudyError> {
         let queue = protocol.plan(0)?.into();
         Ok(Self {
+            adaptive: Adaptive::of(&protocol)?,
             protocol,
             records: Vec::new(),
             subject: 0,
@@ -95,11 +106,11 @@ impl Progress {
             Some(Planned::Break) => NextStep::Rest { subject },
             Some(Planned::Trial(trial)) if self.shown.is_some() => NextStep::Answer {
                 subject,
-                trial: *trial,
+                trial: self.placed(trial),
             },
             Some(Planned::Trial(trial)) => NextStep::Present {
                 subject,
-                trial: *trial,
+                trial: self.placed(trial),
                 attempt: self.attempt(trial),
             },
         }
@@ -107,6 +118,18 @@ impl Progress {
 
     pub(super) const fn shown(&self) -> Option<&Presentation> {
         self.shown.as_ref()
+    }
+
+    /// A trial with the condition that the answers so far give it.
+    fn placed(&self, trial: &PlannedTrial) -> PlannedTrial {
+        let placed = self
+            .adaptive
+            .as_ref()
+            .filter(|_| trial.kind == TrialKind::Main);
+        PlannedTrial {
+            condition: placed.map_or(trial.condition, Adaptive::condition),
+            ..*trial
+        }
     }
 
     fn attempt(&self, trial: &PlannedTrial) -> u32 {
@@ -174,6 +197,10 @@ impl Progress {
                     answered_s: *answered_s,
                     why_not: why_not.clone(),
                 };
+                if let Some(rule) = self.adaptive.take() {
+                    let after = rule.after(std::iter::once(&record));
+                    self.adaptive = Some(after.map_err(|_| "an answer that its rule cannot take")?);
+                }
                 let again = !record.is_valid() && attempt < self.protocol.most_attempts;
                 self.records.push(record);
                 self.queue.pop_front();
@@ -212,6 +239,8 @@ impl Progress {
         while self.queue.is_empty() && self.subject + 1 < self.protocol.subjects {
             self.subject += 1;
             self.failed.clear();
+            let rule = Adaptive::of(&self.protocol);
+            self.adaptive = rule.map_err(|_| "a protocol without a rule")?;
             let plan = self.protocol.plan(self.subject);
             self.queue = plan.map_err(|_| "a subject without a plan")?.into();
         }

@@ -72,9 +72,9 @@ pub fn simulate(
                 };
                 let shown = Presentation {
                     rendered: of(trial.condition)?,
-                    reference: match protocol.procedure {
-                        Procedure::TwoIntervals => Some(of(0)?),
-                        _ => None,
+                    reference: match protocol.procedure.is_two_intervals() {
+                        true => Some(of(0)?),
+                        false => None,
                     },
                 };
                 study.presented(&shown)?;
@@ -136,13 +136,16 @@ fn make_ahead(
     let mut jobs: Vec<(usize, (usize, usize, u32))> = Vec::new();
     if simulation.once_per_condition {
         jobs.extend((0..protocol.conditions()).map(|condition| (condition, (0, condition, 1))));
+    } else if matches!(protocol.procedure, Procedure::Staircase | Procedure::Quest) {
+        // What comes is not known ahead.
+        return Ok(Made::new());
     } else {
         for step in protocol.plan(subject)? {
             let Planned::Trial(trial) = step else {
                 continue;
             };
             let mut shown = vec![trial.condition];
-            if protocol.procedure == Procedure::TwoIntervals && trial.condition != 0 {
+            if protocol.procedure.is_two_intervals() && trial.condition != 0 {
                 shown.push(0);
             }
             jobs.extend(

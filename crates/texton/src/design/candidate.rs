@@ -28,7 +28,7 @@ pub struct DesignLevel {
     pub magnitude: f64,
     /// Expected just noticeable difference, in magnitude.
     pub jnd: f64,
-    /// The same as a turn at this speed, degrees; `None` where the magnitude does not depend on the angle.
+    /// The same as a turn at this speed, degrees; `None` where no turn of 90 degrees would do.
     pub jnd_deg: Option<f64>,
     /// The same as a change of speed at this angle, mm/s; `None` where the magnitude does not depend on it.
     pub jnd_mm_per_s: Option<f64>,

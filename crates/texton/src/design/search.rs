@@ -29,7 +29,8 @@ const ROUNDING: f64 = 1e-12;
 /// Candidates are hemiellipsoids on rectangular grids that the printer can make (with a table: the patch of its study),
 /// each with levels that vary the speed, the angle or both. Ratios are put in the middle of what a texture can present,
 /// on a logarithmic scale. The best candidate has the most levels in the range of its model; of equal ones that with
-/// the least [`DesignCandidate::worst_error_jnd`], and of these the one that varies less.
+/// the least [`DesignCandidate::worst_error_jnd`], to a tenth; of these that with the strongest magnitudes, and then the one that
+/// varies less. The best of speed alone, of angle alone and of both are among them where there is room.
 ///
 /// Error: magnitudes at the levels are those that are reported within 1e-9, relative.
 ///
@@ -44,7 +45,7 @@ pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>, Texto
     for texture in &textures {
         let response = Response::of(request, *texture);
         let grid = Grid::of(&response, &request.device);
-        for scope in grid.scopes() {
+        for scope in grid.scopes(ratio(request.wanted.levels())) {
             let job = Job {
                 request,
                 texture,
@@ -68,15 +69,35 @@ pub fn design(request: &DesignRequest<'_>) -> Result<Vec<DesignCandidate>, Texto
             });
             levels.sum::<usize>()
         };
-        let by_error = || a.worst_error_jnd.total_cmp(&b.worst_error_jnd);
-        let by_path = || a.path.cmp(&b.path);
+        let tenths = |c: &DesignCandidate| (10.0 * c.worst_error_jnd).round();
+        let strength = |c: &DesignCandidate| -> f64 {
+            let ln = c.levels.iter().map(|level| level.magnitude.ln());
+            ln.sum::<f64>() / c.levels.len() as f64
+        };
         beyond(a)
             .cmp(&beyond(b))
-            .then_with(by_error)
-            .then_with(by_path)
+            .then_with(|| tenths(a).total_cmp(&tenths(b)))
+            .then_with(|| strength(b).total_cmp(&strength(a)))
+            .then_with(|| a.path.cmp(&b.path))
     });
-    candidates.truncate(request.most_candidates);
-    Ok(candidates)
+    Ok(chosen(candidates, request.most_candidates))
+}
+
+/// The first so many, among them the first of every path.
+fn chosen(candidates: Vec<DesignCandidate>, most: usize) -> Vec<DesignCandidate> {
+    let paths = [LevelPath::Speed, LevelPath::Angle, LevelPath::Both];
+    let first = paths.map(|path| candidates.iter().position(|c| c.path == path));
+    let firsts = first
+        .iter()
+        .flatten()
+        .filter(|place| **place >= most)
+        .count();
+    let plain = most.saturating_sub(firsts);
+    let mut kept = candidates.into_iter().enumerate().filter_map(|(place, c)| {
+        let is_first = first.contains(&Some(place));
+        (place < plain || is_first).then_some(c)
+    });
+    kept.by_ref().take(most).collect()
 }
 
 /// With all ratios taken to the one power that fits, if that is allowed; else the refusal.
@@ -98,7 +119,7 @@ fn narrowed(
     for texture in textures {
         let response = Response::of(request, *texture);
         let grid = Grid::of(&response, &request.device);
-        for scope in grid.scopes() {
+        for scope in grid.scopes(wanted.powf(power)) {
             let job = Job {
                 request,
                 texture,
@@ -308,15 +329,15 @@ impl Job<'_> {
         ) / 0.5;
         let step = 0.01 * speed.max(1.0);
         let per_mm_per_s = largest(ln(deg, (speed - step).max(0.0)), ln(deg, speed + step)) / step;
-        let needed = |per: f64| (per > 1e-9).then(|| jnd_ln / per);
+        let needed = |per: f64, most: f64| Some(jnd_ln / per).filter(|change| *change <= most);
         Some(DesignLevel {
             wanted,
             scan: angle(deg).ok()?,
             speed_mm_per_s: speed,
             magnitude,
             jnd: self.request.weber_fraction * magnitude,
-            jnd_deg: needed(per_deg),
-            jnd_mm_per_s: needed(per_mm_per_s),
+            jnd_deg: needed(per_deg, 90.0),
+            jnd_mm_per_s: needed(per_mm_per_s, 1e4),
             error_jnd: error / jnd_ln,
         })
     }

@@ -63,21 +63,25 @@ impl Grid {
         range
     }
 
-    /// The row and the column over which the magnitude varies most, and everything.
-    pub(super) fn scopes(&self) -> Vec<Scope> {
-        let widest = |scopes: &mut dyn Iterator<Item = Scope>| {
-            let ratio = |scope: Scope| {
-                let range = self.range(scope, true).or(self.range(scope, false));
-                range.map_or(0.0, |[low, high]| high / low)
-            };
-            scopes.max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)))
-        };
-        let rows = widest(&mut (0..self.angles_deg.len()).map(Scope::Row));
-        let columns = widest(&mut (0..self.speeds_mm_per_s.len()).map(Scope::Column));
-        rows.into_iter()
-            .chain(columns)
-            .chain([Scope::All])
-            .collect()
+    /// Everything; the row and the column over which the magnitude varies most; and those with the strongest magnitudes of
+    /// all that vary by the ratio asked.
+    pub(super) fn scopes(&self, asked: f64) -> Vec<Scope> {
+        let range = |scope: Scope| self.range(scope, true).or(self.range(scope, false));
+        let ratio = |scope: Scope| range(scope).map_or(0.0, |[low, high]| high / low);
+        let strength = |scope: Scope| range(scope).map_or(0.0, |[low, high]| low * high);
+        let rows: Vec<Scope> = (0..self.angles_deg.len()).map(Scope::Row).collect();
+        let columns: Vec<Scope> = (0..self.speeds_mm_per_s.len()).map(Scope::Column).collect();
+        let mut scopes = vec![Scope::All];
+        for lines in [rows, columns] {
+            let lines = || lines.iter().copied();
+            let widest = lines().max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)));
+            let strongest = lines()
+                .filter(|line| ratio(*line) >= asked)
+                .max_by(|a, b| strength(*a).total_cmp(&strength(*b)));
+            scopes.extend(widest);
+            scopes.extend(strongest.filter(|line| Some(*line) != widest));
+        }
+        scopes
     }
 
     /// The place in a scope with this magnitude that lies farthest from the ends of the device's range; within the
