@@ -368,3 +368,49 @@ fn the_study_of_the_dissertation_comes_back() {
     }
     assert!(grouped >= 3, "{grouped} of 5");
 }
+
+/// An effect that is found in some studies only is found in as many as `power` promises.
+#[test]
+fn studies_find_a_weak_effect_as_often_as_promised() {
+    const SEEDS: u64 = 40;
+    let stage = SimulatedStage::new().unwrap();
+    let participants = ParticipantConfig {
+        roughness: Roughness {
+            per_100_mm_per_s: 0.22,
+            force_exponent: 0.0,
+            ..Roughness::default()
+        },
+        sensitivity_sd: 0.0,
+        lapse_rate: 0.0,
+        fatigue_per_100: 0.0,
+        ..ParticipantConfig::default()
+    };
+    let simulation = Simulation {
+        participants: participants.clone(),
+        once_per_condition: true,
+        ..Simulation::default()
+    };
+    let promised = promised_power(&protocol(12, 1), &participants, 2000).unwrap();
+    let power = promised.iter().find(|e| e.name == "speed").unwrap().power;
+    assert!((0.2..0.8).contains(&power), "{power}");
+    let mut found = 0;
+    for seed in 0..SEEDS {
+        let folder = folder(&format!("weak-{seed}"));
+        let mut study = Study::create(&folder, protocol(12, seed), Durability::System).unwrap();
+        simulate(&mut study, &stage, &simulation).unwrap();
+        let report = StudyReport::of(study.protocol(), study.trials()).unwrap();
+        let analysis = report.analysis.unwrap();
+        let effect = analysis
+            .effects
+            .iter()
+            .find(|e| e.name == "speed" && e.errors == ErrorModel::Strata);
+        found += usize::from(effect.unwrap().p.unwrap() < 0.05);
+        let _ = fs::remove_dir_all(&folder);
+    }
+    let (n, share) = (SEEDS as f64, found as f64 / SEEDS as f64);
+    println!("power {power:.3}, found in {found} of {SEEDS}");
+    assert!(
+        (share - power).abs() <= 2.6 * (power * (1.0 - power) / n).sqrt(),
+        "{found}"
+    );
+}
