@@ -8,6 +8,7 @@ use hwall_hand::{HandFilter, HandFilterConfig, HandFrame, WatchConfig};
 #[derive(Debug, Default)]
 struct Diary {
     reaches: Vec<Vec<f64>>,
+    touches: Vec<DVec3>,
 }
 
 impl ContactEstimator for Diary {
@@ -18,6 +19,14 @@ impl ContactEstimator for Diary {
     fn step(&mut self, frame: &HandFrame) -> Option<ContactEstimate> {
         self.reaches.last_mut()?.push(frame.t_s);
         Some(ContactEstimate::of_point(frame.t_s, DVec3::ZERO))
+    }
+
+    fn touched(&mut self, contact_m: DVec3, _: f64) {
+        self.touches.push(contact_m);
+    }
+
+    fn forget(&mut self) {
+        self.touches.clear();
     }
 }
 
@@ -72,4 +81,13 @@ fn samples_without_a_time_have_no_estimate_and_a_reset_forgets() {
     assert_eq!(stream.step(&HandFrame::empty(f64::NAN), None), None);
     stream.reset();
     assert!(!stream.reaching() && stream.estimate().is_none());
+}
+
+#[test]
+fn touches_reach_the_estimator_and_a_reset_forgets_them() {
+    let mut stream = StreamEstimator::new(Diary::default(), WatchConfig::default()).unwrap();
+    stream.touched(DVec3::ONE, 1.0);
+    assert_eq!(stream.estimator().touches, [DVec3::ONE]);
+    stream.reset();
+    assert!(stream.estimator().touches.is_empty());
 }

@@ -443,6 +443,10 @@ impl<E: ContactEstimator> Predictor for FusedPredictor<E> {
         &self.ranked
     }
 
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        self.stream.touched(contact_m, contact_s);
+    }
+
     fn reset(&mut self) {
         self.stream.reset();
         self.gaze.forget();

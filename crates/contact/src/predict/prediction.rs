@@ -68,13 +68,24 @@ pub trait Predictor {
     /// sight. All numbers are finite.
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction];
 
-    /// Forgets the samples so far, for another person or a scene that leapt to another place; what was learnt stays.
+    /// The hand has touched there, m, with the point that touches, then, s, on the clock of the samples: predictors
+    /// that adapt learn from it. Others do nothing, as the default does.
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        let _ = (contact_m, contact_s);
+    }
+
+    /// Forgets the samples so far, for another person or a scene that leapt to another place; what was learnt stays, except
+    /// from [`touched`](Self::touched).
     fn reset(&mut self) {}
 }
 
 impl<P: Predictor + ?Sized> Predictor for Box<P> {
     fn predict(&mut self, scene: &Scene, input: &PredictorInput<'_>) -> &[ContactPrediction] {
         (**self).predict(scene, input)
+    }
+
+    fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        (**self).touched(contact_m, contact_s);
     }
 
     fn reset(&mut self) {

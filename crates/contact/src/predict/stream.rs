@@ -67,9 +67,16 @@ impl<E: ContactEstimator> StreamEstimator<E> {
         self.began.as_ref()
     }
 
-    /// Forgets every sample.
+    /// The reach under way, or the last one, has ended with a touch there, m, then, s; see
+    /// [`ContactEstimator::touched`].
+    pub fn touched(&mut self, contact_m: DVec3, contact_s: f64) {
+        self.estimator.touched(contact_m, contact_s);
+    }
+
+    /// Forgets every sample and every touch.
     pub fn reset(&mut self) {
         self.watch.reset();
+        self.estimator.forget();
         self.estimate = None;
         self.began = None;
     }

@@ -17,7 +17,7 @@ pub struct JudgedReach {
     pub person: Option<String>,
     /// How many touches this person had made by then; an estimator that is told has learnt from them.
     pub touches: usize,
-    /// At every moment of [`Evaluation::MOMENTS`]; the outer `None` where the reach starts later, the inner one
+    /// At every moment of [`Evaluation::moments`]; the outer `None` where the reach starts later, the inner one
     /// where there is no estimate.
     pub errors: Vec<Option<Option<EstimateError>>>,
 }
