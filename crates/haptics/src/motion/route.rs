@@ -70,6 +70,8 @@ const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
+/// Places whose planes count although no barrier is there: of the destination, of the motion in force, and the one left last.
+const PLANES: usize = 3;
 /// How often a bend is mended.
 const MOST_BENDS: usize = 8;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
@@ -226,7 +228,8 @@ impl Route {
         for (i, place) in places.enumerate() {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
             check.footprints[i] = Some(Footprint::new(face, board, self.config.footprint_m));
-            let known = self.barriers.have(place.point_m, place.normal);
+            // Surfaces that nobody knows, of places left long ago, would hem the board in.
+            let known = i >= PLANES || self.barriers.have(place.point_m, place.normal);
             check.planes[i] = (!known).then_some(Plane {
                 point_m: place.point_m,
                 normal: place.normal,

@@ -187,7 +187,7 @@ fn touchable_objects(
 impl<P: Predictor> Session<P> {
     /// Takes one frame of the tracker, see [`Perception::frame`].
     pub fn frame(&mut self, frame: &HandFrame) {
-        self.keep_barriers();
+        self.keep_barriers(frame.t_s);
         self.perception.frame(frame);
     }
 
@@ -213,8 +213,8 @@ impl<P: Predictor> Session<P> {
         command
     }
 
-    /// The board stays behind surfaces where they are now.
-    fn keep_barriers(&mut self) {
+    /// The board stays behind surfaces where they are now; those of a world in motion are taken anew when it comes to rest.
+    fn keep_barriers(&mut self, t_s: f64) {
         let base_from_world = self.perception.world.base_from_world();
         // Seen from the base: a turn about a far origin moves the walls near the arm little.
         let world_moved = base_from_world

@@ -137,6 +137,11 @@ impl World {
         }
     }
 
+    /// Has it moved on just now? A leap is no motion.
+    pub(super) fn is_moving(&self, t_s: f64) -> bool {
+        self.motion.is_some_and(|motion| t_s <= motion.until_s)
+    }
+
     /// The frame of the scene in the base frame.
     pub(super) fn base_from_world(&self) -> Pose {
         self.base_from_world.unwrap_or(Pose::IDENTITY)
