@@ -17,6 +17,8 @@ struct Rig {
     state: ArmState,
     first: Pose,
     push_n: f64,
+    /// Force of the finger within the face, as by friction, base axes, N.
+    drag_n: DVec3,
 }
 
 impl Rig {
@@ -56,6 +58,7 @@ impl Rig {
             state,
             first,
             push_n: PUSH_N,
+            drag_n: DVec3::ZERO,
         }
     }
 
@@ -66,7 +69,7 @@ impl Rig {
     fn step(&mut self, slide: Option<Slide>) -> RenderStep {
         self.state.t_s += DT_S;
         let push = Wrench {
-            force_n: self.face().rotation().z_axis * -self.push_n,
+            force_n: self.face().rotation().z_axis * -self.push_n + self.drag_n,
             ..Wrench::default()
         };
         let arm = self.renderer.arm();
@@ -196,6 +199,111 @@ fn a_drawer_does_not_slide_along_its_own_path_and_bad_slides_are_none() {
         }
         let by_m = rig.face().position_m() - rig.first.position_m();
         assert!(by_m.length() < 1e-5, "{by_m}");
+    }
+}
+
+/// A sliding panel: its path lies in its face.
+fn panel(config: ObjectConfig) -> Rig {
+    Rig::new(
+        |face: &Pose| ObjectPath::sliding(face.rotation().x_axis).unwrap(),
+        config,
+    )
+}
+
+#[test]
+fn a_panel_that_is_dragged_along_its_face_scans_across_its_path() {
+    let config = ObjectConfig {
+        damping: 10.0,
+        ..ObjectConfig::new(5.0)
+    };
+    let mut rig = panel(config.clone());
+    let [x, y] = [rig.first.rotation().x_axis, rig.first.rotation().y_axis];
+    rig.drag_n = x * 1.5;
+    let slide = Slide {
+        velocity_m_per_s: x * 0.03 + y * 0.05,
+        turn_rad_per_s: 0.0,
+    };
+    let mut ideal = MovingObject::new(config).unwrap();
+    let (mut before_m, mut off_m, mut off) = (0.0, 0.0_f64, 0.0_f64);
+    for k in 0..700 {
+        let step = rig.step(Some(slide));
+        assert!(step.sliding && step.unreachable.is_none(), "{k}: {step:?}");
+        ideal.step(1.5, DT_S).unwrap();
+        let by_m = rig.face().position_m() - rig.first.position_m();
+        off_m = off_m.max((by_m.dot(x) - ideal.position()).abs());
+        if k > 100 {
+            off = off.max(((by_m.dot(y) - before_m) / DT_S / 0.05 - 1.0).abs());
+        }
+        before_m = by_m.dot(y);
+    }
+    println!("along {off_m} m off the closed form, across {off} of the speed off");
+    assert!(ideal.position() > 0.04, "{}", ideal.position());
+    assert!(off_m < 2e-4, "{off_m} m");
+    assert!(off < 0.02, "{off}");
+}
+
+#[test]
+fn a_panel_that_is_held_scans_along_its_path_until_it_gives_way() {
+    let stopped = ObjectConfig {
+        damping: 10.0,
+        range: [0.0, 0.5],
+        ..ObjectConfig::new(5.0)
+    };
+    let stuck = ObjectConfig {
+        friction: 8.0,
+        range: [-0.5, 0.5],
+        ..stopped.clone()
+    };
+    // The push that holds it, and the one that moves it.
+    for (name, config, holds_n, moves_n) in [
+        ("at its stop", stopped, -3.0, 4.0),
+        ("by friction", stuck, 3.0, 14.0),
+    ] {
+        let mut rig = panel(config.clone());
+        let x = rig.first.rotation().x_axis;
+        // Against the finger that drags it, and as long as any touch.
+        let speed = 0.04 * -f64::signum(holds_n);
+        let slide = Some(Slide {
+            velocity_m_per_s: x * speed,
+            turn_rad_per_s: 0.0,
+        });
+        rig.drag_n = x * holds_n;
+        let (mut before_m, mut off) = (0.0, 0.0_f64);
+        for k in 0..1500 {
+            rig.step(slide);
+            let along_m = (rig.face().position_m() - rig.first.position_m()).dot(x);
+            if k > 200 {
+                off = off.max(((along_m - before_m) / DT_S / speed - 1.0).abs());
+            }
+            before_m = along_m;
+            assert_eq!(rig.renderer.objects()[0].object.position(), 0.0, "{name}");
+        }
+        assert!(off < 0.02, "{name}: {off}");
+        // It gives way: the board goes with it, and slides no more.
+        rig.drag_n = x * moves_n;
+        let mut ideal = MovingObject::new(config).unwrap();
+        let (mut position_off_m, mut board_off_m) = (0.0_f64, 0.0_f64);
+        let mut rests_m = None;
+        for k in 0..300 {
+            rig.step(slide);
+            ideal.step(moves_n, DT_S).unwrap();
+            let at_m = rig.renderer.objects()[0].object.position();
+            position_off_m = position_off_m.max((at_m - ideal.position()).abs());
+            let along_m = (rig.face().position_m() - rig.first.position_m()).dot(x) - at_m;
+            // What is left of the slide takes the time that it needs to brake.
+            if k == 100 {
+                rests_m = Some(along_m);
+            }
+            if let Some(rests_m) = rests_m {
+                board_off_m = board_off_m.max((along_m - rests_m).abs());
+            }
+        }
+        println!(
+            "{name}: {off} of the speed off; then {position_off_m} m off the closed form, the board {board_off_m} m off its panel"
+        );
+        assert!(ideal.position() > 0.02, "{name}: {}", ideal.position());
+        assert!(position_off_m < 2e-4, "{name}: {position_off_m} m");
+        assert!(board_off_m < 2e-4, "{name}: {board_off_m} m");
     }
 }
 

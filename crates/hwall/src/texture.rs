@@ -187,7 +187,7 @@ pub struct BoardTexture {
 struct Touched {
     touch: TexturedTouch,
     began_s: f64,
-    /// Middle of the board where the motion's displacement is zero, m.
+    /// Middle of the board where the motion's displacement is zero, m; on a moving object where that was when the touch began.
     origin_m: DVec3,
     /// The board may still move.
     going: bool,
@@ -203,6 +203,17 @@ pub(crate) struct TextureInput {
     pub(crate) roughness: Option<f64>,
     /// The finger, while the hand is tracked.
     pub(crate) fingertip: Option<Fingertip>,
+    /// How the surface itself moves under the hand.
+    pub(crate) surface_motion: SurfaceMotion,
+}
+
+/// How a touched panel or drawer moves, base frame; at rest for what stands.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SurfaceMotion {
+    /// How far it has come since the touch began, m.
+    pub(crate) by_m: DVec3,
+    /// m/s.
+    pub(crate) velocity_m_per_s: DVec3,
 }
 
 /// The result of one step.
@@ -263,10 +274,12 @@ impl BoardTexture {
         let [x, y] = touch.touch.axes;
         let in_plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
         let landed = now_s - touch.began_s >= LANDING_S;
+        // A finger that goes along with what it touches does not scan it.
+        let surface = input.surface_motion;
         let finger = FingerState {
-            point_m: in_plane(fingertip.point_m - touch.origin_m),
+            point_m: in_plane(fingertip.point_m - touch.origin_m - surface.by_m),
             velocity_m_per_s: if landed {
-                in_plane(fingertip.velocity_m_per_s)
+                in_plane(fingertip.velocity_m_per_s - surface.velocity_m_per_s)
             } else {
                 DVec2::ZERO
             },

@@ -42,16 +42,12 @@ fn what_is_rendered_is_what_was_wanted() {
                 };
                 let shown = stage.present(&stimulus, 7).unwrap();
                 println!("{stimulus:?}\n    {shown:?}");
-                // The panel moves in the plane in which the texture would: where its own motion wins, that is said.
-                if surface == Surface::Panel && shown.fault != Fault::None {
-                    assert_eq!(shown.fault, Fault::NoTexture, "{stimulus:?}");
-                    assert!(speed_mm_per_s > 0.0);
-                    continue;
-                }
                 assert_eq!(shown.fault, Fault::None, "{stimulus:?}: {shown:?}");
                 let off_deg = shown.angle_deg.unwrap() - angle_deg;
                 let off = shown.speed_mm_per_s.unwrap() - speed_mm_per_s;
-                assert!(off_deg.abs() < 0.5, "{stimulus:?}: {off_deg} degrees");
+                // A finger that lifts the panel slips on it a little.
+                let most_deg = if surface == Surface::Panel { 2.5 } else { 0.5 };
+                assert!(off_deg.abs() < most_deg, "{stimulus:?}: {off_deg} degrees");
                 assert!(off.abs() < 1.0, "{stimulus:?}: {off} mm/s");
                 let least_n = if surface == Surface::Door { 1.0 } else { 3.0 };
                 assert!((least_n..15.0).contains(&shown.force_n.unwrap()));
@@ -59,6 +55,10 @@ fn what_is_rendered_is_what_was_wanted() {
                 // A door gives way while its texture moves.
                 if surface == Surface::Door {
                     assert!(shown.moved.unwrap().abs() > 0.01);
+                }
+                // A panel goes along with the finger.
+                if surface == Surface::Panel {
+                    assert!((0.003..0.008).contains(&shown.moved.unwrap()));
                 }
             }
         }

@@ -168,16 +168,18 @@ impl ObjectPort {
         self.ledger.limited || (acts && self.ledger.debt_j > 0.0)
     }
 
-    /// One period: the measured force along the path (N m or N), where the face was measured, what the object holds (J); `rate` is
-    /// what the board is meant to move at, rad/s or m/s. Returns how it may move.
+    /// One period: the measured force along the path (N m or N), where the face was measured, how much of that is a slide of the board and no
+    /// motion of the object (rad or m), what the object holds (J); `rate` is what the board is meant to move at, rad/s or m/s. Returns how
+    /// it may move.
     pub(super) fn limited(
         &mut self,
-        (force, face): (f64, &Pose),
+        (force, face, slid_along): (f64, &Pose, f64),
         held_j: f64,
         rate: f64,
         dt_s: f64,
     ) -> Result<f64, HapticsError> {
-        let position_m = self.lever_m * self.path.way_between(&self.face, face);
+        let along = self.path.way_between(&self.face, face) - slid_along;
+        let position_m = self.lever_m * along;
         let late = ((self.force_delay_s / dt_s - 0.5).max(0.0)).round();
         let late = late.min((POSITIONS - 1) as f64);
         let port = match &mut self.port {

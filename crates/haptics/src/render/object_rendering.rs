@@ -230,6 +230,10 @@ impl ObjectRendering {
 
     /// How the board slides within the face from now on, beside the motion of the object; at rest from the begin of a touch. A slide
     /// that is not finite is none.
+    ///
+    /// Along its own path an object moves as the hand pushes it: of a slide on a panel or a drawer only what points across the path is
+    /// done, until the object has been held for 0.1 s: by a stop that it is pushed against, or by friction, with 1 N to spare. Then the
+    /// board slides along the path, too, and stops when the object gives way. Neither moves the object.
     pub fn set_slide(&mut self, slide: Option<&Slide>) {
         let finite = slide.filter(|slide| slide.validate().is_ok());
         self.follower
@@ -259,6 +263,9 @@ impl ObjectRendering {
         let pushed = rendered.path.generalized_force(face.position_m(), wrench);
         let filtered = self.force.step(&[pushed], self.filter_s, dt_s);
         let force = filtered.value()[0];
+        let way = rendered.path.velocity_at(face.position_m(), 1.0);
+        let to_spare = HELD_WITH_N * way.linear_m_per_s.length();
+        self.follower.hold(is_held(object, force, to_spare), dt_s);
         let (from, before) = (object.position(), object.velocity());
         object.step(force, dt_s)?;
         self.force = filtered;
@@ -288,8 +295,10 @@ impl ObjectRendering {
         let measured = (pushed, self.follower.arm().forward(&state.q));
         let held_j = object.energy_j();
         let port = &mut self.port;
+        let slid_along = self.follower.slid_along();
         let followed = self.follower.follow((wanted, velocity), dt_s, |rate| {
-            port.limited((measured.0, &measured.1), held_j, rate, dt_s)
+            let (force, face) = (measured.0, &measured.1);
+            port.limited((force, face, slid_along), held_j, rate, dt_s)
         })?;
         port.sent(followed.rate);
         self.most_acceleration = followed.most_acceleration;
@@ -365,6 +374,15 @@ impl ObjectRendering {
             ledger: *self.port.ledger(),
         })
     }
+}
+
+/// What is held by less than this beside the hand's push may move at any time, N at the face.
+const HELD_WITH_N: f64 = 1.0;
+
+/// Does the object stand, and would under a force that is a little larger or smaller, N m or N?
+fn is_held(object: &MovingObject, force: f64, to_spare: f64) -> bool {
+    let stays = |force: f64| object.acceleration(force) == 0.0;
+    object.velocity() == 0.0 && stays(force - to_spare) && stays(force + to_spare)
 }
 
 /// Largest joint acceleration that is fed forward, rad/s²: beyond that of any arm, but not that of a stop that is met.

@@ -25,8 +25,11 @@ const CATCHING_S: f64 = 0.005;
 const BRAKING: f64 = 0.4;
 /// Share of the acceleration with which the face brakes before a joint's limit: rates of joints change on the way.
 const BEFORE_LIMITS: f64 = 0.4;
-/// A path whose share in the face is larger than this leads along it: a drawer that is pushed sideways does not slide there.
+/// A path whose share in the face is larger than this leads along it: a drawer that is pushed sideways does not slide there, unless it
+/// is held.
 const ACROSS: f64 = 0.1;
+/// An object counts as held after this time at rest, s: one that breaks away again and again is not.
+const HELD_S: f64 = 0.1;
 /// No path is longer, rad or m.
 const FARTHEST: f64 = 1e3;
 /// Joints nearer than this to a limit turn less, rad; on the limit so many times less, about.
@@ -60,6 +63,8 @@ pub(super) struct PathFollower {
     /// How far the board has slid within the face, and how it shall.
     slide: FaceSlide,
     wanted_slide: InFace,
+    /// For so long the object has been held, s.
+    held_s: f64,
     max_acceleration_rad_per_s2: [f64; 7],
     q: JointPositions,
 }
@@ -102,6 +107,7 @@ impl PathFollower {
             rate: 0.0,
             slide: FaceSlide::default(),
             wanted_slide: InFace::default(),
+            held_s: 0.0,
             max_acceleration_rad_per_s2,
             q: JointPositions::default(),
             arm,
@@ -123,6 +129,7 @@ impl PathFollower {
         (self.path, self.position, self.q) = (path, position, *q);
         (self.reached, self.rate) = (position, 0.0);
         (self.slide, self.wanted_slide) = (FaceSlide::default(), InFace::default());
+        self.held_s = 0.0;
         Ok(())
     }
 
@@ -259,14 +266,27 @@ impl PathFollower {
             .fold(1.0, f64::max)
     }
 
-    /// How the board slides within the face from now on. What points along the normal, or along the path of the object, is left out.
+    /// Is the object held, by a stop or by friction, in the step of this length that comes? Once it has been for a while, the board slides
+    /// along its path, too.
+    pub(super) fn hold(&mut self, held: bool, dt_s: f64) {
+        self.held_s = if held { self.held_s + dt_s } else { 0.0 };
+    }
+
+    /// How far the slide takes the face along the path of the object, rad or m: that is no motion of the object.
+    pub(super) fn slid_along(&self) -> f64 {
+        let place = self.path.moved(&self.face, self.reached - self.position);
+        self.path.way_between(&place, &self.slide.on(&place))
+    }
+
+    /// How the board slides within the face from now on. What points along the normal is left out; so is what points along the path of the
+    /// object, in which the hand feels the object itself, unless the object is held.
     pub(super) fn set_slide(&mut self, slide: &Slide) {
         let place = self.path.moved(&self.face, self.reached - self.position);
         let local = |v: DVec3| place.rotation().transpose() * v;
         let velocity = local(slide.velocity_m_per_s).truncate();
         let way = self.path.velocity_at(place.position_m(), 1.0);
         let way = local(way.linear_m_per_s.normalize_or_zero()).truncate();
-        let along = match way.length() > ACROSS {
+        let along = match way.length() > ACROSS && self.held_s < HELD_S {
             true => velocity.project_onto(way),
             false => DVec2::ZERO,
         };

@@ -5,8 +5,10 @@ use super::guidance::Guidance;
 use super::handover::Receiver;
 use super::safety::{Safety, same_fault};
 #[cfg(feature = "texture")]
-use crate::texture::{BoardTexture, TextureInput};
+use crate::texture::{BoardTexture, SurfaceMotion, TextureInput};
 use glam::DVec3;
+#[cfg(feature = "texture")]
+use hwall_haptics::ObjectPath;
 use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, ContactState, HoldReason, Phase, PlaceTolerance,
     PostureTarget, RenderInput, RenderStep, Renderer, SafeState, Slide,
@@ -36,6 +38,9 @@ pub struct Control {
     pub(super) objects: Vec<SurfaceId>,
     /// Which of them the touch under way began on.
     pub(super) touched_object: Option<usize>,
+    /// Its position then, rad or m.
+    #[cfg(feature = "texture")]
+    pub(super) touched_at: f64,
     pub(super) safety: Safety,
     pub(super) state: SessionState,
     pub(super) step: Option<RenderStep>,
@@ -297,6 +302,7 @@ impl Control {
         // The arm brakes by itself; the motion waits for it.
         let stands = |s| matches!(s, SessionState::Holding(_) | SessionState::Safe(_));
         let braking = touched && stands(self.state);
+        let surface_motion = self.surface_motion();
         let guidance = &self.guidance;
         let texture = self.texture.as_mut()?;
         if braking || !now_s.is_finite() || state.validate().is_err() {
@@ -311,6 +317,7 @@ impl Control {
                 surface: guidance.surface,
                 roughness: guidance.roughness,
                 fingertip: guidance.fingertip,
+                surface_motion,
             },
         );
         if let Some(touch) = step.started {
@@ -320,6 +327,23 @@ impl Control {
             self.events.push(now_s, EventKind::TextureEnded);
         }
         step.slide
+    }
+
+    /// How the touched panel or drawer moves, as of the last step. A door turns its board with it.
+    #[cfg(feature = "texture")]
+    fn surface_motion(&self) -> SurfaceMotion {
+        let renderer = &self.renderer;
+        let touched = renderer.touched_object();
+        let Some(rendered) = touched.and_then(|index| renderer.objects().get(index)) else {
+            return SurfaceMotion::default();
+        };
+        let ObjectPath::Sliding { direction } = rendered.path else {
+            return SurfaceMotion::default();
+        };
+        SurfaceMotion {
+            by_m: direction * (rendered.object.position() - self.touched_at),
+            velocity_m_per_s: direction * rendered.object.velocity(),
+        }
     }
 
     #[cfg(not(feature = "texture"))]
@@ -348,6 +372,12 @@ impl Control {
         let is_first = self.step.is_none();
         if contact_before.is_none() {
             self.touched_object = self.object();
+            #[cfg(feature = "texture")]
+            {
+                let touched = self.touched_object;
+                let rendered = touched.and_then(|index| self.renderer.objects().get(index));
+                self.touched_at = rendered.map_or(0.0, |rendered| rendered.object.position());
+            }
         }
         self.contact = self.contact_now();
         let world_moved = self.contact.is_some_and(|contact| contact.world_moved);

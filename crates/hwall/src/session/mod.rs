@@ -134,6 +134,8 @@ impl<P: Predictor> Session<P> {
             receiver,
             objects,
             touched_object: None,
+            #[cfg(feature = "texture")]
+            touched_at: 0.0,
             guidance: guidance::Guidance::default(),
             events: EventQueue::new(),
             safety,

@@ -13,6 +13,8 @@ pub(super) struct StudyHand {
     pub(super) depth_m: f64,
     /// Velocity along the surface while it presses, m/s.
     pub(super) slide_m_per_s: DVec3,
+    /// How it speeds up beside that to take what it touches along, m/s².
+    pub(super) takes_m_per_s2: DVec3,
 }
 
 /// When the hand leaves its rest, presses, lets go and is back, s.
@@ -33,8 +35,12 @@ impl StudyHand {
         let share = |from_s: f64, to_s: f64| minimum_jerk((t_s - from_s) / (to_s - from_s));
         let out = share(START_S, PRESS_S) - share(LEAVE_S, END_S);
         let slid_s = t_s.clamp(PRESS_S, LEAVE_S) - PRESS_S;
-        let inside_m = self.target_m - DVec3::X * self.depth_m + self.slide_m_per_s * slid_s;
-        (self.target_m + REST_M).lerp(inside_m, out)
+        let slid_m = self.slide_m_per_s * slid_s + self.takes_m_per_s2 * (0.5 * slid_s * slid_s);
+        let inside_m = self.target_m - DVec3::X * self.depth_m + slid_m;
+        // It comes straight to what it takes along: friction on the way would set that in motion.
+        let way = self.takes_m_per_s2.normalize_or_zero();
+        let rest_m = REST_M - way * way.dot(REST_M);
+        (self.target_m + rest_m).lerp(inside_m, out)
     }
 
     /// Its velocity, m/s.

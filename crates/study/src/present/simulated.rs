@@ -4,6 +4,7 @@ use super::hand::{END_S, LEAVE_S, PRESS_S, StudyHand};
 use super::stimulus::{Fault, Rendered, Stimulus, Surface};
 use crate::error::StudyError;
 use hwall::contact::{DeterministicConfig, DeterministicPredictor};
+use hwall::geometry::{Pose, Wrench};
 use hwall::glam::DVec3;
 use hwall::hand::HandFilterConfig;
 use hwall::haptics::{Arm, Board};
@@ -15,7 +16,6 @@ use hwall::texture::TextureLevels;
 use hwall::{EventKind, Session, SessionConfig, SessionError, Walls, WallsConfig};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
 
 /// Control period, s, and that of the tracker.
@@ -30,6 +30,13 @@ const TARGET_OFF_M: f64 = 0.02;
 const DEPTH_M: [f64; 2] = [0.010, 0.020];
 /// How fast the finger itself scans, m/s: above the speed below which a finger counts as resting.
 const SCAN_M_PER_S: [f64; 2] = [0.058, 0.066];
+/// Which way it scans. A door or a panel moves under it.
+const SCAN: DVec3 = DVec3::Y;
+/// How the hand takes a panel upwards while the finger scans, m/s², ...
+const LIFT_M_PER_S2: f64 = 0.03;
+/// ... by friction: coefficient, and the speed over the board at which it is half of its largest, m/s.
+const FRICTION: f64 = 0.5;
+const SLIPS_M_PER_S: f64 = 0.03;
 /// Means begin so long after the touch and the beginning of the scan, s: the motion is settled.
 const SETTLED_S: f64 = 0.2;
 /// A touch is felt if so much of it is left after that, s.
@@ -127,7 +134,11 @@ impl SimulatedStage {
         let hand = StudyHand {
             target_m,
             depth_m,
-            slide_m_per_s: DVec3::Y * scan_m_per_s,
+            slide_m_per_s: SCAN * scan_m_per_s,
+            takes_m_per_s2: match stimulus.surface {
+                Surface::Panel => DVec3::Z * LIFT_M_PER_S2,
+                Surface::Wall | Surface::Door => DVec3::ZERO,
+            },
         };
         let home = JointPositions::from_deg([0.0, 30.0, 0.0, -90.0, 0.0, -30.0, 90.0]);
         let servo = ServoConfig {
@@ -158,19 +169,40 @@ fn scene_of(surface: Surface) -> Result<Scene, SceneError> {
             "kind = \"revolving_door\"\nhinge_point_m = [{WALL_M}, -1, 0]\nhinge_axis = [0, 0, 1]\nrange_deg = [-60, 60]\n\
              inertia_kg_m2 = 40\ndamping_n_m_s_per_rad = 60\n"
         ),
+        // A light sash: it goes up with the finger, and its texture moves across that.
         Surface::Panel => {
-            "kind = \"sliding_panel\"\ndirection = [0, 1, 0]\nrange_m = [-0.5, 0.5]\n".to_owned()
+            "kind = \"sliding_panel\"\ndirection = [0, 0, 1]\nrange_m = [-0.5, 0.5]\n\
+             mass_kg = 6\ndamping_n_s_per_m = 1\n"
+                .to_owned()
         }
     };
     let sidecar = format!("[surface.surface]\nroughness = {ROUGHNESS}\n{kind}");
     Ok(Scene::from_obj_str(&obj, Some(&sidecar))?.0)
 }
 
+/// What a finger that presses exerts on the board that it slides over.
+fn with_friction(
+    pressed: &Wrench,
+    base_from_board: &Pose,
+    tip_m: DVec3,
+    relative_m_per_s: DVec3,
+) -> Wrench {
+    let over = relative_m_per_s.reject_from_normalized(base_from_board.rotation().z_axis);
+    let share = FRICTION * pressed.force_n.length() / (over.length() + SLIPS_M_PER_S);
+    let drag_n = over * share;
+    Wrench {
+        force_n: pressed.force_n + drag_n,
+        moment_n_m: pressed.moment_n_m + (tip_m - base_from_board.position_m()).cross(drag_n),
+    }
+}
+
 /// Sums over the part of a touch that is felt.
 #[derive(Debug, Clone, Copy, Default)]
 struct Felt {
     count: usize,
-    angle_deg: f64,
+    /// Velocity over the board, along and across the bumps, m/s.
+    along_m_per_s: f64,
+    across_m_per_s: f64,
     board_mm_per_s: f64,
     finger_mm_per_s: f64,
     force_n: f64,
@@ -208,9 +240,14 @@ impl Trial {
             let board_m_per_s = self.servo.twist().linear_m_per_s;
             let finger_m_per_s = self.hand.velocity_m_per_s(next_s);
             let relative = finger_m_per_s - board_m_per_s;
-            let wrench = self
-                .finger
-                .wrench(&pose, self.hand.tip_m(next_s), relative)?;
+            let tip_m = self.hand.tip_m(next_s);
+            let pressed = self.finger.wrench(&pose, tip_m, relative)?;
+            let wrench = match stimulus.surface {
+                Surface::Panel => {
+                    pressed.map(|pressed| with_friction(&pressed, &pose, tip_m, relative))
+                }
+                Surface::Wall | Surface::Door => pressed,
+            };
             self.servo.apply_wrench(wrench.unwrap_or_default())?;
             while let Some(event) = session.next_event() {
                 match event.kind {
@@ -222,7 +259,7 @@ impl Trial {
                     _ => {}
                 }
             }
-            let Some(wrench) = wrench else {
+            let Some(pressed) = pressed else {
                 continue;
             };
             contact_s += DT_S;
@@ -234,18 +271,13 @@ impl Trial {
                 let normal = pose.rotation().z_axis;
                 let in_plane = |v: DVec3| v - normal * v.dot(normal);
                 let (relative, long) = (in_plane(relative), pose.rotation().x_axis);
-                let scan = in_plane(self.hand.slide_m_per_s).normalize_or_zero();
-                let angle_rad = relative.angle_between(long).abs();
-                let angle_rad = if angle_rad > FRAC_PI_2 {
-                    std::f64::consts::PI - angle_rad
-                } else {
-                    angle_rad
-                };
+                let scan = in_plane(SCAN).normalize_or_zero();
                 self.felt.count += 1;
-                self.felt.angle_deg += angle_rad.to_degrees();
+                self.felt.along_m_per_s += relative.dot(long);
+                self.felt.across_m_per_s += relative.dot(pose.rotation().y_axis);
                 self.felt.board_mm_per_s -= 1e3 * board_m_per_s.dot(scan);
                 self.felt.finger_mm_per_s += 1e3 * relative.length();
-                self.felt.force_n += wrench.force_n.length();
+                self.felt.force_n += pressed.force_n.length();
             }
         }
         let felt = self.felt;
@@ -268,7 +300,12 @@ impl Trial {
             Fault::None
         };
         Ok(Rendered {
-            angle_deg: mean(felt.angle_deg),
+            angle_deg: mean(felt.across_m_per_s).map(|_| {
+                felt.across_m_per_s
+                    .abs()
+                    .atan2(felt.along_m_per_s.abs())
+                    .to_degrees()
+            }),
             speed_mm_per_s: mean(felt.board_mm_per_s),
             felt_mm_per_s: mean(felt.finger_mm_per_s),
             force_n: mean(felt.force_n),

@@ -13,7 +13,7 @@ pub enum Surface {
     Wall,
     /// A door on hinges, which gives way to the finger.
     Door,
-    /// A panel that slides to the side.
+    /// A panel that slides upwards with the finger, across its scan.
     Panel,
 }
 
