@@ -222,8 +222,9 @@ impl<P: Predictor> Session<P> {
         let world_moved = base_from_world
             .inverse()
             .distance(&self.barriers_in.inverse());
-        let elsewhere =
-            world_moved.position_m > BARRIER_MOVE_M || world_moved.angle_rad > BARRIER_TURN_RAD;
+        let elsewhere = !self.perception.world.is_moving(t_s)
+            && (world_moved.position_m > BARRIER_MOVE_M
+                || world_moved.angle_rad > BARRIER_TURN_RAD);
         let moved = self.control.moving().any(|moving| {
             let known = self.barriers_at.get(moving.surface.0).copied();
             known.is_some_and(|at| (at - moving.position).abs() > BARRIER_STEP)
