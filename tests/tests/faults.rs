@@ -12,8 +12,9 @@ use hwall_haptics::{ArmCommand, HoldReason, Phase};
 use hwall_kinematics::Unreachable;
 use hwall_sim::{TouchSequence, TouchTruth};
 
-/// The fault lasts from the start of the reach this long, s.
-const FAULT_S: f64 = 0.9;
+/// The fault lasts from the start of the reach this long, s: a frozen hand counts as lost 0.3 s longer, and a board that has
+/// withdrawn needs half a second to be back.
+const FAULT_S: f64 = 0.8;
 /// By then a fault of the prediction has come with a frame, s.
 const FRAME_S: f64 = TRACKER_S + DT_S;
 /// By then the fault is noticed (a stale target after 0.25 s) and the arm, delay and braking
