@@ -7,7 +7,9 @@ use hwall_haptics::{
     ArmCommand, ArmState, Board, BoardTarget, Follower, FollowerConfig, Phase, RendererConfig,
     Slide, surface_axes,
 };
-use hwall_kinematics::{JointPositions, SrsArm, Wrench};
+use hwall_kinematics::{
+    ArmKinematics, BranchPolicy, JointPositions, NearestConfig, SrsArm, Wrench,
+};
 use hwall_sim::{ServoArm, ServoConfig, SimError};
 use hwall_testkit::{ErrorStats, MarkdownTable, Sampler};
 use hwall_texton::{FingerState, Level, MotionLimits, ScanAngle, TextonError, TextureMotion};
@@ -73,7 +75,8 @@ impl Trial {
 pub struct Outcome {
     /// Speed of the level, m/s.
     pub wanted_m_per_s: f64,
-    /// Acceleration against the scan that the joints allow at the place of the touch, m/s².
+    /// Acceleration against the scan that the joints allow at the place of the touch, m/s²; 0 where a joint comes to its limit on
+    /// the way, before which a slide ends.
     pub able_m_per_s2: f64,
     /// From the press to the moment it was felt, s.
     pub felt_s: f64,
@@ -113,6 +116,32 @@ impl Outcome {
     }
 }
 
+/// Do all joints stay within their limits on a way of the board, m, if they go on turning as they begin to?
+fn keeps_off_limits(
+    arm: &dyn ArmKinematics,
+    q: &JointPositions,
+    way: DVec3,
+) -> anyhow::Result<bool> {
+    const PREVIEW_M: f64 = 1e-3;
+    // Braking takes some of it, too.
+    let steps = (way.length() + 0.01) / PREVIEW_M;
+    let here = arm.forward(q);
+    let there = here.at(here.position_m() + way.normalize_or_zero() * PREVIEW_M);
+    let config = NearestConfig {
+        weights: arm.max_velocity_rad_per_s().map(|speed| speed.powi(-2)),
+        policy: BranchPolicy::Keep,
+        ..NearestConfig::default()
+    };
+    let next = arm.nearest(&there, q, &config, &mut arm.scratch())?;
+    // On a limit the others turn in a joint's place: its own rate says nothing.
+    const MARGIN_RAD: f64 = 0.01;
+    Ok((0..arm.joint_count()).all(|i| {
+        let limit = arm.limits()[i];
+        let room = (limit.max_rad - q[i]).min(q[i] - limit.min_rad);
+        room >= MARGIN_RAD && limit.contains(q[i] + steps * (next.q[i] - q[i]))
+    }))
+}
+
 /// Presses a board that waits in place, and records it for `duration_s` from the moment the touch is felt;
 /// `None` where the arm cannot hold the board there with the wanted roll, or not over a stroke of 30 mm.
 ///
@@ -149,7 +178,11 @@ pub fn run(
     }
     let goal = follower.goal().context("a goal")?;
     let scan = lift(DVec2::from_angle(trial.scan_rad));
-    let able_m_per_s2 = follower.acceleration_along_m_per_s2(-scan);
+    let way = -scan * trial.level.speed_mm_per_s * 1e-3 * duration_s;
+    let able_m_per_s2 = match keeps_off_limits(&*arm, &goal, way)? {
+        true => follower.acceleration_along_m_per_s2(-scan),
+        false => None,
+    };
     let mut probe = Follower::new(arm.clone(), FollowerConfig::default(), &goal)?;
     let reach = motion.limit_stroke(&trial.level, |place, roll_rad| {
         matches!(probe.set_target(&target(place, roll_rad, 0.0)), Ok(None))
