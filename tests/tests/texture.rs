@@ -56,7 +56,11 @@ fn the_board_is_within_5_percent_of_its_speed_from_60_ms_after_the_touch_is_felt
             let most = outcome.error.iter().copied().fold(0.0, f64::max);
             let allowed = if ends { 1.2 } else { 1.0 + 1e-3 };
             assert!(most <= allowed, "{speed_mm_per_s}: {most}");
-            assert!(ends || outcome.turned_rad < 1e-3, "{ends} {}", outcome.turned_rad);
+            assert!(
+                ends || outcome.turned_rad < 1e-3,
+                "{ends} {}",
+                outcome.turned_rad
+            );
         }
     }
 }
