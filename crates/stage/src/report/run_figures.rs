@@ -2,12 +2,13 @@
 
 use crate::person::predictors::PredictorKind;
 use crate::report::figure_file::FigureFile;
-use crate::report::figures::{COLOURS, TEXT, TITLE, legend, plot_error};
+use crate::report::figures::{COLOURS, TEXT, TITLE, plot_error};
 use crate::run::judge::RIGHT_M;
 use crate::run::push_log::ForceSample;
 use crate::run::trace::Trace;
 use glam::DVec3;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Points, colour and name of a line.
@@ -70,26 +71,19 @@ pub fn over_time(
             .light_line_style(WHITE)
             .draw()
             .map_err(plot_error)?;
-        let mut bands =
-            |spans: &[(f64, f64)], colour: RGBColor, name: &str| -> anyhow::Result<()> {
-                if spans.is_empty() {
-                    return Ok(());
-                }
-                let boxes = spans
-                    .iter()
-                    .map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
-                chart
-                    .draw_series(boxes)
-                    .map_err(plot_error)?
-                    .label(name)
-                    .legend(move |(x, y)| {
-                        Rectangle::new([(x + 2, y - 5), (x + 16, y + 5)], colour.mix(0.3).filled())
-                    });
-                Ok(())
-            };
-        bands(&trace.contacts_s, green, "contact felt (above 3 N)")?;
-        bands(&trace.lost_s, yellow, "hand lost")?;
-        for &(samples, colour, name) in series {
+        let mut bands = |spans: &[(f64, f64)], colour: RGBColor| -> anyhow::Result<()> {
+            if spans.is_empty() {
+                return Ok(());
+            }
+            let boxes = spans
+                .iter()
+                .map(|s| Rectangle::new([(s.0, 0.0), (s.1, top)], colour.mix(0.3).filled()));
+            chart.draw_series(boxes).map_err(plot_error)?;
+            Ok(())
+        };
+        bands(&trace.contacts_s, green)?;
+        bands(&trace.lost_s, yellow)?;
+        for &(samples, colour, _) in series {
             let timed: Vec<(f64, DVec3)> = samples
                 .iter()
                 .map(|&(t, d)| (t, DVec3::new((d * scale).min(top), 0.0, 0.0)))
@@ -100,17 +94,29 @@ pub fn over_time(
                     colour.stroke_width(2),
                 )
             });
-            chart
-                .draw_series(lines)
-                .map_err(plot_error)?
-                .label(name)
-                .legend(move |(x, y)| {
-                    PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
-                });
+            chart.draw_series(lines).map_err(plot_error)?;
         }
         // Beside the axes, not over the lines.
-        let right = (WIDTH - MARGIN - LABELS - LEGEND + MARGIN) as i32;
-        legend(&mut chart, SeriesLabelPosition::Coordinate(right, 0))
+        let spans = [
+            (&trace.contacts_s, green, "contact felt (above 3 N)"),
+            (&trace.lost_s, yellow, "hand lost"),
+        ];
+        let spans = spans.into_iter().filter(|(spans, ..)| !spans.is_empty());
+        let keys = spans.map(|(_, colour, name)| (colour.mix(0.3), 10, name));
+        let lines = series
+            .iter()
+            .map(|&(_, colour, name)| (colour.to_rgba(), 2, name));
+        for (k, (colour, thickness, name)) in keys.chain(lines).enumerate() {
+            let (x, y) = ((WIDTH - LEGEND) as i32 + 12, 48 + 22 * k as i32);
+            let key = [(x, y - thickness / 2), (x + 18, y + (thickness + 1) / 2)];
+            area.draw(&Rectangle::new(key, colour.filled()))
+                .map_err(plot_error)?;
+            let style = TextStyle::from(TEXT).color(&BLACK);
+            let style = style.pos(Pos::new(HPos::Left, VPos::Center));
+            area.draw_text(name, &style, (x + 26, y))
+                .map_err(plot_error)?;
+        }
+        Ok(())
     };
     let farthest = trace
         .hand_distance_m
