@@ -1,4 +1,4 @@
-//! Hostile inputs for everything that reads files.
+//! Hostile inputs for everything that reads files, and faults for the control loop.
 //!
 //! `cargo run --release --example attack -- --inputs 100000 --reader all`
 
@@ -15,13 +15,16 @@ use std::process::ExitCode;
 ///
 /// Bits are flipped, ends cut off, pieces of two files joined, numbers made extreme, lines repeated, counts made huge;
 /// checksums and digests are made right again. A finding is a panic, or something that was accepted and does not hold
-/// what it promises. Ends with status 2 if there is one.
+/// what it promises. The control loop is disturbed while it serves touches. Ends with status 2 if there is a finding.
 #[derive(Parser)]
 struct Args {
     /// Inputs for each reader
     #[arg(long, default_value_t = 100_000)]
     inputs: u64,
-    /// all, or one of scene, hand, urdf, study, calibration, model, map, atlas, stl, exr, session
+    /// Disturbed runs of the control loop [default: a tenth of the inputs]
+    #[arg(long)]
+    runs: Option<u64>,
+    /// all, or one of scene, hand, urdf, study, calibration, model, map, atlas, stl, exr, session, loop
     #[arg(long, default_value = "all")]
     reader: String,
     /// Seed of the inputs
@@ -46,7 +49,11 @@ fn run(args: &Args) -> anyhow::Result<()> {
     std::panic::set_hook(Box::new(|_| {}));
     let mut reports = Vec::new();
     for target in &targets {
-        let report = target.attack(args.inputs, args.seed)?;
+        let report = target.attack(
+            args.inputs,
+            args.runs.unwrap_or(args.inputs / 10),
+            args.seed,
+        )?;
         for finding in &report.examples {
             eprintln!("{} input {}: {}", report.name, finding.number, finding.what);
             if let Some(folder) = &args.out {

@@ -1,12 +1,13 @@
-//! A few thousand hostile inputs for every reader; `--example attack` gives as many as wanted.
+//! A few thousand hostile inputs for every reader, and some runs of the disturbed loop; `--example attack` gives as many as wanted.
 
 use hwall_lab::attack::targets;
 
 const INPUTS: u64 = 1500;
+const RUNS: u64 = 150;
 
 fn nothing_gets_through(reader: &str) {
     for target in targets(reader).unwrap() {
-        let report = target.attack(INPUTS, 11).unwrap();
+        let report = target.attack(INPUTS, RUNS, 11).unwrap();
         assert_eq!(report.findings, 0, "{:#?}", report.examples);
         // An attack of which everything is refused at the door tests nothing behind it.
         assert!(report.refused > 0, "{report:?}");
@@ -67,6 +68,11 @@ fn pictures() {
 #[test]
 fn recordings_of_sessions() {
     nothing_gets_through("session");
+}
+
+#[test]
+fn the_control_loop() {
+    nothing_gets_through("loop");
 }
 
 #[test]

@@ -12,6 +12,7 @@ use super::state::{Channel, SafeReason};
 use super::supervisor_config::SupervisorConfig;
 use super::target_leaps::{LeapLimits, TargetLeaps};
 use super::watchdog::{Watch, WatchFault};
+use super::whereabouts::Whereabouts;
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
 use crate::error::HapticsError;
@@ -42,6 +43,7 @@ pub(super) struct Inspection {
     load: LoadLimits,
     capsules: CapsuleConfig,
     watches: Watches,
+    whereabouts: Whereabouts,
     obedience: Option<Obedience>,
     leaps: LeapLimits,
     leapt: TargetLeaps,
@@ -76,6 +78,7 @@ impl Inspection {
                 target: Watch::new(config.target)?,
                 force: Watch::new(config.force)?,
             },
+            whereabouts: Whereabouts::default(),
             obedience: config.obedience.map(Obedience::new),
             leaps: config.leaps,
             leapt: TargetLeaps::default(),
@@ -93,6 +96,11 @@ impl Inspection {
             PersonPart::Palm => palm.forget(),
             PersonPart::Head => head.forget(),
         }
+    }
+
+    /// A person has looked at the arm: it is where it says it is.
+    pub(super) fn believe(&mut self) {
+        self.whereabouts.believe();
     }
 
     /// Keeps the angles to compare the next ones with, and what is sent. `held`: the arm was told to hold.
@@ -158,7 +166,8 @@ impl Inspection {
                 .watches
                 .velocity
                 .check(now_s, state.t_s, &state.qd.0, false);
-            // Where the arm is then, nobody knows: what stays where it leapt to is sound, and may be wrong all the same.
+            self.whereabouts.lose();
+            // So far off, nobody knows where the arm is, even if it says the right thing again.
             let severity = match fault {
                 WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
                 _ => Severity::Blind,
@@ -166,6 +175,15 @@ impl Inspection {
             return Some(Fault {
                 reason: reason_of(fault, Channel::Position),
                 severity,
+            });
+        }
+        let joints = self.arm.joint_count();
+        if let Err(by) = self.whereabouts.find(state) {
+            let channel = Channel::Position;
+            let beyond = self.guard.check_state(joints, state).err();
+            return Some(Fault {
+                reason: beyond.unwrap_or(SafeReason::Jump { channel, by }),
+                severity: Severity::Broken,
             });
         }
         let (ticked, shown) = (
@@ -191,7 +209,6 @@ impl Inspection {
                 severity: Severity::Unsure,
             });
         }
-        let joints = self.arm.joint_count();
         self.guard
             .check_state(joints, state)
             .err()

@@ -17,6 +17,7 @@ mod supervisor_config;
 mod target_leaps;
 mod torque_bias;
 mod watchdog;
+mod whereabouts;
 
 pub use capsule::{ArmCapsules, Capsule, CapsuleConfig};
 pub use contact_limits::ContactLimits;

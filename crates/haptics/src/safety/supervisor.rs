@@ -110,9 +110,11 @@ impl Supervisor {
         self.bias.and_then(|bias| bias.bias())
     }
 
-    /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound.
+    /// Ends a latched fault; commands go through again after the recovery time, if inputs are sound. The arm is believed to be where it
+    /// says it is.
     pub fn reset(&mut self) {
         self.faults.reset();
+        self.inspection.believe();
     }
 
     /// Stops the arm, latched.

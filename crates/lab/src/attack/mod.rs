@@ -1,10 +1,11 @@
-//! Attacks on everything that reads files: hostile inputs from good ones, and what became of them.
+//! Attacks: hostile inputs, made from good ones, for everything that reads files, and faults at random in the control loop.
 
 mod binary;
 mod session;
 mod text;
 
 use crate::documents::Documents;
+use crate::faults::random;
 use anyhow::bail;
 use hwall_testkit::{AttackReport, Machine, MarkdownTable, Verdict, attack};
 use std::path::PathBuf;
@@ -12,12 +13,18 @@ use std::path::PathBuf;
 /// Reads an input and checks what was read.
 type Read = Box<dyn Fn(&[u8]) -> Verdict>;
 
-/// A reader, what it promises, and inputs that it accepts.
+/// What is attacked.
 pub struct Target {
     /// Name on the command line.
     pub name: &'static str,
-    good: Vec<Vec<u8>>,
-    read: Read,
+    kind: Kind,
+}
+
+enum Kind {
+    /// A reader, what it promises, and inputs that it accepts.
+    Reader { good: Vec<Vec<u8>>, read: Read },
+    /// The control loop, disturbed.
+    Loop,
 }
 
 impl Target {
@@ -28,27 +35,33 @@ impl Target {
     ) -> Self {
         Self {
             name,
-            good,
-            read: Box::new(read),
+            kind: Kind::Reader {
+                good,
+                read: Box::new(read),
+            },
         }
     }
 
-    /// Gives it hostile inputs.
+    /// Gives a reader that many hostile inputs, or disturbs the loop in that many runs.
     ///
     /// # Errors
-    /// A good input that is not accepted: the attack would prove nothing.
-    pub fn attack(&self, inputs: u64, seed: u64) -> anyhow::Result<AttackReport> {
-        for good in &self.good {
-            if (self.read)(good) != Verdict::Accepted {
+    /// A good input that is not accepted: the attack would prove nothing. A loop that cannot be set up.
+    pub fn attack(&self, inputs: u64, runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
+        let (good, read) = match &self.kind {
+            Kind::Reader { good, read } => (good, read),
+            Kind::Loop => return random::attack(runs, seed),
+        };
+        for good in good {
+            if read(good) != Verdict::Accepted {
                 bail!("{}: an input that is good was not accepted", self.name);
             }
         }
-        Ok(attack(self.name, &self.good, inputs, seed, &self.read))
+        Ok(attack(self.name, good, inputs, seed, read))
     }
 }
 
-/// Names of the readers.
-const NAMES: [&str; 11] = [
+/// Names of the readers, and of what is no reader.
+const NAMES: [&str; 12] = [
     "scene",
     "hand",
     "urdf",
@@ -60,7 +73,11 @@ const NAMES: [&str; 11] = [
     "stl",
     "exr",
     "session",
+    LOOP,
 ];
+
+/// The control loop.
+const LOOP: &str = "loop";
 
 /// All readers, or the one of this name.
 ///
@@ -86,6 +103,10 @@ fn target(name: &str) -> anyhow::Result<Target> {
         "stl" => binary::stl()?,
         "exr" => binary::exr()?,
         "session" => session::session()?,
+        LOOP => Target {
+            name: LOOP,
+            kind: Kind::Loop,
+        },
         _ => bail!(
             "--reader {name}: expected all or one of {}",
             NAMES.join(", ")
@@ -130,7 +151,7 @@ pub fn write(
     documents: &Documents,
 ) -> anyhow::Result<PathBuf> {
     let text = format!(
-        "# Attacks\n\nWhat becomes of hostile files? Written by `cargo run --release --example attack -- --docs`; not edited by \
+        "# Attacks\n\nWhat becomes of hostile files, and of the control loop under faults? Written by `cargo run --release --example attack -- --docs`; not edited by \
          hand.\n\n{}\n\n{}\n{EXPLAINED}",
         Machine::detect(seed),
         table(reports)
@@ -145,7 +166,12 @@ repeated, counts made huge; checksums and digests are made right again. A findin
 not hold what it promises: a hit that is not finite, a model that cannot read its own file, a probability above 1. The slowest input
 counts its waiting for the processor, too.
 
-What the control loop does under faults: [FAULTS.md](FAULTS.md), and the named attacks in `crates/hwall/tests/loop_attacks.rs`.
+The control loop is disturbed again and again while it serves one touch after another, at servo level and at torque level, with a wall,
+a textured wall and a door: one of the faults of [FAULTS.md](FAULTS.md), or one wrong number in the arm's state or the tracker's frame
+(from NaN and 1e300 to 0.001), or both, for 1 to 400 cycles at a moment drawn at random. *Refused* means that a safe state was named,
+*accepted* that the session went on. A finding is a command outside the joints' limits or faster than they may be, one far from the arm,
+a latch that a reset does not open, a touch afterwards that is not served, or a panic. Named attacks, each of which once got through, are
+in `crates/hwall/tests/loop_attacks.rs`.
 ";
 
 /// A promise, and whether it holds.

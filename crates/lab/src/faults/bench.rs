@@ -1,6 +1,7 @@
 //! One run: an arm, a session, a hand with a mass, and a fault at a moment of a touch.
 
 use super::fault::{Fault, Input, Spoiled};
+use super::number::WrongNumber;
 use super::outcome::{After, Outcome, Reached};
 use super::phase::Phase;
 use super::predictor::SpoiledPredictor;
@@ -53,6 +54,7 @@ pub(super) fn to_and_fro(since_s: f64) -> f64 {
 /// What all runs share.
 pub(super) struct Setup {
     arm: BoardArm,
+    max_velocity_rad_per_s: [f64; 7],
     pub(super) board: Board,
     wall: (Scene, Walls),
     rough: (Scene, Walls),
@@ -81,9 +83,14 @@ impl Setup {
             wall: scene(part("wall"), None)?,
             rough: scene(part("wall"), Some("[surface.wall]\nroughness = 0.5\n"))?,
             door: scene(part("door"), Some(&hinge))?,
+            max_velocity_rad_per_s: *srs.max_velocity_rad_per_s(),
             arm,
             board,
         })
+    }
+
+    pub(super) const fn max_velocity_rad_per_s(&self) -> &[f64; 7] {
+        &self.max_velocity_rad_per_s
     }
 
     fn scene(&self, phase: Phase) -> &(Scene, Walls) {
@@ -148,6 +155,10 @@ pub(super) struct Bench {
     pub(super) hand: HandBody,
     pub(super) script_is_over: bool,
     script: Script,
+    /// When the script began, s.
+    script_from_s: f64,
+    /// What the session answered in the last cycle; `None` if it was not asked.
+    pub(super) command: Option<ArmCommand>,
     noise: Sampler,
     pub(super) t_s: f64,
     cycles: u64,
@@ -191,6 +202,8 @@ impl Bench {
             hand: HandBody::new(hand, TARGET_M + REST_M, DVec3::ZERO)?,
             script_is_over: false,
             script: Script::of(phase),
+            script_from_s: 0.0,
+            command: None,
             noise: Sampler::new(seed),
             t_s: 0.0,
             cycles: 0,
@@ -202,14 +215,35 @@ impl Bench {
         })
     }
 
+    /// Begins the script again once the hand is back at rest; true if it did.
+    pub(super) fn goes_again(&mut self) -> bool {
+        let over = self.t_s > self.script_from_s + self.script.end_s + 0.4;
+        if over {
+            self.script_from_s = self.t_s;
+        }
+        over
+    }
+
     /// One control period. `fault`: what is wrong, and for how long it has been, s.
     pub(super) fn cycle(&mut self, fault: Option<(Fault, f64)>) -> anyhow::Result<()> {
+        self.cycle_with(fault, None)
+    }
+
+    /// One control period with a fault, a wrong number, or both.
+    pub(super) fn cycle_with(
+        &mut self,
+        fault: Option<(Fault, f64)>,
+        number: Option<&WrongNumber>,
+    ) -> anyhow::Result<()> {
         self.session.perception_mut().predictor_mut().fault = fault;
         while self.frames as f64 * TRACKER_S <= self.t_s {
             let t_s = self.frames as f64 * TRACKER_S;
             self.frames += 1;
             let frame = self.frame(t_s, fault);
-            if let Some(frame) = spoiled_frame(frame, &self.last_frame, fault) {
+            if let Some(mut frame) = spoiled_frame(frame, &self.last_frame, fault) {
+                if let Some(number) = number {
+                    number.spoil_frame(&mut frame);
+                }
                 self.session.frame(&frame);
             }
             if fault.is_none() {
@@ -221,19 +255,24 @@ impl Bench {
             self.last_state = Some(state);
         }
         let last = self.last_state.unwrap_or(state);
-        let (state, now_s) = self.spoiled_state(state, last, fault);
+        let (mut state, now_s) = self.spoiled_state(state, last, fault);
+        if let Some(number) = number {
+            number.spoil_state(&mut state);
+        }
         let stalls = matches!(fault, Some((Fault::Spoiled(Input::ControlClock, Spoiled::Missing), since_s))
             if (since_s / DT_S).round() as u64 % 300 != 299);
+        self.command = None;
         if !stalls {
             let command = self.session.step(now_s, &state);
             self.send(command, fault)?;
+            self.command = Some(command);
         }
         self.arm.advance(DT_S)?;
         self.cycles += 1;
         self.t_s = self.cycles as f64 * DT_S;
         let drive = match self.script_is_over {
             true => HandDrive::Force(DVec3::ZERO),
-            false => self.script.drive(self.t_s),
+            false => self.script.drive(self.t_s - self.script_from_s),
         };
         let (pose, twist) = (self.arm.pose(), self.arm.twist());
         self.hand_wrench = self.hand.step(DT_S, &pose, &twist, &drive)?;
@@ -269,7 +308,7 @@ impl Bench {
             let way = before_m - head_m;
             head_m += way.clamp_length_max(1.5 * since_s);
         }
-        let looks = t_s >= self.script.look_s;
+        let looks = t_s >= self.script_from_s + self.script.look_s;
         let gaze = if looks { TARGET_M - head_m } else { DVec3::X };
         HandFrame {
             palm_m,

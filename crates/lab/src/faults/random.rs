@@ -1,0 +1,271 @@
+//! Faults and wrong numbers at random moments of touch after touch: does every command keep what is promised of it?
+
+use super::bench::{Bench, DT_S, Setup, safe_state};
+use super::fault::Fault;
+use super::number::WrongNumber;
+use super::outcome::Reached;
+use super::phase::Phase;
+use hwall::SessionState;
+use hwall::haptics::ArmCommand;
+use hwall_kinematics::JointPositions;
+use hwall_stage::run::simulated_arm::ArmLevel;
+use hwall_testkit::{AttackReport, Finding, Sampler};
+use rayon::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+/// Runs on one arm, one after another; then a touch without a fault, which must succeed.
+const RUNS_OF_AN_ARM: u64 = 50;
+/// A fault lasts this many cycles.
+const CYCLES: [usize; 5] = [1, 3, 20, 150, 400];
+/// After it, before a reset.
+const AFTERWARDS: usize = 350;
+/// After the reset, before it is looked at.
+const AFTER_RESET: usize = 150;
+/// A commanded position is at most so far from the arm, rad: what an arm that is not obeyed may show before it is noticed.
+const APART_RAD: f64 = 0.75;
+/// The first position after a hold is at most so far from the arm, rad.
+const BEGINS_RAD: f64 = 0.15;
+/// A command is at most so much faster than the joints may be; rounding.
+const SLACK: f64 = 1.0 + 1e-6;
+/// After a stall a command makes up for so many cycles at most.
+const CAUGHT_UP: u32 = 4;
+/// Findings that are kept.
+const MOST_FINDINGS: usize = 20;
+
+/// What is wrong in a run.
+#[derive(Debug, Clone, Copy)]
+struct Disturbance {
+    fault: Option<Fault>,
+    number: Option<WrongNumber>,
+    cycles: usize,
+}
+
+impl Disturbance {
+    fn draw(faults: &[Fault], sampler: &mut Sampler) -> Self {
+        let kind = sampler.index(4);
+        let fault = (kind != 0).then(|| faults[sampler.index(faults.len())]);
+        let number = (kind < 2).then(|| WrongNumber::draw(sampler));
+        Self {
+            fault,
+            number,
+            cycles: CYCLES[sampler.index(CYCLES.len())],
+        }
+    }
+}
+
+/// The last command, if it was a position.
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    q: JointPositions,
+    /// Cycles since.
+    cycles: u32,
+}
+
+/// One cycle, and whether its command keeps its promises; answers whether a safe state is in force.
+fn cycle(
+    bench: &mut Bench,
+    max_velocity_rad_per_s: &[f64; 7],
+    before: &mut Option<Before>,
+    fault: Option<(Fault, f64)>,
+    number: Option<&WrongNumber>,
+) -> Result<bool, String> {
+    bench.goes_again();
+    bench
+        .cycle_with(fault, number)
+        .map_err(|error| format!("the arm refused a command: {error:#}"))?;
+    while bench.session.next_event().is_some() {}
+    if let Some(before) = before {
+        before.cycles += 1;
+    }
+    let Some(command) = bench.command else {
+        return Ok(false);
+    };
+    match command {
+        ArmCommand::Position(q) => {
+            for (joint, limit) in bench.session.control().arm().limits().iter().enumerate() {
+                if !(q.0[joint] >= limit.min_rad - 1e-9 && q.0[joint] <= limit.max_rad + 1e-9) {
+                    return Err(format!("joint {} commanded to {}", joint + 1, q.0[joint]));
+                }
+                let Some(last) = before else { continue };
+                let step_rad = (q.0[joint] - last.q.0[joint]).abs();
+                let dt_s = DT_S * f64::from(last.cycles.min(CAUGHT_UP));
+                if step_rad > max_velocity_rad_per_s[joint] * dt_s * SLACK {
+                    return Err(format!("joint {}: a step of {step_rad} rad", joint + 1));
+                }
+            }
+            let apart_rad = q.max_abs_difference(&bench.arm.q());
+            if !(apart_rad
+                <= if before.is_some() {
+                    APART_RAD
+                } else {
+                    BEGINS_RAD
+                })
+            {
+                return Err(format!("{apart_rad} rad from the arm"));
+            }
+            *before = Some(Before { q, cycles: 0 });
+        }
+        ArmCommand::Torque(torque) => {
+            if torque.0.iter().any(|torque| !torque.is_finite()) {
+                return Err(format!("torques {torque:?}"));
+            }
+            *before = None;
+        }
+        // A hold, or what else ends the row of positions.
+        _ => *before = None,
+    }
+    Ok(command == ArmCommand::Hold || safe_state(&bench.session, true).0 > Reached::Slowed)
+}
+
+/// One run: some sound cycles, the disturbance, time to recover, a reset. True if a safe state was named.
+fn run(
+    bench: &mut Bench,
+    max_velocity_rad_per_s: &[f64; 7],
+    disturbance: &Disturbance,
+    sound: usize,
+) -> Result<bool, String> {
+    let mut before = None;
+    let mut named = false;
+    let limits = max_velocity_rad_per_s;
+    for _ in 0..sound {
+        cycle(bench, limits, &mut before, None, None)?;
+    }
+    if disturbance.fault == Some(Fault::Stop) {
+        bench.session.stop();
+    }
+    for k in 0..disturbance.cycles {
+        let fault = disturbance.fault.map(|fault| (fault, k as f64 * DT_S));
+        named |= cycle(
+            bench,
+            limits,
+            &mut before,
+            fault,
+            disturbance.number.as_ref(),
+        )?;
+    }
+    for _ in 0..AFTERWARDS {
+        named |= cycle(bench, limits, &mut before, None, None)?;
+    }
+    bench.session.reset();
+    for _ in 0..AFTER_RESET {
+        cycle(bench, limits, &mut before, None, None)?;
+    }
+    if bench.session.control().is_latched() {
+        return Err(format!(
+            "latched after a reset: {:?}",
+            bench.session.state()
+        ));
+    }
+    Ok(named)
+}
+
+/// A touch without a fault: is it served? A door that stays open is touched elsewhere than the hand expects.
+fn is_served(bench: &mut Bench, max_velocity_rad_per_s: &[f64; 7]) -> Result<(), String> {
+    let mut before = None;
+    // The touch under way first.
+    let mut begun = 0;
+    for _ in 0..30_000 {
+        if bench.goes_again() {
+            begun += 1;
+        }
+        cycle(bench, max_velocity_rad_per_s, &mut before, None, None)?;
+        if begun == 1 && bench.session.state() == SessionState::Touched {
+            return Ok(());
+        }
+        if begun == 2 {
+            break;
+        }
+    }
+    let state = bench.session.state();
+    Err(format!("the next touch is not served: {state:?}"))
+}
+
+/// `count` runs from number `first` on, on an arm of their own.
+fn runs_of_an_arm(
+    setup: &Setup,
+    (first, count): (u64, u64),
+    seed: u64,
+) -> anyhow::Result<AttackReport> {
+    let scenes = [Phase::TouchedWall, Phase::TouchedDoor, Phase::Sliding];
+    let arm = first / RUNS_OF_AN_ARM;
+    let phase = scenes[(arm % 3) as usize];
+    let level = [ArmLevel::Servo, ArmLevel::Torque][(arm / 3 % 2) as usize];
+    let faults = Fault::all();
+    let mut sampler = Sampler::new(seed.wrapping_mul(1_000_003).wrapping_add(first));
+    let limits = *setup.max_velocity_rad_per_s();
+    let mut bench = Bench::new(setup, phase, level, seed.wrapping_add(first))?;
+    let mut report = AttackReport::default();
+    for number in first..first + count {
+        let disturbance = Disturbance::draw(&faults, &mut sampler);
+        let sound = 100 + sampler.index(1200);
+        let start = Instant::now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            let named = run(&mut bench, &limits, &disturbance, sound)?;
+            if number + 1 == first + count && phase != Phase::TouchedDoor {
+                is_served(&mut bench, &limits)?;
+            }
+            Ok(named)
+        }));
+        let took_ms = 1e3 * start.elapsed().as_secs_f64();
+        report.inputs += 1;
+        if took_ms > report.slowest_ms {
+            (report.slowest_ms, report.slowest) = (took_ms, number);
+        }
+        let what = match outcome {
+            Ok(Ok(true)) => {
+                report.refused += 1;
+                continue;
+            }
+            Ok(Ok(false)) => {
+                report.accepted += 1;
+                continue;
+            }
+            Ok(Err(what)) => what,
+            Err(_) => "panic".to_owned(),
+        };
+        report.findings += 1;
+        let input = format!("{} {level:?} {disturbance:?}", phase.name()).into_bytes();
+        report.examples.push(Finding {
+            number,
+            what,
+            input,
+        });
+        bench = Bench::new(setup, phase, level, seed.wrapping_add(number))?;
+    }
+    Ok(report)
+}
+
+/// Disturbs the loop `runs` times, on all cores. A run counts as refused if a safe state was named, as accepted if the
+/// session went on; a finding is a command that leaves the limits of the joints, leaps, or is far from the arm, a latch
+/// that a reset does not open, a later touch that is not served, or a panic.
+///
+/// # Errors
+/// A simulation that cannot be set up.
+pub fn attack(runs: u64, seed: u64) -> anyhow::Result<AttackReport> {
+    let setup = Setup::new()?;
+    let arms: Vec<u64> = (0..runs).step_by(RUNS_OF_AN_ARM as usize).collect();
+    let reports = arms
+        .par_iter()
+        .map(|first| {
+            let count = RUNS_OF_AN_ARM.min(runs - first);
+            runs_of_an_arm(&setup, (*first, count), seed)
+        })
+        .collect::<anyhow::Result<Vec<AttackReport>>>()?;
+    let mut all = AttackReport {
+        name: "loop".to_owned(),
+        ..AttackReport::default()
+    };
+    for report in reports {
+        all.inputs += report.inputs;
+        all.refused += report.refused;
+        all.accepted += report.accepted;
+        all.findings += report.findings;
+        all.examples.extend(report.examples);
+        if report.slowest_ms > all.slowest_ms {
+            (all.slowest_ms, all.slowest) = (report.slowest_ms, report.slowest);
+        }
+    }
+    all.examples.truncate(MOST_FINDINGS);
+    Ok(all)
+}
