@@ -132,6 +132,39 @@ fn s1_a_wrong_state_after_a_hold_is_none_either() {
 }
 
 #[test]
+fn s1_an_angle_that_stays_where_it_leapt_to_is_not_believed() {
+    // What such a joint may be off while the arm still brakes.
+    const BRAKES_RAD: f64 = 0.15;
+    for (joint, off_rad) in [(0, 0.1), (1, -0.25), (3, 0.29), (5, -0.1)] {
+        let (mut session, mut bench) = rig();
+        bench.hand = Hand::reaching_in(8.0, TARGET_M);
+        // In place, long before the hand.
+        for _ in 0..2500 {
+            cycle(&mut session, &mut bench, |_| {});
+        }
+        for _ in 0..1000 {
+            let spoil = |state: &mut ArmState| state.q[joint] += off_rad;
+            let (_, apart_rad) = cycle(&mut session, &mut bench, spoil);
+            assert!(apart_rad < BRAKES_RAD, "joint {joint}: {apart_rad} rad");
+        }
+        let reason = reason(&session);
+        assert!(
+            matches!(reason, Some(SafeReason::Jump { by, .. }) if (by - off_rad.abs()).abs() < 0.06),
+            "joint {joint}: {reason:?}"
+        );
+        assert!(session.control().is_latched());
+        for _ in 0..400 {
+            cycle(&mut session, &mut bench, |_| {});
+        }
+        session.reset();
+        for _ in 0..400 {
+            cycle(&mut session, &mut bench, |_| {});
+        }
+        assert!(!session.control().is_latched());
+    }
+}
+
+#[test]
 fn s2_an_arm_that_does_not_move_for_three_seconds_is_noticed_and_does_not_leap() {
     for noise in [0.0, 1e-9] {
         let (mut session, mut bench) = rig();

@@ -5,8 +5,9 @@ use hwall_kinematics::{JointPositions, JointVelocities, MOST_JOINTS};
 
 /// An arm that holds gives way by this under a push, rad.
 const GIVES_WAY_RAD: f64 = 0.05;
-/// An arm that is told to hold comes to rest within this time's way at its speed, s: half the time to brake, and its reaction.
-const STOPS_WITHIN_S: f64 = 0.25;
+/// An arm that is told to hold goes on for this long, s, and then brakes at least so hard, rad/s².
+const REACTS_S: f64 = 0.05;
+const BRAKES_RAD_PER_S2: f64 = 5.0;
 
 /// Follows the angles of the arm while they are sound. Once they were not, the arm holds, and they are believed again only where the
 /// held arm can be: an angle that leapt and stays where it leapt to is as wrong as on the first day, however well its
@@ -34,15 +35,21 @@ impl Whereabouts {
     /// How far a joint is from where the arm was known to be, rad, if it cannot have come there.
     pub(super) fn find(&mut self, state: &ArmState) -> Result<(), f64> {
         if let (true, Some((q, qd))) = (self.lost, self.sound) {
-            let mut furthest_rad = 0.0_f64;
-            let mut possible = true;
+            // The joint that is furthest beyond where it can be: by how much, and by how much it leapt.
+            let mut worst = (0.0_f64, 0.0);
             for i in 0..MOST_JOINTS {
-                let by_rad = (state.q[i] - q[i]).abs();
-                furthest_rad = furthest_rad.max(by_rad);
-                possible &= by_rad <= GIVES_WAY_RAD + STOPS_WITHIN_S * qd[i].abs();
+                let by_rad = state.q[i] - q[i];
+                let speed = qd[i].abs();
+                let way_rad = speed * (REACTS_S + speed / (2.0 * BRAKES_RAD_PER_S2));
+                // It comes to rest ahead of where it was, not behind.
+                let ahead_rad = by_rad * qd[i].signum();
+                let beyond_rad = (-ahead_rad).max(ahead_rad - way_rad) - GIVES_WAY_RAD;
+                if beyond_rad > worst.0 {
+                    worst = (beyond_rad, by_rad.abs());
+                }
             }
-            if !possible {
-                return Err(furthest_rad);
+            if worst.0 > 0.0 {
+                return Err(worst.1);
             }
         }
         *self = Self {
@@ -82,9 +89,14 @@ mod tests {
     #[test]
     fn one_that_moved_comes_to_rest_further_on() {
         let mut whereabouts = Whereabouts::default();
-        assert_eq!(whereabouts.find(&at(1.0, 1.0)), Ok(()));
-        whereabouts.lose();
-        assert_eq!(whereabouts.find(&at(1.2, 0.0)), Ok(()));
+        for speed in [1.0, -1.0] {
+            whereabouts.believe();
+            assert_eq!(whereabouts.find(&at(1.0, speed)), Ok(()));
+            whereabouts.lose();
+            assert!(whereabouts.find(&at(1.0 - 0.1 * speed, 0.0)).is_err());
+            assert!(whereabouts.find(&at(1.0 + 0.25 * speed, 0.0)).is_err());
+            assert_eq!(whereabouts.find(&at(1.0 + 0.15 * speed, 0.0)), Ok(()));
+        }
     }
 
     #[test]
