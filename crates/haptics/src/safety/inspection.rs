@@ -12,7 +12,7 @@ use super::state::{Channel, SafeReason};
 use super::supervisor_config::SupervisorConfig;
 use super::target_leaps::{LeapLimits, TargetLeaps};
 use super::watchdog::{Watch, WatchFault};
-use super::whereabouts::Whereabouts;
+use super::whereabouts::{Doubt, Whereabouts};
 use crate::arm::{ArmCommand, ArmState};
 use crate::board::Board;
 use crate::error::HapticsError;
@@ -166,7 +166,11 @@ impl Inspection {
                 .watches
                 .velocity
                 .check(now_s, state.t_s, &state.qd.0, false);
-            self.whereabouts.lose();
+            let frozen_s = match fault {
+                WatchFault::Frozen { for_s } => Some(for_s),
+                _ => None,
+            };
+            self.whereabouts.lose(state, frozen_s);
             // So far off, nobody knows where the arm is, even if it says the right thing again.
             let severity = match fault {
                 WatchFault::Jump { by } if by > LOST_RAD => Severity::Broken,
@@ -178,12 +182,15 @@ impl Inspection {
             });
         }
         let joints = self.arm.joint_count();
-        if let Err(by) = self.whereabouts.find(state) {
+        if let Err(doubt) = self.whereabouts.find(state) {
             let channel = Channel::Position;
-            let beyond = self.guard.check_state(joints, state).err();
-            return Some(Fault {
-                reason: beyond.unwrap_or(SafeReason::Jump { channel, by }),
-                severity: Severity::Broken,
+            return Some(match doubt {
+                Doubt::StillFrozen(for_s) => blind(SafeReason::Frozen { channel, for_s }),
+                Doubt::Elsewhere(by) => Fault {
+                    reason: (self.guard.check_state(joints, state).err())
+                        .unwrap_or(SafeReason::Jump { channel, by }),
+                    severity: Severity::Broken,
+                },
             });
         }
         let (ticked, shown) = (

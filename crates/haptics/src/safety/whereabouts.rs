@@ -8,56 +8,133 @@ const GIVES_WAY_RAD: f64 = 0.05;
 /// An arm that is told to hold goes on for this long, s, and then brakes at least so hard, rad/s².
 const REACTS_S: f64 = 0.05;
 const BRAKES_RAD_PER_S2: f64 = 5.0;
+/// While its angles were not seen to change it gained speed at most so fast, rad/s², for at most so long, s.
+const GAINS_RAD_PER_S2: f64 = 10.0;
+const LONGEST_UNSEEN_S: f64 = 0.2;
+
+/// Angles and velocities.
+#[derive(Debug, Clone, Copy)]
+struct Sighting {
+    q: JointPositions,
+    qd: JointVelocities,
+}
+
+/// Velocities that add up to this while the angles are the same show that those are frozen, rad.
+const MOVED_RAD: f64 = 0.01;
+/// Longest time between two states that is added up, s.
+const LONGEST_TICK_S: f64 = 0.02;
+
+/// How the angles were lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Lost {
+    /// They leapt, aged, or were no numbers.
+    Suddenly,
+    /// They were the same for so long, s, while the velocities say that the arm moved: until they change they say nothing.
+    Frozen { for_s: f64 },
+}
+
+/// Why the arm is not where it says it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Doubt {
+    /// It cannot have come there: a joint is this far from where it was known to be, rad.
+    Elsewhere(f64),
+    /// The angles are still those that were frozen for so long, s.
+    StillFrozen(f64),
+}
 
 /// Follows the angles of the arm while they are sound. Once they were not, the arm holds, and they are believed again only where the
 /// held arm can be: an angle that leapt and stays where it leapt to is as wrong as on the first day, however well its
 /// states agree with each other.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Whereabouts {
-    sound: Option<(JointPositions, JointVelocities)>,
-    lost: bool,
+    /// The last that were sound.
+    sound: Option<Sighting>,
+    /// The first with these angles.
+    changed: Option<Sighting>,
+    lost: Option<Lost>,
+    /// What the velocities add up to since the angles changed, rad.
+    drift_rad: [f64; MOST_JOINTS],
+    last_s: f64,
 }
 
 impl Whereabouts {
-    /// The angles are not sound.
-    pub(super) fn lose(&mut self) {
-        self.lost = true;
+    /// The angles are not sound. `frozen_s`: for how long they have been the same, if that is what is wrong.
+    pub(super) fn lose(&mut self, state: &ArmState, frozen_s: Option<f64>) {
+        self.add_up(state);
+        let moved = self.drift_rad.iter().any(|drift| drift.abs() > MOVED_RAD);
+        match frozen_s {
+            Some(for_s) if moved => self.lost = Some(Lost::Frozen { for_s }),
+            _ if self.lost.is_none() => self.lost = Some(Lost::Suddenly),
+            _ => {}
+        }
+    }
+
+    fn add_up(&mut self, state: &ArmState) {
+        let dt_s = (state.t_s - self.last_s).max(0.0).min(LONGEST_TICK_S);
+        self.last_s = state.t_s;
+        let same = self.changed.is_some_and(|changed| changed.q == state.q);
+        for (drift, qd) in self.drift_rad.iter_mut().zip(state.qd.0) {
+            let added = if same { *drift + qd * dt_s } else { 0.0 };
+            *drift = if added.is_finite() { added } else { 0.0 };
+        }
     }
 
     /// Wherever the arm says it is from now on, there it is: somebody has looked.
     pub(super) fn believe(&mut self) {
-        (self.sound, self.lost) = (None, false);
+        *self = Self::default();
     }
 
     /// Takes angles that are sound by themselves.
     ///
     /// # Errors
-    /// How far a joint is from where the arm was known to be, rad, if it cannot have come there.
-    pub(super) fn find(&mut self, state: &ArmState) -> Result<(), f64> {
-        if let (true, Some((q, qd))) = (self.lost, self.sound) {
-            // The joint that is furthest beyond where it can be: by how much, and by how much it leapt.
-            let mut worst = (0.0_f64, 0.0);
-            for i in 0..MOST_JOINTS {
-                let by_rad = state.q[i] - q[i];
-                let speed = qd[i].abs();
-                let way_rad = speed * (REACTS_S + speed / (2.0 * BRAKES_RAD_PER_S2));
-                // It comes to rest ahead of where it was, not behind.
-                let ahead_rad = by_rad * qd[i].signum();
-                let beyond_rad = (-ahead_rad).max(ahead_rad - way_rad) - GIVES_WAY_RAD;
-                if beyond_rad > worst.0 {
-                    worst = (beyond_rad, by_rad.abs());
+    /// Why the arm cannot be there.
+    pub(super) fn find(&mut self, state: &ArmState) -> Result<(), Doubt> {
+        self.add_up(state);
+        let doubt = match (self.lost, self.sound, self.changed) {
+            (Some(Lost::Suddenly), Some(sound), _) => elsewhere(&sound, state, 0.0),
+            (Some(Lost::Frozen { for_s }), _, Some(changed)) => {
+                if changed.q == state.q {
+                    Some(Doubt::StillFrozen(for_s))
+                } else {
+                    elsewhere(&changed, state, for_s.clamp(0.0, LONGEST_UNSEEN_S))
                 }
             }
-            if worst.0 > 0.0 {
-                return Err(worst.1);
-            }
-        }
-        *self = Self {
-            sound: Some((state.q, state.qd)),
-            lost: false,
+            _ => None,
         };
+        if let Some(doubt) = doubt {
+            return Err(doubt);
+        }
+        let now = Sighting {
+            q: state.q,
+            qd: state.qd,
+        };
+        self.lost = None;
+        self.sound = Some(now);
+        if self.changed.is_none_or(|changed| changed.q != now.q) {
+            self.changed = Some(now);
+        }
         Ok(())
     }
+}
+
+/// Can the arm have come there from where it was seen, if it was not seen for so long and then told to hold? The joint that is
+/// furthest beyond that, by how much it is away.
+fn elsewhere(seen: &Sighting, state: &ArmState, unseen_s: f64) -> Option<Doubt> {
+    let mut worst = (0.0_f64, 0.0);
+    for i in 0..MOST_JOINTS {
+        let by_rad = state.q[i] - seen.q[i];
+        let gained = GAINS_RAD_PER_S2 * unseen_s;
+        let speed = seen.qd[i].abs() + gained;
+        let way_rad = speed * (REACTS_S + unseen_s + speed / (2.0 * BRAKES_RAD_PER_S2));
+        // It comes to rest ahead of where it was, not behind; one that was not seen may have turned back.
+        let ahead_rad = by_rad * seen.qd[i].signum();
+        let back_rad = if unseen_s > 0.0 { way_rad } else { 0.0 };
+        let beyond_rad = (-ahead_rad - back_rad).max(ahead_rad - way_rad) - GIVES_WAY_RAD;
+        if beyond_rad > worst.0 {
+            worst = (beyond_rad, by_rad.abs());
+        }
+    }
+    (worst.0 > 0.0).then_some(Doubt::Elsewhere(worst.1))
 }
 
 #[cfg(test)]
@@ -77,8 +154,10 @@ mod tests {
     fn a_held_arm_is_where_it_was() {
         let mut whereabouts = Whereabouts::default();
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose();
-        let by_rad = whereabouts.find(&at(1.1, 0.0)).unwrap_err();
+        whereabouts.lose(&at(f64::NAN, 0.0), None);
+        let Err(Doubt::Elsewhere(by_rad)) = whereabouts.find(&at(1.1, 0.0)) else {
+            panic!("believed");
+        };
         assert!((by_rad - 0.1).abs() < 1e-12);
         // It stays lost, however often it says the same.
         assert!(whereabouts.find(&at(1.1, 0.0)).is_err());
@@ -92,7 +171,7 @@ mod tests {
         for speed in [1.0, -1.0] {
             whereabouts.believe();
             assert_eq!(whereabouts.find(&at(1.0, speed)), Ok(()));
-            whereabouts.lose();
+            whereabouts.lose(&at(f64::NAN, 0.0), None);
             assert!(whereabouts.find(&at(1.0 - 0.1 * speed, 0.0)).is_err());
             assert!(whereabouts.find(&at(1.0 + 0.25 * speed, 0.0)).is_err());
             assert_eq!(whereabouts.find(&at(1.0 + 0.15 * speed, 0.0)), Ok(()));
@@ -103,16 +182,52 @@ mod tests {
     fn somebody_may_say_so() {
         let mut whereabouts = Whereabouts::default();
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
-        whereabouts.lose();
+        whereabouts.lose(&at(f64::NAN, 0.0), None);
         assert!(whereabouts.find(&at(2.0, 0.0)).is_err());
         whereabouts.believe();
         assert_eq!(whereabouts.find(&at(2.0, 0.0)), Ok(()));
     }
 
     #[test]
+    fn an_arm_that_stands_may_say_the_same_for_ever() {
+        let mut whereabouts = Whereabouts::default();
+        for k in 0..1000 {
+            let t_s = 1e-3 * f64::from(k);
+            let state = ArmState {
+                t_s,
+                ..at(1.0, 0.0)
+            };
+            assert_eq!(whereabouts.find(&state), Ok(()));
+        }
+        whereabouts.lose(&at(1.0, 0.0), Some(0.1));
+        assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
+    }
+
+    #[test]
     fn nothing_is_known_at_first() {
         let mut whereabouts = Whereabouts::default();
-        whereabouts.lose();
+        whereabouts.lose(&at(f64::NAN, 0.0), None);
         assert_eq!(whereabouts.find(&at(1.0, 0.0)), Ok(()));
+    }
+
+    #[test]
+    fn frozen_angles_say_nothing_until_they_change() {
+        let mut whereabouts = Whereabouts::default();
+        for k in 0..100 {
+            // The velocities go on, so that the arm is known to move.
+            let t_s = 1e-3 * f64::from(k);
+            let state = ArmState {
+                t_s,
+                ..at(1.0, 0.5)
+            };
+            assert_eq!(whereabouts.find(&state), Ok(()));
+        }
+        whereabouts.lose(&at(1.0, 0.5), Some(0.1));
+        for _ in 0..1000 {
+            let doubt = whereabouts.find(&at(1.0, 0.0));
+            assert_eq!(doubt, Err(Doubt::StillFrozen(0.1)));
+        }
+        assert!(whereabouts.find(&at(2.0, 0.0)).is_err());
+        assert_eq!(whereabouts.find(&at(1.1, 0.0)), Ok(()));
     }
 }

@@ -58,7 +58,7 @@ impl Disturbance {
 #[derive(Debug, Clone, Copy)]
 struct Before {
     q: JointPositions,
-    /// Cycles since.
+    /// Cycles since it was first commanded.
     cycles: u32,
 }
 
@@ -100,7 +100,9 @@ fn cycle(
             if apart_rad > most_rad {
                 return Err(format!("{apart_rad} rad from the arm"));
             }
-            *before = Some(Before { q, cycles: 0 });
+            // While the clock stands the command is repeated.
+            let repeated = before.filter(|before| before.q == q);
+            *before = Some(repeated.unwrap_or(Before { q, cycles: 0 }));
         }
         ArmCommand::Torque(torque) => {
             if torque.0.iter().any(|torque| !torque.is_finite()) {
