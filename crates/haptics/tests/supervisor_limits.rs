@@ -482,3 +482,25 @@ fn targets_below_the_table_or_inside_the_base_get_no_command() {
         assert!(named.is_some_and(is_reason), "{named:?}");
     }
 }
+
+/// A bias is found although the hand was lost before, and takes over.
+#[test]
+fn a_bias_is_found_whatever_else_is_wrong() {
+    let mut bench = Bench::new();
+    bench.supervisor.set_out_of_reach(true);
+    bench.run(20);
+    let mut named = None;
+    for _ in 0..2000 {
+        let step = bench.step_with(|bench, _| {
+            bench.person.clear();
+            let mut torque = JointTorques::default();
+            torque[1] = 20.0;
+            bench.state.external_torque = Some(torque);
+        });
+        if let Some(SafeReason::TorqueBias { joint, bias_n_m }) = step.state.reason() {
+            named = Some((joint, bias_n_m));
+        }
+    }
+    let (joint, bias_n_m) = named.expect("it is named");
+    assert!(joint == 1 && (bias_n_m - 20.0).abs() < 1e-9, "{bias_n_m}");
+}

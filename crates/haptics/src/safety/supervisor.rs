@@ -137,7 +137,7 @@ impl Supervisor {
             }),
             Ok(_) => {
                 let found = self.inspection.look(input, self.sent, self.clock.elapsed_s);
-                found.or_else(|| self.biased(input, dt_s))
+                Fault::worse(found.worst, self.biased(input, found.arm_is_sound, dt_s))
             }
         };
         let timing = &self.config.timing;
@@ -169,10 +169,16 @@ impl Supervisor {
         self.answer(command, slowed)
     }
 
-    /// Do the torque sensors of a resting arm say more than they may?
-    fn biased(&mut self, input: &SupervisorInput<'_>, dt_s: f64) -> Option<Fault> {
+    /// Do the torque sensors of a resting arm say more than they may? Whatever else is wrong, as long as the arm's own state is
+    /// sound.
+    fn biased(
+        &mut self,
+        input: &SupervisorInput<'_>,
+        arm_is_sound: bool,
+        dt_s: f64,
+    ) -> Option<Fault> {
         let bias = self.bias.as_mut()?;
-        bias.step(input.state, self.out_of_reach, dt_s);
+        bias.step(input.state, self.out_of_reach && arm_is_sound, dt_s);
         let (joint, bias_n_m) = bias.beyond(self.arm.joint_count(), &self.guard)?;
         Some(Fault {
             reason: SafeReason::TorqueBias { joint, bias_n_m },
