@@ -70,8 +70,6 @@ const GOOD_ENOUGH: f64 = 1.15;
 const GOOD_ENOUGH_S: f64 = 0.02;
 /// A way under way that passes a bend is exchanged for one that arrives sooner by this, s.
 const SOONER_S: f64 = 0.02;
-/// Places whose planes count although no barrier is there: of the destination, of the motion in force, and the one left last.
-const PLANES: usize = 3;
 /// How often a bend is mended.
 const MOST_BENDS: usize = 8;
 /// A bend overshoots by this share and this length, because the worst place moves with it.
@@ -92,6 +90,27 @@ impl Destination {
             Self::Goal(goal) => &goal.q,
             Self::Posture(q) => q,
         }
+    }
+}
+
+/// What a place is to the way of the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// The destination is there.
+    Ahead,
+    /// The motion in force leads there.
+    UnderWay,
+    /// The board served it, or was on its way there, last.
+    LeftLast,
+    /// The board left it before that, and is still over it.
+    LeftBefore,
+}
+
+impl Role {
+    /// Does the plane of the place count although no barrier is there? Surfaces that nobody knows, of places left long ago, would
+    /// hem the board in.
+    const fn has_plane(self) -> bool {
+        !matches!(self, Self::LeftBefore)
     }
 }
 
@@ -211,6 +230,18 @@ impl Route {
         Some(check.most_in_front(face)?.in_front_m)
     }
 
+    /// The places that count on the way to a goal, with their roles: no more than [`PLACES`] and two more.
+    fn places(&self, goal: Option<&Goal>) -> impl Iterator<Item = (Role, Place)> {
+        let ahead = goal.map(Goal::on_surface);
+        let under_way = self.under_way.filter(|place| ahead != Some(*place));
+        let roles = std::iter::once(Role::LeftLast).chain(std::iter::repeat(Role::LeftBefore));
+        let left = roles.zip(self.left);
+        [(Role::Ahead, ahead), (Role::UnderWay, under_way)]
+            .into_iter()
+            .chain(left)
+            .filter_map(|(role, place)| Some((role, place?)))
+    }
+
     fn check<'a>(
         &'a self,
         board: &'a Board,
@@ -222,15 +253,11 @@ impl Route {
             footprints: [None; PLACES + 3],
             planes: [None; PLACES + 2],
         };
-        let ahead = goal.map(Goal::on_surface);
-        let under_way = self.under_way.filter(|place| ahead != Some(*place));
-        let places = [ahead, under_way].into_iter().chain(self.left).flatten();
-        for (i, place) in places.enumerate() {
+        for (i, (role, place)) in self.places(goal).enumerate() {
             let face = board_pose(place.point_m, place.normal, place.roll_rad)?;
             check.footprints[i] = Some(Footprint::new(face, board, self.config.footprint_m));
-            // Surfaces that nobody knows, of places left long ago, would hem the board in.
-            let known = i >= PLANES || self.barriers.have(place.point_m, place.normal);
-            check.planes[i] = (!known).then_some(Plane {
+            let unknown = !self.barriers.have(place.point_m, place.normal);
+            check.planes[i] = (role.has_plane() && unknown).then_some(Plane {
                 point_m: place.point_m,
                 normal: place.normal,
                 radius_m: self.config.extent_m,
@@ -477,4 +504,45 @@ fn pushed_behind(
         q[joint] = (q[joint] - change).clamp(limit.min_rad, limit.max_rad);
     }
     Some(q)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places left on planes that nobody knows, one behind the other at x, the newest first.
+    fn left(x_m: [f64; 3]) -> [Option<Place>; PLACES] {
+        let mut left = [None; PLACES];
+        for (slot, x_m) in left.iter_mut().zip(x_m) {
+            *slot = Some(Place {
+                point_m: DVec3::new(x_m, 0.0, 0.5),
+                normal: DVec3::X,
+                roll_rad: 0.0,
+            });
+        }
+        left
+    }
+
+    #[test]
+    fn only_the_place_left_last_keeps_its_plane_whether_there_is_a_goal_or_not() {
+        let board = Board::default();
+        let mut route = Route::new(ApproachConfig::default(), Some(board));
+        route.left = left([0.6, 0.5, 0.4]);
+        let counts = |route: &Route, goal: Option<&Goal>| {
+            let planes = route.check(&board, goal).expect("poses are finite").planes;
+            let at_m = planes.into_iter().flatten().map(|plane| plane.point_m.x);
+            at_m.collect::<Vec<_>>()
+        };
+        // On the way to a posture there is no place ahead, and none under way.
+        assert_eq!(counts(&route, None), [0.6]);
+        route.under_way = route.left[1];
+        assert_eq!(counts(&route, None), [0.5, 0.6]);
+        let roles: Vec<Role> = route.places(None).map(|(role, _)| role).collect();
+        let before = Role::LeftBefore;
+        assert_eq!(roles, [Role::UnderWay, Role::LeftLast, before, before]);
+        // A newest place that was forgotten with its surface passes its role on to nobody.
+        route.left[0] = None;
+        route.under_way = None;
+        assert!(counts(&route, None).is_empty());
+    }
 }
