@@ -342,9 +342,12 @@ impl Follower {
         Ok(())
     }
 
-    /// Are all joints within the share of the speeds that was set last?
+    /// Are all joints within the share of the speeds that was set last, and does the motion go as slowly as it asks for?
     #[must_use]
     pub fn has_slowed(&self) -> bool {
+        if !self.reference.has_slowed_on_way() {
+            return false;
+        }
         let share = self.reference.speed_share() * (1.0 + SLOWED);
         let most = &self.reference.limits().velocity_rad_per_s;
         let qd = &self.reference.state().qd.0;
