@@ -152,6 +152,17 @@ impl Follower {
         self.route.set_barriers(barriers);
     }
 
+    /// The same after the world has moved, by `moved` in the base frame: places that the board served go with their surfaces. Nothing
+    /// is planned anew.
+    pub fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
+        self.route.move_barriers(barriers, moved);
+    }
+
+    /// So many barriers will be set without an allocation.
+    pub fn reserve_barriers(&mut self, count: usize) {
+        self.route.reserve_barriers(count);
+    }
+
     /// How far corners or middle of the commanded face are in front of a surface, m, negative behind all of them; around the
     /// goal only its own surface counts. `None` without a board or barriers.
     #[must_use]
@@ -216,6 +227,7 @@ impl Follower {
                 if let Some(before) = before.filter(|_| !drifted) {
                     self.route.leave(&before, &self.arm().forward(&here));
                 }
+                self.route.set_goal(goal);
                 self.destination = Some(Destination::Goal(*goal));
                 self.has_drifted = true;
                 self.is_to_plan |= !drifted;

@@ -124,8 +124,8 @@ pub(super) struct Route {
     left: [Option<Place>; PLACES],
     /// The place that the motion in force leads to: while no way leads to a new destination, it goes on.
     under_way: Option<Place>,
-    /// The place that was under way when its surface went.
-    gone: Option<Place>,
+    /// The goal whose surface was known when it was set: left without that surface it is no place any more.
+    on_known: Option<Place>,
     /// The face where its way was last planned, if it was before a surface there: a goal may change while the board is in a
     /// shelf.
     departed: Option<Footprint>,
@@ -144,7 +144,7 @@ impl Route {
             barriers: Barriers::default(),
             left: [None; PLACES],
             under_way: None,
-            gone: None,
+            on_known: None,
             departed: None,
             detour_m: None,
             is_blocked: false,
@@ -152,13 +152,24 @@ impl Route {
         }
     }
 
-    /// A place whose surface is gone (a door that opened, a world that moved) is forgotten with it.
+    /// A place whose surface is gone (a door that opened, a world that leapt) is forgotten with it.
     pub(super) fn set_barriers(&mut self, barriers: &[Barrier]) {
+        self.move_barriers(barriers, &Pose::IDENTITY);
+    }
+
+    /// The same surfaces after the world moved: places go with them.
+    pub(super) fn move_barriers(&mut self, barriers: &[Barrier], moved: &Pose) {
         let known = |barriers: &Barriers, place: Option<Place>| {
             place.is_some_and(|place| barriers.have(place.point_m, place.normal))
         };
         let were_known = self.left.map(|place| known(&self.barriers, place));
         let was_known = known(&self.barriers, self.under_way);
+        if *moved != Pose::IDENTITY {
+            let carried = |place: Option<Place>| place.map(|place| place.carried(moved));
+            self.left = self.left.map(carried);
+            self.under_way = carried(self.under_way);
+            self.departed = self.departed.map(|face| face.carried(moved));
+        }
         self.barriers.set(barriers);
         for (place, was_known) in self.left.iter_mut().zip(were_known) {
             if was_known && !known(&self.barriers, *place) {
@@ -166,8 +177,13 @@ impl Route {
             }
         }
         if was_known && !known(&self.barriers, self.under_way) {
-            self.gone = self.under_way.take();
+            self.under_way = None;
         }
+    }
+
+    /// So many barriers will be set without an allocation.
+    pub(super) fn reserve_barriers(&mut self, count: usize) {
+        self.barriers.reserve(count);
     }
 
     pub(super) const fn is_detour(&self) -> bool {
@@ -187,7 +203,7 @@ impl Route {
 
     pub(super) const fn forget(&mut self) {
         (self.left, self.under_way, self.departed) = ([None; PLACES], None, None);
-        self.gone = None;
+        self.on_known = None;
         (self.detour_m, self.is_blocked) = (None, false);
     }
 
@@ -195,6 +211,13 @@ impl Route {
     pub(super) fn is_retry_due(&mut self, dt_s: f64, is_bent: bool) -> bool {
         self.retry_in_s -= dt_s;
         (self.is_detour() || self.is_blocked || is_bent) && self.retry_in_s <= 0.0
+    }
+
+    /// A goal is set.
+    pub(super) fn set_goal(&mut self, goal: &Goal) {
+        let place = goal.on_surface();
+        let is_known = self.barriers.have(place.point_m, place.normal);
+        self.on_known = is_known.then_some(place);
     }
 
     /// The place of a goal is left for another destination; `face`: where the board is.
@@ -205,7 +228,7 @@ impl Route {
     /// Puts a place before those that are left; of these, the ones that the board is still over count on.
     fn keep(&mut self, place: Place, face: &Pose) {
         let Some(board) = self.board else { return };
-        if self.gone == Some(place) {
+        if self.on_known == Some(place) && !self.barriers.have(place.point_m, place.normal) {
             return;
         }
         let mut kept = [None; PLACES];
@@ -454,7 +477,6 @@ impl Route {
             self.keep(place, here);
         }
         self.under_way = leads_to;
-        self.gone = self.gone.filter(|place| leads_to == Some(*place));
         Ok(())
     }
 }
